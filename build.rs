@@ -1,0 +1,30 @@
+//! Generates the protobuf types of `proto/` and tells the linker where libmujoco lies beside the build.
+
+use std::{env, error::Error, fs, path::PathBuf};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    compile_protobuf()?;
+    if env::var_os("CARGO_FEATURE_SIM").is_some() {
+        // The program stands in target/<profile>/, test binaries one folder deeper; both find the library by
+        // a path relative to themselves, so a moved checkout keeps working.
+        for origin in ["$ORIGIN/../../.deps/mujoco", "$ORIGIN/../../../.deps/mujoco"] {
+            println!("cargo:rustc-link-arg=-Wl,-rpath,{origin}");
+        }
+    }
+    Ok(())
+}
+
+/// Pure Rust from `.proto` to types and to the `FileDescriptorSet` that every shard carries: no `protoc` needed.
+fn compile_protobuf() -> Result<(), Box<dyn Error>> {
+    println!("cargo:rerun-if-changed=proto");
+    let mut files: Vec<PathBuf> = fs::read_dir("proto")?
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "proto"))
+        .collect();
+    files.sort();
+    let descriptors = protox::compile(&files, ["proto"])?;
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
+    fs::write(out.join("descriptors.bin"), prost::Message::encode_to_vec(&descriptors))?;
+    prost_build::Config::new().compile_fds(descriptors)?;
+    Ok(())
+}

@@ -1,0 +1,189 @@
+//! What is known about a mesh: where it comes from, what it is, what was mended.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    geom::TriMesh,
+    ids::{Digest, ObjectId},
+};
+
+/// Where a mesh comes from and how its numbers become metres; everything needed to prepare it again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshSource {
+    /// Unique name inside the job: the file's stem, the table's name or the built-in shape's name.
+    pub name: String,
+    /// File or built-in shape.
+    pub origin: MeshOrigin,
+    /// How the file's numbers become metres.
+    pub scale: ScaleRule,
+    /// Which sizes pass.
+    pub size: SizeRule,
+    /// SPDX expression or name of the licence, where known.
+    pub licence: Option<String>,
+    /// How to cite the mesh, where known.
+    pub citation: Option<String>,
+    /// Category or family, for splits by group.
+    pub group: Option<String>,
+}
+
+/// Where the triangles come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MeshOrigin {
+    /// A mesh file.
+    File(PathBuf),
+    /// A shape of the built-in set, by name (see `assets::built_in_names`).
+    BuiltIn(String),
+}
+
+/// How a file's numbers become metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScaleRule {
+    /// One unit of the file is this many metres.
+    MetresPerUnit(f64),
+    /// The longest side becomes this long [m].
+    LongestSide(f64),
+}
+
+/// Which longest sides pass, after scaling [m]; 5 mm to 2 m unless the job says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SizeRule {
+    /// Shortest accepted longest side [m].
+    pub min: f64,
+    /// Longest accepted longest side [m].
+    pub max: f64,
+}
+
+impl Default for SizeRule {
+    fn default() -> Self {
+        Self { min: 0.005, max: 2.0 }
+    }
+}
+
+/// A mesh ready for work.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreparedMesh {
+    /// Metres, equal positions merged, repaired; the frame is the file's own.
+    pub mesh: TriMesh,
+    /// Its row in the asset table.
+    pub record: AssetRecord,
+}
+
+/// One row of the asset table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AssetRecord {
+    /// Name inside the job.
+    pub name: String,
+    /// Digest of the prepared mesh (positions and faces as they stand): the subject of its samples.
+    pub object: ObjectId,
+    /// Digest of the triangles whatever their order and first corner: equal for equal geometry in two files.
+    pub geometry: Digest,
+    /// Digest of the file as found; `None` for a built-in shape.
+    pub file: Option<Digest>,
+    /// Triangles after repair.
+    pub triangles: u32,
+    /// Vertices after merging equal positions.
+    pub vertices: u32,
+    /// Connected bodies (by shared vertices).
+    pub bodies: u32,
+    /// Vertices - edges + faces.
+    pub euler: i64,
+    /// Every edge has exactly two faces, in opposite directions.
+    pub watertight: bool,
+    /// Which way the faces turn, after repair.
+    pub winding: Winding,
+    /// Enclosed volume [m^3]; meaningful when watertight.
+    pub volume: f64,
+    /// Lower corner of the box [m].
+    pub lower: [f64; 3],
+    /// Side lengths of the box [m].
+    pub extents: [f64; 3],
+    /// What the file's numbers were multiplied by.
+    pub scale: f64,
+    /// What was mended.
+    pub repairs: Vec<Repair>,
+    /// How solid cells are told from empty ones.
+    pub inside: InsideMethod,
+    /// Things a user should know, in words.
+    pub warnings: Vec<String>,
+    /// Licence, where known.
+    pub licence: Option<String>,
+    /// Citation, where known.
+    pub citation: Option<String>,
+    /// Category or family, where known.
+    pub group: Option<String>,
+}
+
+/// Which way faces turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Winding {
+    /// Counter-clockwise seen from outside, everywhere.
+    Outward,
+    /// Neighbouring faces disagree and could not be mended.
+    Mixed,
+}
+
+/// How the solid is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum InsideMethod {
+    /// Crossings along columns: exact for a watertight mesh wound outward.
+    Parity,
+    /// Generalised winding number: for meshes with holes, soups, several overlapping bodies.
+    WindingNumber,
+}
+
+/// One thing that was mended, with how many elements it touched.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "repair")]
+pub enum Repair {
+    /// Faces on the same three vertices dropped (a pair of opposite faces goes whole).
+    DuplicateFaces {
+        /// Faces dropped.
+        count: u32,
+    },
+    /// Faces without area dropped.
+    ZeroAreaFaces {
+        /// Faces dropped.
+        count: u32,
+    },
+    /// All faces of a body that was inside out turned.
+    InsideOut {
+        /// Faces turned.
+        count: u32,
+    },
+    /// Faces that disagreed with their neighbours turned.
+    FlippedFaces {
+        /// Faces turned.
+        count: u32,
+    },
+    /// Vertices that no face uses dropped.
+    UnusedVertices {
+        /// Vertices dropped.
+        count: u32,
+    },
+    /// The second sheet of a two-sided shell dropped.
+    TwoSidedShell {
+        /// Faces dropped.
+        count: u32,
+    },
+}
+
+/// A mesh that cannot be used: the file, the place and the remedy.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[error("{file}: {problem}{}; {remedy}", place.as_ref().map(|place| format!(" ({place})")).unwrap_or_default())]
+pub struct MeshRefusal {
+    /// File or built-in name.
+    pub file: String,
+    /// Short stable name of the reason, for counting: `truncated`, `not_finite`, `too_large`, ...
+    pub reason: String,
+    /// What is wrong, with numbers.
+    pub problem: String,
+    /// Where in the file: byte, line, face or vertex.
+    pub place: Option<String>,
+    /// How to mend it.
+    pub remedy: String,
+}

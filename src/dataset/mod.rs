@@ -1,0 +1,1 @@
+//! Datasets: MCAP shards, manifest, index, reader, verification.

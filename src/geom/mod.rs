@@ -1,0 +1,17 @@
+//! Pure maths: frames and poses, camera, images, grids, meshes. No I/O, no threads, no random numbers.
+
+mod camera;
+mod frames;
+mod grid;
+mod image;
+mod mesh;
+mod simd;
+mod views;
+
+pub use camera::{Intrinsics, InvalidIntrinsics};
+pub use frames::{CameraCv, CameraGl, Frame, Object, Pose, World, rotation_from_rpy};
+pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
+pub use image::DepthCrop;
+pub use mesh::{Aabb, TriMesh};
+pub use simd::SimdLevel;
+pub use views::ViewSet;

@@ -1,0 +1,69 @@
+//! Which vector instructions a kernel may use.
+
+use std::{fmt, str::FromStr};
+
+/// A level of vector instructions. Every kernel gives the same bits at every level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SimdLevel {
+    /// No explicit vector instructions: every machine.
+    Scalar,
+    /// AVX2 (x86-64-v3 machines).
+    Avx2,
+    /// AVX-512 F, BW, DQ, VL and CD (x86-64-v4 machines).
+    Avx512,
+}
+
+impl SimdLevel {
+    /// The best level of this machine.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let v4 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512cd");
+            // Both levels also use BMI1, BMI2, LZCNT and POPCNT, which every such machine has; asked for all the same.
+            let bits = is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt")
+                && is_x86_feature_detected!("popcnt");
+            if v4 && bits {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") && bits {
+                return Self::Avx2;
+            }
+        }
+        Self::Scalar
+    }
+
+    /// Every level that this machine can run, scalar first.
+    pub fn available() -> impl Iterator<Item = Self> {
+        let best = Self::detect();
+        [Self::Scalar, Self::Avx2, Self::Avx512].into_iter().filter(move |level| *level <= best)
+    }
+}
+
+impl fmt::Display for SimdLevel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Scalar => "scalar",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+        })
+    }
+}
+
+impl FromStr for SimdLevel {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "scalar" => Ok(Self::Scalar),
+            "avx2" => Ok(Self::Avx2),
+            "avx512" => Ok(Self::Avx512),
+            _ => Err(format!("'{text}' is no SIMD level: scalar, avx2 or avx512")),
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! The checked job: nothing optional that means "default", all reading and hashing done.
+
+use crate::{
+    assets::{AssetRecord, MeshRefusal, MeshSource},
+    geom::{Intrinsics, ViewSet},
+    ids::ObjectId,
+    render::SensorModel,
+};
+
+/// A job, ready to be planned. The plan is a pure function of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// Name, for people; not part of any digest.
+    pub name: String,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// The objects, sorted by name; no two have the same content.
+    pub objects: Vec<JobObject>,
+    /// Meshes that cannot be used; the run goes on without them and ends with exit code 3.
+    pub refused: Vec<MeshRefusal>,
+    /// The shape-completion product.
+    pub completion: Completion,
+    /// Who trains and who tests.
+    pub split: SplitSettings,
+    /// Samples a shard, at most; a shard is a run of consecutive sample indices.
+    pub shard_samples: u32,
+}
+
+/// One object of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobObject {
+    /// How to prepare the mesh again.
+    pub source: MeshSource,
+    /// What it is.
+    pub asset: AssetRecord,
+}
+
+impl JobObject {
+    /// The object by content.
+    pub fn id(&self) -> ObjectId {
+        self.asset.object
+    }
+}
+
+/// Settings of the shape-completion product.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Completion {
+    /// How the object is turned.
+    pub views: ViewSet,
+    /// About which point.
+    pub pivot: Pivot,
+    /// The camera.
+    pub camera: Intrinsics,
+    /// How far the pivot is from the camera.
+    pub distance: Distance,
+    /// Who makes the depth image.
+    pub renderer: Renderer,
+    /// What the sensor adds to it; `None` is a perfect sensor.
+    pub sensor: Option<SensorModel>,
+    /// Cells along each axis of the grids, 1 to 128.
+    pub resolution: u32,
+    /// `thesis` quirk: cells with index 0 on any axis are dropped from both grids.
+    pub drop_index_zero: bool,
+    /// `thesis` quirk: the 256^3 solid also holds every cell that the surface crosses, as binvox does.
+    pub solid_with_surface: bool,
+    /// When a cell of the complete grid is occupied.
+    pub truth: Truth,
+    /// Which pairs are kept.
+    pub gate: Gate,
+    /// What is stored beside partial and complete.
+    pub channels: Channels,
+}
+
+/// The point that an object is turned about, and that stands at the stated distance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pivot {
+    /// Centre of the bounding box.
+    BoxCentre,
+    /// Origin of the mesh's own frame (`thesis`).
+    MeshOrigin,
+}
+
+/// Distance from the camera to the pivot along the optical axis [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Distance {
+    /// The same for every sample.
+    Fixed(f64),
+    /// Uniform, drawn per sample.
+    Range {
+        /// Shortest [m].
+        min: f64,
+        /// Longest [m].
+        max: f64,
+    },
+    /// So that the sphere around the object's box fills this share of the shorter image side.
+    Fit {
+        /// 0 to 1.
+        share: f64,
+    },
+}
+
+/// Who makes the depth image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Renderer {
+    /// Our z-buffer in the projected box.
+    Raster,
+    /// MuJoCo's `mj_multiRay`.
+    MujocoRay,
+    /// MuJoCo's `mjr_render` over EGL.
+    MujocoGl,
+}
+
+/// When a cell of the complete grid is occupied.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Truth {
+    /// Its closed box meets the solid: the surface passes through it or its centre is inside.
+    AnyOverlap,
+    /// Its centre is inside the solid.
+    Centre,
+    /// At least this share of it is solid.
+    Fraction(f64),
+    /// `thesis`: the lower corner of an occupied fine cell falls into it.
+    LowerCorners,
+}
+
+/// Which pairs are kept; the others are rejects with a reason.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gate {
+    /// Fewest occupied cells of the partial grid.
+    pub min_partial_cells: u32,
+    /// Least |partial AND complete| / |partial|; 0 asks for nothing.
+    pub min_overlap: f64,
+}
+
+/// What is stored beside partial and complete.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channels {
+    /// One more bit plane: cells that the camera sees to be free.
+    pub visibility: bool,
+    /// The depth crop.
+    pub depth: Option<DepthFormat>,
+    /// The partial point cloud.
+    pub cloud: bool,
+    /// Truncated signed distance at the same grid, with this truncation in cells.
+    pub tsdf: Option<f64>,
+    /// Share of each cell that is solid, 8 bits.
+    pub coverage: bool,
+    /// Samples for implicit networks.
+    pub implicit: Option<ImplicitSamples>,
+}
+
+/// How a depth crop is stored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthFormat {
+    /// Metres as f32, NaN = no return.
+    F32,
+    /// Steps of this many metres as u16, 0 = no return.
+    U16 {
+        /// Metres a step.
+        step: f64,
+    },
+}
+
+/// How many points an implicit network gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImplicitSamples {
+    /// Points on the surface, with normals.
+    pub surface: u32,
+    /// Points in the grid's box, with signed distance.
+    pub space: u32,
+}
+
+/// Who trains and who tests.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitSettings {
+    /// Share of the views of training objects that are held out.
+    pub holdout_views: f64,
+    /// Share of the objects (or groups) that are validation models.
+    pub validation_models: f64,
+    /// Share of the objects (or groups) that are test models.
+    pub test_models: f64,
+    /// Split whole groups instead of objects.
+    pub by_group: bool,
+    /// Objects whose shapes coincide stay on one side; `false` allows twins to straddle.
+    pub keep_twins_together: bool,
+    /// Nested subsets of the training models, smallest first.
+    pub training_subsets: Vec<SubsetSize>,
+}
+
+/// How many models a nested training subset holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SubsetSize {
+    /// So many models.
+    Models(u32),
+    /// This share of them.
+    Share(f64),
+}

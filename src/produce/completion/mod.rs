@@ -1,0 +1,1 @@
+//! Shape-completion pairs: a partial and a complete occupancy grid of one view (thesis ch. 5).

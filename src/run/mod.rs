@@ -1,0 +1,1 @@
+//! The scheduler: threads, journal, resume, progress.

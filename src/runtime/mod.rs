@@ -1,0 +1,1 @@
+//! What a robot or a trainer links: dataset readers; no simulator.

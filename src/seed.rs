@@ -1,0 +1,75 @@
+//! Randomness by key: a stream is named by what it is for, never by who draws it or when.
+
+use rand_chacha::{
+    ChaCha8Rng,
+    rand_core::{Rng, SeedableRng},
+};
+
+use crate::ids::{Digest, SampleId};
+
+/// A seeded stream of numbers with samplers of our own: `rand`'s distributions may change between versions.
+pub struct Stream(ChaCha8Rng);
+
+impl Stream {
+    /// The stream `name` of one sample of a job with this seed.
+    pub fn of_sample(seed: u64, sample: &SampleId, name: &str) -> Self {
+        Self::keyed(&[b"sample", &seed.to_le_bytes(), &sample.to_bytes(), name.as_bytes()])
+    }
+
+    /// The stream `name` of a whole job with this seed, about `subject` (an object's id, a split's name; may be empty).
+    pub fn of_job(seed: u64, subject: &[u8], name: &str) -> Self {
+        Self::keyed(&[b"job", &seed.to_le_bytes(), subject, name.as_bytes()])
+    }
+
+    fn keyed(parts: &[&[u8]]) -> Self {
+        Self(ChaCha8Rng::from_seed(Digest::of_parts(parts.iter().copied()).0))
+    }
+
+    /// 64 uniform bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
+    /// Uniform in [0, 1), a multiple of 2^-53.
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+    }
+
+    /// Uniform in [low, high).
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Uniform in 0..bound, without bias (Lemire 2019, "Fast random integer generation in an interval", algorithm 5).
+    ///
+    /// # Panics
+    /// If `bound` is 0.
+    pub fn below(&mut self, bound: u64) -> u64 {
+        assert!(bound > 0, "a draw below 0");
+        let threshold = bound.wrapping_neg() % bound;
+        loop {
+            let product = u128::from(self.bits()) * u128::from(bound);
+            if product as u64 >= threshold {
+                return (product >> 64) as u64;
+            }
+        }
+    }
+
+    /// Standard normal (Marsaglia polar method; `libm` so that every machine draws the same).
+    pub fn normal(&mut self) -> f64 {
+        loop {
+            let (u, v) = (self.uniform(-1.0, 1.0), self.uniform(-1.0, 1.0));
+            let s = u * u + v * v;
+            if s > 0.0 && s < 1.0 {
+                return u * libm::sqrt(-2.0 * libm::log(s) / s);
+            }
+        }
+    }
+
+    /// Reorders `items` uniformly (Fisher-Yates).
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, self.below(last as u64 + 1) as usize);
+        }
+    }
+}

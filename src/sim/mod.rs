@@ -1,0 +1,1 @@
+//! MuJoCo: the only room that names it.

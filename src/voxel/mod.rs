@@ -1,0 +1,1 @@
+//! Occupancy: meshes to solid grids, depth images to partial grids, binvox files.
