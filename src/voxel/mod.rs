@@ -1,1 +1,7 @@
 //! Occupancy: meshes to solid grids, depth images to partial grids, binvox files.
+
+mod columns;
+mod solid;
+mod surface;
+
+pub use solid::{InsideTest, solid_occupancy};

@@ -1,0 +1,267 @@
+//! Where the surface crosses the vertical line through each column of cells: the exact part of every inside test.
+//!
+//! Vertices are rounded to 2^-18 of a cell, finer than an `f32` resolves across the box. Every edge test is then an
+//! integer below 2^53 and exact in `f64`, and lines through an edge or a corner are decided by moving the line by
+//! (e, e^2), e infinitely small (simulation of simplicity, Edelsbrunner and Mücke 1990). So the triangles around an
+//! edge or a corner agree about every line, whether they share vertices by index or by position only: a closed surface
+//! cannot leak.
+
+use nalgebra::Point3;
+
+use crate::geom::{SolidGrid, TriMesh};
+
+/// Cells along each axis.
+const SIDE: usize = SolidGrid::SIDE;
+
+/// Ticks a cell: the unit of [`Lattice`] coordinates.
+pub(super) const TICKS: f64 = 262_144.0;
+
+/// The frame of a solid grid: cell (i, j, k) spans ticks i * TICKS .. (i + 1) * TICKS, and so on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lattice {
+    /// Lower corner of the mesh's box [m].
+    pub(super) origin: Point3<f64>,
+    /// Longest side of that box [m].
+    pub(super) longest_side: f64,
+}
+
+impl Lattice {
+    /// Over the box of the vertices; `None` for a mesh without triangles, without extent, or with a coordinate that
+    /// is not finite.
+    pub(super) fn of(mesh: &TriMesh) -> Option<Self> {
+        let aabb = mesh.aabb()?;
+        let lattice = Self { origin: aabb.min, longest_side: aabb.longest_side() };
+        let finite = mesh.vertices.iter().flatten().all(|coordinate| coordinate.is_finite());
+        (finite && !mesh.triangles.is_empty() && lattice.longest_side > 0.0).then_some(lattice)
+    }
+
+    /// Vertices in ticks, whole numbers, shape (vertices, 3).
+    pub(super) fn vertices(&self, mesh: &TriMesh) -> Vec<[f64; 3]> {
+        let ticks_per_metre = SIDE as f64 * TICKS / self.longest_side;
+        mesh.vertices
+            .iter()
+            .map(|vertex| {
+                std::array::from_fn(|axis| round((f64::from(vertex[axis]) - self.origin[axis]) * ticks_per_metre))
+            })
+            .collect()
+    }
+}
+
+/// To the nearest whole number, for 0 <= `value` < 2^52; `f64::round` is a library call on plain x86-64.
+pub(super) fn round(value: f64) -> f64 {
+    (value + 0.5) as i64 as f64
+}
+
+/// The crossings of every column, bottom to top.
+#[derive(Debug)]
+pub(super) struct Columns {
+    /// Column (x, y) owns `packed[starts[x * 256 + y]..starts[x * 256 + y + 1]]`.
+    starts: Vec<u32>,
+    /// `2 * cell + leaves`: the first cell (0 to 256) whose centre is not below the crossing; `leaves` is 1 where the
+    /// winding number falls by one on the way up. Sorted within a column.
+    packed: Vec<u16>,
+}
+
+/// One crossing on the way up a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Crossing {
+    /// The first cell whose centre is not below the crossing, 0 to 256.
+    pub(super) cell: usize,
+    /// Change of the winding number there: +1 or -1.
+    pub(super) step: i32,
+}
+
+impl Columns {
+    /// All crossings of the triangles, whose corners are given in ticks.
+    pub(super) fn of(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> Self {
+        let mut found = Vec::with_capacity(1 << 17);
+        for triangle in triangles {
+            cross(triangle, &mut found);
+        }
+        let mut starts = vec![0u32; SIDE * SIDE + 1];
+        for crossing in &found {
+            starts[(crossing >> 16) as usize + 1] += 1;
+        }
+        let mut total = 0;
+        for start in &mut starts {
+            total += *start;
+            *start = total;
+        }
+        // Filling moves each start to the end of its column, which is the start of the next.
+        let mut packed = vec![0u16; found.len()];
+        for crossing in &found {
+            let place = &mut starts[(crossing >> 16) as usize];
+            packed[*place as usize] = *crossing as u16;
+            *place += 1;
+        }
+        starts.rotate_right(1);
+        starts[0] = 0;
+        for column in starts.windows(2) {
+            packed[column[0] as usize..column[1] as usize].sort_unstable();
+        }
+        Self { starts, packed }
+    }
+
+    /// The crossings of column `x * 256 + y`, bottom to top.
+    pub(super) fn column(&self, column: usize) -> impl Iterator<Item = Crossing> + '_ {
+        self.packed[self.starts[column] as usize..self.starts[column + 1] as usize]
+            .iter()
+            .map(|packed| Crossing { cell: usize::from(packed >> 1), step: 1 - 2 * i32::from(packed & 1) })
+    }
+
+    /// Marks every cell whose centre has a winding number other than 0.
+    pub(super) fn fill(&self, grid: &mut SolidGrid) {
+        for (column, words) in grid.words.chunks_exact_mut(SIDE / 64).enumerate() {
+            let (mut winding, mut from) = (0, 0);
+            for Crossing { cell, step } in self.column(column) {
+                if winding != 0 {
+                    mark(words, from, cell);
+                }
+                winding += step;
+                from = cell;
+            }
+        }
+    }
+}
+
+/// Sets bits `from..to` of a column.
+pub(super) fn mark(words: &mut [u64], from: usize, to: usize) {
+    for (index, word) in words.iter_mut().enumerate() {
+        let (low, high) = (from.saturating_sub(64 * index).min(64), to.saturating_sub(64 * index).min(64));
+        if low < high {
+            *word |= (u64::MAX >> (64 - (high - low))) << low;
+        }
+    }
+}
+
+/// The columns that `triangle` crosses, as `column << 16 | 2 * cell + leaves`.
+fn cross(triangle: [[f64; 3]; 3], found: &mut Vec<u32>) {
+    let [a, b, c] = triangle;
+    let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if doubled_area == 0.0 {
+        return;
+    }
+    // Seen from above, a counter-clockwise triangle faces up: going up means going out.
+    let (leaves, [a, b, c]) = if doubled_area > 0.0 { (1, [a, b, c]) } else { (0, [a, c, b]) };
+    let span = |axis: usize| {
+        let (low, high) = (a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis]));
+        // Columns whose centre lies in low..=high. Both are whole numbers >= 0, so that the shift floors.
+        let (low, high) = (low as i64 + TICKS as i64 / 2 - 1, high as i64 + TICKS as i64 / 2);
+        (low >> 18, high >> 18)
+    };
+    let ((x_low, x_end), (y_low, y_end)) = (span(0), span(1));
+    if x_low >= x_end || y_low >= y_end {
+        return;
+    }
+    let corner = [(x_low as f64 + 0.5) * TICKS, (y_low as f64 + 0.5) * TICKS];
+    let edges = [(a, b), (b, c), (c, a)].map(|(p, q)| Edge::new(p, q, corner));
+    let height = Height::new([a, b, c], corner);
+    let mut rows = edges.map(|edge| edge.value);
+    for x in x_low..x_end {
+        let mut values = rows;
+        for y in y_low..y_end {
+            if values[0].min(values[1]).min(values[2]) >= 0.0 {
+                let cell = height.first_cell_above((x - x_low) as f64, (y - y_low) as f64);
+                found.push(((x as u32) << 8 | y as u32) << 16 | cell << 1 | leaves);
+            }
+            for (value, edge) in values.iter_mut().zip(&edges) {
+                *value += edge.step_y;
+            }
+        }
+        for (row, edge) in rows.iter_mut().zip(&edges) {
+            *row += edge.step_x;
+        }
+    }
+}
+
+/// An edge test that moves with the column: not negative on the left of the edge, ties decided by the infinitely small
+/// move of the column by (e, e^2).
+#[derive(Clone, Copy)]
+struct Edge {
+    value: f64,
+    step_x: f64,
+    step_y: f64,
+}
+
+impl Edge {
+    fn new(from: [f64; 3], to: [f64; 3], corner: [f64; 2]) -> Self {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let value = dx * (corner[1] - from[1]) - dy * (corner[0] - from[0]);
+        let tie_is_inside = dy < 0.0 || (dy == 0.0 && dx > 0.0);
+        // All terms are whole numbers, so "> 0" is ">= 1".
+        let value = if tie_is_inside { value } else { value - 1.0 };
+        Self { value, step_x: -dy * TICKS, step_y: dx * TICKS }
+    }
+}
+
+/// Height of a triangle's plane above the columns [cells], held inside the triangle's own range.
+struct Height {
+    at_corner: f64,
+    step_x: f64,
+    step_y: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Height {
+    fn new([a, b, c]: [[f64; 3]; 3], corner: [f64; 2]) -> Self {
+        let (u, v) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
+        let area = u[0] * v[1] - u[1] * v[0];
+        let step_x = (u[2] * v[1] - u[1] * v[2]) / area;
+        let step_y = (u[0] * v[2] - u[2] * v[0]) / area;
+        Self {
+            at_corner: (a[2] + step_x * (corner[0] - a[0]) + step_y * (corner[1] - a[1])) / TICKS,
+            step_x,
+            step_y,
+            low: a[2].min(b[2]).min(c[2]) / TICKS,
+            high: a[2].max(b[2]).max(c[2]) / TICKS,
+        }
+    }
+
+    /// The first cell, 0 to 256, whose centre is not below the plane, `x` and `y` columns from the corner.
+    fn first_cell_above(&self, x: f64, y: f64) -> u32 {
+        let height = (self.at_corner + x * self.step_x + y * self.step_y).max(self.low).min(self.high);
+        // ceil(height - 0.5) for 0 <= height <= 256.
+        256 - (256.5 - height) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_across_words() {
+        let mut words = [0u64; 4];
+        mark(&mut words, 3, 130);
+        let set: Vec<usize> = (0..256).filter(|bit| words[bit / 64] >> (bit % 64) & 1 != 0).collect();
+        assert_eq!(set, (3..130).collect::<Vec<_>>());
+        let mut full = [0u64; 4];
+        mark(&mut full, 0, 256);
+        assert_eq!(full, [u64::MAX; 4]);
+        mark(&mut words, 7, 7);
+        assert_eq!(words.iter().map(|word| word.count_ones()).sum::<u32>(), 127);
+    }
+
+    #[test]
+    fn first_cell_above_counts_a_centre_on_the_plane() {
+        for (height, cell) in [(0.0, 0), (0.49, 0), (0.5, 0), (0.51, 1), (255.5, 255), (255.51, 256), (256.0, 256)] {
+            let plane = Height { at_corner: height, step_x: 0.0, step_y: 0.0, low: 0.0, high: 256.0 };
+            assert_eq!(plane.first_cell_above(0.0, 0.0), cell, "height {height}");
+        }
+    }
+
+    /// A fan around a corner, whatever its shape, covers a column at that corner exactly once.
+    #[test]
+    fn a_fan_covers_its_centre_once() {
+        let middle = [100.5 * TICKS, 80.5 * TICKS, 7.0 * TICKS];
+        let rim =
+            [(9.0, 1.0), (3.0, 7.5), (0.0, 6.0), (-4.0, 4.0), (-9.0, 0.0), (-2.0, -5.0), (0.0, -8.0), (5.0, -5.0)]
+                .map(|(x, y)| [middle[0] + x * TICKS, middle[1] + y * TICKS, middle[2]]);
+        let fan = (0..rim.len()).map(|i| [middle, rim[i], rim[(i + 1) % rim.len()]]);
+        let columns = Columns::of(fan);
+        let crossings: Vec<Crossing> = columns.column(100 * 256 + 80).collect();
+        assert_eq!(crossings, [Crossing { cell: 7, step: -1 }]);
+        assert!((0..SIDE * SIDE).all(|column| columns.column(column).count() <= 1));
+    }
+}
