@@ -1,5 +1,8 @@
 //! Depth images of triangle meshes on the CPU, and what a real sensor makes of them.
 
 mod sensor;
+mod sensor_apply;
+mod sensor_field;
 
-pub use sensor::SensorModel;
+pub use sensor::{CONSTANTS as SENSOR_CONSTANTS, InvalidConstant, SensorConstant, SensorModel};
+pub use sensor_apply::SensorScratch;
