@@ -1,1 +1,42 @@
 //! Datasets: MCAP shards, manifest, index, reader, verification.
+//!
+//! A dataset is a folder (docs/format.md says every byte of it):
+//!
+//! ```text
+//! run.json       what the folder was begun for; written first
+//! shards/        completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap
+//! index.parquet  one row a sample, kept or rejected
+//! assets.json    one row an object, and the refused meshes
+//! splits.json    who trains and who tests
+//! rejects.jsonl  one line a rejected sample
+//! job.toml       the resolved job
+//! manifest.json  digests of all of these; written last
+//! ```
+//!
+//! A shard proves itself: it is done when a file of its name has the content that the name says. [`begin_run`],
+//! [`scan_shards`] and [`ShardWriter`] fill a folder, [`finish_dataset`] closes it. This room takes plain data: it
+//! knows no job, plan, simulator or producer.
+
+mod durable;
+mod error;
+mod finish;
+mod folder;
+mod index;
+mod layout;
+mod ledger;
+mod manifest;
+mod merkle;
+mod reader;
+mod shard;
+mod shard_file;
+mod split;
+
+pub use error::DatasetError;
+pub use finish::{DatasetHeader, finish_dataset};
+pub use folder::{BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, read_mark, scan_shards};
+pub use layout::ShardName;
+pub use ledger::{Fate, Ledger, LedgerRow, SampleFacts};
+pub use manifest::{Counts, FileEntry, Manifest, NumberClass, ShardEntry};
+pub use reader::{DatasetReader, Sample, Samples, Selection};
+pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
+pub use split::{ObjectSplit, Split, SplitTable};

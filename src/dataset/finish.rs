@@ -1,0 +1,360 @@
+//! Closing a dataset: from the shards' ledgers to index, tables, root digest and manifest.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufWriter, Write},
+    path::Path,
+};
+
+use parquet::data_type::ByteArray;
+use serde::Serialize;
+
+use super::{
+    Counts, DatasetError, Fate, FileEntry, Ledger, LedgerRow, Manifest, NumberClass, RunMark, ShardEntry, SplitTable,
+    durable::{self, Temporary},
+    error::REMAKE,
+    folder::{hash_file, scan_shards},
+    index::{IndexRow, IndexWriter},
+    layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SHARDS, SPLITS},
+    merkle::{self, Tree},
+    read_mark,
+    shard_file::{ShardFile, invalid},
+};
+use crate::{
+    ids::{Digest, JobDigest, ObjectId, SampleId, SampleIndex},
+    record::{Channel, FORMAT_VERSION},
+};
+
+/// What a dataset's files say beside its samples; plain data, so that this room knows no job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DatasetHeader {
+    /// Program and version.
+    pub generator: String,
+    /// The job.
+    pub job: JobDigest,
+    /// The resolved job, as it will stand in `job.toml`.
+    pub job_text: String,
+    /// How equal the numbers of its channels are on two machines.
+    pub class: NumberClass,
+    /// What the numbers of class physics and colour depend on; empty for exact ones.
+    pub platform: BTreeMap<String, String>,
+    /// The asset table: one JSON object a row, each with at least `object` (64 hexadecimal digits) and `name`. Paths
+    /// and clocks must not stand in it: it is part of the root digest.
+    pub assets: Vec<serde_json::Value>,
+    /// Meshes that could not be used, in any form.
+    pub refused: Vec<serde_json::Value>,
+    /// Who trains and who tests; one row an object.
+    pub splits: SplitTable,
+    /// Things a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Closes a dataset whose shards are all done: checks that every sample index is accounted for once, writes the index
+/// and the tables, and the manifest last. Reads the shards' ledgers only, one at a time; keeps 56 bytes a sample.
+///
+/// Equal shards and headers give equal files. A dataset that is already closed is closed again.
+///
+/// # Errors
+/// When shards are missing or contradict each other, an object is unknown, a sample stands twice, or a file can't be
+/// written.
+pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest, DatasetError> {
+    let mark = read_mark(folder)?
+        .ok_or_else(|| DatasetError::NotADataset { folder: folder.to_owned(), entry: "no run.json".to_owned() })?;
+    if mark.job != header.job {
+        return Err(DatasetError::ForeignJob { folder: folder.to_owned(), found: mark.job, expected: header.job });
+    }
+    let objects = asset_names(folder, &header.assets)?;
+    let splits = header.splits.clone().checked(&folder.join(SPLITS))?;
+    let scan = scan_shards(folder, &mark)?;
+    let missing: Vec<u32> =
+        (0..mark.shards).filter(|shard| !scan.done.contains_key(&crate::ids::ShardId(*shard))).collect();
+    if !missing.is_empty() {
+        return Err(DatasetError::MissingShards { shards: mark.shards, missing });
+    }
+    let mut pass = Pass::begin(folder, &mark, &objects, &splits)?;
+    for done in scan.done.values() {
+        pass.shard(&ShardFile::open(&done.path)?, done.digest, done.bytes)?;
+    }
+    pass.complete()?;
+    let Pass { index, rejects, sums, channels, leaves, .. } = pass;
+    rejects.finish(folder)?;
+    index.map_or(Ok(()), |index| index.finish(folder))?;
+    let (samples_root, rejects_root) = roots(leaves, &objects)?;
+    let mut assets: Vec<(ObjectId, String)> = (header.assets.iter())
+        .map(|row| (object_of(row).unwrap_or(ObjectId(Digest([0; 32]))), merkle::canonical_json(row)))
+        .collect();
+    assets.sort();
+    let mut tree = Tree::default();
+    assets.iter().for_each(|(_, row)| tree.push(merkle::asset_leaf(row)));
+    let root = merkle::dataset_root(&[(header.class.name(), samples_root)], &rejects_root, &tree.root(), &header.job);
+    write_tables(folder, header, &splits)?;
+    let manifest = Manifest {
+        format_version: FORMAT_VERSION,
+        generator: header.generator.clone(),
+        product: mark.product,
+        root,
+        classes: BTreeMap::from([(header.class, samples_root)]),
+        platform: header.platform.clone(),
+        job: header.job,
+        topics: channels.iter().map(|channel| channel.topic().to_owned()).collect(),
+        counts: Counts {
+            objects: header.assets.len() as u64,
+            refused_meshes: header.refused.len() as u64,
+            ..sums.counts
+        },
+        shards: sums.shards,
+        files: [ASSETS, INDEX, JOB, REJECTS, SPLITS]
+            .into_iter()
+            .map(|name| {
+                hash_file(&folder.join(name)).map(|(digest, bytes)| (name.to_owned(), FileEntry { digest, bytes }))
+            })
+            .collect::<Result<_, _>>()?,
+        warnings: header.warnings.clone(),
+    };
+    durable::write_file(folder, MANIFEST, pretty(&manifest).as_bytes())?;
+    Manifest::read(folder)
+}
+
+/// JSON for people, with a line end.
+fn pretty(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("tables are plain data with text keys") + "\n"
+}
+
+fn write_tables(folder: &Path, header: &DatasetHeader, splits: &SplitTable) -> Result<(), DatasetError> {
+    let mut objects = header.assets.clone();
+    objects.sort_by_key(|row| object_of(row));
+    let assets = serde_json::json!({
+        "format_version": FORMAT_VERSION,
+        "objects": objects,
+        "refused": header.refused,
+    });
+    durable::write_file(folder, ASSETS, pretty(&assets).as_bytes())?;
+    durable::write_file(folder, SPLITS, pretty(splits).as_bytes())?;
+    durable::write_file(folder, JOB, header.job_text.as_bytes())?;
+    Ok(())
+}
+
+fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
+    row.get("object")?.as_str().and_then(Digest::from_hex).map(ObjectId)
+}
+
+/// Object id -> (rank among the ids, name as it goes into the index, id likewise).
+type Objects = BTreeMap<ObjectId, (u32, ByteArray, ByteArray)>;
+
+pub(super) fn asset_names(folder: &Path, assets: &[serde_json::Value]) -> Result<Objects, DatasetError> {
+    let invalid = |problem: String| DatasetError::Invalid {
+        path: folder.join(ASSETS),
+        problem,
+        remedy: "each row of the asset table is one object with 'object' (64 hexadecimal digits) and 'name'",
+    };
+    let mut objects = Objects::new();
+    for (place, row) in assets.iter().enumerate() {
+        let name = row.get("name").and_then(|name| name.as_str());
+        let (Some(object), Some(name)) = (object_of(row), name) else {
+            return Err(invalid(format!("row {place} has no object or no name")));
+        };
+        let hex = ByteArray::from(object.to_string().as_str());
+        if objects.insert(object, (0, name.into(), hex)).is_some() {
+            return Err(invalid(format!("object {object} stands in two rows")));
+        }
+    }
+    for (rank, (place, _, _)) in (0..).zip(objects.values_mut()) {
+        *place = rank;
+    }
+    Ok(objects)
+}
+
+/// A sample's leaf of the root, small: objects by rank, sorting as `SampleId` does.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Leaf {
+    object: u32,
+    instance: u32,
+    view: u32,
+    camera: u32,
+    index: u64,
+    kept: bool,
+    digest: Digest,
+}
+
+impl Leaf {
+    pub fn new(rank: u32, row: &LedgerRow, channels: &[Channel]) -> Self {
+        let SampleId { instance, view, camera, .. } = row.sample;
+        let digest = match &row.fate {
+            Fate::Kept(digests) => {
+                let mut payloads: Vec<_> = channels.iter().map(|channel| channel.topic()).zip(digests).collect();
+                payloads.sort_unstable_by_key(|(topic, _)| *topic);
+                merkle::sample_leaf(&row.sample, payloads)
+            }
+            Fate::Rejected { reason, detail } => merkle::reject_leaf(&row.sample, reason, detail),
+        };
+        let kept = matches!(row.fate, Fate::Kept(_));
+        Self { object: rank, instance, view: view.0, camera, index: row.index.0, kept, digest }
+    }
+}
+
+/// Roots over the kept samples and over the rejects.
+pub(super) fn roots(mut leaves: Vec<Leaf>, objects: &Objects) -> Result<(Digest, Digest), DatasetError> {
+    leaves.sort_unstable();
+    let key = |leaf: &Leaf| (leaf.object, leaf.instance, leaf.view, leaf.camera);
+    if let Some(pair) = leaves.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])) {
+        let object = objects.keys().nth(pair[0].object as usize).map_or_else(String::new, |object| object.0.short());
+        let Leaf { instance, view, camera, .. } = pair[0];
+        return Err(DatasetError::DuplicateSample {
+            id: format!("{object}.{instance}.{view}.{camera}"),
+            first: SampleIndex(pair[0].index),
+            second: SampleIndex(pair[1].index),
+        });
+    }
+    let (mut samples, mut rejects) = (Tree::default(), Tree::default());
+    for leaf in leaves {
+        if leaf.kept { &mut samples } else { &mut rejects }.push(leaf.digest);
+    }
+    Ok((samples.root(), rejects.root()))
+}
+
+/// Counts that grow with each shard.
+#[derive(Default)]
+struct Sums {
+    counts: Counts,
+    shards: Vec<ShardEntry>,
+}
+
+/// One pass over the ledgers.
+struct Pass<'a> {
+    mark: &'a RunMark,
+    objects: &'a Objects,
+    splits: &'a SplitTable,
+    folder: &'a Path,
+    /// Opened with the first ledger, which names the channels.
+    index: Option<IndexWriter>,
+    rejects: Rejects,
+    channels: Vec<Channel>,
+    leaves: Vec<Leaf>,
+    sums: Sums,
+}
+
+impl<'a> Pass<'a> {
+    fn begin(
+        folder: &'a Path,
+        mark: &'a RunMark,
+        objects: &'a Objects,
+        splits: &'a SplitTable,
+    ) -> Result<Self, DatasetError> {
+        let (file, temporary) = Temporary::create(folder, REJECTS)?;
+        Ok(Self {
+            mark,
+            objects,
+            splits,
+            folder,
+            index: None,
+            rejects: Rejects { out: BufWriter::new(file), temporary },
+            channels: Vec::new(),
+            leaves: Vec::with_capacity(mark.samples as usize),
+            sums: Sums::default(),
+        })
+    }
+
+    fn shard(&mut self, shard: &ShardFile, digest: Digest, bytes: u64) -> Result<(), DatasetError> {
+        let ledger = shard.ledger()?;
+        self.belongs(&ledger).map_err(|problem| invalid(&shard.path, problem))?;
+        if self.index.is_none() {
+            self.channels.clone_from(&ledger.channels);
+            self.index = Some(IndexWriter::create(self.folder, &ledger.channels)?);
+        }
+        let mut kept = 0;
+        for row in &ledger.rows {
+            kept += u64::from(self.row(shard, ledger.shard.0, row)?);
+        }
+        self.sums.shards.push(ShardEntry {
+            file: shard.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            digest,
+            bytes,
+            first_sample: ledger.first.0,
+            samples: ledger.rows.len() as u64,
+            kept,
+        });
+        self.sums.counts.samples += ledger.rows.len() as u64;
+        self.sums.counts.kept += kept;
+        Ok(())
+    }
+
+    /// Whether a ledger is the next one of this run; `Err` says in words why not.
+    fn belongs(&self, ledger: &Ledger) -> Result<(), String> {
+        let RunMark { product, job, samples, shards, shard_samples, .. } = self.mark;
+        if ledger.job != *job {
+            return Err(format!("it belongs to job {}, not {}", ledger.job.0.short(), job.0.short()));
+        }
+        let place = self.sums.shards.len() as u32;
+        if (&ledger.product, ledger.shard.0, ledger.shards) != (product, place, *shards) {
+            let Ledger { product, shard, shards, .. } = ledger;
+            return Err(format!("its ledger is of {product} shard {shard} of {shards}, its name says {place}"));
+        }
+        let first = self.sums.counts.samples;
+        let most = u64::from(*shard_samples).min(samples.saturating_sub(first));
+        if ledger.first.0 != first || !(1..=most).contains(&(ledger.rows.len() as u64)) {
+            let (found, from) = (ledger.rows.len(), ledger.first);
+            return Err(format!("it accounts for {found} samples from {from}, expected 1 to {most} from {first}"));
+        }
+        if !self.sums.shards.is_empty() && ledger.channels != self.channels {
+            return Err(format!("it has the channels {:?}, the others {:?}", ledger.channels, self.channels));
+        }
+        Ok(())
+    }
+
+    /// Checks that the shards account for every sample.
+    fn complete(&self) -> Result<(), DatasetError> {
+        let found = self.sums.counts.samples;
+        if found == self.mark.samples {
+            return Ok(());
+        }
+        let problem = format!("the shards account for {found} samples, the plan has {}", self.mark.samples);
+        Err(DatasetError::Invalid { path: self.folder.join(SHARDS), problem, remedy: REMAKE })
+    }
+
+    /// Takes a row; whether it was kept.
+    fn row(&mut self, shard: &ShardFile, number: u32, row: &LedgerRow) -> Result<bool, DatasetError> {
+        let unknown = |table: &str| {
+            let LedgerRow { index, sample, .. } = row;
+            invalid(&shard.path, format!("sample {index} is {sample}, whose object stands in no row of the {table}"))
+        };
+        let (rank, name, hex) = self.objects.get(&row.sample.subject).ok_or_else(|| unknown("asset table"))?;
+        let split = self.splits.of(&row.sample).ok_or_else(|| unknown("split table"))?;
+        self.leaves.push(Leaf::new(*rank, row, &self.channels));
+        match &row.fate {
+            Fate::Kept(_) => *self.sums.counts.splits.entry(split).or_default() += 1,
+            Fate::Rejected { reason, detail } => {
+                *self.sums.counts.rejected.entry(reason.clone()).or_default() += 1;
+                let line = serde_json::json!({
+                    "sample_index": row.index.0,
+                    "subject": row.sample.subject,
+                    "instance": row.sample.instance,
+                    "view": row.sample.view.0,
+                    "camera": row.sample.camera,
+                    "reason": reason,
+                    "detail": detail,
+                });
+                let Rejects { out, temporary } = &mut self.rejects;
+                writeln!(out, "{line}").map_err(DatasetError::io("writing", temporary.path()))?;
+            }
+        }
+        if let Some(index) = &mut self.index {
+            index.push(&IndexRow { row, object: name, subject: hex, split, shard: number })?;
+        }
+        Ok(matches!(row.fate, Fate::Kept(_)))
+    }
+}
+
+/// `rejects.jsonl` while it grows.
+struct Rejects {
+    out: BufWriter<File>,
+    temporary: Temporary,
+}
+
+impl Rejects {
+    fn finish(self, folder: &Path) -> Result<(), DatasetError> {
+        let file = self.out.into_inner();
+        let file = file.map_err(|error| DatasetError::io("writing", self.temporary.path())(error.into_error()))?;
+        self.temporary.publish(&file, folder, REJECTS).map(|_| ())
+    }
+}

@@ -1,0 +1,287 @@
+//! `index.parquet`: one row a sample index, kept or rejected.
+
+use std::{fs::File, path::Path, sync::Arc};
+
+use parquet::{
+    basic::{Compression, ZstdLevel},
+    column::{reader::ColumnReader, writer::ColumnWriter},
+    data_type::{ByteArray, FixedLenByteArray},
+    errors::ParquetError,
+    file::{
+        properties::{EnabledStatistics, WriterProperties},
+        reader::{FileReader, SerializedFileReader},
+        writer::SerializedFileWriter,
+    },
+    schema::{parser::parse_message_type, types::ColumnPath},
+};
+
+use super::{DatasetError, Fate, LedgerRow, Split, durable::Temporary, layout::INDEX};
+use crate::{
+    ids::{Digest, ObjectId, SampleId, ViewId},
+    record::Channel,
+};
+
+/// Rows held in memory at a time.
+const ROW_GROUP: usize = 32768;
+
+/// One row as it goes into the index.
+pub(super) struct IndexRow<'a> {
+    pub row: &'a LedgerRow,
+    pub object: &'a ByteArray,
+    pub subject: &'a ByteArray,
+    pub split: Split,
+    pub shard: u32,
+}
+
+/// Writes the index, a row group at a time.
+pub(super) struct IndexWriter {
+    writer: SerializedFileWriter<File>,
+    file: File,
+    temporary: Temporary,
+    columns: Columns,
+}
+
+/// The columns of one row group, in schema order.
+#[derive(Default)]
+struct Columns {
+    sample_index: Vec<i64>,
+    /// subject, object, split
+    names: [Vec<ByteArray>; 3],
+    /// instance, view, camera, shard, partial, complete and both cells
+    numbers: [Vec<i32>; 7],
+    kept: Vec<bool>,
+    /// reason, detail: of rejects only
+    words: [Vec<ByteArray>; 2],
+    solid_share: Vec<f64>,
+    /// digests of each channel, of kept samples only
+    digests: Vec<Vec<FixedLenByteArray>>,
+}
+
+fn schema(channels: &[Channel]) -> String {
+    let digests: String = (channels.iter())
+        .map(|channel| format!("optional fixed_len_byte_array(32) digest_{};\n", channel.name()))
+        .collect();
+    format!(
+        "message sample {{
+            required int64 sample_index (integer(64, false));
+            required binary subject (string);
+            required binary object (string);
+            required int32 instance (integer(32, false));
+            required int32 view (integer(32, false));
+            required int32 camera (integer(32, false));
+            required binary split (string);
+            required int32 shard (integer(32, false));
+            required boolean kept;
+            optional binary reason (string);
+            optional binary detail (string);
+            required int32 partial_cells (integer(32, false));
+            required int32 complete_cells (integer(32, false));
+            required int32 both_cells (integer(32, false));
+            required double solid_share;
+            {digests}
+        }}"
+    )
+}
+
+impl IndexWriter {
+    pub fn create(folder: &Path, channels: &[Channel]) -> Result<Self, DatasetError> {
+        let (file, temporary) = Temporary::create(folder, INDEX)?;
+        let writer = Self::open(&file, channels).map_err(|error| unwritten(temporary.path(), error))?;
+        let digests = channels.iter().map(|_| Vec::new()).collect();
+        Ok(Self { writer, file, temporary, columns: Columns { digests, ..Columns::default() } })
+    }
+
+    fn open(file: &File, channels: &[Channel]) -> Result<SerializedFileWriter<File>, ParquetError> {
+        let mut properties = WriterProperties::builder()
+            // The default holds the crate's version, which would move bytes.
+            .set_created_by("graspmill format 1".to_owned())
+            .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
+            .set_statistics_enabled(EnabledStatistics::Chunk);
+        for channel in channels {
+            // Digests neither repeat nor shrink.
+            let path = ColumnPath::from(format!("digest_{}", channel.name()));
+            properties = properties
+                .set_column_dictionary_enabled(path.clone(), false)
+                .set_column_compression(path.clone(), Compression::UNCOMPRESSED)
+                .set_column_statistics_enabled(path, EnabledStatistics::None);
+        }
+        let schema = Arc::new(parse_message_type(&schema(channels))?);
+        SerializedFileWriter::new(file.try_clone()?, schema, Arc::new(properties.build()))
+    }
+
+    pub fn push(&mut self, row: &IndexRow) -> Result<(), DatasetError> {
+        let columns = &mut self.columns;
+        let LedgerRow { index, sample, facts, fate } = row.row;
+        columns.sample_index.push(index.0 as i64);
+        let split = ByteArray::from(row.split.name());
+        for (column, name) in columns.names.iter_mut().zip([row.subject.clone(), row.object.clone(), split]) {
+            column.push(name);
+        }
+        let numbers = [
+            sample.instance,
+            sample.view.0,
+            sample.camera,
+            row.shard,
+            facts.partial_cells,
+            facts.complete_cells,
+            facts.both_cells,
+        ];
+        for (column, number) in columns.numbers.iter_mut().zip(numbers) {
+            column.push(number as i32);
+        }
+        columns.solid_share.push(facts.solid_share);
+        columns.kept.push(matches!(fate, Fate::Kept(_)));
+        match fate {
+            Fate::Kept(digests) => {
+                for (column, digest) in columns.digests.iter_mut().zip(digests) {
+                    column.push(ByteArray::from(digest.0.to_vec()).into());
+                }
+            }
+            Fate::Rejected { reason, detail } => {
+                columns.words[0].push(reason.as_str().into());
+                columns.words[1].push(detail.as_str().into());
+            }
+        }
+        if columns.kept.len() == ROW_GROUP { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> Result<(), DatasetError> {
+        let written = write_row_group(&mut self.writer, &self.columns);
+        self.columns.clear();
+        written.map_err(|error| unwritten(self.temporary.path(), error))
+    }
+
+    pub fn finish(mut self, folder: &Path) -> Result<(), DatasetError> {
+        if !self.columns.kept.is_empty() {
+            self.flush()?;
+        }
+        let Self { writer, file, temporary, .. } = self;
+        writer.close().map_err(|error| unwritten(temporary.path(), error))?;
+        temporary.publish(&file, folder, INDEX).map(|_| ())
+    }
+}
+
+impl Columns {
+    fn clear(&mut self) {
+        self.sample_index.clear();
+        self.names.iter_mut().chain(&mut self.words).for_each(Vec::clear);
+        self.numbers.iter_mut().for_each(Vec::clear);
+        self.kept.clear();
+        self.solid_share.clear();
+        self.digests.iter_mut().for_each(Vec::clear);
+    }
+}
+
+fn write_row_group(writer: &mut SerializedFileWriter<File>, columns: &Columns) -> Result<(), ParquetError> {
+    let of_kept: Vec<i16> = columns.kept.iter().map(|kept| i16::from(*kept)).collect();
+    let of_rejected: Vec<i16> = columns.kept.iter().map(|kept| i16::from(!*kept)).collect();
+    let mut names = columns.names.iter();
+    let mut numbers = columns.numbers.iter();
+    let mut words = columns.words.iter();
+    let mut digests = columns.digests.iter();
+    let short = || ParquetError::General("the schema has more columns than the rows".to_owned());
+    let mut group = writer.next_row_group()?;
+    while let Some(mut column) = group.next_column()? {
+        match column.untyped() {
+            ColumnWriter::Int64ColumnWriter(writer) => writer.write_batch(&columns.sample_index, None, None)?,
+            ColumnWriter::Int32ColumnWriter(writer) => {
+                writer.write_batch(numbers.next().ok_or_else(short)?, None, None)?
+            }
+            ColumnWriter::BoolColumnWriter(writer) => writer.write_batch(&columns.kept, None, None)?,
+            ColumnWriter::DoubleColumnWriter(writer) => writer.write_batch(&columns.solid_share, None, None)?,
+            ColumnWriter::ByteArrayColumnWriter(writer) => match names.next() {
+                Some(values) => writer.write_batch(values, None, None)?,
+                None => writer.write_batch(words.next().ok_or_else(short)?, Some(&of_rejected), None)?,
+            },
+            ColumnWriter::FixedLenByteArrayColumnWriter(writer) => {
+                writer.write_batch(digests.next().ok_or_else(short)?, Some(&of_kept), None)?
+            }
+            _ => return Err(short()),
+        };
+        column.close()?;
+    }
+    group.close().map(|_| ())
+}
+
+fn unwritten(path: &Path, error: ParquetError) -> DatasetError {
+    match error {
+        ParquetError::External(source) => match source.downcast::<std::io::Error>() {
+            Ok(source) => DatasetError::Io { action: "writing", path: path.to_owned(), source: *source },
+            Err(source) => parquet_io(path, &source.to_string()),
+        },
+        other => parquet_io(path, &other.to_string()),
+    }
+}
+
+fn parquet_io(path: &Path, problem: &str) -> DatasetError {
+    DatasetError::Io { action: "writing", path: path.to_owned(), source: std::io::Error::other(problem.to_owned()) }
+}
+
+/// What the reader needs of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct IndexEntry {
+    pub sample: SampleId,
+    pub split: Split,
+    pub kept: bool,
+}
+
+/// Hands every row of an index to `take`, in order.
+pub(super) fn read_index(path: &Path, mut take: impl FnMut(u64, IndexEntry)) -> Result<(), DatasetError> {
+    let file = File::open(path).map_err(DatasetError::io("reading", path))?;
+    read_rows(file, &mut take).map_err(|error| DatasetError::Invalid {
+        path: path.to_owned(),
+        problem: error.to_string(),
+        remedy: "delete it and manifest.json and `run` the job again: the shards are kept",
+    })
+}
+
+fn read_rows(file: File, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
+    const COLUMNS: [&str; 7] = ["sample_index", "subject", "instance", "view", "camera", "split", "kept"];
+    let unfit = |what: &str| ParquetError::General(what.to_owned());
+    let reader = SerializedFileReader::new(file)?;
+    let schema = reader.metadata().file_metadata().schema_descr_ptr();
+    let mut places = [0; COLUMNS.len()];
+    for (place, name) in places.iter_mut().zip(COLUMNS) {
+        let mut columns = schema.columns().iter();
+        *place = columns.position(|column| column.name() == name).ok_or_else(|| unfit("a column is missing"))?;
+    }
+    for number in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(number)?;
+        let rows = group.metadata().num_rows() as usize;
+        let mut text = [Vec::new(), Vec::new()];
+        let mut numbers = [Vec::new(), Vec::new(), Vec::new()];
+        let (mut indices, mut kept) = (Vec::new(), Vec::new());
+        for (name, place) in COLUMNS.into_iter().zip(places) {
+            let read = match (group.get_column_reader(place)?, name) {
+                (ColumnReader::Int64ColumnReader(mut reader), _) => {
+                    reader.read_records(rows, None, None, &mut indices)?
+                }
+                (ColumnReader::BoolColumnReader(mut reader), _) => reader.read_records(rows, None, None, &mut kept)?,
+                (ColumnReader::ByteArrayColumnReader(mut reader), _) => {
+                    reader.read_records(rows, None, None, &mut text[usize::from(name == "split")])?
+                }
+                (ColumnReader::Int32ColumnReader(mut reader), _) => {
+                    let place = ["instance", "view", "camera"].iter().position(|column| *column == name);
+                    reader.read_records(rows, None, None, &mut numbers[place.ok_or_else(|| unfit(name))?])?
+                }
+                _ => return Err(unfit("a column has another type")),
+            };
+            if read.0 != rows {
+                return Err(unfit("a column is short"));
+            }
+        }
+        for row in 0..rows {
+            let word = |column: &Vec<ByteArray>| column[row].as_utf8().map(str::to_owned);
+            let subject = Digest::from_hex(&word(&text[0])?).ok_or_else(|| unfit("a subject is no digest"))?;
+            let sample = SampleId {
+                subject: ObjectId(subject),
+                instance: numbers[0][row] as u32,
+                view: ViewId(numbers[1][row] as u32),
+                camera: numbers[2][row] as u32,
+            };
+            let split = Split::from_name(&word(&text[1])?).ok_or_else(|| unfit("unknown split"))?;
+            take(indices[row] as u64, IndexEntry { sample, split, kept: kept[row] });
+        }
+    }
+    Ok(())
+}

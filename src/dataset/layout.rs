@@ -1,0 +1,86 @@
+//! Where things stand in a dataset's folder.
+
+use crate::ids::{Digest, ShardId};
+
+/// What the folder was begun for: written first.
+pub(super) const RUN: &str = "run.json";
+/// What it holds: written last.
+pub(super) const MANIFEST: &str = "manifest.json";
+/// One row a sample.
+pub(super) const INDEX: &str = "index.parquet";
+/// One row an object, and the refused meshes.
+pub(super) const ASSETS: &str = "assets.json";
+/// Who trains and who tests.
+pub(super) const SPLITS: &str = "splits.json";
+/// One line a rejected sample.
+pub(super) const REJECTS: &str = "rejects.jsonl";
+/// The resolved job.
+pub(super) const JOB: &str = "job.toml";
+/// Folder of the shards.
+pub(super) const SHARDS: &str = "shards";
+
+/// A shard's file name: `completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ShardName {
+    /// Product: `completion`.
+    pub product: String,
+    /// Which shard.
+    pub shard: ShardId,
+    /// Of how many.
+    pub shards: u32,
+    /// First 16 hexadecimal digits of the BLAKE3 of the content.
+    pub short: String,
+}
+
+impl ShardName {
+    /// The name of a shard with this content.
+    pub fn new(product: &str, shard: ShardId, shards: u32, digest: &Digest) -> Self {
+        Self { product: product.to_owned(), shard, shards, short: digest.short() }
+    }
+
+    /// Reads a file name; `None` for any other.
+    pub fn parse(name: &str) -> Option<Self> {
+        let stem = name.strip_suffix(".mcap")?;
+        let (rest, short) = stem.rsplit_once('-')?;
+        let (rest, shards) = rest.rsplit_once("-of-")?;
+        let (product, shard) = rest.rsplit_once('-')?;
+        let number =
+            |text: &str| (text.len() >= 5 && text.bytes().all(|byte| byte.is_ascii_digit())).then(|| text.parse());
+        let parsed = Self {
+            product: product.to_owned(),
+            shard: ShardId(number(shard)?.ok()?),
+            shards: number(shards)?.ok()?,
+            short: short.to_owned(),
+        };
+        // Only the one spelling passes: no second name for the same shard.
+        (short.len() == 16 && parsed.to_string() == name && parsed.shard.0 < parsed.shards).then_some(parsed)
+    }
+
+    /// The part that a shard has before its content is known.
+    pub fn stem(product: &str, shard: ShardId, shards: u32) -> String {
+        format!("{product}-{:05}-of-{shards:05}", shard.0)
+    }
+}
+
+impl std::fmt::Display for ShardName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}-{}.mcap", Self::stem(&self.product, self.shard, self.shards), self.short)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_reads_back_and_nothing_else_does() {
+        let name = ShardName::new("completion", ShardId(3), 152, &Digest::of(b"x"));
+        assert_eq!(ShardName::parse(&name.to_string()), Some(name.clone()));
+        for wrong in
+            ["completion-3-of-152-0123456789abcdef.mcap", "completion-00152-of-00152-0123456789abcdef.mcap", "a.mcap"]
+        {
+            assert_eq!(ShardName::parse(wrong), None, "{wrong}");
+        }
+        assert_eq!(ShardName::parse(&format!("{name}.tmp")), None);
+    }
+}

@@ -1,0 +1,214 @@
+//! The manifest: what a dataset holds and the digests that prove it; as written, then as checked.
+
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    DatasetError, Split,
+    layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SPLITS, ShardName},
+};
+use crate::{
+    ids::{Digest, JobDigest},
+    record::{Channel, FORMAT_VERSION},
+};
+
+/// How equal the numbers of a product are on two machines.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NumberClass {
+    /// The same bits on any machine: our own code.
+    Exact,
+    /// The same bits for one physics library, C library and processor level.
+    Physics,
+    /// The same bits for one graphics driver.
+    Colour,
+}
+
+impl NumberClass {
+    /// The name in files and in the root digest.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Physics => "physics",
+            Self::Colour => "colour",
+        }
+    }
+}
+
+/// `manifest.json`, checked. Everything a dataset holds hangs on it by digests.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Format on disk.
+    pub format_version: u32,
+    /// Program and version that wrote it.
+    pub generator: String,
+    /// Product: `completion`.
+    pub product: String,
+    /// The digest that names the dataset, whatever its shards, threads, paths and clock.
+    pub root: Digest,
+    /// Digest of the samples of each class of numbers.
+    pub classes: BTreeMap<NumberClass, Digest>,
+    /// What the numbers of class physics and colour depend on; empty for exact ones.
+    pub platform: BTreeMap<String, String>,
+    /// The job.
+    pub job: JobDigest,
+    /// Topics of every kept sample.
+    pub topics: Vec<String>,
+    /// Counts.
+    pub counts: Counts,
+    /// The shards, in order.
+    pub shards: Vec<ShardEntry>,
+    /// The other files, by name.
+    pub files: BTreeMap<String, FileEntry>,
+    /// Things a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Counts of a dataset.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Counts {
+    /// Sample indices: kept + rejected.
+    pub samples: u64,
+    /// Stored samples.
+    pub kept: u64,
+    /// Rejected samples by reason.
+    pub rejected: BTreeMap<String, u64>,
+    /// Objects.
+    pub objects: u64,
+    /// Meshes that could not be used.
+    pub refused_meshes: u64,
+    /// Stored samples by split.
+    pub splits: BTreeMap<Split, u64>,
+}
+
+/// One shard of a manifest.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShardEntry {
+    /// File name inside `shards/`.
+    pub file: String,
+    /// BLAKE3 of the file.
+    pub digest: Digest,
+    /// Size [bytes].
+    pub bytes: u64,
+    /// First sample index.
+    pub first_sample: u64,
+    /// Sample indices.
+    pub samples: u64,
+    /// Stored samples.
+    pub kept: u64,
+}
+
+/// One other file of a manifest.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FileEntry {
+    /// BLAKE3 of the file.
+    pub digest: Digest,
+    /// Size [bytes].
+    pub bytes: u64,
+}
+
+impl Manifest {
+    /// Reads and checks a folder's manifest.
+    ///
+    /// # Errors
+    /// When it is missing (the dataset is not finished), can't be read, is of another version or contradicts itself.
+    pub fn read(folder: &Path) -> Result<Self, DatasetError> {
+        #[derive(Deserialize)]
+        struct Version {
+            format_version: u32,
+        }
+        let path = folder.join(MANIFEST);
+        let text = fs::read(&path).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => DatasetError::Unfinished { folder: folder.to_owned() },
+            _ => DatasetError::io("reading", &path)(error),
+        })?;
+        let unreadable = |error: serde_json::Error| invalid(&path, error.to_string());
+        let Version { format_version: found } = serde_json::from_slice(&text).map_err(unreadable)?;
+        if found != FORMAT_VERSION {
+            return Err(DatasetError::Version { path, found, expected: FORMAT_VERSION });
+        }
+        let manifest: Self = serde_json::from_slice(&text).map_err(unreadable)?;
+        manifest.check(&path)?;
+        Ok(manifest)
+    }
+
+    /// What every kept sample has.
+    pub fn channels(&self) -> Vec<Channel> {
+        self.topics.iter().filter_map(|topic| Channel::from_topic(topic)).collect()
+    }
+
+    /// Path of a shard's file.
+    pub fn shard_path(&self, folder: &Path, shard: usize) -> PathBuf {
+        folder.join(super::layout::SHARDS).join(&self.shards[shard].file)
+    }
+
+    /// Place of the shard that accounts for a sample index.
+    pub fn shard_of(&self, index: u64) -> Option<usize> {
+        let place = self.shards.partition_point(|shard| shard.first_sample + shard.samples <= index);
+        (place < self.shards.len()).then_some(place)
+    }
+
+    fn check(&self, path: &Path) -> Result<(), DatasetError> {
+        let refuse = |problem: String| Err(invalid(path, problem));
+        if let Some(topic) = self.topics.iter().find(|topic| Channel::from_topic(topic).is_none()) {
+            return refuse(format!("unknown topic '{topic}'"));
+        }
+        if self.channels().first() != Some(&Channel::Pair)
+            || !self.topics.is_sorted_by_key(|topic| Channel::from_topic(topic))
+        {
+            return refuse("the topics are not in order, pair first".to_owned());
+        }
+        let mut next = 0;
+        for (place, shard) in self.shards.iter().enumerate() {
+            let named = ShardName::parse(&shard.file);
+            let fits = named.is_some_and(|name| {
+                name.product == self.product
+                    && name.shard.0 as usize == place
+                    && name.shards as usize == self.shards.len()
+                    && name.short == shard.digest.short()
+            });
+            if !fits {
+                return refuse(format!("shard {place} has the file name '{}'", shard.file));
+            }
+            if shard.first_sample != next || shard.samples == 0 || shard.kept > shard.samples {
+                return refuse(format!("shard {place} begins at sample {}, expected {next}", shard.first_sample));
+            }
+            next = shard.first_sample.saturating_add(shard.samples);
+        }
+        let Counts { samples, kept, rejected, splits, .. } = &self.counts;
+        let of_shards: u64 = self.shards.iter().map(|shard| shard.kept).sum();
+        let sums = [
+            ("samples of the shards", next, *samples),
+            ("kept samples of the shards", of_shards, *kept),
+            ("kept samples of the splits", splits.values().sum(), *kept),
+            ("kept and rejected samples", kept + rejected.values().sum::<u64>(), *samples),
+        ];
+        for (what, found, expected) in sums {
+            if found != expected {
+                return refuse(format!("{found} {what}, {expected} in all"));
+            }
+        }
+        let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
+        if names != [ASSETS, INDEX, JOB, REJECTS, SPLITS] {
+            return refuse(format!("it names the files {names:?}"));
+        }
+        Ok(())
+    }
+}
+
+fn invalid(path: &Path, problem: String) -> DatasetError {
+    DatasetError::Invalid {
+        path: path.to_owned(),
+        problem,
+        remedy: "delete it and `run` the job again: finished shards are kept",
+    }
+}

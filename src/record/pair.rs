@@ -1,0 +1,208 @@
+//! The pair of grids: what one camera saw of an object, and the solid object.
+
+use nalgebra::{Matrix3, Point3};
+use prost::Message;
+
+use super::{RecordError, proto, sample_from_proto, wire};
+use crate::{
+    geom::{CameraCv, Frame, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, World},
+    ids::SampleId,
+};
+
+const MESSAGE: &str = "VoxelPair";
+/// How far a stored pose may be from a rotation, and the three poses from closing; composing them costs about 1e-15.
+const POSE_TOLERANCE: f64 = 1e-9;
+
+/// What one camera saw of an object and the solid object, on one grid in `CameraCv` (spec: thesis ch. 5.3).
+///
+/// For the hot path keep one and refill it: its grids keep their memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VoxelPair {
+    /// Which sample.
+    pub sample: SampleId,
+    /// Where the grid lies, in `CameraCv` [m].
+    pub grid: GridPlacement,
+    /// The camera [px].
+    pub camera: Intrinsics,
+    /// The object as the camera sees it.
+    pub camera_from_object: Pose<CameraCv, Object>,
+    /// The object in the room.
+    pub world_from_object: Pose<World, Object>,
+    /// The camera in the room.
+    pub world_from_camera: Pose<World, CameraCv>,
+    /// Cells that hold a point the camera saw.
+    pub partial: OccupancyGrid,
+    /// Cells of the solid object.
+    pub complete: OccupancyGrid,
+    /// Occupied cells of `partial`.
+    pub partial_cells: u32,
+    /// Occupied cells of `complete`.
+    pub complete_cells: u32,
+    /// Cells occupied in both.
+    pub both_cells: u32,
+    /// Share of the solid's volume that lies inside the grid, 0 to 1.
+    pub solid_share: f64,
+}
+
+impl VoxelPair {
+    /// Appends the payload to `out`; equal records give equal bytes.
+    pub fn encode(&self, out: &mut Vec<u8>) {
+        out.reserve(self.partial.bytes().len() + self.complete.bytes().len() + 640);
+        wire::sample(out, 1, &self.sample);
+        wire::grid(out, 2, &self.grid);
+        wire::camera(out, 3, &self.camera);
+        wire::doubles(out, 4, &self.camera_from_object.to_rows());
+        wire::doubles(out, 5, &self.world_from_object.to_rows());
+        wire::doubles(out, 6, &self.world_from_camera.to_rows());
+        wire::bytes(out, 7, self.partial.bytes());
+        wire::bytes(out, 8, self.complete.bytes());
+        wire::uint32(out, 9, self.partial_cells);
+        wire::uint32(out, 10, self.complete_cells);
+        wire::uint32(out, 11, self.both_cells);
+        wire::double(out, 12, self.solid_share);
+    }
+
+    /// Reads and checks a payload.
+    ///
+    /// # Errors
+    /// When a length, range or count does not hold, a pose is no rigid motion or the poses do not close.
+    pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
+        let pair = proto::VoxelPair::decode(payload)
+            .map_err(|error| RecordError::Protobuf { message: MESSAGE, problem: error.to_string() })?;
+        let sample = sample_from_proto(MESSAGE, pair.sample)?;
+        let grid = placement(pair.grid)?;
+        let camera = intrinsics(pair.camera)?;
+        let camera_from_object = pose("camera_from_object", &pair.camera_from_object)?;
+        let world_from_object: Pose<World, Object> = pose("world_from_object", &pair.world_from_object)?;
+        let world_from_camera: Pose<World, CameraCv> = pose("world_from_camera", &pair.world_from_camera)?;
+        let chained = (world_from_camera * camera_from_object).to_rows();
+        let error = largest_difference(&chained, &world_from_object.to_rows());
+        if error > POSE_TOLERANCE {
+            return Err(RecordError::PoseChain { message: MESSAGE, error });
+        }
+        let partial = plane(MESSAGE, "partial", grid.resolution, pair.partial)?;
+        let complete = plane(MESSAGE, "complete", grid.resolution, pair.complete)?;
+        for (field, stated, counted) in [
+            ("partial_cells", pair.partial_cells, partial.count()),
+            ("complete_cells", pair.complete_cells, complete.count()),
+            ("both_cells", pair.both_cells, partial.count_both(&complete)),
+        ] {
+            if stated != counted {
+                return Err(RecordError::Count { message: MESSAGE, field, stated, counted });
+            }
+        }
+        ranged(MESSAGE, "solid_share", pair.solid_share, (0.0..=1.0).contains(&pair.solid_share), "0 to 1")?;
+        Ok(Self {
+            sample,
+            grid,
+            camera,
+            camera_from_object,
+            world_from_object,
+            world_from_camera,
+            partial,
+            complete,
+            partial_cells: pair.partial_cells,
+            complete_cells: pair.complete_cells,
+            both_cells: pair.both_cells,
+            solid_share: pair.solid_share,
+        })
+    }
+}
+
+/// `Err` with the value unless `holds`.
+pub(super) fn ranged(
+    message: &'static str,
+    field: &'static str,
+    value: f64,
+    holds: bool,
+    allowed: &'static str,
+) -> Result<(), RecordError> {
+    if holds { Ok(()) } else { Err(RecordError::Range { message, field, value, allowed }) }
+}
+
+/// `Err` unless `found` is `expected`.
+pub(super) fn lengthy(
+    message: &'static str,
+    field: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), RecordError> {
+    if found == expected { Ok(()) } else { Err(RecordError::Length { message, field, expected, found }) }
+}
+
+/// A grid's resolution: 1 to 128.
+pub(super) fn resolution(message: &'static str, value: u32) -> Result<u32, RecordError> {
+    ranged(message, "resolution", f64::from(value), (1..=128).contains(&value), "1 to 128")?;
+    Ok(value)
+}
+
+/// A bit plane whose unused last bits are 0.
+pub(super) fn plane(
+    message: &'static str,
+    field: &'static str,
+    resolution: u32,
+    bits: Vec<u8>,
+) -> Result<OccupancyGrid, RecordError> {
+    let found = bits.len();
+    let expected = OccupancyGrid::bytes_for(resolution);
+    let last = bits.last().copied().unwrap_or_default();
+    let grid =
+        OccupancyGrid::from_bytes(resolution, bits).ok_or(RecordError::Length { message, field, expected, found })?;
+    let spare = 8 * expected - (resolution as usize).pow(3);
+    let padding = u32::from(last) >> (8 - spare);
+    ranged(message, field, f64::from(padding), padding == 0, "without bits after the last cell")?;
+    Ok(grid)
+}
+
+fn placement(grid: Option<proto::Grid>) -> Result<GridPlacement, RecordError> {
+    let grid = grid.ok_or(RecordError::Missing { message: MESSAGE, field: "grid" })?;
+    let resolution = resolution(MESSAGE, grid.resolution)?;
+    for (field, value) in
+        [("grid.centre_x", grid.centre_x), ("grid.centre_y", grid.centre_y), ("grid.centre_z", grid.centre_z)]
+    {
+        ranged(MESSAGE, field, value, value.is_finite(), "finite")?;
+    }
+    let holds = grid.cell_size > 0.0 && grid.cell_size.is_finite();
+    ranged(MESSAGE, "grid.cell_size", grid.cell_size, holds, "positive and finite")?;
+    let centre = Point3::new(grid.centre_x, grid.centre_y, grid.centre_z);
+    Ok(GridPlacement { resolution, centre, cell_size: grid.cell_size })
+}
+
+fn intrinsics(camera: Option<proto::Camera>) -> Result<Intrinsics, RecordError> {
+    let camera = camera.ok_or(RecordError::Missing { message: MESSAGE, field: "camera" })?;
+    let proto::Camera { width, height, fx, fy, cx, cy, near } = camera;
+    for (field, side) in [("camera.width", width), ("camera.height", height)] {
+        ranged(MESSAGE, field, f64::from(side), (1..=16384).contains(&side), "1 to 16384")?;
+    }
+    for (field, value) in [("camera.fx", fx), ("camera.fy", fy), ("camera.near", near)] {
+        ranged(MESSAGE, field, value, value > 0.0 && value.is_finite(), "positive and finite")?;
+    }
+    for (field, value) in [("camera.cx", cx), ("camera.cy", cy)] {
+        ranged(MESSAGE, field, value, value.is_finite(), "finite")?;
+    }
+    Ok(Intrinsics { width, height, fx, fy, cx, cy, near })
+}
+
+fn pose<To: Frame, From: Frame>(field: &'static str, rows: &[f64]) -> Result<Pose<To, From>, RecordError> {
+    let rows: &[f64; 12] = rows.try_into().map_err(|_| RecordError::Length {
+        message: MESSAGE,
+        field,
+        expected: 12,
+        found: rows.len(),
+    })?;
+    if let Some(value) = rows.iter().find(|value| !value.is_finite()) {
+        return Err(RecordError::Range { message: MESSAGE, field, value: *value, allowed: "finite" });
+    }
+    let pose = Pose::from_rows(rows);
+    let rotation = pose.rotation().matrix();
+    let error =
+        (rotation * rotation.transpose() - Matrix3::identity()).amax().max((rotation.determinant() - 1.0).abs());
+    if error > POSE_TOLERANCE {
+        return Err(RecordError::Rotation { message: MESSAGE, field, error });
+    }
+    Ok(pose)
+}
+
+fn largest_difference(a: &[f64; 12], b: &[f64; 12]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,116 @@
+//! The few pieces of the protobuf wire format that our records need, written straight into the output: tag order,
+//! zero scalars and empty bytes left out, the same bytes as the generated encoder (a test compares them).
+
+use crate::{
+    geom::{GridPlacement, Intrinsics},
+    ids::SampleId,
+};
+
+const VARINT: u32 = 0;
+const FIXED64: u32 = 1;
+const LENGTH: u32 = 2;
+
+fn varint(out: &mut Vec<u8>, mut value: u64) {
+    while value >= 0x80 {
+        out.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    out.push(value as u8);
+}
+
+fn key(out: &mut Vec<u8>, field: u32, wire_type: u32) {
+    varint(out, u64::from(field << 3 | wire_type));
+}
+
+pub(super) fn uint32(out: &mut Vec<u8>, field: u32, value: u32) {
+    if value != 0 {
+        key(out, field, VARINT);
+        varint(out, u64::from(value));
+    }
+}
+
+pub(super) fn double(out: &mut Vec<u8>, field: u32, value: f64) {
+    if value != 0.0 {
+        key(out, field, FIXED64);
+        out.extend_from_slice(&value.to_le_bytes());
+    }
+}
+
+/// Key and length of a bytes field; the caller appends exactly `length` bytes.
+pub(super) fn bytes_header(out: &mut Vec<u8>, field: u32, length: usize) {
+    key(out, field, LENGTH);
+    varint(out, length as u64);
+}
+
+pub(super) fn bytes(out: &mut Vec<u8>, field: u32, value: &[u8]) {
+    if !value.is_empty() {
+        bytes_header(out, field, value.len());
+        out.extend_from_slice(value);
+    }
+}
+
+/// Numbers as a bytes field, little-endian.
+pub(super) fn floats(out: &mut Vec<u8>, field: u32, values: &[f32]) {
+    if !values.is_empty() {
+        bytes_header(out, field, 4 * values.len());
+        out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    }
+}
+
+/// A packed `repeated double`.
+pub(super) fn doubles(out: &mut Vec<u8>, field: u32, values: &[f64]) {
+    if !values.is_empty() {
+        bytes_header(out, field, 8 * values.len());
+        out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    }
+}
+
+/// A nested message shorter than 128 bytes, so that its length is one byte, known afterwards.
+fn short_message(out: &mut Vec<u8>, field: u32, write: impl FnOnce(&mut Vec<u8>)) {
+    key(out, field, LENGTH);
+    let place = out.len();
+    out.push(0);
+    write(out);
+    let length = out.len() - place - 1;
+    debug_assert!(length < 128);
+    out[place] = length as u8;
+}
+
+pub(super) fn sample(out: &mut Vec<u8>, field: u32, sample: &SampleId) {
+    short_message(out, field, |out| {
+        bytes(out, 1, &sample.subject.0.0);
+        uint32(out, 2, sample.instance);
+        uint32(out, 3, sample.view.0);
+        uint32(out, 4, sample.camera);
+    });
+}
+
+pub(super) fn grid(out: &mut Vec<u8>, field: u32, grid: &GridPlacement) {
+    short_message(out, field, |out| {
+        uint32(out, 1, grid.resolution);
+        double(out, 2, grid.centre.x);
+        double(out, 3, grid.centre.y);
+        double(out, 4, grid.centre.z);
+        double(out, 5, grid.cell_size);
+    });
+}
+
+pub(super) fn camera(out: &mut Vec<u8>, field: u32, camera: &Intrinsics) {
+    short_message(out, field, |out| {
+        uint32(out, 1, camera.width);
+        uint32(out, 2, camera.height);
+        double(out, 3, camera.fx);
+        double(out, 4, camera.fy);
+        double(out, 5, camera.cx);
+        double(out, 6, camera.cy);
+        double(out, 7, camera.near);
+    });
+}
+
+/// [`floats`] with every NaN written as the same bits: which NaN an operation makes is not settled by IEEE 754.
+pub(super) fn floats_one_nan(out: &mut Vec<u8>, field: u32, values: &[f32]) {
+    if !values.is_empty() {
+        bytes_header(out, field, 4 * values.len());
+        out.extend(values.iter().flat_map(|value| if value.is_nan() { f32::NAN } else { *value }.to_le_bytes()));
+    }
+}
