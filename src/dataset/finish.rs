@@ -123,7 +123,7 @@ fn pretty(value: &impl Serialize) -> String {
 
 fn write_tables(folder: &Path, header: &DatasetHeader, splits: &SplitTable) -> Result<(), DatasetError> {
     let mut objects = header.assets.clone();
-    objects.sort_by_key(|row| object_of(row));
+    objects.sort_by_key(object_of);
     let assets = serde_json::json!({
         "format_version": FORMAT_VERSION,
         "objects": objects,

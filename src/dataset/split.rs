@@ -81,7 +81,7 @@ impl SplitTable {
 
     /// Sorts rows and views, and checks what the type can't say.
     pub(super) fn checked(mut self, path: &std::path::Path) -> Result<Self, DatasetError> {
-        self.objects.sort_by(|a, b| a.object.cmp(&b.object));
+        self.objects.sort_by_key(|row| row.object);
         for row in &mut self.objects {
             row.holdout_views.sort_unstable();
         }

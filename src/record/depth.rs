@@ -90,7 +90,7 @@ impl Depth {
             let read = |bytes: &[u8]| metres(u16::from_le_bytes([bytes[0], bytes[1]]), step);
             (data.chunks_exact(2).map(read).collect(), DepthCoding::U16 { step })
         };
-        if let Some(value) = values.iter().find(|value| !value.is_nan() && !(**value > 0.0 && value.is_finite())) {
+        if let Some(value) = values.iter().find(|value| !(value.is_nan() || **value > 0.0 && value.is_finite())) {
             let allowed = "positive, or NaN for no return";
             return Err(RecordError::Range { message: MESSAGE, field: "data", value: f64::from(*value), allowed });
         }
