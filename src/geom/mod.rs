@@ -14,4 +14,4 @@ pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;
 pub use mesh::{Aabb, TriMesh};
 pub use simd::SimdLevel;
-pub use views::ViewSet;
+pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};

@@ -1,5 +1,10 @@
 //! The checked job: nothing optional that means "default", all reading and hashing done.
 
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::{
     assets::{AssetRecord, MeshRefusal, MeshSource},
     geom::{Intrinsics, ViewSet},
@@ -12,12 +17,18 @@ use crate::{
 pub struct Job {
     /// Name, for people; not part of any digest.
     pub name: String,
+    /// Which defaults were taken; for people, since every switch stands below.
+    pub profile: Profile,
+    /// What `--set` changed, as given.
+    pub overrides: Vec<String>,
     /// Seed of every random stream.
     pub seed: u64,
     /// The objects, sorted by name; no two have the same content.
     pub objects: Vec<JobObject>,
     /// Meshes that cannot be used; the run goes on without them and ends with exit code 3.
     pub refused: Vec<MeshRefusal>,
+    /// Things to tell the user: an optional source that is not there, ...
+    pub notes: Vec<String>,
     /// The shape-completion product.
     pub completion: Completion,
     /// Who trains and who tests.
@@ -26,11 +37,36 @@ pub struct Job {
     pub shard_samples: u32,
 }
 
+/// A named set of defaults; every quirk is a switch of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Profile {
+    /// Good practice: no duplicate rotations, partial inside complete by construction, visibility stored.
+    Standard,
+    /// Faithful to the thesis, quirks included.
+    Thesis,
+}
+
+/// The camera of an MJCF scene that gave the numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneCamera {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// The camera's name in it.
+    pub camera: String,
+    /// Image width [px].
+    pub width: u32,
+    /// Image height [px].
+    pub height: u32,
+}
+
 /// One object of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobObject {
     /// How to prepare the mesh again.
     pub source: MeshSource,
+    /// The package that holds the file, where one does: a resolved job names it instead of a path.
+    pub package: Option<String>,
     /// What it is.
     pub asset: AssetRecord,
 }
@@ -51,6 +87,8 @@ pub struct Completion {
     pub pivot: Pivot,
     /// The camera.
     pub camera: Intrinsics,
+    /// Where the camera's numbers come from, when from a scene.
+    pub scene: Option<SceneCamera>,
     /// How far the pivot is from the camera.
     pub distance: Distance,
     /// Who makes the depth image.
@@ -175,16 +213,29 @@ pub struct ImplicitSamples {
 pub struct SplitSettings {
     /// Share of the views of training objects that are held out.
     pub holdout_views: f64,
-    /// Share of the objects (or groups) that are validation models.
-    pub validation_models: f64,
-    /// Share of the objects (or groups) that are test models.
-    pub test_models: f64,
+    /// The validation models, chosen among those that are no test models.
+    pub validation_models: ModelChoice,
+    /// The test models.
+    pub test_models: ModelChoice,
     /// Split whole groups instead of objects.
     pub by_group: bool,
     /// Objects whose shapes coincide stay on one side; `false` allows twins to straddle.
     pub keep_twins_together: bool,
+    /// Views of one object with equal rotations stay on one side; `false` (`thesis`) only counts those that straddle.
+    pub keep_equal_views_together: bool,
     /// Nested subsets of the training models, smallest first.
     pub training_subsets: Vec<SubsetSize>,
+}
+
+/// Which models go to one side of the split.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ModelChoice {
+    /// About this share of them; each model decides for itself, so that adding one moves no other.
+    Share(f64),
+    /// Exactly so many where groups and twins allow it; adding a model can move one other.
+    Count(u32),
+    /// These objects, by name.
+    Named(Vec<String>),
 }
 
 /// How many models a nested training subset holds.

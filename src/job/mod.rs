@@ -3,6 +3,6 @@
 mod checked;
 
 pub use checked::{
-    Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject, Pivot, Renderer, SplitSettings,
-    SubsetSize, Truth,
+    Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject, ModelChoice, Pivot, Profile,
+    Renderer, SceneCamera, SplitSettings, SubsetSize, Truth,
 };
