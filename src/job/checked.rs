@@ -66,9 +66,18 @@ pub struct JobObject {
     /// How to prepare the mesh again.
     pub source: MeshSource,
     /// The package that holds the file, where one does: a resolved job names it instead of a path.
-    pub package: Option<String>,
+    pub package: Option<PackageFile>,
     /// What it is.
     pub asset: AssetRecord,
+}
+
+/// A file of a package of meshes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PackageFile {
+    /// The package's name.
+    pub package: String,
+    /// Path below the package's folder, with `/`.
+    pub file: String,
 }
 
 impl JobObject {
@@ -110,7 +119,8 @@ pub struct Completion {
 }
 
 /// The point that an object is turned about, and that stands at the stated distance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Pivot {
     /// Centre of the bounding box.
     BoxCentre,

@@ -1,8 +1,36 @@
 //! Jobs: as written (TOML), then as meant (checked, every default filled in, assets by hash).
+//!
+//! ```text
+//! JobText --read--> JobDraft --(the caller prepares its meshes)--> resolve --> Job
+//! ```
+//!
+//! [`JobDraft::read`] decodes the file by its schema, checks it and lists its meshes, and reports every mistake of the
+//! file at once. Reading meshes is the caller's, so that it may use threads. [`Job::to_toml`] writes the job back with
+//! every default filled in and every mesh pinned by content; [`Job::digest`] names it.
 
+mod canonical;
+mod check;
 mod checked;
+mod decode;
+mod discover;
+mod document;
+mod draft;
+mod errors;
+mod estimate;
+mod mesh_table;
+mod packages;
+mod pattern;
+mod resolve;
+mod schema;
+mod spec;
 
+pub use check::{SceneReader, no_scenes};
 pub use checked::{
-    Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject, ModelChoice, Pivot, Profile,
-    Renderer, SceneCamera, SplitSettings, SubsetSize, Truth,
+    Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject, ModelChoice, PackageFile,
+    Pivot, Profile, Renderer, SceneCamera, SplitSettings, SubsetSize, Truth,
 };
+pub use draft::{FoundMesh, JobDraft, JobText, Surroundings, default_shard_samples};
+pub use errors::{JobError, JobErrors, Place, Problem};
+pub use estimate::{Estimate, expected_bytes};
+pub use packages::{MeshPackage, PACKAGES, package};
+pub use schema::schema;

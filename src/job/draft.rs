@@ -1,0 +1,139 @@
+//! A job file, read and checked in every setting, with the meshes that it names found but not yet read.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    check::{self, Checker, SceneReader},
+    checked::{Completion, PackageFile, Profile, SplitSettings},
+    decode::{self, Decoded},
+    discover,
+    document::Document,
+    errors::JobErrors,
+};
+use crate::assets::{MeshRefusal, MeshSource};
+
+/// A job file as text, and what is laid over it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JobText {
+    /// What messages call the file.
+    pub label: String,
+    /// The folder that relative paths in it start from.
+    pub folder: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// What `--set` gave, each `dotted.key=value`; later ones win.
+    pub overrides: Vec<String>,
+}
+
+impl JobText {
+    /// Reads a job file.
+    ///
+    /// # Errors
+    /// When the file cannot be read as UTF-8 text.
+    pub fn open(path: &Path, overrides: &[String]) -> io::Result<Self> {
+        Ok(Self {
+            label: path.display().to_string(),
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            text: fs::read_to_string(path)?,
+            overrides: overrides.to_vec(),
+        })
+    }
+}
+
+/// What a job may refer to beyond its own folder.
+pub struct Surroundings<'a> {
+    /// The folder that holds the packages of meshes.
+    pub packages: PathBuf,
+    /// Names of the built-in shapes.
+    pub built_in: Vec<String>,
+    /// Reads cameras out of scenes; [`no_scenes`](super::no_scenes) where there is no simulator.
+    pub scenes: &'a SceneReader<'a>,
+}
+
+/// A checked job whose meshes are found, in the order of their names, but not yet read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobDraft {
+    /// Name, for people.
+    pub name: String,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Which defaults were taken.
+    pub profile: Profile,
+    /// What `--set` changed, those of the file first.
+    pub overrides: Vec<String>,
+    /// The shape-completion product.
+    pub completion: Completion,
+    /// Who trains and who tests; names may still be patterns.
+    pub split: SplitSettings,
+    /// Samples a shard.
+    pub shard_samples: u32,
+    /// The meshes to prepare, by name.
+    pub meshes: Vec<FoundMesh>,
+    /// What was found but cannot be used.
+    pub refused: Vec<MeshRefusal>,
+    /// Things to tell the user.
+    pub notes: Vec<String>,
+    pub(super) document: Document,
+}
+
+/// One mesh that a job names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundMesh {
+    /// How to prepare it.
+    pub source: MeshSource,
+    /// The package that holds it, where one does.
+    pub package: Option<PackageFile>,
+    /// The content that it must have, where the job pins it.
+    pub pinned: Option<crate::ids::ObjectId>,
+}
+
+impl JobDraft {
+    /// Reads, checks and lists the meshes: everything but opening a mesh. All mistakes at once.
+    ///
+    /// # Errors
+    /// Every mistake of the file and of its overrides.
+    pub fn read(job: &JobText, surroundings: &Surroundings<'_>) -> Result<Self, JobErrors> {
+        let decoded = decode::decode(&job.label, &job.text, &job.overrides);
+        let Decoded { spec, document, errors, wrong } = match decoded {
+            Ok(decoded) => decoded,
+            Err(error) => return Err(JobErrors::check(vec![error]).expect_err("one mistake")),
+        };
+        let mut checker = Checker { document: &document, errors, wrong };
+        let completion = check::completion(&mut checker, &spec, &job.folder, surroundings.scenes);
+        let split = check::split(&mut checker, &spec.split);
+        let found = discover::discover(&mut checker, &spec.objects, &job.folder, surroundings);
+        let mut errors = checker.errors;
+        errors.extend(found.table_errors);
+        JobErrors::check(errors)?;
+        let views = completion.views.len() as u32;
+        let file_name = Path::new(&job.label).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        Ok(Self {
+            name: spec.name.or(file_name).unwrap_or_else(|| "job".to_owned()),
+            seed: u64::try_from(spec.seed).expect("the schema asks for a seed from 0"),
+            profile: spec.profile,
+            overrides: spec.overrides.into_iter().chain(job.overrides.iter().cloned()).collect(),
+            completion,
+            split,
+            shard_samples: spec.shards.samples.unwrap_or_else(|| default_shard_samples(views)),
+            meshes: found.meshes,
+            refused: found.refused,
+            notes: found.notes,
+            document,
+        })
+    }
+
+    /// What to prepare, in order: `resolve` wants the results in the same order.
+    pub fn sources(&self) -> impl ExactSizeIterator<Item = &MeshSource> {
+        self.meshes.iter().map(|mesh| &mesh.source)
+    }
+}
+
+/// The multiple of the views an object that is nearest below 4,096, so that shards end where objects end; 4,096 when an
+/// object has more views than that.
+pub fn default_shard_samples(views: u32) -> u32 {
+    const ABOUT: u32 = 4096;
+    if views == 0 || views > ABOUT { ABOUT } else { ABOUT / views * views }
+}

@@ -1,0 +1,183 @@
+//! The CSV table of what differs for single meshes.
+
+use std::{collections::BTreeMap, ops::Range};
+
+use super::{
+    decode::did_you_mean,
+    errors::{JobError, Place, Problem},
+    spec::{MeshRow, UnitSpec},
+};
+
+const COLUMNS: [&str; 8] = ["name", "unit", "scale", "size", "group", "licence", "citation", "object"];
+
+/// One field and the bytes that it stands on.
+struct Field {
+    text: String,
+    range: Range<usize>,
+}
+
+/// Reads a table: the first line names the columns, `name` among them; empty fields say nothing. Fields are separated
+/// by commas and may stand in double quotes (RFC 4180); lines that start with `#` are comments.
+///
+/// Every mistake is in the list, with its place in the table.
+pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, MeshRow>, Vec<JobError>) {
+    let mut rows = BTreeMap::new();
+    let mut errors = Vec::new();
+    let mut report = |range: &Range<usize>, key: &str, problem: Problem, help: Option<String>| {
+        errors.push(JobError { place: Place::in_text(file, text, range.clone()), key: key.to_owned(), problem, help });
+    };
+    let mut lines = records(text).into_iter();
+    let header = lines.next().unwrap_or_default();
+    for field in &header {
+        if !COLUMNS.contains(&field.text.as_str()) {
+            let known = COLUMNS.map(str::to_owned).to_vec();
+            let help = did_you_mean(&field.text, COLUMNS.into_iter());
+            report(&field.range, "", Problem::UnknownKey { found: field.text.clone(), known }, help);
+        }
+    }
+    let Some(name_column) = header.iter().position(|field| field.text == "name") else {
+        report(
+            &(0..0),
+            "",
+            Problem::Missing { expected: "a first line that names the columns, `name` among them".to_owned() },
+            None,
+        );
+        return (rows, errors);
+    };
+    for record in lines {
+        let whole = record[0].range.start..record[record.len() - 1].range.end;
+        if record.len() != header.len() {
+            let (expected, found) =
+                (format!("{} fields, as in the first line", header.len()), record.len().to_string());
+            report(&whole, "", Problem::Senseless { expected, found }, None);
+            continue;
+        }
+        let name = record[name_column].text.clone();
+        let mut row = MeshRow::default();
+        for (column, field) in header.iter().zip(&record).filter(|(_, field)| !field.text.is_empty()) {
+            if let Err(problem) = set(&mut row, &column.text, &field.text) {
+                report(&field.range, &column.text, problem, None);
+            }
+        }
+        if rows.insert(name.clone(), row).is_some() {
+            let found = format!("a second row for `{name}`");
+            report(&whole, "name", Problem::Senseless { expected: "one row a mesh".to_owned(), found }, None);
+        }
+    }
+    (rows, errors)
+}
+
+fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
+    let number = || match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(Some(number)),
+        _ => Err(Problem::OutOfRange { expected: "a number above 0 [m]".to_owned(), found: text.to_owned() }),
+    };
+    match column {
+        "unit" => {
+            let choices = || ["m", "dm", "cm", "mm", "inch", "foot"].map(str::to_owned).to_vec();
+            row.unit = Some(match text {
+                "m" => UnitSpec::Metre,
+                "dm" => UnitSpec::Decimetre,
+                "cm" => UnitSpec::Centimetre,
+                "mm" => UnitSpec::Millimetre,
+                "inch" => UnitSpec::Inch,
+                "foot" => UnitSpec::Foot,
+                other => return Err(Problem::NotAChoice { found: other.to_owned(), choices: choices() }),
+            });
+        }
+        "scale" => row.scale = number()?,
+        "size" => row.size = number()?,
+        "group" => row.group = Some(text.to_owned()),
+        "licence" => row.licence = Some(text.to_owned()),
+        "citation" => row.citation = Some(text.to_owned()),
+        "object" if crate::ids::Digest::from_hex(text).is_some() => row.object = Some(text.to_owned()),
+        "object" => {
+            let expected = "64 hexadecimal digits".to_owned();
+            return Err(Problem::Senseless { expected, found: text.to_owned() });
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// The records of a table, without comments and empty lines.
+fn records(text: &str) -> Vec<Vec<Field>> {
+    let mut records = Vec::new();
+    let mut rest = 0;
+    while rest < text.len() {
+        let line_end = text[rest..].find('\n').map_or(text.len(), |newline| rest + newline);
+        let line = text[rest..line_end].trim();
+        if line.is_empty() || line.starts_with('#') {
+            rest = line_end + 1;
+            continue;
+        }
+        let mut record = Vec::new();
+        loop {
+            let (field, end) = field(text, rest);
+            record.push(field);
+            rest = end + 1;
+            if text.as_bytes().get(end) != Some(&b',') {
+                break;
+            }
+        }
+        records.push(record);
+    }
+    records
+}
+
+/// The field that starts at `start`, and the byte that ends it: a comma, a line's end or the text's.
+fn field(text: &str, start: usize) -> (Field, usize) {
+    let bytes = text.as_bytes();
+    let is_end = |byte: usize| matches!(bytes.get(byte), None | Some(b',' | b'\n'));
+    if bytes.get(start) != Some(&b'"') {
+        let end = (start..).find(|byte| is_end(*byte)).expect("the text ends");
+        return (Field { text: text[start..end].trim().to_owned(), range: start..end }, end);
+    }
+    let (mut value, mut at) = (String::new(), start + 1);
+    loop {
+        let quote = text[at..].find('"').map_or(text.len(), |quote| at + quote);
+        value.push_str(&text[at..quote]);
+        at = (quote + 1).min(text.len());
+        // A doubled quote is one of the field's letters.
+        if bytes.get(at) != Some(&b'"') {
+            break;
+        }
+        value.push('"');
+        at += 1;
+    }
+    let end = (at..).find(|byte| is_end(*byte)).expect("the text ends");
+    (Field { text: value, range: start..end }, end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_quotes_comments_and_empty_fields() {
+        let text = "name,group,scale\r\n# a comment\nmug,\"cups, mugs\",\n\"a \"\"b\"\"\",,0.001\n\n";
+        let (rows, errors) = read("t.csv", text);
+        assert_eq!(errors, []);
+        assert_eq!(rows.len(), 2);
+        assert_eq!(rows["mug"].group.as_deref(), Some("cups, mugs"));
+        assert_eq!((rows["a \"b\""].scale, rows["a \"b\""].group.clone()), (Some(0.001), None));
+    }
+
+    #[test]
+    fn reports_every_mistake_with_its_place() {
+        let text = "name,gruop,unit,scale\nmug,x,metre,0\nmug,x,mm,1\nshort,x\n";
+        let (_, errors) = read("t.csv", text);
+        let places: Vec<(u32, u32, &str)> =
+            errors.iter().map(|error| (error.place.line, error.place.column, error.problem.code())).collect();
+        let expected = [
+            (1, 6, "unknown_key"),
+            (2, 7, "not_a_choice"),
+            (2, 13, "out_of_range"),
+            (3, 1, "senseless"),
+            (4, 1, "senseless"),
+        ];
+        assert_eq!(places, expected);
+        assert_eq!(errors[0].help.as_deref(), Some("did you mean `group`?"));
+        assert_eq!(read("t.csv", "").1.len(), 1);
+    }
+}

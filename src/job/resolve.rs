@@ -1,0 +1,113 @@
+//! From a draft and its prepared meshes to a job.
+
+use std::collections::BTreeMap;
+
+use super::{
+    checked::{Job, JobObject, ModelChoice},
+    decode::did_you_mean,
+    document::Path,
+    draft::JobDraft,
+    errors::{JobError, JobErrors, Problem},
+    pattern,
+};
+use crate::assets::{AssetRecord, MeshOrigin, MeshRefusal};
+
+impl JobDraft {
+    /// The job: `assets` holds what came of [`JobDraft::sources`], in the same order.
+    ///
+    /// Meshes that could not be prepared, whose content is not the pinned one, or whose content or geometry another
+    /// mesh (earlier by name) has already, are refused with a reason; the others make the job.
+    ///
+    /// # Errors
+    /// When no usable object is left, or the split names models that the job does not have.
+    ///
+    /// # Panics
+    /// If `assets` is not as long as the draft's meshes.
+    pub fn resolve(self, assets: Vec<Result<AssetRecord, MeshRefusal>>) -> Result<Job, JobErrors> {
+        assert_eq!(assets.len(), self.meshes.len(), "one result a mesh");
+        let mut refused = self.refused;
+        let mut objects: Vec<JobObject> = Vec::new();
+        let mut seen = BTreeMap::new();
+        for (mesh, asset) in self.meshes.into_iter().zip(assets) {
+            let asset = match asset {
+                Ok(asset) => asset,
+                Err(refusal) => {
+                    refused.push(refusal);
+                    continue;
+                }
+            };
+            let file = match &mesh.source.origin {
+                MeshOrigin::File(path) => path.display().to_string(),
+                MeshOrigin::BuiltIn(name) => name.clone(),
+            };
+            if let Some(pinned) = mesh.pinned
+                && pinned != asset.object
+            {
+                refused.push(MeshRefusal {
+                    file,
+                    reason: "changed".to_owned(),
+                    problem: format!("its content is {}, the job pins {}", asset.object.0.short(), pinned.0.short()),
+                    place: None,
+                    remedy: "restore the mesh, or take the pin out of the job for a new dataset".to_owned(),
+                });
+                continue;
+            }
+            let contents = [asset.object.0, asset.geometry];
+            if let Some(first) = contents.iter().find_map(|content| seen.get(content)) {
+                refused.push(MeshRefusal {
+                    file,
+                    reason: "duplicate".to_owned(),
+                    problem: format!("has the same geometry as `{first}`"),
+                    place: None,
+                    remedy: "nothing is lost; exclude one of the two to silence this".to_owned(),
+                });
+                continue;
+            }
+            contents.into_iter().for_each(|content| drop(seen.insert(content, asset.name.clone())));
+            objects.push(JobObject { source: mesh.source, package: mesh.package, asset });
+        }
+        let mut errors = Vec::new();
+        if objects.is_empty() {
+            let found = format!("none: {} refused{}", refused.len(), first_refusals(&refused));
+            let problem = Problem::Senseless { expected: "at least one usable mesh".to_owned(), found };
+            errors.push(JobError::at(self.document.place_of(&Path::of("objects")), "objects", problem));
+        }
+        let mut split = self.split;
+        let names: Vec<&str> = objects.iter().map(|object| object.source.name.as_str()).collect();
+        for (key, choice) in
+            [("validation_models", &mut split.validation_models), ("test_models", &mut split.test_models)]
+        {
+            if let ModelChoice::Named(patterns) = choice {
+                let path = Path::of("split").key(key);
+                for (index, wanted) in patterns.iter().enumerate() {
+                    if !names.is_empty() && !names.iter().any(|name| pattern::name(wanted, name)) {
+                        let path = path.index(index);
+                        let problem = Problem::NotFound { what: "model".to_owned(), detail: format!("`{wanted}`") };
+                        let mut error = JobError::at(self.document.place_of(&path), path.to_string(), problem);
+                        error.help = did_you_mean(wanted, names.iter().copied());
+                        errors.push(error);
+                    }
+                }
+                let named = |name: &&&str| patterns.iter().any(|wanted| pattern::name(wanted, name));
+                *patterns = names.iter().filter(named).map(|name| (*name).to_owned()).collect();
+            }
+        }
+        JobErrors::check(errors)?;
+        Ok(Job {
+            name: self.name,
+            profile: self.profile,
+            overrides: self.overrides,
+            seed: self.seed,
+            objects,
+            refused,
+            notes: self.notes,
+            completion: self.completion,
+            split,
+            shard_samples: self.shard_samples,
+        })
+    }
+}
+
+fn first_refusals(refused: &[MeshRefusal]) -> String {
+    refused.iter().take(3).map(|refusal| format!("; {refusal}")).collect()
+}

