@@ -1,1 +1,21 @@
-//! MuJoCo: the only room that names it.
+//! MuJoCo: the only room that names it. A scene's camera, and depth of one object by MuJoCo's own rays or renderer.
+//!
+//! A [`SimModel`] is one object before the camera of `scenes/single_view.xml`, compiled once and shared; a [`SimWorker`]
+//! is what one thread needs to look at it. Both ways of looking agree with our rasteriser (`tests/depth_oracles.rs`),
+//! and neither is of class `exact`: the compiler's choice of inertial frame and the rays run through the C library's
+//! maths (class `physics`), the renderer's pixels are the driver's (class `colour`).
+//!
+//! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
+//! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
+
+mod depth;
+mod error;
+mod ffi;
+mod gl;
+mod probe;
+mod scene;
+
+pub use depth::{Inertia, SimModel, SimWorker};
+pub use error::{GlError, SceneError, SimError};
+pub use probe::{GlFacts, SimFacts, sim_facts};
+pub use scene::scene_camera;

@@ -1,0 +1,143 @@
+//! What can go wrong on the way into MuJoCo.
+
+use std::path::PathBuf;
+
+/// Why a scene's camera could not be read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// MuJoCo cannot read or compile the file.
+    #[error("{}: MuJoCo refuses this scene: {message}", path.display())]
+    Refused {
+        /// The scene.
+        path: PathBuf,
+        /// MuJoCo's words, with line and column where it knows them.
+        message: String,
+    },
+    /// No camera has that name.
+    #[error("{}: no camera is named {name:?}; the scene has {}", path.display(), list(present))]
+    NoCamera {
+        /// The scene.
+        path: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        present: Vec<String>,
+    },
+    /// The camera has no image size.
+    #[error("{}: camera {name:?} has no image size: give it resolution=\"WIDTH HEIGHT\"", path.display())]
+    NoResolution {
+        /// The scene.
+        path: PathBuf,
+        /// The camera.
+        name: String,
+    },
+    /// The camera is not a pinhole camera.
+    #[error("{}: camera {name:?} is orthographic; a perspective camera is needed", path.display())]
+    Orthographic {
+        /// The scene.
+        path: PathBuf,
+        /// The camera.
+        name: String,
+    },
+    /// The camera's numbers are out of range.
+    #[error("{}: camera {name:?}: {source}", path.display())]
+    Intrinsics {
+        /// The scene.
+        path: PathBuf,
+        /// The camera.
+        name: String,
+        /// What is wrong.
+        source: crate::geom::InvalidIntrinsics,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none with a name".into() } else { names.join(", ") }
+}
+
+/// Why MuJoCo cannot make a depth image.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// Too little for a body; MuJoCo wants four vertices and one face at least.
+    #[error("a mesh of {vertices} vertices and {triangles} triangles: MuJoCo wants at least 4 and 1")]
+    TooSmall {
+        /// Vertices given.
+        vertices: usize,
+        /// Triangles given.
+        triangles: usize,
+    },
+    /// More than MuJoCo's 32-bit sizes hold.
+    #[error("a mesh of {vertices} vertices and {triangles} triangles: MuJoCo's sizes end at 2^31 / 9")]
+    TooLarge {
+        /// Vertices given.
+        vertices: usize,
+        /// Triangles given.
+        triangles: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} is not finite")]
+    NotFinite {
+        /// Index of the first such vertex.
+        vertex: usize,
+    },
+    /// A face names a vertex that is not there.
+    #[error("triangle {triangle} names vertex {vertex} of {vertices}")]
+    NoSuchVertex {
+        /// Index of the first such triangle.
+        triangle: usize,
+        /// The vertex named.
+        vertex: u32,
+        /// Vertices there are.
+        vertices: usize,
+    },
+    /// MuJoCo's compiler refuses the mesh.
+    #[error("MuJoCo refuses the mesh: {0}")]
+    Refused(String),
+    /// A pose holds NaN or an infinite number.
+    #[error("the pose is not finite: {0:?}")]
+    Pose([f64; 12]),
+    /// OpenGL is not to be had.
+    #[error(transparent)]
+    Gl(#[from] GlError),
+}
+
+/// Why MuJoCo's renderer cannot run here. Only `renderer = "mujoco-gl"` needs it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum GlError {
+    /// There is no EGL library.
+    #[error("libEGL.so.1 could not be loaded ({message}); {REMEDY}")]
+    NoLibrary {
+        /// The loader's words.
+        message: String,
+    },
+    /// EGL is there but no display and driver works.
+    #[error("EGL finds no display that draws without a window ({message}); {REMEDY}")]
+    NoDisplay {
+        /// What each display answered.
+        message: String,
+    },
+    /// The driver lacks something that MuJoCo needs; it would end the process.
+    #[error("the OpenGL driver {renderer} lacks {missing}; {REMEDY}")]
+    Lacks {
+        /// The driver's name.
+        renderer: String,
+        /// What is missing.
+        missing: String,
+    },
+    /// The image does not fit the driver.
+    #[error("an image of {width} x {height} px: the OpenGL driver draws up to {limit} px a side")]
+    TooLarge {
+        /// Image width [px].
+        width: u32,
+        /// Image height [px].
+        height: u32,
+        /// The driver's limit [px].
+        limit: u32,
+    },
+    /// Drawing or reading back failed.
+    #[error("OpenGL failed: {0}")]
+    Failed(String),
+}
+
+const REMEDY: &str = "install the system's EGL and an OpenGL driver (make deps-gl; on Debian and Ubuntu: apt-get install \
+                      libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri), or choose the renderer raster or mujoco-ray";

@@ -1,0 +1,241 @@
+//! Every unsafe call of the room: MuJoCo's log handler, its GL context, EGL.
+
+use std::{
+    ffi::{CStr, c_char, c_void},
+    io::Write,
+    sync::Once,
+};
+
+use khronos_egl as egl;
+use mujoco_rs::{
+    logging::set_log_handler,
+    mujoco_c::mjtDepthMap,
+    wrappers::{
+        mj_logging::{MjLogMessage, MjtLogLevel},
+        mj_model::MjModel,
+        mj_rendering::{MjrContext, MjtFramebuffer},
+    },
+};
+
+use super::error::GlError;
+
+type Egl = egl::DynamicInstance<egl::EGL1_4>;
+
+/// Must come before any other call into MuJoCo: every public function of the room that makes the first object
+/// calls it. Keeps MuJoCo from writing `MUJOCO_LOG.TXT` into the working folder.
+pub(super) fn prepare_library() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        // SAFETY: no thread is past this `Once` yet, and nothing outside the room calls MuJoCo.
+        #[expect(unsafe_code, reason = "MuJoCo keeps its log handler in a plain global")]
+        unsafe {
+            set_log_handler(report_fatal);
+        }
+    });
+}
+
+/// MuJoCo cannot go on after an error and ends the process with exit code 1 once this returns. Shards in work keep their
+/// temporary names, so nothing half written is taken for finished. Warnings concern stepping, which is not used yet.
+fn report_fatal(message: &MjLogMessage) {
+    if message.level() == MjtLogLevel::mjLOG_ERROR {
+        // The process ends here: no printer will come by to pick this up.
+        let _ = writeln!(std::io::stderr(), "error: MuJoCo gave up: {}", message.subject());
+    }
+}
+
+/// A headless OpenGL context, current on the thread that made it for as long as it lives.
+pub(super) struct GlContext {
+    egl: Egl,
+    display: egl::Display,
+    context: egl::Context,
+    /// Vendor and version of EGL.
+    pub(super) egl_vendor: String,
+    /// The driver's own name, as GL_RENDERER has it.
+    pub(super) renderer: String,
+    /// The driver's version, as GL_VERSION has it.
+    pub(super) version: String,
+    /// Longest side of an off-screen image [px].
+    pub(super) largest: u32,
+}
+
+const PLATFORM_DEVICE: egl::Enum = 0x313F; // EGL_PLATFORM_DEVICE_EXT
+const PLATFORM_SURFACELESS: egl::Enum = 0x31DD; // EGL_PLATFORM_SURFACELESS_MESA
+const GL_RENDERER: u32 = 0x1F01;
+const GL_VERSION: u32 = 0x1F02;
+const GL_EXTENSIONS: u32 = 0x1F03;
+const GL_MAX_RENDERBUFFER_SIZE: u32 = 0x84E8;
+
+/// What `mjr_makeContext` ends the process for when it is not there, and what float depth with near = 1 needs.
+const NEEDED: [&str; 3] = ["GL_ARB_framebuffer_object", "GL_ARB_vertex_buffer_object", "GL_ARB_depth_buffer_float"];
+
+impl GlContext {
+    /// The first display that gives a desktop OpenGL context without a window: graphics devices in EGL's order, then
+    /// Mesa's surfaceless platform, then the default display.
+    pub(super) fn new() -> Result<Self, GlError> {
+        // SAFETY: the library found under this name is the system's EGL; it is never unloaded.
+        #[expect(unsafe_code, reason = "loading a shared library runs its initialisers")]
+        let loaded = unsafe { Egl::load_required() };
+        let egl = loaded.map_err(|error| GlError::NoLibrary { message: error.to_string() })?;
+        let mut answers = Vec::new();
+        for (name, display) in displays(&egl) {
+            match open(&egl, display) {
+                Ok(context) => {
+                    let vendor = egl.query_string(Some(display), egl::VENDOR).map(text).unwrap_or_default();
+                    let version = egl.query_string(Some(display), egl::VERSION).map(text).unwrap_or_default();
+                    let mut made = Self {
+                        egl,
+                        display,
+                        context,
+                        egl_vendor: format!("{vendor} {version} ({name})"),
+                        renderer: String::new(),
+                        version: String::new(),
+                        largest: 0,
+                    };
+                    made.ask_driver()?;
+                    return Ok(made);
+                }
+                Err(error) => answers.push(format!("{name}: {error}")),
+            }
+        }
+        Err(GlError::NoDisplay { message: answers.join("; ") })
+    }
+
+    /// Makes the context current on this thread again, where another one was used in between.
+    pub(super) fn make_current(&self) -> Result<(), GlError> {
+        if self.egl.get_current_context() == Some(self.context) {
+            return Ok(());
+        }
+        self.egl
+            .make_current(self.display, None, None, Some(self.context))
+            .map_err(|error| GlError::Failed(format!("eglMakeCurrent: {error}")))
+    }
+
+    /// Names and limits of the driver, and whether MuJoCo can work with it.
+    fn ask_driver(&mut self) -> Result<(), GlError> {
+        let lacks = |missing: &str| GlError::Lacks { renderer: "of this display".into(), missing: missing.into() };
+        let get_string = self.egl.get_proc_address("glGetString").ok_or_else(|| lacks("glGetString"))?;
+        let get_integer = self.egl.get_proc_address("glGetIntegerv").ok_or_else(|| lacks("glGetIntegerv"))?;
+        // SAFETY: OpenGL defines both functions with these types; the context is current on this thread, and
+        // strings of the driver live as long as it.
+        #[expect(unsafe_code, reason = "OpenGL is reached through function pointers")]
+        let (renderer, version, extensions, largest) = unsafe {
+            let get_string: extern "system" fn(u32) -> *const c_char = std::mem::transmute(get_string);
+            let get_integer: extern "system" fn(u32, *mut i32) = std::mem::transmute(get_integer);
+            let named = |name| {
+                let found = get_string(name);
+                if found.is_null() { String::new() } else { text(CStr::from_ptr(found)) }
+            };
+            let mut largest = 0_i32;
+            get_integer(GL_MAX_RENDERBUFFER_SIZE, &raw mut largest);
+            (named(GL_RENDERER), named(GL_VERSION), named(GL_EXTENSIONS), largest)
+        };
+        self.renderer = renderer;
+        self.version = version;
+        self.largest = u32::try_from(largest).unwrap_or(0);
+        let missing: Vec<&str> =
+            NEEDED.into_iter().filter(|name| !extensions.split_whitespace().any(|present| present == *name)).collect();
+        if missing.is_empty() {
+            Ok(())
+        } else {
+            Err(GlError::Lacks { renderer: self.renderer.clone(), missing: missing.join(", ") })
+        }
+    }
+}
+
+impl Drop for GlContext {
+    fn drop(&mut self) {
+        // The display stays open: other threads may use it, and EGL closes it with the process.
+        let _ = self.egl.make_current(self.display, None, None, None);
+        let _ = self.egl.destroy_context(self.display, self.context);
+    }
+}
+
+fn text(from: &CStr) -> String {
+    from.to_string_lossy().into_owned()
+}
+
+/// Displays to try, each with the name of its platform.
+fn displays(egl: &Egl) -> Vec<(String, egl::Display)> {
+    let mut found = Vec::new();
+    let extensions = egl.query_string(None, egl::EXTENSIONS).map(text).unwrap_or_default();
+    let has = |name: &str| extensions.split_whitespace().any(|present| present == name);
+    if let Some(get_platform_display) = egl.get_proc_address("eglGetPlatformDisplayEXT") {
+        if has("EGL_EXT_platform_device") {
+            for (number, device) in devices(egl).into_iter().enumerate() {
+                let display = platform_display(get_platform_display, PLATFORM_DEVICE, device);
+                found.extend(display.map(|display| (format!("device {number}"), display)));
+            }
+        }
+        if has("EGL_MESA_platform_surfaceless") {
+            let display = platform_display(get_platform_display, PLATFORM_SURFACELESS, std::ptr::null_mut());
+            found.extend(display.map(|display| ("surfaceless".into(), display)));
+        }
+    }
+    // SAFETY: EGL_DEFAULT_DISPLAY is always allowed.
+    #[expect(unsafe_code, reason = "native displays are raw pointers")]
+    let default = unsafe { egl.get_display(egl::DEFAULT_DISPLAY) };
+    found.extend(default.map(|display| ("default display".into(), display)));
+    found
+}
+
+/// Graphics devices, hardware or software, in EGL's order.
+fn devices(egl: &Egl) -> Vec<*mut c_void> {
+    const MOST: usize = 16;
+    let Some(query) = egl.get_proc_address("eglQueryDevicesEXT") else { return Vec::new() };
+    let (mut devices, mut count) = ([std::ptr::null_mut(); MOST], 0_i32);
+    // SAFETY: EGL_EXT_device_enumeration defines this type; at most MOST devices are written.
+    #[expect(unsafe_code, reason = "EGL's extensions are reached through function pointers")]
+    let done = unsafe {
+        let query: extern "system" fn(i32, *mut *mut c_void, *mut i32) -> egl::Boolean = std::mem::transmute(query);
+        query(MOST as i32, devices.as_mut_ptr(), &raw mut count)
+    };
+    let count = if done == egl::TRUE { usize::try_from(count).unwrap_or(0).min(MOST) } else { 0 };
+    devices[..count].to_vec()
+}
+
+fn platform_display(get: extern "system" fn(), platform: egl::Enum, native: *mut c_void) -> Option<egl::Display> {
+    // SAFETY: EGL_EXT_platform_base defines this type; `native` is a device that EGL returned, or null where the
+    // platform asks for null.
+    #[expect(unsafe_code, reason = "EGL's extensions are reached through function pointers")]
+    unsafe {
+        let get: extern "system" fn(egl::Enum, *mut c_void, *const egl::Int) -> *mut c_void = std::mem::transmute(get);
+        let display = get(platform, native, std::ptr::null());
+        (!display.is_null()).then(|| egl::Display::from_ptr(display))
+    }
+}
+
+/// Opens a display and makes a context of desktop OpenGL current, without any surface: MuJoCo draws into its own buffer.
+fn open(egl: &Egl, display: egl::Display) -> Result<egl::Context, egl::Error> {
+    egl.initialize(display)?;
+    egl.bind_api(egl::OPENGL_API)?;
+    let wanted = [egl::SURFACE_TYPE, egl::PBUFFER_BIT, egl::RENDERABLE_TYPE, egl::OPENGL_BIT, egl::NONE];
+    let config = egl.choose_first_config(display, &wanted)?.ok_or(egl::Error::BadConfig)?;
+    // No version asked for: MuJoCo draws with the compatibility profile.
+    let context = egl.create_context(display, config, None, &[egl::NONE])?;
+    if let Err(error) = egl.make_current(display, None, None, Some(context)) {
+        let _ = egl.destroy_context(display, context);
+        return Err(error);
+    }
+    Ok(context)
+}
+
+/// MuJoCo's own GL objects for a model: its off-screen buffer and the mesh in the driver's memory. Depth is read as the
+/// buffer has it, 1 = near: reversed z keeps the floating-point depth precise far away.
+///
+/// The caller drops it before `gl` and while `gl` is current.
+pub(super) fn upload(gl: &GlContext, model: &MjModel) -> Result<MjrContext, GlError> {
+    gl.make_current()?;
+    // SAFETY: `gl` is current on this thread, has what MuJoCo needs (`ask_driver`), and outlives the result.
+    #[expect(unsafe_code, reason = "MuJoCo trusts that a GL context is current")]
+    let mut context = unsafe {
+        let mut context = MjrContext::new(model);
+        context.ffi_mut().readDepthMap = mjtDepthMap::mjDEPTH_ZEROFAR as i32;
+        context
+    };
+    context.set_buffer(MjtFramebuffer::mjFB_OFFSCREEN);
+    if context.ffi().currentBuffer == MjtFramebuffer::mjFB_OFFSCREEN as i32 {
+        Ok(context)
+    } else {
+        Err(GlError::Failed("MuJoCo's off-screen buffer is not complete".into()))
+    }
+}

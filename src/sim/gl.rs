@@ -1,0 +1,151 @@
+//! Depth by MuJoCo's OpenGL renderer, headless.
+
+use std::sync::Arc;
+
+use mujoco_rs::{
+    mujoco_c::mjtRndFlag,
+    wrappers::{
+        mj_data::MjData,
+        mj_model::MjModel,
+        mj_rendering::{MjrContext, MjrRectangle},
+        mj_visualization::{MjvCamera, MjvOption, MjvPerturb, MjvScene},
+    },
+};
+
+use super::{
+    depth::{PixelBox, SimModel},
+    error::GlError,
+    ffi::{self, GlContext},
+};
+use crate::geom::Intrinsics;
+
+/// Far plane [m]. With reversed z the depth's precision hardly depends on it.
+const FAR: f64 = 100.0;
+
+/// A GL context and what MuJoCo keeps in it for one model. Fields are dropped in this order: GL objects first.
+pub(super) struct GlView {
+    uploaded: Option<Uploaded>,
+    raw: Vec<f32>,
+    gl: GlContext,
+}
+
+struct Uploaded {
+    context: MjrContext,
+    scene: MjvScene,
+    /// Size of the off-screen buffer [px].
+    size: [u32; 2],
+}
+
+impl GlView {
+    pub(super) fn new() -> Result<Self, GlError> {
+        Ok(Self { uploaded: None, raw: Vec::new(), gl: GlContext::new()? })
+    }
+
+    /// Keeps the GL context, frees what belongs to the model.
+    pub(super) fn without_model(mut self) -> Self {
+        self.forget_model();
+        self
+    }
+
+    fn forget_model(&mut self) {
+        // MuJoCo's GL objects must go while their context is current; if it cannot be, they go with the context.
+        match self.gl.make_current() {
+            Ok(()) => self.uploaded = None,
+            Err(_) => std::mem::forget(self.uploaded.take()),
+        }
+    }
+
+    pub(super) fn renderer(&self) -> String {
+        format!("{}, OpenGL {}", self.gl.renderer, self.gl.version)
+    }
+
+    /// Draws the box and writes depth along the axis [m], NaN = no return, row-major from the top.
+    pub(super) fn draw(
+        &mut self,
+        model: &SimModel,
+        data: &mut MjData<Arc<MjModel>>,
+        camera: &Intrinsics,
+        pixels: &PixelBox,
+        depth: &mut [f32],
+    ) -> Result<(), GlError> {
+        let (width, height) = (pixels.width(), pixels.height());
+        if width.max(height) > self.gl.largest {
+            return Err(GlError::TooLarge { width, height, limit: self.gl.largest });
+        }
+        self.gl.make_current()?;
+        let uploaded = match self.uploaded.take() {
+            Some(uploaded) => self.uploaded.insert(uploaded),
+            None => self.uploaded.insert(Uploaded::new(&self.gl, &model.model)?),
+        };
+        uploaded.make_room(width, height);
+        let Uploaded { context, scene, .. } = uploaded;
+        let mut viewer = MjvCamera::new_fixed(model.camera);
+        scene.update(data, &MjvOption::default(), &MjvPerturb::default(), &mut viewer);
+        aim(scene, camera, pixels);
+        let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
+        scene.render(&viewport, context);
+        self.raw.resize(depth.len(), 0.0);
+        context
+            .read_pixels(None, Some(&mut self.raw), &viewport)
+            .map_err(|error| GlError::Failed(format!("mjr_readPixels: {error}")))?;
+        convert(&self.raw, width as usize, camera.near, depth);
+        Ok(())
+    }
+}
+
+impl Drop for GlView {
+    fn drop(&mut self) {
+        self.forget_model();
+    }
+}
+
+impl Uploaded {
+    fn new(gl: &GlContext, model: &MjModel) -> Result<Self, GlError> {
+        let context = ffi::upload(gl, model)?;
+        let mut scene = MjvScene::new(model, 4);
+        // Flat colours only: no light, shadow, texture or sky is computed. Both sides of a face are drawn.
+        let flags = scene.flags_mut();
+        *flags = [0; mjtRndFlag::mjNRNDFLAG as usize];
+        flags[mjtRndFlag::mjRND_SEGMENT as usize] = 1;
+        flags[mjtRndFlag::mjRND_IDCOLOR as usize] = 1;
+        let size = [context.ffi().offWidth, context.ffi().offHeight].map(|side| u32::try_from(side).unwrap_or(0));
+        Ok(Self { context, scene, size })
+    }
+
+    /// Makes the off-screen buffer large enough.
+    fn make_room(&mut self, width: u32, height: u32) {
+        if width > self.size[0] || height > self.size[1] {
+            self.size = [self.size[0].max(width), self.size[1].max(height)];
+            self.context.resize_offscreen(self.size[0], self.size[1]);
+        }
+    }
+}
+
+/// Narrows the scene's camera to the box, keeping MuJoCo's camera position and axes: the frustum of the job's camera at the
+/// near plane, cut at pixel edges.
+fn aim(scene: &mut MjvScene, camera: &Intrinsics, pixels: &PixelBox) {
+    let near = camera.near;
+    let x = |column: u32| (f64::from(column) - camera.cx) / camera.fx * near;
+    let y = |row: u32| (camera.cy - f64::from(row)) / camera.fy * near;
+    let (left, right, top, bottom) = (x(pixels.left), x(pixels.right), y(pixels.top), y(pixels.bottom));
+    for eye in scene.camera_mut() {
+        eye.frustum_center = ((left + right) / 2.0) as f32;
+        eye.frustum_width = ((right - left) / 2.0) as f32;
+        eye.frustum_bottom = bottom as f32;
+        eye.frustum_top = top as f32;
+        eye.frustum_near = near as f32;
+        eye.frustum_far = FAR as f32;
+    }
+}
+
+/// From the depth buffer (1 = near plane, 0 = far plane or nothing; bottom row first) to metres.
+fn convert(raw: &[f32], width: usize, near: f64, depth: &mut [f32]) {
+    // The planes that the driver was given, not the ones we asked for.
+    let (near, far) = (f64::from(near as f32), f64::from(FAR as f32));
+    for (to, from) in depth.chunks_exact_mut(width).zip(raw.chunks_exact(width).rev()) {
+        for (metres, &value) in to.iter_mut().zip(from) {
+            *metres =
+                if value == 0.0 { f32::NAN } else { (near * far / (near + f64::from(value) * (far - near))) as f32 };
+        }
+    }
+}
