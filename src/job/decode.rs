@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::{
     checked::Profile,
     document::{Document, Node, NodeValue, Path},
-    errors::{JobError, Problem},
+    errors::{JobError, JobErrors, Problem},
     schema,
     spec::JobSpec,
 };
@@ -32,7 +32,7 @@ pub(super) struct Decoded {
 ///
 /// # Errors
 /// When the schema lets something pass that [`JobSpec`] does not: a mistake of ours, not of the job.
-pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<Decoded, JobError> {
+pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<Decoded, JobErrors> {
     let (mut document, errors) = Document::read(label, text, overrides);
     let mut root = document.root.clone();
     let mut walk = Walk { document: &document, errors, wrong: Vec::new() };
@@ -60,11 +60,15 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
     };
     let mut filled = schema::defaults(profile);
     schema::lay_over(&mut filled, written, schema::schema());
-    let spec = JobSpec::deserialize(toml::Value::Table(filled)).map_err(|error| {
-        let problem = Problem::Syntax { message: error.message().to_owned() };
-        JobError::at(document.place_of(&Path::default()), "", problem)
-            .with_help("this is a mistake in graspmill's schema")
-    })?;
+    let spec = match JobSpec::deserialize(toml::Value::Table(filled)) {
+        Ok(spec) => spec,
+        Err(error) => {
+            let problem = Problem::Syntax { message: error.message().to_owned() };
+            let place = document.place_of(&Path::default());
+            errors.push(JobError::at(place, "", problem).with_help("this is a mistake in graspmill's own schema"));
+            return Err(JobErrors::of(errors));
+        }
+    };
     document.root = root;
     Ok(Decoded { spec, document, errors, wrong })
 }

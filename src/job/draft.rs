@@ -96,11 +96,7 @@ impl JobDraft {
     /// # Errors
     /// Every mistake of the file and of its overrides.
     pub fn read(job: &JobText, surroundings: &Surroundings<'_>) -> Result<Self, JobErrors> {
-        let decoded = decode::decode(&job.label, &job.text, &job.overrides);
-        let Decoded { spec, document, errors, wrong } = match decoded {
-            Ok(decoded) => decoded,
-            Err(error) => return Err(JobErrors::check(vec![error]).expect_err("one mistake")),
-        };
+        let Decoded { spec, document, errors, wrong } = decode::decode(&job.label, &job.text, &job.overrides)?;
         let mut checker = Checker { document: &document, errors, wrong };
         let completion = check::completion(&mut checker, &spec, &job.folder, surroundings.scenes);
         let split = check::split(&mut checker, &spec.split);

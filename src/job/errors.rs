@@ -256,17 +256,18 @@ impl Serialize for JobError {
 pub struct JobErrors(Vec<JobError>);
 
 impl JobErrors {
-    /// `Err` with the mistakes in order, `Ok` when there is none.
-    pub fn check(mut errors: Vec<JobError>) -> Result<(), Self> {
-        if errors.is_empty() {
-            return Ok(());
-        }
-        // The file before the overrides, then by line.
+    /// `Err` with the mistakes, `Ok` when there is none.
+    pub(super) fn check(errors: Vec<JobError>) -> Result<(), Self> {
+        if errors.is_empty() { Ok(()) } else { Err(Self::of(errors)) }
+    }
+
+    /// The mistakes in the order of the file, then of the overrides.
+    pub(super) fn of(mut errors: Vec<JobError>) -> Self {
         errors.sort_by(|a, b| {
             let order = |error: &JobError| (error.place.file == "--set", error.place.line, error.place.column);
             order(a).cmp(&order(b)).then_with(|| a.key.cmp(&b.key))
         });
-        Err(Self(errors))
+        Self(errors)
     }
 
     /// The mistakes.

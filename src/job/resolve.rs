@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{
     checked::{Job, JobObject, ModelChoice},
     decode::did_you_mean,
-    document::Path,
+    document::{Document, Path},
     draft::JobDraft,
     errors::{JobError, JobErrors, Problem},
     pattern,
@@ -74,24 +74,8 @@ impl JobDraft {
         }
         let mut split = self.split;
         let names: Vec<&str> = objects.iter().map(|object| object.source.name.as_str()).collect();
-        for (key, choice) in
-            [("validation_models", &mut split.validation_models), ("test_models", &mut split.test_models)]
-        {
-            if let ModelChoice::Named(patterns) = choice {
-                let path = Path::of("split").key(key);
-                for (index, wanted) in patterns.iter().enumerate() {
-                    if !names.is_empty() && !names.iter().any(|name| pattern::name(wanted, name)) {
-                        let path = path.index(index);
-                        let problem = Problem::NotFound { what: "model".to_owned(), detail: format!("`{wanted}`") };
-                        let mut error = JobError::at(self.document.place_of(&path), path.to_string(), problem);
-                        error.help = did_you_mean(wanted, names.iter().copied());
-                        errors.push(error);
-                    }
-                }
-                let named = |name: &&&str| patterns.iter().any(|wanted| pattern::name(wanted, name));
-                *patterns = names.iter().filter(named).map(|name| (*name).to_owned()).collect();
-            }
-        }
+        name_models(&self.document, "validation_models", &mut split.validation_models, &names, &mut errors);
+        name_models(&self.document, "test_models", &mut split.test_models, &names, &mut errors);
         JobErrors::check(errors)?;
         Ok(Job {
             name: self.name,
@@ -106,6 +90,21 @@ impl JobDraft {
             shard_samples: self.shard_samples,
         })
     }
+}
+
+/// Turns the patterns of a choice into the names that they fit; each must fit one.
+fn name_models(document: &Document, key: &str, choice: &mut ModelChoice, names: &[&str], errors: &mut Vec<JobError>) {
+    let ModelChoice::Named(patterns) = choice else { return };
+    for (index, wanted) in patterns.iter().enumerate() {
+        if !names.is_empty() && !names.iter().any(|name| pattern::name(wanted, name)) {
+            let path = Path::of("split").key(key).index(index);
+            let problem = Problem::NotFound { what: "model".to_owned(), detail: format!("`{wanted}`") };
+            let help = did_you_mean(wanted, names.iter().copied());
+            errors.push(JobError { place: document.place_of(&path), key: path.to_string(), problem, help });
+        }
+    }
+    let named = |name: &&&str| patterns.iter().any(|wanted| pattern::name(wanted, name));
+    *patterns = names.iter().filter(named).map(|name| (*name).to_owned()).collect();
 }
 
 fn first_refusals(refused: &[MeshRefusal]) -> String {

@@ -90,10 +90,8 @@ fn simplify(schema: &mut Value) {
             }
         }
     }
-    if let Some(format) = map.remove("format") {
-        if format == "uint32" {
-            map.entry("maximum").or_insert(json!(u32::MAX));
-        }
+    if map.remove("format").is_some_and(|format| format == "uint32") {
+        map.entry("maximum").or_insert(json!(u32::MAX));
     }
     // In a map of properties the keys are names, not keywords; they hold schemas all the same.
     map.values_mut().for_each(simplify);

@@ -336,7 +336,7 @@ pub struct CameraSpec {
     #[schemars(range(min = 1, max = 16384), extend("x-unit" = "px"))]
     pub height: u32,
     /// Horizontal field of view, for square pixels and a centred principal point. Without it and without `fx`, 1.047.
-    #[schemars(extend("x-unit" = "rad", "exclusiveMinimum" = 0, "exclusiveMaximum" = 3.141_592_653_589_793, "examples" = [1.047]))]
+    #[schemars(extend("x-unit" = "rad", "exclusiveMinimum" = 0, "exclusiveMaximum" = std::f64::consts::PI, "examples" = [1.047]))]
     pub horizontal_fov: Option<f64>,
     /// Focal length along x; in place of `horizontal_fov`.
     #[schemars(extend("x-unit" = "px", "exclusiveMinimum" = 0, "examples" = [554.38]))]

@@ -82,7 +82,8 @@ impl Plan {
     /// The shard that holds a sample; `None` past the end.
     pub fn shard_of(&self, sample: SampleIndex) -> Option<&ShardPlan> {
         let step = self.shards.first()?.samples.end;
-        self.shards.get(usize::try_from(sample.0 / step).ok()?)
+        let shard = self.shards.get(usize::try_from(sample.0 / step).ok()?)?;
+        shard.samples.contains(&sample.0).then_some(shard)
     }
 
     /// The name of a sample of this job.
