@@ -1,6 +1,5 @@
 //! The sensor profiles on synthetic planes against the published curves.
 #![cfg(feature = "factory")]
-#![expect(clippy::print_stdout, reason = "a test program that shows its figures")]
 
 use graspmill::{
     geom::{DepthCrop, Intrinsics},
