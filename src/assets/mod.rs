@@ -1,7 +1,27 @@
 //! Object meshes: find, read, make, check, repair, hash.
+//!
+//! [`prepare`] is the one way in: a [`MeshSource`] becomes a [`PreparedMesh`] or a [`MeshRefusal`] with file, place and
+//! remedy. [`list_folder`] finds files, [`built_in_names`] names shapes that need none.
+//!
+//! Missing yet: ASCII STL, OBJ, PLY and OFF (refused by name), mugs and tools among the built-in shapes.
 
+mod built_in;
+mod digest;
+mod edges;
+mod folder;
+mod holes;
+mod mend;
+mod prepare;
+mod read;
+mod refuse;
+mod shells;
 mod table;
+mod weld;
 
+pub use built_in::{DEFAULT_BUILT_INS, built_in_names, built_in_source, half_shape_names};
+pub use folder::{DuplicateOf, FolderError, duplicates, list_folder, mesh_names};
+pub use prepare::prepare;
+use refuse::Refuse;
 pub use table::{
     AssetRecord, InsideMethod, MeshOrigin, MeshRefusal, MeshSource, PreparedMesh, Repair, ScaleRule, SizeRule, Winding,
 };

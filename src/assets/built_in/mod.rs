@@ -1,0 +1,142 @@
+//! Built-in shapes: a household set made by formula, so that a job needs no download.
+//!
+//! A name says everything: `can-03` is the third can, `can-03@16k` the same can in at least 16,000 triangles. Every shape is a
+//! single watertight surface in metres, z up, standing on z = 0 with its main axis on z; the half-shapes stand around the
+//! origin instead. The numbers of a shape are drawn from its own stream, so that asking for more shapes changes none.
+
+mod lathe;
+mod solids;
+
+use super::{MeshOrigin, MeshSource, Refuse, ScaleRule, SizeRule, read::RawMesh};
+use crate::seed::Stream;
+
+/// Triangles of a shape whose name does not say how many, at least.
+const DEFAULT_TRIANGLES: usize = 6_000;
+
+/// Fewest and most triangles that a name may ask for.
+const TRIANGLES: std::ops::RangeInclusive<usize> = 500..=4_000_000;
+
+/// Names of the first `count` household shapes: families in turn, so that any number is a mixture.
+///
+/// The half-shapes ([`half_shape_names`]) are apart.
+pub fn built_in_names(count: usize) -> impl Iterator<Item = String> {
+    (0..count).map(|place| {
+        let (number, family) = (place / FAMILIES.len(), &FAMILIES[place % FAMILIES.len()]);
+        format!("{}-{:02}", family.name, number + 1)
+    })
+}
+
+/// How many household shapes a job gets that does not say.
+pub const DEFAULT_BUILT_INS: usize = 24;
+
+/// Names of the nine conjoined half-shapes of thesis ch. 6, `half-FRONT-BACK`.
+pub fn half_shape_names() -> impl Iterator<Item = String> {
+    let halves = || solids::HALVES.iter().map(|(name, _)| *name);
+    halves().flat_map(move |front| halves().map(move |back| format!("half-{front}-{back}")))
+}
+
+/// The source of a built-in shape; whether the name is known shows when it is prepared.
+pub fn built_in_source(name: &str) -> MeshSource {
+    MeshSource {
+        name: name.to_owned(),
+        origin: MeshOrigin::BuiltIn(name.to_owned()),
+        scale: ScaleRule::MetresPerUnit(1.0),
+        size: SizeRule::default(),
+        licence: Some("CC0-1.0".to_owned()),
+        citation: None,
+        group: Some(name.split(['-', '@']).next().unwrap_or(name).to_owned()),
+    }
+}
+
+/// One family of shapes.
+struct Family {
+    name: &'static str,
+    /// Draws the numbers of one shape and makes it with at least so many triangles.
+    make: fn(&mut Stream, usize) -> Surface,
+}
+
+const FAMILIES: [Family; 9] = [
+    Family { name: "can", make: lathe::can },
+    Family { name: "box", make: solids::cuboid },
+    Family { name: "bottle", make: lathe::bottle },
+    Family { name: "bowl", make: lathe::bowl },
+    Family { name: "superquadric", make: solids::superquadric },
+    Family { name: "cup", make: lathe::cup },
+    Family { name: "fruit", make: lathe::fruit },
+    Family { name: "goblet", make: lathe::goblet },
+    Family { name: "vase", make: lathe::vase },
+];
+
+/// Makes a shape by name.
+pub(super) fn make(name: &str) -> Result<RawMesh, Refuse> {
+    let unknown = |problem: String| {
+        let families: Vec<&str> = FAMILIES.iter().map(|family| family.name).collect();
+        let remedy = format!(
+            "write FAMILY-NN or FAMILY-NN@16k with a family of {}; or half-FRONT-BACK of {}",
+            families.join(", "),
+            solids::HALVES.map(|(name, _)| name).join(", ")
+        );
+        Refuse::new("unknown_built_in", problem, remedy)
+    };
+    let (shape, triangles) = match name.split_once('@') {
+        None => (name, DEFAULT_TRIANGLES),
+        Some((shape, count)) => {
+            let thousands = count.strip_suffix('k').map(|count| (count, 1000)).unwrap_or((count, 1));
+            let count = thousands.0.parse::<usize>().ok().and_then(|count| count.checked_mul(thousands.1));
+            match count.filter(|count| TRIANGLES.contains(count)) {
+                Some(count) => (shape, count),
+                None => {
+                    let (low, high) = (TRIANGLES.start(), TRIANGLES.end());
+                    return Err(unknown(format!("{name}: the triangles after @ are {low} to {high}, like 16k")));
+                }
+            }
+        }
+    };
+    let no_such = || unknown(format!("no built-in shape is called {shape}"));
+    let (family, rest) = shape.split_once('-').ok_or_else(no_such)?;
+    let surface = if family == "half" {
+        let (front, back) = rest.split_once('-').ok_or_else(no_such)?;
+        solids::conjoined(front, back, triangles).ok_or_else(no_such)?
+    } else {
+        let family = FAMILIES.iter().find(|known| known.name == family).ok_or_else(no_such)?;
+        let number = rest.parse::<u32>().ok().filter(|&number| number > 0 && format!("{number:02}") == rest);
+        let number = number.ok_or_else(|| unknown(format!("{shape}: shapes count -01, -02, ...")))?;
+        // The key's 1 is the version of the formulas: another number makes other shapes.
+        let mut draw = Stream::of_job(1, format!("{}-{number}", family.name).as_bytes(), "built-in shape");
+        (family.make)(&mut draw, triangles)
+    };
+    Ok(RawMesh { positions: surface.positions, faces: surface.faces, ..RawMesh::default() })
+}
+
+/// A surface under construction [m].
+#[derive(Debug, Default)]
+struct Surface {
+    positions: Vec<[f64; 3]>,
+    faces: Vec<[u32; 3]>,
+}
+
+/// One row of a surface of rows: a closed ring of vertices, or a single one at an end.
+type Row = std::ops::Range<u32>;
+
+impl Surface {
+    fn row(&mut self, positions: impl IntoIterator<Item = [f64; 3]>) -> Row {
+        let start = self.positions.len() as u32;
+        self.positions.extend(positions);
+        start..self.positions.len() as u32
+    }
+
+    /// Joins two rows of the same length, or a row and a single vertex. Seen with the outside towards the eye and the ring
+    /// running to the right, `above` lies above `below`. Vertices that the two rows share make no face.
+    fn join(&mut self, below: &[u32], above: &[u32]) {
+        let count = below.len().max(above.len());
+        let pick = |row: &[u32], i: usize| if row.len() == 1 { row[0] } else { row[i % count] };
+        for i in 0..count {
+            let [a, b] = [pick(below, i), pick(below, i + 1)];
+            let [c, d] = [pick(above, i + 1), pick(above, i)];
+            // Alternating diagonals leave no spiral.
+            let faces = if i % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+            let has_area = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+            self.faces.extend(faces.into_iter().filter(has_area));
+        }
+    }
+}

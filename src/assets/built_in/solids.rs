@@ -1,0 +1,184 @@
+//! Boxes, superquadrics and the conjoined half-shapes of thesis ch. 6.
+
+use std::f64::consts::{PI, TAU};
+
+use super::Surface;
+use crate::seed::Stream;
+
+/// A box, its sides in even steps.
+pub(super) fn cuboid(draw: &mut Stream, triangles: usize) -> Surface {
+    let longest = draw.uniform(0.05, 0.24);
+    let [x, y] = [longest * draw.uniform(0.2, 1.0), longest * draw.uniform(0.2, 1.0)];
+    // Which side is the long one is drawn too.
+    let mut sides = [x, y, longest];
+    draw.shuffle(&mut sides);
+    sized_cuboid(sides, triangles)
+}
+
+fn sized_cuboid(sides: [f64; 3], triangles: usize) -> Surface {
+    let [x, y, z] = sides;
+    let step = libm::sqrt(4.0 * (x * y + y * z + z * x) / triangles as f64);
+    let cells = sides.map(|side| libm::ceil(side / step).max(1.0) as usize);
+    let mut surface = Surface::default();
+    // Six grids; their common edges have equal positions and are merged when the mesh is prepared.
+    for (axis, positive) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let corner = |i: usize, j: usize| {
+            let mut place = [0.0; 3];
+            place[axis] = if positive { sides[axis] } else { 0.0 };
+            place[u] = sides[u] * (i as f64 / cells[u] as f64);
+            place[v] = sides[v] * (j as f64 / cells[v] as f64);
+            [place[0] - x / 2.0, place[1] - y / 2.0, place[2]]
+        };
+        let start = surface.positions.len();
+        surface
+            .positions
+            .extend((0..=cells[v]).flat_map(|j| (0..=cells[u]).map(move |i| (i, j))).map(|(i, j)| corner(i, j)));
+        let index = |i: usize, j: usize| (start + j * (cells[u] + 1) + i) as u32;
+        for (i, j) in (0..cells[v]).flat_map(|j| (0..cells[u]).map(move |i| (i, j))) {
+            let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
+            let faces = if positive { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
+            surface.faces.extend(faces);
+        }
+    }
+    surface
+}
+
+/// A superellipsoid (Barr 1981, "Superquadrics and angle-preserving transformations"), from boxy to pointed.
+pub(super) fn superquadric(draw: &mut Stream, triangles: usize) -> Surface {
+    let longest = draw.uniform(0.025, 0.08);
+    let mut axes = [longest, longest * draw.uniform(0.35, 1.0), longest * draw.uniform(0.35, 1.0)];
+    draw.shuffle(&mut axes);
+    let exponents = [draw.uniform(0.35, 1.7), draw.uniform(0.35, 1.7)];
+    sized_superquadric(axes, exponents, triangles)
+}
+
+/// Half axes [m] and the exponents along the meridian and around the axis; 1 is an ellipsoid.
+fn sized_superquadric(axes: [f64; 3], [meridian, around]: [f64; 2], triangles: usize) -> Surface {
+    let columns = libm::ceil(libm::sqrt(triangles as f64)) as usize / 4 * 4 + 4;
+    let rows = triangles.div_ceil(2 * columns) / 2 * 2 + 2;
+    // Distance from the centre to |x|^(2/e) + |y|^(2/e) = 1 in a direction.
+    let reach = |(sin, cos): (f64, f64), exponent: f64| {
+        let power = |x: f64| libm::pow(libm::fabs(x), 2.0 / exponent);
+        libm::pow(power(sin) + power(cos), -exponent / 2.0)
+    };
+    let mut surface = Surface::default();
+    let mut last: Vec<u32> = surface.row([[0.0, 0.0, 0.0]]).collect();
+    for row in 1..=rows {
+        let (sin, cos) = libm::sincos(PI * row as f64 / rows as f64 - PI / 2.0);
+        let far = reach((sin, cos), meridian);
+        let height = axes[2] * (1.0 + far * sin);
+        let next: Vec<u32> = if row == rows {
+            surface.row([[0.0, 0.0, 2.0 * axes[2]]]).collect()
+        } else {
+            let ring = (0..columns).map(|column| {
+                let (sin_c, cos_c) = libm::sincos(TAU * column as f64 / columns as f64);
+                let radius = far * cos * reach((sin_c, cos_c), around);
+                [axes[0] * radius * cos_c, axes[1] * radius * sin_c, height]
+            });
+            surface.row(ring.collect::<Vec<_>>()).collect()
+        };
+        surface.join(&last, &next);
+        last = next;
+    }
+    surface
+}
+
+/// Section of a half-shape: distance from the axis in a direction of the middle plane, as a share of half its size.
+type Section = fn((f64, f64)) -> f64;
+
+/// The halves of thesis ch. 6 by name, with their section in the middle plane.
+pub(super) const HALVES: [(&str, Section); 3] = [
+    ("sphere", |_| 1.0),
+    ("cube", |(sin, cos)| 1.0 / libm::fmax(libm::fabs(sin), libm::fabs(cos))),
+    ("diamond", |(sin, cos)| 1.0 / (libm::fabs(sin) + libm::fabs(cos))),
+];
+
+/// Diameter of the sphere, side of the cube, diagonal of the diamond [m].
+const HALF_SHAPE_SIZE: f64 = 0.1;
+
+/// Two halves joined in the plane x = 0; the front one lies at x < 0, towards a head-on camera that looks along +x.
+pub(super) fn conjoined(front: &str, back: &str, triangles: usize) -> Option<Surface> {
+    let half = |name: &str| HALVES.iter().find(|(known, _)| *known == name).copied();
+    let (front, back) = (half(front)?, half(back)?);
+    // A column every 1/columns of a turn, a multiple of 8 so that the corners of cube and diamond are hit.
+    let columns = libm::ceil(libm::sqrt(triangles as f64) / 8.0) as usize * 8;
+    let rows = triangles.div_ceil(4 * columns) + 1;
+    let directions: Vec<(f64, f64)> = (0..columns).map(|column| direction(column, columns)).collect();
+    let mut surface = Surface::default();
+    let front_rim = half_rows(&mut surface, front, -1.0, &directions, rows, None);
+    // Where both sections reach equally far the rims share the vertex.
+    let shared = |column: usize| {
+        let same = libm::fabs((front.1)(directions[column]) - (back.1)(directions[column])) < 1e-12;
+        same.then(|| front_rim[column])
+    };
+    let shared: Vec<Option<u32>> = (0..columns).map(shared).collect();
+    let back_rim = half_rows(&mut surface, back, 1.0, &directions, rows, Some(&shared));
+    surface.join(&front_rim, &back_rim);
+    Some(surface)
+}
+
+/// sin and cos of a column, exact at the eighths of a turn where the corners are.
+fn direction(column: usize, columns: usize) -> (f64, f64) {
+    const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    const EIGHTHS: [(f64, f64); 8] = [
+        (0.0, 1.0),
+        (DIAGONAL, DIAGONAL),
+        (1.0, 0.0),
+        (DIAGONAL, -DIAGONAL),
+        (0.0, -1.0),
+        (-DIAGONAL, -DIAGONAL),
+        (-1.0, 0.0),
+        (-DIAGONAL, DIAGONAL),
+    ];
+    match (8 * column).is_multiple_of(columns) {
+        true => EIGHTHS[8 * column / columns],
+        false => libm::sincos(TAU * column as f64 / columns as f64),
+    }
+}
+
+/// The rows of one half from its tip to the rim in the middle plane; returns the rim.
+fn half_rows(
+    surface: &mut Surface,
+    (name, section): (&str, Section),
+    side: f64,
+    directions: &[(f64, f64)],
+    rows: usize,
+    shared: Option<&[Option<u32>]>,
+) -> Vec<u32> {
+    let size = HALF_SHAPE_SIZE / 2.0;
+    // Height over the middle plane and share of the section, from the tip (0) to the rim (1).
+    let place = |t: f64| match name {
+        "sphere" => {
+            let (sin, cos) = libm::sincos(t * PI / 2.0);
+            (cos, sin)
+        }
+        "cube" if t < 0.5 => (1.0, 2.0 * t),
+        "cube" => (2.0 - 2.0 * t, 1.0),
+        _ => (1.0 - t, t),
+    };
+    let rows = rows / 2 * 2 + 2;
+    let mut last: Vec<u32> = surface.row([[side * size, 0.0, 0.0]]).collect();
+    for row in 1..=rows {
+        let (height, share) = place(row as f64 / rows as f64);
+        let at = |&(sin, cos): &(f64, f64)| {
+            let radius = size * share * section((sin, cos));
+            [if row == rows { 0.0 } else { side * size * height }, radius * cos, radius * sin]
+        };
+        let next: Vec<u32> = directions
+            .iter()
+            .enumerate()
+            .map(|(column, direction)| match shared.and_then(|shared| shared[column]) {
+                Some(vertex) if row == rows => vertex,
+                _ => surface.row([at(direction)]).start,
+            })
+            .collect();
+        if side < 0.0 {
+            surface.join(&last, &next);
+        } else {
+            surface.join(&next, &last);
+        }
+        last = next;
+    }
+    last
+}

@@ -1,0 +1,359 @@
+//! From a file or a built-in shape to a mesh that every room can trust.
+//!
+//! In this order: read, drop unused vertices, scale, merge equal positions, drop faces without area, settle faces on the
+//! same three vertices, turn faces and shells, check. Nothing is moved, simplified or filled. The bytes of the result depend
+//! on the file's content, the scale rule and this code alone.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{
+    AssetRecord, InsideMethod, MeshOrigin, MeshRefusal, MeshSource, PreparedMesh, Refuse, Repair, ScaleRule, SizeRule,
+    Winding, built_in, digest,
+    edges::Edges,
+    holes, mend,
+    read::{self, RawMesh},
+    shells::{self, Shells},
+};
+use crate::{geom::TriMesh, ids::Digest};
+
+/// Reads or makes a mesh, scales it to metres, checks, repairs and hashes it.
+///
+/// # Errors
+/// Says the file, the place and the remedy when the mesh cannot be read, is no solid of a plausible size, or is broken in
+/// a way that cannot be mended without guessing.
+pub fn prepare(source: &MeshSource) -> Result<PreparedMesh, MeshRefusal> {
+    match &source.origin {
+        MeshOrigin::File(path) => {
+            let (bytes, raw) = read::read(path)?;
+            let file = Digest::of(&bytes);
+            drop(bytes);
+            finish(raw, source, Some(file)).map_err(|refuse| refuse.about(path.display()))
+        }
+        MeshOrigin::BuiltIn(name) => {
+            let raw = built_in::make(name).map_err(|refuse| refuse.about(name))?;
+            finish(raw, source, None).map_err(|refuse| refuse.about(name))
+        }
+    }
+}
+
+fn finish(mut raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result<PreparedMesh, Refuse> {
+    let mut warnings = std::mem::take(&mut raw.notes);
+    let mut repairs = Vec::new();
+    let unused = if raw.welded { 0 } else { drop_unused(&mut raw)? };
+    if unused > 0 {
+        repairs.push(Repair::UnusedVertices { count: unused as u32 });
+    }
+
+    let (mut mesh, scale) = scaled(raw, source.scale)?;
+    let flat = mend::drop_zero_area(&mut mesh);
+    if flat > 0 {
+        repairs.push(Repair::ZeroAreaFaces { count: flat as u32 });
+    }
+    if mesh.triangles.is_empty() {
+        return Err(Refuse::new("no_faces", "no face has any area", "check the unit, or export a solid"));
+    }
+    let mut edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    let area_before = mesh_area(&mesh, !edges.twins.is_empty());
+    let twins = mend::drop_twins(&mut mesh, &edges);
+    if twins.lost_area > 0.01 * area_before {
+        warnings.push(format!(
+            "{:.0} % of the surface was opposite pairs of faces that enclose nothing; it is gone",
+            100.0 * twins.lost_area / area_before
+        ));
+    }
+    if !twins.repairs.is_empty() {
+        repairs.extend(twins.repairs);
+        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    }
+    if !repairs.is_empty() && mend::drop_unused(&mut mesh.vertices, &mut mesh.triangles) > 0 {
+        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    }
+    check_extent(&mesh, source)?;
+
+    let shells = shells::orient(&mut mesh, &edges);
+    if shells.flipped > 0 {
+        repairs.push(Repair::FlippedFaces { count: shells.flipped });
+    }
+    if shells.inside_out > 0 {
+        repairs.push(Repair::InsideOut { count: shells.inside_out });
+    }
+    if shells.flipped + shells.inside_out > 0 {
+        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    }
+    check_volume(&mesh, &shells)?;
+    let record = describe(&mesh, &edges, &shells, source, (file, scale, repairs, warnings));
+    Ok(PreparedMesh { mesh, record })
+}
+
+/// Drops vertices that no face uses, and refuses a used one that is not finite.
+fn drop_unused(raw: &mut RawMesh) -> Result<usize, Refuse> {
+    if !raw.not_finite.is_empty() {
+        let mut used = vec![false; raw.positions.len()];
+        raw.faces.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+        if let Some((vertex, place)) = raw.not_finite.iter().find(|(vertex, _)| used[*vertex as usize]) {
+            return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(place));
+        }
+    }
+    Ok(mend::drop_unused(&mut raw.positions, &mut raw.faces))
+}
+
+/// To metres, with equal positions merged.
+fn scaled(raw: RawMesh, rule: ScaleRule) -> Result<(TriMesh, f64), Refuse> {
+    let scale = match rule {
+        ScaleRule::MetresPerUnit(scale) => scale,
+        ScaleRule::LongestSide(wanted) => {
+            let side = |axis: usize| {
+                let range = raw.positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), position| {
+                    (low.min(position[axis]), high.max(position[axis]))
+                });
+                range.1 - range.0
+            };
+            let found = (0..3).map(side).fold(0.0, f64::max);
+            if found <= 0.0 {
+                return Err(Refuse::new("flat", "all vertices stand in one point", "export a solid"));
+            }
+            wanted / found
+        }
+    };
+    let vertices: Vec<[f32; 3]> =
+        raw.positions.iter().map(|position| position.map(|coordinate| (coordinate * scale) as f32)).collect();
+    if let Some(vertex) = vertices.iter().position(|vertex| !vertex.iter().all(|coordinate| coordinate.is_finite())) {
+        let refuse = Refuse::new("not_finite", "a coordinate exceeds 3.4e38 m after scaling", "check the unit");
+        return Err(refuse.at(format!("vertex {}", vertex + 1)));
+    }
+    let mesh = TriMesh { vertices, triangles: raw.faces };
+    Ok((if raw.welded && scale == 1.0 { mesh } else { mend::weld(mesh) }, scale))
+}
+
+fn mesh_area(mesh: &TriMesh, wanted: bool) -> f64 {
+    let area = |face| {
+        let [a, b, c] = mesh.corners(face);
+        (b - a).cross(&(c - a)).norm() / 2.0
+    };
+    if wanted { (0..mesh.triangles.len()).map(area).sum() } else { 0.0 }
+}
+
+fn check_extent(mesh: &TriMesh, source: &MeshSource) -> Result<(), Refuse> {
+    if mesh.vertices.len() < 4 {
+        let problem = format!("{} distinct vertices; a solid has at least 4", mesh.vertices.len());
+        return Err(Refuse::new("too_few_vertices", problem, "export a solid"));
+    }
+    let longest = mesh.aabb().map_or(0.0, |aabb| aabb.longest_side());
+    let SizeRule { min, max } = source.size;
+    if longest < min || longest > max {
+        let reason = if longest < min { "too_small" } else { "too_large" };
+        let problem = format!("longest side {}, outside {} to {}", length(longest), length(min), length(max));
+        return Err(Refuse::new(reason, problem, guess_unit(longest, source)));
+    }
+    Ok(())
+}
+
+/// The unit that would make the mesh most like a thing of 150 mm.
+fn guess_unit(longest: f64, source: &MeshSource) -> String {
+    const UNITS: [(f64, &str, &str); 4] =
+        [(0.001, "mm", "millimetres"), (0.01, "cm", "centimetres"), (0.0254, "in", "inches"), (1.0, "m", "metres")];
+    let ScaleRule::MetresPerUnit(unit) = source.scale else {
+        return "change its size, or widen the job's size limits".to_owned();
+    };
+    let in_file = longest / unit;
+    let unlikely = |&&(metres, ..): &&(f64, &str, &str)| libm::fabs(libm::log(in_file * metres / 0.15));
+    let fits = |(metres, ..): &&(f64, &str, &str)| {
+        *metres != unit && (source.size.min..=source.size.max).contains(&(in_file * metres))
+    };
+    match UNITS.iter().filter(fits).min_by(|a, b| unlikely(a).total_cmp(&unlikely(b))) {
+        Some((_, symbol, name)) => format!("the file is probably in {name}: set unit = \"{symbol}\""),
+        None => "no common unit fits: set the longest side as size, or widen the job's size limits".to_owned(),
+    }
+}
+
+fn check_volume(mesh: &TriMesh, shells: &Shells) -> Result<(), Refuse> {
+    let side = mesh.aabb().map_or(0.0, |aabb| aabb.longest_side());
+    let is_closed = shells.shells.iter().all(|shell| shell.closed);
+    // Only a nearly empty mesh is worth the check against one plane.
+    if libm::fabs(shells.volume) < 1e-4 * side * side * side {
+        let thickness = thickness(mesh);
+        if thickness <= 1e-6 * side {
+            let problem = format!("a flat sheet: {} long and {} thick", length(side), length(thickness));
+            return Err(Refuse::new("flat", problem, "give it thickness, or leave it out"));
+        }
+    }
+    let remedy = "export a closed surface, or repair it in a mesh editor";
+    if !is_closed && shells.openness > 0.9 {
+        let problem = format!("an open sheet: {:.0} % of its area faces one way", 100.0 * shells.openness);
+        return Err(Refuse::new("open_sheet", problem, remedy));
+    }
+    let least = if is_closed { 1e-7 * side * side * side } else { 1e-3 * shells.area * libm::sqrt(shells.area) };
+    if libm::fabs(shells.volume) < least {
+        let problem = format!(
+            "encloses no volume: {:.1} mm3 under {:.0} mm2 of surface in {} pieces",
+            1e9 * shells.volume,
+            1e6 * shells.area,
+            shells.shells.len()
+        );
+        return Err(Refuse::new("no_volume", problem, remedy));
+    }
+    Ok(())
+}
+
+/// Extent across the plane that fits the vertices best [m].
+fn thickness(mesh: &TriMesh) -> f64 {
+    let points = || mesh.vertices.iter().map(|vertex| Vector3::from(vertex.map(f64::from)));
+    let mean = points().sum::<Vector3<f64>>() / mesh.vertices.len() as f64;
+    let spread: Matrix3<f64> = points().map(|point| (point - mean) * (point - mean).transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    let along = points().map(|point| (point - mean).dot(&normal));
+    let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), d| (low.min(d), high.max(d)));
+    high - low
+}
+
+type Found = (Option<Digest>, f64, Vec<Repair>, Vec<String>);
+
+fn describe(
+    mesh: &TriMesh,
+    edges: &Edges,
+    shells: &Shells,
+    source: &MeshSource,
+    (file, scale, repairs, mut warnings): Found,
+) -> AssetRecord {
+    let watertight = edges.boundary == 0 && edges.crowded.is_empty() && edges.same_direction == 0;
+    let bodies = count_bodies(mesh, shells);
+    warn_of_topology(mesh, edges, shells, watertight, bodies, &mut warnings);
+    let aabb = mesh.aabb().expect("a checked mesh has vertices");
+    let longest = aabb.longest_side();
+    let away = aabb.centre().coords.norm();
+    if away > 1000.0 * longest {
+        warnings.push(format!("stands {} from its origin, so positions are coarse (f32)", length(away)));
+    }
+    let is_simple = watertight && shells.solids_in_solids == 0 && !shells.may_overlap;
+    AssetRecord {
+        name: source.name.clone(),
+        object: digest::object(mesh),
+        geometry: digest::geometry(mesh),
+        file,
+        triangles: mesh.triangles.len() as u32,
+        vertices: mesh.vertices.len() as u32,
+        bodies,
+        euler: mesh.vertices.len() as i64 - edges.count as i64 + mesh.triangles.len() as i64,
+        watertight,
+        winding: if shells.mixed { Winding::Mixed } else { Winding::Outward },
+        volume: shells.volume,
+        lower: aabb.min.coords.into(),
+        extents: aabb.extents(),
+        scale,
+        repairs,
+        inside: if is_simple { InsideMethod::Parity } else { InsideMethod::WindingNumber },
+        warnings,
+        licence: source.licence.clone(),
+        citation: source.citation.clone(),
+        group: source.group.clone(),
+    }
+}
+
+/// Pieces connected by shared vertices.
+fn count_bodies(mesh: &TriMesh, shells: &Shells) -> u32 {
+    if shells.shells.len() == 1 {
+        return 1;
+    }
+    let mut sets = mend::Sets::new(shells.shells.len());
+    let mut shell_of_vertex = vec![u32::MAX; mesh.vertices.len()];
+    for (face, &shell) in mesh.triangles.iter().zip(&shells.of_face) {
+        for &vertex in face {
+            let known = &mut shell_of_vertex[vertex as usize];
+            if *known == u32::MAX {
+                *known = shell;
+            } else if *known != shell {
+                sets.unite(*known, shell);
+            }
+        }
+    }
+    (0..shells.shells.len() as u32).filter(|&shell| sets.root(shell) == shell).count() as u32
+}
+
+fn warn_of_topology(
+    mesh: &TriMesh,
+    edges: &Edges,
+    shells: &Shells,
+    watertight: bool,
+    bodies: u32,
+    warnings: &mut Vec<String>,
+) {
+    let holes = holes::holes(mesh, edges);
+    if !holes.is_empty() {
+        let places = holes.iter().take(3).map(|hole| {
+            let [x, y, z] = hole.centre();
+            format!("{} edges, {} wide at ({x:.4}, {y:.4}, {z:.4})", hole.edges, length(hole.width()))
+        });
+        let places = places.collect::<Vec<_>>().join("; ");
+        let rest = if holes.len() > 3 { "; ..." } else { "" };
+        warnings.push(format!("{}: {places}{rest}", plural(holes.len(), "hole")));
+    }
+    if !edges.crowded.is_empty() {
+        warnings.push(format!("{} shared by three faces or more", plural(edges.crowded.len(), "edge")));
+    }
+    if shells.mixed {
+        warnings.push("its faces have no consistent winding (one-sided like a Moebius strip)".to_owned());
+    }
+    if watertight {
+        let pinches = holes::pinches(mesh, edges);
+        if pinches > 0 {
+            warnings.push(format!("touches itself in {}", plural(pinches, "point")));
+        }
+    }
+    if bodies > 1 {
+        warnings.push(format!("{bodies} separate bodies"));
+    }
+    if shells.cavities > 0 {
+        warnings.push(format!("{} inside, kept hollow", plural(shells.cavities as usize, "cavity")));
+    }
+    if shells.solids_in_solids > 0 {
+        let parts = plural(shells.solids_in_solids as usize, "part");
+        warnings.push(format!("{parts} inside another and wound like it: taken as solid, not as a cavity"));
+    }
+    if shells.may_overlap {
+        warnings.push("parts may overlap".to_owned());
+    }
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    match (count, noun.strip_suffix("y")) {
+        (1, _) => format!("1 {noun}"),
+        (_, Some(stem)) => format!("{count} {stem}ies"),
+        (_, None) => format!("{count} {noun}s"),
+    }
+}
+
+/// A length for people: the unit that leaves one to three digits before the point.
+fn length(metres: f64) -> String {
+    match metres {
+        metres if metres >= 1.0 => format!("{metres:.3} m"),
+        metres if metres >= 1e-4 => format!("{:.3} mm", 1e3 * metres),
+        metres => format!("{metres:.3e} m"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assets::{built_in_names, built_in_source, half_shape_names};
+
+    #[test]
+    fn every_built_in_shape_is_watertight_and_needs_no_repair() {
+        let names = built_in_names(90).chain(half_shape_names());
+        for name in names.chain(["can-01@16k".to_owned(), "half-cube-diamond@16k".to_owned(), "box-02@500".to_owned()])
+        {
+            let prepared = prepare(&built_in_source(&name)).unwrap();
+            let record = &prepared.record;
+            assert!(record.watertight && record.repairs.is_empty(), "{record:#?}");
+            assert_eq!((record.bodies, record.inside, &record.warnings), (1, InsideMethod::Parity, &vec![]), "{name}");
+            let wanted = if name.ends_with("16k") {
+                16_000
+            } else if name.ends_with("500") {
+                500
+            } else {
+                6_000
+            };
+            assert!((wanted..wanted * 3 / 2).contains(&record.triangles), "{name}: {}", record.triangles);
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Mesh files as they stand: STL, OBJ, PLY and OFF, with the byte or line of whatever is wrong.
+
+mod stl;
+
+use std::path::Path;
+
+use super::{MeshRefusal, Refuse};
+
+/// Triangles as found, before any scaling, merging or checking of shape.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct RawMesh {
+    /// Positions in the file's unit.
+    pub(super) positions: Vec<[f64; 3]>,
+    /// Corner indices, all below `positions.len()`.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// Equal positions are merged already, and every coordinate is an `f32`.
+    pub(super) welded: bool,
+    /// Positions that are NaN or infinite, with their place in the file.
+    pub(super) not_finite: Vec<(u32, String)>,
+    /// Oddities of the file that do no harm but should be known.
+    pub(super) notes: Vec<String>,
+}
+
+/// Largest file that is read [bytes]: about 21 million binary STL triangles.
+const LARGEST_FILE: u64 = 1 << 30;
+
+/// What to do about a format that is not read here.
+const CONVERT: &str = "convert it: python scripts/convert_mesh.py IN OUT.ply";
+
+/// Reads a mesh file: its bytes (for the digest) and its triangles.
+pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
+    let bytes = load(path).map_err(|refuse| refuse.about(path.display()))?;
+    let raw = parse(path, &bytes).map_err(|refuse| refuse.about(path.display()))?;
+    Ok((bytes, raw))
+}
+
+fn load(path: &Path) -> Result<Vec<u8>, Refuse> {
+    let unreadable = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound => {
+            Refuse::new("not_found", "no such file", "check the path, which starts at the job file's folder")
+        }
+        _ => Refuse::new("unreadable", format!("cannot be read: {error}"), "check its permissions and the disk"),
+    };
+    let facts = std::fs::metadata(path).map_err(unreadable)?;
+    if facts.is_dir() {
+        return Err(Refuse::new("unreadable", "is a folder", "name a mesh file, or list the folder as `folder = ...`"));
+    }
+    if facts.len() > LARGEST_FILE {
+        let problem = format!("holds {} bytes; at most {LARGEST_FILE} are read", facts.len());
+        return Err(Refuse::new("too_big_file", problem, "simplify the mesh: a million triangles are plenty"));
+    }
+    std::fs::read(path).map_err(unreadable)
+}
+
+fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
+    if bytes.is_empty() {
+        return Err(Refuse::new("empty_file", "the file is empty", "export or copy it again"));
+    }
+    if bytes.starts_with(b"version https://git-lfs") {
+        return Err(Refuse::new("lfs_pointer", "a Git LFS pointer stands in for the mesh", "run git lfs pull"));
+    }
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    let raw = match extension.as_deref() {
+        Some("stl") => stl::read(bytes)?,
+        Some(other) => {
+            return Err(Refuse::new("format", format!("the format .{other} is not read"), CONVERT));
+        }
+        None => return Err(Refuse::new("format", "the file has no extension that names its format", CONVERT)),
+    };
+    if raw.faces.is_empty() {
+        return Err(Refuse::new(
+            "no_faces",
+            format!("{} points, but no faces", raw.positions.len()),
+            "export a surface of triangles, not points or lines",
+        ));
+    }
+    Ok(raw)
+}
+
+/// Whether the name of a file ends like a format that is read here.
+pub(super) fn is_mesh_name(path: &Path) -> bool {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    matches!(extension.as_deref(), Some("stl" | "obj" | "ply" | "off"))
+}

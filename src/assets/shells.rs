@@ -1,0 +1,349 @@
+//! Shells: pieces of surface connected across edges, which way they turn and how they lie in one another.
+//!
+//! What is mended and what is not:
+//! - Inside a shell, faces that disagree with their neighbours are turned to the majority.
+//! - A closed shell that lies in no other one must enclose a positive volume. If it does not, it is turned, **together with
+//!   every shell inside it**: so a mesh that is inside out as a whole comes right, cavities and all, and a shell inside another
+//!   keeps its meaning: wound against its container it is a cavity, wound the same way it is a solid inside a solid.
+//!   A cavity is never "mended" into a solid.
+//! - Open shells cannot be judged one by one (the inner wall of a cup looks inside out on its own), so they turn together
+//!   or not at all, by the sign of the volume under all of them.
+
+use nalgebra::{Point3, Vector3};
+
+use super::edges::{BOUNDARY, CROWDED, Edges, NEXT, from};
+use crate::geom::TriMesh;
+
+/// One shell.
+#[derive(Clone, Debug)]
+pub(super) struct Shell {
+    /// Faces.
+    pub(super) faces: u32,
+    /// Every edge is left as often as it is entered.
+    pub(super) closed: bool,
+    /// Twice the area [m^2].
+    area: f64,
+    /// Six times the volume under the faces, seen from the middle of the mesh's box [m^3].
+    volume: f64,
+    /// Twice the sum of the area vectors [m^2]; zero for a closed shell.
+    drift: Vector3<f64>,
+    /// Six times the sum of area times centroid [m^3].
+    centroid: Vector3<f64>,
+    lower: [f32; 3],
+    upper: [f32; 3],
+}
+
+/// The shells of a mesh, all faces turned as they should be.
+pub(super) struct Shells {
+    pub(super) shells: Vec<Shell>,
+    /// Shell of each face.
+    pub(super) of_face: Vec<u32>,
+    /// Faces turned because they disagreed with their neighbours.
+    pub(super) flipped: u32,
+    /// Faces turned with their whole shell.
+    pub(super) inside_out: u32,
+    /// A shell has no consistent winding (a Moebius strip).
+    pub(super) mixed: bool,
+    /// Shells wound against the shell that they lie in.
+    pub(super) cavities: u32,
+    /// Shells wound as the shell that they lie in.
+    pub(super) solids_in_solids: u32,
+    /// Two closed shells whose boxes meet without one lying in the other: they may overlap.
+    pub(super) may_overlap: bool,
+    /// Volume under all faces [m^3], after turning; exact for closed shells.
+    pub(super) volume: f64,
+    /// Area of all faces [m^2].
+    pub(super) area: f64,
+    /// |sum of area vectors| / area: 0 for a closed mesh, 1 for a flat sheet.
+    pub(super) openness: f64,
+}
+
+/// Finds the shells and turns the faces of `mesh`.
+pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
+    let (of_face, turned, mixed) = flood(&mesh.triangles, edges);
+    let flipped = turned.iter().filter(|&&turned| turned).count() as u32;
+    turn(&mut mesh.triangles, |face| turned[face]);
+
+    let mut shells = measure(mesh, &of_face);
+    find_open(&mesh.triangles, edges, &of_face, &turned, &mut shells);
+    let container = containers(mesh, &of_face, &shells);
+    let signs = judge(&shells, &container.of_shell);
+    let inside_out = shells.iter().zip(&signs).filter(|&(_, &sign)| sign < 0.0).map(|(shell, _)| shell.faces).sum();
+    if inside_out > 0 {
+        turn(&mut mesh.triangles, |face| signs[of_face[face] as usize] < 0.0);
+    }
+    for (shell, &sign) in shells.iter_mut().zip(&signs) {
+        shell.volume *= sign;
+        shell.drift *= sign;
+    }
+    let opposed = |shell: usize, outer: u32| shells[shell].volume.signum() != shells[outer as usize].volume.signum();
+    let nested = |wanted: bool| {
+        let pairs = container.of_shell.iter().enumerate().filter_map(|(shell, outer)| Some((shell, (*outer)?)));
+        pairs.filter(|&(shell, outer)| shells[shell].closed && opposed(shell, outer) == wanted).count() as u32
+    };
+    let area: f64 = shells.iter().map(|shell| shell.area).sum();
+    let drift: Vector3<f64> = shells.iter().map(|shell| shell.drift).sum();
+    Shells {
+        cavities: nested(true),
+        solids_in_solids: nested(false),
+        may_overlap: container.may_overlap,
+        volume: volume_of(&shells, |_| true) / 6.0,
+        area: area / 2.0,
+        openness: if area > 0.0 { drift.norm() / area } else { 1.0 },
+        shells,
+        of_face,
+        flipped,
+        inside_out,
+        mixed,
+    }
+}
+
+/// Labels the shells, and finds the faces to turn so that neighbours agree; `true` when that is impossible somewhere.
+fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, bool) {
+    const NONE: u32 = u32::MAX;
+    let mut of_face = vec![NONE; faces.len()];
+    let mut turned = vec![false; faces.len()];
+    let (mut stack, mut members) = (Vec::new(), Vec::new());
+    let (mut shell, mut mixed) = (0, false);
+    for seed in 0..faces.len() {
+        if of_face[seed] != NONE {
+            continue;
+        }
+        of_face[seed] = shell;
+        stack.push(seed as u32);
+        members.clear();
+        let mut flips = 0;
+        while let Some(face) = stack.pop() {
+            if edges.same_direction > 0 {
+                members.push(face);
+                flips += usize::from(turned[face as usize]);
+            }
+            for half in 3 * face..3 * face + 3 {
+                let other = edges.partner[half as usize];
+                if other == BOUNDARY || other == CROWDED {
+                    continue;
+                }
+                let neighbour = other as usize / 3;
+                let disagrees = edges.same_direction > 0 && from(faces, half) == from(faces, other);
+                let wanted = turned[face as usize] ^ disagrees;
+                if of_face[neighbour] == NONE {
+                    of_face[neighbour] = shell;
+                    turned[neighbour] = wanted;
+                    stack.push(neighbour as u32);
+                } else {
+                    mixed |= turned[neighbour] != wanted;
+                }
+            }
+        }
+        if 2 * flips > members.len() {
+            members.iter().for_each(|&face| turned[face as usize] ^= true);
+        }
+        shell += 1;
+    }
+    (of_face, turned, mixed)
+}
+
+fn turn(faces: &mut [[u32; 3]], chosen: impl Fn(usize) -> bool) {
+    for (index, face) in faces.iter_mut().enumerate() {
+        if chosen(index) {
+            face.swap(1, 2);
+        }
+    }
+}
+
+/// Sums over the faces of each shell.
+fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
+    let middle = mesh.aabb().map_or_else(Point3::origin, |aabb| aabb.centre());
+    let count = of_face.iter().max().map_or(0, |&last| last as usize + 1);
+    let empty = Shell {
+        faces: 0,
+        closed: true,
+        area: 0.0,
+        volume: 0.0,
+        drift: Vector3::zeros(),
+        centroid: Vector3::zeros(),
+        lower: [f32::INFINITY; 3],
+        upper: [f32::NEG_INFINITY; 3],
+    };
+    let mut shells = vec![empty; count];
+    for (face, &shell) in of_face.iter().enumerate() {
+        let shell = &mut shells[shell as usize];
+        let [a, b, c] = mesh.corners(face).map(|corner| corner - middle);
+        let normal = (b - a).cross(&(c - a));
+        let area = normal.norm();
+        shell.faces += 1;
+        shell.area += area;
+        shell.volume += a.dot(&normal);
+        shell.drift += normal;
+        shell.centroid += (a + b + c) * area;
+        for vertex in mesh.triangles[face] {
+            let vertex = mesh.vertices[vertex as usize];
+            for axis in 0..3 {
+                shell.lower[axis] = shell.lower[axis].min(vertex[axis]);
+                shell.upper[axis] = shell.upper[axis].max(vertex[axis]);
+            }
+        }
+    }
+    shells
+}
+
+/// Marks the shells that have an open edge. `edges` were found before the faces in `turned` were turned.
+fn find_open(faces: &[[u32; 3]], edges: &Edges, of_face: &[u32], turned: &[bool], shells: &mut [Shell]) {
+    if edges.boundary > 0 {
+        for (half, &partner) in edges.partner.iter().enumerate() {
+            if partner == BOUNDARY {
+                shells[of_face[half / 3] as usize].closed = false;
+            }
+        }
+    }
+    for crowd in &edges.crowded {
+        let mut balance: Vec<(u32, i32)> = Vec::with_capacity(crowd.len());
+        for &half in crowd {
+            let (face, k) = (half as usize / 3, half as usize % 3);
+            // Turning a face swaps its corners 1 and 2.
+            let k = if turned[face] { 2 - k } else { k };
+            let step = if faces[face][k] < faces[face][NEXT[k]] { 1 } else { -1 };
+            match balance.iter_mut().find(|entry| entry.0 == of_face[face]) {
+                Some(entry) => entry.1 += step,
+                None => balance.push((of_face[face], step)),
+            }
+        }
+        for (shell, _) in balance.into_iter().filter(|&(_, balance)| balance != 0) {
+            shells[shell as usize].closed = false;
+        }
+    }
+}
+
+/// +1 for the shells that stay, -1 for those that turn.
+fn judge(shells: &[Shell], container: &[Option<u32>]) -> Vec<f64> {
+    let open = volume_of(shells, |shell| !shell.closed);
+    let open_area: f64 = shells.iter().filter(|shell| !shell.closed).map(|shell| shell.area).sum();
+    // A thousandth of the scale that the area sets: less is no evidence.
+    let turn_open = open < -1e-3 * open_area * libm::sqrt(open_area);
+    (0..shells.len())
+        .map(|mut shell| {
+            while let Some(outer) = container[shell] {
+                shell = outer as usize;
+            }
+            let turns = if shells[shell].closed { shells[shell].volume < 0.0 } else { turn_open };
+            if turns { -1.0 } else { 1.0 }
+        })
+        .collect()
+}
+
+/// Six times the volume under the chosen shells, seen from their common centroid.
+fn volume_of(shells: &[Shell], chosen: impl Fn(&Shell) -> bool) -> f64 {
+    let sum = |part: &dyn Fn(&Shell) -> f64| shells.iter().filter(|shell| chosen(shell)).map(part).sum::<f64>();
+    let area = sum(&|shell| shell.area);
+    let volume = sum(&|shell| shell.volume);
+    if area == 0.0 || shells.iter().filter(|shell| chosen(shell)).all(|shell| shell.closed) {
+        return volume;
+    }
+    let axes = [0, 1, 2];
+    let centroid = axes.map(|axis| sum(&|shell| shell.centroid[axis]) / (3.0 * area));
+    volume - axes.map(|axis| centroid[axis] * sum(&|shell| shell.drift[axis])).iter().sum::<f64>()
+}
+
+struct Containers {
+    /// The smallest closed shell around each closed shell.
+    of_shell: Vec<Option<u32>>,
+    may_overlap: bool,
+}
+
+/// Face tests that finding the containers may cost; a crowd of parts beyond it counts as overlapping.
+const CONTAINER_BUDGET: u64 = 200_000_000;
+/// More closed shells than this are not compared with one another.
+const MOST_SHELLS: usize = 4096;
+
+/// Which closed shell lies in which: boxes first, then crossings of a ray from a few of its vertices.
+fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
+    let mut found = Containers { of_shell: vec![None; shells.len()], may_overlap: false };
+    let closed: Vec<u32> = (0..shells.len() as u32).filter(|&shell| shells[shell as usize].closed).collect();
+    if closed.len() < 2 {
+        return found;
+    }
+    if closed.len() > MOST_SHELLS {
+        found.may_overlap = true;
+        return found;
+    }
+    let faces_of = |wanted: u32| (0..of_face.len()).filter(move |&face| of_face[face] == wanted);
+    let mut budget = CONTAINER_BUDGET;
+    for &inner in &closed {
+        for &outer in &closed {
+            let (a, b) = (&shells[inner as usize], &shells[outer as usize]);
+            let apart = (0..3).any(|axis| a.lower[axis] > b.upper[axis] || b.lower[axis] > a.upper[axis]);
+            let within = (0..3).all(|axis| a.lower[axis] >= b.lower[axis] && a.upper[axis] <= b.upper[axis]);
+            if inner == outer || apart {
+                continue;
+            }
+            if !within {
+                // The other order may still find that the outer one lies in the inner one.
+                let around = (0..3).all(|axis| a.lower[axis] <= b.lower[axis] && a.upper[axis] >= b.upper[axis]);
+                found.may_overlap |= !around;
+                continue;
+            }
+            let samples = 8.min(a.faces) as usize;
+            let stride = a.faces as usize / samples;
+            budget = budget.saturating_sub(((samples + 2) * of_face.len()) as u64);
+            if budget == 0 {
+                found.may_overlap = true;
+                return found;
+            }
+            let points: Vec<[f32; 3]> = faces_of(inner)
+                .step_by(stride)
+                .take(samples)
+                .map(|face| mesh.vertices[mesh.triangles[face][0] as usize])
+                .collect();
+            let inside = points.iter().filter(|&&point| encloses(mesh, faces_of(outer), point)).count();
+            if inside < points.len() {
+                found.may_overlap = true;
+                continue;
+            }
+            let size =
+                |shell: &Shell| (0..3).map(|axis| f64::from(shell.upper[axis] - shell.lower[axis])).product::<f64>();
+            let best = &mut found.of_shell[inner as usize];
+            // Two shells of one box may each seem to hold the other: the earlier one is the container.
+            let mutual = size(a) == size(b) && inner < outer;
+            if !mutual && best.is_none_or(|best| size(b) < size(&shells[best as usize])) {
+                *best = Some(outer);
+            }
+        }
+    }
+    found
+}
+
+/// Whether a ray from `point` along +x crosses the faces an odd number of times.
+///
+/// Edges are taken half-open in (y, z), and each edge is judged from its lower vertex, so that a ray through an edge
+/// or a corner is counted once.
+fn encloses(mesh: &TriMesh, faces: impl Iterator<Item = usize>, point: [f32; 3]) -> bool {
+    let mut odd = false;
+    for face in faces {
+        let corners = mesh.triangles[face];
+        let at = |k: usize| mesh.vertices[corners[k] as usize];
+        let (low, high) = ([at(0), at(1), at(2)].map(|c| c[2]), point[2]);
+        if low.iter().all(|&z| z <= high) || low.iter().all(|&z| z > high) {
+            continue;
+        }
+        let mut covers = false;
+        for k in 0..3 {
+            let (mut a, mut b) = (at(k), at(NEXT[k]));
+            if corners[k] > corners[NEXT[k]] {
+                std::mem::swap(&mut a, &mut b);
+            }
+            if (a[2] <= point[2]) != (b[2] <= point[2]) {
+                let [a, b, p] = [a, b, point].map(|corner| corner.map(f64::from));
+                let side = (b[1] - a[1]) * (p[2] - a[2]) - (p[1] - a[1]) * (b[2] - a[2]);
+                covers ^= (side > 0.0) == (b[2] > a[2]);
+            }
+        }
+        if covers {
+            let [a, b, c] = mesh.corners(face);
+            let normal = (b - a).cross(&(c - a));
+            let p = Point3::from(point.map(f64::from));
+            // The plane's x at the point's (y, z) lies ahead.
+            odd ^= (a - p).dot(&normal) * normal.x > 0.0;
+        }
+    }
+    odd
+}
