@@ -1,6 +1,7 @@
 //! Places where a surface is open or touches itself.
 
 use super::{
+    bounds::Bounds,
     edges::{BOUNDARY, Edges, NEXT, from, to},
     mend::Sets,
 };
@@ -13,19 +14,18 @@ pub(super) struct Hole {
     pub(super) edges: u32,
     /// Their length [m].
     pub(super) rim: f64,
-    lower: [f32; 3],
-    upper: [f32; 3],
+    bounds: Bounds,
 }
 
 impl Hole {
     /// Middle of its box, in the mesh's frame [m].
     pub(super) fn centre(&self) -> [f64; 3] {
-        std::array::from_fn(|axis| (f64::from(self.lower[axis]) + f64::from(self.upper[axis])) / 2.0)
+        self.bounds.centre()
     }
 
     /// Longest side of its box [m].
     pub(super) fn width(&self) -> f64 {
-        (0..3).map(|axis| f64::from(self.upper[axis]) - f64::from(self.lower[axis])).fold(0.0, f64::max)
+        self.bounds.sides().into_iter().fold(0.0, f64::max)
     }
 }
 
@@ -45,16 +45,13 @@ pub(super) fn holes(mesh: &TriMesh, edges: &Edges) -> Vec<Hole> {
         let place = &mut place[sets.root(from(faces, half)) as usize];
         if *place == u32::MAX {
             *place = holes.len() as u32;
-            holes.push(Hole { edges: 0, rim: 0.0, lower: [f32::INFINITY; 3], upper: [f32::NEG_INFINITY; 3] });
+            holes.push(Hole { edges: 0, rim: 0.0, bounds: Bounds::EMPTY });
         }
         let hole = &mut holes[*place as usize];
         let [a, b] = [from(faces, half), to(faces, half)].map(|vertex| mesh.vertices[vertex as usize]);
         hole.edges += 1;
         hole.rim += libm::sqrt((0..3).map(|axis| f64::from(a[axis]) - f64::from(b[axis])).map(|d| d * d).sum());
-        for axis in 0..3 {
-            hole.lower[axis] = hole.lower[axis].min(a[axis]);
-            hole.upper[axis] = hole.upper[axis].max(a[axis]);
-        }
+        hole.bounds.add(a);
     }
     holes.sort_by(|a, b| b.rim.total_cmp(&a.rim));
     holes

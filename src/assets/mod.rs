@@ -5,6 +5,7 @@
 //!
 //! Missing yet: ASCII STL, OBJ, PLY and OFF (refused by name), mugs and tools among the built-in shapes.
 
+mod bounds;
 mod built_in;
 mod digest;
 mod edges;

@@ -225,7 +225,7 @@ fn describe(
     if away > 1000.0 * longest {
         warnings.push(format!("stands {} from its origin, so positions are coarse (f32)", length(away)));
     }
-    let is_simple = watertight && shells.solids_in_solids == 0 && !shells.may_overlap;
+    let is_closed = !shells.mixed && shells.shells.iter().all(|shell| shell.closed);
     AssetRecord {
         name: source.name.clone(),
         object: digest::object(mesh),
@@ -242,7 +242,7 @@ fn describe(
         extents: aabb.extents(),
         scale,
         repairs,
-        inside: if is_simple { InsideMethod::Parity } else { InsideMethod::WindingNumber },
+        inside: if is_closed { InsideMethod::Crossings } else { InsideMethod::WindingNumber },
         warnings,
         licence: source.licence.clone(),
         citation: source.citation.clone(),
@@ -345,7 +345,11 @@ mod tests {
             let prepared = prepare(&built_in_source(&name)).unwrap();
             let record = &prepared.record;
             assert!(record.watertight && record.repairs.is_empty(), "{record:#?}");
-            assert_eq!((record.bodies, record.inside, &record.warnings), (1, InsideMethod::Parity, &vec![]), "{name}");
+            assert_eq!(
+                (record.bodies, record.inside, &record.warnings),
+                (1, InsideMethod::Crossings, &vec![]),
+                "{name}"
+            );
             let wanted = if name.ends_with("16k") {
                 16_000
             } else if name.ends_with("500") {

@@ -11,7 +11,10 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::edges::{BOUNDARY, CROWDED, Edges, NEXT, from};
+use super::{
+    bounds::Bounds,
+    edges::{BOUNDARY, CROWDED, Edges, NEXT, from},
+};
 use crate::geom::TriMesh;
 
 /// One shell.
@@ -29,8 +32,7 @@ pub(super) struct Shell {
     drift: Vector3<f64>,
     /// Six times the sum of area times centroid [m^3].
     centroid: Vector3<f64>,
-    lower: [f32; 3],
-    upper: [f32; 3],
+    bounds: Bounds,
 }
 
 /// The shells of a mesh, all faces turned as they should be.
@@ -162,8 +164,7 @@ fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
         volume: 0.0,
         drift: Vector3::zeros(),
         centroid: Vector3::zeros(),
-        lower: [f32::INFINITY; 3],
-        upper: [f32::NEG_INFINITY; 3],
+        bounds: Bounds::EMPTY,
     };
     let mut shells = vec![empty; count];
     for (face, &shell) in of_face.iter().enumerate() {
@@ -177,11 +178,7 @@ fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
         shell.drift += normal;
         shell.centroid += (a + b + c) * area;
         for vertex in mesh.triangles[face] {
-            let vertex = mesh.vertices[vertex as usize];
-            for axis in 0..3 {
-                shell.lower[axis] = shell.lower[axis].min(vertex[axis]);
-                shell.upper[axis] = shell.upper[axis].max(vertex[axis]);
-            }
+            shell.bounds.add(mesh.vertices[vertex as usize]);
         }
     }
     shells
@@ -271,15 +268,12 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
     for &inner in &closed {
         for &outer in &closed {
             let (a, b) = (&shells[inner as usize], &shells[outer as usize]);
-            let apart = (0..3).any(|axis| a.lower[axis] > b.upper[axis] || b.lower[axis] > a.upper[axis]);
-            let within = (0..3).all(|axis| a.lower[axis] >= b.lower[axis] && a.upper[axis] <= b.upper[axis]);
-            if inner == outer || apart {
+            if inner == outer || a.bounds.is_apart_from(&b.bounds) {
                 continue;
             }
-            if !within {
+            if !a.bounds.is_within(&b.bounds) {
                 // The other order may still find that the outer one lies in the inner one.
-                let around = (0..3).all(|axis| a.lower[axis] <= b.lower[axis] && a.upper[axis] >= b.upper[axis]);
-                found.may_overlap |= !around;
+                found.may_overlap |= !b.bounds.is_within(&a.bounds);
                 continue;
             }
             let samples = 8.min(a.faces) as usize;
@@ -299,8 +293,7 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
                 found.may_overlap = true;
                 continue;
             }
-            let size =
-                |shell: &Shell| (0..3).map(|axis| f64::from(shell.upper[axis] - shell.lower[axis])).product::<f64>();
+            let size = |shell: &Shell| shell.bounds.sides().iter().product::<f64>();
             let best = &mut found.of_shell[inner as usize];
             // Two shells of one box may each seem to hold the other: the earlier one is the container.
             let mutual = size(a) == size(b) && inner < outer;

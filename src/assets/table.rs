@@ -130,9 +130,9 @@ pub enum Winding {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InsideMethod {
-    /// Crossings along columns: exact for a watertight mesh wound outward.
-    Parity,
-    /// Generalised winding number: for meshes with holes, soups, several overlapping bodies.
+    /// Signed crossings along columns: exact when every shell is closed, whether bodies overlap or lie in one another.
+    Crossings,
+    /// Generalised winding number: for meshes with holes, soups and mixed winding.
     WindingNumber,
 }
 

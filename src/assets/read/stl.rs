@@ -47,7 +47,7 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
     }
     let mut count = declared as usize;
     if count < present {
-        if count == 0 && body.len() % RECORD == 0 {
+        if count == 0 && body.len().is_multiple_of(RECORD) {
             count = present;
             notes.push(format!("the header declares 0 triangles; all {present} in the file are used"));
         } else {

@@ -1,0 +1,40 @@
+//! Boxes that grow with the vertices of a part.
+
+/// An axis-aligned box of single-precision corners [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    lower: [f32; 3],
+    upper: [f32; 3],
+}
+
+impl Bounds {
+    /// The box of nothing.
+    pub(super) const EMPTY: Self = Self { lower: [f32::INFINITY; 3], upper: [f32::NEG_INFINITY; 3] };
+
+    pub(super) fn add(&mut self, point: [f32; 3]) {
+        for (axis, coordinate) in point.into_iter().enumerate() {
+            self.lower[axis] = self.lower[axis].min(coordinate);
+            self.upper[axis] = self.upper[axis].max(coordinate);
+        }
+    }
+
+    /// Side lengths [m].
+    pub(super) fn sides(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| f64::from(self.upper[axis]) - f64::from(self.lower[axis]))
+    }
+
+    /// The middle [m].
+    pub(super) fn centre(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| (f64::from(self.lower[axis]) + f64::from(self.upper[axis])) / 2.0)
+    }
+
+    /// No point is in both closed boxes.
+    pub(super) fn is_apart_from(&self, other: &Self) -> bool {
+        (0..3).any(|axis| self.lower[axis] > other.upper[axis] || other.lower[axis] > self.upper[axis])
+    }
+
+    /// Every point of this box is in the other one.
+    pub(super) fn is_within(&self, other: &Self) -> bool {
+        (0..3).all(|axis| self.lower[axis] >= other.lower[axis] && self.upper[axis] <= other.upper[axis])
+    }
+}
