@@ -1,7 +1,5 @@
 //! Mesh preparation against meshes and figures that are not ours.
 
-#![expect(clippy::print_stdout, reason = "timings are for people")]
-
 use std::{path::Path, time::Instant};
 
 use graspmill::assets::{MeshOrigin, MeshSource, ScaleRule, SizeRule, prepare};
