@@ -81,13 +81,12 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     rejects.finish(folder)?;
     index.map_or(Ok(()), |index| index.finish(folder))?;
     let (samples_root, rejects_root) = roots(leaves, &objects)?;
-    let mut assets: Vec<(ObjectId, String)> = (header.assets.iter())
-        .map(|row| (object_of(row).unwrap_or(ObjectId(Digest([0; 32]))), merkle::canonical_json(row)))
-        .collect();
-    assets.sort();
-    let mut tree = Tree::default();
-    assets.iter().for_each(|(_, row)| tree.push(merkle::asset_leaf(row)));
-    let root = merkle::dataset_root(&[(header.class.name(), samples_root)], &rejects_root, &tree.root(), &header.job);
+    let root = merkle::dataset_root(
+        &[(header.class.name(), samples_root)],
+        &rejects_root,
+        &asset_tree(&header.assets),
+        &header.job,
+    );
     write_tables(folder, header, &splits)?;
     let manifest = Manifest {
         format_version: FORMAT_VERSION,
@@ -135,12 +134,21 @@ fn write_tables(folder: &Path, header: &DatasetHeader, splits: &SplitTable) -> R
     Ok(())
 }
 
+/// Root over the rows of the asset table, in order of their objects.
+pub(super) fn asset_tree(assets: &[serde_json::Value]) -> Digest {
+    let mut rows: Vec<_> = assets.iter().map(|row| (object_of(row), merkle::canonical_json(row))).collect();
+    rows.sort();
+    let mut tree = Tree::default();
+    rows.iter().for_each(|(_, row)| tree.push(merkle::asset_leaf(row)));
+    tree.root()
+}
+
 fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
     row.get("object")?.as_str().and_then(Digest::from_hex).map(ObjectId)
 }
 
 /// Object id -> (rank among the ids, name as it goes into the index, id likewise).
-type Objects = BTreeMap<ObjectId, (u32, ByteArray, ByteArray)>;
+pub(super) type Objects = BTreeMap<ObjectId, (u32, ByteArray, ByteArray)>;
 
 pub(super) fn asset_names(folder: &Path, assets: &[serde_json::Value]) -> Result<Objects, DatasetError> {
     let invalid = |problem: String| DatasetError::Invalid {

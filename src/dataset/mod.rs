@@ -30,6 +30,7 @@ mod reader;
 mod shard;
 mod shard_file;
 mod split;
+mod verify;
 
 pub use error::DatasetError;
 pub use finish::{DatasetHeader, finish_dataset};
@@ -40,3 +41,4 @@ pub use manifest::{Counts, FileEntry, Manifest, NumberClass, ShardEntry};
 pub use reader::{DatasetReader, Sample, Samples, Selection};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
 pub use split::{ObjectSplit, Split, SplitTable};
+pub use verify::{Problem, VerifyLevel, VerifyOptions, VerifyProgress, VerifyReport, verify};

@@ -2,19 +2,24 @@
 
 use std::{
     fs::File,
-    io::{Read, Seek},
     os::unix::fs::FileExt,
     path::{Path, PathBuf},
 };
 
 use mcap::{
     McapError,
-    records::{AttachmentIndex, Record},
-    sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions},
+    records::{AttachmentIndex, Record, op},
 };
 
 use super::{DatasetError, Ledger, error::REMAKE, shard::LEDGER};
 use crate::{ids::SampleIndex, record::Channel};
+
+/// Opcode, length, start of summary, start of its offsets, CRC, magic bytes.
+const FOOTER_BYTES: u64 = 1 + 8 + 8 + 8 + 4 + 8;
+/// Channel id, sequence, log time, publish time.
+const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
+/// No chunk of ours is larger: one that says so is damaged, and must not become an allocation.
+const MOST_CHUNK_BYTES: u64 = 1 << 30;
 
 /// Where a chunk stands and which samples it holds.
 #[derive(Clone, Copy, Debug)]
@@ -46,18 +51,26 @@ pub(super) struct ShardFile {
 
 impl ShardFile {
     pub fn open(path: &Path) -> Result<Self, DatasetError> {
-        let mut file = open(path)?;
+        let file = open(path)?;
         let bytes = file.metadata().map_err(DatasetError::io("reading", path))?.len();
-        let summary = read_summary(&mut file, bytes).map_err(|error| damaged(path, bytes, error))?;
+        let summary = read_summary(&file, bytes).map_err(|error| damaged(path, bytes, error))?;
         let refuse = |problem: &str| invalid(path, problem.to_owned());
         let mut channels = Vec::new();
-        for (id, channel) in &summary.channels {
-            let known = Channel::from_topic(&channel.topic)
-                .ok_or_else(|| invalid(path, format!("unknown topic '{}'", channel.topic)))?;
-            channels.push((*id, known));
+        let (mut chunk_indexes, mut ledger) = (Vec::new(), None);
+        for record in records(&summary) {
+            match record.and_then(|(opcode, body)| mcap::parse_record(opcode, body)) {
+                Ok(Record::Channel(channel)) => match Channel::from_topic(&channel.topic) {
+                    Some(known) => channels.push((channel.id, known)),
+                    None => return Err(refuse(&format!("unknown topic '{}'", channel.topic))),
+                },
+                Ok(Record::ChunkIndex(chunk)) => chunk_indexes.push(chunk),
+                Ok(Record::AttachmentIndex(index)) if index.name == LEDGER => ledger = Some(index),
+                Ok(_) => {}
+                Err(error) => return Err(damaged(path, bytes, error)),
+            }
         }
         channels.sort_unstable();
-        let mut chunks: Vec<ChunkPlace> = (summary.chunk_indexes.iter())
+        let mut chunks: Vec<ChunkPlace> = (chunk_indexes.iter())
             // A chunk that holds nothing but schemas has no message index.
             .filter(|chunk| !chunk.message_index_offsets.is_empty())
             .map(|chunk| ChunkPlace {
@@ -70,18 +83,16 @@ impl ShardFile {
         if chunks.windows(2).any(|pair| pair[0].samples.1 >= pair[1].samples.0) {
             return Err(refuse("two chunks share a sample"));
         }
-        let mut ledgers = summary.attachment_indexes.into_iter().filter(|attachment| attachment.name == LEDGER);
-        let ledger = ledgers.next().ok_or_else(|| refuse("it has no ledger"))?;
+        let ledger = ledger.ok_or_else(|| refuse("it has no ledger"))?;
         Ok(Self { path: path.to_owned(), chunks, channels, ledger })
     }
 
     /// The shard's ledger.
     pub fn ledger(&self) -> Result<Ledger, DatasetError> {
         let record = read_at(&self.path, self.ledger.offset, self.ledger.length)?;
-        let index = AttachmentIndex { offset: 0, ..self.ledger.clone() };
-        let attachment =
-            mcap::read::attachment(&record, &index).map_err(|error| invalid(&self.path, format!("ledger: {error}")))?;
-        Ledger::decode(&attachment.data).map_err(|problem| invalid(&self.path, problem))
+        let data = attachment(&record, self.ledger.data_size)
+            .map_err(|error| invalid(&self.path, format!("ledger: {error}")))?;
+        Ledger::decode(data).map_err(|problem| invalid(&self.path, problem))
     }
 
     /// Which chunk holds a sample; `None` when it is not stored.
@@ -102,25 +113,82 @@ impl ShardFile {
     }
 
     fn parse_chunk(&self, record: &[u8]) -> Result<Vec<StoredMessage>, McapError> {
-        // Opcode and length of the record stand before its body.
-        let body = record.get(9..).ok_or(McapError::UnexpectedEof)?;
-        let Record::Chunk { header, data } = mcap::read::parse_record(record[0], body)? else {
+        let (opcode, body) = records(record).next().ok_or(McapError::UnexpectedEof)??;
+        let Record::Chunk { header, data } = mcap::parse_record(opcode, body)? else {
             return Err(McapError::BadIndex);
         };
+        if header.uncompressed_size > MOST_CHUNK_BYTES {
+            return Err(McapError::ChunkTooLarge(header.uncompressed_size));
+        }
+        if header.compression != "zstd" {
+            return Err(McapError::UnsupportedCompression(header.compression));
+        }
+        let unpacked = zstd::bulk::decompress(&data, header.uncompressed_size as usize)
+            .map_err(|error| McapError::DecompressionError(error.to_string()))?;
+        let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&unpacked));
+        if saved != calculated {
+            return Err(McapError::BadChunkCrc { saved, calculated });
+        }
         let mut messages = Vec::new();
-        for record in mcap::read::ChunkReader::new(header, &data)? {
-            if let Record::Message { header, data } = record? {
-                let place = self.channels.binary_search_by_key(&header.channel_id, |(id, _)| *id);
-                let place = place.map_err(|_| McapError::UnknownChannel(header.sequence, header.channel_id))?;
-                messages.push(StoredMessage {
-                    index: SampleIndex(header.log_time),
-                    channel: self.channels[place].1,
-                    payload: data.into_owned(),
-                });
+        for record in records(&unpacked) {
+            let (opcode, body) = record?;
+            if opcode != op::MESSAGE {
+                continue;
             }
+            let (header, payload) = body.split_at_checked(MESSAGE_HEADER).ok_or(McapError::UnexpectedEoc)?;
+            let (id, sequence) = (u16_at(header, 0), u64_at(header, 2) as u32);
+            let place = self.channels.binary_search_by_key(&id, |(id, _)| *id);
+            let channel = self.channels[place.map_err(|_| McapError::UnknownChannel(sequence, id))?].1;
+            messages.push(StoredMessage { index: SampleIndex(u64_at(header, 6)), channel, payload: payload.to_vec() });
         }
         Ok(messages)
     }
+}
+
+fn u16_at(bytes: &[u8], place: usize) -> u16 {
+    u16::from_le_bytes([bytes[place], bytes[place + 1]])
+}
+
+fn u64_at(bytes: &[u8], place: usize) -> u64 {
+    u64::from_le_bytes(std::array::from_fn(|byte| bytes[place + byte]))
+}
+
+/// The records of a run of MCAP records: opcode and body; a length that does not fit ends with an error.
+fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), McapError>> {
+    std::iter::from_fn(move || {
+        if bytes.is_empty() {
+            return None;
+        }
+        let split = bytes.split_at_checked(9).and_then(|(head, rest)| {
+            let length = usize::try_from(u64_at(head, 1)).ok()?;
+            rest.split_at_checked(length).map(|(body, rest)| (head[0], body, rest))
+        });
+        match split {
+            Some((opcode, body, rest)) => {
+                bytes = rest;
+                Some(Ok((opcode, body)))
+            }
+            None => {
+                bytes = &[];
+                Some(Err(McapError::UnexpectedEof))
+            }
+        }
+    })
+}
+
+/// The data of an attachment record: its last bytes but for the CRC of everything before.
+fn attachment(record: &[u8], data_size: u64) -> Result<&[u8], McapError> {
+    let (opcode, body) = records(record).next().ok_or(McapError::UnexpectedEof)??;
+    if opcode != op::ATTACHMENT {
+        return Err(McapError::BadIndex);
+    }
+    let (content, crc) = body.split_last_chunk::<4>().ok_or(McapError::UnexpectedEof)?;
+    let (saved, calculated) = (u32::from_le_bytes(*crc), crc32fast::hash(content));
+    if saved != calculated {
+        return Err(McapError::BadAttachmentCrc { saved, calculated });
+    }
+    let start = (content.len() as u64).checked_sub(data_size).ok_or(McapError::UnexpectedEof)?;
+    Ok(&content[start as usize..])
 }
 
 fn open(path: &Path) -> Result<File, DatasetError> {
@@ -141,21 +209,29 @@ fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, DatasetErro
     Ok(record)
 }
 
-fn read_summary(file: &mut File, bytes: u64) -> Result<mcap::Summary, McapError> {
-    let mut reader = SummaryReader::new_with_options(SummaryReaderOptions::default().with_file_size(bytes));
-    while let Some(event) = reader.next_event() {
-        match event? {
-            SummaryReadEvent::ReadRequest(wanted) => {
-                let read = file.read(reader.insert(wanted))?;
-                reader.notify_read(read);
-            }
-            SummaryReadEvent::SeekRequest(target) => {
-                let position = file.seek(target)?;
-                reader.notify_seeked(position);
-            }
-        }
+/// The records of the summary section, after its CRC was checked.
+fn read_summary(file: &File, bytes: u64) -> Result<Vec<u8>, McapError> {
+    let end = bytes.checked_sub(FOOTER_BYTES).ok_or(McapError::UnexpectedEof)?;
+    let mut footer = [0; FOOTER_BYTES as usize];
+    file.read_exact_at(&mut footer, end)?;
+    if !footer.ends_with(mcap::MAGIC) {
+        return Err(McapError::BadMagic);
     }
-    reader.finish().ok_or(McapError::BadFooter)
+    let start = u64_at(&footer, 9);
+    if footer[0] != op::FOOTER || start == 0 || start > end {
+        return Err(McapError::BadFooter);
+    }
+    let mut summary = vec![0; (end - start) as usize];
+    file.read_exact_at(&mut summary, start)?;
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&summary);
+    // The CRC covers the footer up to itself.
+    hasher.update(&footer[..25]);
+    let (saved, calculated) = (u64_at(&footer, 21) >> 32, hasher.finalize());
+    if saved as u32 != calculated {
+        return Err(McapError::BadSummaryCrc { saved: saved as u32, calculated });
+    }
+    Ok(summary)
 }
 
 /// A shard whose summary can't be read: nearly always cut short.

@@ -1,0 +1,186 @@
+//! A small dataset made by hand, and what it must read back as.
+
+use std::{fs, path::Path};
+
+use graspmill::{
+    dataset::{
+        DatasetHeader, FinishedShard, NumberClass, ObjectSplit, RunMark, SampleFacts, ShardHeader, ShardWriter, Split,
+        SplitTable, begin_run, finish_dataset,
+    },
+    geom::{GridPlacement, Intrinsics, OccupancyGrid, Pose, rotation_from_rpy},
+    ids::{Digest, JobDigest, ObjectId, SampleId, SampleIndex, ShardId, ViewId},
+    record::{Channel, Visibility, VoxelPair},
+};
+use nalgebra::{Point3, Vector3};
+
+/// A small dataset made by hand: ellipsoids seen along z.
+#[derive(Clone)]
+pub struct Made {
+    pub objects: u64,
+    pub views: u32,
+    pub shard_samples: u32,
+    pub resolution: u32,
+    /// Every so many samples one is rejected.
+    pub reject_every: u64,
+    pub channels: Vec<Channel>,
+}
+
+impl Default for Made {
+    fn default() -> Self {
+        let channels = vec![Channel::Pair, Channel::Visibility];
+        Self { objects: 3, views: 11, shard_samples: 8, resolution: 40, reject_every: 7, channels }
+    }
+}
+
+impl Made {
+    pub fn samples(&self) -> u64 {
+        self.objects * u64::from(self.views)
+    }
+
+    pub fn mark(&self) -> RunMark {
+        let shards = self.samples().div_ceil(u64::from(self.shard_samples)) as u32;
+        RunMark::new("completion", job(), self.samples(), shards, self.shard_samples)
+    }
+
+    pub fn object(&self, object: u64) -> ObjectId {
+        ObjectId(Digest::of(&object.to_le_bytes()))
+    }
+
+    pub fn id(&self, index: u64) -> SampleId {
+        let views = u64::from(self.views);
+        SampleId::of_object(self.object(index / views), ViewId((index % views) as u32))
+    }
+
+    pub fn rejected(&self, index: u64) -> bool {
+        index % self.reject_every == self.reject_every - 1
+    }
+
+    pub fn write_shard(&self, folder: &Path, shard: u32) -> FinishedShard {
+        let first = u64::from(shard * self.shard_samples);
+        let samples = first..(first + u64::from(self.shard_samples)).min(self.samples());
+        let header = ShardHeader {
+            product: "completion".to_owned(),
+            job: job(),
+            shard: ShardId(shard),
+            shards: self.mark().shards,
+            samples: samples.clone(),
+            channels: self.channels.clone(),
+        };
+        let mut writer = ShardWriter::create(&folder.join("shards"), &header).unwrap();
+        let mut payload = Vec::new();
+        for index in samples {
+            let (place, id) = (SampleIndex(index), self.id(index));
+            if self.rejected(index) {
+                writer.reject(place, &id, SampleFacts::default(), "few_cells", "99 cells, at least 100").unwrap();
+                continue;
+            }
+            let pair = pair(id, index, self.resolution);
+            for channel in &self.channels {
+                payload.clear();
+                match channel {
+                    Channel::Pair => pair.encode(&mut payload),
+                    Channel::Visibility => Visibility::encode_parts(&id, &free(&pair), &mut payload),
+                    other => unimplemented!("{other:?}"),
+                }
+                writer.write(place, &id, *channel, &payload).unwrap();
+            }
+            writer.keep(place, &id, facts(&pair)).unwrap();
+        }
+        writer.finish().unwrap()
+    }
+
+    pub fn header(&self) -> DatasetHeader {
+        let split = |object| ObjectSplit {
+            object: self.object(object),
+            models: if object + 1 == self.objects { Split::TestModels } else { Split::Training },
+            holdout_views: if object + 1 == self.objects { vec![] } else { vec![2, 5] },
+            subset: (object == 0).then_some(0),
+        };
+        let asset = |object| serde_json::json!({"name": format!("thing {object}"), "object": self.object(object), "volume": 0.1 + object as f64});
+        DatasetHeader {
+            generator: "graspmill test".to_owned(),
+            job: job(),
+            job_text: "seed = 1\n".to_owned(),
+            class: NumberClass::Exact,
+            platform: Default::default(),
+            assets: (0..self.objects).map(asset).collect(),
+            refused: vec![],
+            splits: SplitTable { training_subsets: vec![1], objects: (0..self.objects).map(split).collect() },
+            warnings: vec![],
+        }
+    }
+
+    pub fn write(&self, folder: &Path) -> Vec<FinishedShard> {
+        begin_run(folder, &self.mark()).unwrap();
+        (0..self.mark().shards).map(|shard| self.write_shard(folder, shard)).collect()
+    }
+
+    pub fn finish(&self, folder: &Path) -> Digest {
+        self.write(folder);
+        finish_dataset(folder, &self.header()).unwrap().root
+    }
+}
+
+pub fn job() -> JobDigest {
+    JobDigest(Digest::of(b"job"))
+}
+
+pub fn pair(sample: SampleId, salt: u64, resolution: u32) -> VoxelPair {
+    let (mut partial, mut complete) = (OccupancyGrid::new(resolution), OccupancyGrid::new(resolution));
+    let n = f64::from(resolution);
+    let radii = [0.4 * n, (0.2 + 0.02 * (salt % 9) as f64) * n, (0.15 + 0.03 * (salt % 7) as f64) * n];
+    for x in 0..resolution {
+        for y in 0..resolution {
+            let mut seen = false;
+            for z in 0..resolution {
+                let at = [x, y, z].map(|cell| f64::from(cell) + 0.5 - 0.5 * n);
+                let inside = at.iter().zip(radii).map(|(at, radius)| (at / radius).powi(2)).sum::<f64>() <= 1.0;
+                if inside {
+                    complete.set([x, y, z]);
+                    if !seen {
+                        partial.set([x, y, z]);
+                    }
+                    seen = true;
+                }
+            }
+        }
+    }
+    let (partial_cells, complete_cells) = (partial.count(), complete.count());
+    let world_from_object =
+        Pose::new(rotation_from_rpy(0.1 * salt as f64, 0.2, 0.3), Vector3::new(1.0, 0.01 * salt as f64, 0.2));
+    let world_from_camera = Pose::new(rotation_from_rpy(-1.5, 0.0, -1.5), Vector3::new(0.0, 0.0, 0.5));
+    VoxelPair {
+        sample,
+        grid: GridPlacement { resolution, centre: Point3::new(0.01, -0.02, 0.9), cell_size: 0.003 },
+        camera: Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).unwrap(),
+        camera_from_object: world_from_camera.inverse() * world_from_object,
+        world_from_object,
+        world_from_camera,
+        both_cells: partial.count_both(&complete),
+        partial,
+        complete,
+        partial_cells,
+        complete_cells,
+        solid_share: 0.99,
+    }
+}
+
+pub fn free(pair: &VoxelPair) -> OccupancyGrid {
+    let mut free = OccupancyGrid::new(pair.grid.resolution);
+    for cell in pair.partial.cells() {
+        (0..cell[2]).for_each(|z| free.set([cell[0], cell[1], z]));
+    }
+    free
+}
+
+pub fn facts(pair: &VoxelPair) -> SampleFacts {
+    let VoxelPair { partial_cells, complete_cells, both_cells, solid_share, .. } = *pair;
+    SampleFacts { partial_cells, complete_cells, both_cells, solid_share }
+}
+
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}

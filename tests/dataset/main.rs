@@ -1,0 +1,5 @@
+//! The format, from the outside.
+
+mod damage;
+mod made;
+mod reading;
