@@ -1,5 +1,6 @@
 //! Occupancy: meshes to solid grids, depth images to partial grids, binvox files.
 
+pub mod channels;
 mod columns;
 mod solid;
 mod surface;

@@ -1,0 +1,221 @@
+//! Coverage: which share of each cell is solid.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
+
+/// Fine cells along each side of a block.
+const BLOCK: usize = 4;
+/// Blocks along each side of the solid.
+const SIDE: usize = SolidGrid::SIDE / BLOCK;
+/// Points a cell is tested at: a lattice whose every axis is hit at 256 evenly spaced places. Against exact half-space
+/// cuts of a cube its error is 0.005 (root mean square) and at most 0.011, found by search over its generator.
+const POINTS: usize = 256;
+const GENERATOR: [usize; 3] = [1, 15, 39];
+
+/// A solid with a map of how far each part of it is from the next change: what lies in a uniform region is answered at
+/// once. Build it once an object (262 kB).
+pub struct CoverageSolid<'a> {
+    solid: &'a SolidGrid,
+    /// Blocks around each block, itself counted, that are all full or all empty as it is; 0 for a mixed block.
+    uniform: Vec<u8>,
+}
+
+impl<'a> CoverageSolid<'a> {
+    /// Prepares a solid.
+    pub fn new(solid: &'a SolidGrid) -> Self {
+        let mut uniform = vec![0u8; SIDE * SIDE * SIDE];
+        let states: Vec<u8> = (0..uniform.len()).map(|block| state(solid, block)).collect();
+        for (value, state) in uniform.iter_mut().zip(&states) {
+            *value = if *state == MIXED { 0 } else { u8::MAX };
+        }
+        // Chessboard distance to a block of another state, in two sweeps (Rosenfeld and Pfaltz 1968).
+        let mut sweep = |forward: bool| {
+            for i in 0..uniform.len() {
+                let block = if forward { i } else { uniform.len() - 1 - i };
+                if uniform[block] == 0 {
+                    continue;
+                }
+                let at = [block / SIDE / SIDE, block / SIDE % SIDE, block % SIDE].map(|v| v as isize);
+                let mut least = uniform[block];
+                for step in 0..13 {
+                    // The 13 neighbours that precede a block in C order; the others are their mirror images.
+                    let step = [step / 9, step / 3 % 3, step % 3].map(|v| v as isize - 1);
+                    let there: [isize; 3] =
+                        std::array::from_fn(|axis| if forward { at[axis] + step[axis] } else { at[axis] - step[axis] });
+                    let outside = there.iter().any(|v| !(0..SIDE as isize).contains(v));
+                    let other = (there[0] * SIDE as isize + there[1]) * SIDE as isize + there[2];
+                    let reach = match outside {
+                        // Outside of the grid everything is empty.
+                        true if states[block] == EMPTY => u8::MAX,
+                        true => 0,
+                        false if states[other as usize] != states[block] => 0,
+                        false => uniform[other as usize],
+                    };
+                    least = least.min(reach.saturating_add(1));
+                }
+                uniform[block] = least;
+            }
+        };
+        sweep(true);
+        sweep(false);
+        Self { solid, uniform }
+    }
+
+    /// Writes the share of every cell that is solid to `out`: 0 = empty, 255 = full, 255 * share rounded to nearest.
+    /// Shape (resolution, resolution, resolution), C order, indexed (x, y, z) as [`GridPlacement`] says.
+    ///
+    /// The error of a cell has two parts: the lattice's 0.011 at most, and that of the solid's own fine cells, whose
+    /// surface is off by at most half the diagonal of one: sqrt(3)/2 * pitch / cell size of a cell cut by one plane
+    /// (0.11 where eight fine cells make one), and on average a tenth of that.
+    pub fn coverage(&self, camera_from_object: &Pose<CameraCv, Object>, placement: &GridPlacement, out: &mut Vec<u8>) {
+        let object_from_camera = camera_from_object.inverse();
+        let rotation = object_from_camera.rotation().matrix();
+        // Everything in fine cells from here on.
+        let corner = (object_from_camera.point(&placement.lower_corner()) - self.solid.origin) / self.solid.pitch;
+        let scale = placement.cell_size / self.solid.pitch;
+        let steps: [Vector3<f64>; 3] = std::array::from_fn(|axis| rotation.column(axis) * scale);
+        let offset = |point: [f64; 3]| steps[0] * point[0] + steps[1] * point[1] + steps[2] * point[2];
+        let lattice: [[f32; 3]; POINTS] = std::array::from_fn(|i| {
+            let place = GENERATOR.map(|g| ((i * g % POINTS) as f64 + 0.5) / POINTS as f64 - 0.5);
+            offset(place).map(|v| v as f32).into()
+        });
+        let radius = 0.5 * 3f64.sqrt() * scale;
+        let n = placement.resolution as usize;
+        out.clear();
+        out.reserve(n.pow(3));
+        for x in 0..n {
+            for y in 0..n {
+                for z in 0..n {
+                    let middle = Point3::from(corner + offset([x, y, z].map(|v| v as f64 + 0.5)));
+                    out.push(self.share(&middle, radius, &lattice));
+                }
+            }
+        }
+    }
+
+    /// The share of one cell with this middle and half-diagonal [fine cells], times 255.
+    fn share(&self, middle: &Point3<f64>, radius: f64, lattice: &[[f32; 3]; POINTS]) -> u8 {
+        let side = SolidGrid::SIDE as f64;
+        if middle.iter().any(|v| *v < -radius || *v > side + radius) {
+            return 0;
+        }
+        let block = middle.map(|v| (v.clamp(0.0, side - 1.0) / BLOCK as f64) as usize);
+        let block = (block.x * SIDE + block.y) * SIDE + block.z;
+        // A middle outside of the grid is at most sqrt(3) radii away from its block.
+        let outside = middle.iter().any(|v| *v < 0.0 || *v > side);
+        let reach = if outside { 3.0 * radius } else { radius };
+        if (f64::from(self.uniform[block]) - 1.0) * BLOCK as f64 >= reach {
+            let first = [block / SIDE / SIDE, block / SIDE % SIDE, block % SIDE].map(|v| v * BLOCK);
+            return if self.solid.get(first[0], first[1], first[2]) { 255 } else { 0 };
+        }
+        let middle = middle.map(|v| v as f32);
+        let solid = lattice.iter().filter(|offset| {
+            let cell = [middle.x + offset[0], middle.y + offset[1], middle.z + offset[2]];
+            // A cast cuts towards zero, so what lies below zero is told apart first.
+            cell.iter().all(|v| (0.0..SolidGrid::SIDE as f32).contains(v))
+                && self.solid.get(cell[0] as usize, cell[1] as usize, cell[2] as usize)
+        });
+        ((solid.count() * 255 + POINTS / 2) / POINTS) as u8
+    }
+}
+
+const EMPTY: u8 = 0;
+const FULL: u8 = 1;
+const MIXED: u8 = 2;
+
+/// Whether a block of the solid is empty, full or neither.
+fn state(solid: &SolidGrid, block: usize) -> u8 {
+    let [x, y, z] = [block / SIDE / SIDE, block / SIDE % SIDE, block % SIDE].map(|v| v * BLOCK);
+    let (mut any, mut all) = (0, 0xf);
+    for x in x..x + BLOCK {
+        for y in y..y + BLOCK {
+            let nibble = solid.words[(x * SolidGrid::SIDE + y) * 4 + z / 64] >> (z % 64) & 0xf;
+            any |= nibble;
+            all &= nibble;
+        }
+    }
+    match (any, all) {
+        (0, _) => EMPTY,
+        (_, 0xf) => FULL,
+        _ => MIXED,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::voxel::channels::surface::shapes;
+
+    fn volume(placement: &GridPlacement, coverage: &[u8]) -> f64 {
+        coverage.iter().map(|v| f64::from(*v) / 255.0).sum::<f64>() * placement.cell_size.powi(3)
+    }
+
+    #[test]
+    fn coverage_adds_up_to_the_volume() {
+        let ball_volume = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3);
+        let cuboid = || shapes::cuboid([0.1, 0.06, 0.03]);
+        let turned = shapes::turned(&cuboid(), [0.3, 0.8, -0.5]);
+        // The fine cells of a box along the axes end up to half a pitch off each face: 77 of 76.8 cells and 154 of 153.6.
+        let along_axes = cuboid();
+        let fine_volume = along_axes.solid.volume();
+        for (shape, truth, tolerance) in [
+            (shapes::sphere(0.05), ball_volume, 0.002),
+            (turned, 0.1 * 0.06 * 0.03, 0.005),
+            (along_axes, fine_volume, 0.002),
+        ] {
+            let mut out = Vec::new();
+            for (pose, placement) in shapes::views(&shape) {
+                CoverageSolid::new(&shape.solid).coverage(&pose, &placement, &mut out);
+                let ratio = volume(&placement, &out) / truth;
+                assert!((ratio - 1.0).abs() < tolerance, "volume off by a factor {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn coverage_of_a_ball_is_that_of_a_dense_sample() {
+        let shape = shapes::sphere(0.05);
+        let (mut out, mut worst, mut sum, mut cut) = (Vec::new(), 0.0f64, 0.0, 0.0);
+        for (pose, placement) in shapes::views(&shape) {
+            CoverageSolid::new(&shape.solid).coverage(&pose, &placement, &mut out);
+            let inverse = pose.inverse();
+            for (i, value) in out.iter().enumerate() {
+                let cell = [i / 1600, i / 40 % 40, i % 40].map(|v| v as f64 + 0.5);
+                let middle = inverse.point(&(placement.lower_corner() + Vector3::from(cell) * placement.cell_size));
+                let distance = (shape.distance)(&middle);
+                let half = 0.5 * 3f64.sqrt() * placement.cell_size;
+                if distance > half {
+                    assert_eq!(*value, 0);
+                } else if distance < -half {
+                    assert_eq!(*value, 255);
+                } else {
+                    let points =
+                        (0..1000).map(|k| [k / 100, k / 10 % 10, k % 10].map(|v| (v as f64 + 0.5) / 10.0 - 0.5));
+                    let inside = points.filter(|p| {
+                        let p = inverse.rotation() * (Vector3::from(*p) * placement.cell_size);
+                        (shape.distance)(&(middle + p)) < 0.0
+                    });
+                    let error = (f64::from(*value) / 255.0 - inside.count() as f64 / 1000.0).abs();
+                    (worst, sum, cut) = (worst.max(error), sum + error * error, cut + 1.0);
+                }
+            }
+        }
+        let spread = (sum / cut).sqrt();
+        assert!(worst < 0.12 && spread < 0.02, "worst {worst}, root mean square {spread} over {cut} cut cells");
+    }
+
+    #[test]
+    fn fast_answers_are_the_slow_ones() {
+        // Without the map of uniform regions every cell is tested point by point.
+        let shape = shapes::cuboid([0.1, 0.06, 0.03]);
+        let fast = CoverageSolid::new(&shape.solid);
+        let slow = CoverageSolid { solid: &shape.solid, uniform: vec![0; fast.uniform.len()] };
+        for (pose, placement) in shapes::views(&shape) {
+            let (mut a, mut b) = (Vec::new(), Vec::new());
+            fast.coverage(&pose, &placement, &mut a);
+            slow.coverage(&pose, &placement, &mut b);
+            assert_eq!(a, b);
+        }
+    }
+}

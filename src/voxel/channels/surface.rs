@@ -1,0 +1,488 @@
+//! Exact distances to a mesh's surface: a box tree for the closest point, pseudo-normals and the solid for the sign.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::geom::{SolidGrid, TriMesh};
+
+/// Most triangles of a leaf.
+const LEAF: usize = 4;
+/// No neighbour across an edge.
+const NONE: u32 = u32::MAX;
+
+/// A mesh's surface, prepared for closest-point queries. Build it once an object; it copies what it needs.
+pub struct Surface {
+    vertices: Vec<[f32; 3]>,
+    /// Triangles in the order of the tree's leaves.
+    triangles: Vec<[u32; 3]>,
+    /// Triangle across the edge from corner i to corner i + 1.
+    neighbours: Vec<[u32; 3]>,
+    /// Angle-weighted sums of the normals around each vertex.
+    vertex_normals: Vec<[f32; 3]>,
+    /// Depth-first; the left child follows its parent.
+    nodes: Vec<Node>,
+    /// Sums of triangle areas up to and with each triangle [m^2].
+    areas: Vec<f64>,
+}
+
+/// A box with either two children or a run of triangles. The corners are vertices' own f32 values, so exact.
+struct Node {
+    min: [f32; 3],
+    max: [f32; 3],
+    /// First triangle of a leaf, right child otherwise.
+    first: u32,
+    /// Triangles of a leaf, 0 otherwise.
+    count: u32,
+}
+
+/// A point of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// The point, in `Object` [m].
+    pub point: Point3<f64>,
+    /// Squared distance to the query point [m^2].
+    pub distance_squared: f64,
+    /// Which triangle of the [`Surface`].
+    triangle: u32,
+    feature: Feature,
+}
+
+/// The part of a triangle that holds a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Feature {
+    Face,
+    /// From corner i to corner i + 1.
+    Edge(u8),
+    Corner(u8),
+}
+
+impl Surface {
+    /// Prepares a mesh. Its winding decides the sign next to the surface, so it should turn outward.
+    pub fn new(mesh: &TriMesh) -> Self {
+        let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        let centroids: Vec<[f64; 3]> = (0..mesh.triangles.len())
+            .map(|t| mesh.corners(t).iter().fold([0.0; 3], |sum, p| std::array::from_fn(|axis| sum[axis] + p[axis])))
+            .collect();
+        let mut nodes = Vec::new();
+        if !order.is_empty() {
+            build(mesh, &centroids, &mut order, 0, &mut nodes);
+        }
+        let triangles: Vec<[u32; 3]> = order.iter().map(|t| mesh.triangles[*t as usize]).collect();
+        let mut surface = Self {
+            vertices: mesh.vertices.clone(),
+            neighbours: neighbours(&triangles),
+            triangles,
+            vertex_normals: Vec::new(),
+            nodes,
+            areas: Vec::new(),
+        };
+        surface.vertex_normals = surface.angle_weighted_normals();
+        let mut sum = 0.0;
+        surface.areas = (0..surface.triangles.len())
+            .map(|t| {
+                sum += 0.5 * surface.area_normal(t).norm();
+                sum
+            })
+            .collect();
+        surface
+    }
+
+    /// Total area [m^2].
+    pub fn area(&self) -> f64 {
+        self.areas.last().copied().unwrap_or(0.0)
+    }
+
+    /// The closest point of the surface strictly within `reach` [m] of `point` (in `Object`).
+    pub fn closest(&self, point: &Point3<f64>, reach: f64) -> Option<Closest> {
+        self.closest_from(point, reach, None)
+    }
+
+    /// As [`Surface::closest`], tried first against the triangle of an earlier answer nearby.
+    pub(super) fn closest_from(&self, point: &Point3<f64>, reach: f64, hint: Option<&Closest>) -> Option<Closest> {
+        let mut best = None;
+        let mut bound = reach * reach;
+        if let Some(hint) = hint {
+            self.try_triangle(hint.triangle, point, &mut bound, &mut best);
+        }
+        // A median split of at most 2^32 triangles is at most 32 levels deep: one waiting child a level.
+        let mut waiting = [(0u32, 0f64); 40];
+        let mut depth = 0;
+        let mut next = (!self.nodes.is_empty()).then(|| (0u32, self.nodes[0].distance_squared(point)));
+        while let Some((node, distance)) = next {
+            next = None;
+            if distance < bound {
+                let Node { first, count, .. } = self.nodes[node as usize];
+                if count > 0 {
+                    for triangle in first..first + count {
+                        self.try_triangle(triangle, point, &mut bound, &mut best);
+                    }
+                } else {
+                    let left = (node + 1, self.nodes[node as usize + 1].distance_squared(point));
+                    let right = (first, self.nodes[first as usize].distance_squared(point));
+                    let (near, far) = if right.1 < left.1 { (right, left) } else { (left, right) };
+                    if far.1 < bound {
+                        waiting[depth] = far;
+                        depth += 1;
+                    }
+                    next = Some(near);
+                }
+            }
+            if next.is_none() && depth > 0 {
+                depth -= 1;
+                next = Some(waiting[depth]);
+            }
+        }
+        best
+    }
+
+    fn try_triangle(&self, triangle: u32, point: &Point3<f64>, bound: &mut f64, best: &mut Option<Closest>) {
+        let (closest, feature) = closest_on_triangle(point, &self.corners(triangle as usize));
+        let distance_squared = (point - closest).norm_squared();
+        if distance_squared < *bound {
+            *bound = distance_squared;
+            *best = Some(Closest { point: closest, distance_squared, triangle, feature });
+        }
+    }
+
+    /// Whether `point` (in `Object`) lies inside, given its closest point of the surface, if any is within reach.
+    ///
+    /// Farther than the diagonal of one fine cell from the surface, the solid knows, whatever the mesh's defects; nearer,
+    /// the angle-weighted pseudo-normal does (Baerentzen and Aanaes 2005, "Signed distance computation using the angle
+    /// weighted pseudonormal").
+    pub fn inside(&self, solid: &SolidGrid, point: &Point3<f64>, closest: Option<&Closest>) -> bool {
+        match closest {
+            Some(closest) if closest.distance_squared <= 3.0 * solid.pitch * solid.pitch => {
+                (point - closest.point).dot(&self.pseudo_normal(closest)) < 0.0
+            }
+            _ => solid_at(solid, point),
+        }
+    }
+
+    /// Signed distance to the surface [m], negative inside; exact.
+    pub fn signed_distance(&self, solid: &SolidGrid, point: &Point3<f64>) -> f64 {
+        let closest = self.closest(point, f64::INFINITY);
+        let distance = closest.map_or(f64::INFINITY, |closest| closest.distance_squared.sqrt());
+        if self.inside(solid, point, closest.as_ref()) { -distance } else { distance }
+    }
+
+    /// The surface point that `share` (0 to 1) of the area comes before and that stands at (u, v), both in 0 to 1, of its
+    /// triangle, with the unit normal there; in `Object`. Uniform numbers give points uniform over the area.
+    pub(super) fn point_at(&self, share: f64, u: f64, v: f64) -> Option<(Point3<f64>, Vector3<f64>)> {
+        let wanted = share * self.area();
+        let triangle = self.areas.partition_point(|sum| *sum <= wanted).min(self.triangles.len().checked_sub(1)?);
+        let [a, b, c] = self.corners(triangle);
+        // The far half of the parallelogram folds back onto the triangle.
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        Some((a + (b - a) * u + (c - a) * v, self.unit_normal(triangle)))
+    }
+
+    fn corners(&self, triangle: usize) -> [Point3<f64>; 3] {
+        self.triangles[triangle].map(|vertex| Point3::from(self.vertices[vertex as usize].map(f64::from)))
+    }
+
+    /// The normal, as long as twice the area.
+    fn area_normal(&self, triangle: usize) -> Vector3<f64> {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(&(c - a))
+    }
+
+    /// The unit normal; zero for a triangle without area.
+    fn unit_normal(&self, triangle: usize) -> Vector3<f64> {
+        let normal = self.area_normal(triangle);
+        let length = normal.norm();
+        if length > 0.0 { normal / length } else { Vector3::zeros() }
+    }
+
+    /// Points outward wherever the closest feature is a face, an edge or a corner; not of unit length.
+    fn pseudo_normal(&self, closest: &Closest) -> Vector3<f64> {
+        let triangle = closest.triangle as usize;
+        match closest.feature {
+            Feature::Face => self.area_normal(triangle),
+            Feature::Edge(edge) => {
+                let own = self.unit_normal(triangle);
+                match self.neighbours[triangle][edge as usize] {
+                    NONE => own,
+                    other => own + self.unit_normal(other as usize),
+                }
+            }
+            Feature::Corner(corner) => {
+                let vertex = self.triangles[triangle][corner as usize];
+                Vector3::from(self.vertex_normals[vertex as usize].map(f64::from))
+            }
+        }
+    }
+
+    fn angle_weighted_normals(&self) -> Vec<[f32; 3]> {
+        let mut sums = vec![Vector3::<f64>::zeros(); self.vertices.len()];
+        for (triangle, vertices) in self.triangles.iter().enumerate() {
+            let (corners, normal) = (self.corners(triangle), self.unit_normal(triangle));
+            for i in 0..3 {
+                let (a, b) = (corners[(i + 1) % 3] - corners[i], corners[(i + 2) % 3] - corners[i]);
+                sums[vertices[i] as usize] += normal * libm::atan2(a.cross(&b).norm(), a.dot(&b));
+            }
+        }
+        sums.into_iter().map(|sum| sum.map(|v| v as f32).into()).collect()
+    }
+}
+
+/// Whether a point (in `Object`) lies in a solid fine cell.
+pub(super) fn solid_at(solid: &SolidGrid, point: &Point3<f64>) -> bool {
+    let cell = (point - solid.origin) / solid.pitch;
+    // NaN and everything outside the grid fail the test.
+    let inside = cell.iter().all(|v| (0.0..SolidGrid::SIDE as f64).contains(v));
+    inside && solid.get(cell.x as usize, cell.y as usize, cell.z as usize)
+}
+
+impl Node {
+    fn distance_squared(&self, point: &Point3<f64>) -> f64 {
+        (0..3)
+            .map(|axis| {
+                let (below, above) = (f64::from(self.min[axis]) - point[axis], point[axis] - f64::from(self.max[axis]));
+                let outside = below.max(above).max(0.0);
+                outside * outside
+            })
+            .sum()
+    }
+}
+
+/// Splits `order` at the median centroid of its widest axis, down to leaves.
+fn build(mesh: &TriMesh, centroids: &[[f64; 3]], order: &mut [u32], first: u32, nodes: &mut Vec<Node>) {
+    let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for triangle in &*order {
+        for axis in 0..3 {
+            for vertex in mesh.triangles[*triangle as usize] {
+                min[axis] = min[axis].min(mesh.vertices[vertex as usize][axis]);
+                max[axis] = max[axis].max(mesh.vertices[vertex as usize][axis]);
+            }
+            low[axis] = low[axis].min(centroids[*triangle as usize][axis]);
+            high[axis] = high[axis].max(centroids[*triangle as usize][axis]);
+        }
+    }
+    let node = nodes.len();
+    let count = if order.len() <= LEAF { order.len() as u32 } else { 0 };
+    nodes.push(Node { min, max, first, count });
+    if count > 0 {
+        return;
+    }
+    let widest = (1..3).fold(0, |best, axis| if high[axis] - low[axis] > high[best] - low[best] { axis } else { best });
+    let middle = order.len() / 2;
+    // The index breaks ties, so the tree is a function of the mesh.
+    order.select_nth_unstable_by(middle, |a, b| {
+        centroids[*a as usize][widest].total_cmp(&centroids[*b as usize][widest]).then(a.cmp(b))
+    });
+    let (left, right) = order.split_at_mut(middle);
+    build(mesh, centroids, left, first, nodes);
+    nodes[node].first = nodes.len() as u32;
+    build(mesh, centroids, right, first + middle as u32, nodes);
+}
+
+/// The triangle across each edge, where there is one; of more than two at an edge, some other one.
+fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut edges: Vec<(u32, u32, u32, u8)> = Vec::with_capacity(3 * triangles.len());
+    for (triangle, vertices) in triangles.iter().enumerate() {
+        for i in 0..3 {
+            let (a, b) = (vertices[i], vertices[(i + 1) % 3]);
+            edges.push((a.min(b), a.max(b), triangle as u32, i as u8));
+        }
+    }
+    edges.sort_unstable();
+    let mut neighbours = vec![[NONE; 3]; triangles.len()];
+    for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for (i, (_, _, triangle, edge)) in group.iter().enumerate() {
+            if group.len() > 1 {
+                neighbours[*triangle as usize][*edge as usize] = group[(i + 1) % group.len()].2;
+            }
+        }
+    }
+    neighbours
+}
+
+/// The point of a triangle closest to `p` by the Voronoi regions of its corners and edges (Ericson 2005, "Real-Time
+/// Collision Detection", 5.1.5).
+fn closest_on_triangle(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> (Point3<f64>, Feature) {
+    let (ab, ac) = (b - a, c - a);
+    let ap = p - a;
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return (*a, Feature::Corner(0));
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return (*b, Feature::Corner(1));
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (a + ab * (d1 / (d1 - d3)), Feature::Edge(0));
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return (*c, Feature::Corner(2));
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (a + ac * (d2 / (d2 - d6)), Feature::Edge(2));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), Feature::Edge(1));
+    }
+    let whole = va + vb + vc;
+    (a + ab * (vb / whole) + ac * (vc / whole), Feature::Face)
+}
+
+#[cfg(test)]
+pub(super) mod shapes {
+    //! Meshes with closed forms, and views of them.
+
+    use std::rc::Rc;
+
+    use super::*;
+    use crate::geom::{CameraCv, GridPlacement, Object, Pose, rotation_from_rpy};
+
+    /// Signed distance [m] of a point.
+    type Distance = Rc<dyn Fn(&Point3<f64>) -> f64>;
+
+    pub struct Shape {
+        pub mesh: TriMesh,
+        pub solid: SolidGrid,
+        pub centre: Point3<f64>,
+        pub radius: f64,
+        pub distance: Distance,
+    }
+
+    fn shape_of(mesh: TriMesh, distance: Distance) -> Shape {
+        let bounds = mesh.aabb().expect("vertices");
+        let mut solid = SolidGrid::new(bounds.min, bounds.longest_side());
+        for i in 0..SolidGrid::SIDE.pow(3) {
+            let [x, y, z] = [i >> 16, i >> 8 & 255, i & 255];
+            if distance(&solid.centre(x, y, z)) < 0.0 {
+                solid.words[i / 64] |= 1 << (i % 64);
+            }
+        }
+        Shape { mesh, solid, centre: bounds.centre(), radius: 0.5 * bounds.longest_side(), distance }
+    }
+
+    /// A box of these sides whose lower corner is (0.02, -0.01, 0.03).
+    pub fn cuboid(sides: [f64; 3]) -> Shape {
+        let origin = [0.02f64, -0.01, 0.03];
+        let vertices = (0..8usize)
+            .map(|i| std::array::from_fn(|axis| (origin[axis] + sides[axis] * (i >> (2 - axis) & 1) as f64) as f32));
+        let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+        let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        let mesh = TriMesh { vertices: vertices.collect(), triangles };
+        // The f32 corners, so that the truth is of the mesh as it stands.
+        let bounds = mesh.aabb().expect("vertices");
+        let (middle, half) = (bounds.centre(), (bounds.max - bounds.min) * 0.5);
+        shape_of(
+            mesh,
+            Rc::new(move |point| {
+                let beyond = (point - middle).abs() - half;
+                beyond.map(|v| v.max(0.0)).norm() + beyond.max().min(0.0)
+            }),
+        )
+    }
+
+    /// A shape turned by roll, pitch and yaw about the origin.
+    pub fn turned(shape: &Shape, [roll, pitch, yaw]: [f64; 3]) -> Shape {
+        let rotation = rotation_from_rpy(roll, pitch, yaw);
+        let turn = |v: &[f32; 3]| (rotation * Vector3::from(v.map(f64::from))).map(|v| v as f32).into();
+        let vertices = shape.mesh.vertices.iter().map(turn).collect();
+        let back = rotation.inverse();
+        let distance = shape.distance.clone();
+        shape_of(
+            TriMesh { vertices, triangles: shape.mesh.triangles.clone() },
+            Rc::new(move |point| distance(&(back * point))),
+        )
+    }
+
+    /// A ball around (0.01, 0.02, -0.03): an octahedron whose faces are split six times; 32,768 triangles.
+    pub fn sphere(radius: f64) -> Shape {
+        let centre = Point3::new(0.01, 0.02, -0.03);
+        let mut vertices: Vec<Vector3<f64>> =
+            [[1., 0., 0.], [-1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.], [0., 0., -1.]]
+                .map(Vector3::from)
+                .into();
+        let mut triangles =
+            vec![[0u32, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        for _ in 0..6 {
+            let mut middles = std::collections::BTreeMap::new();
+            let mut split = Vec::new();
+            for [a, b, c] in triangles {
+                let mut middle = |p: u32, q: u32| {
+                    *middles.entry((p.min(q), p.max(q))).or_insert_with(|| {
+                        vertices.push((vertices[p as usize] + vertices[q as usize]).normalize());
+                        vertices.len() as u32 - 1
+                    })
+                };
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                split.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+            }
+            triangles = split;
+        }
+        let vertices = vertices.iter().map(|v| (centre + v * radius).coords.map(|v| v as f32).into()).collect();
+        shape_of(TriMesh { vertices, triangles }, Rc::new(move |point| (point - centre).norm() - radius))
+    }
+
+    /// Some views with a grid around the whole shape, among them one along the axes.
+    pub fn views(shape: &Shape) -> impl Iterator<Item = (Pose<CameraCv, Object>, GridPlacement)> + use<> {
+        let (centre, radius) = (shape.centre, shape.radius);
+        [[0.0, 0.0, 0.0], [0.4, -0.7, 1.9], [2.1, 0.3, -0.8]].into_iter().map(move |[roll, pitch, yaw]| {
+            let rotation = rotation_from_rpy(roll, pitch, yaw);
+            let middle = Point3::new(0.013, -0.021, 1.0);
+            let pose = Pose::new(rotation, middle.coords - rotation * centre.coords);
+            (pose, GridPlacement { resolution: 40, centre: middle, cell_size: radius / 15.0 })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::seed::Stream;
+
+    #[test]
+    fn the_tree_finds_what_trying_every_triangle_finds() {
+        let shape = shapes::sphere(0.05);
+        let surface = Surface::new(&shape.mesh);
+        let mut stream = Stream::of_job(4, b"", "closest");
+        for _ in 0..60 {
+            let point = shape.centre + Vector3::from_fn(|_, _| stream.uniform(-0.1, 0.1));
+            let all = (0..shape.mesh.triangles.len())
+                .map(|t| (point - closest_on_triangle(&point, &shape.mesh.corners(t)).0).norm_squared())
+                .fold(f64::INFINITY, f64::min);
+            let found = surface.closest(&point, f64::INFINITY).expect("a surface");
+            assert_eq!(found.distance_squared, all);
+            assert!(surface.closest(&point, all.sqrt() * 0.999).is_none());
+            assert!(surface.closest(&point, all.sqrt() * 1.001).is_some());
+        }
+    }
+
+    #[test]
+    fn signs_hold_at_faces_edges_and_corners() {
+        let shape = shapes::cuboid([0.1, 0.06, 0.03]);
+        let surface = Surface::new(&shape.mesh);
+        let mut stream = Stream::of_job(4, b"", "signs");
+        for _ in 0..20_000 {
+            // Most of these lie within a fine cell of the surface, where the pseudo-normal decides.
+            let (mut point, _) = surface.point_at(stream.unit(), stream.unit(), stream.unit()).expect("area");
+            if stream.unit() < 0.3 {
+                let corner = shape.mesh.vertices[stream.below(8) as usize].map(f64::from);
+                point = Point3::from(corner);
+            }
+            let point = point + Vector3::from_fn(|_, _| stream.normal() * 0.0003);
+            let (seen, truth) = (surface.signed_distance(&shape.solid, &point), (shape.distance)(&point));
+            assert!((seen - truth).abs() < 1e-8, "{seen} for {truth} at {point}");
+        }
+    }
+
+    #[test]
+    fn an_empty_mesh_is_far_from_everything() {
+        let surface = Surface::new(&TriMesh::default());
+        let solid = SolidGrid::new(Point3::origin(), 1.0);
+        assert_eq!(surface.signed_distance(&solid, &Point3::origin()), f64::INFINITY);
+        assert_eq!(surface.area(), 0.0);
+        assert!(surface.point_at(0.5, 0.5, 0.5).is_none());
+    }
+}
