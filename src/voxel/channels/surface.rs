@@ -2,10 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::tree::Tree;
 use crate::geom::{SolidGrid, TriMesh};
 
-/// Most triangles of a leaf.
-const LEAF: usize = 4;
 /// No neighbour across an edge.
 const NONE: u32 = u32::MAX;
 
@@ -18,20 +17,9 @@ pub struct Surface {
     neighbours: Vec<[u32; 3]>,
     /// Angle-weighted sums of the normals around each vertex.
     vertex_normals: Vec<[f32; 3]>,
-    /// Depth-first; the left child follows its parent.
-    nodes: Vec<Node>,
+    tree: Tree,
     /// Sums of triangle areas up to and with each triangle [m^2].
     areas: Vec<f64>,
-}
-
-/// A box with either two children or a run of triangles. The corners are vertices' own f32 values, so exact.
-struct Node {
-    min: [f32; 3],
-    max: [f32; 3],
-    /// First triangle of a leaf, right child otherwise.
-    first: u32,
-    /// Triangles of a leaf, 0 otherwise.
-    count: u32,
 }
 
 /// A point of the surface.
@@ -58,21 +46,14 @@ enum Feature {
 impl Surface {
     /// Prepares a mesh. Its winding decides the sign next to the surface, so it should turn outward.
     pub fn new(mesh: &TriMesh) -> Self {
-        let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-        let centroids: Vec<[f64; 3]> = (0..mesh.triangles.len())
-            .map(|t| mesh.corners(t).iter().fold([0.0; 3], |sum, p| std::array::from_fn(|axis| sum[axis] + p[axis])))
-            .collect();
-        let mut nodes = Vec::new();
-        if !order.is_empty() {
-            build(mesh, &centroids, &mut order, 0, &mut nodes);
-        }
+        let (tree, order) = Tree::new(mesh);
         let triangles: Vec<[u32; 3]> = order.iter().map(|t| mesh.triangles[*t as usize]).collect();
         let mut surface = Self {
             vertices: mesh.vertices.clone(),
             neighbours: neighbours(&triangles),
             triangles,
             vertex_normals: Vec::new(),
-            nodes,
+            tree,
             areas: Vec::new(),
         };
         surface.vertex_normals = surface.angle_weighted_normals();
@@ -92,55 +73,30 @@ impl Surface {
     }
 
     /// The closest point of the surface strictly within `reach` [m] of `point` (in `Object`).
+    ///
+    /// The triangle is found in f32, the point on it in f64: the distance is good to 1e-7 of the coordinates' size.
     pub fn closest(&self, point: &Point3<f64>, reach: f64) -> Option<Closest> {
         self.closest_from(point, reach, None)
     }
 
     /// As [`Surface::closest`], tried first against the triangle of an earlier answer nearby.
     pub(super) fn closest_from(&self, point: &Point3<f64>, reach: f64, hint: Option<&Closest>) -> Option<Closest> {
-        let mut best = None;
-        let mut bound = reach * reach;
-        if let Some(hint) = hint {
-            self.try_triangle(hint.triangle, point, &mut bound, &mut best);
-        }
-        // A median split of at most 2^32 triangles is at most 32 levels deep: one waiting child a level.
-        let mut waiting = [(0u32, 0f64); 40];
-        let mut depth = 0;
-        let mut next = (!self.nodes.is_empty()).then(|| (0u32, self.nodes[0].distance_squared(point)));
-        while let Some((node, distance)) = next {
-            next = None;
-            if distance < bound {
-                let Node { first, count, .. } = self.nodes[node as usize];
-                if count > 0 {
-                    for triangle in first..first + count {
-                        self.try_triangle(triangle, point, &mut bound, &mut best);
-                    }
-                } else {
-                    let left = (node + 1, self.nodes[node as usize + 1].distance_squared(point));
-                    let right = (first, self.nodes[first as usize].distance_squared(point));
-                    let (near, far) = if right.1 < left.1 { (right, left) } else { (left, right) };
-                    if far.1 < bound {
-                        waiting[depth] = far;
-                        depth += 1;
-                    }
-                    next = Some(near);
-                }
-            }
-            if next.is_none() && depth > 0 {
-                depth -= 1;
-                next = Some(waiting[depth]);
-            }
-        }
-        best
+        let first = hint.map(|hint| self.on_triangle(hint.triangle, point));
+        let bound = first.map_or(reach * reach, |first| first.distance_squared.min(reach * reach));
+        // A little more than the bound, so that rounding loses nothing at it.
+        let bound = (bound * 1.000_001) as f32;
+        let found = self.tree.nearest(point.coords.map(|v| v as f32).into(), bound);
+        let found = found.map(|triangle| self.on_triangle(triangle, point));
+        let nearer = match (found, first) {
+            (Some(found), Some(first)) if first.distance_squared < found.distance_squared => Some(first),
+            (found, first) => found.or(first),
+        };
+        nearer.filter(|closest| closest.distance_squared < reach * reach)
     }
 
-    fn try_triangle(&self, triangle: u32, point: &Point3<f64>, bound: &mut f64, best: &mut Option<Closest>) {
+    fn on_triangle(&self, triangle: u32, point: &Point3<f64>) -> Closest {
         let (closest, feature) = closest_on_triangle(point, &self.corners(triangle as usize));
-        let distance_squared = (point - closest).norm_squared();
-        if distance_squared < *bound {
-            *bound = distance_squared;
-            *best = Some(Closest { point: closest, distance_squared, triangle, feature });
-        }
+        Closest { point: closest, distance_squared: (point - closest).norm_squared(), triangle, feature }
     }
 
     /// Whether `point` (in `Object`) lies inside, given its closest point of the surface, if any is within reach.
@@ -230,50 +186,6 @@ pub(super) fn solid_at(solid: &SolidGrid, point: &Point3<f64>) -> bool {
     // NaN and everything outside the grid fail the test.
     let inside = cell.iter().all(|v| (0.0..SolidGrid::SIDE as f64).contains(v));
     inside && solid.get(cell.x as usize, cell.y as usize, cell.z as usize)
-}
-
-impl Node {
-    fn distance_squared(&self, point: &Point3<f64>) -> f64 {
-        (0..3)
-            .map(|axis| {
-                let (below, above) = (f64::from(self.min[axis]) - point[axis], point[axis] - f64::from(self.max[axis]));
-                let outside = below.max(above).max(0.0);
-                outside * outside
-            })
-            .sum()
-    }
-}
-
-/// Splits `order` at the median centroid of its widest axis, down to leaves.
-fn build(mesh: &TriMesh, centroids: &[[f64; 3]], order: &mut [u32], first: u32, nodes: &mut Vec<Node>) {
-    let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for triangle in &*order {
-        for axis in 0..3 {
-            for vertex in mesh.triangles[*triangle as usize] {
-                min[axis] = min[axis].min(mesh.vertices[vertex as usize][axis]);
-                max[axis] = max[axis].max(mesh.vertices[vertex as usize][axis]);
-            }
-            low[axis] = low[axis].min(centroids[*triangle as usize][axis]);
-            high[axis] = high[axis].max(centroids[*triangle as usize][axis]);
-        }
-    }
-    let node = nodes.len();
-    let count = if order.len() <= LEAF { order.len() as u32 } else { 0 };
-    nodes.push(Node { min, max, first, count });
-    if count > 0 {
-        return;
-    }
-    let widest = (1..3).fold(0, |best, axis| if high[axis] - low[axis] > high[best] - low[best] { axis } else { best });
-    let middle = order.len() / 2;
-    // The index breaks ties, so the tree is a function of the mesh.
-    order.select_nth_unstable_by(middle, |a, b| {
-        centroids[*a as usize][widest].total_cmp(&centroids[*b as usize][widest]).then(a.cmp(b))
-    });
-    let (left, right) = order.split_at_mut(middle);
-    build(mesh, centroids, left, first, nodes);
-    nodes[node].first = nodes.len() as u32;
-    build(mesh, centroids, right, first + middle as u32, nodes);
 }
 
 /// The triangle across each edge, where there is one; of more than two at an edge, some other one.
@@ -453,7 +365,7 @@ mod tests {
                 .map(|t| (point - closest_on_triangle(&point, &shape.mesh.corners(t)).0).norm_squared())
                 .fold(f64::INFINITY, f64::min);
             let found = surface.closest(&point, f64::INFINITY).expect("a surface");
-            assert_eq!(found.distance_squared, all);
+            assert!((found.distance_squared.sqrt() - all.sqrt()).abs() < 1e-8);
             assert!(surface.closest(&point, all.sqrt() * 0.999).is_none());
             assert!(surface.closest(&point, all.sqrt() * 1.001).is_some());
         }

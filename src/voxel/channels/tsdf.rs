@@ -5,8 +5,8 @@ use nalgebra::{Point3, Vector3};
 use super::surface::{Closest, Surface, solid_at};
 use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
 
-/// The value that stands for the truncation distance and everything beyond.
-pub const TSDF_FULL: i8 = 127;
+/// Steps of the truncation distance; also the value of everything beyond.
+pub const TSDF_STEPS: i16 = i16::MAX;
 
 /// What stays the same for every block of a grid.
 struct Field<'a> {
@@ -23,17 +23,17 @@ struct Field<'a> {
 
 /// Writes the truncated signed distance at the centre of every cell to `out`.
 ///
-/// True distance to the mesh's surface (not along the line of sight), negative inside, cut at `truncation` cells. Shape
-/// (resolution, resolution, resolution), C order, indexed (x, y, z) as [`GridPlacement`] says. Each value is the distance
-/// in steps of `truncation / 127` cells, rounded to nearest: distance [m] = value / 127 * truncation * cell size, and -127
-/// and 127 mean "at least so far". `truncation` must be positive.
+/// True distance to the mesh's surface, seen or not (no distance along the line of sight), negative inside, cut at
+/// `truncation` cells, which must be positive. Shape (resolution, resolution, resolution), C order, indexed (x, y, z) as
+/// [`GridPlacement`] says. Each value is the distance in steps of truncation / 32767, rounded to nearest: distance [m] =
+/// value / 32767 * truncation * cell size, and -32767 and 32767 mean "at least so far".
 pub fn tsdf(
     surface: &Surface,
     solid: &SolidGrid,
     camera_from_object: &Pose<CameraCv, Object>,
     placement: &GridPlacement,
     truncation: f64,
-    out: &mut Vec<i8>,
+    out: &mut Vec<i16>,
 ) {
     debug_assert!(truncation > 0.0, "a truncation of {truncation} cells");
     let object_from_camera = camera_from_object.inverse();
@@ -49,14 +49,14 @@ pub fn tsdf(
         resolution,
     };
     out.clear();
-    out.resize(resolution.pow(3), TSDF_FULL);
+    out.resize(resolution.pow(3), TSDF_STEPS);
     field.fill([0; 3], resolution.next_power_of_two(), None, out);
 }
 
 impl Field<'_> {
     /// Fills the block of `side` cells from `cell` on: at once where the surface is too far from all of it, else by its
     /// eight parts.
-    fn fill(&self, cell: [usize; 3], side: usize, hint: Option<&Closest>, out: &mut [i8]) {
+    fn fill(&self, cell: [usize; 3], side: usize, hint: Option<&Closest>, out: &mut [i16]) {
         if cell.iter().any(|first| *first >= self.resolution) {
             return;
         }
@@ -67,15 +67,15 @@ impl Field<'_> {
         let Some(closest) = self.surface.closest_from(&point, self.truncation + radius, hint) else {
             // No surface near: the whole block is on one side.
             if solid_at(self.solid, &point) {
-                self.set(cell, side, -TSDF_FULL, out);
+                self.set(cell, side, -TSDF_STEPS, out);
             }
             return;
         };
         if side == 1 {
-            let steps = closest.distance_squared.sqrt() / self.truncation * f64::from(TSDF_FULL);
-            let value = (steps + 0.5) as i8;
-            let inside = self.surface.inside(self.solid, &point, Some(&closest));
-            self.set(cell, 1, if inside { -value } else { value }, out);
+            let distance = closest.distance_squared.sqrt() / self.truncation;
+            let signed = if self.surface.inside(self.solid, &point, Some(&closest)) { -distance } else { distance };
+            let value = (signed.clamp(-1.0, 1.0) * f64::from(TSDF_STEPS) + 0.5).floor() as i16;
+            self.set(cell, 1, value, out);
             return;
         }
         let half = side / 2;
@@ -86,7 +86,7 @@ impl Field<'_> {
     }
 
     /// Sets the cells of a block that lie inside the grid.
-    fn set(&self, cell: [usize; 3], side: usize, value: i8, out: &mut [i8]) {
+    fn set(&self, cell: [usize; 3], side: usize, value: i16, out: &mut [i16]) {
         let n = self.resolution;
         let end = cell.map(|first| (first + side).min(n));
         for x in cell[0]..end[0] {
@@ -102,19 +102,19 @@ mod tests {
     use super::*;
     use crate::voxel::channels::surface::shapes::{self, Shape};
 
+    /// The worst error [m] over some views, and how many cells are at the cut.
     fn errors(shape: &Shape, truncation: f64) -> (f64, usize) {
         let (mut worst, mut full) = (0.0f64, 0);
         let mut out = Vec::new();
         for (pose, placement) in shapes::views(shape) {
             tsdf(&Surface::new(&shape.mesh), &shape.solid, &pose, &placement, truncation, &mut out);
-            let step = truncation * placement.cell_size / 127.0;
+            let cut = truncation * placement.cell_size;
             for (i, value) in out.iter().enumerate() {
                 let cell = [i / 1600, i / 40 % 40, i % 40].map(|v| v as f64 + 0.5);
                 let point = placement.lower_corner() + Vector3::from(cell) * placement.cell_size;
-                let truth = (shape.distance)(&pose.inverse().point(&point));
-                let expected = (truth / step).clamp(-127.0, 127.0);
-                worst = worst.max((f64::from(*value) - expected).abs());
-                full += usize::from(value.unsigned_abs() == 127);
+                let truth = (shape.distance)(&pose.inverse().point(&point)).clamp(-cut, cut);
+                worst = worst.max((f64::from(*value) / f64::from(TSDF_STEPS) * cut - truth).abs());
+                full += usize::from(value.unsigned_abs() == TSDF_STEPS.unsigned_abs());
             }
         }
         (worst, full)
@@ -122,25 +122,25 @@ mod tests {
 
     #[test]
     fn a_box_has_its_closed_form() {
+        // Half a step of 3 cells is 1.5e-7 m.
         let (worst, full) = errors(&shapes::cuboid([0.1, 0.06, 0.03]), 3.0);
-        assert!(worst <= 0.51, "{worst} steps off");
+        assert!(worst <= 2e-7, "{worst} m off");
         assert!(full > 1000);
         let (worst, _) = errors(&shapes::cuboid([0.1, 0.06, 0.03]), 50.0);
-        assert!(worst <= 0.51, "{worst} steps off without truncation");
+        assert!(worst <= 3e-6, "{worst} m off without truncation");
     }
 
     #[test]
     fn a_sphere_has_its_closed_form() {
-        // The facets of the mesh lie within 2e-5 m of the sphere; a step is about 8e-5 m.
+        // The facets of the mesh dip up to 1.3e-5 m below the sphere.
         let (worst, _) = errors(&shapes::sphere(0.05), 4.0);
-        assert!(worst <= 0.9, "{worst} steps off");
+        assert!(worst <= 1.5e-5, "{worst} m off");
     }
 
     #[test]
-    fn a_nearer_surface_wins_over_sign_by_far_cells() {
-        // A plate of a tenth of a cell: no cell centre may be negative by mistake of the fine grid.
-        let plate = shapes::cuboid([0.1, 0.1, 0.0003]);
-        let (worst, _) = errors(&plate, 3.0);
-        assert!(worst <= 0.51, "{worst} steps off");
+    fn a_thin_plate_keeps_its_sign() {
+        // A tenth of a cell thick, less than the fine cells of the solid: the surface decides, not the solid.
+        let (worst, _) = errors(&shapes::cuboid([0.1, 0.1, 0.0003]), 3.0);
+        assert!(worst <= 2e-7, "{worst} m off");
     }
 }
