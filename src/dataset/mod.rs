@@ -17,6 +17,7 @@
 //! [`scan_shards`] and [`ShardWriter`] fill a folder, [`finish_dataset`] closes it. This room takes plain data: it
 //! knows no job, plan, simulator or producer.
 
+mod assets;
 mod durable;
 mod error;
 mod finish;
@@ -32,6 +33,7 @@ mod shard_file;
 mod split;
 mod verify;
 
+pub use assets::{AssetRow, AssetTable};
 pub use error::DatasetError;
 pub use finish::{DatasetHeader, finish_dataset};
 pub use folder::{BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, read_mark, scan_shards};

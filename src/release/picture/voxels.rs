@@ -133,8 +133,7 @@ impl VoxelPainter {
                     if cells.fill[cells.place(cell)] == EMPTY {
                         continue;
                     }
-                    for axis in 0..3 {
-                        let upper = towards_eye[axis];
+                    for (axis, upper) in towards_eye.into_iter().enumerate() {
                         if !cells.occupied(step(cell, axis, upper)) {
                             faces.push(Face { cell, axis, upper });
                         }
