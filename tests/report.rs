@@ -4,8 +4,15 @@ use std::{fs, path::PathBuf};
 
 use graspmill::{
     geom::OccupancyGrid,
-    release::picture::{Eye, Slices, VoxelPainter, centre_of_mass},
+    release::{
+        Inspection, RunNotes, Speed, inspect,
+        picture::{Eye, Slices, VoxelPainter, centre_of_mass},
+        report,
+    },
 };
+use shapes::Shelf;
+
+mod shapes;
 
 /// A solid shape of 40^3 cells, what a camera at -z sees of it (orthographic), and what that camera sees to be free.
 fn shape(inside: impl Fn(f64, f64, f64) -> bool) -> [OccupancyGrid; 3] {
@@ -73,4 +80,67 @@ fn pictures() {
             fs::write(out.join(format!("{name}_slice_{cut}.png")), picture.to_png()).unwrap();
         }
     }
+}
+
+#[test]
+fn a_report_is_one_file_that_needs_nothing_else() {
+    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    for (name, with_depth) in [("report_depth", true), ("report_default", false)] {
+        let folder = out.join(name);
+        _ = fs::remove_dir_all(&folder);
+        let made = Shelf { views: if with_depth { 10 } else { 3 }, with_depth }.write(&folder);
+        let summary = report(&folder, None).unwrap();
+        let page = fs::read_to_string(&summary.path).unwrap();
+        assert_eq!(summary.path, folder.join("report.html"));
+        assert_eq!(summary.bytes, page.len() as u64);
+        assert!(page.len() < 5 << 20, "{} bytes", page.len());
+        for outside in ["http://", "https://", "<script", "url("] {
+            assert!(!page.contains(outside), "the page names {outside}");
+        }
+        for part in
+            [made.manifest.root.hex().as_str(), "Ölflasche", "&lt;care&gt; &amp; &quot;quotes&quot;", "broken.stl"]
+        {
+            assert!(page.contains(part), "{part} is missing");
+        }
+        assert!(!page.contains("<care>"), "names are text, not markup");
+        let again = out.join(format!("{name}.again.html"));
+        report(&folder, Some(&again)).unwrap();
+        assert_eq!(fs::read_to_string(again).unwrap(), page, "same bytes again");
+    }
+}
+
+#[test]
+fn inspection_counts_what_stands_in_the_dataset() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path().join("shelf");
+    let made = Shelf { views: 6, with_depth: false }.write(&folder);
+    RunNotes {
+        speed: Some(Speed { samples: 36, seconds: 0.5, threads: 2, peak_memory: None }),
+        leaks: [("twin_groups_straddling".to_owned(), 0)].into(),
+    }
+    .write(&folder)
+    .unwrap();
+    let facts = inspect(&folder).unwrap();
+    assert_eq!((facts.planned, facts.kept), (36, made.kept.len() as u64));
+    assert_eq!(facts.kept + facts.rejected.values().sum::<u64>(), facts.planned);
+    let cells: Vec<f64> = made.kept.iter().map(|(_, pair, _)| f64::from(pair.partial_cells)).collect();
+    assert_eq!(facts.partial_cells.max, cells.iter().copied().fold(0.0, f64::max));
+    assert!((facts.partial_cells.mean - cells.iter().sum::<f64>() / cells.len() as f64).abs() < 1e-9);
+    let cut_off = made.kept.iter().filter(|(_, pair, _)| pair.solid_share < 0.99).count() as u64;
+    assert_eq!(facts.cut_off, cut_off);
+    assert_eq!(facts.objects.len(), 6);
+    let ring = facts.objects.iter().find(|object| object.name == "ring").unwrap();
+    assert_eq!((ring.watertight, ring.repairs.as_slice()), (Some(false), ["4 duplicate faces".to_owned()].as_slice()));
+    assert_eq!(facts.splits.iter().map(|split| split.samples).sum::<u64>(), facts.kept);
+    let text = facts.to_string();
+    for part in [
+        "36 planned",
+        "72 samples/s",
+        "broken.stl: 84 bytes of 50 084; copy the file again",
+        "0 twin groups straddling",
+    ] {
+        assert!(text.contains(part), "'{part}' is missing in\n{text}");
+    }
+    let json = serde_json::to_string(&facts).unwrap();
+    assert_eq!(serde_json::from_str::<Inspection>(&json).unwrap(), facts);
 }

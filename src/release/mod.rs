@@ -3,4 +3,20 @@
 //! Everything here is drawn in plain Rust without a display, and two reports of one dataset have the same bytes.
 //! Releases (checksums, cards, provenance) join this room later.
 
+mod card;
+mod chart;
+mod facts;
+mod gallery;
+mod notes;
+mod page;
 pub mod picture;
+mod report;
+mod sections;
+mod survey;
+mod tally;
+mod text;
+
+pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
+pub use notes::{RunNotes, Speed};
+pub use report::{ReportSummary, report};
+pub use tally::Spread;

@@ -1,0 +1,158 @@
+//! One sample of the gallery.
+
+use std::fmt::Write as _;
+
+use super::{
+    chart::{percent, round_step},
+    gallery::Pick,
+    page::escaped,
+    picture::{DepthRange, Eye, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture, height_map},
+};
+use crate::{
+    dataset::{DatasetError, Sample, Split},
+    geom::DepthCrop,
+    record::VoxelPair,
+};
+
+/// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
+const SIDE: u32 = 400;
+
+/// The card of a sample: pictures and numbers.
+pub(super) fn card(sample: &Sample, pick: &Pick, object: &str, split: Option<Split>) -> Result<String, DatasetError> {
+    let pair = sample.pair()?;
+    let free = sample.visibility()?.map(|visibility| visibility.free);
+    let (depth, kind) = match sample.depth()? {
+        Some(depth) => (depth.crop, DepthKind::Camera),
+        None => (height_map(&pair.partial, &pair.grid), DepthKind::Cells),
+    };
+    let mut html = heading(&pair, pick, object, split);
+    html.push_str("<div class=\"pictures\">");
+    html.push_str(&panel(&depth_figure(&depth, &pair, kind), kind.caption(), "x right, y down"));
+    let (partial, complete) = (&pair.partial, &pair.complete);
+    let front = VoxelPainter::new(SIDE, Eye::CameraSide, &[complete, partial]);
+    let behind = VoxelPainter::new(SIDE, Eye::Behind, &[complete, partial]);
+    for (picture, name, hint) in [
+        (front.draw(Some(partial), None), "Partial", "what the camera saw"),
+        (front.draw(None, Some(complete)), "Complete", "the whole solid"),
+        (front.draw(Some(partial), Some(complete)), "Both, from the camera's side", "blue on orange"),
+        (behind.draw(Some(partial), Some(complete)), "Both, from behind", "orange was hidden"),
+    ] {
+        html.push_str(&panel(&image(&picture.with_few_colours(), name, object), name, hint));
+    }
+    let zoom = (SIDE / pair.grid.resolution).max(1);
+    let slices = Slices::new(partial, complete, free.as_ref(), centre_of_mass(complete), zoom);
+    for (picture, name, hint) in [
+        (slices.front, "Slice across the view", "x right, y down"),
+        (slices.side, "Slice from the side", "z right, y down"),
+        (slices.top, "Slice from above", "x right, z up"),
+    ] {
+        html.push_str(&panel(&image(&picture, name, object), name, hint));
+    }
+    html.push_str("</div></article>\n");
+    Ok(html)
+}
+
+fn heading(pair: &VoxelPair, pick: &Pick, object: &str, split: Option<Split>) -> String {
+    let sides = pair.grid.cell_size * 1e3;
+    format!(
+        concat!(
+            "<article class=\"card\"><header><h3>{} <span class=\"quiet\">view {}</span></h3>",
+            "<p class=\"why\">{}</p><p class=\"figures\">{} · sample {} · {} partial of {} complete cells ({}) · ",
+            "{} of the solid inside the grid · cell {:.2} mm</p></header>"
+        ),
+        escaped(object),
+        pair.sample.view,
+        escaped(&pick.why),
+        split.map_or_else(String::new, |split| split.name().replace('_', " ")),
+        pick.index,
+        pair.partial_cells,
+        pair.complete_cells,
+        percent(f64::from(pair.partial_cells) / f64::from(pair.complete_cells.max(1))),
+        percent(pair.solid_share),
+        sides,
+    )
+}
+
+fn panel(figure: &str, caption: &str, hint: &str) -> String {
+    format!("<figure>{figure}<figcaption>{caption} <span class=\"quiet\">{hint}</span></figcaption></figure>")
+}
+
+fn image(picture: &Picture, what: &str, object: &str) -> String {
+    let alt = escaped(&format!("{what} of {object}"));
+    format!("<img width=\"200\" height=\"200\" loading=\"lazy\" alt=\"{alt}\" src=\"{}\">", picture.to_data_uri())
+}
+
+/// Where a card's depth comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum DepthKind {
+    /// The stored crop.
+    Camera,
+    /// The nearest occupied cells: no crop was stored.
+    Cells,
+}
+
+impl DepthKind {
+    fn caption(self) -> &'static str {
+        match self {
+            Self::Camera => "Depth",
+            Self::Cells => "Depth of the partial cells",
+        }
+    }
+}
+
+/// Depth in colour with a scale of depth [m] and one of length across the view.
+fn depth_figure(crop: &DepthCrop, pair: &VoxelPair, kind: DepthKind) -> String {
+    const BOX: (f64, f64) = (142.0, 160.0);
+    let Some(range) = DepthRange::of(crop) else {
+        return "<p class=\"quiet\">no return</p>".to_owned();
+    };
+    let crop = &crop.trimmed();
+    let zoom = (SIDE / crop.width.max(crop.height).max(1)).clamp(1, 10);
+    let picture = depth_picture(crop, range, zoom);
+    let (width, height) = (f64::from(crop.width), f64::from(crop.height));
+    let scale = (BOX.0 / width).min(BOX.1 / height);
+    let (w, h) = (width * scale, height * scale);
+    let (left, top) = ((BOX.0 - w) / 2.0 + 2.0, (BOX.1 - h) / 2.0 + 4.0);
+    let metres_a_pixel = match kind {
+        DepthKind::Camera => (range.near + range.far) / 2.0 / pair.camera.fx,
+        DepthKind::Cells => pair.grid.cell_size,
+    };
+    let metres = round_step(w / scale * metres_a_pixel * 0.2);
+    let length = metres / metres_a_pixel * scale;
+    let digits = if range.far - range.near < 0.02 { 4 } else { 3 };
+    let mut svg = format!(
+        r#"<svg class="depth" viewBox="0 0 200 200" role="img" aria-label="depth from {0:.3} to {1:.3} m"><title>depth from {0:.3} to {1:.3} m</title>"#,
+        range.near, range.far
+    );
+    let _ = write!(
+        svg,
+        r#"<image x="{left:.1}" y="{top:.1}" width="{w:.1}" height="{h:.1}" preserveAspectRatio="none" href="{}"/>"#,
+        picture.to_data_uri()
+    );
+    let _ = write!(
+        svg,
+        r#"<image x="152" y="16" width="9" height="130" preserveAspectRatio="none" href="{}"/>"#,
+        colour_bar(1, 64).to_data_uri()
+    );
+    for (share, y) in [(0.0, 21.0), (0.5, 85.0), (1.0, 146.0)] {
+        let depth = range.near + (range.far - range.near) * share;
+        let _ = write!(svg, r#"<text x="164" y="{y}">{depth:.digits$}</text>"#);
+    }
+    svg.push_str(r#"<text class="quiet" x="200" y="11" text-anchor="end">depth [m]</text>"#);
+    let _ = write!(
+        svg,
+        r#"<path class="ruler" d="M{0:.1} 178v5h{length:.1}v-5"/><text x="{1:.1}" y="196" text-anchor="middle">{2}</text></svg>"#,
+        72.0 - length / 2.0,
+        72.0,
+        length_in_words(metres),
+    );
+    svg
+}
+
+fn length_in_words(metres: f64) -> String {
+    match metres {
+        _ if metres >= 1.0 => format!("{metres:.0} m"),
+        _ if metres >= 0.01 => format!("{:.0} cm", metres * 100.0),
+        _ => format!("{:.0} mm", metres * 1000.0),
+    }
+}
