@@ -30,8 +30,8 @@ pub(super) fn header(facts: &Inspection) -> String {
         ("objects", grouped(facts.objects.len() as u64)),
         ("shards", format!("{} · {}", grouped(facts.shards), bytes_in_words(facts.shard_bytes))),
     ];
-    if facts.kept > 0 {
-        numbers.push(("bytes a kept sample", grouped(facts.shard_bytes / facts.kept)));
+    if let Some(bytes) = facts.shard_bytes.checked_div(facts.kept) {
+        numbers.push(("bytes a kept sample", grouped(bytes)));
     }
     if let Some(setup) = &facts.setup {
         numbers.push(("cells of a grid", format!("{}³", setup.resolution)));

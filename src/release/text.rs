@@ -18,7 +18,7 @@ impl fmt::Display for Inspection {
         for (reason, count) in &self.rejected {
             writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
         }
-        let each = if self.kept > 0 { self.shard_bytes / self.kept } else { 0 };
+        let each = self.shard_bytes.checked_div(self.kept).unwrap_or(0);
         let [shards, bytes, each] = [self.shards, self.shard_bytes, each].map(grouped);
         writeln!(f, "  shards    {shards} with {bytes} bytes, {each} bytes a kept sample")?;
         writeln!(f, "  channels  {}", self.channels.join(", "))?;

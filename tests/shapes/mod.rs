@@ -214,7 +214,7 @@ fn sample(id: SampleId, inside: Inside) -> (VoxelPair, OccupancyGrid, Depth, Clo
         both_cells: partial.count_both(&complete),
         partial,
         complete,
-        solid_share: if view as u32 % 5 == 0 { 0.972 } else { 1.0 },
+        solid_share: if id.view.0.is_multiple_of(5) { 0.972 } else { 1.0 },
     };
     (pair, free, Depth { sample: id, crop, coding: DepthCoding::F32 }, Cloud { sample: id, points })
 }
