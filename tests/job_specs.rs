@@ -45,7 +45,7 @@ fn asset(name: &str) -> AssetRecord {
         extents: [0.1; 3],
         scale: 1.0,
         repairs: Vec::new(),
-        inside: InsideMethod::Parity,
+        inside: InsideMethod::Crossings,
         warnings: Vec::new(),
         licence: None,
         citation: None,

@@ -1,8 +1,56 @@
 //! The command line: the only room that prints, reads the environment and picks exit codes.
 
+mod args;
+mod dataset;
+mod doctor;
+mod estimate;
+mod exit;
+mod jobs;
+mod machine;
+mod printer;
+mod progress;
+mod run;
+mod verify;
+
 use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Cli, Command};
+use exit::{Exit, Failure};
+use printer::Printer;
 
 /// Parses the arguments, runs the command, returns its exit code.
 pub fn main() -> ExitCode {
-    ExitCode::from(2)
+    let printer = Printer;
+    let exit = match Cli::try_parse() {
+        Ok(cli) => dispatch(&cli.command, &printer).unwrap_or_else(|failure| {
+            printer.error(&failure);
+            failure.exit
+        }),
+        Err(error) => {
+            // clap prints help and version to stdout and calls them errors; wrong arguments mean 2.
+            let wrong = error.use_stderr();
+            if wrong {
+                printer.say(&error.render().to_string())
+            } else {
+                printer.result(&error.render().to_string())
+            }
+            if wrong { Exit::BadSpec } else { Exit::Complete }
+        }
+    };
+    exit.into()
+}
+
+fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
+    match command {
+        Command::Estimate(arguments) => estimate::estimate(arguments, printer),
+        Command::Run(arguments) => run::run(arguments, printer),
+        Command::Status(arguments) => dataset::status(arguments, printer),
+        Command::Verify(arguments) => verify::verify(arguments, printer),
+        Command::Doctor(arguments) => doctor::doctor(arguments, printer),
+        Command::Schema => jobs::schema(printer),
+        Command::Digest(arguments) => dataset::digest(arguments, printer),
+        _ => Err(Failure::message(Exit::Failed, "soon")),
+    }
 }

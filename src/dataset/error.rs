@@ -162,6 +162,11 @@ impl DatasetError {
         }
     }
 
+    /// Whether the folder is another job's, or no dataset: exit code 2, give another one.
+    pub fn is_foreign(&self) -> bool {
+        matches!(self, Self::ForeignJob { .. } | Self::OtherShards { .. } | Self::NotADataset { .. })
+    }
+
     /// Whether the operating system is to blame (disk full, read-only, gone): exit code 74, retry and resume.
     pub fn is_io(&self) -> bool {
         matches!(self, Self::Io { .. })

@@ -101,6 +101,11 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
     Ok(Begun::New)
 }
 
+/// Where the shards of the dataset in `folder` stand.
+pub fn shards_folder(folder: &Path) -> PathBuf {
+    folder.join(SHARDS)
+}
+
 /// What a folder was begun for; `None` when it has no `run.json`.
 ///
 /// # Errors

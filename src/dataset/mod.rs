@@ -36,7 +36,9 @@ mod verify;
 pub use assets::{AssetRow, AssetTable};
 pub use error::DatasetError;
 pub use finish::{DatasetHeader, finish_dataset};
-pub use folder::{BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, read_mark, scan_shards};
+pub use folder::{
+    BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, read_mark, scan_shards, shards_folder,
+};
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow, SampleFacts};
 pub use manifest::{Counts, FileEntry, Manifest, NumberClass, ShardEntry};

@@ -2,7 +2,11 @@
 
 pub mod channels;
 mod columns;
+mod plain_complete;
+mod plain_partial;
 mod solid;
 mod surface;
 
+pub use plain_complete::{PlainComplete, free_cells};
+pub use plain_partial::{NoGrid, for_each_point, partial_occupancy, place_grid};
 pub use solid::{InsideTest, solid_occupancy};

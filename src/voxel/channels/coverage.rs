@@ -1,5 +1,7 @@
 //! Coverage: which share of each cell is solid.
 
+use std::borrow::Borrow;
+
 use nalgebra::{Point3, Vector3};
 
 use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
@@ -14,16 +16,17 @@ const POINTS: usize = 256;
 const GENERATOR: [usize; 3] = [1, 15, 39];
 
 /// A solid with a map of how far each part of it is from the next change: what lies in a uniform region is answered at
-/// once. Build it once an object (262 kB).
-pub struct CoverageSolid<'a> {
-    solid: &'a SolidGrid,
+/// once. Build it once an object (262 kB), over a solid that is borrowed or shared.
+pub struct CoverageSolid<S> {
+    solid: S,
     /// Blocks around each block, itself counted, that are all full or all empty as it is; 0 for a mixed block.
     uniform: Vec<u8>,
 }
 
-impl<'a> CoverageSolid<'a> {
+impl<S: Borrow<SolidGrid>> CoverageSolid<S> {
     /// Prepares a solid.
-    pub fn new(solid: &'a SolidGrid) -> Self {
+    pub fn new(shared: S) -> Self {
+        let solid = shared.borrow();
         let mut uniform = vec![0u8; SIDE * SIDE * SIDE];
         let states: Vec<u8> = (0..uniform.len()).map(|block| state(solid, block)).collect();
         for (value, state) in uniform.iter_mut().zip(&states) {
@@ -59,7 +62,7 @@ impl<'a> CoverageSolid<'a> {
         };
         sweep(true);
         sweep(false);
-        Self { solid, uniform }
+        Self { solid: shared, uniform }
     }
 
     /// Writes the share of every cell that is solid to `out`: 0 = empty, 255 = full, 255 * share rounded to nearest.
@@ -69,11 +72,12 @@ impl<'a> CoverageSolid<'a> {
     /// surface is off by at most half the diagonal of one: sqrt(3)/2 * pitch / cell size of a cell cut by one plane
     /// (0.11 where eight fine cells make one), and on average a tenth of that.
     pub fn coverage(&self, camera_from_object: &Pose<CameraCv, Object>, placement: &GridPlacement, out: &mut Vec<u8>) {
+        let solid = self.solid.borrow();
         let object_from_camera = camera_from_object.inverse();
         let rotation = object_from_camera.rotation().matrix();
         // Everything in fine cells from here on.
-        let corner = (object_from_camera.point(&placement.lower_corner()) - self.solid.origin) / self.solid.pitch;
-        let scale = placement.cell_size / self.solid.pitch;
+        let corner = (object_from_camera.point(&placement.lower_corner()) - solid.origin) / solid.pitch;
+        let scale = placement.cell_size / solid.pitch;
         let steps: [Vector3<f64>; 3] = std::array::from_fn(|axis| rotation.column(axis) * scale);
         let offset = |point: [f64; 3]| steps[0] * point[0] + steps[1] * point[1] + steps[2] * point[2];
         let lattice: [[f32; 3]; POINTS] = std::array::from_fn(|i| {
@@ -107,14 +111,14 @@ impl<'a> CoverageSolid<'a> {
         let reach = if outside { 3.0 * radius } else { radius };
         if (f64::from(self.uniform[block]) - 1.0) * BLOCK as f64 >= reach {
             let first = [block / SIDE / SIDE, block / SIDE % SIDE, block % SIDE].map(|v| v * BLOCK);
-            return if self.solid.get(first[0], first[1], first[2]) { 255 } else { 0 };
+            return if self.solid.borrow().get(first[0], first[1], first[2]) { 255 } else { 0 };
         }
         let middle = middle.map(|v| v as f32);
         let solid = lattice.iter().filter(|offset| {
             let cell = [middle.x + offset[0], middle.y + offset[1], middle.z + offset[2]];
             // A cast cuts towards zero, so what lies below zero is told apart first.
             cell.iter().all(|v| (0.0..SolidGrid::SIDE as f32).contains(v))
-                && self.solid.get(cell[0] as usize, cell[1] as usize, cell[2] as usize)
+                && self.solid.borrow().get(cell[0] as usize, cell[1] as usize, cell[2] as usize)
         });
         ((solid.count() * 255 + POINTS / 2) / POINTS) as u8
     }

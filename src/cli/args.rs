@@ -1,0 +1,193 @@
+//! What can be typed. The command line is a contract: README lists it, `tests/cli.rs` holds it.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Simulation-driven data factory for robotic grasping.
+#[derive(Parser, Debug)]
+#[command(name = "graspmill", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(
+    after_help = "Exit codes: 0 complete; 1 failed; 2 bad job or arguments; 3 complete, but meshes were refused;\n\
+    4 verification mismatch; 74 input/output (disk full, read-only: mend, then run again); 75 interrupted, resumable.\n\
+    Environment: GRASPMILL_SIMD=scalar|avx2|avx512 picks the vector instructions (same bytes); NO_COLOR=1 for plain text."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// What a job would make: samples, shards, bytes, time (measured on a short pilot).
+    Estimate(EstimateArgs),
+    /// Make a job's dataset; run again to resume.
+    Run(RunArgs),
+    /// How far a dataset is.
+    Status(DatasetArgs),
+    /// Check a dataset: hashes, structure, ranges, root digest; optionally make samples again and compare.
+    Verify(VerifyArgs),
+    /// The facts of a dataset, as text or JSON.
+    Inspect(DatasetArgs),
+    /// Write report.html: pictures, distributions, assets, splits.
+    Report(ReportArgs),
+    /// Write samples in another format.
+    Export(ExportArgs),
+    /// Look at meshes before a job uses them.
+    #[command(subcommand)]
+    Meshes(MeshesCommand),
+    /// Print the JSON Schema of job files, for editors.
+    Schema,
+    /// What this machine can do, and why not.
+    Doctor(DoctorArgs),
+    /// Print a dataset's root digest, and nothing else.
+    Digest(DigestArgs),
+}
+
+#[derive(Args, Debug)]
+pub struct JobArgs {
+    /// The job file (TOML).
+    pub job: PathBuf,
+    /// Replace a setting: `--set seed=7 --set grid.resolution=64`. Recorded in the dataset.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Threads; by default every core that the cgroup and the scheduler grant.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Args, Debug)]
+pub struct EstimateArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    /// The dataset's folder; made if absent.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// How progress is shown.
+    #[arg(long, value_enum, default_value_t = ProgressMode::Auto)]
+    pub progress: ProgressMode,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How long work shows how far it is (always on stderr).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProgressMode {
+    /// A bar on a terminal, plain lines elsewhere.
+    Auto,
+    /// A line every few seconds.
+    Plain,
+    /// One JSON object a line.
+    Json,
+    /// Nothing.
+    None,
+}
+
+#[derive(Args, Debug)]
+pub struct DatasetArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct VerifyArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// Make this many random samples again from the manifest alone and compare bytes.
+    #[arg(long, value_name = "K")]
+    pub regenerate: Option<u64>,
+    /// Seed of the choice of samples to make again.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct ReportArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// Where to write; `report.html` in the dataset's folder by default.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct ExportArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// The format.
+    #[arg(long, value_enum)]
+    pub to: ExportFormat,
+    /// Where to write; must not exist yet or be empty.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Only this split: training_view, holdout_view, validation_model, test_model.
+    #[arg(long, value_name = "SPLIT")]
+    pub split: Option<String>,
+    /// Only objects of this name (repeatable).
+    #[arg(long, value_name = "NAME")]
+    pub object: Vec<String>,
+    /// At most this many samples.
+    #[arg(long, value_name = "N")]
+    pub limit: Option<u64>,
+    /// npy: one byte a cell, shape (N, n, n, n), instead of packed bits.
+    #[arg(long)]
+    pub unpacked: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// NumPy arrays and a table of samples.
+    Npy,
+    /// binvox, two files a sample.
+    Binvox,
+    /// Point clouds of occupied cells (PCD).
+    Pcd,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum MeshesCommand {
+    /// Say what each mesh is, what would be repaired, what is refused and how to mend it.
+    Check(MeshesCheckArgs),
+}
+
+#[derive(Args, Debug)]
+pub struct MeshesCheckArgs {
+    /// Mesh files, or folders of them.
+    #[arg(required = true)]
+    pub paths: Vec<PathBuf>,
+    /// One unit of the files in metres, or m, cm, mm, in.
+    #[arg(long, default_value = "m")]
+    pub unit: String,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct DoctorArgs {
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct DigestArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+}

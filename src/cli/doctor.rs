@@ -1,0 +1,146 @@
+//! `graspmill doctor`: what this machine can do, and why not.
+
+use std::{path::Path, process::Command};
+
+use serde::Serialize;
+
+use super::{
+    args::DoctorArgs,
+    exit::{Exit, Failure},
+    machine,
+    printer::Printer,
+};
+use crate::geom::SimdLevel;
+
+/// One line of the check-up.
+#[derive(Serialize)]
+struct Finding {
+    what: &'static str,
+    works: bool,
+    facts: String,
+    /// What to do; empty when it works.
+    remedy: &'static str,
+}
+
+/// Prints what works and what does not; always exit code 0, since nothing here is needed by every job.
+pub fn doctor(arguments: &DoctorArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let mut findings = vec![
+        Finding {
+            what: "processor",
+            works: true,
+            facts: format!(
+                "{} threads granted, {} in use (best: {})",
+                machine::threads(None),
+                machine::simd_level()?,
+                SimdLevel::detect()
+            ),
+            remedy: "",
+        },
+        memory(),
+        disk(),
+    ];
+    findings.extend(simulator());
+    findings.push(scans());
+    findings.push(python());
+    if arguments.json {
+        printer.json(&findings)?;
+    } else {
+        let lines = findings.iter().map(|finding| {
+            let mark = if finding.works { "ok     " } else { "missing" };
+            let remedy = if finding.remedy.is_empty() {
+                String::new()
+            } else {
+                format!("\n                       -> {}", finding.remedy)
+            };
+            format!("{mark}  {:12}  {}{remedy}", finding.what, finding.facts)
+        });
+        printer.result(&lines.collect::<Vec<_>>().join("\n"));
+    }
+    Ok(Exit::Complete)
+}
+
+fn memory() -> Finding {
+    let available = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
+        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+        line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok()
+    });
+    let facts = available
+        .map_or("unknown".to_owned(), |kib| format!("{:.1} GB available; a run needs about 0.1 GB", kib / 1e6));
+    Finding { what: "memory", works: true, facts, remedy: "" }
+}
+
+fn disk() -> Finding {
+    match machine::free_disk(Path::new(".")) {
+        Some(bytes) => {
+            let facts = format!("{:.1} GB free here; a million samples take about 1.5 GB", bytes as f64 / 1e9);
+            Finding { what: "disk", works: bytes > 1 << 30, facts, remedy: "" }
+        }
+        None => Finding { what: "disk", works: true, facts: "unknown".to_owned(), remedy: "" },
+    }
+}
+
+#[cfg(feature = "sim")]
+fn simulator() -> Vec<Finding> {
+    let facts = crate::sim::sim_facts();
+    let library = facts.library.map_or_else(|| "built in".to_owned(), |path| path.display().to_string());
+    let pinned = if facts.pinned { "the pinned build" } else { "NOT the pinned build" };
+    let gl = match facts.gl {
+        Ok(gl) => Finding {
+            what: "EGL",
+            works: true,
+            facts: format!("{}, {} ({})", gl.renderer, gl.version, gl.egl),
+            remedy: "",
+        },
+        Err(error) => Finding {
+            what: "EGL",
+            works: false,
+            facts: format!("{error}; only renderer = \"mujoco-gl\" needs it"),
+            remedy: "make deps-gl (as root)",
+        },
+    };
+    vec![
+        Finding {
+            what: "MuJoCo",
+            works: true,
+            facts: format!("{}, {pinned}, {library}", facts.version),
+            remedy: if facts.pinned { "" } else { "make setup" },
+        },
+        gl,
+    ]
+}
+
+#[cfg(not(feature = "sim"))]
+fn simulator() -> Vec<Finding> {
+    let facts = "this build has no simulator (feature `sim`)".to_owned();
+    vec![Finding { what: "MuJoCo", works: false, facts, remedy: "build with default features" }]
+}
+
+fn scans() -> Finding {
+    let count = std::fs::read_dir(".deps/ycb").map_or(0, |entries| {
+        entries
+            .filter_map(Result::ok)
+            .filter(|entry| entry.path().extension().is_some_and(|kind| kind == "stl"))
+            .count()
+    });
+    let facts = format!("{count} of 78 in .deps/ycb");
+    Finding { what: "YCB scans", works: count == 78, facts, remedy: if count == 78 { "" } else { "make setup" } }
+}
+
+fn python() -> Finding {
+    let version = |program: &str| {
+        let output = Command::new(program).arg("--version").output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let found = version("python3");
+    let tests = version(".deps/venv/bin/python").is_some();
+    let facts = match &found {
+        Some(version) => format!("{version}; packages of the tests: {}", if tests { "there" } else { "not there" }),
+        None => "not found; only set-up, tests and mesh conversion need it".to_owned(),
+    };
+    let remedy = match (&found, tests) {
+        (None, _) => "install Python 3 with pip",
+        (_, false) => "make deps-test, to run the tests",
+        _ => "",
+    };
+    Finding { what: "Python", works: found.is_some(), facts, remedy }
+}

@@ -1,0 +1,79 @@
+//! `graspmill estimate`.
+
+use serde::Serialize;
+
+use super::{
+    args::EstimateArgs,
+    exit::{Exit, Failure},
+    jobs::{self, run_failure},
+    machine,
+    printer::Printer,
+    progress::duration_text,
+};
+use crate::{
+    job::{Estimate, expected_bytes},
+    run::{Crew, PilotRate, pilot},
+};
+
+/// Samples of the pilot run.
+const PILOT_SAMPLES: u64 = 1000;
+/// Share of a sample's time that writing it takes on top of making it, by the `write` benches.
+const WRITING: f64 = 0.15;
+
+/// What a job would make, for machines.
+#[derive(Serialize)]
+struct EstimateJson {
+    job: String,
+    #[serde(flatten)]
+    estimate: Estimate,
+    core_hours: f64,
+    threads: usize,
+    pilot: PilotRate,
+    refused_meshes: usize,
+}
+
+/// Says what a job would make and how long it would take here, from a pilot of a thousand samples.
+pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let crew = Crew { threads: machine::threads(arguments.job.threads), level: machine::simd_level()? };
+    let cancel = machine::cancel_on_signals()?;
+    let open = jobs::open(&arguments.job, &crew, &cancel, &|_| {})?;
+    let (job, plan) = (&open.job, &open.plan);
+    let rate = pilot(job, plan, PILOT_SAMPLES, crew.level, &cancel).map_err(run_failure)?;
+    let objects = job.objects.len() as f64;
+    let core_seconds =
+        plan.samples as f64 * rate.seconds_per_sample * (1.0 + WRITING) + 2.0 * objects * rate.seconds_per_object;
+    let wall = core_seconds / crew.threads as f64;
+    let bytes = expected_bytes(&job.completion);
+    let rate_per_second = plan.samples as f64 / wall.max(f64::MIN_POSITIVE);
+    let views = job.completion.views.len();
+    let estimate = Estimate::new(job.objects.len(), views, job.shard_samples, bytes, rate_per_second);
+    if arguments.json {
+        printer.json(&EstimateJson {
+            job: open.digest.to_string(),
+            estimate,
+            core_hours: core_seconds / 3600.0,
+            threads: crew.threads,
+            pilot: rate,
+            refused_meshes: job.refused.len(),
+        })?;
+    } else {
+        let Estimate { objects, views, samples, shards, bytes, seconds } = estimate;
+        printer.result(&format!(
+            "{objects} objects x {views} views = {samples} samples in {shards} shards\n\
+             about {:.1} MB on disk\n\
+             about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample, {:.1} ms an object, over {} samples)\n\
+             {} meshes refused\n\
+             job {}",
+            bytes / 1e6,
+            duration_text(std::time::Duration::from_secs_f64(seconds)),
+            crew.threads,
+            core_seconds / 3600.0,
+            1e3 * rate.seconds_per_sample,
+            1e3 * rate.seconds_per_object,
+            rate.samples,
+            job.refused.len(),
+            open.digest
+        ));
+    }
+    Ok(Exit::Complete)
+}

@@ -1,0 +1,58 @@
+//! Exit codes, and which error means which.
+
+use std::{fmt, io, process::ExitCode};
+
+/// How the program ends: a contract with scripts and schedulers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Everything asked for is there.
+    Complete = 0,
+    /// Something failed that no other code names.
+    Failed = 1,
+    /// The job file or the arguments are wrong.
+    BadSpec = 2,
+    /// The dataset is complete, but meshes or units were refused.
+    Refused = 3,
+    /// A check found a difference.
+    Mismatch = 4,
+    /// The disk is full, read-only, or failed: mend it and run again.
+    InputOutput = 74,
+    /// Stopped on request; run again to resume.
+    Interrupted = 75,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// An error that knows how the program should end.
+#[derive(Debug)]
+pub struct Failure {
+    /// The exit code.
+    pub exit: Exit,
+    /// What went wrong; the chain of causes is printed.
+    pub error: anyhow::Error,
+}
+
+impl Failure {
+    /// An error with this exit code.
+    pub fn new(exit: Exit, error: impl Into<anyhow::Error>) -> Self {
+        Self { exit, error: error.into() }
+    }
+
+    /// A message with this exit code.
+    pub fn message(exit: Exit, message: impl fmt::Display) -> Self {
+        Self { exit, error: anyhow::anyhow!("{message}") }
+    }
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    /// Input/output errors anywhere in the chain mean 74, all others 1.
+    fn from(error: E) -> Self {
+        let error = error.into();
+        let exit = if error.chain().any(|cause| cause.is::<io::Error>()) { Exit::InputOutput } else { Exit::Failed };
+        Self { exit, error }
+    }
+}

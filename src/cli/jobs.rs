@@ -1,0 +1,86 @@
+//! From a job file on the command line to a job with its plan and its dataset's tables.
+
+use super::{
+    args::JobArgs,
+    exit::{Exit, Failure},
+    printer::Printer,
+};
+use crate::{
+    assets,
+    ids::JobDigest,
+    job::{self, Job, JobDraft, JobErrors, JobText, Surroundings},
+    plan::{LeakReport, Plan, SplitTable},
+    run::{Cancel, Crew, Listener, RunError, prepare_assets},
+};
+
+/// Where `make setup` puts packages of meshes, below the folder the program is started in.
+const PACKAGES: &str = ".deps";
+
+/// A job, ready to run.
+pub struct OpenJob {
+    pub job: Job,
+    pub plan: Plan,
+    pub digest: JobDigest,
+    pub splits: SplitTable,
+    pub leaks: LeakReport,
+}
+
+/// Prints the JSON Schema of job files.
+pub fn schema(printer: &Printer) -> Result<Exit, Failure> {
+    printer.json(job::schema())?;
+    Ok(Exit::Complete)
+}
+
+/// Reads a job file, looks at its meshes, makes the plan.
+pub fn open(arguments: &JobArgs, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
+    let text = JobText::open(&arguments.job, &arguments.set)
+        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.job.display())))?;
+    open_text(&text, crew, cancel, listener)
+}
+
+/// The same for a job file already read.
+pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
+    let draft = read(text)?;
+    let sources: Vec<_> = draft.sources().cloned().collect();
+    let prepared = prepare_assets(&sources, crew, cancel, listener).map_err(run_failure)?;
+    let job = draft.resolve(prepared.records).map_err(|errors| job_failure(&errors))?;
+    let plan = Plan::new(&job);
+    let splits = SplitTable::new(&job, &[]);
+    let leaks = splits.leaks(&job, &[]);
+    Ok(OpenJob { digest: job.digest(), plan, splits, leaks, job })
+}
+
+/// Reads and checks a job file without opening its meshes.
+pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
+    let surroundings = Surroundings {
+        packages: PACKAGES.into(),
+        built_in: assets::built_in_names(24).collect(),
+        #[cfg(feature = "sim")]
+        scenes: &scene_camera,
+        #[cfg(not(feature = "sim"))]
+        scenes: &job::no_scenes,
+    };
+    JobDraft::read(text, &surroundings).map_err(|errors| job_failure(&errors))
+}
+
+#[cfg(feature = "sim")]
+fn scene_camera(camera: &job::SceneCamera) -> Result<crate::geom::Intrinsics, String> {
+    crate::sim::scene_camera(&camera.scene, &camera.camera)
+        .map(|(intrinsics, _)| intrinsics)
+        .map_err(|error| error.to_string())
+}
+
+fn job_failure(errors: &JobErrors) -> Failure {
+    Failure::message(Exit::BadSpec, format!("\n{}", errors.render().trim_end()))
+}
+
+/// The exit code of a run that ended early.
+pub fn run_failure(error: RunError) -> Failure {
+    let exit = match &error {
+        RunError::Interrupted => Exit::Interrupted,
+        RunError::Dataset(error) if error.is_io() => Exit::InputOutput,
+        RunError::Dataset(error) if error.is_foreign() => Exit::BadSpec,
+        RunError::Dataset(_) | RunError::Produce(_) | RunError::Threads(_) => Exit::Failed,
+    };
+    Failure::new(exit, error)
+}

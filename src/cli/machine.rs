@@ -1,0 +1,62 @@
+//! What the environment and the machine say: SIMD level, threads, signals, memory.
+
+use std::{env, fs, num::NonZero, sync::Arc, thread};
+
+use super::exit::{Exit, Failure};
+use crate::{geom::SimdLevel, run::Cancel};
+
+/// The SIMD level: `GRASPMILL_SIMD` where it is set, else the best of this machine.
+pub fn simd_level() -> Result<SimdLevel, Failure> {
+    let best = SimdLevel::detect();
+    let Some(text) = env::var_os("GRASPMILL_SIMD") else { return Ok(best) };
+    let wanted: SimdLevel = text
+        .to_string_lossy()
+        .parse()
+        .map_err(|error| Failure::message(Exit::BadSpec, format!("GRASPMILL_SIMD: {error}")))?;
+    if wanted > best {
+        return Err(Failure::message(
+            Exit::BadSpec,
+            format!("GRASPMILL_SIMD={wanted}: this machine goes up to {best}"),
+        ));
+    }
+    Ok(wanted)
+}
+
+/// Threads asked for, or as many as affinity and cgroup quota grant.
+pub fn threads(asked: Option<u16>) -> usize {
+    asked.map_or_else(|| thread::available_parallelism().map_or(1, NonZero::get), usize::from)
+}
+
+/// A wish to stop that INT, TERM and USR1 set; a second signal ends the program at once.
+pub fn cancel_on_signals() -> Result<Arc<Cancel>, Failure> {
+    use signal_hook::{
+        consts::{SIGINT, SIGTERM, SIGUSR1},
+        iterator::Signals,
+    };
+    let cancel = Arc::new(Cancel::new());
+    let mut signals = Signals::new([SIGINT, SIGTERM, SIGUSR1])?;
+    let seen = Arc::clone(&cancel);
+    thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        for signal in signals.forever() {
+            if seen.is_cancelled() {
+                // Restores the default action and raises it: the program ends as the signal says.
+                let _ = signal_hook::low_level::emulate_default_handler(signal);
+            }
+            seen.cancel();
+        }
+    })?;
+    Ok(cancel)
+}
+
+/// Peak resident memory of this process [bytes], where the system tells.
+pub fn peak_memory() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
+}
+
+/// Free space of the file system that holds `path` [bytes], where the system tells.
+pub fn free_disk(path: &std::path::Path) -> Option<u64> {
+    let facts = rustix::fs::statvfs(path).ok()?;
+    Some(facts.f_bavail * facts.f_frsize)
+}

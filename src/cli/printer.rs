@@ -1,0 +1,41 @@
+//! The one printer: results to stdout, talk to stderr.
+
+use std::io::{self, IsTerminal, Write};
+
+use serde::Serialize;
+
+use super::exit::Failure;
+
+/// Where everything that the program says goes.
+pub struct Printer;
+
+impl Printer {
+    /// A result, to stdout. A reader that went away (`| head`) is no error.
+    pub fn result(&self, text: &str) {
+        let mut out = io::stdout().lock();
+        let end = if text.ends_with('\n') { "" } else { "\n" };
+        // Nobody is left to tell when the pipe is closed.
+        let _ = write!(out, "{text}{end}").and_then(|()| out.flush());
+    }
+
+    /// A result for machines, to stdout.
+    pub fn json(&self, value: &impl Serialize) -> Result<(), Failure> {
+        self.result(&serde_json::to_string_pretty(value)?);
+        Ok(())
+    }
+
+    /// A line of talk, to stderr.
+    pub fn say(&self, text: &str) {
+        let _ = writeln!(io::stderr().lock(), "{text}");
+    }
+
+    /// An error with its causes, to stderr.
+    pub fn error(&self, failure: &Failure) {
+        self.say(&format!("graspmill: {:#}", failure.error));
+    }
+
+    /// Whether a person watches stderr.
+    pub fn watched(&self) -> bool {
+        io::stderr().is_terminal()
+    }
+}

@@ -1,0 +1,158 @@
+//! Shows a run's events: a bar on a terminal, plain lines elsewhere, JSON lines on request.
+
+use std::{
+    sync::Mutex,
+    time::{Duration, Instant},
+};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{args::ProgressMode, printer::Printer};
+use crate::run::{Event, Progress};
+
+/// Time between two plain or JSON lines.
+const PAUSE: Duration = Duration::from_secs(2);
+
+/// A listener of one run.
+pub struct ProgressView {
+    look: Look,
+    last_line: Mutex<Option<Instant>>,
+}
+
+enum Look {
+    Bar(ProgressBar),
+    Plain,
+    Json,
+    Silent,
+}
+
+impl ProgressView {
+    /// A view in this mode.
+    pub fn new(mode: ProgressMode, printer: &Printer) -> Self {
+        let look = match mode {
+            ProgressMode::Auto if printer.watched() => Look::Bar(ProgressBar::no_length()),
+            ProgressMode::Auto | ProgressMode::Plain => Look::Plain,
+            ProgressMode::Json => Look::Json,
+            ProgressMode::None => Look::Silent,
+        };
+        Self { look, last_line: Mutex::new(None) }
+    }
+
+    /// Shows one event.
+    pub fn show(&self, printer: &Printer, event: &Event) {
+        match &self.look {
+            Look::Silent => {}
+            Look::Json => {
+                if self.due(event)
+                    && let Ok(line) = serde_json::to_string(event)
+                {
+                    printer.say(&line);
+                }
+            }
+            Look::Plain => {
+                if self.due(event)
+                    && let Some(line) = plain_line(event)
+                {
+                    printer.say(&line);
+                }
+            }
+            Look::Bar(bar) => show_bar(bar, event),
+        }
+    }
+
+    /// Takes the bar away, so that what follows stands on lines of its own.
+    pub fn finish(&self) {
+        if let Look::Bar(bar) = &self.look {
+            bar.finish_and_clear();
+        }
+    }
+
+    /// Rare events always, frequent ones every few seconds and at their end.
+    fn due(&self, event: &Event) -> bool {
+        let last = match event {
+            Event::Prepared { done, total } => done == total,
+            Event::Progress(progress) => progress.made == progress.to_make,
+            _ => return true,
+        };
+        let Ok(mut line) = self.last_line.lock() else { return false };
+        let due = last || line.is_none_or(|at| at.elapsed() >= PAUSE);
+        if due {
+            *line = Some(Instant::now());
+        }
+        due
+    }
+}
+
+fn plain_line(event: &Event) -> Option<String> {
+    Some(match event {
+        Event::Prepared { done, total } => format!("meshes {done}/{total}"),
+        Event::Planned { samples, samples_before, shards, shards_before, threads } => {
+            let before = if *shards_before > 0 {
+                format!(", {samples_before} of them in {shards_before} shards finished before")
+            } else {
+                String::new()
+            };
+            format!("{samples} samples in {shards} shards{before}; {threads} threads")
+        }
+        Event::Progress(progress) => progress_text(progress),
+        Event::ShardFinished { .. } => return None,
+        Event::Finishing => "writing index and manifest".to_owned(),
+    })
+}
+
+fn progress_text(progress: &Progress) -> String {
+    let share = 100.0 * progress.made as f64 / progress.to_make.max(1) as f64;
+    let left = progress.time_left().map_or_else(String::new, |left| format!(", {} left", duration_text(left)));
+    format!(
+        "{}/{} samples ({share:.0} %), {} rejected, {:.0} samples/s{left}",
+        progress.made,
+        progress.to_make,
+        progress.rejected,
+        progress.rate()
+    )
+}
+
+/// `1 h 02 min`, `3 min 05 s` or `12 s`.
+pub fn duration_text(duration: Duration) -> String {
+    let seconds = duration.as_secs_f64().ceil() as u64;
+    match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
+        (0, 0, s) => format!("{s} s"),
+        (0, m, s) => format!("{m} min {s:02} s"),
+        (h, m, _) => format!("{h} h {m:02} min"),
+    }
+}
+
+fn show_bar(bar: &ProgressBar, event: &Event) {
+    let style =
+        |template: &str| ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    match event {
+        Event::Prepared { done, total } => {
+            bar.set_style(style("meshes   {wide_bar} {pos}/{len}"));
+            bar.set_length(*total);
+            bar.set_position(*done);
+        }
+        Event::Planned { samples, samples_before, .. } => {
+            bar.set_style(style("samples  {wide_bar} {percent} %  {msg}"));
+            bar.set_length(samples - samples_before);
+            bar.set_position(0);
+        }
+        Event::Progress(progress) => {
+            bar.set_position(progress.made);
+            bar.set_message(progress_text(progress));
+        }
+        Event::ShardFinished { .. } => {}
+        Event::Finishing => bar.set_message("writing index and manifest"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_read_as_people_say_them() {
+        assert_eq!(duration_text(Duration::from_millis(11_200)), "12 s");
+        assert_eq!(duration_text(Duration::from_secs(185)), "3 min 05 s");
+        assert_eq!(duration_text(Duration::from_secs(3725)), "1 h 02 min");
+    }
+}

@@ -1,0 +1,124 @@
+//! `graspmill run`.
+
+use serde::Serialize;
+
+use super::{
+    args::RunArgs,
+    exit::{Exit, Failure},
+    jobs::{self, OpenJob, run_failure},
+    machine,
+    printer::Printer,
+    progress::ProgressView,
+};
+use crate::{
+    dataset::Manifest,
+    run::{self, Crew, Event, RunSummary, RunTask},
+};
+
+/// What a run made, for machines.
+#[derive(Serialize)]
+struct RunReport<'a> {
+    dataset: String,
+    root: String,
+    finished_before: bool,
+    samples: u64,
+    kept: u64,
+    rejected: u64,
+    refused_meshes: u64,
+    shards: usize,
+    bytes: u64,
+    made: u64,
+    seconds: f64,
+    samples_per_second: f64,
+    threads: usize,
+    simd: String,
+    peak_memory_bytes: Option<u64>,
+    warnings: &'a [String],
+}
+
+/// Makes a job's dataset, or what is missing of it.
+pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let crew = Crew { threads: machine::threads(arguments.job.threads), level: machine::simd_level()? };
+    let cancel = machine::cancel_on_signals()?;
+    let view = ProgressView::new(arguments.progress, printer);
+    let listener = |event: Event| view.show(printer, &event);
+    let began = std::time::Instant::now();
+    let ended = jobs::open(&arguments.job, &crew, &cancel, &listener).and_then(|open| {
+        let OpenJob { job, plan, digest, splits, leaks, .. } = &open;
+        let header = run::dataset_header(job, splits, leaks, &arguments.out);
+        let task = RunTask { job, plan, digest: *digest, header: &header, folder: &arguments.out };
+        run::run(&task, &crew, &cancel, &listener).map_err(run_failure)
+    });
+    view.finish();
+    let summary = ended?;
+    let seconds = began.elapsed().as_secs_f64();
+    if arguments.json {
+        printer.json(&report(arguments, &crew, &summary, seconds))?;
+    } else {
+        printer.result(&text(arguments, &crew, &summary, seconds));
+    }
+    Ok(if summary.manifest.counts.refused_meshes > 0 { Exit::Refused } else { Exit::Complete })
+}
+
+fn bytes(manifest: &Manifest) -> u64 {
+    manifest.shards.iter().map(|shard| shard.bytes).sum()
+}
+
+fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds: f64) -> RunReport<'a> {
+    let RunSummary { finished_before, made, manifest, .. } = summary;
+    let counts = &manifest.counts;
+    RunReport {
+        dataset: arguments.out.display().to_string(),
+        root: manifest.root.hex(),
+        finished_before: *finished_before,
+        samples: counts.samples,
+        kept: counts.kept,
+        rejected: counts.samples - counts.kept,
+        refused_meshes: counts.refused_meshes,
+        shards: manifest.shards.len(),
+        bytes: bytes(manifest),
+        made: *made,
+        seconds,
+        samples_per_second: *made as f64 / seconds,
+        threads: crew.threads,
+        simd: crew.level.to_string(),
+        peak_memory_bytes: machine::peak_memory(),
+        warnings: &manifest.warnings,
+    }
+}
+
+fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) -> String {
+    let RunSummary { finished_before, made, manifest, .. } = summary;
+    let counts = &manifest.counts;
+    let folder = arguments.out.display();
+    let mut lines = Vec::new();
+    if *finished_before {
+        lines.push(format!("{folder} is complete already: nothing to do"));
+    }
+    let rejects: Vec<String> = counts.rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+    let rejects = if rejects.is_empty() { String::new() } else { format!(" ({})", rejects.join(", ")) };
+    lines.push(format!(
+        "{} samples of {} objects: {} kept, {} rejected{rejects}",
+        counts.samples,
+        counts.objects,
+        counts.kept,
+        counts.samples - counts.kept
+    ));
+    lines.push(format!("{} shards, {:.1} MB, in {folder}", manifest.shards.len(), bytes(manifest) as f64 / 1e6));
+    if *made > 0 {
+        let memory =
+            machine::peak_memory().map_or_else(String::new, |bytes| format!(", {} MB at most", bytes / 1_000_000));
+        lines.push(format!(
+            "{made} samples in {seconds:.1} s: {:.0} samples/s on {} threads, {}{memory}",
+            *made as f64 / seconds,
+            crew.threads,
+            crew.level
+        ));
+    }
+    if counts.refused_meshes > 0 {
+        lines.push(format!("{} meshes were refused:", counts.refused_meshes));
+    }
+    lines.extend(manifest.warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines.push(format!("root {}", manifest.root));
+    lines.join("\n")
+}

@@ -1,0 +1,125 @@
+//! `graspmill verify`.
+
+use serde::Serialize;
+
+use super::{
+    args::VerifyArgs,
+    exit::{Exit, Failure},
+    jobs::{self, run_failure},
+    machine,
+    printer::Printer,
+};
+use crate::{
+    dataset::{DatasetReader, VerifyLevel, VerifyOptions, VerifyReport},
+    job::{JobText, Truth},
+    run::{Crew, Regeneration, regenerate},
+};
+
+/// What was found, for machines.
+#[derive(Serialize)]
+struct VerifyJson {
+    dataset: String,
+    intact: bool,
+    root: String,
+    root_calculated: Option<String>,
+    shards: u32,
+    intact_shards: u32,
+    samples: u64,
+    bytes: u64,
+    payloads: u64,
+    problems: Vec<String>,
+    notes: Vec<String>,
+    regenerated: Option<Regeneration>,
+}
+
+/// Checks a dataset; with `--regenerate K`, makes K random samples again from the manifest alone and compares.
+pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let folder = &arguments.dir;
+    let crew = Crew { threads: machine::threads(None), level: machine::simd_level()? };
+    let cancel = machine::cancel_on_signals()?;
+    let job_file = folder.join("job.toml");
+    let text = JobText::open(&job_file, &[]);
+    // The settings alone, meshes unopened: whether partial must lie inside complete.
+    let any_overlap = text.as_ref().ok().and_then(|text| jobs::read(text).ok()).is_some_and(|draft| {
+        let settings = &draft.completion;
+        settings.truth == Truth::AnyOverlap && settings.sensor.is_none() && !settings.drop_index_zero
+    });
+    let options =
+        VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: any_overlap, threads: crew.threads };
+    let report = crate::dataset::verify(folder, options, |_| {})?;
+    let mut regenerated = None;
+    if let (Some(count), true) = (arguments.regenerate, report.is_intact()) {
+        let open = jobs::open_text(&text?, &crew, &cancel, &|_| {})?;
+        let reader = DatasetReader::open(folder)?;
+        if open.digest != reader.manifest().job {
+            let message = format!(
+                "{}: its meshes or settings give job {}, the manifest says {}: samples cannot be made again here",
+                job_file.display(),
+                open.digest.0.short(),
+                reader.manifest().job.0.short()
+            );
+            return Err(Failure::message(Exit::Mismatch, message));
+        }
+        let made = regenerate(&reader, &open.job, &open.plan, count, arguments.seed, &crew, &cancel);
+        regenerated = Some(made.map_err(run_failure)?);
+    }
+    let same = regenerated.as_ref().is_none_or(|regenerated| regenerated.differences.is_empty());
+    let exit = if report.is_intact() && same { Exit::Complete } else { Exit::Mismatch };
+    if arguments.json {
+        printer.json(&json(arguments, &report, regenerated))?;
+    } else {
+        printer.result(&words(arguments, &report, regenerated.as_ref()));
+    }
+    Ok(exit)
+}
+
+fn json(arguments: &VerifyArgs, report: &VerifyReport, regenerated: Option<Regeneration>) -> VerifyJson {
+    VerifyJson {
+        dataset: arguments.dir.display().to_string(),
+        intact: report.is_intact(),
+        root: report.saved.hex(),
+        root_calculated: report.calculated.map(|digest| digest.hex()),
+        shards: report.checked.of_shards,
+        intact_shards: report.intact_shards,
+        samples: report.checked.samples,
+        bytes: report.checked.bytes,
+        payloads: report.payloads,
+        problems: report.problems.iter().map(ToString::to_string).collect(),
+        notes: report.notes.clone(),
+        regenerated,
+    }
+}
+
+fn words(arguments: &VerifyArgs, report: &VerifyReport, regenerated: Option<&Regeneration>) -> String {
+    let folder = arguments.dir.display();
+    let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
+    lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
+    lines.push(format!(
+        "{} of {} shards intact, {} samples, {} payloads checked, {:.1} MB",
+        report.intact_shards,
+        report.checked.of_shards,
+        report.checked.samples,
+        report.payloads,
+        report.checked.bytes as f64 / 1e6
+    ));
+    if let Some(made) = regenerated {
+        lines.extend(made.differences.iter().map(|difference| {
+            format!("differs: sample {} ({}): {}", difference.sample, difference.id, difference.what)
+        }));
+        lines.push(if made.differences.is_empty() {
+            format!(
+                "{} of {} samples made again, all equal: with 95 % confidence fewer than {:.3} % of the dataset differ",
+                made.samples,
+                made.of_samples,
+                100.0 * made.bound()
+            )
+        } else {
+            format!("{} of {} samples made again differ", made.differences.len(), made.samples)
+        });
+    } else if arguments.regenerate.is_some() {
+        lines.push("nothing was made again: mend the problems first".to_owned());
+    }
+    let verdict = if report.is_intact() { "is intact" } else { "is NOT intact" };
+    lines.push(format!("{folder} {verdict}, root {}", report.saved));
+    lines.join("\n")
+}

@@ -1,0 +1,95 @@
+//! Who makes the depth image of a view: our raster, or MuJoCo's rays or renderer.
+
+#[cfg(feature = "sim")]
+use std::sync::Arc;
+
+use super::worker::ProduceError;
+#[cfg(feature = "sim")]
+use crate::sim::{Inertia, SimError, SimModel, SimWorker};
+use crate::{
+    geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, TriMesh},
+    job::Renderer,
+};
+
+/// One thread's way to depth.
+pub(super) enum DepthSource {
+    /// The z-buffer; it shares the view's vertices with the complete grid, so the worker calls it itself.
+    Raster,
+    /// MuJoCo; the worker is made with the first object.
+    #[cfg(feature = "sim")]
+    Sim {
+        /// `mujoco-ray` or `mujoco-gl`.
+        renderer: Renderer,
+        /// Looks at one object after the other.
+        worker: Option<Box<SimWorker>>,
+    },
+}
+
+/// What MuJoCo needs of an object; nothing when it does not look.
+#[derive(Default)]
+pub(super) struct SimObject {
+    #[cfg(feature = "sim")]
+    model: Option<Arc<SimModel>>,
+}
+
+impl DepthSource {
+    /// The way that the job names.
+    ///
+    /// # Errors
+    /// When this build has no simulator, or the simulator cannot draw here.
+    pub(super) fn new(renderer: Renderer) -> Result<Self, ProduceError> {
+        match renderer {
+            Renderer::Raster => Ok(Self::Raster),
+            #[cfg(feature = "sim")]
+            Renderer::MujocoRay | Renderer::MujocoGl => Ok(Self::Sim { renderer, worker: None }),
+            #[cfg(not(feature = "sim"))]
+            Renderer::MujocoRay | Renderer::MujocoGl => {
+                let why = "this build has no simulator (feature `sim`); use renderer = \"raster\"".to_owned();
+                Err(ProduceError::NoRenderer { renderer, why })
+            }
+        }
+    }
+
+    /// Compiles an object's scene where MuJoCo looks.
+    pub(super) fn model(&self, mesh: &TriMesh) -> Result<SimObject, ProduceError> {
+        match self {
+            Self::Raster => {
+                let _ = mesh;
+                Ok(SimObject::default())
+            }
+            #[cfg(feature = "sim")]
+            Self::Sim { renderer, .. } => {
+                let model = SimModel::new(mesh, Inertia::Shell).map_err(|error| failed(*renderer, &error))?;
+                Ok(SimObject { model: Some(Arc::new(model)) })
+            }
+        }
+    }
+
+    /// Depth by MuJoCo; the raster is not asked here.
+    pub(super) fn look(
+        &mut self,
+        object: &SimObject,
+        camera: &Intrinsics,
+        camera_from_object: &Pose<CameraCv, Object>,
+        crop: &mut DepthCrop,
+    ) -> Result<(), ProduceError> {
+        #[cfg(feature = "sim")]
+        if let (Self::Sim { renderer, worker }, Some(model)) = (self, &object.model) {
+            let worker = worker.get_or_insert_with(|| Box::new(SimWorker::new(model)));
+            worker.turn_to(model);
+            let seen = match renderer {
+                Renderer::MujocoGl => worker.gl_depth(camera, camera_from_object),
+                Renderer::MujocoRay | Renderer::Raster => worker.ray_depth(camera, camera_from_object),
+            };
+            crop.clone_from(seen.map_err(|error| failed(*renderer, &error))?);
+        }
+        #[cfg(not(feature = "sim"))]
+        let _ = (object, camera, camera_from_object, crop);
+        Ok(())
+    }
+}
+
+#[cfg(feature = "sim")]
+fn failed(renderer: Renderer, error: &SimError) -> ProduceError {
+    ProduceError::NoRenderer { renderer, why: error.to_string() }
+}

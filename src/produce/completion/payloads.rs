@@ -1,0 +1,133 @@
+//! From a made view to the bytes of its channels.
+
+use std::mem;
+
+use super::worker::CompletionObject;
+use crate::{
+    geom::{DepthCrop, OccupancyGrid},
+    job::{Channels, Completion, DepthFormat},
+    record::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Tsdf, Visibility, VoxelPair},
+    seed::Stream,
+    voxel::{
+        channels::{ImplicitPoints, implicit_points, point_cloud, tsdf},
+        free_cells,
+    },
+};
+
+/// Payload buffers of one thread, one a stored channel, and what the channels are made in.
+pub(super) struct Payloads {
+    stored: Vec<(Channel, Vec<u8>)>,
+    free: OccupancyGrid,
+    cloud: Vec<[f32; 3]>,
+    tsdf: Vec<i16>,
+    coverage: Vec<u8>,
+    implicit: ImplicitPoints,
+}
+
+/// A made view.
+pub(super) struct Made<'a> {
+    pub settings: &'a Completion,
+    pub seed: u64,
+    pub pair: &'a VoxelPair,
+    pub crop: &'a DepthCrop,
+    pub object: &'a CompletionObject,
+}
+
+/// The channels that a job stores, in the order in which they are written.
+pub fn channels_of(channels: &Channels) -> Vec<Channel> {
+    let stored = |channel: &Channel| match channel {
+        Channel::Pair => true,
+        Channel::Visibility => channels.visibility,
+        Channel::Depth => channels.depth.is_some(),
+        Channel::Cloud => channels.cloud,
+        Channel::Tsdf => channels.tsdf.is_some(),
+        Channel::Coverage => channels.coverage,
+        Channel::Implicit => channels.implicit.is_some(),
+    };
+    Channel::ALL.into_iter().filter(stored).collect()
+}
+
+impl Payloads {
+    pub(super) fn new(channels: &Channels) -> Self {
+        Self {
+            stored: channels_of(channels).into_iter().map(|channel| (channel, Vec::new())).collect(),
+            free: OccupancyGrid::default(),
+            cloud: Vec::new(),
+            tsdf: Vec::new(),
+            coverage: Vec::new(),
+            implicit: ImplicitPoints::default(),
+        }
+    }
+
+    pub(super) fn channels(&self) -> Vec<Channel> {
+        self.stored.iter().map(|(channel, _)| *channel).collect()
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (Channel, &[u8])> {
+        let filled = self.stored.iter().filter(|(_, payload)| !payload.is_empty());
+        filled.map(|(channel, payload)| (*channel, payload.as_slice()))
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.stored.iter_mut().for_each(|(_, payload)| payload.clear());
+    }
+
+    /// Encodes every channel that the job stores.
+    pub(super) fn encode(&mut self, made: &Made) {
+        let Made { settings, pair, crop, object, .. } = made;
+        let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
+        for (channel, payload) in &mut self.stored {
+            payload.clear();
+            match channel {
+                Channel::Pair => pair.encode(payload),
+                Channel::Visibility => {
+                    free_cells(crop, &settings.camera, grid, &mut self.free);
+                    Visibility::encode_parts(sample, &self.free, payload);
+                }
+                Channel::Depth => Depth::encode_parts(sample, crop, coding(settings), payload),
+                Channel::Cloud => {
+                    point_cloud(&settings.camera, crop, &mut self.cloud);
+                    Cloud::encode_parts(sample, &self.cloud, payload);
+                }
+                Channel::Tsdf => {
+                    let cells = settings.channels.tsdf.unwrap_or_default();
+                    let surface = object.surface.as_ref().expect("an object has a surface where the job stores TSDFs");
+                    tsdf(surface, &object.solid, pose, grid, cells, &mut self.tsdf);
+                    Tsdf::encode_parts(sample, grid.resolution, cells * grid.cell_size, &self.tsdf, payload);
+                }
+                Channel::Coverage => {
+                    let solid = object.coverage.as_ref().expect("an object has blocks where the job stores coverage");
+                    solid.coverage(pose, grid, &mut self.coverage);
+                    Coverage::encode_parts(sample, grid.resolution, &self.coverage, payload);
+                }
+                Channel::Implicit => {
+                    let counts = settings.channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
+                    let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");
+                    let mut stream = Stream::of_sample(made.seed, sample, "implicit");
+                    let points = &mut self.implicit;
+                    implicit_points(surface, &object.solid, pose, grid, counts, &mut stream, points);
+                    // The buffers lend their memory to the record and get it back.
+                    let record = Implicit {
+                        sample: *sample,
+                        surface_points: mem::take(&mut points.surface),
+                        surface_normals: mem::take(&mut points.normals),
+                        space_points: mem::take(&mut points.space),
+                        space_distances: mem::take(&mut points.distances),
+                    };
+                    record.encode(payload);
+                    points.surface = record.surface_points;
+                    points.normals = record.surface_normals;
+                    points.space = record.space_points;
+                    points.distances = record.space_distances;
+                }
+            }
+        }
+    }
+}
+
+fn coding(settings: &Completion) -> DepthCoding {
+    match settings.channels.depth {
+        Some(DepthFormat::U16 { step }) => DepthCoding::U16 { step },
+        Some(DepthFormat::F32) | None => DepthCoding::F32,
+    }
+}

@@ -1,0 +1,337 @@
+//! One thread's workshop: loads an object, then makes its views one by one.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+
+use super::{
+    depth::{DepthSource, SimObject},
+    payloads::{Made, Payloads},
+    scene::{camera_from_world, distance, pivot_point, world_from_object},
+};
+use crate::{
+    assets::{self, InsideMethod, MeshRefusal, PreparedMesh, Winding},
+    geom::{Aabb, DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel, SolidGrid},
+    ids::{ObjectId, SampleId, ViewId},
+    job::{Completion, JobObject, Renderer},
+    produce::Outcome,
+    record::{Channel, VoxelPair},
+    render::{PlainMesh, PlainRaster, SensorScratch, ViewVertices},
+    seed::Stream,
+    voxel::{
+        InsideTest, NoGrid, PlainComplete,
+        channels::{CoverageSolid, Surface},
+        partial_occupancy, place_grid, solid_occupancy,
+    },
+};
+
+/// Why a view makes no sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RejectReason {
+    /// No pixel sees the object.
+    NothingSeen,
+    /// All pixels see one point: a grid has no size.
+    NoExtent,
+    /// Fewer occupied partial cells than the gate asks for.
+    FewPartialCells,
+    /// Too small a share of the partial grid lies in the complete one.
+    LowOverlap,
+}
+
+impl RejectReason {
+    /// The name that is counted.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NothingSeen => "nothing_seen",
+            Self::NoExtent => "no_extent",
+            Self::FewPartialCells => "few_partial_cells",
+            Self::LowOverlap => "low_overlap",
+        }
+    }
+}
+
+/// Why a sample could not be made at all; the run stops.
+#[derive(Debug, thiserror::Error)]
+pub enum ProduceError {
+    /// A mesh that was fine when the job was resolved can't be prepared any more.
+    #[error("{0}; it could be used when this run began: put it back and run again")]
+    MeshGone(#[from] MeshRefusal),
+    /// A mesh is another one than when the job was resolved.
+    #[error(
+        "{name}: changed while the run went on: object {found:?}, expected {expected:?}; put it back, or run into a new folder"
+    )]
+    MeshChanged {
+        /// Its name in the job.
+        name: String,
+        /// Content now.
+        found: ObjectId,
+        /// Content when the job was resolved.
+        expected: ObjectId,
+    },
+    /// The job's renderer is not available.
+    #[error("renderer {renderer:?}: {why}")]
+    NoRenderer {
+        /// Which.
+        renderer: Renderer,
+        /// Why not, and the remedy.
+        why: String,
+    },
+}
+
+/// Counts of a sample that the index keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PairFacts {
+    /// Occupied cells of the partial grid.
+    pub partial_cells: u32,
+    /// Occupied cells of the complete grid.
+    pub complete_cells: u32,
+    /// Cells occupied in both.
+    pub both_cells: u32,
+    /// Share of the solid's volume inside the grid.
+    pub solid_share: f64,
+}
+
+/// An object ready for its views.
+pub struct CompletionObject {
+    id: ObjectId,
+    bounds: Aabb,
+    pivot: Point3<f64>,
+    closed: bool,
+    render: PlainMesh,
+    sim: SimObject,
+    pub(super) solid: Arc<SolidGrid>,
+    /// For the channels that want them.
+    pub(super) coverage: Option<CoverageSolid<Arc<SolidGrid>>>,
+    pub(super) surface: Option<Surface>,
+}
+
+/// Why a view gave no pair.
+enum Unseen {
+    Grid(NoGrid),
+    Failed(ProduceError),
+}
+
+impl From<NoGrid> for Unseen {
+    fn from(none: NoGrid) -> Self {
+        Self::Grid(none)
+    }
+}
+
+impl From<ProduceError> for Unseen {
+    fn from(error: ProduceError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// One thread's workshop; its memory is reused from view to view.
+pub struct CompletionWorker<'j> {
+    settings: &'j Completion,
+    seed: u64,
+    placed: ViewVertices,
+    rasteriser: PlainRaster,
+    complete: PlainComplete,
+    sensor: SensorScratch,
+    source: DepthSource,
+    crop: DepthCrop,
+    pair: VoxelPair,
+    payloads: Payloads,
+}
+
+impl<'j> CompletionWorker<'j> {
+    /// A workshop for one thread.
+    ///
+    /// # Errors
+    /// When the job's renderer is not available.
+    pub fn new(settings: &'j Completion, seed: u64, _level: SimdLevel) -> Result<Self, ProduceError> {
+        Ok(Self {
+            source: DepthSource::new(settings.renderer)?,
+            settings,
+            seed,
+            placed: ViewVertices::default(),
+            rasteriser: PlainRaster::default(),
+            complete: PlainComplete::default(),
+            sensor: SensorScratch::default(),
+            crop: DepthCrop::default(),
+            pair: empty_pair(settings),
+            payloads: Payloads::new(&settings.channels),
+        })
+    }
+
+    /// Prepares an object again and checks that it is still the one of the job.
+    ///
+    /// # Errors
+    /// When its file is gone or has changed.
+    pub fn load(&mut self, object: &JobObject) -> Result<CompletionObject, ProduceError> {
+        let prepared = assets::prepare(&object.source)?;
+        if prepared.record.object != object.id() {
+            return Err(ProduceError::MeshChanged {
+                name: object.source.name.clone(),
+                found: prepared.record.object,
+                expected: object.id(),
+            });
+        }
+        let sim = self.source.model(&prepared.mesh)?;
+        Ok(CompletionObject::new(prepared, self.settings, sim))
+    }
+
+    /// Makes one view; a kept one stands in [`CompletionWorker::payloads`] until the next call.
+    ///
+    /// # Errors
+    /// When the renderer fails.
+    pub fn produce(
+        &mut self,
+        object: &CompletionObject,
+        view: ViewId,
+    ) -> Result<(SampleId, Outcome<PairFacts, RejectReason>), ProduceError> {
+        let sample = SampleId::of_object(object.id, view);
+        let reason = match self.fill_pair(object, &sample) {
+            Ok(()) => self.gate(),
+            Err(Unseen::Failed(error)) => return Err(error),
+            Err(Unseen::Grid(NoGrid::NothingSeen)) => {
+                Some((RejectReason::NothingSeen, "no pixel sees the object".to_owned()))
+            }
+            Err(Unseen::Grid(NoGrid::NoExtent)) => {
+                Some((RejectReason::NoExtent, "all pixels see one point".to_owned()))
+            }
+        };
+        let pair = &self.pair;
+        let facts = PairFacts {
+            partial_cells: pair.partial_cells,
+            complete_cells: pair.complete_cells,
+            both_cells: pair.both_cells,
+            solid_share: pair.solid_share,
+        };
+        if let Some((reason, detail)) = reason {
+            self.payloads.clear();
+            return Ok((sample, Outcome::Rejected { reason, detail, facts }));
+        }
+        let made = Made { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
+        self.payloads.encode(&made);
+        Ok((sample, Outcome::Kept(facts)))
+    }
+
+    /// What is stored of every kept sample, in order.
+    pub fn channels(&self) -> Vec<Channel> {
+        self.payloads.channels()
+    }
+
+    /// The payloads of the last sample; none when it was rejected.
+    pub fn payloads(&self) -> impl Iterator<Item = (Channel, &[u8])> {
+        self.payloads.iter()
+    }
+
+    /// The depth image of the last sample, after the sensor.
+    pub fn depth(&self) -> &DepthCrop {
+        &self.crop
+    }
+
+    /// The pair of the last sample.
+    pub fn pair(&self) -> &VoxelPair {
+        &self.pair
+    }
+
+    fn fill_pair(&mut self, object: &CompletionObject, sample: &SampleId) -> Result<(), Unseen> {
+        let settings = self.settings;
+        let rotation = settings.views.rotation(sample.view.0 as usize);
+        let distance = distance(settings, &object.bounds, || Stream::of_sample(self.seed, sample, "distance"));
+        let pair = &mut self.pair;
+        (pair.partial_cells, pair.complete_cells, pair.both_cells, pair.solid_share) = (0, 0, 0, 0.0);
+        pair.sample = *sample;
+        pair.world_from_object = world_from_object(&object.pivot, &rotation, distance);
+        pair.camera_from_object = camera_from_world() * pair.world_from_object;
+
+        self.placed.place(&object.render, &pair.camera_from_object);
+        match &mut self.source {
+            DepthSource::Raster => {
+                self.rasteriser.render(&object.render, &self.placed, &settings.camera, &mut self.crop);
+            }
+            source => source.look(&object.sim, &settings.camera, &pair.camera_from_object, &mut self.crop)?,
+        }
+        if let Some(sensor) = &settings.sensor {
+            let mut stream = Stream::of_sample(self.seed, sample, "sensor");
+            sensor.apply_with(&mut self.sensor, &settings.camera, &mut self.crop, &mut stream);
+        }
+
+        pair.grid = place_grid(&self.crop, &settings.camera, settings.resolution)?;
+        let drop_zero = settings.drop_index_zero;
+        partial_occupancy(&self.crop, &settings.camera, &pair.grid, drop_zero, &mut pair.partial);
+        pair.partial_cells = pair.partial.count();
+        if pair.partial_cells < settings.gate.min_partial_cells {
+            // The complete grid of a view that is left out need not be made.
+            return Ok(());
+        }
+        self.complete.any_overlap(
+            &self.placed.camera,
+            object.render.triangles(),
+            &object.solid,
+            object.closed,
+            &pair.camera_from_object,
+            &pair.grid,
+            &mut pair.complete,
+        );
+        pair.complete_cells = pair.complete.count();
+        pair.both_cells = pair.partial.count_both(&pair.complete);
+        pair.solid_share = 1.0;
+        Ok(())
+    }
+
+    /// Why the pair of this view is left out, with numbers.
+    fn gate(&self) -> Option<(RejectReason, String)> {
+        let (pair, gate) = (&self.pair, &self.settings.gate);
+        let cells = pair.partial_cells;
+        if cells < gate.min_partial_cells {
+            return Some((RejectReason::FewPartialCells, format!("{cells} cells, {} asked", gate.min_partial_cells)));
+        }
+        let overlap = f64::from(pair.both_cells) / f64::from(cells);
+        (gate.min_overlap > 0.0 && overlap < gate.min_overlap).then(|| {
+            (
+                RejectReason::LowOverlap,
+                format!("{} of {cells} cells overlap, share {} asked", pair.both_cells, gate.min_overlap),
+            )
+        })
+    }
+}
+
+impl CompletionObject {
+    fn new(prepared: PreparedMesh, settings: &Completion, sim: SimObject) -> Self {
+        let PreparedMesh { mesh, record } = prepared;
+        let closed = record.watertight && record.winding == Winding::Outward;
+        let inside = match record.inside {
+            InsideMethod::Crossings => InsideTest::Crossings,
+            InsideMethod::WindingNumber => InsideTest::WindingNumber,
+        };
+        let lower = Point3::from(record.lower);
+        let bounds = Aabb { min: lower, max: lower + nalgebra::Vector3::from(record.extents) };
+        let solid = Arc::new(solid_occupancy(&mesh, inside, settings.solid_with_surface));
+        let channels = &settings.channels;
+        let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
+        Self {
+            id: record.object,
+            pivot: pivot_point(settings.pivot, &bounds),
+            bounds,
+            closed,
+            render: PlainMesh::new(&mesh, closed),
+            sim,
+            coverage: channels.coverage.then(|| CoverageSolid::new(Arc::clone(&solid))),
+            surface: wants_surface.then(|| Surface::new(&mesh)),
+            solid,
+        }
+    }
+}
+
+fn empty_pair(settings: &Completion) -> VoxelPair {
+    VoxelPair {
+        sample: SampleId::of_object(ObjectId(crate::ids::Digest([0; 32])), ViewId(0)),
+        grid: GridPlacement { resolution: settings.resolution, centre: Point3::origin(), cell_size: 1.0 },
+        camera: settings.camera,
+        camera_from_object: Pose::identity(),
+        world_from_object: Pose::identity(),
+        world_from_camera: camera_from_world().inverse(),
+        partial: OccupancyGrid::new(settings.resolution),
+        complete: OccupancyGrid::new(settings.resolution),
+        partial_cells: 0,
+        complete_cells: 0,
+        both_cells: 0,
+        solid_share: 0.0,
+    }
+}

@@ -1,0 +1,273 @@
+//! Makes the shards of a plan that are missing, then closes the dataset.
+
+use std::{
+    path::Path,
+    sync::atomic::{AtomicU64, Ordering},
+    time::Instant,
+};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{Cancel, Event, Listener, Progress};
+use crate::{
+    dataset::{
+        Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, SampleFacts, ShardHeader, ShardWriter,
+        begin_run, clear_away, finish_dataset, scan_shards, shards_folder,
+    },
+    geom::SimdLevel,
+    ids::{JobDigest, ViewId},
+    job::Job,
+    plan::{Plan, ShardPlan},
+    produce::{
+        Outcome,
+        completion::{CompletionWorker, PairFacts, ProduceError},
+    },
+};
+
+/// Name of the product in records and file names.
+pub(super) const PRODUCT: &str = "completion";
+
+/// Milliseconds between two progress events.
+const PROGRESS_PAUSE: u64 = 100;
+
+/// Who works, and with which instructions; changes no byte.
+#[derive(Clone, Copy, Debug)]
+pub struct Crew {
+    /// Threads.
+    pub threads: usize,
+    /// Vector instructions.
+    pub level: SimdLevel,
+}
+
+impl Crew {
+    pub(super) fn pool(&self) -> Result<rayon::ThreadPool, RunError> {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads)
+            .thread_name(|number| format!("worker-{number}"))
+            .build()
+            .map_err(|error| RunError::Threads(error.to_string()))
+    }
+}
+
+/// What to run, and what the dataset's tables say beside the samples.
+pub struct RunTask<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// Its plan.
+    pub plan: &'a Plan,
+    /// Its digest.
+    pub digest: JobDigest,
+    /// The tables.
+    pub header: &'a DatasetHeader,
+    /// The dataset's folder.
+    pub folder: &'a Path,
+}
+
+/// Why a run ended early. What was finished before stays.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Somebody asked to stop.
+    #[error("interrupted; run the same command again to resume")]
+    Interrupted,
+    /// The dataset could not be read or written.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// A sample could not be made.
+    #[error(transparent)]
+    Produce(#[from] ProduceError),
+    /// The threads could not be started.
+    #[error("starting threads: {0}; try fewer with --threads")]
+    Threads(String),
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunSummary {
+    /// Whether the dataset was finished before this run began.
+    pub finished_before: bool,
+    /// Samples made in this run, kept and rejected.
+    pub made: u64,
+    /// Time of making them, without looking at meshes and closing the dataset [s].
+    pub seconds: f64,
+    /// The finished dataset.
+    pub manifest: Manifest,
+}
+
+/// Makes what is missing of the dataset.
+///
+/// # Errors
+/// When the folder belongs to another job, cannot be written, a mesh changed since the job was resolved, or the run is
+/// interrupted. Finished shards stay; the same call resumes.
+pub fn run(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<RunSummary, RunError> {
+    let RunTask { job, plan, digest, header, folder } = *task;
+    let shards = plan.shards.len() as u32;
+    let mark = RunMark::new(PRODUCT, digest, plan.samples, shards, job.shard_samples);
+    let begun = begin_run(folder, &mark)?;
+    let scan = scan_shards(folder, &mark)?;
+    clear_away(&scan)?;
+    let missing: Vec<&ShardPlan> = plan.shards.iter().filter(|shard| !scan.done.contains_key(&shard.id)).collect();
+    if begun == Begun::Finished && missing.is_empty() {
+        let manifest = Manifest::read(folder)?;
+        return Ok(RunSummary { finished_before: true, made: 0, seconds: 0.0, manifest });
+    }
+    let to_make: u64 = missing.iter().map(|shard| shard.samples.end - shard.samples.start).sum();
+    listener(Event::Planned {
+        samples: plan.samples,
+        samples_before: plan.samples - to_make,
+        shards: u64::from(shards),
+        shards_before: scan.done.len() as u64,
+        threads: crew.threads,
+    });
+    let tally = Tally::new(to_make, listener);
+    let make = |shard: &&ShardPlan| {
+        let made = make_shard(task, shard, crew.level, cancel, &tally)?;
+        let file = made.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        listener(Event::ShardFinished { shard: shard.id.0, file });
+        Ok::<_, RunError>(())
+    };
+    // One shard a task: rayon may not hand a thread a run of them that another one then waits for.
+    crew.pool()?.install(|| missing.par_iter().with_max_len(1).try_for_each(make))?;
+    let seconds = tally.finish();
+    listener(Event::Finishing);
+    let manifest = finish_dataset(folder, header)?;
+    Ok(RunSummary { finished_before: false, made: to_make, seconds, manifest })
+}
+
+/// Makes one shard from its first sample to its last.
+fn make_shard(
+    task: &RunTask,
+    shard: &ShardPlan,
+    level: SimdLevel,
+    cancel: &Cancel,
+    tally: &Tally,
+) -> Result<FinishedShard, RunError> {
+    let mut worker = CompletionWorker::new(&task.job.completion, task.job.seed, level)?;
+    let header = ShardHeader {
+        product: PRODUCT.to_owned(),
+        job: task.digest,
+        shard: shard.id,
+        shards: task.plan.shards.len() as u32,
+        samples: shard.samples.clone(),
+        channels: worker.channels(),
+    };
+    let mut writer = ShardWriter::create(&shards_folder(task.folder), &header)?;
+    for unit in &shard.units {
+        let object = worker.load(&task.job.objects[unit.object])?;
+        for view in unit.views.clone() {
+            if cancel.is_cancelled() {
+                return Err(RunError::Interrupted);
+            }
+            let index = crate::ids::SampleIndex(unit.first.0 + u64::from(view - unit.views.start));
+            let (sample, outcome) = worker.produce(&object, ViewId(view))?;
+            match &outcome {
+                Outcome::Kept(facts) => {
+                    for (channel, payload) in worker.payloads() {
+                        writer.write(index, &sample, channel, payload)?;
+                    }
+                    writer.keep(index, &sample, stored(facts))?;
+                }
+                Outcome::Rejected { reason, detail, facts } => {
+                    writer.reject(index, &sample, stored(facts), reason.name(), detail)?;
+                }
+            }
+            tally.count(matches!(outcome, Outcome::Kept(_)));
+        }
+    }
+    Ok(writer.finish()?)
+}
+
+/// A sample's counts as the ledger wants them.
+fn stored(facts: &PairFacts) -> SampleFacts {
+    let PairFacts { partial_cells, complete_cells, both_cells, solid_share } = *facts;
+    SampleFacts { partial_cells, complete_cells, both_cells, solid_share }
+}
+
+/// Seconds a sample on one thread, from up to `samples` samples spread over the plan; nothing is written.
+///
+/// # Errors
+/// As [`run`].
+pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Cancel) -> Result<PilotRate, RunError> {
+    let mut worker = CompletionWorker::new(&job.completion, job.seed, level)?;
+    let (objects, views) = (job.objects.len() as u64, u64::from(plan.views));
+    let visited = objects.min(8);
+    let per_object = (samples / visited.max(1)).clamp(1, views);
+    let (mut made, mut bytes) = (0u64, 0u64);
+    let (mut load_seconds, mut view_seconds) = (0.0, 0.0);
+    for step in 0..visited {
+        let began = Instant::now();
+        let object = worker.load(&job.objects[(step * objects / visited) as usize])?;
+        load_seconds += began.elapsed().as_secs_f64();
+        let began = Instant::now();
+        for place in 0..per_object {
+            if cancel.is_cancelled() {
+                return Err(RunError::Interrupted);
+            }
+            worker.produce(&object, ViewId((place * views / per_object) as u32))?;
+            bytes += worker.payloads().map(|(_, payload)| payload.len() as u64).sum::<u64>();
+            made += 1;
+        }
+        view_seconds += began.elapsed().as_secs_f64();
+    }
+    Ok(PilotRate {
+        samples: made,
+        seconds_per_object: load_seconds / visited.max(1) as f64,
+        seconds_per_sample: view_seconds / made.max(1) as f64,
+        raw_bytes_per_sample: bytes as f64 / made.max(1) as f64,
+    })
+}
+
+/// What a pilot measured, on one thread.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PilotRate {
+    /// Samples made.
+    pub samples: u64,
+    /// Reading, voxelising and indexing an object [s].
+    pub seconds_per_object: f64,
+    /// Making a sample, without writing it [s].
+    pub seconds_per_sample: f64,
+    /// Payload bytes a sample, before compression.
+    pub raw_bytes_per_sample: f64,
+}
+
+/// Counts finished samples over all threads and tells the listener now and then.
+struct Tally<'a> {
+    listener: &'a Listener<'a>,
+    began: Instant,
+    to_make: u64,
+    kept: AtomicU64,
+    rejected: AtomicU64,
+    /// Milliseconds after `began` at which the next event is due.
+    next_event: AtomicU64,
+}
+
+impl<'a> Tally<'a> {
+    fn new(to_make: u64, listener: &'a Listener<'a>) -> Self {
+        let zero = || AtomicU64::new(0);
+        Self { listener, began: Instant::now(), to_make, kept: zero(), rejected: zero(), next_event: zero() }
+    }
+
+    fn count(&self, kept: bool) {
+        if kept { &self.kept } else { &self.rejected }.fetch_add(1, Ordering::Relaxed);
+        let now = self.began.elapsed().as_millis() as u64;
+        let due = self.next_event.load(Ordering::Relaxed);
+        let claim =
+            || self.next_event.compare_exchange(due, now + PROGRESS_PAUSE, Ordering::Relaxed, Ordering::Relaxed);
+        if now >= due && claim().is_ok() {
+            self.tell();
+        }
+    }
+
+    fn tell(&self) {
+        let (kept, rejected) = (self.kept.load(Ordering::Relaxed), self.rejected.load(Ordering::Relaxed));
+        let seconds = self.began.elapsed().as_secs_f64();
+        let made = kept + rejected;
+        (self.listener)(Event::Progress(Progress { made, to_make: self.to_make, kept, rejected, seconds }));
+    }
+
+    /// Tells the end; returns the seconds since the beginning.
+    fn finish(&self) -> f64 {
+        self.tell();
+        self.began.elapsed().as_secs_f64()
+    }
+}
