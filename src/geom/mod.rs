@@ -5,6 +5,7 @@ mod frames;
 mod grid;
 mod image;
 mod mesh;
+mod query;
 mod simd;
 mod views;
 
@@ -13,5 +14,6 @@ pub use frames::{CameraCv, CameraGl, Frame, Object, Pose, World, rotation_from_r
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;
 pub use mesh::{Aabb, TriMesh};
+pub use query::{MeshQuery, NoSurface, RayHit};
 pub use simd::SimdLevel;
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};

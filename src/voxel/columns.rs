@@ -10,9 +10,6 @@ use nalgebra::Point3;
 
 use crate::geom::{SolidGrid, TriMesh};
 
-/// Cells along each axis.
-const SIDE: usize = SolidGrid::SIDE;
-
 /// Ticks a cell: the unit of [`Lattice`] coordinates.
 pub(super) const TICKS: f64 = 262_144.0;
 
@@ -37,7 +34,7 @@ impl Lattice {
 
     /// Vertices in ticks, whole numbers, shape (vertices, 3).
     pub(super) fn vertices(&self, mesh: &TriMesh) -> Vec<[f64; 3]> {
-        let ticks_per_metre = SIDE as f64 * TICKS / self.longest_side;
+        let ticks_per_metre = SolidGrid::SIDE as f64 * TICKS / self.longest_side;
         mesh.vertices
             .iter()
             .map(|vertex| {
@@ -52,12 +49,12 @@ pub(super) fn round(value: f64) -> f64 {
     (value + 0.5) as i64 as f64
 }
 
-/// The crossings of every column, bottom to top.
+/// The crossings of every column of a grid of `SIDE` cells a side (256 at most), bottom to top.
 #[derive(Debug)]
-pub(super) struct Columns {
-    /// Column (x, y) owns `packed[starts[x * 256 + y]..starts[x * 256 + y + 1]]`.
+pub(super) struct Columns<const SIDE: usize> {
+    /// Column (x, y) owns `packed[starts[x * SIDE + y]..starts[x * SIDE + y + 1]]`.
     starts: Vec<u32>,
-    /// `2 * cell + leaves`: the first cell (0 to 256) whose centre is not below the crossing; `leaves` is 1 where the
+    /// `2 * cell + leaves`: the first cell (0 to `SIDE`) whose centre is not below the crossing; `leaves` is 1 where the
     /// winding number falls by one on the way up. Sorted within a column.
     packed: Vec<u16>,
 }
@@ -65,18 +62,18 @@ pub(super) struct Columns {
 /// One crossing on the way up a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Crossing {
-    /// The first cell whose centre is not below the crossing, 0 to 256.
+    /// The first cell whose centre is not below the crossing, 0 to the grid's side.
     pub(super) cell: usize,
     /// Change of the winding number there: +1 or -1.
     pub(super) step: i32,
 }
 
-impl Columns {
+impl<const SIDE: usize> Columns<SIDE> {
     /// All crossings of the triangles, whose corners are given in ticks.
     pub(super) fn of(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> Self {
         let mut found = Vec::with_capacity(1 << 17);
         for triangle in triangles {
-            cross(triangle, &mut found);
+            cross::<SIDE>(triangle, &mut found);
         }
         let mut starts = vec![0u32; SIDE * SIDE + 1];
         for crossing in &found {
@@ -102,25 +99,38 @@ impl Columns {
         Self { starts, packed }
     }
 
-    /// The crossings of column `x * 256 + y`, bottom to top.
+    /// The crossings of column `x * SIDE + y`, bottom to top.
     pub(super) fn column(&self, column: usize) -> impl Iterator<Item = Crossing> + '_ {
         self.packed[self.starts[column] as usize..self.starts[column + 1] as usize]
             .iter()
             .map(|packed| Crossing { cell: usize::from(packed >> 1), step: 1 - 2 * i32::from(packed & 1) })
     }
 
-    /// Marks every cell whose centre has a winding number other than 0.
-    pub(super) fn fill(&self, grid: &mut SolidGrid) {
-        for (column, words) in grid.words.chunks_exact_mut(SIDE / 64).enumerate() {
+    /// The winding number at the centre of a cell.
+    pub(super) fn winding(&self, [x, y, z]: [usize; 3]) -> i32 {
+        self.column(x * SIDE + y).take_while(|crossing| crossing.cell <= z).map(|crossing| crossing.step).sum()
+    }
+
+    /// Calls `mark` with (column, first cell, end cell) for every run of cells whose winding number is not 0.
+    pub(super) fn for_each_run(&self, mut mark: impl FnMut(usize, usize, usize)) {
+        for column in 0..SIDE * SIDE {
             let (mut winding, mut from) = (0, 0);
             for Crossing { cell, step } in self.column(column) {
                 if winding != 0 {
-                    mark(words, from, cell);
+                    mark(column, from, cell);
                 }
                 winding += step;
                 from = cell;
             }
         }
+    }
+}
+
+impl Columns<{ SolidGrid::SIDE }> {
+    /// Marks every cell whose centre has a winding number other than 0.
+    pub(super) fn fill(&self, grid: &mut SolidGrid) {
+        const WORDS: usize = SolidGrid::SIDE / 64;
+        self.for_each_run(|column, from, to| mark(&mut grid.words[column * WORDS..(column + 1) * WORDS], from, to));
     }
 }
 
@@ -135,7 +145,7 @@ pub(super) fn mark(words: &mut [u64], from: usize, to: usize) {
 }
 
 /// The columns that `triangle` crosses, as `column << 16 | 2 * cell + leaves`.
-fn cross(triangle: [[f64; 3]; 3], found: &mut Vec<u32>) {
+fn cross<const SIDE: usize>(triangle: [[f64; 3]; 3], found: &mut Vec<u32>) {
     let [a, b, c] = triangle;
     let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     if doubled_area == 0.0 {
@@ -145,9 +155,9 @@ fn cross(triangle: [[f64; 3]; 3], found: &mut Vec<u32>) {
     let (leaves, [a, b, c]) = if doubled_area > 0.0 { (1, [a, b, c]) } else { (0, [a, c, b]) };
     let span = |axis: usize| {
         let (low, high) = (a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis]));
-        // Columns whose centre lies in low..=high. Both are whole numbers >= 0, so that the shift floors.
+        // Columns whose centre lies in low..=high: whole numbers, so that the shift floors.
         let (low, high) = (low as i64 + TICKS as i64 / 2 - 1, high as i64 + TICKS as i64 / 2);
-        (low >> 18, high >> 18)
+        ((low >> 18).max(0), (high >> 18).min(SIDE as i64))
     };
     let ((x_low, x_end), (y_low, y_end)) = (span(0), span(1));
     if x_low >= x_end || y_low >= y_end {
@@ -155,14 +165,14 @@ fn cross(triangle: [[f64; 3]; 3], found: &mut Vec<u32>) {
     }
     let corner = [(x_low as f64 + 0.5) * TICKS, (y_low as f64 + 0.5) * TICKS];
     let edges = [(a, b), (b, c), (c, a)].map(|(p, q)| Edge::new(p, q, corner));
-    let height = Height::new([a, b, c], corner);
+    let height = Height::new([a, b, c], corner, SIDE as f64);
     let mut rows = edges.map(|edge| edge.value);
     for x in x_low..x_end {
         let mut values = rows;
         for y in y_low..y_end {
             if values[0].min(values[1]).min(values[2]) >= 0.0 {
                 let cell = height.first_cell_above((x - x_low) as f64, (y - y_low) as f64);
-                found.push(((x as u32) << 8 | y as u32) << 16 | cell << 1 | leaves);
+                found.push(((x as usize * SIDE + y as usize) as u32) << 16 | cell << 1 | leaves);
             }
             for (value, edge) in values.iter_mut().zip(&edges) {
                 *value += edge.step_y;
@@ -194,17 +204,18 @@ impl Edge {
     }
 }
 
-/// Height of a triangle's plane above the columns [cells], held inside the triangle's own range.
+/// Height of a triangle's plane above the columns [cells], held inside the triangle's own range and the grid's.
 struct Height {
     at_corner: f64,
     step_x: f64,
     step_y: f64,
     low: f64,
     high: f64,
+    side: f64,
 }
 
 impl Height {
-    fn new([a, b, c]: [[f64; 3]; 3], corner: [f64; 2]) -> Self {
+    fn new([a, b, c]: [[f64; 3]; 3], corner: [f64; 2], side: f64) -> Self {
         let (u, v) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
         let area = u[0] * v[1] - u[1] * v[0];
         let step_x = (u[2] * v[1] - u[1] * v[2]) / area;
@@ -213,22 +224,25 @@ impl Height {
             at_corner: (a[2] + step_x * (corner[0] - a[0]) + step_y * (corner[1] - a[1])) / TICKS,
             step_x,
             step_y,
-            low: a[2].min(b[2]).min(c[2]) / TICKS,
-            high: a[2].max(b[2]).max(c[2]) / TICKS,
+            low: (a[2].min(b[2]).min(c[2]) / TICKS).clamp(0.0, side),
+            high: (a[2].max(b[2]).max(c[2]) / TICKS).clamp(0.0, side),
+            side,
         }
     }
 
-    /// The first cell, 0 to 256, whose centre is not below the plane, `x` and `y` columns from the corner.
+    /// The first cell, 0 to the grid's side, whose centre is not below the plane, `x` and `y` columns from the corner.
     fn first_cell_above(&self, x: f64, y: f64) -> u32 {
         let height = (self.at_corner + x * self.step_x + y * self.step_y).max(self.low).min(self.high);
-        // ceil(height - 0.5) for 0 <= height <= 256.
-        256 - (256.5 - height) as u32
+        // ceil(height - 0.5) for 0 <= height <= side.
+        self.side as u32 - (self.side + 0.5 - height) as u32
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const SIDE: usize = SolidGrid::SIDE;
 
     #[test]
     fn marks_across_words() {
@@ -246,7 +260,7 @@ mod tests {
     #[test]
     fn first_cell_above_counts_a_centre_on_the_plane() {
         for (height, cell) in [(0.0, 0), (0.49, 0), (0.5, 0), (0.51, 1), (255.5, 255), (255.51, 256), (256.0, 256)] {
-            let plane = Height { at_corner: height, step_x: 0.0, step_y: 0.0, low: 0.0, high: 256.0 };
+            let plane = Height { at_corner: height, step_x: 0.0, step_y: 0.0, low: 0.0, high: 256.0, side: 256.0 };
             assert_eq!(plane.first_cell_above(0.0, 0.0), cell, "height {height}");
         }
     }
@@ -259,7 +273,7 @@ mod tests {
             [(9.0, 1.0), (3.0, 7.5), (0.0, 6.0), (-4.0, 4.0), (-9.0, 0.0), (-2.0, -5.0), (0.0, -8.0), (5.0, -5.0)]
                 .map(|(x, y)| [middle[0] + x * TICKS, middle[1] + y * TICKS, middle[2]]);
         let fan = (0..rim.len()).map(|i| [middle, rim[i], rim[(i + 1) % rim.len()]]);
-        let columns = Columns::of(fan);
+        let columns = Columns::<SIDE>::of(fan);
         let crossings: Vec<Crossing> = columns.column(100 * 256 + 80).collect();
         assert_eq!(crossings, [Crossing { cell: 7, step: -1 }]);
         assert!((0..SIDE * SIDE).all(|column| columns.column(column).count() <= 1));

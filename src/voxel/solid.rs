@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use super::{
     columns::{Columns, Lattice},
     surface::mark_surface,
+    winding::fill_by_winding,
 };
 use crate::geom::{SolidGrid, TriMesh};
 
@@ -15,8 +16,8 @@ pub enum InsideTest {
     /// may overlap or lie in one another: a cell is solid where the winding number is not 0, so an overlap is solid, and
     /// a cavity wound inward is empty. Not for surfaces with holes.
     Crossings,
-    /// Generalised winding number: for surfaces with holes, soups and mixed winding. Missing so far: it still counts
-    /// crossings, which is right only where the surface is closed.
+    /// Generalised winding number: for surfaces with holes, soups and mixed winding; inside is 1/2 or more,
+    /// either way round. The same as `Crossings` where the surface is closed.
     WindingNumber,
 }
 
@@ -33,7 +34,8 @@ pub fn solid_occupancy(mesh: &TriMesh, test: InsideTest, with_surface: bool) -> 
     let vertices = lattice.vertices(mesh);
     let triangles = || mesh.triangles.iter().map(|triangle| triangle.map(|vertex| vertices[vertex as usize]));
     match test {
-        InsideTest::Crossings | InsideTest::WindingNumber => Columns::of(triangles()).fill(&mut grid),
+        InsideTest::Crossings => Columns::<{ SolidGrid::SIDE }>::of(triangles()).fill(&mut grid),
+        InsideTest::WindingNumber => fill_by_winding(&vertices, &mesh.triangles, &mut grid),
     }
     if with_surface {
         mark_surface(triangles(), &mut grid);

@@ -1,0 +1,108 @@
+//! The rim of a surface: where its holes are, and caps that close them.
+//!
+//! An edge belongs to the rim as often as the triangles that run along it one way outnumber those that run along it the
+//! other way. A surface without a rim is closed and its winding number is a whole number everywhere. Corners are one
+//! when they lie on the same tick, so that a closed soup has no rim.
+
+/// Closed polygons that run against the rim: caps over them close the surface. Corners in ticks; empty for a closed
+/// surface. Deterministic: it depends on the order of the triangles only through nothing but their positions.
+pub(super) fn rim_loops(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Vec<[f64; 3]>> {
+    let (places, place_of) = merge(vertices);
+    let mut next = against_the_rim(triangles, &place_of, places.len());
+    let mut loops = Vec::new();
+    let mut step_of = vec![usize::MAX; places.len()];
+    let mut path: Vec<u32> = Vec::new();
+    // As many rim edges come to a place as leave it, so that a walk only ends where it began; each time it meets
+    // itself, one simple polygon is cut off.
+    for start in 0..places.len() {
+        let mut place = start;
+        loop {
+            if step_of[place] != usize::MAX {
+                let polygon = path.split_off(step_of[place]);
+                polygon.iter().for_each(|corner| step_of[*corner as usize] = usize::MAX);
+                loops.push(polygon.iter().map(|corner| places[*corner as usize]).collect());
+            }
+            let Some(target) = next[place].pop() else { break };
+            step_of[place] = path.len();
+            path.push(place as u32);
+            place = target as usize;
+        }
+    }
+    debug_assert!(path.is_empty());
+    loops
+}
+
+/// Different positions, sorted, and for each vertex the index of its own.
+fn merge(vertices: &[[f64; 3]]) -> (Vec<[f64; 3]>, Vec<u32>) {
+    let key = |vertex: u32| vertices[vertex as usize].map(|ticks| ticks as u32);
+    let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
+    order.sort_unstable_by_key(|vertex| key(*vertex));
+    let mut places: Vec<[f64; 3]> = Vec::with_capacity(vertices.len());
+    let mut place_of = vec![0; vertices.len()];
+    for vertex in order {
+        if places.last() != Some(&vertices[vertex as usize]) {
+            places.push(vertices[vertex as usize]);
+        }
+        place_of[vertex as usize] = places.len() as u32 - 1;
+    }
+    (places, place_of)
+}
+
+/// For each place the places that a rim edge leads to, run backwards, once per surplus.
+fn against_the_rim(triangles: &[[u32; 3]], place_of: &[u32], places: usize) -> Vec<Vec<u32>> {
+    let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(3 * triangles.len());
+    for triangle in triangles {
+        let corners = triangle.map(|vertex| place_of[vertex as usize]);
+        for corner in 0..3 {
+            let (a, b) = (corners[corner], corners[(corner + 1) % 3]);
+            if a != b {
+                edges.push((a.min(b), a.max(b), if a < b { 1 } else { -1 }));
+            }
+        }
+    }
+    edges.sort_unstable();
+    let mut next = vec![Vec::new(); places];
+    for same in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let surplus: i32 = same.iter().map(|edge| edge.2).sum();
+        let (from, to) = if surplus > 0 { (same[0].1, same[0].0) } else { (same[0].0, same[0].1) };
+        next[from as usize].extend((0..surplus.abs()).map(|_| to));
+    }
+    next
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(n: u32) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        let vertices = (0..n * n).map(|i| [f64::from(i / n), f64::from(i % n), 0.0]).collect();
+        let squares = (0..n - 1).flat_map(|x| (0..n - 1).map(move |y| x * n + y));
+        (vertices, squares.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect())
+    }
+
+    #[test]
+    fn a_sheet_has_one_rim_and_two_holes_that_touch_have_two() {
+        let (vertices, mut triangles) = grid(6);
+        assert_eq!(rim_loops(&vertices, &triangles).iter().map(Vec::len).collect::<Vec<_>>(), [20]);
+        // Squares (1, 1) and (2, 2) touch in one corner.
+        triangles.retain(|triangle| triangle[0] != 7 && triangle[0] != 14);
+        let mut sizes: Vec<usize> = rim_loops(&vertices, &triangles).iter().map(Vec::len).collect();
+        sizes.sort_unstable();
+        assert_eq!(sizes, [4, 4, 20]);
+    }
+
+    #[test]
+    fn a_closed_soup_has_no_rim_and_one_face_short_has_that_face() {
+        let corners = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 9.0]];
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+        let soup: Vec<[f64; 3]> = faces.iter().flatten().map(|corner| corners[*corner]).collect();
+        let triangles: Vec<[u32; 3]> = (0..4).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+        assert!(rim_loops(&soup, &triangles).is_empty());
+        let loops = rim_loops(&soup, &triangles[..3]);
+        assert_eq!(loops.len(), 1);
+        // The cap is wound as the missing face was: it holds the same edges, the same way round.
+        let missing = faces[3].map(|corner| corners[corner]);
+        let start = loops[0].iter().position(|corner| *corner == missing[0]).unwrap();
+        assert_eq!(std::array::from_fn(|i| loops[0][(start + i) % 3]), missing);
+    }
+}
