@@ -18,22 +18,14 @@ pub struct FolderError {
     pub error: std::io::Error,
 }
 
-/// The mesh files of a folder (`.stl`, `.obj`, `.ply`, `.off`, in any case), sorted by path.
+/// The mesh files below a folder, sorted by path: `.stl`, `.obj`, `.ply`, `.off` in any case, and `.glb`, `.gltf`, `.dae`,
+/// `.3mf`, so that those are refused by name instead of overlooked.
 ///
-/// A file is listed when it fits one of `include` (or `include` is empty) and none of `exclude`. A pattern without `/`
-/// is held against the file's name, one with `/` against its path below the folder: `*` and `?` stand for any
-/// characters but `/`, `**` for any at all. A pattern in `include` that names an extension (`*.glb`) also lists files in formats that are
-/// not read, so that they are refused by name instead of overlooked. Files and folders whose names start with a dot
-/// are skipped; links are followed, but not to folders.
+/// Files and folders whose names start with a dot are skipped; links to files are followed, links to folders are not.
 ///
 /// # Errors
 /// When the folder, or one below it, cannot be read.
-pub fn list_folder(
-    folder: &Path,
-    include: &[String],
-    exclude: &[String],
-    recursive: bool,
-) -> Result<Vec<PathBuf>, FolderError> {
+pub fn list_folder(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(current) = folders.pop() {
@@ -45,32 +37,14 @@ pub fn list_folder(
                 continue;
             }
             if entry.file_type().map_err(fail)?.is_dir() {
-                if recursive {
-                    folders.push(path);
-                }
-                continue;
-            }
-            let fits = |pattern: &String| fits(pattern, &below(folder, &path));
-            let wanted = if include.is_empty() { is_mesh_name(&path) } else { include.iter().any(fits) };
-            if wanted && !exclude.iter().any(fits) && path.is_file() {
+                folders.push(path);
+            } else if is_mesh_name(&path) && path.is_file() {
                 found.push(path);
             }
         }
     }
     found.sort();
     Ok(found)
-}
-
-/// Names for mesh files: the file's stem, or, where two files share one, the path below `folder` with its extension.
-///
-/// In the order of `paths`; parts are joined by `/` and bytes that are no UTF-8 become U+FFFD.
-pub fn mesh_names(folder: &Path, paths: &[PathBuf]) -> Vec<String> {
-    let stem = |path: &Path| path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let mut count = BTreeMap::new();
-    for path in paths {
-        *count.entry(stem(path)).or_insert(0) += 1;
-    }
-    paths.iter().map(|path| if count[&stem(path)] == 1 { stem(path) } else { below(folder, path) }).collect()
 }
 
 /// A mesh that is a copy of another one.
@@ -92,96 +66,21 @@ pub fn duplicates<'a>(records: impl IntoIterator<Item = &'a AssetRecord>) -> Vec
     records.into_iter().enumerate().filter_map(find).collect()
 }
 
-/// A path below a folder, its parts joined by `/`.
-fn below(folder: &Path, path: &Path) -> String {
-    let relative = path.strip_prefix(folder).unwrap_or(path);
-    relative.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
-}
-
-fn fits(pattern: &str, path: &str) -> bool {
-    let held_against = if pattern.contains('/') { path } else { path.rsplit('/').next().unwrap_or(path) };
-    matches(pattern.as_bytes(), held_against.as_bytes())
-}
-
-/// Glob matching with one point to return to per kind of star, so that it never takes exponential time.
-fn matches(pattern: &[u8], text: &[u8]) -> bool {
-    let (mut p, mut t) = (0, 0);
-    // Where to go on, in pattern and text, when what follows a star does not fit.
-    let mut star: Option<(usize, usize)> = None;
-    let mut stars: Option<(usize, usize)> = None;
-    loop {
-        match pattern.get(p) {
-            Some(b'*') if pattern.get(p + 1) == Some(&b'*') => {
-                // `**/` also stands for no folder at all.
-                p += if pattern.get(p + 2) == Some(&b'/') { 3 } else { 2 };
-                (stars, star) = (Some((p, t)), None);
-            }
-            Some(b'*') => {
-                p += 1;
-                star = Some((p, t));
-            }
-            None if t == text.len() => return true,
-            Some(&wanted) if text.get(t).is_some_and(|&c| c == wanted || wanted == b'?' && c != b'/') => {
-                p += 1;
-                t += 1;
-            }
-            _ => {
-                let retry = star.filter(|&(_, at)| text.get(at).is_some_and(|&c| c != b'/'));
-                if let Some((next, at)) = retry {
-                    star = Some((next, at + 1));
-                    (p, t) = (next, at + 1);
-                } else if let Some((next, at)) = stars.filter(|&(_, at)| at < text.len()) {
-                    (stars, star) = (Some((next, at + 1)), None);
-                    (p, t) = (next, at + 1);
-                } else {
-                    return false;
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn patterns() {
-        for (pattern, path, wanted) in [
-            ("*.stl", "a/b/mug.stl", true),
-            ("*.stl", "mug.obj", false),
-            ("mug-??.*", "x/mug-01.ply", true),
-            ("a/*.stl", "a/mug.stl", true),
-            ("a/*.stl", "a/b/mug.stl", false),
-            ("a/**/*.stl", "a/b/c/mug.stl", true),
-            ("a/**/*.stl", "a/mug.stl", true),
-            ("**/broken/*", "x/broken/mug.stl", true),
-            ("**/broken/*", "broken/mug.stl", true),
-            ("*a*b*c", "xaxbxbxc", true),
-            ("*a*b*c", "xaxbxbxd", false),
-            ("Tasse für *.ply", "Tasse für Jörg.ply", true),
-        ] {
-            assert_eq!(fits(pattern, path), wanted, "{pattern} {path}");
-        }
-    }
-
-    #[test]
-    fn listing_is_sorted_filtered_and_named_without_clashes() {
+    fn a_listing_is_sorted_and_holds_every_mesh_below() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path();
         std::fs::create_dir_all(root.join("b/.hidden")).unwrap();
-        for name in ["mug.stl", "mug.OBJ", "b/mug.ply", "b/bowl.off", "b/.hidden/x.stl", "notes.txt", "Müll 1.stl"] {
+        for name in ["mug.stl", "mug.OBJ", "b/mug.ply", "b/bowl.glb", "b/.hidden/x.stl", "notes.txt", "Müll 1.off"] {
             std::fs::write(root.join(name), "").unwrap();
         }
-        let list = |include: &[&str], exclude: &[&str], recursive| {
-            let own = |patterns: &[&str]| patterns.iter().map(|pattern| (*pattern).to_owned()).collect::<Vec<_>>();
-            let paths = list_folder(root, &own(include), &own(exclude), recursive).unwrap();
-            mesh_names(root, &paths)
-        };
-        assert_eq!(list(&[], &[], true), ["Müll 1", "bowl", "b/mug.ply", "mug.OBJ", "mug.stl"]);
-        assert_eq!(list(&[], &[], false), ["Müll 1", "mug.OBJ", "mug.stl"]);
-        assert_eq!(list(&["*.stl"], &["M*"], true), ["mug"]);
-        assert_eq!(list(&["*.txt"], &[], true), ["notes"]);
-        assert!(list_folder(&root.join("none"), &[], &[], true).is_err());
+        let found = list_folder(root).unwrap();
+        let wanted = ["Müll 1.off", "b/bowl.glb", "b/mug.ply", "mug.OBJ", "mug.stl"];
+        assert_eq!(found, wanted.map(|name| root.join(name)));
+        assert!(list_folder(&root.join("none")).is_err());
     }
 }

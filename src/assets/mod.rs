@@ -3,7 +3,7 @@
 //! [`prepare`] is the one way in: a [`MeshSource`] becomes a [`PreparedMesh`] or a [`MeshRefusal`] with file, place and
 //! remedy. [`list_folder`] finds files, [`built_in_names`] names shapes that need none.
 //!
-//! Missing yet: ASCII STL, OBJ, PLY and OFF (refused by name), mugs and tools among the built-in shapes.
+//! Missing yet: mugs and tools among the built-in shapes.
 
 mod bounds;
 mod built_in;
@@ -20,7 +20,7 @@ mod table;
 mod weld;
 
 pub use built_in::{DEFAULT_BUILT_INS, built_in_names, built_in_source, half_shape_names};
-pub use folder::{DuplicateOf, FolderError, duplicates, list_folder, mesh_names};
+pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
 pub use prepare::prepare;
 use refuse::Refuse;
 pub use table::{

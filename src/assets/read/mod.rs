@@ -1,6 +1,11 @@
 //! Mesh files as they stand: STL, OBJ, PLY and OFF, with the byte or line of whatever is wrong.
 
+mod obj;
+mod off;
+mod ply;
+mod polygons;
 mod stl;
+mod text;
 
 use std::path::Path;
 
@@ -62,6 +67,9 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
     let raw = match extension.as_deref() {
         Some("stl") => stl::read(bytes)?,
+        Some("obj") => obj::read(bytes)?,
+        Some("ply") => ply::read(bytes)?,
+        Some("off") => off::read(bytes)?,
         Some(other) => {
             return Err(Refuse::new("format", format!("the format .{other} is not read"), CONVERT));
         }
@@ -77,8 +85,8 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
     Ok(raw)
 }
 
-/// Whether the name of a file ends like a format that is read here.
+/// Whether the name of a file ends like a mesh: a format that is read here, or one that is refused with a remedy.
 pub(super) fn is_mesh_name(path: &Path) -> bool {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    matches!(extension.as_deref(), Some("stl" | "obj" | "ply" | "off"))
+    matches!(extension.as_deref(), Some("stl" | "obj" | "ply" | "off" | "glb" | "gltf" | "dae" | "3mf"))
 }
