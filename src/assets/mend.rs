@@ -1,9 +1,6 @@
 //! Repairs of single faces: without area, on the same three vertices, two-sided shells.
 
-use super::{
-    Repair,
-    edges::{BOUNDARY, CROWDED, Edges, NEXT, apex, from, to},
-};
+use super::edges::{BOUNDARY, CROWDED, Edges, NEXT, apex, from, to};
 use crate::geom::TriMesh;
 
 /// Merges the positions of a mesh that have become equal; returns the mesh with faces on the merged ones.
@@ -38,15 +35,19 @@ pub(super) fn drop_unused<P: Copy>(positions: &mut Vec<P>, faces: &mut [[u32; 3]
     before - kept
 }
 
-/// Removes the faces without area; returns how many.
-///
-/// A face with a repeated corner is simply dropped: its edges cancel. A face whose three corners stand in a line
-/// cannot be, or a slit would open along it: the face across its longest edge is split at the middle corner instead, so
-/// that a closed mesh stays closed and no vertex moves.
-pub(super) fn drop_zero_area(mesh: &mut TriMesh) -> usize {
+/// Drops the faces with a repeated corner, whose edges cancel; returns how many.
+pub(super) fn drop_collapsed(mesh: &mut TriMesh) -> usize {
     let before = mesh.triangles.len();
     mesh.triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
-    let mut dropped = before - mesh.triangles.len();
+    before - mesh.triangles.len()
+}
+
+/// Removes the faces whose three corners stand in a line; returns how many.
+///
+/// Dropping one would open a slit: the face across its longest edge is split at the middle corner instead, so that
+/// a closed mesh stays closed and no vertex moves.
+pub(super) fn drop_zero_area(mesh: &mut TriMesh) -> usize {
+    let mut dropped = 0;
     // Each pass removes at least one such face that has no other beside it; chains of them need a few passes.
     for _ in 0..32 {
         let flat: Vec<u32> = (0..mesh.triangles.len() as u32)
@@ -119,10 +120,24 @@ fn remove(faces: &mut Vec<[u32; 3]>, gone: &[u32]) {
 /// What became of the faces that stand on the same three vertices as others.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Twins {
-    /// Repairs made.
-    pub(super) repairs: Vec<Repair>,
+    /// Copies and opposite pairs dropped.
+    pub(super) duplicates: u32,
+    /// Faces of second sheets dropped.
+    pub(super) sheets: u32,
     /// Area of the opposite pairs that went whole [m^2].
     pub(super) lost_area: f64,
+}
+
+impl Twins {
+    pub(super) fn dropped(&self) -> u32 {
+        self.duplicates + self.sheets
+    }
+
+    pub(super) fn add(&mut self, more: &Self) {
+        self.duplicates += more.duplicates;
+        self.sheets += more.sheets;
+        self.lost_area += more.lost_area;
+    }
 }
 
 /// Settles faces on the same three vertices.
@@ -178,14 +193,7 @@ pub(super) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
     gone.sort_unstable();
     let duplicates = gone.len() as u32 - sheets;
     remove(&mut mesh.triangles, &gone);
-    let mut repairs = Vec::new();
-    if duplicates > 0 {
-        repairs.push(Repair::DuplicateFaces { count: duplicates });
-    }
-    if sheets > 0 {
-        repairs.push(Repair::TwoSidedShell { count: sheets });
-    }
-    Twins { repairs, lost_area }
+    Twins { duplicates, sheets, lost_area }
 }
 
 fn area(mesh: &TriMesh, face: u32) -> f64 {

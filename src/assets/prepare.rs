@@ -45,31 +45,11 @@ fn finish(mut raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result
     }
 
     let (mut mesh, scale) = scaled(raw, source.scale)?;
-    let flat = mend::drop_zero_area(&mut mesh);
-    if flat > 0 {
-        repairs.push(Repair::ZeroAreaFaces { count: flat as u32 });
-    }
-    if mesh.triangles.is_empty() {
-        return Err(Refuse::new("no_faces", "no face has any area", "check the unit, or export a solid"));
-    }
-    let mut edges = Edges::of(&mesh.triangles, mesh.vertices.len());
-    let area_before = mesh_area(&mesh, !edges.twins.is_empty());
-    let twins = mend::drop_twins(&mut mesh, &edges);
-    if twins.lost_area > 0.01 * area_before {
-        warnings.push(format!(
-            "{:.0} % of the surface was opposite pairs of faces that enclose nothing; it is gone",
-            100.0 * twins.lost_area / area_before
-        ));
-    }
-    if !twins.repairs.is_empty() {
-        repairs.extend(twins.repairs);
-        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
-    }
-    if !repairs.is_empty() && mend::drop_unused(&mut mesh.vertices, &mut mesh.triangles) > 0 {
-        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
-    }
+    let (edges, mended) = mend_faces(&mut mesh, &mut warnings)?;
+    repairs.extend(mended);
     check_extent(&mesh, source)?;
 
+    let mut edges = edges;
     let shells = shells::orient(&mut mesh, &edges);
     if shells.flipped > 0 {
         repairs.push(Repair::FlippedFaces { count: shells.flipped });
@@ -83,6 +63,49 @@ fn finish(mut raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result
     check_volume(&mesh, &shells)?;
     let record = describe(&mesh, &edges, &shells, source, (file, scale, repairs, warnings));
     Ok(PreparedMesh { mesh, record })
+}
+
+/// Settles the faces that are no part of a plain surface; returns the edges of what is left.
+fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, Vec<Repair>), Refuse> {
+    let mut zero_area = mend::drop_collapsed(mesh);
+    let mut edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    let area = mesh_area(mesh, !edges.twins.is_empty());
+    let mut twins = mend::drop_twins(mesh, &edges);
+    if twins.dropped() > 0 {
+        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    }
+    let flat = mend::drop_zero_area(mesh);
+    if flat > 0 {
+        zero_area += flat;
+        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+        // Splitting a neighbour can make a face that stands there already.
+        let more = mend::drop_twins(mesh, &edges);
+        if more.dropped() > 0 {
+            edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+            twins.add(&more);
+        }
+    }
+    if mesh.triangles.is_empty() {
+        let problem = "no face encloses anything: all are without area or stand back to back in pairs";
+        return Err(Refuse::new("no_volume", problem, "check the unit, or export a solid"));
+    }
+    if twins.lost_area > 0.01 * area {
+        let share = 100.0 * twins.lost_area / area;
+        warnings.push(format!(
+            "{share:.0} % of the surface was pairs of faces back to back that enclose nothing; it is gone"
+        ));
+    }
+    let repairs = [
+        Repair::ZeroAreaFaces { count: zero_area as u32 },
+        Repair::DuplicateFaces { count: twins.duplicates },
+        Repair::TwoSidedShell { count: twins.sheets },
+    ];
+    let counts = [zero_area as u32, twins.duplicates, twins.sheets];
+    let made: Vec<Repair> = repairs.into_iter().zip(counts).filter(|(_, count)| *count > 0).map(|(r, _)| r).collect();
+    if !made.is_empty() && mend::drop_unused(&mut mesh.vertices, &mut mesh.triangles) > 0 {
+        edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    }
+    Ok((edges, made))
 }
 
 /// Drops vertices that no face uses, and refuses a used one that is not finite.
