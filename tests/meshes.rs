@@ -184,8 +184,8 @@ fn sheet(height: fn(f32, f32) -> f32) -> TriMesh {
     TriMesh { vertices, triangles }
 }
 
-/// Writes a file for every defect of the list.
-fn write_defects(folder: &Path) {
+/// Surfaces that are wrong in themselves.
+fn write_broken_surfaces(folder: &Path) {
     let bottle = made("bottle-01@2k");
     let stl = |name: &str, mesh: &TriMesh| write_stl(&folder.join(name), mesh);
     let obj = |name: &str, mesh: &TriMesh| write_obj(&folder.join(name), mesh);
@@ -240,6 +240,13 @@ fn write_defects(folder: &Path) {
     stl("flat.stl", &sheet(|_, _| 0.03));
     stl("flat two-sided.stl", &join(&[sheet(|x, y| x + 2.0 * y), turned(sheet(|x, y| x + 2.0 * y), |_| true)]));
     stl("bent sheet.stl", &sheet(|x, _| 0.5 * x * x));
+}
+
+/// Files that hold no mesh, or not all of one.
+fn write_broken_files(folder: &Path) {
+    let bottle = made("bottle-01@2k");
+    let stl = |name: &str, mesh: &TriMesh| write_stl(&folder.join(name), mesh);
+    let obj = |name: &str, mesh: &TriMesh| write_obj(&folder.join(name), mesh);
     stl("three corners.stl", &TriMesh { vertices: bottle.vertices.clone(), triangles: vec![bottle.triangles[50]] });
     let mut broken = bottle.clone();
     broken.vertices[17][1] = f32::NAN;
@@ -270,6 +277,11 @@ fn write_defects(folder: &Path) {
     shuffled.triangles.reverse();
     shuffled.triangles.iter_mut().for_each(|face| face.rotate_left(1));
     obj("Kopie für Jörg.obj", &shuffled);
+}
+
+/// Several bodies in one file.
+fn write_bodies(folder: &Path) {
+    let obj = |name: &str, mesh: &TriMesh| write_obj(&folder.join(name), mesh);
     let (outer, inner) = (block([0.0; 3], [0.1; 3]), block([0.03; 3], [0.07; 3]));
     let hollow = join(&[outer.clone(), turned(inner.clone(), |_| true)]);
     obj("cavity.obj", &hollow);
@@ -292,7 +304,9 @@ fn every_defect_is_mended_and_said_or_refused_with_place_and_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path().join("Ordner mit Lücken");
     fs::create_dir(&folder).unwrap();
-    write_defects(&folder);
+    write_broken_surfaces(&folder);
+    write_broken_files(&folder);
+    write_bodies(&folder);
     let mut outcomes = outcomes(&folder);
     let fine = outcomes.remove("fine.stl").unwrap().unwrap();
     assert!(fine.watertight && fine.repairs.is_empty() && fine.warnings.is_empty() && fine.volume > 0.0);

@@ -104,7 +104,8 @@ fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]
     let count = polygon.len();
     let is_fan = (1..count - 1).all(|i| up(0, i, i + 1) > 0.0);
     // Not finite, flat or huge: any cut is as good as another.
-    let give_up = !(normal.iter().map(|x| x * x).sum::<f64>() > 0.0) || count > MOST_CORNERS;
+    let size: f64 = normal.iter().map(|x| x * x).sum();
+    let give_up = size == 0.0 || !size.is_finite() || count > MOST_CORNERS;
     if is_fan || give_up {
         return faces.extend((1..count - 1).map(|i| [polygon[0], polygon[i], polygon[i + 1]]));
     }
@@ -119,7 +120,7 @@ fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]
             let blocks = |&p: &usize| {
                 p != a && p != b && p != c && up(a, b, p) >= 0.0 && up(b, c, p) >= 0.0 && up(c, a, p) >= 0.0
             };
-            up(a, b, c) > 0.0 && !rest.iter().any(|p| blocks(p))
+            up(a, b, c) > 0.0 && !rest.iter().any(blocks)
         };
         // A polygon that crosses itself may have no ear; then the widest corner goes.
         let ear = (0..rest.len()).find(|i| is_ear(i)).unwrap_or_else(|| {
