@@ -4,8 +4,12 @@ mod camera;
 mod frames;
 mod grid;
 mod image;
+#[cfg(feature = "factory")]
+pub(crate) mod lanes;
 mod mesh;
 mod query;
+#[cfg(feature = "factory")]
+mod render_mesh;
 mod simd;
 mod views;
 
@@ -15,5 +19,9 @@ pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;
 pub use mesh::{Aabb, TriMesh};
 pub use query::{MeshQuery, NoSurface, RayHit};
+#[cfg(feature = "factory")]
+pub use render_mesh::RenderMesh;
 pub use simd::SimdLevel;
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};
+#[cfg(feature = "factory")]
+pub(crate) use {lanes::Lanes, simd::kernel};

@@ -38,6 +38,11 @@ impl SimdLevel {
         Self::Scalar
     }
 
+    /// This level, or the best of this machine where that is lower: what every kernel's owner passes on.
+    pub fn usable(self) -> Self {
+        self.min(Self::detect())
+    }
+
     /// Every level that this machine can run, scalar first.
     pub fn available() -> impl Iterator<Item = Self> {
         let best = Self::detect();
@@ -67,3 +72,51 @@ impl FromStr for SimdLevel {
         }
     }
 }
+
+/// Compiles one kernel body, an `#[inline(always)]` function generic over `Lanes`, for every level.
+///
+/// `kernel! { fn name(a: A, b: B) -> R = body; }` makes `fn name(level: SimdLevel, a: A, b: B) -> R` of
+/// `fn body<L: Lanes>(lanes: L, a: A, b: B) -> R`, to be called with a level from [`SimdLevel::usable`] only. Rust contracts and reorders no floating-point operation, so the wider
+/// instructions that the compiler picks give the same bits.
+#[cfg(feature = "factory")]
+macro_rules! kernel {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? = $body:ident;) => {
+        $(#[$meta])*
+        #[allow(clippy::too_many_arguments)]
+        #[cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "calls a function compiled for more instructions"))]
+        $vis fn $name(level: $crate::geom::SimdLevel, $($arg: $type),*) $(-> $out)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                use $crate::geom::{SimdLevel, lanes};
+
+                #[allow(clippy::too_many_arguments)]
+                #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+                fn avx2($($arg: $type),*) $(-> $out)? {
+                    // SAFETY: this function is compiled for AVX2.
+                    $body(unsafe { lanes::Avx2::token() }, $($arg),*)
+                }
+
+                #[allow(clippy::too_many_arguments)]
+                #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512cd,bmi1,bmi2,lzcnt,popcnt")]
+                fn avx512($($arg: $type),*) $(-> $out)? {
+                    // SAFETY: this function is compiled for AVX-512.
+                    $body(unsafe { lanes::Avx512::token() }, $($arg),*)
+                }
+
+                debug_assert!(level <= SimdLevel::detect());
+                match level {
+                    SimdLevel::Scalar => {}
+                    // SAFETY: `level` is usable, so the machine has these instructions.
+                    SimdLevel::Avx2 => return unsafe { avx2($($arg),*) },
+                    // SAFETY: as above.
+                    SimdLevel::Avx512 => return unsafe { avx512($($arg),*) },
+                }
+            }
+            let _ = level;
+            $body($crate::geom::lanes::Scalar, $($arg),*)
+        }
+    };
+}
+
+#[cfg(feature = "factory")]
+pub(crate) use kernel;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::voxel::Truth;
 use crate::{
     assets::{AssetRecord, MeshRefusal, MeshSource},
     geom::{Intrinsics, ViewSet},
@@ -156,19 +157,6 @@ pub enum Renderer {
     MujocoRay,
     /// MuJoCo's `mjr_render` over EGL.
     MujocoGl,
-}
-
-/// When a cell of the complete grid is occupied.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Truth {
-    /// Its closed box meets the solid: the surface passes through it or its centre is inside.
-    AnyOverlap,
-    /// Its centre is inside the solid.
-    Centre,
-    /// At least this share of it is solid.
-    Fraction(f64),
-    /// `thesis`: the lower corner of an occupied fine cell falls into it.
-    LowerCorners,
 }
 
 /// Which pairs are kept; the others are rejects with a reason.

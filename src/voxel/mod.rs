@@ -2,18 +2,25 @@
 
 mod binvox;
 mod caps;
+mod cells;
 pub mod channels;
 mod columns;
-mod plain_complete;
-mod plain_partial;
+mod complete;
+mod corners;
+mod interior;
+mod partial;
+mod placement;
 mod rim;
 mod shape;
+mod share;
 mod solid;
 mod surface;
+mod view_grids;
+mod visibility;
 mod winding;
 
 pub use binvox::{Binvox, InvalidBinvox, solid_to_binvox};
-pub use plain_complete::{PlainComplete, free_cells};
-pub use plain_partial::{NoGrid, for_each_point, partial_occupancy, place_grid};
+pub use placement::NoGrid;
 pub use shape::{ShapeDescriptor, twins};
 pub use solid::{InsideTest, solid_occupancy};
+pub use view_grids::{SolidObject, Truth, ViewGrids};

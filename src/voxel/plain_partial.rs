@@ -2,18 +2,8 @@
 
 use nalgebra::Point3;
 
+use super::placement::NoGrid;
 use crate::geom::{DepthCrop, GridPlacement, Intrinsics, OccupancyGrid};
-
-/// Why a depth image gives no grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoGrid {
-    /// No pixel has a return.
-    #[error("no pixel sees the object")]
-    NothingSeen,
-    /// All returns are one point, or the box is not finite.
-    #[error("all pixels see one point")]
-    NoExtent,
-}
 
 /// The grid of a partial cloud: centre of its box at (0.5, 0.5, 0.45) of the grid, longest side 0.8 of it
 /// (thesis ch. 5.3: 32 of 40 cells, centre at (20, 20, 18)).

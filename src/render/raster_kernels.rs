@@ -1,0 +1,450 @@
+//! The rasteriser's inner loops, written once over [`Lanes`].
+#![expect(unsafe_code, reason = "gathers without bounds checks: the hot path of every view")]
+
+use crate::geom::{Lanes, RenderMesh, kernel};
+
+/// Vertices in image coordinates [px] and inverse depth [1/m].
+#[derive(Default)]
+pub(super) struct Projected {
+    u: Vec<f32>,
+    v: Vec<f32>,
+    w: Vec<f32>,
+    /// First column and row whose pixel centre is not left of, above the vertex, clamped to the image: two signed 16-bit
+    /// numbers, the column in the lower half.
+    packed: Vec<u32>,
+}
+
+/// One point in image coordinates.
+#[derive(Clone, Copy)]
+pub(super) struct Fragment {
+    pub(super) u: f32,
+    pub(super) v: f32,
+    pub(super) w: f32,
+}
+
+impl Projected {
+    pub(super) fn resize(&mut self, vertices: usize) {
+        for values in [&mut self.u, &mut self.v, &mut self.w] {
+            values.resize(vertices, 0.0);
+        }
+        self.packed.resize(vertices, 0);
+    }
+
+    pub(super) fn push(&mut self, point: Fragment, low: [f32; 2], high: [f32; 2]) -> u32 {
+        let column = point.u.min(high[0]).max(low[0]).ceil() as i32;
+        let row = point.v.min(high[1]).max(low[1]).ceil() as i32;
+        self.u.push(point.u);
+        self.v.push(point.v);
+        self.w.push(point.w);
+        self.packed.push((row << 16 | column & 0xffff) as u32);
+        self.u.len() as u32 - 1
+    }
+
+    /// Column and row of a vertex, as packed.
+    pub(super) fn pixel(&self, vertex: u32) -> [i32; 2] {
+        unpack(self.packed[vertex as usize])
+    }
+
+    fn point(&self, vertex: u32) -> Fragment {
+        let vertex = vertex as usize;
+        Fragment { u: self.u[vertex], v: self.v[vertex], w: self.w[vertex] }
+    }
+}
+
+fn unpack(packed: u32) -> [i32; 2] {
+    [i32::from(packed as i16), (packed as i32) >> 16]
+}
+
+/// Triangles whose box holds a pixel centre.
+#[derive(Default)]
+pub(super) struct Survivors {
+    /// Small ones: three vertices, first pixel, columns and rows (packed like vertices).
+    small: [Vec<u32>; 5],
+    small_count: usize,
+    /// The others: the same.
+    large: [Vec<u32>; 5],
+    large_count: usize,
+}
+
+/// The z-buffer over a box of the image.
+#[derive(Default)]
+pub(super) struct Target {
+    /// First column and row of the box [px].
+    left: i32,
+    top: i32,
+    pub(super) width: usize,
+    /// Inverse depth [1/m], 0 = nothing yet.
+    pub(super) depth: Vec<f32>,
+}
+
+impl Target {
+    /// Clears the buffer for a box: first column, first row, past-the-end column, past-the-end row.
+    pub(super) fn reset(&mut self, [left, top, right, bottom]: [i32; 4]) {
+        let (width, height) = ((right - left).max(0) as usize, (bottom - top).max(0) as usize);
+        self.left = left;
+        self.top = top;
+        self.width = if height > 0 { width } else { 0 };
+        self.depth.clear();
+        self.depth.resize(width * height, 0.0);
+    }
+
+    #[inline(always)]
+    fn draw(&mut self, column: i32, row: i32, w: f32) {
+        let place = (row - self.top) as usize * self.width + (column - self.left) as usize;
+        let pixel = &mut self.depth[place];
+        if w > *pixel {
+            *pixel = w;
+        }
+    }
+}
+
+/// From positions relative to the middle of the mesh's box to image coordinates.
+pub(super) struct Projection {
+    /// Rows of the pose; the first two times the focal length.
+    pub(super) rows: [[f32; 4]; 3],
+    /// Added to image coordinates [px].
+    pub(super) offset: [f32; 2],
+    /// First column and row of the image [px].
+    pub(super) low: [f32; 2],
+    /// Past-the-end column and row of the image [px].
+    pub(super) high: [f32; 2],
+}
+
+kernel! {
+    /// Projects every vertex; returns the box of the packed pixels.
+    pub(super) fn project(positions: &[Vec<f32>; 3], projection: &Projection, out: &mut Projected) -> [f32; 4]
+        = project_body;
+}
+
+#[inline(always)]
+fn project_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], projection: &Projection, out: &mut Projected) -> [f32; 4] {
+    let rows = projection.rows.map(|row| row.map(|value| l.splat(value)));
+    let [offset_u, offset_v] = projection.offset.map(|value| l.splat(value));
+    let [low_u, low_v] = projection.low.map(|value| l.splat(value));
+    let [high_u, high_v] = projection.high.map(|value| l.splat(value));
+    let (zero, one) = (l.splat(0.0), l.splat(1.0));
+    let (mut min_u, mut min_v, mut max_u, mut max_v) = (high_u, high_v, low_u, low_v);
+    let [x, y, z] = positions.each_ref().map(|axis| axis.as_chunks::<16>().0);
+    let (u, v) = (out.u.as_chunks_mut::<16>().0, out.v.as_chunks_mut::<16>().0);
+    let (w, packed) = (out.w.as_chunks_mut::<16>().0, out.packed.as_chunks_mut::<16>().0);
+    let vertices = x.iter().zip(y).zip(z);
+    for (((((x, y), z), u_out), v_out), (w_out, packed_out)) in vertices.zip(u).zip(v).zip(w.iter_mut().zip(packed)) {
+        let (x, y, z) = (l.load(x), l.load(y), l.load(z));
+        let [x, y, z] = rows.map(|[a, b, c, d]| l.add(l.add(l.add(l.mul(a, x), l.mul(b, y)), l.mul(c, z)), d));
+        let w = l.div(one, z);
+        let u = l.add(l.mul(x, w), offset_u);
+        let v = l.add(l.mul(y, w), offset_v);
+        let ceil = |value, low, high| {
+            let value = l.max(l.min(value, high), low);
+            let whole = l.to_float(l.truncate(value));
+            l.add(whole, l.select(l.lt(whole, value), one, zero))
+        };
+        let (column, row) = (ceil(u, low_u, high_u), ceil(v, low_v, high_v));
+        (min_u, max_u) = (l.min(min_u, column), l.max(max_u, column));
+        (min_v, max_v) = (l.min(min_v, row), l.max(max_v, row));
+        l.store(u, u_out);
+        l.store(v, v_out);
+        l.store(w, w_out);
+        let low_half = l.and_i(l.truncate(column), l.splat_i(0xffff));
+        l.store_i(l.or_i(l.shl_i::<16>(l.truncate(row)), low_half), packed_out);
+    }
+    let spread = |value, pick: fn(f32, f32) -> f32| {
+        let mut lanes = [0.0; 16];
+        l.store(value, &mut lanes);
+        lanes.into_iter().reduce(pick).expect("sixteen")
+    };
+    [spread(min_u, f32::min), spread(min_v, f32::min), spread(max_u, f32::max), spread(max_v, f32::max)]
+}
+
+kernel! {
+    /// Lists the triangles of some clusters whose box holds a pixel centre: first pixel <= centre < last pixel in both
+    /// directions. Each vertex brings one number, so a triangle costs three gathers.
+    pub(super) fn cull(corners: &[Vec<u32>; 3], clusters: &[u32], projected: &Projected, out: &mut Survivors)
+        = cull_body;
+}
+
+#[inline(always)]
+fn cull_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], clusters: &[u32], projected: &Projected, out: &mut Survivors) {
+    let room = clusters.len() * RenderMesh::CLUSTER + 16;
+    for list in out.small.iter_mut().chain(&mut out.large) {
+        if list.len() < room {
+            list.resize(room, 0);
+        }
+    }
+    let (mut small, mut large) = (0, 0);
+    let (zero, low_half, high_half) = (l.splat_i(0), l.splat_i(0xffff), l.splat_i(0xffff_0000_u32 as i32));
+    // Up to three pixels each way.
+    let beyond_small = l.splat_i(0xfffc_fffc_u32 as i32);
+    for cluster in clusters {
+        let first = *cluster as usize * RenderMesh::CLUSTER;
+        let run = corners.each_ref().map(|corner| corner[first..first + RenderMesh::CLUSTER].as_chunks::<16>().0);
+        for ((a, b), c) in run[0].iter().zip(run[1]).zip(run[2]) {
+            let [a, b, c] = [a, b, c].map(|corner| l.load_i(corner));
+            // SAFETY: a mesh's corners are places of its vertices, and every vertex has been projected.
+            let [pa, pb, pc] = [a, b, c].map(|corner| unsafe { l.gather_i(&projected.packed, corner) });
+            let min = l.min_i16(l.min_i16(pa, pb), pc);
+            let span = l.sub_i16(l.max_i16(l.max_i16(pa, pb), pc), min);
+            let none = l.either(l.eq_i(l.and_i(span, low_half), zero), l.eq_i(l.and_i(span, high_half), zero));
+            let alive = l.bits(l.not(none));
+            if alive == 0 {
+                continue;
+            }
+            let fits = l.bits(l.eq_i(l.and_i(span, beyond_small), zero));
+            for (value, list) in [a, b, c, min, span].into_iter().zip(&mut out.small) {
+                l.compress(alive & fits, value, chunk_at(list, small));
+            }
+            small += (alive & fits).count_ones() as usize;
+            if alive & !fits != 0 {
+                for (value, list) in [a, b, c, min, span].into_iter().zip(&mut out.large) {
+                    l.compress(alive & !fits, value, chunk_at(list, large));
+                }
+                large += (alive & !fits).count_ones() as usize;
+            }
+        }
+    }
+    out.small_count = small;
+    out.large_count = large;
+}
+
+#[inline(always)]
+fn chunk_at(list: &mut [u32], start: usize) -> &mut [u32; 16] {
+    (&mut list[start..start + 16]).try_into().expect("sixteen")
+}
+
+kernel! {
+    /// Draws the triangles of at most 3 x 3 pixels, sixteen triangles at a time.
+    pub(super) fn fill_small(survivors: &mut Survivors, projected: &Projected, two_sided: bool, target: &mut Target)
+        = fill_small_body;
+}
+
+/// Below this share of the largest coordinate cubed [1/px], twice the area is too small for single precision: each edge
+/// function is off by up to 2^-23 of the coordinate squared, which moves the point whose depth is taken by that times
+/// the coordinate over the area; the bound keeps it below 1e-4 px.
+const THIN: f32 = 4e-3;
+
+#[inline(always)]
+fn fill_small_body<L: Lanes>(
+    l: L,
+    survivors: &mut Survivors,
+    projected: &Projected,
+    two_sided: bool,
+    target: &mut Target,
+) {
+    let count = survivors.small_count;
+    // Fill the last sixteen up with triangles of no pixel.
+    for list in &mut survivors.small {
+        list[count..].iter_mut().take(16).for_each(|entry| *entry = 0);
+    }
+    let zero = l.splat(0.0);
+    for start in (0..count).step_by(16) {
+        let [a, b, c, min, span] =
+            survivors.small.each_ref().map(|list| l.load_i(list[start..start + 16].try_into().expect("sixteen")));
+        // SAFETY: a survivor's corners are places of projected vertices; fillers name vertex 0.
+        let [[au, av, aw], [bu, bv, bw], [cu, cv, cw]] = [a, b, c].map(|corner| unsafe {
+            [l.gather(&projected.u, corner), l.gather(&projected.v, corner), l.gather(&projected.w, corner)]
+        });
+        let (column, row) = (l.sar_i::<16>(l.shl_i::<16>(min)), l.sar_i::<16>(min));
+        let (columns, rows) = (l.and_i(span, l.splat_i(0xffff)), l.shr_i::<16>(span));
+        for dy in 0..3 {
+            let in_row = l.gt_i(rows, l.splat_i(dy));
+            if l.bits(in_row) == 0 {
+                break;
+            }
+            let y = l.to_float(l.add_i(row, l.splat_i(dy)));
+            let [ay, by, cy] = [av, bv, cv].map(|v| l.sub(v, y));
+            for dx in 0..3 {
+                let active = l.both(in_row, l.gt_i(columns, l.splat_i(dx)));
+                if l.bits(active) == 0 {
+                    break;
+                }
+                let x = l.to_float(l.add_i(column, l.splat_i(dx)));
+                let [ax, bx, cx] = [au, bu, cu].map(|u| l.sub(u, x));
+                let edge = |px, py, qx, qy| l.sub(l.mul(px, qy), l.mul(py, qx));
+                let (mut ea, mut eb, mut ec) = (edge(bx, by, cx, cy), edge(cx, cy, ax, ay), edge(ax, ay, bx, by));
+                let mut area = l.add(l.add(ea, eb), ec);
+                if two_sided {
+                    let turned = l.lt(area, zero);
+                    [ea, eb, ec, area] = [ea, eb, ec, area].map(|e| l.select(turned, l.sub(zero, e), e));
+                }
+                let inside = l.both(l.both(l.ge(ea, zero), l.ge(eb, zero)), l.both(l.ge(ec, zero), l.lt(zero, area)));
+                let hits = l.bits(l.both(active, inside));
+                if hits == 0 {
+                    continue;
+                }
+                let size = [ax, ay, bx, by, cx, cy].map(|value| l.abs(value));
+                let size = size.into_iter().reduce(|a, b| l.max(a, b)).expect("six");
+                let thin = l.lt(area, l.mul(l.splat(THIN), l.mul(size, l.mul(size, size))));
+                let thin = l.bits(thin) & hits;
+                let slope = l.add(l.mul(eb, l.sub(bw, aw)), l.mul(ec, l.sub(cw, aw)));
+                let w = l.add(aw, l.div(slope, area));
+                let mut lanes = [0.0; 16];
+                l.store(w, &mut lanes);
+                let mut left = hits & !thin;
+                while left != 0 {
+                    let lane = left.trailing_zeros() as usize;
+                    let [column, row] = unpack(survivors.small[3][start + lane]);
+                    target.draw(column + dx, row + dy, lanes[lane]);
+                    left &= left - 1;
+                }
+                let mut left = thin;
+                while left != 0 {
+                    let lane = start + left.trailing_zeros() as usize;
+                    let corners = [0, 1, 2].map(|corner| projected.point(survivors.small[corner][lane]));
+                    let [column, row] = unpack(survivors.small[3][lane]);
+                    target.draw(column + dx, row + dy, thin_depth(&corners, column + dx, row + dy));
+                    left &= left - 1;
+                }
+            }
+        }
+    }
+}
+
+/// Inverse depth at a pixel centre in or next to a thin triangle, in double precision; at a centre that is outside by
+/// rounding, that of the nearest point of the edge it is outside of.
+#[inline(never)]
+fn thin_depth(corners: &[Fragment; 3], column: i32, row: i32) -> f32 {
+    let points = corners.map(|corner| {
+        [f64::from(corner.u) - f64::from(column), f64::from(corner.v) - f64::from(row), f64::from(corner.w)]
+    });
+    let edges: [f64; 3] = std::array::from_fn(|corner| {
+        let (p, q) = (points[(corner + 1) % 3], points[(corner + 2) % 3]);
+        p[0] * q[1] - p[1] * q[0]
+    });
+    let area = edges[0] + edges[1] + edges[2];
+    if area != 0.0 && edges.iter().all(|edge| edge * area >= 0.0) {
+        let slope = edges[1] * (points[1][2] - points[0][2]) + edges[2] * (points[2][2] - points[0][2]);
+        return (points[0][2] + slope / area) as f32;
+    }
+    // Outside or without area: the nearest point of the three edges.
+    let mut best = (f64::INFINITY, points[0][2]);
+    for corner in 0..3 {
+        let (p, q) = (points[corner], points[(corner + 1) % 3]);
+        let d = [q[0] - p[0], q[1] - p[1]];
+        let length = d[0] * d[0] + d[1] * d[1];
+        let t = if length > 0.0 { (-(p[0] * d[0] + p[1] * d[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let (x, y) = (p[0] + t * d[0], p[1] + t * d[1]);
+        let distance = x * x + y * y;
+        if distance < best.0 {
+            best = (distance, p[2] + t * (q[2] - p[2]));
+        }
+    }
+    best.1 as f32
+}
+
+kernel! {
+    /// Draws the other triangles row by row, sixteen columns at a time.
+    pub(super) fn fill_large(survivors: &Survivors, projected: &Projected, two_sided: bool, target: &mut Target)
+        = fill_large_body;
+}
+
+#[inline(always)]
+fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected, two_sided: bool, target: &mut Target) {
+    let zero = l.splat(0.0);
+    let steps: [f32; 16] = std::array::from_fn(|lane| lane as f32);
+    let steps = l.load(&steps);
+    for triangle in 0..survivors.large_count {
+        let corners = [0, 1, 2].map(|corner| projected.point(survivors.large[corner][triangle]));
+        let Some((plane, sign)) = Plane::of(&corners, two_sided) else { continue };
+        let [left, top] = unpack(survivors.large[3][triangle]);
+        let [columns, rows] = unpack(survivors.large[4][triangle]);
+        let u = corners.map(|corner| l.splat(corner.u));
+        for row in top..top + rows {
+            let [ay, by, cy] = corners.map(|corner| l.splat(corner.v - row as f32));
+            for first in (left..left + columns).step_by(16) {
+                let x = l.add(l.splat(first as f32), steps);
+                let [ax, bx, cx] = u.map(|u| l.sub(u, x));
+                let edge = |px, py, qx, qy| l.mul(l.splat(sign), l.sub(l.mul(px, qy), l.mul(py, qx)));
+                let (ea, eb, ec) = (edge(bx, by, cx, cy), edge(cx, cy, ax, ay), edge(ax, ay, bx, by));
+                let inside = l.both(l.both(l.ge(ea, zero), l.ge(eb, zero)), l.ge(ec, zero));
+                let mut left_over = l.bits(inside);
+                let room = left + columns - first;
+                if room < 16 {
+                    left_over &= (1 << room) - 1;
+                }
+                while left_over != 0 {
+                    let column = first + left_over.trailing_zeros() as i32;
+                    target.draw(column, row, plane.depth(&corners, column, row));
+                    left_over &= left_over - 1;
+                }
+            }
+        }
+    }
+}
+
+/// Inverse depth over the image: linear, in double precision.
+struct Plane {
+    base: f64,
+    step: [f64; 2],
+    low: f64,
+    high: f64,
+    /// So thin that a pixel outside by rounding could be far off.
+    thin: bool,
+}
+
+impl Plane {
+    /// The plane through three corners and the sign of their area; `None` when the triangle shows no front.
+    #[inline(always)]
+    fn of(corners: &[Fragment; 3], two_sided: bool) -> Option<(Self, f32)> {
+        let [a, b, c] = corners.map(|corner| [corner.u, corner.v, corner.w].map(f64::from));
+        let (p, q) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
+        let area = p[0] * q[1] - p[1] * q[0];
+        if area == 0.0 || (area < 0.0 && !two_sided) {
+            return None;
+        }
+        let step = [(p[2] * q[1] - q[2] * p[1]) / area, (q[2] * p[0] - p[2] * q[0]) / area];
+        let size = p[0].abs().max(p[1].abs()).max(q[0].abs()).max(q[1].abs());
+        let plane = Self {
+            base: a[2] - step[0] * a[0] - step[1] * a[1],
+            step,
+            low: a[2].min(b[2]).min(c[2]),
+            high: a[2].max(b[2]).max(c[2]),
+            thin: area.abs() < 0.03 * size * size,
+        };
+        Some((plane, if area < 0.0 { -1.0 } else { 1.0 }))
+    }
+
+    #[inline(always)]
+    fn depth(&self, corners: &[Fragment; 3], column: i32, row: i32) -> f32 {
+        if self.thin {
+            return thin_depth(corners, column, row);
+        }
+        let w = self.base + (self.step[0] * f64::from(column) + self.step[1] * f64::from(row));
+        w.clamp(self.low, self.high) as f32
+    }
+}
+
+kernel! {
+    /// The largest inverse depth of each column, and the first and last row that hold anything.
+    pub(super) fn column_maxima(target: &Target, maxima: &mut [f32], top: &mut usize, bottom: &mut usize)
+        = column_maxima_body;
+}
+
+#[inline(always)]
+fn column_maxima_body<L: Lanes>(_: L, target: &Target, maxima: &mut [f32], top: &mut usize, bottom: &mut usize) {
+    for (row, line) in target.depth.chunks_exact(target.width).enumerate() {
+        let mut any = 0;
+        for (max, w) in maxima.iter_mut().zip(line) {
+            *max = if *w > *max { *w } else { *max };
+            any |= w.to_bits();
+        }
+        if any != 0 {
+            *top = (*top).min(row);
+            *bottom = row;
+        }
+    }
+}
+
+kernel! {
+    /// Inverse depth to depth [m] over a box of the buffer; 0 becomes NaN.
+    pub(super) fn metres(target: &Target, left: usize, top: usize, width: usize, out: &mut [f32]) = metres_body;
+}
+
+#[inline(always)]
+fn metres_body<L: Lanes>(_: L, target: &Target, left: usize, top: usize, width: usize, out: &mut [f32]) {
+    let lines = target.depth.chunks_exact(target.width).skip(top);
+    for (out, line) in out.chunks_exact_mut(width).zip(lines) {
+        for (out, w) in out.iter_mut().zip(&line[left..left + width]) {
+            *out = if *w > 0.0 { 1.0 / *w } else { f32::NAN };
+        }
+    }
+}
