@@ -20,7 +20,7 @@ const USES: &[(&str, &[&str])] = &[
     ("plan", &["job", "ids", "seed", "geom", "voxel"]),
     ("sim", &["geom", "assets"]),
     ("produce", &["ids", "seed", "geom", "assets", "voxel", "render", "record", "job", "plan", "sim"]),
-    ("run", &["plan", "produce", "record", "dataset", "ids", "job", "assets", "geom", "voxel", "sim"]),
+    ("run", &["plan", "produce", "record", "dataset", "ids", "seed", "job", "assets", "geom", "voxel", "sim"]),
     ("export", &["dataset", "record", "geom", "voxel", "ids"]),
     ("release", &["dataset", "record", "geom", "voxel", "ids"]),
     ("runtime", &["dataset", "record", "geom", "voxel", "ids"]),

@@ -136,7 +136,7 @@ pub struct ExportArgs {
     /// Where to write; must not exist yet or be empty.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Only this split: training_view, holdout_view, validation_model, test_model.
+    /// Only this split: training, holdout_views, validation_models, test_models.
     #[arg(long, value_name = "SPLIT")]
     pub split: Option<String>,
     /// Only objects of this name (repeatable).

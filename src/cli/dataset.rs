@@ -3,11 +3,15 @@
 use serde::Serialize;
 
 use super::{
-    args::{DatasetArgs, DigestArgs},
+    args::{DatasetArgs, DigestArgs, ExportArgs, ExportFormat, ReportArgs},
     exit::{Exit, Failure},
     printer::Printer,
 };
-use crate::dataset::{Manifest, read_mark, scan_shards};
+use crate::{
+    dataset::{Manifest, Selection, Split, read_mark, scan_shards},
+    export::{self, ExportError, ExportSelection, Format},
+    release,
+};
 
 /// How far a dataset is.
 #[derive(Serialize)]
@@ -60,6 +64,54 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
         printer.result(&lines.join("\n"));
     }
     Ok(Exit::Complete)
+}
+
+/// `graspmill inspect`.
+pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let facts = release::inspect(&arguments.dir)?;
+    if arguments.json {
+        printer.json(&facts)?
+    } else {
+        printer.result(&facts.to_string())
+    }
+    Ok(Exit::Complete)
+}
+
+/// `graspmill report`.
+pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let summary = release::report(&arguments.dir, arguments.out.as_deref())?;
+    printer.result(&format!("{} ({:.1} MB)", summary.path.display(), summary.bytes as f64 / 1e6));
+    Ok(Exit::Complete)
+}
+
+/// `graspmill export`.
+pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let split = arguments.split.as_deref().map(|name| {
+        let known = Split::ALL.map(Split::name).join(", ");
+        Split::from_name(name)
+            .ok_or_else(|| Failure::message(Exit::BadSpec, format!("--split {name}: no such split; one of {known}")))
+    });
+    let selection = ExportSelection {
+        samples: Selection { split: split.transpose()?, subset: None },
+        objects: arguments.object.clone(),
+        limit: arguments.limit,
+    };
+    let format = match arguments.to {
+        ExportFormat::Npy => Format::Npy { packed: !arguments.unpacked },
+        ExportFormat::Binvox => Format::Binvox,
+        ExportFormat::Pcd => Format::Pcd,
+    };
+    let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;
+    printer.result(&format!("{} samples in {} files, in {}", summary.samples, summary.files, summary.folder.display()));
+    Ok(Exit::Complete)
+}
+
+fn export_failure(error: ExportError) -> Failure {
+    match &error {
+        ExportError::Dataset(_) => Failure::from(error),
+        ExportError::Io { .. } => Failure::new(Exit::InputOutput, error),
+        _ => Failure::new(Exit::BadSpec, error),
+    }
 }
 
 /// `graspmill digest`.

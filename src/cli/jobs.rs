@@ -1,5 +1,7 @@
 //! From a job file on the command line to a job with its plan and its dataset's tables.
 
+use std::collections::BTreeMap;
+
 use super::{
     args::JobArgs,
     exit::{Exit, Failure},
@@ -11,10 +13,14 @@ use crate::{
     job::{self, Job, JobDraft, JobErrors, JobText, Surroundings},
     plan::{LeakReport, Plan, SplitTable},
     run::{Cancel, Crew, Listener, RunError, prepare_assets},
+    voxel::twins,
 };
 
 /// Where `make setup` puts packages of meshes, below the folder the program is started in.
 const PACKAGES: &str = ".deps";
+
+/// Intersection over union, after pose and scale are taken out, from which on two objects are twins.
+const TWIN_LIKENESS: f64 = 0.85;
 
 /// A job, ready to run.
 pub struct OpenJob {
@@ -43,10 +49,19 @@ pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listen
     let draft = read(text)?;
     let sources: Vec<_> = draft.sources().cloned().collect();
     let prepared = prepare_assets(&sources, crew, cancel, listener).map_err(run_failure)?;
+    let mut shapes = BTreeMap::new();
+    for (record, shape) in prepared.records.iter().zip(prepared.shapes) {
+        if let (Ok(record), Some(shape)) = (record, shape) {
+            shapes.entry(record.object).or_insert(shape);
+        }
+    }
     let job = draft.resolve(prepared.records).map_err(|errors| job_failure(&errors))?;
+    // The shapes of the objects that made it into the job, in the job's order.
+    let shapes: Vec<_> = job.objects.iter().filter_map(|object| shapes.remove(&object.id())).collect();
+    let twins = twins(&shapes, TWIN_LIKENESS);
     let plan = Plan::new(&job);
-    let splits = SplitTable::new(&job, &[]);
-    let leaks = splits.leaks(&job, &[]);
+    let splits = SplitTable::new(&job, &twins);
+    let leaks = splits.leaks(&job, &twins);
     Ok(OpenJob { digest: job.digest(), plan, splits, leaks, job })
 }
 

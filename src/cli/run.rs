@@ -1,5 +1,7 @@
 //! `graspmill run`.
 
+use std::time::Instant;
+
 use serde::Serialize;
 
 use super::{
@@ -12,6 +14,8 @@ use super::{
 };
 use crate::{
     dataset::Manifest,
+    plan::LeakReport,
+    release::{RunNotes, Speed},
     run::{self, Crew, Event, RunSummary, RunTask},
 };
 
@@ -42,12 +46,16 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
     let cancel = machine::cancel_on_signals()?;
     let view = ProgressView::new(arguments.progress, printer);
     let listener = |event: Event| view.show(printer, &event);
-    let began = std::time::Instant::now();
+    let began = Instant::now();
     let ended = jobs::open(&arguments.job, &crew, &cancel, &listener).and_then(|open| {
         let OpenJob { job, plan, digest, splits, leaks, .. } = &open;
         let header = run::dataset_header(job, splits, leaks, &arguments.out);
         let task = RunTask { job, plan, digest: *digest, header: &header, folder: &arguments.out };
-        run::run(&task, &crew, &cancel, &listener).map_err(run_failure)
+        let summary = run::run(&task, &crew, &cancel, &listener).map_err(run_failure)?;
+        if !summary.finished_before {
+            notes(&crew, &summary, leaks, began).write(&arguments.out)?;
+        }
+        Ok(summary)
     });
     view.finish();
     let summary = ended?;
@@ -58,6 +66,19 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
         printer.result(&text(arguments, &crew, &summary, seconds));
     }
     Ok(if summary.manifest.counts.refused_meshes > 0 { Exit::Refused } else { Exit::Complete })
+}
+
+/// What a report says about the run; part of no digest.
+fn notes(crew: &Crew, summary: &RunSummary, leaks: &LeakReport, began: Instant) -> RunNotes {
+    RunNotes {
+        speed: (summary.made > 0).then(|| Speed {
+            samples: summary.made,
+            seconds: began.elapsed().as_secs_f64(),
+            threads: crew.threads as u32,
+            peak_memory: machine::peak_memory(),
+        }),
+        leaks: leaks.counts().into_iter().map(|(name, count)| (name.to_owned(), count)).collect(),
+    }
 }
 
 fn bytes(manifest: &Manifest) -> u64 {

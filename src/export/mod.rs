@@ -1,1 +1,254 @@
-//! Datasets in other formats.
+//! Datasets in other formats: NumPy arrays, binvox grids, PCD point clouds.
+//!
+//! An export is a view of a dataset, not a second truth: `export.json` in it names the root digest that it was made
+//! from, and `samples.csv` says which sample each row or file is.
+
+mod binvox;
+mod error;
+mod names;
+mod npy;
+mod pcd;
+mod table;
+mod target;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+pub use error::ExportError;
+
+use self::{names::object_folders, npy::PairArrays, table::SampleTable, target::Target};
+use crate::{
+    dataset::{AssetRow, DatasetError, DatasetReader, Sample, Selection},
+    ids::{ObjectId, SampleIndex},
+    record::VoxelPair,
+};
+
+/// What to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// `partial.npy` and `complete.npy`, one row a sample.
+    Npy {
+        /// Bits as stored, uint8 of shape (samples, resolution^3 / 8), for
+        /// `numpy.unpackbits(..., axis=1, bitorder="little")`; otherwise bool of shape (samples, n, n, n).
+        packed: bool,
+    },
+    /// `<object>/view_00003_partial.binvox` and `..._complete.binvox`.
+    Binvox,
+    /// `<object>/view_00003_x.pcd` (partial) and `..._y.pcd` (complete): occupied cells by index, as the data of the
+    /// thesis has them; where depth or cloud is stored also `..._pc.pcd`: the seen points [m].
+    Pcd,
+}
+
+impl Format {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Npy { .. } => "npy",
+            Self::Binvox => "binvox",
+            Self::Pcd => "pcd",
+        }
+    }
+
+    /// What stands where, in words, for `export.json`.
+    fn layout(self) -> &'static str {
+        match self {
+            Self::Npy { packed: true } => {
+                "partial.npy, complete.npy: uint8 (samples, n^3 / 8), in the order of samples.csv; \
+                 numpy.unpackbits(rows, axis=1, bitorder='little')[:, :n**3].reshape(-1, n, n, n) is indexed \
+                 [sample, x, y, z]"
+            }
+            Self::Npy { packed: false } => {
+                "partial.npy, complete.npy: bool (samples, n, n, n), indexed [sample, x, y, z], in the order of samples.csv"
+            }
+            Self::Binvox => {
+                "<stem>_partial.binvox, <stem>_complete.binvox; stems in samples.csv; translate is the grid's lower \
+                 corner and scale its side, in camera axes [m]"
+            }
+            Self::Pcd => {
+                "<stem>_x.pcd (partial), <stem>_y.pcd (complete): indices x, y, z of the occupied cells as float32; \
+                 <stem>_pc.pcd: the seen points in camera axes [m], where stored; stems in samples.csv"
+            }
+        }
+    }
+}
+
+/// Which samples to write.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ExportSelection {
+    /// Of a split or a nested training subset.
+    pub samples: Selection,
+    /// Of the objects of these names alone; of all when empty.
+    pub objects: Vec<String>,
+    /// At most so many, in the dataset's order.
+    pub limit: Option<u64>,
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExportSummary {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Samples.
+    pub samples: u64,
+    /// Files.
+    pub files: u64,
+}
+
+/// Writes samples of the finished dataset in `folder` to `out`, which must not exist yet or be empty.
+///
+/// Samples stream through: one chunk of a shard is in memory at a time. The folder appears when it is complete, and
+/// the same dataset and selection give the same bytes.
+///
+/// # Errors
+/// When the dataset is not finished or damaged, `out` holds something, an object is unknown, nothing is selected, or a
+/// file can't be written.
+pub fn export(
+    folder: &Path,
+    format: Format,
+    out: &Path,
+    selection: &ExportSelection,
+) -> Result<ExportSummary, ExportError> {
+    let reader = DatasetReader::open(folder)?;
+    let assets = reader.assets()?.objects;
+    let wanted = wanted_objects(&assets, &selection.objects)?;
+    let limit = selection.limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+    let indices: Vec<SampleIndex> = (reader.indices(selection.samples))
+        .filter(|index| wanted.is_empty() || reader.id(*index).is_some_and(|sample| wanted.contains(&sample.subject)))
+        .take(limit)
+        .collect();
+    if indices.is_empty() {
+        return Err(ExportError::NothingSelected { kept: reader.manifest().counts.kept });
+    }
+    let mut target = Target::create(out)?;
+    let names: BTreeMap<ObjectId, &str> = assets.iter().map(|row| (row.object, row.name.as_str())).collect();
+    let mut writer = Writer {
+        format,
+        folders: object_folders(&assets),
+        table: SampleTable::create(&mut target)?,
+        arrays: None,
+        samples: indices.len() as u64,
+    };
+    let mut take = |sample: Sample, target: &mut Target| -> Result<(), ExportError> {
+        let name = names.get(&sample.id.subject).copied().unwrap_or_default();
+        let split = reader.split(sample.index).map_or("", |split| split.name());
+        writer.sample(&sample, name, split, target)
+    };
+    if wanted.is_empty() {
+        for sample in reader.iter(selection.samples).take(limit) {
+            take(sample?, &mut target)?;
+        }
+    } else {
+        for index in &indices {
+            if let Some(sample) = reader.sample(*index)? {
+                take(sample, &mut target)?;
+            }
+        }
+    }
+    writer.finish()?;
+    let facts = serde_json::json!({
+        "root": reader.manifest().root,
+        "format": format.name(),
+        "layout": format.layout(),
+        "samples": indices.len(),
+        "split": selection.samples.split,
+        "training_subset": selection.samples.subset,
+        "objects": selection.objects,
+    });
+    let text = serde_json::to_string_pretty(&facts).expect("plain data with text keys") + "\n";
+    target.write("export.json", text.as_bytes())?;
+    let files = target.publish()?;
+    Ok(ExportSummary { folder: out.to_owned(), samples: indices.len() as u64, files })
+}
+
+/// The objects of these names; every name must be known.
+fn wanted_objects(assets: &[AssetRow], names: &[String]) -> Result<BTreeSet<ObjectId>, ExportError> {
+    names
+        .iter()
+        .map(|name| {
+            let row = assets.iter().find(|row| row.name == *name);
+            row.map(|row| row.object).ok_or_else(|| ExportError::UnknownObject {
+                name: name.clone(),
+                known: assets.iter().map(|row| row.name.clone()).collect(),
+            })
+        })
+        .collect()
+}
+
+/// What grows while samples go by.
+struct Writer {
+    format: Format,
+    /// Folder of each object, for formats with files of their own a sample.
+    folders: BTreeMap<ObjectId, String>,
+    table: SampleTable,
+    arrays: Option<PairArrays>,
+    samples: u64,
+}
+
+impl Writer {
+    fn sample(&mut self, sample: &Sample, name: &str, split: &str, target: &mut Target) -> Result<(), ExportError> {
+        let pair = sample.pair()?;
+        let stem = self.stem(&pair);
+        self.table.row(sample.index, &pair, name, split, &stem)?;
+        match self.format {
+            Format::Npy { packed } => {
+                let arrays = match &mut self.arrays {
+                    Some(arrays) => arrays,
+                    None => self.arrays.insert(PairArrays::create(target, self.samples, pair.grid.resolution, packed)?),
+                };
+                arrays.push(sample.index, &pair)
+            }
+            Format::Binvox => {
+                for (kind, grid) in [("partial", &pair.partial), ("complete", &pair.complete)] {
+                    target.write(&format!("{stem}_{kind}.binvox"), &binvox::encoded(grid, &pair.grid))?;
+                }
+                Ok(())
+            }
+            Format::Pcd => {
+                target.write(&format!("{stem}_x.pcd"), &pcd::of_cells(&pair.partial))?;
+                target.write(&format!("{stem}_y.pcd"), &pcd::of_cells(&pair.complete))?;
+                match seen_points(sample, &pair)? {
+                    Some(points) => target.write(&format!("{stem}_pc.pcd"), &pcd::of_points(&points)),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+
+    /// `<object>/view_00003`, with instance and camera where they are not the first; empty for arrays.
+    fn stem(&self, pair: &VoxelPair) -> String {
+        if matches!(self.format, Format::Npy { .. }) {
+            return String::new();
+        }
+        let id = pair.sample;
+        let folder = self.folders.get(&id.subject).cloned().unwrap_or_else(|| id.subject.0.short());
+        let mut stem = format!("{folder}/view_{:05}", id.view.0);
+        if (id.instance, id.camera) != (0, 0) {
+            stem.push_str(&format!("_instance_{}_camera_{}", id.instance, id.camera));
+        }
+        stem
+    }
+
+    fn finish(self) -> Result<(), ExportError> {
+        if let Some(arrays) = self.arrays {
+            arrays.finish()?;
+        }
+        self.table.finish()
+    }
+}
+
+/// The points behind the partial grid, in `CameraCv` [m]: the stored cloud, or the depth crop's; `None` without both.
+fn seen_points(sample: &Sample, pair: &VoxelPair) -> Result<Option<Vec<[f32; 3]>>, DatasetError> {
+    if let Some(cloud) = sample.cloud()? {
+        return Ok(Some(cloud.points));
+    }
+    let Some(depth) = sample.depth()? else { return Ok(None) };
+    let crop = depth.crop;
+    let points = (0u32..).zip(&crop.depth).filter(|(_, depth)| !depth.is_nan()).map(|(place, depth)| {
+        let (u, v) = (crop.left + place % crop.width, crop.top + place / crop.width);
+        let point = pair.camera.unproject(f64::from(u) + 0.5, f64::from(v) + 0.5, f64::from(*depth));
+        [point.x as f32, point.y as f32, point.z as f32]
+    });
+    Ok(Some(points.collect()))
+}

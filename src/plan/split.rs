@@ -7,16 +7,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::{Deserialize, Serialize};
-
 use crate::{
     ids::{Digest, ViewId},
     job::{Job, ModelChoice, SplitSettings, SubsetSize},
 };
 
 /// The side of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ModelRole {
     /// Its training views train, its holdout views test.
     Training,
@@ -27,8 +24,7 @@ pub enum ModelRole {
 }
 
 /// The side of a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SampleRole {
     /// A training view of a training model.
     TrainingView,
@@ -70,7 +66,7 @@ pub struct SplitTable {
 }
 
 /// What leaks from the training side to the others, and what was compared.
-#[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct LeakReport {
     /// Views of each object.
     pub views: u32,
@@ -93,6 +89,21 @@ pub struct LeakReport {
 }
 
 impl LeakReport {
+    /// Every count by its name, for reports.
+    pub fn counts(&self) -> [(&'static str, u64); 9] {
+        [
+            ("views", self.views.into()),
+            ("distinct_rotations", self.distinct_rotations.into()),
+            ("repeated_rotations", self.repeated_rotations.into()),
+            ("straddling_views", self.straddling_views),
+            ("objects_straddling", self.objects_straddling.into()),
+            ("geometries_straddling", self.geometries_straddling.into()),
+            ("twin_groups", self.twin_groups.into()),
+            ("twin_groups_straddling", self.twin_groups_straddling.into()),
+            ("groups_straddling", self.groups_straddling.into()),
+        ]
+    }
+
     /// Whether nothing that a network trains on is also tested on (groups may straddle unless the job splits by them).
     pub fn is_clean(&self) -> bool {
         self.straddling_views == 0

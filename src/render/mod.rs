@@ -1,13 +1,11 @@
 //! Depth images of triangle meshes on the CPU, and what a real sensor makes of them.
 
-mod plain;
 mod raster;
 mod raster_kernels;
 mod sensor;
 mod sensor_apply;
 mod sensor_field;
 
-pub use plain::{PlainMesh, PlainRaster, ViewVertices};
 pub use raster::Rasteriser;
 pub use sensor::{CONSTANTS as SENSOR_CONSTANTS, InvalidConstant, SensorConstant, SensorModel};
 pub use sensor_apply::SensorScratch;

@@ -5,12 +5,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::{Cancel, Crew, Event, Listener, RunError};
-use crate::assets::{self, AssetRecord, MeshRefusal, MeshSource};
+use crate::{
+    assets::{self, AssetRecord, MeshRefusal, MeshSource},
+    produce::completion::inside_test,
+    voxel::ShapeDescriptor,
+};
 
 /// What is known of each source after preparation, in the sources' order.
 pub struct PreparedAssets {
     /// The asset's row, or why it cannot be used.
     pub records: Vec<Result<AssetRecord, MeshRefusal>>,
+    /// The shape of each usable asset, for the search for twins; `None` where the mesh was refused.
+    pub shapes: Vec<Option<ShapeDescriptor>>,
 }
 
 /// Prepares every source; the meshes themselves are dropped again, so memory does not grow with their count.
@@ -29,10 +35,19 @@ pub fn prepare_assets(
         if cancel.is_cancelled() {
             return Err(RunError::Interrupted);
         }
-        let looked = assets::prepare(source).map(|prepared| prepared.record);
+        let looked = match assets::prepare(source) {
+            Ok(prepared) => {
+                let shape = ShapeDescriptor::of(&prepared.mesh, inside_test(&prepared.record));
+                (Ok(prepared.record), Some(shape))
+            }
+            Err(refusal) => (Err(refusal), None),
+        };
         listener(Event::Prepared { done: done.fetch_add(1, Ordering::Relaxed) + 1, total });
         Ok(looked)
     };
-    let records = crew.pool()?.install(|| sources.par_iter().with_max_len(1).map(look_at).collect::<Result<_, _>>())?;
-    Ok(PreparedAssets { records })
+    let pool = crew.pool()?;
+    let looked: Vec<_> =
+        pool.install(|| sources.par_iter().with_max_len(1).map(look_at).collect::<Result<_, RunError>>())?;
+    let (records, shapes) = looked.into_iter().unzip();
+    Ok(PreparedAssets { records, shapes })
 }

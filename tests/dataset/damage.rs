@@ -147,7 +147,8 @@ fn write_lie(made: &Made, folder: &Path, change: impl Fn(&mut VoxelPair)) {
 #[test]
 fn a_well_formed_lie_is_found_in_its_sample() {
     let made = Made { objects: 1, shard_samples: 11, ..Made::default() };
-    let lies: [(&str, fn(&mut VoxelPair)); 6] = [
+    type Lie = (&'static str, fn(&mut VoxelPair));
+    let lies: [Lie; 6] = [
         ("partial_cells says", |pair| pair.partial_cells += 1),
         ("partial cells are not in complete", |pair| {
             pair.complete = OccupancyGrid::new(pair.grid.resolution);

@@ -9,8 +9,8 @@ use crate::{
     record::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Tsdf, Visibility, VoxelPair},
     seed::Stream,
     voxel::{
+        ViewGrids,
         channels::{ImplicitPoints, implicit_points, point_cloud, tsdf},
-        free_cells,
     },
 };
 
@@ -73,7 +73,7 @@ impl Payloads {
     }
 
     /// Encodes every channel that the job stores.
-    pub(super) fn encode(&mut self, made: &Made) {
+    pub(super) fn encode(&mut self, made: &Made, grids: &mut ViewGrids) {
         let Made { settings, pair, crop, object, .. } = made;
         let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
         for (channel, payload) in &mut self.stored {
@@ -81,7 +81,7 @@ impl Payloads {
             match channel {
                 Channel::Pair => pair.encode(payload),
                 Channel::Visibility => {
-                    free_cells(crop, &settings.camera, grid, &mut self.free);
+                    grids.free(crop, &settings.camera, grid, &pair.partial, &mut self.free);
                     Visibility::encode_parts(sample, &self.free, payload);
                 }
                 Channel::Depth => Depth::encode_parts(sample, crop, coding(settings), payload),
@@ -92,12 +92,12 @@ impl Payloads {
                 Channel::Tsdf => {
                     let cells = settings.channels.tsdf.unwrap_or_default();
                     let surface = object.surface.as_ref().expect("an object has a surface where the job stores TSDFs");
-                    tsdf(surface, &object.solid, pose, grid, cells, &mut self.tsdf);
+                    tsdf(surface, &object.kernel.solid, pose, grid, cells, &mut self.tsdf);
                     Tsdf::encode_parts(sample, grid.resolution, cells * grid.cell_size, &self.tsdf, payload);
                 }
                 Channel::Coverage => {
-                    let solid = object.coverage.as_ref().expect("an object has blocks where the job stores coverage");
-                    solid.coverage(pose, grid, &mut self.coverage);
+                    let blocks = object.coverage.as_ref().expect("an object has blocks where the job stores coverage");
+                    blocks.coverage(&object.kernel.solid, pose, grid, &mut self.coverage);
                     Coverage::encode_parts(sample, grid.resolution, &self.coverage, payload);
                 }
                 Channel::Implicit => {
@@ -105,7 +105,7 @@ impl Payloads {
                     let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");
                     let mut stream = Stream::of_sample(made.seed, sample, "implicit");
                     let points = &mut self.implicit;
-                    implicit_points(surface, &object.solid, pose, grid, counts, &mut stream, points);
+                    implicit_points(surface, &object.kernel.solid, pose, grid, counts, &mut stream, points);
                     // The buffers lend their memory to the record and get it back.
                     let record = Implicit {
                         sample: *sample,

@@ -1,7 +1,5 @@
 //! One thread's workshop: loads an object, then makes its views one by one.
 
-use std::sync::Arc;
-
 use nalgebra::Point3;
 
 use super::{
@@ -10,18 +8,18 @@ use super::{
     scene::{camera_from_world, distance, pivot_point, world_from_object},
 };
 use crate::{
-    assets::{self, InsideMethod, MeshRefusal, PreparedMesh, Winding},
-    geom::{Aabb, DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel, SolidGrid},
+    assets::{self, AssetRecord, InsideMethod, MeshRefusal, PreparedMesh, Winding},
+    geom::{Aabb, DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
     ids::{ObjectId, SampleId, ViewId},
     job::{Completion, JobObject, Renderer},
     produce::Outcome,
     record::{Channel, VoxelPair},
-    render::{PlainMesh, PlainRaster, SensorScratch, ViewVertices},
+    render::{Rasteriser, SensorScratch},
     seed::Stream,
     voxel::{
-        InsideTest, NoGrid, PlainComplete,
-        channels::{CoverageSolid, Surface},
-        partial_occupancy, place_grid, solid_occupancy,
+        InsideTest, NoGrid, SolidObject, ViewGrids,
+        channels::{CoverageBlocks, Surface},
+        solid_occupancy,
     },
 };
 
@@ -96,12 +94,10 @@ pub struct CompletionObject {
     id: ObjectId,
     bounds: Aabb,
     pivot: Point3<f64>,
-    closed: bool,
-    render: PlainMesh,
+    pub(super) kernel: SolidObject,
     sim: SimObject,
-    pub(super) solid: Arc<SolidGrid>,
     /// For the channels that want them.
-    pub(super) coverage: Option<CoverageSolid<Arc<SolidGrid>>>,
+    pub(super) coverage: Option<CoverageBlocks>,
     pub(super) surface: Option<Surface>,
 }
 
@@ -127,9 +123,8 @@ impl From<ProduceError> for Unseen {
 pub struct CompletionWorker<'j> {
     settings: &'j Completion,
     seed: u64,
-    placed: ViewVertices,
-    rasteriser: PlainRaster,
-    complete: PlainComplete,
+    rasteriser: Rasteriser,
+    grids: ViewGrids,
     sensor: SensorScratch,
     source: DepthSource,
     crop: DepthCrop,
@@ -142,14 +137,13 @@ impl<'j> CompletionWorker<'j> {
     ///
     /// # Errors
     /// When the job's renderer is not available.
-    pub fn new(settings: &'j Completion, seed: u64, _level: SimdLevel) -> Result<Self, ProduceError> {
+    pub fn new(settings: &'j Completion, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
         Ok(Self {
             source: DepthSource::new(settings.renderer)?,
             settings,
             seed,
-            placed: ViewVertices::default(),
-            rasteriser: PlainRaster::default(),
-            complete: PlainComplete::default(),
+            rasteriser: Rasteriser::new(level),
+            grids: ViewGrids::new(level),
             sensor: SensorScratch::default(),
             crop: DepthCrop::default(),
             pair: empty_pair(settings),
@@ -206,7 +200,7 @@ impl<'j> CompletionWorker<'j> {
             return Ok((sample, Outcome::Rejected { reason, detail, facts }));
         }
         let made = Made { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
-        self.payloads.encode(&made);
+        self.payloads.encode(&made, &mut self.grids);
         Ok((sample, Outcome::Kept(facts)))
     }
 
@@ -240,11 +234,12 @@ impl<'j> CompletionWorker<'j> {
         pair.world_from_object = world_from_object(&object.pivot, &rotation, distance);
         pair.camera_from_object = camera_from_world() * pair.world_from_object;
 
-        self.placed.place(&object.render, &pair.camera_from_object);
         match &mut self.source {
             DepthSource::Raster => {
-                self.rasteriser.render(&object.render, &self.placed, &settings.camera, &mut self.crop);
+                let seen = self.rasteriser.render(&object.kernel.render, &settings.camera, &pair.camera_from_object);
+                self.crop.clone_from(seen);
             }
+            #[cfg(feature = "sim")]
             source => source.look(&object.sim, &settings.camera, &pair.camera_from_object, &mut self.crop)?,
         }
         if let Some(sensor) = &settings.sensor {
@@ -252,26 +247,19 @@ impl<'j> CompletionWorker<'j> {
             sensor.apply_with(&mut self.sensor, &settings.camera, &mut self.crop, &mut stream);
         }
 
-        pair.grid = place_grid(&self.crop, &settings.camera, settings.resolution)?;
-        let drop_zero = settings.drop_index_zero;
-        partial_occupancy(&self.crop, &settings.camera, &pair.grid, drop_zero, &mut pair.partial);
+        let (grids, drop_zero) = (&mut self.grids, settings.drop_index_zero);
+        pair.grid = grids.place(&self.crop, &settings.camera, settings.resolution)?;
+        grids.partial(&self.crop, &settings.camera, &pair.grid, drop_zero, &mut pair.partial);
         pair.partial_cells = pair.partial.count();
         if pair.partial_cells < settings.gate.min_partial_cells {
             // The complete grid of a view that is left out need not be made.
             return Ok(());
         }
-        self.complete.any_overlap(
-            &self.placed.camera,
-            object.render.triangles(),
-            &object.solid,
-            object.closed,
-            &pair.camera_from_object,
-            &pair.grid,
-            &mut pair.complete,
-        );
+        let pose = &pair.camera_from_object;
+        grids.complete(&object.kernel, pose, &pair.grid, settings.truth, drop_zero, &mut pair.complete);
         pair.complete_cells = pair.complete.count();
         pair.both_cells = pair.partial.count_both(&pair.complete);
-        pair.solid_share = 1.0;
+        pair.solid_share = grids.solid_share(&object.kernel, pose, &pair.grid);
         Ok(())
     }
 
@@ -295,27 +283,34 @@ impl<'j> CompletionWorker<'j> {
 impl CompletionObject {
     fn new(prepared: PreparedMesh, settings: &Completion, sim: SimObject) -> Self {
         let PreparedMesh { mesh, record } = prepared;
-        let closed = record.watertight && record.winding == Winding::Outward;
-        let inside = match record.inside {
-            InsideMethod::Crossings => InsideTest::Crossings,
-            InsideMethod::WindingNumber => InsideTest::WindingNumber,
-        };
         let lower = Point3::from(record.lower);
         let bounds = Aabb { min: lower, max: lower + nalgebra::Vector3::from(record.extents) };
-        let solid = Arc::new(solid_occupancy(&mesh, inside, settings.solid_with_surface));
+        let solid = solid_occupancy(&mesh, inside_test(&record), settings.solid_with_surface);
         let channels = &settings.channels;
         let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
         Self {
             id: record.object,
             pivot: pivot_point(settings.pivot, &bounds),
             bounds,
-            closed,
-            render: PlainMesh::new(&mesh, closed),
             sim,
-            coverage: channels.coverage.then(|| CoverageSolid::new(Arc::clone(&solid))),
+            coverage: channels.coverage.then(|| CoverageBlocks::new(&solid)),
             surface: wants_surface.then(|| Surface::new(&mesh)),
-            solid,
+            kernel: SolidObject::new(
+                &mesh,
+                solid,
+                record.watertight,
+                record.winding == Winding::Outward,
+                settings.truth,
+            ),
         }
+    }
+}
+
+/// How the voxel room finds the solid of an asset.
+pub fn inside_test(record: &AssetRecord) -> InsideTest {
+    match record.inside {
+        InsideMethod::Crossings => InsideTest::Crossings,
+        InsideMethod::WindingNumber => InsideTest::WindingNumber,
     }
 }
 

@@ -1,7 +1,5 @@
 //! Coverage: which share of each cell is solid.
 
-use std::borrow::Borrow;
-
 use nalgebra::{Point3, Vector3};
 
 use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
@@ -16,17 +14,15 @@ const POINTS: usize = 256;
 const GENERATOR: [usize; 3] = [1, 15, 39];
 
 /// A solid with a map of how far each part of it is from the next change: what lies in a uniform region is answered at
-/// once. Build it once an object (262 kB), over a solid that is borrowed or shared.
-pub struct CoverageSolid<S> {
-    solid: S,
+/// once. Build it once an object (262 kB).
+pub struct CoverageBlocks {
     /// Blocks around each block, itself counted, that are all full or all empty as it is; 0 for a mixed block.
     uniform: Vec<u8>,
 }
 
-impl<S: Borrow<SolidGrid>> CoverageSolid<S> {
-    /// Prepares a solid.
-    pub fn new(shared: S) -> Self {
-        let solid = shared.borrow();
+impl CoverageBlocks {
+    /// Looks at a solid.
+    pub fn new(solid: &SolidGrid) -> Self {
         let mut uniform = vec![0u8; SIDE * SIDE * SIDE];
         let states: Vec<u8> = (0..uniform.len()).map(|block| state(solid, block)).collect();
         for (value, state) in uniform.iter_mut().zip(&states) {
@@ -62,7 +58,7 @@ impl<S: Borrow<SolidGrid>> CoverageSolid<S> {
         };
         sweep(true);
         sweep(false);
-        Self { solid: shared, uniform }
+        Self { uniform }
     }
 
     /// Writes the share of every cell that is solid to `out`: 0 = empty, 255 = full, 255 * share rounded to nearest.
@@ -71,8 +67,13 @@ impl<S: Borrow<SolidGrid>> CoverageSolid<S> {
     /// The error of a cell has two parts: the lattice's 0.011 at most, and that of the solid's own fine cells, whose
     /// surface is off by at most half the diagonal of one: sqrt(3)/2 * pitch / cell size of a cell cut by one plane
     /// (0.11 where eight fine cells make one), and on average a tenth of that.
-    pub fn coverage(&self, camera_from_object: &Pose<CameraCv, Object>, placement: &GridPlacement, out: &mut Vec<u8>) {
-        let solid = self.solid.borrow();
+    pub fn coverage(
+        &self,
+        solid: &SolidGrid,
+        camera_from_object: &Pose<CameraCv, Object>,
+        placement: &GridPlacement,
+        out: &mut Vec<u8>,
+    ) {
         let object_from_camera = camera_from_object.inverse();
         let rotation = object_from_camera.rotation().matrix();
         // Everything in fine cells from here on.
@@ -92,14 +93,14 @@ impl<S: Borrow<SolidGrid>> CoverageSolid<S> {
             for y in 0..n {
                 for z in 0..n {
                     let middle = Point3::from(corner + offset([x, y, z].map(|v| v as f64 + 0.5)));
-                    out.push(self.share(&middle, radius, &lattice));
+                    out.push(self.share(solid, &middle, radius, &lattice));
                 }
             }
         }
     }
 
     /// The share of one cell with this middle and half-diagonal [fine cells], times 255.
-    fn share(&self, middle: &Point3<f64>, radius: f64, lattice: &[[f32; 3]; POINTS]) -> u8 {
+    fn share(&self, solid: &SolidGrid, middle: &Point3<f64>, radius: f64, lattice: &[[f32; 3]; POINTS]) -> u8 {
         let side = SolidGrid::SIDE as f64;
         if middle.iter().any(|v| *v < -radius || *v > side + radius) {
             return 0;
@@ -111,14 +112,14 @@ impl<S: Borrow<SolidGrid>> CoverageSolid<S> {
         let reach = if outside { 3.0 * radius } else { radius };
         if (f64::from(self.uniform[block]) - 1.0) * BLOCK as f64 >= reach {
             let first = [block / SIDE / SIDE, block / SIDE % SIDE, block % SIDE].map(|v| v * BLOCK);
-            return if self.solid.borrow().get(first[0], first[1], first[2]) { 255 } else { 0 };
+            return if solid.get(first[0], first[1], first[2]) { 255 } else { 0 };
         }
         let middle = middle.map(|v| v as f32);
         let solid = lattice.iter().filter(|offset| {
             let cell = [middle.x + offset[0], middle.y + offset[1], middle.z + offset[2]];
             // A cast cuts towards zero, so what lies below zero is told apart first.
             cell.iter().all(|v| (0.0..SolidGrid::SIDE as f32).contains(v))
-                && self.solid.borrow().get(cell[0] as usize, cell[1] as usize, cell[2] as usize)
+                && solid.get(cell[0] as usize, cell[1] as usize, cell[2] as usize)
         });
         ((solid.count() * 255 + POINTS / 2) / POINTS) as u8
     }
@@ -170,7 +171,7 @@ mod tests {
         ] {
             let mut out = Vec::new();
             for (pose, placement) in shapes::views(&shape) {
-                CoverageSolid::new(&shape.solid).coverage(&pose, &placement, &mut out);
+                CoverageBlocks::new(&shape.solid).coverage(&shape.solid, &pose, &placement, &mut out);
                 let ratio = volume(&placement, &out) / truth;
                 assert!((ratio - 1.0).abs() < tolerance, "volume off by a factor {ratio}");
             }
@@ -182,7 +183,7 @@ mod tests {
         let shape = shapes::sphere(0.05);
         let (mut out, mut worst, mut sum, mut cut) = (Vec::new(), 0.0f64, 0.0, 0.0);
         for (pose, placement) in shapes::views(&shape) {
-            CoverageSolid::new(&shape.solid).coverage(&pose, &placement, &mut out);
+            CoverageBlocks::new(&shape.solid).coverage(&shape.solid, &pose, &placement, &mut out);
             let inverse = pose.inverse();
             for (i, value) in out.iter().enumerate() {
                 let cell = [i / 1600, i / 40 % 40, i % 40].map(|v| v as f64 + 0.5);
@@ -213,12 +214,12 @@ mod tests {
     fn fast_answers_are_the_slow_ones() {
         // Without the map of uniform regions every cell is tested point by point.
         let shape = shapes::cuboid([0.1, 0.06, 0.03]);
-        let fast = CoverageSolid::new(&shape.solid);
-        let slow = CoverageSolid { solid: &shape.solid, uniform: vec![0; fast.uniform.len()] };
+        let fast = CoverageBlocks::new(&shape.solid);
+        let slow = CoverageBlocks { uniform: vec![0; fast.uniform.len()] };
         for (pose, placement) in shapes::views(&shape) {
             let (mut a, mut b) = (Vec::new(), Vec::new());
-            fast.coverage(&pose, &placement, &mut a);
-            slow.coverage(&pose, &placement, &mut b);
+            fast.coverage(&shape.solid, &pose, &placement, &mut a);
+            slow.coverage(&shape.solid, &pose, &placement, &mut b);
             assert_eq!(a, b);
         }
     }

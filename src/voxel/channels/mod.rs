@@ -9,7 +9,7 @@ mod tree;
 mod tsdf;
 
 pub use cloud::point_cloud;
-pub use coverage::CoverageSolid;
+pub use coverage::CoverageBlocks;
 pub use implicit::{ImplicitPoints, implicit_points};
 pub use surface::{Closest, Surface};
 pub use tsdf::{TSDF_STEPS, tsdf};
@@ -41,18 +41,18 @@ mod tests {
         // Shown, not judged: machines and their load differ.
         let shape = shapes::sphere(0.05);
         let surface = Surface::new(&shape.mesh);
-        let coverage = CoverageSolid::new(&shape.solid);
+        let coverage = CoverageBlocks::new(&shape.solid);
         let (pose, placement) = shapes::views(&shape).nth(1).expect("a view");
         println!("a ball of {} triangles, 40 cells a side:", shape.mesh.triangles.len());
         println!("surface, once an object: {:?}", least(|| drop(Surface::new(&shape.mesh))));
-        println!("coverage, once an object: {:?}", least(|| drop(CoverageSolid::new(&shape.solid))));
+        println!("coverage, once an object: {:?}", least(|| drop(CoverageBlocks::new(&shape.solid))));
         let mut out = Vec::new();
         for cells in [1.0, 3.0, 5.0] {
             let time = least(|| tsdf(&surface, &shape.solid, &pose, &placement, cells, &mut out));
             println!("tsdf cut at {cells} cells, a view: {time:?}");
         }
         let mut out = Vec::new();
-        println!("coverage, a view: {:?}", least(|| coverage.coverage(&pose, &placement, &mut out)));
+        println!("coverage, a view: {:?}", least(|| coverage.coverage(&shape.solid, &pose, &placement, &mut out)));
         let (mut stream, mut out) = (Stream::of_job(1, b"", "cost"), ImplicitPoints::default());
         let counts = (2048, 2048);
         let time = least(|| implicit_points(&surface, &shape.solid, &pose, &placement, counts, &mut stream, &mut out));

@@ -1,0 +1,83 @@
+//! What can go wrong with an export.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use crate::{dataset::DatasetError, ids::SampleIndex};
+
+/// What can go wrong with an export.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The dataset can't be read.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// The output folder holds something.
+    #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", path.display())]
+    OutputExists {
+        /// The folder.
+        path: PathBuf,
+        /// One thing in it.
+        entry: String,
+    },
+    /// The output is a file.
+    #[error("{} is a file; give a new or empty folder", path.display())]
+    OutputIsFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The dataset has no object of that name.
+    #[error("no object is called '{name}'; the dataset has {}", listed(known))]
+    UnknownObject {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// No sample passes the selection.
+    #[error("no sample is selected, of {kept} in the dataset; widen split, objects or limit")]
+    NothingSelected {
+        /// Stored samples of the dataset.
+        kept: u64,
+    },
+    /// Arrays need grids of one size.
+    #[error("sample {index} has {found} cells a side, the first one {expected}; export one resolution at a time")]
+    OtherResolution {
+        /// The sample.
+        index: SampleIndex,
+        /// Its resolution.
+        found: u32,
+        /// The array's.
+        expected: u32,
+    },
+    /// The operating system refused a read or write.
+    #[error("{action} {}: {source}; free space or mend permissions, then export again", path.display())]
+    Io {
+        /// What was tried: "writing", "creating", ...
+        action: &'static str,
+        /// On which file.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+}
+
+impl ExportError {
+    /// Wraps an I/O error with what was tried on which file.
+    pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+/// A few names, and how many more.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 12;
+    let mut sorted: Vec<&str> = names.iter().map(String::as_str).collect();
+    sorted.sort_unstable();
+    let head = sorted.iter().take(SHOWN).copied().collect::<Vec<_>>().join(", ");
+    match sorted.len().checked_sub(SHOWN) {
+        Some(more) if more > 0 => format!("{head} and {more} more (see `graspmill inspect`)"),
+        _ => head,
+    }
+}
