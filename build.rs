@@ -32,7 +32,8 @@ fn compile_protobuf() -> Result<(), Box<dyn Error>> {
         }
         let stem = file.file_stem().ok_or("a .proto file has a stem")?;
         fs::write(out.join(stem).with_extension("bin"), prost::Message::encode_to_vec(&descriptors))?;
-        prost_build::Config::new().compile_fds(descriptors)?;
+        // The well-known types beside ours: one message of them is no reason for another dependency.
+        prost_build::Config::new().compile_well_known_types().compile_fds(descriptors)?;
     }
     Ok(())
 }

@@ -26,7 +26,10 @@ mod index;
 mod layout;
 mod ledger;
 mod manifest;
+#[cfg(test)]
+mod measure;
 mod merkle;
+mod preview;
 mod reader;
 mod shard;
 mod shard_file;
@@ -42,6 +45,7 @@ pub use folder::{
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow, SampleFacts};
 pub use manifest::{Counts, FileEntry, Manifest, NumberClass, ShardEntry};
+pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
 pub use split::{ObjectSplit, Split, SplitTable};

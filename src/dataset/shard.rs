@@ -92,13 +92,14 @@ impl ShardWriter {
     /// # Errors
     /// When the file can't be made or the header makes no sense.
     pub fn create(folder: &Path, header: &ShardHeader) -> Result<Self, DatasetError> {
-        Self::create_with_chunks(folder, header, CHUNK_BYTES)
+        Self::create_packed(folder, header, CHUNK_BYTES, ZSTD_LEVEL)
     }
 
-    pub(super) fn create_with_chunks(
+    pub(super) fn create_packed(
         folder: &Path,
         header: &ShardHeader,
         chunk_limit: usize,
+        level: u32,
     ) -> Result<Self, DatasetError> {
         let mut header = header.clone();
         header.channels.sort_unstable();
@@ -124,7 +125,7 @@ impl ShardWriter {
             kept: 0,
             header,
         };
-        let begun = begin(file, &shard.header);
+        let begun = begin(file, &shard.header, level);
         let (writer, channel_ids) = begun.map_err(DatasetError::mcap("writing", &shard.name))?;
         shard.writer = Some(writer);
         shard.channel_ids = channel_ids;
@@ -292,10 +293,14 @@ fn gone(name: &Path) -> DatasetError {
 }
 
 /// MCAP header, metadata, schemas and channels.
-fn begin(file: HashingFile, header: &ShardHeader) -> mcap::McapResult<(mcap::Writer<HashingFile>, Vec<u16>)> {
+fn begin(
+    file: HashingFile,
+    header: &ShardHeader,
+    level: u32,
+) -> mcap::McapResult<(mcap::Writer<HashingFile>, Vec<u16>)> {
     let mut writer = WriteOptions::new()
         .compression(Some(Compression::Zstd))
-        .compression_level(ZSTD_LEVEL)
+        .compression_level(level)
         // 0, not the default of all cores: worker threads give other bytes.
         .compression_threads(0)
         .chunk_size(None)

@@ -1,6 +1,7 @@
 //! Reading one shard: its table of chunks, its ledger, its samples. Plain reads, no mapping of the file.
 
 use std::{
+    cell::RefCell,
     fs::File,
     os::unix::fs::FileExt,
     path::{Path, PathBuf},
@@ -20,6 +21,11 @@ const FOOTER_BYTES: u64 = 1 + 8 + 8 + 8 + 4 + 8;
 const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
 /// No chunk of ours is larger: one that says so is damaged, and must not become an allocation.
 const MOST_CHUNK_BYTES: u64 = 1 << 30;
+
+thread_local! {
+    /// One context a thread: making it anew costs as much as unpacking half a chunk.
+    static UNPACKER: RefCell<Option<zstd::bulk::Decompressor<'static>>> = const { RefCell::new(None) };
+}
 
 /// Where a chunk stands and which samples it holds.
 #[derive(Clone, Copy, Debug)]
@@ -123,7 +129,14 @@ impl ShardFile {
         if header.compression != "zstd" {
             return Err(McapError::UnsupportedCompression(header.compression));
         }
-        let unpacked = zstd::bulk::decompress(&data, header.uncompressed_size as usize)
+        let unpacked = UNPACKER
+            .with_borrow_mut(|unpacker| {
+                if unpacker.is_none() {
+                    *unpacker = Some(zstd::bulk::Decompressor::new()?);
+                }
+                let unpacker = unpacker.as_mut().ok_or(std::io::ErrorKind::Other)?;
+                unpacker.decompress(&data, header.uncompressed_size as usize)
+            })
             .map_err(|error| McapError::DecompressionError(error.to_string()))?;
         let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&unpacked));
         if saved != calculated {

@@ -103,12 +103,17 @@ impl OccupancyGrid {
 
     /// Count of occupied cells.
     pub fn count(&self) -> u32 {
-        self.bits.iter().map(|byte| byte.count_ones()).sum()
+        let (words, rest) = self.bits.as_chunks::<8>();
+        let words: u32 = words.iter().map(|word| u64::from_le_bytes(*word).count_ones()).sum();
+        words + rest.iter().map(|byte| byte.count_ones()).sum::<u32>()
     }
 
     /// Count of cells occupied in both grids of the same resolution.
     pub fn count_both(&self, other: &Self) -> u32 {
-        self.bits.iter().zip(&other.bits).map(|(a, b)| (a & b).count_ones()).sum()
+        let ((words, rest), (others, other_rest)) = (self.bits.as_chunks::<8>(), other.bits.as_chunks::<8>());
+        let both = |(a, b): (&[u8; 8], &[u8; 8])| (u64::from_le_bytes(*a) & u64::from_le_bytes(*b)).count_ones();
+        let words: u32 = words.iter().zip(others).map(both).sum();
+        words + rest.iter().zip(other_rest).map(|(a, b)| (a & b).count_ones()).sum::<u32>()
     }
 
     /// The occupied cells in C order.

@@ -1,0 +1,206 @@
+//! `preview.mcap`: a few samples in Foxglove's well-known schemas, which Foxglove and Rerun open without code.
+
+use std::{
+    collections::BTreeMap,
+    io::{BufWriter, Seek},
+    path::{Path, PathBuf},
+};
+
+use mcap::{Compression, WriteOptions, records::MessageHeader};
+use nalgebra::{Point3, UnitQuaternion};
+use prost::Message;
+
+use super::{DatasetError, DatasetReader, Selection, durable::Temporary};
+use crate::{
+    geom::{DepthCrop, Frame, GridPlacement, OccupancyGrid, Pose},
+    ids::SampleIndex,
+    record::VoxelPair,
+};
+
+mod foxglove {
+    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
+}
+mod google {
+    pub mod protobuf {
+        include!(concat!(env!("OUT_DIR"), "/google.protobuf.rs"));
+    }
+}
+use foxglove::{CameraCalibration, FrameTransform, PackedElementField, PointCloud, Quaternion, RawImage, Vector3};
+use google::protobuf::Timestamp;
+
+/// Name of the preview in a dataset's folder.
+const PREVIEW: &str = "preview.mcap";
+
+/// One sample of a preview.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreviewSample {
+    /// Grids, camera and poses.
+    pub pair: VoxelPair,
+    /// The depth image that the pair came from, where it is stored or was made again.
+    pub depth: Option<DepthCrop>,
+}
+
+/// `count` kept samples spread over a dataset, with the stored depth where there is any.
+///
+/// # Errors
+/// When a shard is missing or damaged.
+pub fn preview_samples(reader: &DatasetReader, count: u32) -> Result<Vec<PreviewSample>, DatasetError> {
+    let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
+    let count = (count as usize).min(kept.len());
+    let mut samples = Vec::with_capacity(count);
+    for place in 0..count {
+        // The middle of each of `count` equal runs.
+        if let Some(sample) = reader.sample(kept[(2 * place + 1) * kept.len() / (2 * count)])? {
+            samples.push(PreviewSample { pair: sample.pair()?, depth: sample.depth()?.map(|depth| depth.crop) });
+        }
+    }
+    Ok(samples)
+}
+
+/// Writes `preview.mcap` into a folder: sample k at k seconds, on the topics `/preview/partial`, `/preview/complete`
+/// (cell centres, in the camera's frame), `/preview/depth` (16 bit, millimetres), `/preview/camera` and `/preview/tf`
+/// (world -> camera, world -> object).
+///
+/// # Errors
+/// When the file can't be written.
+pub fn write_preview(folder: &Path, samples: &[PreviewSample]) -> Result<PathBuf, DatasetError> {
+    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
+    let path = temporary.path().to_owned();
+    let mut buffer = BufWriter::new(&file);
+    write_messages(&mut buffer, samples).map_err(DatasetError::mcap("writing", &path))?;
+    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
+    temporary.publish(&file, folder, PREVIEW)
+}
+
+struct Preview<W: std::io::Write + Seek> {
+    writer: mcap::Writer<W>,
+    channels: BTreeMap<&'static str, u16>,
+}
+
+impl<W: std::io::Write + Seek> Preview<W> {
+    fn write(
+        &mut self,
+        second: u64,
+        topic: &'static str,
+        schema: &str,
+        message: &impl Message,
+    ) -> mcap::McapResult<()> {
+        let descriptors: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin"));
+        let channel_id = match self.channels.get(topic) {
+            Some(id) => *id,
+            None => {
+                let schema = self.writer.add_schema(schema, "protobuf", descriptors)?;
+                let id = self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())?;
+                self.channels.insert(topic, id);
+                id
+            }
+        };
+        let log_time = second * 1_000_000_000;
+        let header = MessageHeader { channel_id, sequence: second as u32, log_time, publish_time: log_time };
+        self.writer.write_to_known_channel(&header, &message.encode_to_vec())
+    }
+}
+
+fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -> mcap::McapResult<()> {
+    let writer = WriteOptions::new()
+        .compression(Some(Compression::Zstd))
+        .compression_level(3)
+        .compression_threads(0)
+        .library("graspmill format 1")
+        .create(file)?;
+    let mut preview = Preview { writer, channels: BTreeMap::new() };
+    for (second, PreviewSample { pair, depth }) in (0..).zip(samples) {
+        let time = Some(Timestamp { seconds: second as i64, nanos: 0 });
+        preview.write(
+            second,
+            "/preview/tf",
+            "foxglove.FrameTransform",
+            &transform(time, &pair.world_from_camera, "camera"),
+        )?;
+        preview.write(
+            second,
+            "/preview/tf",
+            "foxglove.FrameTransform",
+            &transform(time, &pair.world_from_object, "object"),
+        )?;
+        preview.write(second, "/preview/camera", "foxglove.CameraCalibration", &calibration(time, pair))?;
+        if let Some(depth) = depth {
+            preview.write(second, "/preview/depth", "foxglove.RawImage", &image(time, pair, depth))?;
+        }
+        preview.write(second, "/preview/partial", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.partial))?;
+        preview.write(second, "/preview/complete", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.complete))?;
+    }
+    preview.writer.finish().map(|_| ())
+}
+
+fn transform<To: Frame, From: Frame>(time: Option<Timestamp>, pose: &Pose<To, From>, child: &str) -> FrameTransform {
+    let rotation = UnitQuaternion::from_rotation_matrix(pose.rotation());
+    let (at, q) = (pose.translation(), rotation.coords);
+    FrameTransform {
+        timestamp: time,
+        parent_frame_id: To::NAME.to_owned(),
+        child_frame_id: child.to_owned(),
+        translation: Some(Vector3 { x: at.x, y: at.y, z: at.z }),
+        rotation: Some(Quaternion { x: q.x, y: q.y, z: q.z, w: q.w }),
+    }
+}
+
+fn calibration(time: Option<Timestamp>, pair: &VoxelPair) -> CameraCalibration {
+    let camera = &pair.camera;
+    let (fx, fy, cx, cy) = (camera.fx, camera.fy, camera.cx, camera.cy);
+    CameraCalibration {
+        timestamp: time,
+        width: camera.width,
+        height: camera.height,
+        distortion_model: "plumb_bob".to_owned(),
+        d: vec![0.0; 5],
+        k: vec![fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+        r: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        p: vec![fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        frame_id: "camera".to_owned(),
+    }
+}
+
+/// The whole image in millimetres, 0 = no return.
+fn image(time: Option<Timestamp>, pair: &VoxelPair, depth: &DepthCrop) -> RawImage {
+    let (width, height) = (pair.camera.width, pair.camera.height);
+    let pixels = (0..height).flat_map(|row| (0..width).map(move |column| depth.at(column, row)));
+    // A saturating cast: NaN becomes 0.
+    let data = pixels.flat_map(|depth| ((depth * 1000.0 + 0.5) as u16).to_le_bytes()).collect();
+    RawImage {
+        timestamp: time,
+        width,
+        height,
+        encoding: "16UC1".to_owned(),
+        step: 2 * width,
+        data,
+        frame_id: "camera".to_owned(),
+    }
+}
+
+/// Centres of the occupied cells, in the camera's frame.
+fn cloud(time: Option<Timestamp>, grid: &GridPlacement, cells: &OccupancyGrid) -> PointCloud {
+    let lower = grid.lower_corner();
+    let centre = |cell: [u32; 3]| -> Point3<f64> {
+        lower + nalgebra::Vector3::from(cell.map(|c| (f64::from(c) + 0.5) * grid.cell_size))
+    };
+    let float = foxglove::packed_element_field::NumericType::Float32 as i32;
+    let fields = (["x", "y", "z"].into_iter().zip([0, 4, 8]))
+        .map(|(name, offset)| PackedElementField { name: name.to_owned(), offset, r#type: float })
+        .collect();
+    PointCloud {
+        timestamp: time,
+        frame_id: "camera".to_owned(),
+        pose: Some(foxglove::Pose {
+            position: Some(Vector3::default()),
+            orientation: Some(Quaternion { w: 1.0, ..Quaternion::default() }),
+        }),
+        point_stride: 12,
+        fields,
+        data: cells
+            .cells()
+            .flat_map(|cell| centre(cell).coords.map(|c| c as f32).data.0[0])
+            .flat_map(f32::to_le_bytes)
+            .collect(),
+    }
+}
