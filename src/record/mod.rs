@@ -9,6 +9,8 @@ mod channels;
 mod depth;
 mod error;
 mod pair;
+#[cfg(test)]
+mod tests;
 mod wire;
 
 pub(crate) mod proto {

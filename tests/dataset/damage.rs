@@ -222,3 +222,56 @@ fn a_shard_of_another_job_with_a_fitting_name_is_refused() {
     let error = finish_dataset(folder.path(), &made.header()).unwrap_err().to_string();
     assert!(error.contains("completion-00004-of-00005") && error.contains("belongs to job"), "{error}");
 }
+
+/// Half of the next test, which runs it in a process that may write files of 8 KiB at most.
+#[test]
+fn write_under_a_limit() {
+    let Ok(folder) = std::env::var("GRASPMILL_TEST_FOLDER") else { return };
+    let made = Made { shard_samples: 33, resolution: 64, reject_every: 1000, ..Made::default() };
+    let header = ShardHeader {
+        product: "completion".to_owned(),
+        job: job(),
+        shard: ShardId(0),
+        shards: 1,
+        samples: 0..made.samples(),
+        channels: vec![Channel::Pair],
+    };
+    let write = || -> Result<(), DatasetError> {
+        let mut writer = ShardWriter::create(Path::new(&folder), &header)?;
+        let mut payload = Vec::new();
+        for index in 0..made.samples() {
+            let pair = pair(made.id(index), index, made.resolution);
+            payload.clear();
+            pair.encode(&mut payload);
+            writer.write(SampleIndex(index), &made.id(index), Channel::Pair, &payload)?;
+            writer.keep(SampleIndex(index), &made.id(index), facts(&pair))?;
+        }
+        writer.finish().map(|_| ())
+    };
+    let error = write().unwrap_err();
+    assert!(error.is_io() && error.to_string().contains("completion-00000-of-00001"), "{error}");
+    assert_eq!(crate::made::names(Path::new(&folder)), [""; 0], "a writer that fails leaves nothing behind");
+}
+
+#[test]
+fn a_disk_that_takes_no_more_is_an_io_error_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = std::env::current_exe().unwrap();
+    let limited = "trap '' XFSZ; ulimit -f 8; exec \"$0\" --exact damage::write_under_a_limit";
+    let output = std::process::Command::new("bash")
+        .args(["-c", limited])
+        .arg(program)
+        .env("GRASPMILL_TEST_FOLDER", folder.path())
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && text.contains("1 passed"), "{text}");
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_an_io_error_with_its_path() {
+    let made = Made::default();
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let error = begin_run(&file.path().join("dataset"), &made.mark()).unwrap_err();
+    assert!(error.is_io() && error.to_string().contains("dataset"), "{error}");
+}

@@ -1,5 +1,7 @@
 //! The format, from the outside.
 
 mod damage;
+mod golden;
 mod made;
+mod peers;
 mod reading;
