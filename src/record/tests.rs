@@ -72,7 +72,7 @@ proptest! {
         let mut payload = Vec::new();
         pair.encode(&mut payload);
         let place = place.index(payload.len());
-        payload[place] ^= 1 << bit;
+        payload[place] ^= 1u8 << bit;
         if let Ok(other) = VoxelPair::decode(&payload) {
             prop_assert_ne!(other, pair);
         }
