@@ -110,7 +110,6 @@ fn pair(points: &[Point3<f64>], sample: SampleId, view: u32) -> (VoxelPair, Occu
 
 #[test]
 #[ignore = "a measurement: prints rates and sizes by chunk size"]
-#[expect(clippy::print_stdout, reason = "a measurement")]
 fn chunk_sizes() {
     let mut samples = Vec::new();
     for name in ["025_mug", "035_power_drill", "011_banana", "030_fork", "003_cracker_box", "059_chain"] {
@@ -153,7 +152,6 @@ fn chunk_sizes() {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "a measurement")]
 fn measure(samples: &[(VoxelPair, OccupancyGrid)], channels: &[Channel], chunk: usize, level: u32) {
     let (folder, count) = (tempfile::tempdir().unwrap(), samples.len() as u64);
     let header = ShardHeader {
