@@ -45,6 +45,8 @@ pub(crate) trait Lanes: Copy {
     fn shr_i<const N: u32>(self, a: Self::I) -> Self::I;
     /// The sign comes in from above.
     fn sar_i<const N: u32>(self, a: Self::I) -> Self::I;
+    /// Each lane by its own count; zeros come in from above.
+    fn shr_each(self, a: Self::I, count: Self::I) -> Self::I;
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::M;
     fn eq_i(self, a: Self::I, b: Self::I) -> Self::M;
     /// Signed 16-bit numbers, two a lane.
@@ -76,10 +78,43 @@ pub(crate) trait Lanes: Copy {
     /// # Safety
     /// Every index is below the length of the table.
     unsafe fn gather_i(self, table: &[u32], index: Self::I) -> Self::I;
+    /// Bytes `index..index + 4` of the table a lane, the first one lowest.
+    ///
+    /// # Safety
+    /// Every index is below the length of the table less 3.
+    unsafe fn gather_bytes(self, table: &[u8], index: Self::I) -> Self::I;
     /// Writes the lanes whose bit is set one after the other, and may write any value to the rest of `to`.
     fn compress(self, bits: u32, value: Self::I, to: &mut [u32; 16]);
     /// Bit i is the lowest bit of byte i.
     fn low_bits(self, bytes: &[u8; 64]) -> u64;
+}
+
+/// The same expression for each of several values. A macro, because a closure handed to `map` is compiled without the
+/// level's instructions and then calls them one by one.
+macro_rules! each_of {
+    ([$($value:expr),+ $(,)?], $name:pat => $body:expr) => {
+        [$({ let $name = $value; $body }),+]
+    };
+}
+
+pub(crate) use each_of;
+
+/// A linear function in all lanes.
+pub(crate) struct Affine<L: Lanes>([L::F; 4]);
+
+impl<L: Lanes> Affine<L> {
+    /// `row[0] x + row[1] y + row[2] z + row[3]`.
+    #[inline(always)]
+    pub(crate) fn new(l: L, row: [f32; 4]) -> Self {
+        Self([l.splat(row[0]), l.splat(row[1]), l.splat(row[2]), l.splat(row[3])])
+    }
+
+    /// Its value, summed from the left.
+    #[inline(always)]
+    pub(crate) fn at(&self, l: L, x: L::F, y: L::F, z: L::F) -> L::F {
+        let [a, b, c, d] = self.0;
+        l.add(l.add(l.add(l.mul(a, x), l.mul(b, y)), l.mul(c, z)), d)
+    }
 }
 
 /// No vector instruction named; the compiler uses what every machine has.
@@ -214,6 +249,10 @@ impl Lanes for Scalar {
         a.map(|a| a >> N)
     }
     #[inline(always)]
+    fn shr_each(self, a: Self::I, count: Self::I) -> Self::I {
+        each(a, count, |a, count| (a as u32).wrapping_shr(count as u32) as i32)
+    }
+    #[inline(always)]
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::M {
         each(a, b, |a, b| a > b)
     }
@@ -270,6 +309,11 @@ impl Lanes for Scalar {
     unsafe fn gather_i(self, table: &[u32], index: Self::I) -> Self::I {
         // SAFETY: the caller keeps indices in range.
         index.map(|index| unsafe { *table.get_unchecked(index as usize) } as i32)
+    }
+    #[inline(always)]
+    unsafe fn gather_bytes(self, table: &[u8], index: Self::I) -> Self::I {
+        // SAFETY: the caller keeps indices in range.
+        index.map(|index| i32::from_le(unsafe { table.as_ptr().add(index as usize).cast::<i32>().read_unaligned() }))
     }
     #[inline(always)]
     fn compress(self, mut bits: u32, value: Self::I, to: &mut [u32; 16]) {
@@ -364,6 +408,7 @@ mod x86 {
             mul_i(a: __m512i, b: __m512i) -> __m512i = _mm512_mullo_epi32(a, b);
             and_i(a: __m512i, b: __m512i) -> __m512i = _mm512_and_si512(a, b);
             or_i(a: __m512i, b: __m512i) -> __m512i = _mm512_or_si512(a, b);
+            shr_each(a: __m512i, count: __m512i) -> __m512i = _mm512_srlv_epi32(a, count);
             gt_i(a: __m512i, b: __m512i) -> __mmask16 = _mm512_cmpgt_epi32_mask(a, b);
             eq_i(a: __m512i, b: __m512i) -> __mmask16 = _mm512_cmpeq_epi32_mask(a, b);
             min_i16(a: __m512i, b: __m512i) -> __m512i = _mm512_min_epi16(a, b);
@@ -414,14 +459,23 @@ mod x86 {
         unsafe fn gather_i(self, table: &[u32], index: __m512i) -> __m512i {
             unsafe { _mm512_i32gather_epi32::<4>(index, table.as_ptr().cast()) }
         }
+        #[inline(always)]
+        unsafe fn gather_bytes(self, table: &[u8], index: __m512i) -> __m512i {
+            unsafe { _mm512_i32gather_epi32::<1>(index, table.as_ptr().cast()) }
+        }
     }
 
     macro_rules! avx2 {
-        ($($name:ident($($arg:ident: $type:ty),*) -> $out:ty = $f:expr;)*) => {$(
+        ($($name:ident($($arg:ident: $type:ty),*) -> $out:ty = $body:expr;)*) => {$(
             #[inline(always)]
             fn $name(self, $($arg: $type),*) -> $out {
-                #[allow(clippy::redundant_closure_call)]
-                std::array::from_fn(|half| unsafe { ($f)($($arg[half]),*) })
+                // No closures: they would be compiled without the level's instructions.
+                unsafe {
+                    [
+                        { $(let $arg = $arg[0];)* $body },
+                        { $(let $arg = $arg[1];)* $body },
+                    ]
+                }
             }
         )*};
     }
@@ -435,35 +489,35 @@ mod x86 {
         type M = I;
 
         avx2! {
-            add(a: F, b: F) -> F = |a, b| _mm256_add_ps(a, b);
-            sub(a: F, b: F) -> F = |a, b| _mm256_sub_ps(a, b);
-            mul(a: F, b: F) -> F = |a, b| _mm256_mul_ps(a, b);
-            div(a: F, b: F) -> F = |a, b| _mm256_div_ps(a, b);
-            min(a: F, b: F) -> F = |a, b| _mm256_min_ps(a, b);
-            max(a: F, b: F) -> F = |a, b| _mm256_max_ps(a, b);
-            abs(a: F) -> F = |a| _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
-            ge(a: F, b: F) -> I = |a, b| _mm256_castps_si256(_mm256_cmp_ps::<_CMP_GE_OQ>(a, b));
-            lt(a: F, b: F) -> I = |a, b| _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b));
-            select(condition: I, yes: F, no: F) -> F =
-                |condition, yes, no| _mm256_blendv_ps(no, yes, _mm256_castsi256_ps(condition));
-            truncate(a: F) -> I = |a| _mm256_cvttps_epi32(a);
-            to_float(a: I) -> F = |a| _mm256_cvtepi32_ps(a);
-            add_i(a: I, b: I) -> I = |a, b| _mm256_add_epi32(a, b);
-            sub_i(a: I, b: I) -> I = |a, b| _mm256_sub_epi32(a, b);
-            mul_i(a: I, b: I) -> I = |a, b| _mm256_mullo_epi32(a, b);
-            and_i(a: I, b: I) -> I = |a, b| _mm256_and_si256(a, b);
-            or_i(a: I, b: I) -> I = |a, b| _mm256_or_si256(a, b);
-            gt_i(a: I, b: I) -> I = |a, b| _mm256_cmpgt_epi32(a, b);
-            eq_i(a: I, b: I) -> I = |a, b| _mm256_cmpeq_epi32(a, b);
-            min_i16(a: I, b: I) -> I = |a, b| _mm256_min_epi16(a, b);
-            max_i16(a: I, b: I) -> I = |a, b| _mm256_max_epi16(a, b);
-            sub_i16(a: I, b: I) -> I = |a, b| _mm256_sub_epi16(a, b);
-            min_u8(a: I, b: I) -> I = |a, b| _mm256_min_epu8(a, b);
-            max_u8(a: I, b: I) -> I = |a, b| _mm256_max_epu8(a, b);
-            sub_u8(a: I, b: I) -> I = |a, b| _mm256_sub_epi8(a, b);
-            both(a: I, b: I) -> I = |a, b| _mm256_and_si256(a, b);
-            either(a: I, b: I) -> I = |a, b| _mm256_or_si256(a, b);
-            not(a: I) -> I = |a| _mm256_xor_si256(a, _mm256_set1_epi32(-1));
+            add(a: F, b: F) -> F = _mm256_add_ps(a, b);
+            sub(a: F, b: F) -> F = _mm256_sub_ps(a, b);
+            mul(a: F, b: F) -> F = _mm256_mul_ps(a, b);
+            div(a: F, b: F) -> F = _mm256_div_ps(a, b);
+            min(a: F, b: F) -> F = _mm256_min_ps(a, b);
+            max(a: F, b: F) -> F = _mm256_max_ps(a, b);
+            abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+            ge(a: F, b: F) -> I = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_GE_OQ>(a, b));
+            lt(a: F, b: F) -> I = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b));
+            select(condition: I, yes: F, no: F) -> F = _mm256_blendv_ps(no, yes, _mm256_castsi256_ps(condition));
+            truncate(a: F) -> I = _mm256_cvttps_epi32(a);
+            to_float(a: I) -> F = _mm256_cvtepi32_ps(a);
+            add_i(a: I, b: I) -> I = _mm256_add_epi32(a, b);
+            sub_i(a: I, b: I) -> I = _mm256_sub_epi32(a, b);
+            mul_i(a: I, b: I) -> I = _mm256_mullo_epi32(a, b);
+            and_i(a: I, b: I) -> I = _mm256_and_si256(a, b);
+            or_i(a: I, b: I) -> I = _mm256_or_si256(a, b);
+            shr_each(a: I, count: I) -> I = _mm256_srlv_epi32(a, count);
+            gt_i(a: I, b: I) -> I = _mm256_cmpgt_epi32(a, b);
+            eq_i(a: I, b: I) -> I = _mm256_cmpeq_epi32(a, b);
+            min_i16(a: I, b: I) -> I = _mm256_min_epi16(a, b);
+            max_i16(a: I, b: I) -> I = _mm256_max_epi16(a, b);
+            sub_i16(a: I, b: I) -> I = _mm256_sub_epi16(a, b);
+            min_u8(a: I, b: I) -> I = _mm256_min_epu8(a, b);
+            max_u8(a: I, b: I) -> I = _mm256_max_epu8(a, b);
+            sub_u8(a: I, b: I) -> I = _mm256_sub_epi8(a, b);
+            both(a: I, b: I) -> I = _mm256_and_si256(a, b);
+            either(a: I, b: I) -> I = _mm256_or_si256(a, b);
+            not(a: I) -> I = _mm256_xor_si256(a, _mm256_set1_epi32(-1));
         }
 
         #[inline(always)]
@@ -498,53 +552,80 @@ mod x86 {
         }
         #[inline(always)]
         fn shl_i<const N: u32>(self, a: I) -> I {
-            a.map(|a| unsafe { _mm256_sllv_epi32(a, _mm256_set1_epi32(N as i32)) })
+            unsafe {
+                let count = _mm256_set1_epi32(N as i32);
+                [_mm256_sllv_epi32(a[0], count), _mm256_sllv_epi32(a[1], count)]
+            }
         }
         #[inline(always)]
         fn shr_i<const N: u32>(self, a: I) -> I {
-            a.map(|a| unsafe { _mm256_srlv_epi32(a, _mm256_set1_epi32(N as i32)) })
+            unsafe {
+                let count = _mm256_set1_epi32(N as i32);
+                [_mm256_srlv_epi32(a[0], count), _mm256_srlv_epi32(a[1], count)]
+            }
         }
         #[inline(always)]
         fn sar_i<const N: u32>(self, a: I) -> I {
-            a.map(|a| unsafe { _mm256_srav_epi32(a, _mm256_set1_epi32(N as i32)) })
+            unsafe {
+                let count = _mm256_set1_epi32(N as i32);
+                [_mm256_srav_epi32(a[0], count), _mm256_srav_epi32(a[1], count)]
+            }
         }
         #[inline(always)]
         fn bits(self, a: I) -> u32 {
-            let [low, high] = a.map(|a| unsafe { _mm256_movemask_ps(_mm256_castsi256_ps(a)) } as u32);
-            high << 8 | low
+            unsafe {
+                let low = _mm256_movemask_ps(_mm256_castsi256_ps(a[0])) as u32;
+                let high = _mm256_movemask_ps(_mm256_castsi256_ps(a[1])) as u32;
+                high << 8 | low
+            }
         }
         #[inline(always)]
         unsafe fn gather(self, table: &[f32], index: I) -> F {
-            index.map(|index| unsafe { _mm256_i32gather_ps::<4>(table.as_ptr(), index) })
+            let table = table.as_ptr();
+            unsafe { [_mm256_i32gather_ps::<4>(table, index[0]), _mm256_i32gather_ps::<4>(table, index[1])] }
         }
         #[inline(always)]
         unsafe fn gather_i(self, table: &[u32], index: I) -> I {
-            index.map(|index| unsafe { _mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index) })
+            let table = table.as_ptr().cast();
+            unsafe { [_mm256_i32gather_epi32::<4>(table, index[0]), _mm256_i32gather_epi32::<4>(table, index[1])] }
+        }
+        #[inline(always)]
+        unsafe fn gather_bytes(self, table: &[u8], index: I) -> I {
+            let table = table.as_ptr().cast();
+            unsafe { [_mm256_i32gather_epi32::<1>(table, index[0]), _mm256_i32gather_epi32::<1>(table, index[1])] }
         }
         #[inline(always)]
         fn compress(self, bits: u32, value: I, to: &mut [u32; 16]) {
-            let mut count = 0;
-            for (half, value) in value.into_iter().enumerate() {
-                let bits = bits >> (8 * half) & 0xff;
-                // The places of the set bits, one byte each, become the order of a permutation.
-                unsafe {
-                    let chosen = _pdep_u64(u64::from(bits), 0x0101_0101_0101_0101) * 0xff;
-                    let places = _pext_u64(0x0706_0504_0302_0100, chosen);
-                    let order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(places as i64));
-                    // At most 8 numbers went before, so 8 more fit.
-                    let packed = _mm256_permutevar8x32_epi32(value, order);
-                    _mm256_storeu_si256(to.as_mut_ptr().add(count).cast(), packed);
-                }
-                count += bits.count_ones() as usize;
+            let low = bits & 0xff;
+            // SAFETY: at most 8 numbers come from the lower half, so the 8 of the upper half still fit.
+            unsafe {
+                compress_half(low, value[0], to.as_mut_ptr());
+                compress_half(bits >> 8, value[1], to.as_mut_ptr().add(low.count_ones() as usize));
             }
         }
         #[inline(always)]
         fn low_bits(self, bytes: &[u8; 64]) -> u64 {
-            let half = |half: usize| unsafe {
-                let bytes = _mm256_loadu_si256(bytes.as_ptr().add(32 * half).cast());
-                u64::from(_mm256_movemask_epi8(_mm256_slli_epi16::<7>(bytes)) as u32)
-            };
-            half(1) << 32 | half(0)
+            unsafe {
+                let low = _mm256_loadu_si256(bytes.as_ptr().cast());
+                let high = _mm256_loadu_si256(bytes.as_ptr().add(32).cast());
+                let low = _mm256_movemask_epi8(_mm256_slli_epi16::<7>(low)) as u32;
+                let high = _mm256_movemask_epi8(_mm256_slli_epi16::<7>(high)) as u32;
+                u64::from(high) << 32 | u64::from(low)
+            }
+        }
+    }
+
+    /// The places of the set bits, one byte each, become the order of a permutation.
+    ///
+    /// # Safety
+    /// AVX2 and BMI2 may be used, and 8 numbers may be written.
+    #[inline(always)]
+    unsafe fn compress_half(bits: u32, value: __m256i, to: *mut u32) {
+        unsafe {
+            let chosen = _pdep_u64(u64::from(bits), 0x0101_0101_0101_0101) * 0xff;
+            let places = _pext_u64(0x0706_0504_0302_0100, chosen);
+            let order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(places as i64));
+            _mm256_storeu_si256(to.cast(), _mm256_permutevar8x32_epi32(value, order));
         }
     }
 }

@@ -24,4 +24,7 @@ pub use render_mesh::RenderMesh;
 pub use simd::SimdLevel;
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};
 #[cfg(feature = "factory")]
-pub(crate) use {lanes::Lanes, simd::kernel};
+pub(crate) use {
+    lanes::{Affine, Lanes, each_of},
+    simd::kernel,
+};

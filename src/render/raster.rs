@@ -91,7 +91,7 @@ impl Rasteriser {
             kernels::cull(self.level, &self.clipped, &self.facing, &self.projected, &mut self.survivors);
             bounds
         };
-        if !self.target.depth.is_empty() {
+        if self.target.width > 0 {
             let two_sided = !mesh.culls_back_faces();
             kernels::fill_small(self.level, &mut self.survivors, &self.projected, two_sided, &mut self.target);
             kernels::fill_large(self.level, &self.survivors, &self.projected, two_sided, &mut self.target);

@@ -1,7 +1,7 @@
 //! The rasteriser's inner loops, written once over [`Lanes`].
 #![expect(unsafe_code, reason = "gathers without bounds checks: the hot path of every view")]
 
-use crate::geom::{Lanes, RenderMesh, kernel};
+use crate::geom::{Affine, Lanes, RenderMesh, each_of, kernel};
 
 /// Vertices in image coordinates [px] and inverse depth [1/m].
 #[derive(Default)]
@@ -73,8 +73,9 @@ pub(super) struct Target {
     left: i32,
     top: i32,
     pub(super) width: usize,
-    /// Inverse depth [1/m], 0 = nothing yet.
-    pub(super) depth: Vec<f32>,
+    height: usize,
+    /// Inverse depth [1/m], 0 = nothing yet; sixteen more at the end, so that whole vectors may reach past the last row.
+    depth: Vec<f32>,
 }
 
 impl Target {
@@ -83,9 +84,13 @@ impl Target {
         let (width, height) = ((right - left).max(0) as usize, (bottom - top).max(0) as usize);
         self.left = left;
         self.top = top;
-        self.width = if height > 0 { width } else { 0 };
+        (self.width, self.height) = if width * height > 0 { (width, height) } else { (0, 0) };
         self.depth.clear();
-        self.depth.resize(width * height, 0.0);
+        self.depth.resize(width * height + 16, 0.0);
+    }
+
+    fn rows(&self) -> impl Iterator<Item = &[f32]> {
+        self.depth.chunks_exact(self.width).take(self.height)
     }
 
     #[inline(always)]
@@ -118,10 +123,10 @@ kernel! {
 
 #[inline(always)]
 fn project_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], projection: &Projection, out: &mut Projected) -> [f32; 4] {
-    let rows = projection.rows.map(|row| row.map(|value| l.splat(value)));
-    let [offset_u, offset_v] = projection.offset.map(|value| l.splat(value));
-    let [low_u, low_v] = projection.low.map(|value| l.splat(value));
-    let [high_u, high_v] = projection.high.map(|value| l.splat(value));
+    let [to_x, to_y, to_z] = each_of!([0, 1, 2], row => Affine::new(l, projection.rows[row]));
+    let [offset_u, offset_v] = each_of!([0, 1], axis => l.splat(projection.offset[axis]));
+    let [low_u, low_v] = each_of!([0, 1], axis => l.splat(projection.low[axis]));
+    let [high_u, high_v] = each_of!([0, 1], axis => l.splat(projection.high[axis]));
     let (zero, one) = (l.splat(0.0), l.splat(1.0));
     let (mut min_u, mut min_v, mut max_u, mut max_v) = (high_u, high_v, low_u, low_v);
     let [x, y, z] = positions.each_ref().map(|axis| axis.as_chunks::<16>().0);
@@ -130,16 +135,15 @@ fn project_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], projection: &Projecti
     let vertices = x.iter().zip(y).zip(z);
     for (((((x, y), z), u_out), v_out), (w_out, packed_out)) in vertices.zip(u).zip(v).zip(w.iter_mut().zip(packed)) {
         let (x, y, z) = (l.load(x), l.load(y), l.load(z));
-        let [x, y, z] = rows.map(|[a, b, c, d]| l.add(l.add(l.add(l.mul(a, x), l.mul(b, y)), l.mul(c, z)), d));
+        let (x, y, z) = (to_x.at(l, x, y, z), to_y.at(l, x, y, z), to_z.at(l, x, y, z));
         let w = l.div(one, z);
         let u = l.add(l.mul(x, w), offset_u);
         let v = l.add(l.mul(y, w), offset_v);
-        let ceil = |value, low, high| {
+        let [column, row] = each_of!([(u, low_u, high_u), (v, low_v, high_v)], (value, low, high) => {
             let value = l.max(l.min(value, high), low);
             let whole = l.to_float(l.truncate(value));
             l.add(whole, l.select(l.lt(whole, value), one, zero))
-        };
-        let (column, row) = (ceil(u, low_u, high_u), ceil(v, low_v, high_v));
+        });
         (min_u, max_u) = (l.min(min_u, column), l.max(max_u, column));
         (min_v, max_v) = (l.min(min_v, row), l.max(max_v, row));
         l.store(u, u_out);
@@ -148,12 +152,14 @@ fn project_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], projection: &Projecti
         let low_half = l.and_i(l.truncate(column), l.splat_i(0xffff));
         l.store_i(l.or_i(l.shl_i::<16>(l.truncate(row)), low_half), packed_out);
     }
-    let spread = |value, pick: fn(f32, f32) -> f32| {
-        let mut lanes = [0.0; 16];
-        l.store(value, &mut lanes);
-        lanes.into_iter().reduce(pick).expect("sixteen")
-    };
-    [spread(min_u, f32::min), spread(min_v, f32::min), spread(max_u, f32::max), spread(max_v, f32::max)]
+    let mut lanes = [[0.0; 16]; 4];
+    for (value, lanes) in [min_u, min_v, max_u, max_v].into_iter().zip(&mut lanes) {
+        l.store(value, lanes);
+    }
+    let [min_u, min_v, max_u, max_v] = lanes;
+    let (min, max) =
+        (|a: [f32; 16]| a.into_iter().fold(a[0], f32::min), |a: [f32; 16]| a.into_iter().fold(a[0], f32::max));
+    [min(min_u), min(min_v), max(max_u), max(max_v)]
 }
 
 kernel! {
@@ -179,9 +185,9 @@ fn cull_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], clusters: &[u32], projecte
         let first = *cluster as usize * RenderMesh::CLUSTER;
         let run = corners.each_ref().map(|corner| corner[first..first + RenderMesh::CLUSTER].as_chunks::<16>().0);
         for ((a, b), c) in run[0].iter().zip(run[1]).zip(run[2]) {
-            let [a, b, c] = [a, b, c].map(|corner| l.load_i(corner));
+            let [a, b, c] = each_of!([a, b, c], corner => l.load_i(corner));
             // SAFETY: a mesh's corners are places of its vertices, and every vertex has been projected.
-            let [pa, pb, pc] = [a, b, c].map(|corner| unsafe { l.gather_i(&projected.packed, corner) });
+            let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&projected.packed, corner) });
             let min = l.min_i16(l.min_i16(pa, pb), pc);
             let span = l.sub_i16(l.max_i16(l.max_i16(pa, pb), pc), min);
             let none = l.either(l.eq_i(l.and_i(span, low_half), zero), l.eq_i(l.and_i(span, high_half), zero));
@@ -190,14 +196,14 @@ fn cull_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], clusters: &[u32], projecte
                 continue;
             }
             let fits = l.bits(l.eq_i(l.and_i(span, beyond_small), zero));
-            for (value, list) in [a, b, c, min, span].into_iter().zip(&mut out.small) {
-                l.compress(alive & fits, value, chunk_at(list, small));
-            }
+            each_of!([(a, 0), (b, 1), (c, 2), (min, 3), (span, 4)], (value, list) => {
+                l.compress(alive & fits, value, chunk_at(&mut out.small[list], small))
+            });
             small += (alive & fits).count_ones() as usize;
             if alive & !fits != 0 {
-                for (value, list) in [a, b, c, min, span].into_iter().zip(&mut out.large) {
-                    l.compress(alive & !fits, value, chunk_at(list, large));
-                }
+                each_of!([(a, 0), (b, 1), (c, 2), (min, 3), (span, 4)], (value, list) => {
+                    l.compress(alive & !fits, value, chunk_at(&mut out.large[list], large))
+                });
                 large += (alive & !fits).count_ones() as usize;
             }
         }
@@ -237,10 +243,11 @@ fn fill_small_body<L: Lanes>(
     }
     let zero = l.splat(0.0);
     for start in (0..count).step_by(16) {
-        let [a, b, c, min, span] =
-            survivors.small.each_ref().map(|list| l.load_i(list[start..start + 16].try_into().expect("sixteen")));
+        let [a, b, c, min, span] = each_of!([0, 1, 2, 3, 4], list => {
+            l.load_i(survivors.small[list][start..start + 16].try_into().expect("sixteen"))
+        });
         // SAFETY: a survivor's corners are places of projected vertices; fillers name vertex 0.
-        let [[au, av, aw], [bu, bv, bw], [cu, cv, cw]] = [a, b, c].map(|corner| unsafe {
+        let [[au, av, aw], [bu, bv, bw], [cu, cv, cw]] = each_of!([a, b, c], corner => unsafe {
             [l.gather(&projected.u, corner), l.gather(&projected.v, corner), l.gather(&projected.w, corner)]
         });
         let (column, row) = (l.sar_i::<16>(l.shl_i::<16>(min)), l.sar_i::<16>(min));
@@ -251,28 +258,30 @@ fn fill_small_body<L: Lanes>(
                 break;
             }
             let y = l.to_float(l.add_i(row, l.splat_i(dy)));
-            let [ay, by, cy] = [av, bv, cv].map(|v| l.sub(v, y));
+            let [ay, by, cy] = each_of!([av, bv, cv], v => l.sub(v, y));
             for dx in 0..3 {
                 let active = l.both(in_row, l.gt_i(columns, l.splat_i(dx)));
                 if l.bits(active) == 0 {
                     break;
                 }
                 let x = l.to_float(l.add_i(column, l.splat_i(dx)));
-                let [ax, bx, cx] = [au, bu, cu].map(|u| l.sub(u, x));
-                let edge = |px, py, qx, qy| l.sub(l.mul(px, qy), l.mul(py, qx));
-                let (mut ea, mut eb, mut ec) = (edge(bx, by, cx, cy), edge(cx, cy, ax, ay), edge(ax, ay, bx, by));
+                let [ax, bx, cx] = each_of!([au, bu, cu], u => l.sub(u, x));
+                let [mut ea, mut eb, mut ec] = each_of!(
+                    [(bx, by, cx, cy), (cx, cy, ax, ay), (ax, ay, bx, by)],
+                    (px, py, qx, qy) => l.sub(l.mul(px, qy), l.mul(py, qx))
+                );
                 let mut area = l.add(l.add(ea, eb), ec);
                 if two_sided {
                     let turned = l.lt(area, zero);
-                    [ea, eb, ec, area] = [ea, eb, ec, area].map(|e| l.select(turned, l.sub(zero, e), e));
+                    [ea, eb, ec, area] = each_of!([ea, eb, ec, area], e => l.select(turned, l.sub(zero, e), e));
                 }
                 let inside = l.both(l.both(l.ge(ea, zero), l.ge(eb, zero)), l.both(l.ge(ec, zero), l.lt(zero, area)));
                 let hits = l.bits(l.both(active, inside));
                 if hits == 0 {
                     continue;
                 }
-                let size = [ax, ay, bx, by, cx, cy].map(|value| l.abs(value));
-                let size = size.into_iter().reduce(|a, b| l.max(a, b)).expect("six");
+                let [ax, ay, bx, by, cx, cy] = each_of!([ax, ay, bx, by, cx, cy], value => l.abs(value));
+                let size = l.max(l.max(l.max(ax, ay), l.max(bx, by)), l.max(cx, cy));
                 let thin = l.lt(area, l.mul(l.splat(THIN), l.mul(size, l.mul(size, size))));
                 let thin = l.bits(thin) & hits;
                 let slope = l.add(l.mul(eb, l.sub(bw, aw)), l.mul(ec, l.sub(cw, aw)));
@@ -340,32 +349,47 @@ kernel! {
 #[inline(always)]
 fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected, two_sided: bool, target: &mut Target) {
     let zero = l.splat(0.0);
-    let steps: [f32; 16] = std::array::from_fn(|lane| lane as f32);
-    let steps = l.load(&steps);
+    let lane_numbers = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    let steps = l.to_float(lane_numbers);
     for triangle in 0..survivors.large_count {
         let corners = [0, 1, 2].map(|corner| projected.point(survivors.large[corner][triangle]));
         let Some((plane, sign)) = Plane::of(&corners, two_sided) else { continue };
         let [left, top] = unpack(survivors.large[3][triangle]);
         let [columns, rows] = unpack(survivors.large[4][triangle]);
-        let u = corners.map(|corner| l.splat(corner.u));
+        let [au, bu, cu] = each_of!([0, 1, 2], corner => l.splat(corners[corner].u));
+        let sign = l.splat(sign);
+        let (slope, low, high) = (l.splat(plane.step[0] as f32), l.splat(plane.low as f32), l.splat(plane.high as f32));
         for row in top..top + rows {
-            let [ay, by, cy] = corners.map(|corner| l.splat(corner.v - row as f32));
+            let [ay, by, cy] = each_of!([0, 1, 2], corner => l.splat(corners[corner].v - row as f32));
             for first in (left..left + columns).step_by(16) {
                 let x = l.add(l.splat(first as f32), steps);
-                let [ax, bx, cx] = u.map(|u| l.sub(u, x));
-                let edge = |px, py, qx, qy| l.mul(l.splat(sign), l.sub(l.mul(px, qy), l.mul(py, qx)));
-                let (ea, eb, ec) = (edge(bx, by, cx, cy), edge(cx, cy, ax, ay), edge(ax, ay, bx, by));
+                let [ax, bx, cx] = each_of!([au, bu, cu], u => l.sub(u, x));
+                let [ea, eb, ec] = each_of!(
+                    [(bx, by, cx, cy), (cx, cy, ax, ay), (ax, ay, bx, by)],
+                    (px, py, qx, qy) => l.mul(sign, l.sub(l.mul(px, qy), l.mul(py, qx)))
+                );
                 let inside = l.both(l.both(l.ge(ea, zero), l.ge(eb, zero)), l.ge(ec, zero));
-                let mut left_over = l.bits(inside);
                 let room = left + columns - first;
-                if room < 16 {
-                    left_over &= (1 << room) - 1;
+                let inside = l.both(inside, l.gt_i(l.splat_i(room), lane_numbers));
+                if l.bits(inside) == 0 {
+                    continue;
                 }
-                while left_over != 0 {
-                    let column = first + left_over.trailing_zeros() as i32;
-                    target.draw(column, row, plane.depth(&corners, column, row));
-                    left_over &= left_over - 1;
+                if plane.thin {
+                    let mut hits = l.bits(inside);
+                    while hits != 0 {
+                        let column = first + hits.trailing_zeros() as i32;
+                        target.draw(column, row, thin_depth(&corners, column, row));
+                        hits &= hits - 1;
+                    }
+                    continue;
                 }
+                // From the row's first pixel in single precision: the step is small beside the depth itself.
+                let w = l.add(l.splat(plane.at(first, row)), l.mul(steps, slope));
+                let w = l.max(l.min(w, high), low);
+                let place = (row - target.top) as usize * target.width + (first - target.left) as usize;
+                let pixels: &mut [f32; 16] = (&mut target.depth[place..place + 16]).try_into().expect("sixteen");
+                let old = l.load(pixels);
+                l.store(l.select(inside, l.max(w, old), old), pixels);
             }
         }
     }
@@ -404,12 +428,8 @@ impl Plane {
     }
 
     #[inline(always)]
-    fn depth(&self, corners: &[Fragment; 3], column: i32, row: i32) -> f32 {
-        if self.thin {
-            return thin_depth(corners, column, row);
-        }
-        let w = self.base + (self.step[0] * f64::from(column) + self.step[1] * f64::from(row));
-        w.clamp(self.low, self.high) as f32
+    fn at(&self, column: i32, row: i32) -> f32 {
+        (self.base + (self.step[0] * f64::from(column) + self.step[1] * f64::from(row))) as f32
     }
 }
 
@@ -421,7 +441,7 @@ kernel! {
 
 #[inline(always)]
 fn column_maxima_body<L: Lanes>(_: L, target: &Target, maxima: &mut [f32], top: &mut usize, bottom: &mut usize) {
-    for (row, line) in target.depth.chunks_exact(target.width).enumerate() {
+    for (row, line) in target.rows().enumerate() {
         let mut any = 0;
         for (max, w) in maxima.iter_mut().zip(line) {
             *max = if *w > *max { *w } else { *max };
@@ -441,8 +461,7 @@ kernel! {
 
 #[inline(always)]
 fn metres_body<L: Lanes>(_: L, target: &Target, left: usize, top: usize, width: usize, out: &mut [f32]) {
-    let lines = target.depth.chunks_exact(target.width).skip(top);
-    for (out, line) in out.chunks_exact_mut(width).zip(lines) {
+    for (out, line) in out.chunks_exact_mut(width).zip(target.rows().skip(top)) {
         for (out, w) in out.iter_mut().zip(&line[left..left + width]) {
             *out = if *w > 0.0 { 1.0 / *w } else { f32::NAN };
         }

@@ -12,8 +12,10 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Bytes past the end that a kernel may read.
-    const SLACK: usize = 64;
+    /// Bytes past the end that a kernel may read: a row of 64, or the cell two further along every axis.
+    fn slack(&self) -> usize {
+        64 + 2 * (self.side() * self.side() + self.side())
+    }
 
     /// Makes every cell empty.
     pub(super) fn reset(&mut self, resolution: u32) {
@@ -27,7 +29,7 @@ impl Cells {
                     u8::from(border(x) || border(y) || border(z))
                 })
                 .collect();
-            self.empty.resize(side.pow(3) + Self::SLACK, 1);
+            self.empty.resize(side.pow(3) + self.slack(), 1);
         }
         self.bytes.clear();
         self.bytes.extend_from_slice(&self.empty);

@@ -2,7 +2,7 @@
 #![expect(unsafe_code, reason = "stores without checks: the hot path of every view")]
 
 use super::{cells::Cells, interior::FineFromGrid, view_grids::grid_coordinates};
-use crate::geom::{CameraCv, GridPlacement, Lanes, Object, Pose, SimdLevel, SolidGrid, kernel};
+use crate::geom::{Affine, CameraCv, GridPlacement, Lanes, Object, Pose, SimdLevel, SolidGrid, each_of, kernel};
 
 /// The solid cells near an empty one.
 ///
@@ -146,7 +146,7 @@ kernel! {
 
 #[inline(always)]
 fn mark_corners_body<L: Lanes>(l: L, points: &[u32], rows: &[[f32; 4]; 3], cells: &mut Cells) {
-    let rows = rows.map(|row| row.map(|value| l.splat(value)));
+    let [to_x, to_y, to_z] = each_of!([0, 1, 2], row => Affine::new(l, rows[row]));
     let (zero, last) = (l.splat(0.0), l.splat((cells.side() - 1) as f32));
     let side = l.splat_i(cells.side() as i32);
     let byte = l.splat_i(0xff);
@@ -155,9 +155,8 @@ fn mark_corners_body<L: Lanes>(l: L, points: &[u32], rows: &[[f32; 4]; 3], cells
         let x = l.to_float(l.and_i(points, byte));
         let y = l.to_float(l.and_i(l.shr_i::<8>(points), byte));
         let z = l.to_float(l.shr_i::<16>(points));
-        let [x, y, z] = rows.map(|[a, b, c, d]| {
-            let g = l.add(l.add(l.add(l.mul(a, x), l.mul(b, y)), l.mul(c, z)), d);
-            l.truncate(l.max(l.min(g, last), zero))
+        let [x, y, z] = each_of!([&to_x, &to_y, &to_z], row => {
+            l.truncate(l.max(l.min(row.at(l, x, y, z), last), zero))
         });
         let mut places = [0; 16];
         l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(x, side), y), side), z), &mut places);

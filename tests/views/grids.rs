@@ -36,7 +36,7 @@ fn partial_lies_in_complete_on_every_scan() {
     for (name, mesh) in shapes(1) {
         let object = object(&mesh, Truth::AnyOverlap);
         let centre = mesh.aabb().expect("vertices").centre();
-        for view in 0..48 {
+        for view in 0..24 {
             let pose = pose(view, centre, [1.0, 0.5, 1.7][view % 3]);
             let crop = raster.render(&object.render, &camera, &pose);
             let Ok(placement) = grids.place(crop, &camera, [40, 40, 64, 128][view % 4]) else { continue };
@@ -48,7 +48,7 @@ fn partial_lies_in_complete_on_every_scan() {
         }
     }
     println!("{pairs} pairs");
-    assert!(pairs > 3900);
+    assert!(pairs > 1950);
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn centre_and_fraction_bracket_the_solid() {
         let [any, centre, half, full] =
             [Truth::AnyOverlap, Truth::Centre, Truth::Fraction(0.5), Truth::Fraction(1.0)].map(&mut make);
         assert!((volume(&centre) / exact - 1.0).abs() < 0.01 && (volume(&half) / exact - 1.0).abs() < 0.01);
-        assert!(volume(&any) > 1.1 * exact && volume(&full) < 0.9 * exact);
+        assert!(volume(&any) > 1.05 * exact && volume(&full) < 0.95 * exact);
         for (small, large) in [(&full, &half), (&half, &any), (&centre, &any)] {
             assert_eq!(small.count_both(large), small.count());
         }
