@@ -8,10 +8,10 @@ use nalgebra::{Matrix3, Vector3};
 type V3 = Vector3<f64>;
 
 /// A node is taken as a whole from this many radii off.
-const FAR: f64 = 2.0;
+const FAR: f64 = 2.5;
 
 /// A node goes into the expansion of a ball that is this many radii of the ball further off.
-const FAR_FROM_BLOCK: f64 = 2.5;
+const FAR_FROM_BLOCK: f64 = 3.0;
 
 /// Caps over closed polygons, as a tree: groups of caps at the top, each cap halved again and again below. Lengths in
 /// cells.
@@ -30,6 +30,8 @@ struct Node {
     second: Matrix3<f64>,
     /// Area.
     area: f64,
+    /// Triangles.
+    count: f64,
     /// Length of rim.
     rim: f64,
     /// The middle triangle of a polygon, and whether side i, from corner i to the next, belongs to the rim; none for a
@@ -77,6 +79,7 @@ impl Caps {
             first: doubled * 0.5,
             second: Matrix3::zeros(),
             area: 0.5 * doubled.norm(),
+            count: 1.0,
             rim: (0..3).map(|i| if on_rim[i] { (triangle[(i + 1) % 3] - triangle[i]).norm() } else { 0.0 }).sum(),
             triangle: Some((triangle, on_rim)),
             children,
@@ -107,6 +110,7 @@ impl Caps {
             first: V3::zeros(),
             second: Matrix3::zeros(),
             area: 0.0,
+            count: 0.0,
             rim: 0.0,
             triangle: None,
             children,
@@ -139,6 +143,7 @@ impl Caps {
             node.second += child.second + child.first * (child.centre - centre).transpose();
             node.first += child.first;
             node.area += child.area;
+            node.count += child.count;
             node.rim += child.rim;
         }
         node
@@ -178,7 +183,8 @@ impl Caps {
             while let Some(index) = caps.pop() {
                 let node = &self.nodes[index as usize];
                 let gap = (node.centre - point).norm() - node.radius - reach;
-                if gap > node.radius {
+                // The bound is for the whole ball and stays for the blocks inside: it must not be much too wide there.
+                if gap > node.radius && gap > FAR_FROM_BLOCK * reach {
                     inner.far_slope += node.slope_by_area(gap).min(node.slope_by_rim(gap));
                 } else if node.triangle.is_none() {
                     node.children.into_iter().flatten().for_each(|child| caps.push(child));
@@ -192,6 +198,7 @@ impl Caps {
     /// The winding number of all caps at `point` in the ball of `local`.
     pub(super) fn winding(&self, local: &Local, point: &V3) -> f64 {
         let mut angle = local.far_angle(point);
+        let mut near = HalfAngle::default();
         let mut stack = Stack::default();
         for part in &local.near {
             stack.push(*part);
@@ -204,14 +211,14 @@ impl Caps {
                     continue;
                 }
                 if let Some((corners, _)) = &node.triangle {
-                    angle += solid_angle(corners, point);
+                    near.add(corners, point);
                 }
                 if !part.is_triangle_only() {
                     node.children.into_iter().flatten().for_each(|child| stack.push(Part::all(child)));
                 }
             }
         }
-        angle / (4.0 * PI)
+        (angle + 2.0 * near.sum()) / (4.0 * PI)
     }
 
     /// Whether the winding number, followed without its jumps across the caps, stays within `bound` of its value at
@@ -219,19 +226,23 @@ impl Caps {
     ///
     /// The gradient of a cap is at most area / (2 pi d^3) (dipoles at distance d), and at most the integral of
     /// 1 / (4 pi d^2) over its rim (the law of Biot and Savart). Inner edges carry no current, so that the second bound
-    /// holds for whole caps only.
+    /// holds for whole caps only. Away from a cap its winding number is also small in itself.
     pub(super) fn is_calm(&self, local: &Local, point: &V3, reach: f64, bound: f64) -> bool {
-        let limit = bound / reach;
-        let mut slope = local.far_slope;
+        let mut swing = local.far_slope * reach;
         for cap in &local.near_caps {
-            if slope > limit {
+            if swing > bound {
                 break;
             }
             let node = &self.nodes[*cap as usize];
             let gap = (node.centre - point).norm() - node.radius - reach;
-            slope += node.slope_by_area(gap).min(self.rim_slope(*cap, point, reach, limit - slope));
+            let outside = (node.slope_by_area(gap) * reach).min(2.0 * node.most(gap));
+            swing += if outside < 0.1 * bound {
+                outside
+            } else {
+                outside.min(self.rim_slope(*cap, point, reach, (bound - swing) / reach) * reach)
+            };
         }
-        slope <= limit
+        swing <= bound
     }
 
     /// The integral of 1 / (4 pi d^2) over the rim of one cap, at most; given up beyond `limit`.
@@ -328,6 +339,17 @@ impl Node {
         if gap > 0.0 { self.area / (2.0 * PI * gap * gap * gap) } else { f64::INFINITY }
     }
 
+    /// The winding number, at most, at this distance from the ball that holds everything below: no triangle covers more
+    /// of the view than the ball does.
+    fn most(&self, gap: f64) -> f64 {
+        if gap <= 0.0 {
+            return f64::INFINITY;
+        }
+        let sine = self.radius / (gap + self.radius);
+        let ball = 0.5 * (1.0 - (1.0 - sine * sine).sqrt());
+        (self.count * ball).min(self.area / (4.0 * PI * gap * gap))
+    }
+
     fn slope_by_rim(&self, gap: f64) -> f64 {
         if gap > 0.0 { self.rim / (4.0 * PI * gap * gap) } else { f64::INFINITY }
     }
@@ -359,12 +381,46 @@ impl Node {
     }
 }
 
-/// Signed solid angle of a triangle (Van Oosterom and Strackee 1983): positive from the side that its back faces.
-fn solid_angle(corners: &[V3; 3], point: &V3) -> f64 {
-    let [a, b, c] = corners.map(|corner| corner - point);
-    let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
-    let below = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-    2.0 * libm::atan2(a.dot(&b.cross(&c)), below)
+/// A sum of halved solid angles of triangles (Van Oosterom and Strackee 1983), each positive from the side that the
+/// triangle's back faces: as a complex number, so that one arc tangent does for all.
+struct HalfAngle {
+    re: f64,
+    im: f64,
+    /// Full turns that `(re, im)` does not show.
+    turns: f64,
+}
+
+impl Default for HalfAngle {
+    fn default() -> Self {
+        Self { re: 1.0, im: 0.0, turns: 0.0 }
+    }
+}
+
+impl HalfAngle {
+    fn add(&mut self, corners: &[V3; 3], point: &V3) {
+        let [a, b, c] = corners.map(|corner| corner - point);
+        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+        let re = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
+        let im = a.dot(&b.cross(&c));
+        let size = re.abs() + im.abs();
+        if size == 0.0 {
+            return;
+        }
+        let (re, im) = (re / size, im / size);
+        // Plus 0 turns -0, which would be the lower side of the cut, into 0.
+        let (new_re, new_im) = (self.re * re - self.im * im, self.re * im + self.im * re + 0.0);
+        // Two angles of one sign whose sum shows the other sign have passed half a turn.
+        match (self.im < 0.0, im < 0.0, new_im < 0.0) {
+            (false, false, true) => self.turns += 1.0,
+            (true, true, false) => self.turns -= 1.0,
+            _ => {}
+        }
+        (self.re, self.im) = (new_re, new_im);
+    }
+
+    fn sum(&self) -> f64 {
+        libm::atan2(self.im, self.re) + 2.0 * PI * self.turns
+    }
 }
 
 fn distance_to_segment(point: &V3, a: &V3, b: &V3) -> f64 {
