@@ -15,8 +15,8 @@ VENV_PYTHON := $(VENV)/bin/python
 VENV_STAMP := $(VENV)/.complete
 
 QUICKSTART_DATA ?= datasets/quickstart
-# A dozen scans and some built-in shapes; without the scans, built-in shapes alone.
-QUICKSTART_JOB ?= $(if $(wildcard .deps/ycb/025_mug.stl),jobs/quickstart.toml,jobs/quickstart-built-in.toml)
+# A dozen scans and some built-in shapes; without the scans, the built-in shapes alone.
+QUICKSTART_JOB ?= jobs/quickstart.toml
 
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 
@@ -39,12 +39,7 @@ build: mujoco ## the program, at target/release/graspmill
 	$(CARGO) build --release --locked
 
 .PHONY: quickstart
-quickstart: setup ## from nothing to a verified dataset with a report
-	@$(MAKE) quickstart-run
-
-# A second make, so that QUICKSTART_JOB sees what setup brought.
-.PHONY: quickstart-run
-quickstart-run: build
+quickstart: setup build ## from nothing to a verified dataset with a report
 	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA)
 
 .PHONY: lint

@@ -10,6 +10,7 @@ step() {
 }
 
 start=$(date +%s)
+stood=$(test -e "$data" && echo yes)
 step "$program" run "$job" --out "$data"
 code=$?
 case $code in
@@ -17,7 +18,10 @@ case $code in
     3) echo "quickstart: some meshes or samples were refused (see above); the others are complete" ;;
     75) echo "quickstart: interrupted; 'make quickstart' again goes on where it stopped"; exit $code ;;
     *) echo "quickstart: the run failed with exit code $code"
-       echo "  if $data holds another job: remove it, or choose another place: make quickstart QUICKSTART_DATA=datasets/second"
+       if [ "$stood" ]; then
+           echo "  if $data holds the data of another job, remove it or choose another place:"
+           echo "  make quickstart QUICKSTART_DATA=datasets/second"
+       fi
        exit $code ;;
 esac
 step "$program" verify "$data" || exit

@@ -283,7 +283,7 @@ fn cost_of_a_view() {
         });
         println!(
             "{name}: {:?} a view of 60 x 60 px, {} of {} pixels left",
-            least.min(),
+            least.min().unwrap_or_default(),
             crop.returns(),
             ball.returns()
         );

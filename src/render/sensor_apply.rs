@@ -7,24 +7,43 @@ use crate::{
 };
 
 /// Memory of [`SensorModel::apply_with`]; keep one a thread.
+///
+/// Images of the grown crop; depth and disparities have a border of one pixel without return, so that every pixel has
+/// four neighbours.
 #[derive(Default)]
 pub struct SensorScratch {
     boxes: BoxSum,
-    /// Depth of the grown crop [m]; 0 = no return.
+    /// Depth [m]; 0 = no return.
     depth: Vec<f32>,
     /// Disparity in pixels of the image; 0 = no return.
     disparity: Vec<f32>,
     /// What the matcher can find: `disparity` without shadows and thin parts.
     matched: Vec<f32>,
+    slants: Slants,
     axial: Vec<f32>,
     lateral: [Vec<f32>; 2],
     grazing: Vec<f32>,
+    /// Spread of the disparity of each returned pixel, in the device's pixels.
+    spread: Vec<f32>,
+}
+
+/// What the surface at each pixel does to its measurement; images without a border.
+#[derive(Default)]
+struct Slants {
+    /// Angle between the line of sight and the surface's normal [rad].
+    angle: Vec<f32>,
+    /// Standard deviation of the disparity before quantisation, in the device's pixels.
+    spread: Vec<f32>,
+    /// Not 0 beside a jump.
+    at_jump: Vec<f32>,
 }
 
 /// Numbers of one call, in f32 as the kernel wants them.
 struct Call {
     width: usize,
     height: usize,
+    /// Row length of the images with a border.
+    stride: usize,
     /// Principal point in the grown crop [px].
     centre: [f32; 2],
     /// Focal lengths of the job's camera [px].
@@ -61,12 +80,14 @@ impl SensorModel {
         let call = self.prepare(scratch, camera, crop);
         self.drop_shadows(&call, &scratch.disparity, &mut scratch.matched);
         self.drop_thin(&call, &mut scratch.boxes, &mut scratch.matched);
+        self.look_at_slants(&call, &scratch.depth, &scratch.matched, &mut scratch.slants);
         let (width, height, window) = (call.width, call.height, self.window_px as usize);
         let SensorScratch { boxes, axial, lateral: [across, down], grazing, .. } = scratch;
         for field in [axial, across, down, grazing] {
             boxes.noise(field, width, height, window, stream);
         }
-        self.measure(&call, scratch, &mut crop.depth, stream);
+        self.choose_sources(&call, scratch, &mut crop.depth, stream);
+        self.measure(&call, &scratch.axial, &scratch.spread, &mut crop.depth);
     }
 
     /// Fills the disparity image of the grown crop.
@@ -78,6 +99,7 @@ impl SensorModel {
         Call {
             width: crop.width as usize,
             height: crop.height as usize,
+            stride: crop.width as usize + 2,
             centre: [(camera.cx - f64::from(crop.left)) as f32, (camera.cy - f64::from(crop.top)) as f32],
             focal: [camera.fx as f32, camera.fy as f32],
             device: (self.focal_px * self.baseline_m.abs()) as f32,
@@ -92,9 +114,8 @@ impl SensorModel {
         if self.shadow == 0.0 || self.baseline_m == 0.0 {
             return;
         }
-        let rows = disparity.chunks_exact(call.width).zip(matched.chunks_exact_mut(call.width));
-        let last = call.width - 1;
-        for (row, matched) in rows {
+        let last = call.stride - 1;
+        for (row, matched) in disparity.chunks_exact(call.stride).zip(matched.chunks_exact_mut(call.stride)) {
             let nearest = row.iter().fold(0.0f32, |nearest, d| nearest.max(*d));
             if self.baseline_m > 0.0 {
                 shade_row(|x| row[x], last, nearest, call.jump, |x| matched[x] = 0.0);
@@ -112,14 +133,14 @@ impl SensorModel {
             return;
         }
         let (padded, stride) = boxes.padded(call.width, call.height, window);
-        for (y, row) in matched.chunks_exact(call.width).enumerate() {
+        for y in 0..call.height {
             let line = &mut padded[(y + window / 2) * stride + window / 2..][..call.width];
-            for (seen, disparity) in line.iter_mut().zip(row) {
+            for (seen, disparity) in line.iter_mut().zip(&matched[call.row(y)]) {
                 *seen = i32::from(*disparity > 0.0);
             }
         }
         boxes.sums(call.width, call.height, window, |y, sums| {
-            for (disparity, sum) in matched[y * call.width..][..call.width].iter_mut().zip(sums) {
+            for (disparity, sum) in matched[call.row(y)].iter_mut().zip(sums) {
                 if f64::from(*sum) < least {
                     *disparity = 0.0;
                 }
@@ -127,135 +148,154 @@ impl SensorModel {
         });
     }
 
-    /// Writes the returned depth of every pixel.
-    fn measure(&self, call: &Call, scratch: &SensorScratch, out: &mut [f32], stream: &mut Stream) {
+    /// Fills the slants of all pixels. No branch and equal slices, so that the compiler takes several pixels at a time.
+    fn look_at_slants(&self, call: &Call, depth: &[f32], matched: &[f32], slants: &mut Slants) {
+        let width = call.width;
+        for image in [&mut slants.angle, &mut slants.spread, &mut slants.at_jump] {
+            image.clear();
+            image.resize(width * call.height, 0.0);
+        }
+        let (disparity_sigma, step) = (self.disparity_sigma_px as f32, self.disparity_step_px as f32);
+        let angle_sigma = self.angle_sigma_m as f32 * call.device;
+        // The published figure holds the quantisation, whose variance is step^2 / 12.
+        let quantisation = step * step / 12.0;
+        for y in 0..call.height {
+            let first = call.at(0, y);
+            let places = [first, first - 1, first + 1, first - call.stride, first + call.stride];
+            let [z, z_left, z_right, z_up, z_down] = places.map(|place| &depth[place..][..width]);
+            let [d, d_left, d_right, d_up, d_down] = places.map(|place| &matched[place..][..width]);
+            let angles = &mut slants.angle[y * width..][..width];
+            let spreads = &mut slants.spread[y * width..][..width];
+            let jumps = &mut slants.at_jump[y * width..][..width];
+            let v = y as f32 + 0.5 - call.centre[1];
+            for x in 0..width {
+                let u = x as f32 + 0.5 - call.centre[0];
+                let side = |other: f32| if same_surface(d[x], other, call.jump) { 1.0f32 } else { 0.0 };
+                let slope = |before: f32, with_before: f32, after: f32, with_after: f32| {
+                    let rise = with_before * (z[x] - before) + with_after * (after - z[x]);
+                    rise * (1.0 - 0.5 * with_before * with_after)
+                };
+                let along_x = slope(z_left[x], side(d_left[x]), z_right[x], side(d_right[x]));
+                let along_y = slope(z_up[x], side(d_up[x]), z_down[x], side(d_down[x]));
+                let angle = call.incidence(z[x], [u, v], [along_x, along_y]);
+                let held = if angle < MAX_ANGLE as f32 { angle } else { MAX_ANGLE as f32 };
+                let steep = held / (std::f32::consts::FRAC_PI_2 - held);
+                let sigma = disparity_sigma + angle_sigma * steep * steep / (z[x] * z[x] * z[x].sqrt());
+                let variance = sigma * sigma - quantisation;
+                angles[x] = angle;
+                spreads[x] = (if variance > 0.0 { variance } else { 0.0 }).sqrt();
+                let jump = |other: f32| if (other > 0.0) & ((other - d[x]).abs() > call.jump) { 1.0f32 } else { 0.0 };
+                jumps[x] = jump(d_left[x]) + jump(d_right[x]) + jump(d_up[x]) + jump(d_down[x]);
+            }
+        }
+    }
+
+    /// Writes to `out` the disparity that every pixel finds, in pixels of the device and without noise, 0 = none.
+    fn choose_sources(&self, call: &Call, scratch: &mut SensorScratch, out: &mut [f32], stream: &mut Stream) {
+        let SensorScratch { matched, slants, lateral: [across, down], grazing, spread, .. } = scratch;
         let lateral = self.lateral_sigma_px as f32;
         let reach = libm::ceil(3.0 * self.lateral_sigma_px) as f32;
-        let shift = |noise: f32| {
-            let shift = (noise * lateral).clamp(-reach, reach);
-            // Rounds to nearest without a call: casts cut towards zero, and the sum is positive.
-            (shift + (reach + 0.5)) as isize - reach as isize
-        };
+        // Rounds to nearest without a call: casts cut towards zero, and the sum is positive.
+        let shift = |noise: f32| ((noise * lateral).clamp(-reach, reach) + (reach + 0.5)) as i32 - reach as i32;
+        let grazing_angle = (self.grazing_angle_deg as f32).to_radians();
+        let grazing_spread = (self.grazing_spread_deg as f32).to_radians();
+        spread.clear();
+        spread.resize(out.len(), 0.0);
         for y in 0..call.height {
             for x in 0..call.width {
                 let i = y * call.width + x;
-                let from_x = x as isize + shift(scratch.lateral[0][i]);
-                let from_y = y as isize + shift(scratch.lateral[1][i]);
-                let inside = (0..call.width as isize).contains(&from_x) && (0..call.height as isize).contains(&from_y);
+                let (dx, dy) = (shift(across[i]), shift(down[i]));
                 let (mut source_x, mut source_y) = (x, y);
-                // A shift along one surface is no error of its own: the axial noise holds it. It only moves edges.
-                let from = if inside { from_y as usize * call.width + from_x as usize } else { i };
-                let steps = (from_x - x as isize).unsigned_abs() + (from_y - y as isize).unsigned_abs();
-                if inside && !same_surface(scratch.matched[i], scratch.matched[from], call.jump * steps as f32) {
-                    (source_x, source_y) = (from_x as usize, from_y as usize);
+                let (from_x, from_y) = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
+                if from_x < call.width && from_y < call.height {
+                    // A shift along one surface is no error of its own: the axial noise holds it. It only moves edges.
+                    let jump = call.jump * (dx.abs() + dy.abs()) as f32;
+                    if !same_surface(matched[call.at(x, y)], matched[call.at(from_x, from_y)], jump) {
+                        (source_x, source_y) = (from_x, from_y);
+                    }
                 }
-                out[i] = self.measure_pixel(call, scratch, [source_x, source_y], i, stream);
+                let at = call.at(source_x, source_y);
+                let source = source_y * call.width + source_x;
+                let mut seen = matched[at];
+                if seen > 0.0 && slants.angle[source] > grazing_angle + grazing_spread * grazing[i] {
+                    seen = 0.0;
+                }
+                if seen > 0.0 && slants.at_jump[source] > 0.0 {
+                    seen = self.beside_jump(call, matched, at, stream);
+                }
+                out[i] = seen * call.device_per_image;
+                spread[i] = slants.spread[source];
             }
         }
     }
 
-    /// The returned depth [m] of pixel `i`, which looks at pixel `source`; NaN = no return.
-    fn measure_pixel(
-        &self,
-        call: &Call,
-        scratch: &SensorScratch,
-        source: [usize; 2],
-        i: usize,
-        stream: &mut Stream,
-    ) -> f32 {
-        let s = source[1] * call.width + source[0];
-        if scratch.matched[s] == 0.0 {
-            return f32::NAN;
-        }
-        let depth = scratch.depth[s];
-        let angle = call.incidence(&scratch.depth, &scratch.matched, source);
-        let limit = (self.grazing_angle_deg as f32 + self.grazing_spread_deg as f32 * scratch.grazing[i]).to_radians();
-        if angle > limit {
-            return f32::NAN;
-        }
-        let Some(seen) = self.at_jump(call, &scratch.matched, source, stream) else { return f32::NAN };
-        let mut disparity = seen * call.device_per_image;
-
-        let steep = angle.min(MAX_ANGLE as f32);
-        let steep = steep / (std::f32::consts::FRAC_PI_2 - steep);
-        let slanted = self.angle_sigma_m as f32 * steep * steep / depth.sqrt() * call.device / (depth * depth);
-        let step = self.disparity_step_px as f32;
-        let sigma = self.disparity_sigma_px as f32 + slanted;
-        // The published figure holds the quantisation, whose variance is step^2 / 12.
-        disparity += (sigma * sigma - step * step / 12.0).max(0.0).sqrt() * scratch.axial[i];
-        if step > 0.0 {
-            disparity = nearest_multiple(disparity, step);
-        }
-        if disparity <= 0.0 {
-            return f32::NAN;
-        }
-        let mut measured = call.device / disparity;
-        if self.depth_step_m > 0.0 {
-            measured = nearest_multiple(measured, self.depth_step_m as f32);
-        }
-        let range = self.min_range_m as f32..=self.max_range_m as f32;
-        if range.contains(&measured) { measured } else { f32::NAN }
-    }
-
-    /// Disparity in pixels of the image after what a jump beside the pixel does to it; `None` when it is lost.
-    fn at_jump(&self, call: &Call, matched: &[f32], [x, y]: [usize; 2], stream: &mut Stream) -> Option<f32> {
-        let i = y * call.width + x;
-        let own = matched[i];
+    /// Disparity in pixels of the image after what a jump beside pixel `at` does to it; 0 when it is lost.
+    fn beside_jump(&self, call: &Call, matched: &[f32], at: usize, stream: &mut Stream) -> f32 {
+        let own = matched[at];
         let mut other = own;
-        let neighbours = [
-            (x > 0).then(|| i - 1),
-            (x + 1 < call.width).then(|| i + 1),
-            (y > 0).then(|| i - call.width),
-            (y + 1 < call.height).then(|| i + call.width),
-        ];
-        for neighbour in neighbours.into_iter().flatten() {
+        for neighbour in [at - 1, at + 1, at - call.stride, at + call.stride] {
             let disparity = matched[neighbour];
-            if disparity > 0.0 && (disparity - own).abs() > call.jump.max((other - own).abs()) {
+            if disparity > 0.0 && (disparity - own).abs() > (other - own).abs() {
                 other = disparity;
             }
         }
-        if other == own {
-            return Some(own);
-        }
         let draw = stream.unit();
         if draw < self.edge_dropout {
-            None
+            0.0
         } else if draw < self.edge_dropout + self.edge_mixed {
-            Some(own + (other - own) * stream.unit() as f32)
+            own + (other - own) * stream.unit() as f32
         } else {
-            Some(own)
+            own
+        }
+    }
+
+    /// Turns disparities without noise into returned depths [m], NaN = no return.
+    fn measure(&self, call: &Call, axial: &[f32], spread: &[f32], out: &mut [f32]) {
+        let (step, depth_step) = (self.disparity_step_px as f32, self.depth_step_m as f32);
+        let (min, max) = (self.min_range_m as f32, self.max_range_m as f32);
+        for ((value, noise), spread) in out.iter_mut().zip(axial).zip(spread) {
+            let found = *value > 0.0;
+            let mut disparity = *value + noise * spread;
+            if step > 0.0 {
+                disparity = nearest_multiple(disparity, step);
+            }
+            let mut depth = call.device / disparity;
+            if depth_step > 0.0 {
+                depth = nearest_multiple(depth, depth_step);
+            }
+            // A disparity of 0 or less is infinitely far or behind: out of range as well.
+            *value = if found & (depth >= min) & (depth <= max) { depth } else { f32::NAN };
         }
     }
 }
 
 impl Call {
-    /// Angle between the line of sight and the normal of the surface [rad], from the slopes of depth to the neighbours
-    /// on the same surface; 0 where there are none.
-    fn incidence(&self, depth: &[f32], matched: &[f32], [x, y]: [usize; 2]) -> f32 {
-        let i = y * self.width + x;
-        let slope = |before: Option<usize>, after: Option<usize>| {
-            let rise = |j: usize| same_surface(matched[i], matched[j], self.jump).then(|| depth[j] - depth[i]);
-            match (before.and_then(rise), after.and_then(rise)) {
-                (Some(before), Some(after)) => 0.5 * (after - before),
-                (Some(before), None) => -before,
-                (None, Some(after)) => after,
-                (None, None) => 0.0,
-            }
-        };
-        let along_x = slope((x > 0).then(|| i - 1), (x + 1 < self.width).then(|| i + 1));
-        let along_y = slope((y > 0).then(|| i - self.width), (y + 1 < self.height).then(|| i + self.width));
-        let (u, v) = (x as f32 + 0.5 - self.centre[0], y as f32 + 0.5 - self.centre[1]);
+    /// Place of a pixel in the images with a border.
+    fn at(&self, x: usize, y: usize) -> usize {
+        (y + 1) * self.stride + x + 1
+    }
+
+    /// Places of a row in the images with a border.
+    fn row(&self, y: usize) -> std::ops::Range<usize> {
+        let first = self.at(0, y);
+        first..first + self.width
+    }
+
+    /// Angle between the line of sight through (u, v), from the principal point [px], and the normal of a surface of
+    /// this depth [m] and these slopes [m/px], in radians.
+    fn incidence(&self, depth: f32, [u, v]: [f32; 2], [along_x, along_y]: [f32; 2]) -> f32 {
         // Point = depth * ray; the cross product of its derivatives along u and v, times the focal lengths.
-        let normal = [self.focal[0] * along_x, self.focal[1] * along_y, -(depth[i] + u * along_x + v * along_y)];
+        let normal = [self.focal[0] * along_x, self.focal[1] * along_y, depth + u * along_x + v * along_y];
         let ray = [u / self.focal[0], v / self.focal[1], 1.0];
-        let length = |v: [f32; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-        arc_cosine((depth[i] / (length(normal) * length(ray)).sqrt()).min(1.0))
+        let square = |v: [f32; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        let cosine = depth / (square(normal) * square(ray)).sqrt();
+        arc_cosine(if cosine < 1.0 { cosine } else { 1.0 })
     }
 }
 
-/// Whether two pixels see one surface: both see something and their disparities differ by at most `jump`.
+/// Whether two pixels see one surface: both see something and their disparities differ by at most `jump`; or neither does.
 fn same_surface(a: f32, b: f32, jump: f32) -> bool {
-    (a > 0.0) == (b > 0.0) && (a - b).abs() <= jump
+    ((a > 0.0) == (b > 0.0)) & ((a - b).abs() <= jump)
 }
 
 /// Abramowitz and Stegun 4.4.45, good to 7e-5 rad for 0 <= x <= 1; adds and products only, so the same bits everywhere.
@@ -263,9 +303,10 @@ fn arc_cosine(x: f32) -> f32 {
     (1.0 - x).sqrt() * (1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 - x * 0.018_729_3)))
 }
 
-/// The multiple of `step` next to `value`; `value / step` below 2^23.
+/// The multiple of `step` next to `value`, for values from 0 to 2^22 steps: above 2^23 an f32 holds whole numbers only.
 fn nearest_multiple(value: f32, step: f32) -> f32 {
-    (value / step + 0.5).floor() * step
+    const WHOLE: f32 = 8_388_608.0;
+    ((value / step + WHOLE) - WHOLE) * step
 }
 
 /// Walks a row whose second viewpoint lies towards growing x and calls `lose` for every pixel hidden from there.
@@ -305,11 +346,13 @@ fn grow(scratch: &mut SensorScratch, camera: &Intrinsics, crop: &mut DepthCrop, 
     let right = (crop.left + crop.width + margin).min(camera.width).max(crop.left + crop.width);
     let bottom = (crop.top + crop.height + margin).min(camera.height).max(crop.top + crop.height);
     let (width, height) = ((right - left) as usize, (bottom - top) as usize);
+    // With the border of one pixel.
+    let stride = width + 2;
     scratch.depth.clear();
-    scratch.depth.resize(width * height, 0.0);
-    let first = (crop.top - top) as usize * width + (crop.left - left) as usize;
+    scratch.depth.resize(stride * (height + 2), 0.0);
+    let first = ((crop.top - top) as usize + 1) * stride + (crop.left - left) as usize + 1;
     for (y, row) in crop.depth.chunks_exact(crop.width as usize).enumerate() {
-        let target = &mut scratch.depth[first + y * width..][..row.len()];
+        let target = &mut scratch.depth[first + y * stride..][..row.len()];
         for (target, depth) in target.iter_mut().zip(row) {
             *target = if depth.is_nan() { 0.0 } else { *depth };
         }

@@ -39,7 +39,7 @@ pub struct SimModel {
 }
 
 impl SimModel {
-    /// Compiles the scene with the mesh as its object; about 10 ms for 16,000 triangles. Nothing is written to disk.
+    /// Compiles the scene with the mesh as its object; about 40 ms for 16,000 triangles. Nothing is written to disk.
     ///
     /// # Errors
     /// When MuJoCo cannot use the mesh.
