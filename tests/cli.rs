@@ -173,8 +173,11 @@ fn refused_meshes_mean_three_and_the_others_are_made() {
     let meshes = place.0.path().join("meshes with spaces ü");
     fs::create_dir(&meshes).expect("a folder");
     fs::write(meshes.join("empty.stl"), "").expect("a file");
-    fs::write(meshes.join("tetra.off"), "OFF\n4 4 6\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
-        .expect("a file");
+    fs::write(
+        meshes.join("tetra.off"),
+        "OFF\n4 4 6\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n",
+    )
+    .expect("a file");
     let job = place.write(
         "folder.toml",
         "seed = 1\nviews = { even = 6 }\n[gate]\nmin_partial_cells = 20\n[[objects]]\nfolder = \"meshes with spaces ü\"\n",

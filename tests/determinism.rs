@@ -106,7 +106,8 @@ fn threads_levels_and_folders_change_no_byte() {
     let job = place.job(JOB);
     let first = place.out("first");
     run(&job, &first, &["--threads", "1"], None);
-    let others = [("two", "2", None), ("elsewhere", "1", None), ("scalar", "1", Some("scalar")), ("avx2", "2", Some("avx2"))];
+    let others =
+        [("two", "2", None), ("elsewhere", "1", None), ("scalar", "1", Some("scalar")), ("avx2", "2", Some("avx2"))];
     for (name, threads, simd) in others {
         if simd.is_some_and(|level| graspmill::geom::SimdLevel::detect() < level.parse().expect("a level")) {
             println!("{name}: this machine does not have it");

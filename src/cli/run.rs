@@ -54,6 +54,7 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
         let summary = run::run(&task, &crew, &cancel, &listener).map_err(run_failure)?;
         if !summary.finished_before {
             notes(&crew, &summary, leaks, began).write(&arguments.out)?;
+            run::preview(&arguments.out, job, &crew).map_err(run_failure)?;
         }
         Ok(summary)
     });

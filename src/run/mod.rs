@@ -7,11 +7,13 @@
 mod assets;
 mod event;
 mod execute;
+mod preview;
 mod regenerate;
 mod tables;
 
 pub use assets::{PreparedAssets, prepare_assets};
 pub use event::{Cancel, Event, Listener, Progress};
 pub use execute::{Crew, PilotRate, RunError, RunSummary, RunTask, pilot, run};
+pub use preview::preview;
 pub use regenerate::{Difference, Regeneration, regenerate};
 pub use tables::dataset_header;
