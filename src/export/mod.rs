@@ -3,7 +3,6 @@
 //! An export is a view of a dataset, not a second truth: `export.json` in it names the root digest that it was made
 //! from, and `samples.csv` says which sample each row or file is.
 
-mod binvox;
 mod error;
 mod names;
 mod npy;
@@ -21,8 +20,10 @@ pub use error::ExportError;
 use self::{names::object_folders, npy::PairArrays, table::SampleTable, target::Target};
 use crate::{
     dataset::{AssetRow, DatasetError, DatasetReader, Sample, Selection},
+    geom::{GridPlacement, OccupancyGrid},
     ids::{ObjectId, SampleIndex},
     record::VoxelPair,
+    voxel::Binvox,
 };
 
 /// What to write.
@@ -201,7 +202,7 @@ impl Writer {
             }
             Format::Binvox => {
                 for (kind, grid) in [("partial", &pair.partial), ("complete", &pair.complete)] {
-                    target.write(&format!("{stem}_{kind}.binvox"), &binvox::encoded(grid, &pair.grid))?;
+                    target.write(&format!("{stem}_{kind}.binvox"), &in_camera_axes(grid, &pair.grid).to_bytes())?;
                 }
                 Ok(())
             }
@@ -235,6 +236,15 @@ impl Writer {
             arrays.finish()?;
         }
         self.table.finish()
+    }
+}
+
+/// A grid as binvox places it: lower corner and side of the whole grid, in `CameraCv` [m].
+fn in_camera_axes(grid: &OccupancyGrid, placement: &GridPlacement) -> Binvox {
+    Binvox {
+        grid: grid.clone(),
+        translate: placement.lower_corner().coords.into(),
+        scale: f64::from(placement.resolution) * placement.cell_size,
     }
 }
 
