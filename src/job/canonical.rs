@@ -270,18 +270,13 @@ impl Text {
         for ((kind, _), objects) in entries {
             self.0.push_str("\n[[objects]]\n");
             let files: Vec<String> = objects.iter().map(|object| file_of(object, folder)).collect();
-            let patterns = files.iter().map(|file| Value::from(pattern::literal(file)));
+            let names = files.iter().map(|file| Value::from(file.as_str()));
             match kind.split_once(' ') {
                 Some((_, package)) => {
                     self.key("package", package);
-                    // Anchored by a slash, so that a bare name is no pattern for files in folders below.
-                    self.list(
-                        "include",
-                        patterns.map(|file| Value::from(format!("./{}", file.as_str().unwrap_or("")))),
-                    );
+                    self.list("include", names);
                 }
-                None if kind == "list" => self.list("list", files.iter().map(|file| Value::from(file.as_str()))),
-                None => self.list("built_in", patterns),
+                None => self.list(&kind, names),
             }
             let limits = objects[0].source.size;
             let _ =

@@ -9,7 +9,6 @@ use super::{
         Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, ModelChoice, Renderer, SceneCamera,
         SplitSettings, SubsetSize, Truth,
     },
-    decode::did_you_mean,
     document::{Document, Path},
     errors::{JobError, Problem},
     spec::{
@@ -279,14 +278,8 @@ fn sensor(checker: &mut Checker<'_>, spec: &JobSpec) -> Option<SensorModel> {
         }
         return None;
     }
-    let Some(mut model) = SensorModel::profile(name) else {
-        let choices: Vec<&str> = ["none"].into_iter().chain(SensorModel::profiles()).collect();
-        let help = did_you_mean(name, choices.iter().copied());
-        let choices = choices.into_iter().map(str::to_owned).collect();
-        let problem = Problem::NotAChoice { found: name.to_owned(), choices };
-        checker.fail(&Path::of("sensor.profile"), problem, help);
-        return None;
-    };
+    // The schema lists the profiles.
+    let mut model = SensorModel::profile(name)?;
     for (key, value) in &spec.sensor.constants {
         if let Err(error) = model.set(key, *value) {
             let expected = "a constant that fits the sensor".to_owned();

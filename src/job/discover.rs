@@ -2,11 +2,12 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs, io,
+    fs,
     path::{Path as FilePath, PathBuf},
 };
 
 use super::{
+    built_in,
     check::Checker,
     checked::PackageFile,
     decode::did_you_mean,
@@ -15,16 +16,12 @@ use super::{
     errors::{JobError, Problem},
     mesh_table,
     packages::{self, MeshPackage, PACKAGES},
-    pattern,
     spec::{MeshRow, ObjectsSpec, UnitSpec},
 };
 use crate::{
-    assets::{MeshOrigin, MeshRefusal, MeshSource, ScaleRule, SizeRule},
+    assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule, SizeRule},
     ids::{Digest, ObjectId},
 };
-
-/// Endings of mesh files, in lower case: those read by the program and those read through the Python package trimesh.
-const ENDINGS: [&str; 8] = ["stl", "obj", "ply", "off", "glb", "gltf", "dae", "3mf"];
 
 /// What the entries name.
 #[derive(Default)]
@@ -47,16 +44,52 @@ impl Candidate {
         Self { relative, origin: MeshOrigin::File(path) }
     }
 
-    fn long_name(&self) -> &str {
-        match (&self.origin, self.relative.rsplit_once('.')) {
-            (MeshOrigin::File(_), Some((name, ending))) if !ending.contains('/') && !name.is_empty() => name,
-            _ => &self.relative,
-        }
+    fn built_in(name: String) -> Self {
+        Self { relative: name.clone(), origin: MeshOrigin::BuiltIn(name) }
     }
 
+    /// The file's stem, or the built-in name.
     fn name(&self) -> &str {
-        let long = self.long_name();
-        long.rsplit('/').next().unwrap_or(long)
+        let file = self.relative.rsplit('/').next().unwrap_or(&self.relative);
+        match (&self.origin, file.rsplit_once('.')) {
+            (MeshOrigin::File(_), Some((stem, _))) if !stem.is_empty() => stem,
+            _ => file,
+        }
+    }
+}
+
+/// The meshes of an entry: those that rows may speak of, and those that pass.
+#[derive(Default)]
+struct Candidates {
+    all: Vec<String>,
+    kept: Vec<Candidate>,
+}
+
+impl Candidates {
+    fn of(kept: Vec<Candidate>) -> Self {
+        let mut candidates = Self { all: Vec::new(), kept };
+        candidates.allow();
+        candidates
+    }
+
+    fn allow(&mut self) {
+        let names = self.kept.iter().flat_map(|mesh| [mesh.name().to_owned(), mesh.relative.clone()]);
+        self.all.extend(names);
+    }
+
+    /// The meshes below a folder.
+    fn of_folder(entry: &ObjectsSpec, folder: &FilePath) -> Result<Self, FolderError> {
+        let list = |include: &[String], exclude: &[String]| {
+            let paths = assets::list_folder(folder, include, exclude, true)?;
+            let below = |path: &FilePath| with_slashes(path.strip_prefix(folder).unwrap_or(path));
+            Ok(paths.into_iter().map(|path| Candidate::file(below(&path), path)).collect::<Vec<_>>())
+        };
+        let (include, exclude) = (entry.include.as_deref(), entry.exclude.as_deref());
+        // Rows may speak of what `exclude` takes out.
+        let mut candidates = Self::of(list(&[], &[])?);
+        candidates.kept = list(include.unwrap_or_default(), exclude.unwrap_or_default())?;
+        candidates.allow();
+        Ok(candidates)
     }
 }
 
@@ -73,13 +106,12 @@ pub(super) fn discover(
         let path = Path::of("objects").index(index);
         check_entry(checker, entry, &path);
         let package = entry.package.as_deref().and_then(packages::package);
-        let candidates = candidates(checker, entry, &path, folder, surroundings, &mut found.notes);
-        let rows = rows(checker, entry, &path, folder, &candidates, &mut found.table_errors);
-        let mut kept = filtered(entry, candidates);
+        let Candidates { all, mut kept } = candidates(checker, entry, &path, folder, surroundings, &mut found.notes);
+        let rows = rows(checker, entry, &path, folder, &all, &mut found.table_errors);
         kept.truncate(entry.first.map_or(usize::MAX, |first| first as usize));
         for candidate in kept {
             let row = row_of(&rows, &candidate);
-            long_names.push(row.name.clone().unwrap_or_else(|| candidate.long_name().to_owned()));
+            long_names.push(row.name.clone().unwrap_or_else(|| candidate.relative.clone()));
             found.meshes.push(mesh(entry, package, candidate, row));
         }
     }
@@ -123,8 +155,16 @@ fn check_entry(checker: &mut Checker<'_>, entry: &ObjectsSpec, path: &Path) {
     }
     let scales = [("unit", entry.unit.is_some()), ("scale", entry.scale.is_some()), ("size", entry.size.is_some())];
     check_scale(checker, path, scales);
+    if entry.triangles.is_some() && entry.built_in.is_none() && !given.is_empty() {
+        let because = "only built-in shapes can be made finer".to_owned();
+        checker.fail(
+            &path.key("triangles"),
+            Problem::Contradiction { other: path.key(given[0]).to_string(), because },
+            None,
+        );
+    }
     if entry.built_in.is_some() {
-        let files_only = [("include", entry.include.is_some()), ("table", entry.table.is_some())];
+        let files_only = [("include", entry.include.is_some()), ("exclude", entry.exclude.is_some())];
         for (key, _) in scales.iter().chain(&files_only).filter(|(_, given)| *given) {
             let because = "built-in shapes are in metres and chosen by name".to_owned();
             let other = path.key("built_in").to_string();
@@ -174,7 +214,7 @@ fn candidates(
     folder: &FilePath,
     surroundings: &Surroundings<'_>,
     notes: &mut Vec<String>,
-) -> Vec<Candidate> {
+) -> Candidates {
     let mut absent = |checker: &mut Checker<'_>, path: &Path, what: &str, detail: String, help: Option<String>| {
         if entry.optional == Some(true) {
             let help = help.map(|help| format!("; {help}")).unwrap_or_default();
@@ -182,92 +222,44 @@ fn candidates(
         } else {
             checker.fail(path, Problem::NotFound { what: what.to_owned(), detail }, help);
         }
+        Candidates::default()
     };
     if let Some(wanted) = &entry.folder {
         let place = tidy(&folder.join(wanted));
-        return list_folder(&place).unwrap_or_else(|error| {
-            absent(checker, &path.key("folder"), "folder", format!("{} ({error})", place.display()), None);
-            Vec::new()
-        });
+        return Candidates::of_folder(entry, &place)
+            .unwrap_or_else(|error| absent(checker, &path.key("folder"), "folder", error.to_string(), None));
     }
     if let Some(list) = &entry.list {
-        let mut candidates = Vec::new();
+        let mut found = Vec::new();
         for (index, file) in list.iter().enumerate() {
             let place = tidy(&folder.join(file));
             if place.is_file() {
-                candidates.push(Candidate::file(with_slashes(file), place));
+                found.push(Candidate::file(with_slashes(file), place));
             } else {
                 absent(checker, &path.key("list").index(index), "mesh file", place.display().to_string(), None);
             }
         }
-        return candidates;
+        return Candidates::of(found);
     }
     if let Some(name) = &entry.package {
         let Some(package) = packages::package(name) else {
             let choices: Vec<String> = PACKAGES.iter().map(|package| package.name.to_owned()).collect();
             let help = did_you_mean(name, PACKAGES.iter().map(|package| package.name));
             checker.fail(&path.key("package"), Problem::NotAChoice { found: name.clone(), choices }, help);
-            return Vec::new();
+            return Candidates::default();
         };
         let place = surroundings.packages.join(package.folder);
-        return match list_folder(&place) {
-            Ok(candidates) if !candidates.is_empty() => candidates,
+        return match Candidates::of_folder(entry, &place) {
+            Ok(candidates) if !candidates.all.is_empty() => candidates,
             other => {
-                let why = other.err().map_or("no mesh in it".to_owned(), |error| error.to_string());
+                let why = other.err().map_or("no mesh in it".to_owned(), |error| error.error.to_string());
                 let detail = format!("{name}, looked for in {} ({why})", place.display());
-                absent(checker, &path.key("package"), "package", detail, Some(package.remedy.to_owned()));
-                Vec::new()
+                absent(checker, &path.key("package"), "package", detail, Some(package.remedy.to_owned()))
             }
         };
     }
-    built_in(checker, entry, path, &surroundings.built_in)
-}
-
-fn built_in(checker: &mut Checker<'_>, entry: &ObjectsSpec, path: &Path, names: &[String]) -> Vec<Candidate> {
-    let patterns = entry.built_in.as_deref().unwrap_or_default();
-    for (index, wanted) in patterns.iter().enumerate() {
-        if !names.iter().any(|name| pattern::name(wanted, name)) {
-            let help = did_you_mean(wanted, names.iter().map(String::as_str));
-            let help = help.or_else(|| Some(format!("the built-in set holds {} shapes: {}", names.len(), few(names))));
-            let problem = Problem::NotFound { what: "built-in shape".to_owned(), detail: format!("`{wanted}`") };
-            checker.fail(&path.key("built_in").index(index), problem, help);
-        }
-    }
-    let wanted = |name: &&String| patterns.iter().any(|wanted| pattern::name(wanted, name));
-    let shape = |name: &String| Candidate { relative: name.clone(), origin: MeshOrigin::BuiltIn(name.clone()) };
-    names.iter().filter(wanted).map(shape).collect()
-}
-
-/// The first names of a list, for messages.
-fn few(names: &[String]) -> String {
-    let shown: Vec<&str> = names.iter().take(8).map(String::as_str).collect();
-    let more = if names.len() > shown.len() { ", ..." } else { "" };
-    format!("{}{more}", shown.join(", "))
-}
-
-/// All mesh files below a folder, by path; links to folders are not followed, so no circle can trap it.
-fn list_folder(folder: &FilePath) -> io::Result<Vec<Candidate>> {
-    fn walk(folder: &FilePath, below: &str, found: &mut Vec<Candidate>) -> io::Result<()> {
-        for entry in fs::read_dir(folder)? {
-            let entry = entry?;
-            let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
-            if name.starts_with('.') {
-                continue;
-            }
-            let relative = if below.is_empty() { name } else { format!("{below}/{name}") };
-            let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-            if entry.file_type()?.is_dir() {
-                walk(&path, &relative, found)?;
-            } else if ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) && path.is_file() {
-                found.push(Candidate::file(relative, path));
-            }
-        }
-        Ok(())
-    }
-    let mut found = Vec::new();
-    walk(folder, "", &mut found)?;
-    found.sort_by(|a, b| a.relative.cmp(&b.relative));
-    Ok(found)
+    let shapes = built_in::shapes(checker, entry, path, &surroundings.built_in);
+    Candidates::of(shapes.into_iter().map(Candidate::built_in).collect())
 }
 
 /// Without `a/..`, so that messages and resolved jobs show the shortest path.
@@ -291,35 +283,32 @@ pub(super) fn with_slashes(path: &FilePath) -> String {
     parts.join("/")
 }
 
-/// Whether an entry's `include` and `exclude` let a mesh pass.
-fn filtered(entry: &ObjectsSpec, candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let any = |patterns: &Vec<String>, path: &str| patterns.iter().any(|wanted| pattern::matches(wanted, path));
-    let passes = |candidate: &Candidate| {
-        entry.include.as_ref().is_none_or(|patterns| any(patterns, &candidate.relative))
-            && !entry.exclude.as_ref().is_some_and(|patterns| any(patterns, &candidate.relative))
-    };
-    candidates.into_iter().filter(passes).collect()
-}
-
 /// The rows of the table and of `meshes`, the latter on top; each must name a mesh of the entry.
 fn rows(
     checker: &mut Checker<'_>,
     entry: &ObjectsSpec,
     path: &Path,
     folder: &FilePath,
-    candidates: &[Candidate],
+    names: &[String],
     table_errors: &mut Vec<JobError>,
 ) -> BTreeMap<String, MeshRow> {
     let mut rows = BTreeMap::new();
-    let known: BTreeSet<&str> =
-        candidates.iter().flat_map(|mesh| [mesh.name(), mesh.long_name(), &mesh.relative]).collect();
+    let known: BTreeSet<&str> = names.iter().map(String::as_str).collect();
     if let Some(table) = &entry.table {
         let place = tidy(&folder.join(table));
         match fs::read_to_string(&place) {
             Ok(text) => {
                 let (read, errors) = mesh_table::read(&place.display().to_string(), &text);
                 table_errors.extend(errors);
-                rows = read;
+                for (name, (row, place)) in read {
+                    // A list may take a few meshes out of a table for many.
+                    if entry.list.is_none() && !known.is_empty() && !known.contains(name.as_str()) {
+                        let problem = not_in_entry(&name);
+                        let help = did_you_mean(&name, known.iter().copied());
+                        table_errors.push(JobError { place, key: "name".to_owned(), problem, help });
+                    }
+                    rows.insert(name, row);
+                }
             }
             Err(error) => {
                 let detail = format!("{} ({error})", place.display());
@@ -329,10 +318,9 @@ fn rows(
     }
     for (name, row) in entry.meshes.iter().flatten() {
         let path = path.key("meshes").key(name);
-        if !candidates.is_empty() && !known.contains(name.as_str()) {
+        if !known.is_empty() && !known.contains(name.as_str()) {
             let help = did_you_mean(name, known.iter().copied());
-            let problem = Problem::NotFound { what: "mesh".to_owned(), detail: format!("`{name}` in this entry") };
-            checker.fail(&path, problem, help);
+            checker.fail(&path, not_in_entry(name), help);
         }
         let scales = [("unit", row.unit.is_some()), ("scale", row.scale.is_some()), ("size", row.size.is_some())];
         check_scale(checker, &path, scales);
@@ -340,6 +328,10 @@ fn rows(
         rows.insert(name.clone(), joined(row.clone(), below));
     }
     rows
+}
+
+fn not_in_entry(name: &str) -> Problem {
+    Problem::NotFound { what: "mesh".to_owned(), detail: format!("`{name}` in this entry") }
 }
 
 fn joined(above: MeshRow, below: MeshRow) -> MeshRow {
@@ -358,22 +350,31 @@ fn joined(above: MeshRow, below: MeshRow) -> MeshRow {
 }
 
 fn row_of(rows: &BTreeMap<String, MeshRow>, candidate: &Candidate) -> MeshRow {
-    let names = [candidate.relative.as_str(), candidate.long_name(), candidate.name()];
+    let names = [candidate.relative.as_str(), candidate.name()];
     names.into_iter().find_map(|name| rows.get(name)).cloned().unwrap_or_default()
 }
 
 fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate, row: MeshRow) -> FoundMesh {
+    let made = match &candidate.origin {
+        MeshOrigin::BuiltIn(name) => Some(assets::built_in_source(name)),
+        MeshOrigin::File(_) => None,
+    };
+    let known = MeshRow {
+        group: made.as_ref().and_then(|made| made.group.clone()),
+        licence: package.map(|package| package.licence.to_owned()).or_else(|| made.and_then(|made| made.licence)),
+        citation: package.map(|package| package.citation.to_owned()),
+        ..MeshRow::default()
+    };
     let of_entry = MeshRow {
-        name: None,
         unit: entry.unit,
         scale: entry.scale,
         size: entry.size,
         group: entry.group.clone(),
-        licence: entry.licence.clone().or_else(|| package.map(|package| package.licence.to_owned())),
-        citation: entry.citation.clone().or_else(|| package.map(|package| package.citation.to_owned())),
-        object: None,
+        licence: entry.licence.clone(),
+        citation: entry.citation.clone(),
+        ..MeshRow::default()
     };
-    let row = joined(row, of_entry);
+    let row = joined(row, joined(of_entry, known));
     let scale = match (row.size, row.scale, row.unit) {
         (Some(size), ..) => ScaleRule::LongestSide(size),
         (_, Some(scale), _) => ScaleRule::MetresPerUnit(scale),

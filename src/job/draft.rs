@@ -47,7 +47,8 @@ impl JobText {
 pub struct Surroundings<'a> {
     /// The folder that holds the packages of meshes.
     pub packages: PathBuf,
-    /// Names of the built-in shapes.
+    /// The default set of built-in shapes: what patterns with `*` and `?` are held against, beside the half-shapes. Full
+    /// names reach every shape.
     pub built_in: Vec<String>,
     /// Reads cameras out of scenes; [`no_scenes`](super::no_scenes) where there is no simulator.
     pub scenes: &'a SceneReader<'a>,

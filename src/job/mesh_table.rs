@@ -20,7 +20,7 @@ struct Field {
 /// by commas and may stand in double quotes (RFC 4180); lines that start with `#` are comments.
 ///
 /// Every mistake is in the list, with its place in the table.
-pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, MeshRow>, Vec<JobError>) {
+pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Place)>, Vec<JobError>) {
     let mut rows = BTreeMap::new();
     let mut errors = Vec::new();
     let mut report = |range: &Range<usize>, key: &str, problem: Problem, help: Option<String>| {
@@ -59,7 +59,8 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, MeshRow>, Vec<Jo
                 report(&field.range, &column.text, problem, None);
             }
         }
-        if rows.insert(name.clone(), row).is_some() {
+        let place = Place::in_text(file, text, record[name_column].range.clone());
+        if rows.insert(name.clone(), (row, place)).is_some() {
             let found = format!("a second row for `{name}`");
             report(&whole, "name", Problem::Senseless { expected: "one row a mesh".to_owned(), found }, None);
         }
@@ -159,8 +160,8 @@ mod tests {
         let (rows, errors) = read("t.csv", text);
         assert_eq!(errors, []);
         assert_eq!(rows.len(), 2);
-        assert_eq!(rows["mug"].group.as_deref(), Some("cups, mugs"));
-        assert_eq!((rows["a \"b\""].scale, rows["a \"b\""].group.clone()), (Some(0.001), None));
+        assert_eq!(rows["mug"].0.group.as_deref(), Some("cups, mugs"));
+        assert_eq!((rows["a \"b\""].0.scale, rows["a \"b\""].0.group.clone()), (Some(0.001), None));
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! file at once. Reading meshes is the caller's, so that it may use threads. [`Job::to_toml`] writes the job back with
 //! every default filled in and every mesh pinned by content; [`Job::digest`] names it.
 
+mod built_in;
 mod canonical;
 mod check;
 mod checked;
@@ -20,6 +21,7 @@ mod estimate;
 mod mesh_table;
 mod packages;
 mod pattern;
+mod reference;
 mod resolve;
 mod schema;
 mod spec;
@@ -33,4 +35,5 @@ pub use draft::{FoundMesh, JobDraft, JobText, Surroundings, default_shard_sample
 pub use errors::{JobError, JobErrors, Place, Problem};
 pub use estimate::{Estimate, expected_bytes};
 pub use packages::{MeshPackage, PACKAGES, package};
+pub use reference::reference;
 pub use schema::schema;

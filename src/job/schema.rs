@@ -9,6 +9,7 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
 use super::{checked::Profile, spec::JobSpec};
+use crate::render::{SENSOR_CONSTANTS, SensorConstant, SensorModel};
 
 const STANDARD: &str = include_str!("profiles/standard.toml");
 const THESIS: &str = include_str!("profiles/thesis.toml");
@@ -52,7 +53,30 @@ fn bare() -> Value {
     let settings = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true);
     let mut schema = settings.into_generator().into_root_schema_for::<JobSpec>().to_value();
     simplify(&mut schema);
+    describe_sensors(&mut schema["properties"]["sensor"]["properties"]);
     schema
+}
+
+/// The sensor model lists its own profiles and constants.
+fn describe_sensors(sensor: &mut Value) {
+    let profiles: Vec<&str> = ["none"].into_iter().chain(SensorModel::profiles()).collect();
+    sensor["profile"]["enum"] = json!(profiles);
+    let models: Vec<SensorModel> = SensorModel::profiles().filter_map(SensorModel::profile).collect();
+    let constant = |(place, constant): (usize, &SensorConstant)| {
+        let SensorConstant { key, unit, min, max, meaning } = constant;
+        let value_of = |model: &SensorModel| format!("{}: {}", model.profile_name(), model.canonical()[place].1);
+        let values: Vec<String> = models.iter().map(value_of).collect();
+        let description = format!("{meaning}. {}.", values.join(", "));
+        let mut schema = json!({ "type": "number", "minimum": min, "maximum": max, "description": description });
+        schema["examples"] = json!([models[0].canonical()[place].1]);
+        if *unit != "1" {
+            schema["x-unit"] = json!(unit);
+        }
+        ((*key).to_owned(), schema)
+    };
+    let constants: Map<String, Value> = SENSOR_CONSTANTS.iter().enumerate().map(constant).collect();
+    sensor["constants"]["properties"] = Value::Object(constants);
+    sensor["constants"]["additionalProperties"] = json!(false);
 }
 
 fn build() -> Value {

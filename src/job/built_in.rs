@@ -1,0 +1,77 @@
+//! Which built-in shapes an entry names.
+
+use std::collections::BTreeSet;
+
+use super::{
+    check::Checker,
+    decode::did_you_mean,
+    document::Path,
+    errors::Problem,
+    pattern,
+    spec::{BuiltInSpec, ObjectsSpec},
+};
+use crate::assets;
+
+/// The names that an entry asks for, in its order, with its `triangles`; each is a shape that can be made.
+pub(super) fn shapes(
+    checker: &mut Checker<'_>,
+    entry: &ObjectsSpec,
+    path: &Path,
+    default_set: &[String],
+) -> Vec<String> {
+    let names = match &entry.built_in {
+        None => Vec::new(),
+        Some(BuiltInSpec::Count(count)) => assets::built_in_names(*count as usize).collect(),
+        Some(BuiltInSpec::Names(wanted)) => named(checker, wanted, path, default_set),
+    };
+    let mut taken = BTreeSet::new();
+    let names = names.into_iter().map(|name| match entry.triangles {
+        Some(count) if !name.contains('@') && count % 1000 == 0 => format!("{name}@{}k", count / 1000),
+        Some(count) if !name.contains('@') => format!("{name}@{count}"),
+        _ => name,
+    });
+    names.filter(|name| taken.insert(name.clone())).collect()
+}
+
+fn named(checker: &mut Checker<'_>, wanted: &[String], path: &Path, default_set: &[String]) -> Vec<String> {
+    let default: Vec<String> = default_set.iter().cloned().chain(assets::half_shape_names()).collect();
+    let mut names = Vec::new();
+    for (index, wanted) in wanted.iter().enumerate() {
+        let before = names.len();
+        if wanted.contains(['*', '?']) {
+            names.extend(default.iter().filter(|name| pattern::name(wanted, name)).cloned());
+        } else if is_shape(wanted) {
+            names.push(wanted.clone());
+        }
+        if names.len() == before {
+            let help = did_you_mean(wanted, default.iter().map(String::as_str)).unwrap_or_else(|| {
+                format!("the families are {}, each with shapes -01, -02, ...", families().join(", "))
+            });
+            let problem = Problem::NotFound { what: "built-in shape".to_owned(), detail: format!("`{wanted}`") };
+            checker.fail(&path.key("built_in").index(index), problem, Some(help));
+        }
+    }
+    names
+}
+
+/// The families of the endless series, in its order.
+fn families() -> Vec<String> {
+    let mut families: Vec<String> = Vec::new();
+    for name in assets::built_in_names(assets::DEFAULT_BUILT_INS) {
+        let family = name.split('-').next().unwrap_or(&name);
+        if !families.iter().any(|known| known == family) {
+            families.push(family.to_owned());
+        }
+    }
+    families
+}
+
+/// Whether a name, but for the triangles behind `@`, is a shape's; preparing it checks those.
+fn is_shape(name: &str) -> bool {
+    let shape = name.split('@').next().unwrap_or(name);
+    let in_series = shape.rsplit_once('-').is_some_and(|(family, number)| {
+        let number: Option<u32> = number.parse().ok().filter(|parsed| *parsed > 0 && format!("{parsed:02}") == number);
+        number.is_some() && families().iter().any(|known| known == family)
+    });
+    in_series || assets::half_shape_names().any(|half| half == shape)
+}

@@ -1,0 +1,183 @@
+//! The job files that travel with the source, their schema and their reference.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use graspmill::job::{JobDraft, JobText, reference, schema};
+use serde_json::Value;
+
+use super::{asset, resolve, surroundings};
+
+fn job_files() -> Vec<PathBuf> {
+    let files = fs::read_dir("jobs").expect("jobs/ is there").map(|entry| entry.expect("jobs/ is readable").path());
+    let mut files: Vec<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|ending| ending == "toml")).collect();
+    files.sort();
+    files
+}
+
+fn read(file: &Path, packages: &str) -> JobDraft {
+    let text = JobText::open(file, &[]).expect("the job file is readable");
+    JobDraft::read(&text, &surroundings(packages)).unwrap_or_else(|errors| {
+        panic!("{}\n`make setup` fetches the scans, if it is they that are missing", errors.render())
+    })
+}
+
+#[test]
+fn every_job_file_is_a_job_of_its_size() {
+    let sizes: Vec<(String, usize, usize)> = job_files()
+        .iter()
+        .map(|file| {
+            let draft = read(file, ".deps");
+            assert_eq!(draft.notes, Vec::<String>::new(), "{}", file.display());
+            let job = resolve(draft);
+            assert_eq!(job.name, file.file_stem().expect("a file").to_string_lossy());
+            (job.name, job.objects.len(), job.completion.views.len())
+        })
+        .collect();
+    let expected = [
+        ("builtin", 33, 726),
+        ("quickstart", 18, 726),
+        ("release-608", 608, 726),
+        ("sensor-kinect", 32, 500),
+        ("thesis", 608, 726),
+        ("ycb-completion", 78, 726),
+    ];
+    assert_eq!(sizes, expected.map(|(name, objects, views)| (name.to_owned(), objects, views)));
+}
+
+#[test]
+fn quickstart_does_without_the_scans_and_says_so() {
+    let draft = read(Path::new("jobs/quickstart.toml"), "no/such/folder");
+    assert_eq!(draft.meshes.len(), 6);
+    assert_eq!(draft.notes.len(), 1);
+    assert!(draft.notes[0].contains("make setup"), "{:?}", draft.notes);
+}
+
+#[test]
+fn resolved_jobs_name_packages_and_read_back() {
+    for file in job_files() {
+        let job = resolve(read(&file, ".deps"));
+        let text = job.to_toml(Path::new("datasets/x"));
+        assert!(!text.contains(".deps"), "{text}");
+        let again = JobText { label: "job.toml".into(), folder: "datasets/x".into(), text, overrides: Vec::new() };
+        let again =
+            JobDraft::read(&again, &surroundings(".deps")).unwrap_or_else(|errors| panic!("{}", errors.render()));
+        assert_eq!(resolve(again), job, "{}", file.display());
+    }
+}
+
+#[test]
+fn pinned_meshes_that_changed_are_refused() {
+    let job = resolve(read(Path::new("jobs/quickstart.toml"), ".deps"));
+    let text = job.to_toml(Path::new("jobs"));
+    let text = JobText { label: "job.toml".into(), folder: "jobs".into(), text, overrides: Vec::new() };
+    let draft = JobDraft::read(&text, &surroundings(".deps")).expect("a job");
+    let assets = draft.sources().map(|source| Ok(asset(if source.name == "025_mug" { "other" } else { &source.name })));
+    let assets = assets.collect();
+    let job = draft.resolve(assets).expect("the other meshes make a job");
+    assert_eq!(job.objects.len(), 17);
+    assert_eq!((job.refused.len(), job.refused[0].reason.as_str()), (1, "changed"));
+}
+
+/// Runs `script` with the schema's path and the given files; its standard output.
+fn python(script: &str, files: &[PathBuf]) -> String {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let schema_file = folder.path().join("schema.json");
+    fs::write(&schema_file, schema().to_string()).expect("the schema is written");
+    let python = Path::new(".deps/venv/bin/python");
+    assert!(python.exists(), "{} is not there: run `make deps-test`", python.display());
+    let output =
+        Command::new(python).arg("-c").arg(script).arg(&schema_file).args(files).output().expect("python runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("python prints UTF-8")
+}
+
+const VALIDATE: &str = r#"
+import json, sys
+from jsonschema import Draft7Validator
+try:
+    import tomllib
+except ModuleNotFoundError:
+    import tomli as tomllib
+schema = json.load(open(sys.argv[1]))
+Draft7Validator.check_schema(schema)
+for path in sys.argv[2:]:
+    with open(path, "rb") as file:
+        print(len(list(Draft7Validator(schema).iter_errors(tomllib.load(file)))))
+"#;
+
+#[test]
+fn an_independent_validator_agrees_with_the_decoder() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let mut files = job_files();
+    let fine = files.len();
+    let resolved = folder.path().join("resolved.toml");
+    let job = resolve(read(Path::new("jobs/sensor-kinect.toml"), ".deps"));
+    fs::write(&resolved, job.to_toml(folder.path())).expect("the job is written");
+    files.push(resolved);
+    let wrong = [
+        "seed = -1",
+        "sede = 1",
+        "views = \"x\"",
+        "views = { even = 0 }",
+        "distance = 0",
+        "distance = { min = 1 }",
+        "[grid]\nresolution = 129",
+        "[gate]\nmin_overlap = 2",
+        "[sensor]\nprofile = \"x\"",
+        "[sensor.constants]\nshadow = 2",
+        "[channels]\ntsdf = 1",
+        "[split]\ntest_models = 1.5",
+    ];
+    for (index, text) in wrong.iter().enumerate() {
+        let file = folder.path().join(format!("{index}.toml"));
+        fs::write(&file, format!("objects = [{{ built_in = 3 }}]\n{text}\n")).expect("a file is written");
+        let job = JobText::open(&file, &[]).expect("the file is readable");
+        assert!(JobDraft::read(&job, &surroundings(".deps")).is_err(), "{text}");
+        files.push(file);
+    }
+    let counts = python(VALIDATE, &files);
+    let counts: Vec<bool> = counts.lines().map(|count| count != "0").collect();
+    let expected: Vec<bool> = (0..files.len()).map(|index| index > fine).collect();
+    assert_eq!(counts, expected, "{files:?}");
+}
+
+#[test]
+fn every_key_of_the_schema_says_what_it_means() {
+    fn walk(schema: &Value, path: &str, silent: &mut Vec<String>) {
+        for (key, property) in schema["properties"].as_object().into_iter().flatten() {
+            let path = format!("{path}.{key}");
+            if property["description"].as_str().is_none_or(str::is_empty) {
+                silent.push(path.clone());
+            }
+            walk(property, &path, silent);
+            walk(&property["items"], &path, silent);
+            walk(&property["additionalProperties"], &path, silent);
+            property["anyOf"].as_array().into_iter().flatten().for_each(|branch| walk(branch, &path, silent));
+        }
+    }
+    let mut silent = Vec::new();
+    walk(schema(), "", &mut silent);
+    assert_eq!(silent, Vec::<String>::new());
+    let text = schema().to_string();
+    assert!(!text.contains("\"null\"") && !text.contains("$ref"), "{text}");
+}
+
+#[test]
+fn the_reference_in_the_docs_is_the_schemas() {
+    const MARK: &str = "<!-- From here on printed from the schema. -->\n";
+    let file = Path::new("docs/jobs.md");
+    let text = fs::read_to_string(file).expect("docs/jobs.md is there");
+    let (intro, found) = text.split_once(MARK).expect("docs/jobs.md has its mark");
+    let expected = format!("\n{}", reference());
+    if found != expected {
+        let fresh = tempfile::Builder::new().prefix("jobs-").suffix(".md").tempfile().expect("a scratch file");
+        let (_, path) = fresh.keep().expect("the scratch file stays");
+        fs::write(&path, format!("{intro}{MARK}{expected}")).expect("the scratch file is written");
+        panic!("docs/jobs.md is out of date: copy {} over it", path.display());
+    }
+}

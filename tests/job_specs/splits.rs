@@ -1,0 +1,217 @@
+//! Splits: exact where counts are asked for, steady where objects come and go, free of leaks.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use graspmill::{
+    ids::{Digest, ViewId},
+    job::Job,
+    plan::{ModelRole, Plan, SampleRole, SplitTable},
+};
+
+use super::{read, resolve};
+
+/// A job over so many built-in shapes, without reading one.
+fn job(shapes: usize, overrides: &[&str]) -> Job {
+    let text = format!("[[objects]]\nbuilt_in = {shapes}\n");
+    resolve(read(&text, overrides).unwrap_or_else(|errors| panic!("{}", errors.render())))
+}
+
+fn roles(job: &Job, twins: &[Vec<usize>]) -> BTreeMap<String, ModelRole> {
+    let split = SplitTable::new(job, twins);
+    job.objects.iter().zip(&split.models).map(|(object, role)| (object.source.name.clone(), *role)).collect()
+}
+
+#[test]
+fn the_thesis_split_has_the_thesis_counts() {
+    let job = job(608, &["profile=thesis", "split.test_models=122", "split.training_subsets=[14, 94, 486]"]);
+    let split = SplitTable::new(&job, &[]);
+    assert_eq!(split.model_counts(), [486, 0, 122]);
+    let counts = split.counts();
+    assert_eq!(counts.values().sum::<u64>(), 441_408);
+    assert_eq!(counts[&SampleRole::HoldoutView], 486 * 145);
+    assert_eq!(counts[&SampleRole::TestModel], 122 * 726);
+    let subsets: Vec<BTreeSet<usize>> = split.subsets.iter().map(|subset| subset.iter().copied().collect()).collect();
+    assert_eq!(subsets.iter().map(BTreeSet::len).collect::<Vec<_>>(), [14, 94, 486]);
+    assert!(subsets[0].is_subset(&subsets[1]) && subsets[1].is_subset(&subsets[2]));
+    assert!(subsets[2].iter().all(|object| split.models[*object] == ModelRole::Training));
+    assert_eq!(split.notes, Vec::<String>::new());
+
+    let leaks = split.leaks(&job, &[]);
+    assert_eq!((leaks.views, leaks.distinct_rotations, leaks.repeated_rotations), (726, 420, 306));
+    assert!(leaks.straddling_views > 0 && !leaks.is_clean());
+    assert_eq!(leaks.objects_straddling + leaks.geometries_straddling, 0);
+}
+
+#[test]
+fn straddling_views_are_counted_as_a_plain_search_counts_them() {
+    let job = job(5, &["profile=thesis", "split.test_models=1"]);
+    let split = SplitTable::new(&job, &[]);
+    let views = &job.completion.views;
+    let first: Vec<usize> = (0..views.len())
+        .map(|view| {
+            let same =
+                |other: &usize| (views.rotation(*other).matrix() - views.rotation(view).matrix()).abs().max() < 1e-9;
+            (0..=view).find(same).expect("a view equals itself")
+        })
+        .collect();
+    let mut expected = 0;
+    for object in 0..job.objects.len() {
+        let role = |view: usize| split.role(object, ViewId(view as u32));
+        expected += (0..views.len())
+            .filter(|view| {
+                let trained = |other: usize| first[other] == first[*view] && role(other) == SampleRole::TrainingView;
+                role(*view) == SampleRole::HoldoutView && (0..views.len()).any(trained)
+            })
+            .count() as u64;
+    }
+    assert_eq!(split.leaks(&job, &[]).straddling_views, expected);
+}
+
+#[test]
+fn equal_views_stay_together_unless_told_otherwise() {
+    let together = job(20, &["profile=thesis", "split.keep_equal_views_together=true"]);
+    let split = SplitTable::new(&together, &[]);
+    let leaks = split.leaks(&together, &[]);
+    assert_eq!((leaks.repeated_rotations, leaks.straddling_views), (306, 0));
+    assert!(leaks.is_clean());
+    let training = split.model_counts()[0] as u64;
+    assert_eq!(split.counts()[&SampleRole::HoldoutView], training * 145);
+
+    let standard = job(20, &[]);
+    let split = SplitTable::new(&standard, &[]);
+    assert!(split.leaks(&standard, &[]).is_clean());
+}
+
+#[test]
+fn shares_move_nothing_when_objects_come_and_go() {
+    let shares = ["split.test_models=0.2", "split.validation_models=0.15"];
+    let (small, large) = (roles(&job(300, &shares), &[]), roles(&job(400, &shares), &[]));
+    assert!(small.iter().all(|(name, role)| large[name] == *role));
+    let count = |role| large.values().filter(|other| **other == role).count();
+    // Within four standard deviations of 80 and 60 of 400.
+    assert!((48..=112).contains(&count(ModelRole::Test)), "{}", count(ModelRole::Test));
+    assert!((32..=88).contains(&count(ModelRole::Validation)), "{}", count(ModelRole::Validation));
+}
+
+#[test]
+fn counts_are_exact_and_a_new_object_moves_at_most_one() {
+    let counts = ["split.test_models=30", "split.validation_models=10"];
+    let before = roles(&job(300, &counts), &[]);
+    assert_eq!(before.values().filter(|role| **role == ModelRole::Test).count(), 30);
+    assert_eq!(before.values().filter(|role| **role == ModelRole::Validation).count(), 10);
+    for more in [301, 302, 303] {
+        let after = roles(&job(more, &counts), &[]);
+        let moved = before.iter().filter(|(name, role)| after[*name] != **role).count();
+        assert!(moved <= 2 * (more - 300), "{moved} moved");
+    }
+    // Each new object can push one test model out, which can push one validation model out.
+}
+
+#[test]
+fn another_seed_makes_another_split_and_the_shard_size_does_not() {
+    let plain = SplitTable::new(&job(200, &[]), &[]);
+    assert_ne!(plain.models, SplitTable::new(&job(200, &["seed=1"]), &[]).models);
+    assert_eq!(plain, SplitTable::new(&job(200, &["shards.samples=100", "name=x"]), &[]));
+}
+
+#[test]
+fn twins_never_straddle_unless_allowed() {
+    let twins: Vec<Vec<usize>> = (0..30).map(|group| (0..3).map(|member| group * 3 + member).collect()).collect();
+    for models in ["split.test_models=0.3", "split.test_models=31"] {
+        let job = job(120, &[models]);
+        let split = SplitTable::new(&job, &twins);
+        let leaks = split.leaks(&job, &twins);
+        assert_eq!((leaks.twin_groups, leaks.twin_groups_straddling), (30, 0));
+        if models.ends_with("31") {
+            assert_eq!(split.model_counts()[2], 31);
+        }
+        let apart = self::job(120, &[models, "split.keep_twins_together=false"]);
+        let split = SplitTable::new(&apart, &twins);
+        let leaks = split.leaks(&apart, &twins);
+        assert!(leaks.twin_groups_straddling > 0 && !leaks.is_clean());
+    }
+    // Clusters are chosen as often as single objects are.
+    let mut tested = [0; 2];
+    for seed in 0..40 {
+        let seed = format!("seed={seed}");
+        let job = job(120, &["split.test_models=0.3", &seed]);
+        let split = SplitTable::new(&job, &twins);
+        (0..120).filter(|place| split.models[*place] == ModelRole::Test).for_each(|place| tested[place / 90] += 1);
+    }
+    let shares = [tested[0] as f64 / (90.0 * 40.0), tested[1] as f64 / (30.0 * 40.0)];
+    assert!(shares.iter().all(|share| (share - 0.3).abs() < 0.06), "{shares:?}");
+}
+
+#[test]
+fn groups_move_as_one() {
+    let job = job(180, &["split.by_group=true", "split.test_models=40", "split.validation_models=0.2"]);
+    let split = SplitTable::new(&job, &[]);
+    let leaks = split.leaks(&job, &[]);
+    assert_eq!(leaks.groups_straddling, 0);
+    // Families of 20 shapes: 40 are two of them.
+    assert_eq!(split.model_counts()[2], 40);
+    assert!(split.model_counts().iter().all(|count| count % 20 == 0));
+    let alone = self::job(180, &["split.test_models=40"]);
+    assert!(SplitTable::new(&alone, &[]).leaks(&alone, &[]).groups_straddling > 0);
+}
+
+#[test]
+fn what_cannot_be_met_is_noted() {
+    let job = job(18, &["split.by_group=true", "split.test_models=3", "split.training_subsets=[500]"]);
+    let split = SplitTable::new(&job, &[]);
+    assert_eq!(split.model_counts()[2], 2);
+    assert_eq!(split.notes.len(), 2, "{:?}", split.notes);
+}
+
+#[test]
+fn named_models_are_taken_with_their_twins() {
+    let job = job(36, &["split.test_models=['can-*', 'bowl-01']", "split.validation_models=['bowl-02']"]);
+    let names: Vec<&str> = job.objects.iter().map(|object| object.source.name.as_str()).collect();
+    let place = |name: &str| names.iter().position(|known| *known == name).expect("a name of the job");
+    let twins = [vec![place("bowl-01"), place("cup-03")]];
+    let split = SplitTable::new(&job, &twins);
+    let tested: Vec<&str> =
+        (0..names.len()).filter(|at| split.models[*at] == ModelRole::Test).map(|at| names[at]).collect();
+    assert_eq!(tested, ["bowl-01", "can-01", "can-02", "can-03", "can-04", "cup-03"]);
+    assert_eq!(split.models[place("bowl-02")], ModelRole::Validation);
+    assert_eq!(split.notes.len(), 1);
+    assert!(
+        read("[[objects]]\nbuilt_in = 9\n", &["split.test_models=['spoon-*']"])
+            .map(|draft| {
+                let assets = draft.sources().map(|source| Ok(super::asset(&source.name))).collect();
+                draft.resolve(assets).is_err()
+            })
+            .expect("a draft")
+    );
+}
+
+#[test]
+fn copies_are_refused_and_meshes_that_fail_do_not_stop_the_others() {
+    let draft = read("[[objects]]\nbuilt_in = 9\n", &[]).expect("a job");
+    let assets = draft.sources().enumerate().map(|(place, source)| match place {
+        // The second file has the first one's content, the third its geometry in another order.
+        1 => Ok(super::asset("bottle-01")),
+        2 => Ok(graspmill::assets::AssetRecord { geometry: super::asset("bottle-01").geometry, ..super::asset("x") }),
+        3 => Err(graspmill::assets::MeshRefusal {
+            file: source.name.clone(),
+            reason: "truncated".to_owned(),
+            problem: "ends early".to_owned(),
+            place: None,
+            remedy: "fetch it again".to_owned(),
+        }),
+        _ => Ok(super::asset(&source.name)),
+    });
+    let assets = assets.collect();
+    let job = draft.resolve(assets).expect("six make a job");
+    assert_eq!(job.objects.len(), 6);
+    let reasons: Vec<&str> = job.refused.iter().map(|refusal| refusal.reason.as_str()).collect();
+    assert_eq!(reasons, ["duplicate", "duplicate", "truncated"]);
+    assert!(job.refused[0].problem.contains("bottle-01"));
+    assert_eq!(Plan::new(&job).samples, 6 * 726);
+    assert!(job.objects.iter().all(|object| object.id().0 != Digest::of(b"x")));
+
+    let draft = read("[[objects]]\nbuilt_in = 1\n", &[]).expect("a job");
+    let refusal = job.refused[2].clone();
+    let errors = draft.resolve(vec![Err(refusal)]).expect_err("nothing is left");
+    assert!(errors.render().contains("1 refused"), "{}", errors.render());
+}
