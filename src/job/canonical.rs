@@ -274,7 +274,8 @@ impl Text {
             match kind.split_once(' ') {
                 Some((_, package)) => {
                     self.key("package", package);
-                    self.list("include", names);
+                    // A leading `./` keeps a bare name from fitting files in folders below.
+                    self.list("include", files.iter().map(|file| format!("./{}", pattern::literal(file)).into()));
                 }
                 None => self.list(&kind, names),
             }
@@ -300,7 +301,8 @@ impl Text {
         row.extend(words.into_iter().filter_map(|(key, word)| Some((key, Value::from(word.as_deref()?)))));
         row.push(("object", Value::from(object.id().0.hex())));
         let row: Vec<String> = row.into_iter().map(|(key, value)| format!("{key} = {value}")).collect();
-        let _ = writeln!(self.0, "{} = {{ {} }}", Value::from(file), row.join(", "));
+        // A JSON string is a TOML string on one line, which a key must be.
+        let _ = writeln!(self.0, "{} = {{ {} }}", serde_json::Value::from(file), row.join(", "));
     }
 }
 

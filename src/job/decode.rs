@@ -48,7 +48,7 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
             let expected = "at least one [[objects]] entry with a folder, list, package or built_in".to_owned();
             errors.push(
                 JobError::at(document.place_of(&path), "objects", Problem::Missing { expected })
-                    .with_help("`[[objects]]` with `built_in = [\"*\"]` needs no download"),
+                    .with_help("`[[objects]]` with `built_in = 24` needs no download"),
             );
         }
         wrong.push(path);

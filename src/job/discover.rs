@@ -16,6 +16,7 @@ use super::{
     errors::{JobError, Problem},
     mesh_table,
     packages::{self, MeshPackage, PACKAGES},
+    pattern,
     spec::{MeshRow, ObjectsSpec, UnitSpec},
 };
 use crate::{
@@ -67,28 +68,21 @@ struct Candidates {
 
 impl Candidates {
     fn of(kept: Vec<Candidate>) -> Self {
-        let mut candidates = Self { all: Vec::new(), kept };
-        candidates.allow();
-        candidates
-    }
-
-    fn allow(&mut self) {
-        let names = self.kept.iter().flat_map(|mesh| [mesh.name().to_owned(), mesh.relative.clone()]);
-        self.all.extend(names);
+        let all = kept.iter().flat_map(|mesh| [mesh.name().to_owned(), mesh.relative.clone()]).collect();
+        Self { all, kept }
     }
 
     /// The meshes below a folder.
     fn of_folder(entry: &ObjectsSpec, folder: &FilePath) -> Result<Self, FolderError> {
-        let list = |include: &[String], exclude: &[String]| {
-            let paths = assets::list_folder(folder, include, exclude, true)?;
-            let below = |path: &FilePath| with_slashes(path.strip_prefix(folder).unwrap_or(path));
-            Ok(paths.into_iter().map(|path| Candidate::file(below(&path), path)).collect::<Vec<_>>())
-        };
-        let (include, exclude) = (entry.include.as_deref(), entry.exclude.as_deref());
+        let below = |path: &FilePath| with_slashes(path.strip_prefix(folder).unwrap_or(path));
+        let paths = assets::list_folder(folder)?.into_iter();
         // Rows may speak of what `exclude` takes out.
-        let mut candidates = Self::of(list(&[], &[])?);
-        candidates.kept = list(include.unwrap_or_default(), exclude.unwrap_or_default())?;
-        candidates.allow();
+        let mut candidates = Self::of(paths.map(|path| Candidate::file(below(&path), path)).collect());
+        let any = |patterns: &Vec<String>, path: &str| patterns.iter().any(|wanted| pattern::matches(wanted, path));
+        candidates.kept.retain(|mesh| {
+            entry.include.as_ref().is_none_or(|patterns| any(patterns, &mesh.relative))
+                && !entry.exclude.as_ref().is_some_and(|patterns| any(patterns, &mesh.relative))
+        });
         Ok(candidates)
     }
 }

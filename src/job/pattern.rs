@@ -1,6 +1,39 @@
-//! Patterns for the names of models and shapes: `*` any letters, `?` one, `\` takes the next letter as it is.
-//!
-//! Patterns for files are `assets::list_folder`'s.
+//! Patterns for files, models and shapes: `*` any part of a name, `**` any folders, `?` one letter, `\` takes the next letter
+//! as it is.
+
+/// Whether `pattern` fits `path` (separated by `/`). A pattern without `/` is compared with the last part alone.
+pub(super) fn matches(pattern: &str, path: &str) -> bool {
+    if pattern.contains('/') {
+        let parts: Vec<&str> = path.split('/').collect();
+        let wanted: Vec<&str> = pattern.trim_start_matches("./").split('/').collect();
+        folders(&wanted, &parts)
+    } else {
+        name(pattern, path.rsplit('/').next().unwrap_or(path))
+    }
+}
+
+/// Folder by folder, with one point to fall back to, so never exponential.
+fn folders(wanted: &[&str], parts: &[&str]) -> bool {
+    let (mut w, mut p) = (0, 0);
+    let mut stars: Option<(usize, usize)> = None;
+    while p < parts.len() {
+        match wanted.get(w) {
+            Some(&"**") => {
+                stars = Some((w + 1, p));
+                w += 1;
+            }
+            Some(pattern) if name(pattern, parts[p]) => (w, p) = (w + 1, p + 1),
+            _ => match stars {
+                Some((after, from)) => {
+                    stars = Some((after, from + 1));
+                    (w, p) = (after, from + 1);
+                }
+                None => return false,
+            },
+        }
+    }
+    wanted[w..].iter().all(|pattern| *pattern == "**")
+}
 
 /// Whether `pattern` fits all of `text`: greedy with one point to fall back to, so never exponential.
 pub(super) fn name(pattern: &str, text: &str) -> bool {
@@ -42,6 +75,25 @@ pub(super) fn literal(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_and_folders() {
+        for (pattern, path, expected) in [
+            ("*.stl", "a/b/mug.stl", true),
+            ("*.stl", "mug.ply", false),
+            ("a/*.stl", "a/b/mug.stl", false),
+            ("a/**/*.stl", "a/b/c/mug.stl", true),
+            ("a/**/*.stl", "a/mug.stl", true),
+            ("draft/**", "draft/x/y.obj", true),
+            ("draft/**", "kept/draft/y.obj", false),
+            ("**/draft/**", "kept/draft/y.obj", true),
+            ("**/a/**/b/*.stl", "a/x/a/b/y/b/m.stl", true),
+            ("./mug.stl", "mug.stl", true),
+            ("./mug.stl", "a/mug.stl", false),
+        ] {
+            assert_eq!(matches(pattern, path), expected, "{pattern} on {path}");
+        }
+    }
 
     #[test]
     fn stars_and_question_marks() {

@@ -3,14 +3,17 @@
 use std::collections::BTreeMap;
 
 use super::{
-    checked::{Job, JobObject, ModelChoice},
+    checked::{Completion, Distance, Job, JobObject, ModelChoice},
     decode::did_you_mean,
     document::{Document, Path},
     draft::JobDraft,
     errors::{JobError, JobErrors, Problem},
     pattern,
 };
-use crate::assets::{AssetRecord, MeshOrigin, MeshRefusal};
+use crate::{
+    assets::{AssetRecord, MeshOrigin, MeshRefusal},
+    geom::GridPlacement,
+};
 
 impl JobDraft {
     /// The job: `assets` holds what came of [`JobDraft::sources`], in the same order.
@@ -77,6 +80,8 @@ impl JobDraft {
         name_models(&self.document, "validation_models", &mut split.validation_models, &names, &mut errors);
         name_models(&self.document, "test_models", &mut split.test_models, &names, &mut errors);
         JobErrors::check(errors)?;
+        let mut notes = self.notes;
+        notes.extend(dotted_partials(&objects, &self.completion));
         Ok(Job {
             name: self.name,
             profile: self.profile,
@@ -84,7 +89,7 @@ impl JobDraft {
             seed: self.seed,
             objects,
             refused,
-            notes: self.notes,
+            notes,
             completion: self.completion,
             split,
             shard_samples: self.shard_samples,
@@ -105,6 +110,29 @@ fn name_models(document: &Document, key: &str, choice: &mut ModelChoice, names: 
     }
     let named = |name: &&&str| patterns.iter().any(|wanted| pattern::name(wanted, name));
     *patterns = names.iter().filter(named).map(|name| (*name).to_owned()).collect();
+}
+
+/// A warning about objects whose grid cells are narrower than a pixel: their partial grids come out dotted.
+fn dotted_partials(objects: &[JobObject], completion: &Completion) -> Option<String> {
+    let distance = match completion.distance {
+        Distance::Fixed(distance) => distance,
+        Distance::Range { max, .. } => max,
+        Distance::Fit { .. } => return None,
+    };
+    let pixel = distance / completion.camera.fx.min(completion.camera.fy);
+    let cells = GridPlacement::FILL * f64::from(completion.resolution);
+    let side = |object: &&JobObject| object.asset.extents.into_iter().fold(0.0, f64::max);
+    let small: Vec<&JobObject> = objects.iter().filter(|object| side(object) < pixel * cells).collect();
+    let least = small.iter().copied().min_by(|a, b| side(a).total_cmp(&side(b)))?;
+    Some(format!(
+        "{} of {} objects are under {:.0} mm: at {distance} m their grid cells are narrower than a pixel, so their \
+         partials are dotted (smallest: `{}`, {:.0} mm); a shorter `distance`, or `distance = {{ fit = 0.6 }}`, mends it",
+        small.len(),
+        objects.len(),
+        pixel * cells * 1e3,
+        least.source.name,
+        side(&least) * 1e3,
+    ))
 }
 
 fn first_refusals(refused: &[MeshRefusal]) -> String {

@@ -194,7 +194,7 @@ impl SplitTable {
                 }),
             ),
             groups_straddling: straddling(
-                &mut objects().filter_map(|(place, object)| Some((object.asset.group.clone()?.into_bytes(), place))),
+                &mut objects().filter_map(|(place, object)| Some((object.source.group.clone()?.into_bytes(), place))),
             ),
         }
     }
@@ -246,7 +246,7 @@ fn clusters(job: &Job, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     if job.split.by_group {
         let mut first_of: BTreeMap<&str, usize> = BTreeMap::new();
         for (place, object) in job.objects.iter().enumerate() {
-            if let Some(group) = &object.asset.group {
+            if let Some(group) = &object.source.group {
                 join(*first_of.entry(group).or_insert(place), place);
             }
         }
@@ -285,7 +285,7 @@ fn chosen(
     purpose: &str,
     notes: &mut Vec<String>,
 ) -> BTreeSet<usize> {
-    let object_key = |place: &usize| match &job.objects[*place].asset.group {
+    let object_key = |place: &usize| match &job.objects[*place].source.group {
         Some(group) if job.split.by_group => key(job.seed, purpose, group.as_bytes()),
         _ => key(job.seed, purpose, &job.objects[*place].id().0.0),
     };

@@ -6,7 +6,10 @@ use std::{
     process::Command,
 };
 
-use graspmill::job::{JobDraft, JobText, reference, schema};
+use graspmill::{
+    assets::ScaleRule,
+    job::{JobDraft, JobText, reference, schema},
+};
 use serde_json::Value;
 
 use super::{asset, resolve, surroundings};
@@ -179,5 +182,68 @@ fn the_reference_in_the_docs_is_the_schemas() {
         let (_, path) = fresh.keep().expect("the scratch file stays");
         fs::write(&path, format!("{intro}{MARK}{expected}")).expect("the scratch file is written");
         panic!("docs/jobs.md is out of date: copy {} over it", path.display());
+    }
+}
+
+#[test]
+fn folders_lists_and_tables_name_their_meshes() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let root = folder.path();
+    for name in ["a/mug.stl", "b/mug.stl", "b/Müll 1.off", "b/odd*[1].ply", "draft/x.stl", "notes.txt", "lone.obj"] {
+        let path = root.join("meshes").join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder is made");
+        fs::write(path, "").expect("a file is written");
+    }
+    fs::create_dir_all(root.join("jobs")).expect("a folder is made");
+    fs::write(root.join("jobs/t.csv"), "name,group,unit\na/mug.stl,cups,mm\nMüll 1,bins,\n")
+        .expect("a table is written");
+    let text = r#"
+        [[objects]]
+        folder = "../meshes"
+        exclude = ["draft/**", "lone*"]
+        table = "t.csv"
+        licence = "CC0-1.0"
+        meshes = { "b/mug.stl" = { size = 0.12, name = "red mug" } }
+
+        [[objects]]
+        list = ["../meshes/lone.obj"]
+        unit = "cm"
+    "#;
+    let read_from = |text: &str, place: &str| {
+        let text =
+            JobText { label: "t.toml".into(), folder: root.join(place), text: text.into(), overrides: Vec::new() };
+        JobDraft::read(&text, &surroundings(".deps"))
+    };
+    let draft = read_from(text, "jobs").unwrap_or_else(|errors| panic!("{}", errors.render()));
+    let found: Vec<(&str, &ScaleRule, Option<&str>, Option<&str>)> = draft
+        .sources()
+        .map(|source| (source.name.as_str(), &source.scale, source.group.as_deref(), source.licence.as_deref()))
+        .collect();
+    let expected = [
+        ("Müll 1", &ScaleRule::MetresPerUnit(1.0), Some("bins"), Some("CC0-1.0")),
+        ("lone", &ScaleRule::MetresPerUnit(0.01), None, None),
+        ("mug", &ScaleRule::MetresPerUnit(0.001), Some("cups"), Some("CC0-1.0")),
+        ("odd*[1]", &ScaleRule::MetresPerUnit(1.0), None, Some("CC0-1.0")),
+        ("red mug", &ScaleRule::LongestSide(0.12), None, Some("CC0-1.0")),
+    ];
+    assert_eq!(found, expected);
+
+    let job = resolve(draft);
+    let resolved = job.to_toml(&root.join("out/data"));
+    assert!(resolved.contains("../../meshes/a/mug.stl"), "{resolved}");
+    let again = read_from(&resolved, "out/data").unwrap_or_else(|errors| panic!("{}\n{resolved}", errors.render()));
+    assert_eq!(resolve(again), job, "{resolved}");
+
+    // Without names of their own, two meshes of one name are told apart by their folders.
+    let draft = read_from("objects = [{ folder = \"../meshes\", include = [\"mug.*\"] }]", "jobs").expect("a job");
+    let names: Vec<&str> = draft.sources().map(|source| source.name.as_str()).collect();
+    assert_eq!(names, ["a/mug.stl", "b/mug.stl"]);
+
+    fs::write(root.join("jobs/t.csv"), "name,group\nmgu,cups\n").expect("a table is written");
+    let wrong =
+        "objects = [{ folder = \"../meshes\", table = \"t.csv\", meshes = { lon = { unit = \"mm\", scale = 2 } } }]";
+    let errors = read_from(wrong, "jobs").expect_err("two names that no mesh has").render();
+    for part in ["did you mean `mug`?", "t.csv:2:1", "did you mean `lone`?"] {
+        assert!(errors.contains(part), "{part} is not in\n{errors}");
     }
 }

@@ -276,3 +276,20 @@ fn the_digest_names_what_data_depend_on_and_nothing_else() {
     assert_eq!(settings(&["objects=[{built_in=['bowl-02']}]", "split.test_models=1"]), settings(&[]));
     assert_ne!(settings(&["distance=1.1"]), settings(&[]));
 }
+
+#[test]
+fn small_objects_far_away_are_warned_about() {
+    // 58 mm / 32 cells = 1.8 mm = a pixel of the default camera at 1 m.
+    let notes = |side: f64, overrides: &[&str]| {
+        let draft = read("[[objects]]\nbuilt_in = 2\n", overrides).expect("a job");
+        let assets =
+            draft.sources().map(|source| Ok(AssetRecord { extents: [0.01, side, 0.02], ..asset(&source.name) }));
+        let assets = assets.collect();
+        draft.resolve(assets).expect("the draft resolves").notes
+    };
+    assert!(notes(0.0575, &[])[0].contains("2 of 2 objects are under 58 mm"), "{:?}", notes(0.0575, &[]));
+    assert_eq!(notes(0.0585, &[]), Vec::<String>::new());
+    assert_eq!(notes(0.0575, &["distance=0.9"]), Vec::<String>::new());
+    assert_eq!(notes(0.0575, &["distance={fit=0.5}"]), Vec::<String>::new());
+    assert_eq!(notes(0.1, &["distance={min=0.5,max=2}"]).len(), 1);
+}
