@@ -57,22 +57,80 @@ pub(super) fn holes(mesh: &TriMesh, edges: &Edges) -> Vec<Hole> {
     holes
 }
 
-/// Vertices beyond one per fan of faces: how often a watertight mesh touches itself in a point.
+/// Fans of faces beyond one per vertex: how often a watertight mesh touches itself in a point.
 ///
 /// Around a vertex of a watertight, consistently wound mesh the faces form closed fans; more than one fan is a pinch.
 pub(super) fn pinches(mesh: &TriMesh, edges: &Edges) -> usize {
-    let mut seen = vec![false; edges.partner.len()];
-    let mut fans = 0;
-    for start in 0..seen.len() {
-        let mut corner = start;
-        if !seen[corner] {
-            fans += 1;
-        }
-        while !seen[corner] {
-            seen[corner] = true;
-            // The half-edge that arrives at this corner; its partner leaves from the same vertex.
-            corner = edges.partner[corner / 3 * 3 + NEXT[NEXT[corner % 3]]] as usize;
+    // The corner that follows around the same vertex: the partner of the half-edge that arrives at a corner leaves there.
+    let next = |corner: u32| {
+        let (face, k) = (corner / 3, corner as usize % 3);
+        edges.partner[3 * face as usize + NEXT[NEXT[k]]]
+    };
+    let mut corners = vec![0u32; mesh.vertices.len()];
+    let mut start = vec![0u32; mesh.vertices.len()];
+    for (face, vertices) in mesh.triangles.iter().enumerate() {
+        for (k, &vertex) in vertices.iter().enumerate() {
+            corners[vertex as usize] += 1;
+            start[vertex as usize] = (3 * face + k) as u32;
         }
     }
-    fans - mesh.vertices.len()
+    // All vertices take a step at a time, so that their look-ups overlap instead of waiting for one another.
+    let mut walks: Vec<(u32, u32)> = start.iter().map(|&corner| (corner, next(corner))).collect();
+    let mut pinched = Vec::new();
+    let mut steps = 1;
+    while !walks.is_empty() {
+        walks.retain_mut(|(first, at)| {
+            if first == at {
+                let vertex = from(&mesh.triangles, *first);
+                if corners[vertex as usize] != steps {
+                    pinched.push(vertex);
+                }
+                return false;
+            }
+            *at = next(*at);
+            true
+        });
+        steps += 1;
+    }
+    extra_fans(mesh, &pinched, next)
+}
+
+/// Fans beyond the first around each of the vertices.
+fn extra_fans(mesh: &TriMesh, pinched: &[u32], next: impl Fn(u32) -> u32) -> usize {
+    if pinched.is_empty() {
+        return 0;
+    }
+    let mut is_pinched = vec![false; mesh.vertices.len()];
+    pinched.iter().for_each(|&vertex| is_pinched[vertex as usize] = true);
+    let mut seen = vec![false; 3 * mesh.triangles.len()];
+    let mut fans = 0;
+    for start in 0..seen.len() as u32 {
+        let mut corner = start;
+        if !is_pinched[from(&mesh.triangles, start) as usize] || seen[start as usize] {
+            continue;
+        }
+        fans += 1;
+        while !seen[corner as usize] {
+            seen[corner as usize] = true;
+            corner = next(corner);
+        }
+    }
+    fans - pinched.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_tetrahedra_on_one_vertex_pinch_it_once() {
+        let one = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let other = one.map(|face| face.map(|vertex| if vertex == 0 { 0 } else { vertex + 3 }));
+        let triangles = [one, other].concat();
+        let mesh = |triangles: Vec<[u32; 3]>, vertices| TriMesh { vertices: vec![[0.0; 3]; vertices], triangles };
+        for (mesh, wanted) in [(mesh(one.to_vec(), 4), 0), (mesh(triangles, 7), 1)] {
+            let edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+            assert_eq!(pinches(&mesh, &edges), wanted);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! What is known about a mesh: where it comes from, what it is, what was mended.
 
-use std::path::PathBuf;
+use std::{fmt, path::PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -170,6 +170,26 @@ pub enum Repair {
         /// Faces dropped.
         count: u32,
     },
+}
+
+impl fmt::Display for Repair {
+    /// Like "6 duplicate faces dropped".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (count, one, what) = match *self {
+            Self::DuplicateFaces { count } => (count, "face on the same vertices", "dropped"),
+            Self::ZeroAreaFaces { count } => (count, "face without area", "dropped"),
+            Self::InsideOut { count } => (count, "face inside out", "turned"),
+            Self::FlippedFaces { count } => (count, "face against its neighbours", "turned"),
+            Self::UnusedVertices { count } => (count, "unused vertex", "dropped"),
+            Self::TwoSidedShell { count } => (count, "face of a second sheet", "dropped"),
+        };
+        let many = match one.split_once(' ') {
+            _ if count == 1 => one.to_owned(),
+            Some(("face", rest)) => format!("faces {rest}"),
+            _ => "unused vertices".to_owned(),
+        };
+        write!(f, "{count} {many} {what}")
+    }
 }
 
 /// A mesh that cannot be used: the file, the place and the remedy.

@@ -8,13 +8,13 @@ use crate::seed::Stream;
 /// A profile from the axis at the bottom, along the outside, back to the axis: points (radius, height) [m].
 ///
 /// Corners stay sharp; between two corners the curve is sampled evenly by length.
-struct Profile {
+pub(super) struct Profile {
     /// Curves between corners, each a dense polyline that starts where the last one ended.
     curves: Vec<Vec<[f64; 2]>>,
 }
 
 impl Profile {
-    fn start(height: f64) -> Self {
+    pub(super) fn start(height: f64) -> Self {
         Self { curves: vec![vec![[0.0, height]]] }
     }
 
@@ -23,13 +23,13 @@ impl Profile {
     }
 
     /// A straight line to a corner.
-    fn line(mut self, radius: f64, height: f64) -> Self {
+    pub(super) fn line(mut self, radius: f64, height: f64) -> Self {
         self.curves.push(vec![self.end(), [radius, height]]);
         self
     }
 
     /// A smooth curve through points (centripetal in spirit, uniform in fact: Catmull and Rom 1974), ending in a corner.
-    fn curve(mut self, points: &[[f64; 2]]) -> Self {
+    pub(super) fn curve(mut self, points: &[[f64; 2]]) -> Self {
         const STEPS: usize = 32;
         let mut through = vec![self.end()];
         through.extend_from_slice(points);
@@ -55,7 +55,7 @@ impl Profile {
     }
 
     /// A circular arc around `centre` from the end by `angle` [rad], counter-clockwise in (radius, height).
-    fn arc(mut self, centre: [f64; 2], angle: f64) -> Self {
+    pub(super) fn arc(mut self, centre: [f64; 2], angle: f64) -> Self {
         const STEPS: usize = 48;
         let from = self.end();
         let (x, y) = (from[0] - centre[0], from[1] - centre[1]);
@@ -69,48 +69,120 @@ impl Profile {
 
     /// Turns the profile, which must have come back to the axis, into at least so many triangles.
     fn turn(self, triangles: usize) -> Surface {
+        let sampled = self.sample(triangles);
+        turn_points(&sampled.points, sampled.columns, &[]).surface
+    }
+
+    /// Chooses rows and columns so that the cells are nearly square and make at least so many triangles.
+    pub(super) fn sample(&self, triangles: usize) -> Sampled {
         let lengths: Vec<f64> = self.curves.iter().map(|curve| length(curve)).collect();
         let total: f64 = lengths.iter().sum();
-        let area: f64 = self
-            .curves
-            .iter()
-            .flat_map(|curve| curve.windows(2))
-            .map(|s| distance(s[0], s[1]) * (s[0][0] + s[1][0]) / 2.0)
-            .sum();
-        let mean_girth = TAU * area / total;
-        // Nearly square cells: a column a girth, a row a step of the profile.
+        let mean_girth = self.area() / total;
         let columns = libm::sqrt(triangles as f64 / 2.0 * mean_girth / total) as usize / 4 * 4;
         let columns = columns.max(12);
         let rows = triangles.div_ceil(2 * columns) + 1;
 
         let mut points = vec![self.curves[0][0]];
+        let mut rows_of_curve = vec![0..0];
         for (curve, length) in self.curves.iter().zip(&lengths).skip(1) {
             let steps = libm::ceil(rows as f64 * length / total).max(1.0) as usize;
+            rows_of_curve.push(points.len() - 1..points.len() - 1 + steps);
             points.extend((1..=steps).map(|step| along(curve, *length * step as f64 / steps as f64)));
         }
-        turn_points(&points, columns)
+        Sampled { points, columns, rows_of_curve }
+    }
+
+    /// Area of the turned surface [m^2].
+    pub(super) fn area(&self) -> f64 {
+        let steps = self.curves.iter().flat_map(|curve| curve.windows(2));
+        PI * steps.map(|step| distance(step[0], step[1]) * (step[0][0] + step[1][0])).sum::<f64>()
     }
 }
 
-/// The surface of a polygonal profile: first and last point on the axis, the others off it.
-fn turn_points(points: &[[f64; 2]], columns: usize) -> Surface {
+/// A profile cut into rows, ready to be turned.
+pub(super) struct Sampled {
+    /// Points (radius, height) [m]; the first and the last lie on the axis.
+    pub(super) points: Vec<[f64; 2]>,
+    pub(super) columns: usize,
+    /// Rows of cells that each curve of the profile takes; the first is the starting point, without any.
+    pub(super) rows_of_curve: Vec<std::ops::Range<usize>>,
+}
+
+/// Cells of a turned surface that are left open, for a handle to go on from.
+pub(super) struct Patch {
+    /// Rows of cells; row r lies between points r and r + 1.
+    pub(super) rows: std::ops::Range<usize>,
+    /// The column in the middle, and how many columns of cells lie on each side of it.
+    pub(super) column: usize,
+    pub(super) half_width: usize,
+}
+
+impl Sampled {
+    /// A patch of about `size` on a side [m] around (`column`, `height`) on a curve of the profile that runs upwards.
+    pub(super) fn patch(&self, curve: usize, height: f64, column: usize, size: f64) -> Patch {
+        let within = self.rows_of_curve[curve].clone();
+        let mid = within.clone().min_by(|&a, &b| {
+            let off = |row: usize| libm::fabs(self.points[row][1] - height);
+            off(a).total_cmp(&off(b))
+        });
+        let mid = mid.unwrap_or(within.start);
+        let step = distance(self.points[mid], self.points[mid + 1]);
+        let rows = (libm::round(size / step) as usize).clamp(2, within.len().max(2));
+        let start = mid.saturating_sub(rows / 2).clamp(within.start, within.end.saturating_sub(rows).max(within.start));
+        let width = TAU * self.points[mid][0] / self.columns as f64;
+        let half_width = (libm::round(size / (2.0 * width)) as usize).clamp(1, self.columns / 6);
+        Patch { rows: start..start + rows, column, half_width }
+    }
+}
+
+/// A turned surface and the rows of its vertices.
+pub(super) struct Turned {
+    pub(super) surface: Surface,
+    rows: Vec<Vec<u32>>,
+    columns: usize,
+}
+
+impl Turned {
+    /// The rim of a patch, counter-clockwise seen from outside: vertices, and their place in the patch, -1 to 1 to the right
+    /// and upwards.
+    pub(super) fn rim(&self, patch: &Patch) -> Vec<(u32, [f64; 2])> {
+        let (height, width) = (patch.rows.len(), 2 * patch.half_width);
+        let bottom = (0..width).map(|i| (i, 0));
+        let right = (0..height).map(|j| (width, j));
+        let top = (1..=width).rev().map(|i| (i, height));
+        let left = (1..=height).rev().map(|j| (0, j));
+        let place = |(i, j): (usize, usize)| {
+            let column = (patch.column + self.columns - patch.half_width + i) % self.columns;
+            let share = [2.0 * i as f64 / width as f64 - 1.0, 2.0 * j as f64 / height as f64 - 1.0];
+            (self.rows[patch.rows.start + j][column], share)
+        };
+        bottom.chain(right).chain(top).chain(left).map(place).collect()
+    }
+}
+
+/// The surface of a polygonal profile, without the patches: first and last point on the axis, the others off it.
+pub(super) fn turn_points(points: &[[f64; 2]], columns: usize, patches: &[Patch]) -> Turned {
     let mut surface = Surface::default();
     let directions: Vec<(f64, f64)> =
         (0..columns).map(|column| libm::sincos(TAU * column as f64 / columns as f64)).collect();
-    let mut last: Option<Vec<u32>> = None;
+    let mut rows: Vec<Vec<u32>> = Vec::with_capacity(points.len());
     for (place, &[radius, height]) in points.iter().enumerate() {
         let row = if place == 0 || place == points.len() - 1 {
             surface.row([[0.0, 0.0, height]])
         } else {
             surface.row(directions.iter().map(|&(sin, cos)| [radius * cos, radius * sin, height]))
         };
-        let row: Vec<u32> = row.collect();
-        if let Some(last) = last {
-            surface.join(&last, &row);
-        }
-        last = Some(row);
+        rows.push(row.collect());
     }
-    surface
+    for (row, pair) in rows.windows(2).enumerate() {
+        surface.join_where(&pair[0], &pair[1], |column| {
+            !patches.iter().any(|patch| {
+                let from_left = (column + columns + patch.half_width - patch.column) % columns;
+                patch.rows.contains(&row) && from_left < 2 * patch.half_width
+            })
+        });
+    }
+    Turned { surface, rows, columns }
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -256,6 +328,22 @@ pub(super) fn vase(draw: &mut Stream, triangles: usize) -> Surface {
         .turn(triangles)
 }
 
+/// A screwdriver, standing on its tip: shaft, collar, grip.
+pub(super) fn screwdriver(draw: &mut Stream, triangles: usize) -> Surface {
+    let (shaft, length) = (draw.uniform(0.002, 0.004), draw.uniform(0.06, 0.14));
+    let (grip, height) = (draw.uniform(0.011, 0.018), draw.uniform(0.07, 0.115));
+    let (waist, top) = (grip * draw.uniform(0.65, 0.9), length + height);
+    let tip = shaft * draw.uniform(0.25, 0.9);
+    Profile::start(0.0)
+        .line(tip, 0.0)
+        .line(shaft, 0.012)
+        .line(shaft, length)
+        .line(0.6 * grip, length)
+        .curve(&[[waist, length + 0.12 * height], [grip, length + 0.55 * height], [0.9 * grip, top - 0.3 * grip]])
+        .curve(&[[0.6 * grip, top - 0.05 * grip], [0.0, top]])
+        .turn(triangles)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -274,7 +362,7 @@ mod tests {
     fn a_turned_profile_has_the_volume_of_its_frustums() {
         let hollow = [[0.0, 0.0], [0.03, 0.0], [0.04, 0.1], [0.037, 0.1], [0.027, 0.005], [0.0, 0.005]];
         for columns in [12, 64] {
-            let surface = turn_points(&hollow, columns);
+            let surface = turn_points(&hollow, columns, &[]).surface;
             let volume: f64 = surface
                 .faces
                 .iter()

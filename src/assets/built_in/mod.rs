@@ -6,8 +6,10 @@
 
 mod lathe;
 mod solids;
+mod tools;
+mod tube;
 
-use super::{MeshOrigin, MeshSource, Refuse, ScaleRule, SizeRule, read::RawMesh};
+use super::{MeshOrigin, MeshSource, Refuse, ScaleRule, SizeRule, mend, read::RawMesh};
 use crate::seed::Stream;
 
 /// Triangles of a shape whose name does not say how many, at least.
@@ -55,16 +57,23 @@ struct Family {
     make: fn(&mut Stream, usize) -> Surface,
 }
 
-const FAMILIES: [Family; 9] = [
+const FAMILIES: [Family; 16] = [
     Family { name: "can", make: lathe::can },
     Family { name: "box", make: solids::cuboid },
+    Family { name: "mug", make: tools::mug },
     Family { name: "bottle", make: lathe::bottle },
-    Family { name: "bowl", make: lathe::bowl },
     Family { name: "superquadric", make: solids::superquadric },
+    Family { name: "bowl", make: lathe::bowl },
+    Family { name: "hammer", make: tools::hammer },
     Family { name: "cup", make: lathe::cup },
     Family { name: "fruit", make: lathe::fruit },
-    Family { name: "goblet", make: lathe::goblet },
+    Family { name: "pan", make: tools::pan },
     Family { name: "vase", make: lathe::vase },
+    Family { name: "screwdriver", make: lathe::screwdriver },
+    Family { name: "kettle", make: tools::kettle },
+    Family { name: "goblet", make: lathe::goblet },
+    Family { name: "banana", make: tools::banana },
+    Family { name: "ladle", make: tools::ladle },
 ];
 
 /// Makes a shape by name.
@@ -105,7 +114,10 @@ pub(super) fn make(name: &str) -> Result<RawMesh, Refuse> {
         let mut draw = Stream::of_job(1, format!("{}-{number}", family.name).as_bytes(), "built-in shape");
         (family.make)(&mut draw, triangles)
     };
-    Ok(RawMesh { positions: surface.positions, faces: surface.faces, ..RawMesh::default() })
+    let Surface { mut positions, mut faces } = surface;
+    // Where a handle grows out of a wall, the vertices inside the opening are left over.
+    mend::drop_unused(&mut positions, &mut faces);
+    Ok(RawMesh { positions, faces, ..RawMesh::default() })
 }
 
 /// A surface under construction [m].
@@ -128,9 +140,14 @@ impl Surface {
     /// Joins two rows of the same length, or a row and a single vertex. Seen with the outside towards the eye and the ring
     /// running to the right, `above` lies above `below`. Vertices that the two rows share make no face.
     fn join(&mut self, below: &[u32], above: &[u32]) {
+        self.join_where(below, above, |_| true);
+    }
+
+    /// Joins two rows where the cell that starts at a column is wanted.
+    fn join_where(&mut self, below: &[u32], above: &[u32], wanted: impl Fn(usize) -> bool) {
         let count = below.len().max(above.len());
         let pick = |row: &[u32], i: usize| if row.len() == 1 { row[0] } else { row[i % count] };
-        for i in 0..count {
+        for i in (0..count).filter(|&i| wanted(i)) {
             let [a, b] = [pick(below, i), pick(below, i + 1)];
             let [c, d] = [pick(above, i + 1), pick(above, i)];
             // Alternating diagonals leave no spiral.

@@ -182,3 +182,57 @@ fn half_rows(
     }
     last
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn volume(surface: &Surface) -> f64 {
+        let corner = |vertex: u32| nalgebra::Vector3::from(surface.positions[vertex as usize]);
+        let part = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(corner);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        surface.faces.iter().map(part).sum()
+    }
+
+    #[test]
+    fn a_box_has_the_volume_of_its_sides() {
+        assert!((volume(&sized_cuboid([0.03, 0.11, 0.2], 5000)) / (0.03 * 0.11 * 0.2) - 1.0).abs() < 1e-12);
+    }
+
+    /// 2 a b c e f B(e/2 + 1, e) B(f/2, f/2) (Jaklic, Leonardis, Solina 2000, "Segmentation and recovery of superquadrics",
+    /// equation 2.60); an ellipsoid for e = f = 1.
+    #[test]
+    fn superquadrics_have_their_closed_form_volume() {
+        let beta = |x: f64, y: f64| (libm::lgamma(x) + libm::lgamma(y) - libm::lgamma(x + y)).exp();
+        for [e, f] in [[1.0, 1.0], [0.4, 1.0], [1.6, 0.5], [0.7, 1.3]] {
+            let wanted = 2.0 * 0.03 * 0.05 * 0.02 * e * f * beta(e / 2.0 + 1.0, e) * beta(f / 2.0, f / 2.0);
+            let error = |triangles| volume(&sized_superquadric([0.03, 0.05, 0.02], [e, f], triangles)) / wanted - 1.0;
+            // An inscribed surface falls short, by less the finer it is.
+            let (coarse, fine) = (error(4_000), error(64_000));
+            assert!(coarse.abs() < 6e-3 && fine.abs() < 0.3 * coarse.abs(), "{e} {f}: {coarse} {fine}");
+        }
+    }
+
+    #[test]
+    fn half_shapes_have_half_of_each_volume() {
+        let size: f64 = HALF_SHAPE_SIZE;
+        let whole = |name: &str| match name {
+            "sphere" => PI / 6.0 * size.powi(3),
+            "cube" => size.powi(3),
+            _ => size.powi(3) / 6.0,
+        };
+        for (front, _) in HALVES {
+            for (back, _) in HALVES {
+                let wanted = (whole(front) + whole(back)) / 2.0;
+                let found = volume(&conjoined(front, back, 20_000).unwrap());
+                let round = [front, back].contains(&"sphere");
+                assert!(
+                    (found / wanted - 1.0).abs() < if round { 1e-3 } else { 1e-12 },
+                    "{front} {back} {found} {wanted}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! What each mesh is, what was mended, and what is refused: the report behind `graspmill meshes check`.
+
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    AssetRecord, DuplicateOf, MeshOrigin, MeshRefusal, MeshSource, ScaleRule, SizeRule, duplicates, list_folder,
+    prepare,
+};
+
+/// The outcome of checking meshes; as JSON and, through `Display`, as a table for 80 to 100 columns.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct MeshCheckReport {
+    /// One row a mesh, in the order of the paths, folders sorted.
+    pub meshes: Vec<MeshCheckRow>,
+    /// How many of each kind.
+    pub counts: MeshCheckCounts,
+}
+
+/// One mesh.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct MeshCheckRow {
+    /// The file, as it was named or found.
+    pub file: String,
+    /// What it is and what was mended; `None` when it is refused.
+    pub record: Option<AssetRecord>,
+    /// Why it is refused and how to mend it.
+    pub refusal: Option<MeshRefusal>,
+    /// The file further up that holds the same triangles.
+    pub duplicate_of: Option<String>,
+}
+
+/// How many meshes of each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct MeshCheckCounts {
+    /// All meshes.
+    pub total: u32,
+    /// Usable as found.
+    pub fine: u32,
+    /// Usable after repairs.
+    pub mended: u32,
+    /// Not usable.
+    pub refused: u32,
+    /// Usable, but copies of another one.
+    pub copies: u32,
+}
+
+impl MeshCheckReport {
+    /// Whether a run over these meshes would have to leave some out (exit code 3).
+    pub fn has_refusals(&self) -> bool {
+        self.counts.refused > 0
+    }
+}
+
+/// Prepares every mesh that `paths` name (files, or folders with all that is below them) and says what came of it.
+///
+/// A folder that cannot be listed, or holds no mesh, is a refusal of its own.
+pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> MeshCheckReport {
+    let mut meshes: Vec<MeshCheckRow> = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            meshes.push(check(path, scale, size));
+            continue;
+        }
+        let (problem, remedy) = match list_folder(path) {
+            Ok(files) if !files.is_empty() => {
+                meshes.extend(files.iter().map(|file| check(file, scale, size)));
+                continue;
+            }
+            Ok(_) => ("no mesh file below this folder".to_owned(), "name a folder with .stl, .obj, .ply or .off files"),
+            Err(error) => (format!("cannot be listed: {}", error.error), "check the path and its permissions"),
+        };
+        let file = path.display().to_string();
+        let reason = "unreadable".to_owned();
+        let refusal = MeshRefusal { file: file.clone(), reason, problem, place: None, remedy: remedy.to_owned() };
+        meshes.push(MeshCheckRow { file, record: None, refusal: Some(refusal), duplicate_of: None });
+    }
+
+    let usable: Vec<usize> = (0..meshes.len()).filter(|&row| meshes[row].record.is_some()).collect();
+    for DuplicateOf { index, of } in duplicates(usable.iter().filter_map(|&row| meshes[row].record.as_ref())) {
+        meshes[usable[index]].duplicate_of = Some(meshes[usable[of]].file.clone());
+    }
+    let count = |kind: &dyn Fn(&MeshCheckRow) -> bool| meshes.iter().filter(|row| kind(row)).count() as u32;
+    let is_mended = |row: &MeshCheckRow| row.record.as_ref().is_some_and(|record| !record.repairs.is_empty());
+    let counts = MeshCheckCounts {
+        total: meshes.len() as u32,
+        fine: count(&|row| row.record.is_some() && !is_mended(row)),
+        mended: count(&is_mended),
+        refused: count(&|row| row.refusal.is_some()),
+        copies: count(&|row| row.duplicate_of.is_some()),
+    };
+    MeshCheckReport { meshes, counts }
+}
+
+fn check(path: &Path, scale: ScaleRule, size: SizeRule) -> MeshCheckRow {
+    let file = path.display().to_string();
+    let source = MeshSource {
+        name: path.file_stem().map_or_else(|| file.clone(), |stem| stem.to_string_lossy().into_owned()),
+        origin: MeshOrigin::File(path.to_owned()),
+        scale,
+        size,
+        licence: None,
+        citation: None,
+        group: None,
+    };
+    let (record, refusal) = match prepare(&source) {
+        Ok(prepared) => (Some(prepared.record), None),
+        Err(refusal) => (None, Some(refusal)),
+    };
+    MeshCheckRow { file, record, refusal, duplicate_of: None }
+}
+
+/// Columns of the text form.
+const WIDTH: usize = 96;
+/// Longest name in the first column; a longer one is cut at its front.
+const LONGEST_NAME: usize = 34;
+
+impl fmt::Display for MeshCheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<String> = self.meshes.iter().map(|row| shortened(&row.file)).collect();
+        let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(4);
+        writeln!(f, "{:width$}  {:>9}  {:>20}  {:>9}  state", "mesh", "triangles", "size [mm]", "[cm3]")?;
+        for (row, name) in self.meshes.iter().zip(&names) {
+            let pad = width - name.chars().count();
+            write!(f, "{name}{:pad$}", "")?;
+            match (&row.record, &row.refusal) {
+                (Some(record), _) => write_record(f, record)?,
+                (None, _) => writeln!(f, "  {:>9}  {:>20}  {:>9}  refused", "-", "-", "-")?,
+            }
+            write_remarks(f, row)?;
+        }
+        let MeshCheckCounts { total, fine, mended, refused, copies } = self.counts;
+        writeln!(f, "\n{total} meshes: {fine} fine, {mended} mended, {refused} refused; {copies} copies")
+    }
+}
+
+fn write_record(f: &mut fmt::Formatter<'_>, record: &AssetRecord) -> fmt::Result {
+    let size = record.extents.map(|side| format!("{:.1}", 1e3 * side)).join(" x ");
+    let state = match (record.repairs.is_empty(), record.watertight) {
+        (true, true) => "fine",
+        (true, false) => "fine, open",
+        (false, true) => "mended",
+        (false, false) => "mended, open",
+    };
+    writeln!(f, "  {:>9}  {size:>20}  {:>9.2}  {state}", record.triangles, 1e6 * record.volume)
+}
+
+fn write_remarks(f: &mut fmt::Formatter<'_>, row: &MeshCheckRow) -> fmt::Result {
+    if let Some(copy) = &row.duplicate_of {
+        remark(f, "copy", &format!("the same triangles as {copy}"))?;
+    }
+    if let Some(record) = &row.record {
+        for repair in &record.repairs {
+            remark(f, "mended", &repair.to_string())?;
+        }
+        for warning in &record.warnings {
+            remark(f, "note", warning)?;
+        }
+    }
+    if let Some(refusal) = &row.refusal {
+        let place = refusal.place.as_ref().map(|place| format!(" ({place})")).unwrap_or_default();
+        remark(f, "problem", &format!("{}{place}", refusal.problem))?;
+        remark(f, "remedy", &refusal.remedy)?;
+    }
+    Ok(())
+}
+
+/// An indented line with its kind in front, wrapped at spaces.
+fn remark(f: &mut fmt::Formatter<'_>, kind: &str, text: &str) -> fmt::Result {
+    let mut column = 13;
+    write!(f, "    {kind:<8}")?;
+    for word in text.split(' ') {
+        let length = word.chars().count();
+        if column + 1 + length > WIDTH && column > 13 {
+            write!(f, "\n{:12}", "")?;
+            column = 13;
+        }
+        write!(f, " {word}")?;
+        column += 1 + length;
+    }
+    writeln!(f)
+}
+
+fn shortened(name: &str) -> String {
+    let count = name.chars().count();
+    if count <= LONGEST_NAME {
+        return name.to_owned();
+    }
+    format!("...{}", name.chars().skip(count + 3 - LONGEST_NAME).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_fits_its_width_and_says_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let tetrahedron = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("a.obj", tetrahedron);
+        write("b copy with a name that is far too long for any table to hold.obj", tetrahedron);
+        write("c.obj", &tetrahedron.replace("f 1 3 2", "f 1 2 3"));
+        write("d.obj", &tetrahedron.replace("0.1", "100"));
+        let report = check_report(
+            &[folder.path().to_owned(), folder.path().join("none.stl")],
+            ScaleRule::MetresPerUnit(1.0),
+            SizeRule::default(),
+        );
+        assert_eq!(report.counts, MeshCheckCounts { total: 5, fine: 2, mended: 1, refused: 2, copies: 2 });
+        assert!(report.has_refusals());
+        let text = report.to_string();
+        assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+        for part in [
+            "  fine\n",
+            "    mended   1 face against its neighbours turned\n",
+            "    copy     the same triangles as ",
+            "    remedy   the file is probably in millimetres: set unit = \"mm\"\n",
+            "    problem  no such file\n",
+            "\n5 meshes: 2 fine, 1 mended, 2 refused; 2 copies\n",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        let json = serde_json::to_value(&report).unwrap();
+        assert_eq!(json["counts"]["refused"], 2);
+        assert_eq!(json["meshes"][3]["refusal"]["reason"], "too_large");
+    }
+}
