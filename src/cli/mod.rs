@@ -7,6 +7,7 @@ mod estimate;
 mod exit;
 mod jobs;
 mod machine;
+mod meshes;
 mod printer;
 mod progress;
 mod run;
@@ -16,7 +17,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Cli, Command};
+use args::{Cli, Command, MeshesCommand};
 use exit::{Exit, Failure};
 use printer::Printer;
 
@@ -52,8 +53,8 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Export(arguments) => dataset::export(arguments, printer),
         Command::Verify(arguments) => verify::verify(arguments, printer),
         Command::Doctor(arguments) => doctor::doctor(arguments, printer),
+        Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),
         Command::Schema => jobs::schema(printer),
         Command::Digest(arguments) => dataset::digest(arguments, printer),
-        _ => Err(Failure::message(Exit::Failed, "soon")),
     }
 }
