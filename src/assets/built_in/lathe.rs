@@ -83,7 +83,8 @@ impl Profile {
         let rows = triangles.div_ceil(2 * columns) + 1;
 
         let mut points = vec![self.curves[0][0]];
-        let mut rows_of_curve = vec![0..0];
+        let mut rows_of_curve = Vec::new();
+        rows_of_curve.push(0..0);
         for (curve, length) in self.curves.iter().zip(&lengths).skip(1) {
             let steps = libm::ceil(rows as f64 * length / total).max(1.0) as usize;
             rows_of_curve.push(points.len() - 1..points.len() - 1 + steps);
