@@ -26,5 +26,6 @@ pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternio
 #[cfg(feature = "factory")]
 pub(crate) use {
     lanes::{Affine, Lanes, each_of},
+    render_mesh::Facing,
     simd::kernel,
 };

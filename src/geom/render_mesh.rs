@@ -18,7 +18,20 @@ pub struct RenderMesh {
     cull_back_faces: bool,
     pub(crate) positions: [Vec<f32>; 3],
     pub(crate) corners: [Vec<u32>; 3],
+    /// Unit normal of each triangle in steps of 1/127, x, y, z a signed byte each; 0 for one without area.
+    pub(crate) normals: Vec<u32>,
     clusters: Vec<Cluster>,
+}
+
+/// A cluster that may face the camera.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facing {
+    pub(crate) cluster: u32,
+    /// From the eye to the middle of the cluster [m].
+    pub(crate) ray: [f32; 3],
+    /// A triangle of the cluster faces away when `ray` along its normal, as kept, is more than this; infinite where back
+    /// faces are drawn.
+    pub(crate) away: f32,
 }
 
 /// What is known of a run of [`RenderMesh::CLUSTER`] triangles; positions relative to the middle of the box [m].
@@ -82,11 +95,22 @@ impl RenderMesh {
                 corner.resize(triangles.next_multiple_of(Self::CLUSTER), vertices as u32 - 1);
             }
         }
-        let mut laid_out =
-            Self { centre, half_extents, radius: 0.0, cull_back_faces, positions, corners, clusters: Vec::new() };
+        let mut laid_out = Self {
+            centre,
+            half_extents,
+            radius: 0.0,
+            cull_back_faces,
+            positions,
+            corners,
+            normals: Vec::new(),
+            clusters: Vec::new(),
+        };
         laid_out.radius = (0..vertices).map(|vertex| laid_out.position(vertex as u32).norm()).fold(0.0, f64::max);
-        laid_out.clusters =
-            (0..triangles.div_ceil(Self::CLUSTER)).map(|cluster| laid_out.measure_cluster(cluster)).collect();
+        let mut normals = Vec::with_capacity(triangles.next_multiple_of(Self::CLUSTER));
+        laid_out.clusters = (0..triangles.div_ceil(Self::CLUSTER))
+            .map(|cluster| laid_out.measure_cluster(cluster, &mut normals))
+            .collect();
+        laid_out.normals = normals;
         laid_out
     }
 
@@ -128,22 +152,15 @@ impl RenderMesh {
     }
 
     /// Lists the clusters that may face a camera at `eye` (relative to the middle of the box [m]), in order.
-    pub(crate) fn facing(&self, eye: &Vector3<f64>, list: &mut Vec<u32>) {
+    pub(crate) fn facing(&self, eye: &Vector3<f64>, list: &mut Vec<Facing>) {
         list.clear();
-        if !self.cull_back_faces {
-            list.extend(0..self.clusters.len() as u32);
-            return;
-        }
         let eye = [eye.x as f32, eye.y as f32, eye.z as f32];
         list.extend(
-            self.clusters
-                .iter()
-                .enumerate()
-                .filter_map(|(index, cluster)| cluster.may_face(eye).then_some(index as u32)),
+            (0..).zip(&self.clusters).filter_map(|(index, cluster)| cluster.facing(index, eye, self.cull_back_faces)),
         );
     }
 
-    fn measure_cluster(&self, cluster: usize) -> Cluster {
+    fn measure_cluster(&self, cluster: usize, bytes: &mut Vec<u32>) -> Cluster {
         let triangles = cluster * Self::CLUSTER..(cluster + 1) * Self::CLUSTER;
         let corners = |triangle: usize| self.corners.each_ref().map(|corner| self.position(corner[triangle]));
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
@@ -157,6 +174,8 @@ impl RenderMesh {
             }
             let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
             normals[triangle % Self::CLUSTER] = normal;
+            let steps = normal.map(|value| u32::from((value * 127.0).round() as i8 as u8));
+            bytes.push(steps.x | steps.y << 8 | steps.z << 16);
             sum += normal;
         }
         let centre = (low + high) * 0.5;
@@ -180,19 +199,26 @@ impl RenderMesh {
 }
 
 impl Cluster {
-    /// False only when no triangle can show its front to a camera at `eye`.
+    /// `None` only when no triangle can show its front to a camera at `eye`.
     ///
     /// With v from the eye to the cluster's middle, theta the angle between v and the axis and alpha the cone's half
     /// angle, each n . v >= |v| cos(theta + alpha) when theta + alpha <= pi; a point of the cluster is at most `radius`
-    /// off. Rounding gets a slack of 1e-4 of the distance.
+    /// off. Rounding gets a slack of 1e-4 of the distance, a normal in bytes one of sqrt(3)/2 steps.
     #[inline]
-    fn may_face(&self, eye: [f32; 3]) -> bool {
+    fn facing(&self, index: u32, eye: [f32; 3], cull: bool) -> Option<Facing> {
         let v = [self.centre[0] - eye[0], self.centre[1] - eye[1], self.centre[2] - eye[2]];
+        if !cull {
+            return Some(Facing { cluster: index, ray: v, away: f32::INFINITY });
+        }
         let squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        let distance = squared.sqrt();
         let along = v[0] * self.axis[0] + v[1] * self.axis[1] + v[2] * self.axis[2];
         let across = (squared - along * along).max(0.0).sqrt();
         let away = along * self.cosine - across * self.sine - self.radius;
-        !(self.cosine > 0.0 && along > 0.0 && away > 1e-4 * (squared.sqrt() + self.radius))
+        if self.cosine > 0.0 && along > 0.0 && away > 1e-4 * (distance + self.radius) {
+            return None;
+        }
+        Some(Facing { cluster: index, ray: v, away: 127.0 * (self.radius + 1e-4 * distance) + 0.88 * distance })
     }
 }
 

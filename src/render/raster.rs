@@ -8,14 +8,15 @@
 use nalgebra::Vector3;
 
 use super::raster_kernels::{self as kernels, Fragment, Projected, Survivors, Target};
-use crate::geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, RenderMesh, SimdLevel};
+use crate::geom::{CameraCv, DepthCrop, Facing, Intrinsics, Object, Pose, RenderMesh, SimdLevel};
 
 /// Renders depth; one a worker, its memory is used again for every view.
 pub struct Rasteriser {
     level: SimdLevel,
-    facing: Vec<u32>,
+    facing: Vec<Facing>,
     projected: Projected,
     clipped: [Vec<u32>; 3],
+    clipped_normals: Vec<u32>,
     survivors: Survivors,
     target: Target,
     column_max: Vec<f32>,
@@ -56,6 +57,7 @@ impl Rasteriser {
             facing: Vec::new(),
             projected: Projected::default(),
             clipped: Default::default(),
+            clipped_normals: Vec::new(),
             survivors: Survivors::default(),
             target: Target::default(),
             column_max: Vec::new(),
@@ -81,19 +83,32 @@ impl Rasteriser {
             mesh.facing(&eye, &mut self.facing);
             let bounds = self.project(mesh, camera, &lens, &rows);
             self.target.reset(bounds);
-            kernels::cull(self.level, &mesh.corners, &self.facing, &self.projected, &mut self.survivors);
+            kernels::cull(self.level, &mesh.corners, &mesh.normals, &self.facing, &self.projected, &mut self.survivors);
             bounds
         } else {
             let bounds = self.project_clipped(mesh, camera, &lens, &rows);
             self.target.reset(bounds);
+            let clusters = 0..(self.clipped[0].len() / RenderMesh::CLUSTER) as u32;
             self.facing.clear();
-            self.facing.extend(0..(self.clipped[0].len() / RenderMesh::CLUSTER) as u32);
-            kernels::cull(self.level, &self.clipped, &self.facing, &self.projected, &mut self.survivors);
+            self.facing.extend(clusters.map(|cluster| Facing { cluster, ray: [0.0; 3], away: f32::INFINITY }));
+            self.clipped_normals.clear();
+            self.clipped_normals.resize(self.clipped[0].len(), 0);
+            kernels::cull(
+                self.level,
+                &self.clipped,
+                &self.clipped_normals,
+                &self.facing,
+                &self.projected,
+                &mut self.survivors,
+            );
             bounds
         };
         if self.target.width > 0 {
             let two_sided = !mesh.culls_back_faces();
-            kernels::fill_small(self.level, &mut self.survivors, &self.projected, two_sided, &mut self.target);
+            for class in 0..kernels::SMALL_CLASSES {
+                let (level, survivors) = (self.level, &mut self.survivors);
+                kernels::fill_small(level, survivors, class, &self.projected, two_sided, &mut self.target);
+            }
             kernels::fill_large(self.level, &self.survivors, &self.projected, two_sided, &mut self.target);
         }
         self.finish(bounds, &lens);

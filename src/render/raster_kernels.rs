@@ -1,7 +1,7 @@
 //! The rasteriser's inner loops, written once over [`Lanes`].
 #![expect(unsafe_code, reason = "gathers without bounds checks: the hot path of every view")]
 
-use crate::geom::{Affine, Lanes, RenderMesh, each_of, kernel};
+use crate::geom::{Affine, Facing, Lanes, RenderMesh, each_of, kernel};
 
 /// Vertices in image coordinates [px] and inverse depth [1/m].
 #[derive(Default)]
@@ -55,15 +55,24 @@ fn unpack(packed: u32) -> [i32; 2] {
     [i32::from(packed as i16), (packed as i32) >> 16]
 }
 
-/// Triangles whose box holds a pixel centre.
+/// Classes of triangles that are drawn sixteen at a time: at most 1, 3 and 7 pixels each way.
+pub(super) const SMALL_CLASSES: usize = 3;
+
+/// The class of the others, drawn one by one.
+const LARGE: usize = SMALL_CLASSES;
+
+/// Bits that a size of the class does not have, in both halves.
+const BEYOND: [u32; SMALL_CLASSES] = [0xfffe_fffe, 0xfffc_fffc, 0xfff8_fff8];
+
+/// Triangles whose box holds a pixel centre, by size.
 #[derive(Default)]
-pub(super) struct Survivors {
-    /// Small ones: three vertices, first pixel, columns and rows (packed like vertices).
-    small: [Vec<u32>; 5],
-    small_count: usize,
-    /// The others: the same.
-    large: [Vec<u32>; 5],
-    large_count: usize,
+pub(super) struct Survivors([Survivor; SMALL_CLASSES + 1]);
+
+/// Three vertices, first pixel, columns and rows (packed like vertices) of each.
+#[derive(Default)]
+struct Survivor {
+    lists: [Vec<u32>; 5],
+    count: usize,
 }
 
 /// The z-buffer over a box of the image.
@@ -165,51 +174,76 @@ fn project_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], projection: &Projecti
 kernel! {
     /// Lists the triangles of some clusters whose box holds a pixel centre: first pixel <= centre < last pixel in both
     /// directions. Each vertex brings one number, so a triangle costs three gathers.
-    pub(super) fn cull(corners: &[Vec<u32>; 3], clusters: &[u32], projected: &Projected, out: &mut Survivors)
-        = cull_body;
+    pub(super) fn cull(
+        corners: &[Vec<u32>; 3],
+        normals: &[u32],
+        clusters: &[Facing],
+        projected: &Projected,
+        out: &mut Survivors,
+    ) = cull_body;
 }
 
 #[inline(always)]
-fn cull_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], clusters: &[u32], projected: &Projected, out: &mut Survivors) {
+fn cull_body<L: Lanes>(
+    l: L,
+    corners: &[Vec<u32>; 3],
+    normals: &[u32],
+    clusters: &[Facing],
+    projected: &Projected,
+    out: &mut Survivors,
+) {
     let room = clusters.len() * RenderMesh::CLUSTER + 16;
-    for list in out.small.iter_mut().chain(&mut out.large) {
-        if list.len() < room {
-            list.resize(room, 0);
+    for class in &mut out.0 {
+        class.count = 0;
+        for list in &mut class.lists {
+            if list.len() < room {
+                list.resize(room, 0);
+            }
         }
     }
-    let (mut small, mut large) = (0, 0);
     let (zero, low_half, high_half) = (l.splat_i(0), l.splat_i(0xffff), l.splat_i(0xffff_0000_u32 as i32));
-    // Up to three pixels each way.
-    let beyond_small = l.splat_i(0xfffc_fffc_u32 as i32);
-    for cluster in clusters {
+    for Facing { cluster, ray, away } in clusters {
         let first = *cluster as usize * RenderMesh::CLUSTER;
         let run = corners.each_ref().map(|corner| corner[first..first + RenderMesh::CLUSTER].as_chunks::<16>().0);
-        for ((a, b), c) in run[0].iter().zip(run[1]).zip(run[2]) {
+        let normals = normals[first..first + RenderMesh::CLUSTER].as_chunks::<16>().0;
+        let [ray_x, ray_y, ray_z] = each_of!([0, 1, 2], axis => l.splat(ray[axis]));
+        let away = l.splat(*away);
+        for (((a, b), c), normal) in run[0].iter().zip(run[1]).zip(run[2]).zip(normals) {
+            let normal = l.load_i(normal);
+            let x = l.to_float(l.sar_i::<24>(l.shl_i::<24>(normal)));
+            let y = l.to_float(l.sar_i::<24>(l.shl_i::<16>(normal)));
+            let z = l.to_float(l.sar_i::<24>(l.shl_i::<8>(normal)));
+            let along = l.add(l.add(l.mul(x, ray_x), l.mul(y, ray_y)), l.mul(z, ray_z));
+            let turned = l.bits(l.lt(away, along));
+            if turned == 0xffff {
+                continue;
+            }
             let [a, b, c] = each_of!([a, b, c], corner => l.load_i(corner));
             // SAFETY: a mesh's corners are places of its vertices, and every vertex has been projected.
             let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&projected.packed, corner) });
             let min = l.min_i16(l.min_i16(pa, pb), pc);
             let span = l.sub_i16(l.max_i16(l.max_i16(pa, pb), pc), min);
             let none = l.either(l.eq_i(l.and_i(span, low_half), zero), l.eq_i(l.and_i(span, high_half), zero));
-            let alive = l.bits(l.not(none));
-            if alive == 0 {
-                continue;
-            }
-            let fits = l.bits(l.eq_i(l.and_i(span, beyond_small), zero));
-            each_of!([(a, 0), (b, 1), (c, 2), (min, 3), (span, 4)], (value, list) => {
-                l.compress(alive & fits, value, chunk_at(&mut out.small[list], small))
-            });
-            small += (alive & fits).count_ones() as usize;
-            if alive & !fits != 0 {
-                each_of!([(a, 0), (b, 1), (c, 2), (min, 3), (span, 4)], (value, list) => {
-                    l.compress(alive & !fits, value, chunk_at(&mut out.large[list], large))
-                });
-                large += (alive & !fits).count_ones() as usize;
+            let mut left = l.bits(l.not(none)) & !turned;
+            for class in 0..SMALL_CLASSES + 1 {
+                if left == 0 {
+                    break;
+                }
+                let mut chosen = left;
+                if class < LARGE {
+                    chosen &= l.bits(l.eq_i(l.and_i(span, l.splat_i(BEYOND[class] as i32)), zero));
+                }
+                if chosen != 0 {
+                    let Survivor { lists, count } = &mut out.0[class];
+                    each_of!([(a, 0), (b, 1), (c, 2), (min, 3), (span, 4)], (value, list) => {
+                        l.compress(chosen, value, chunk_at(&mut lists[list], *count))
+                    });
+                    *count += chosen.count_ones() as usize;
+                    left &= !chosen;
+                }
             }
         }
     }
-    out.small_count = small;
-    out.large_count = large;
 }
 
 #[inline(always)]
@@ -218,33 +252,40 @@ fn chunk_at(list: &mut [u32], start: usize) -> &mut [u32; 16] {
 }
 
 kernel! {
-    /// Draws the triangles of at most 3 x 3 pixels, sixteen triangles at a time.
-    pub(super) fn fill_small(survivors: &mut Survivors, projected: &Projected, two_sided: bool, target: &mut Target)
-        = fill_small_body;
+    /// Draws the triangles of a small class, sixteen triangles at a time.
+    pub(super) fn fill_small(
+        survivors: &mut Survivors,
+        class: usize,
+        projected: &Projected,
+        two_sided: bool,
+        target: &mut Target,
+    ) = fill_small_body;
 }
 
-/// Below this share of the largest coordinate cubed [1/px], twice the area is too small for single precision: each edge
-/// function is off by up to 2^-23 of the coordinate squared, which moves the point whose depth is taken by that times
-/// the coordinate over the area; the bound keeps it below 1e-4 px.
-const THIN: f32 = 4e-3;
+/// How far depth may vary over a triangle of each class, in shares of its area [1/px^2], to be taken in single precision.
+/// With coordinates of at most m px edge functions are off by up to m^2 2^-23 px^2: depth then stays within 2e-7 of
+/// itself.
+const STEEP: [f32; SMALL_CLASSES] = [1.0, 1.0 / 9.0, 1.0 / 49.0];
 
 #[inline(always)]
 fn fill_small_body<L: Lanes>(
     l: L,
     survivors: &mut Survivors,
+    class: usize,
     projected: &Projected,
     two_sided: bool,
     target: &mut Target,
 ) {
-    let count = survivors.small_count;
+    let Survivor { lists, count } = &mut survivors.0[class];
+    let (count, most) = (*count, 2 << class);
     // Fill the last sixteen up with triangles of no pixel.
-    for list in &mut survivors.small {
+    for list in lists.iter_mut() {
         list[count..].iter_mut().take(16).for_each(|entry| *entry = 0);
     }
     let zero = l.splat(0.0);
     for start in (0..count).step_by(16) {
         let [a, b, c, min, span] = each_of!([0, 1, 2, 3, 4], list => {
-            l.load_i(survivors.small[list][start..start + 16].try_into().expect("sixteen"))
+            l.load_i(lists[list][start..start + 16].try_into().expect("sixteen"))
         });
         // SAFETY: a survivor's corners are places of projected vertices; fillers name vertex 0.
         let [[au, av, aw], [bu, bv, bw], [cu, cv, cw]] = each_of!([a, b, c], corner => unsafe {
@@ -252,14 +293,16 @@ fn fill_small_body<L: Lanes>(
         });
         let (column, row) = (l.sar_i::<16>(l.shl_i::<16>(min)), l.sar_i::<16>(min));
         let (columns, rows) = (l.and_i(span, l.splat_i(0xffff)), l.shr_i::<16>(span));
-        for dy in 0..3 {
+        let (to_b, to_c) = (l.sub(bw, aw), l.sub(cw, aw));
+        let (varies, flattest) = (l.add(l.abs(to_b), l.abs(to_c)), l.mul(aw, l.splat(STEEP[class])));
+        for dy in 0..most - 1 {
             let in_row = l.gt_i(rows, l.splat_i(dy));
             if l.bits(in_row) == 0 {
                 break;
             }
             let y = l.to_float(l.add_i(row, l.splat_i(dy)));
             let [ay, by, cy] = each_of!([av, bv, cv], v => l.sub(v, y));
-            for dx in 0..3 {
+            for dx in 0..most - 1 {
                 let active = l.both(in_row, l.gt_i(columns, l.splat_i(dx)));
                 if l.bits(active) == 0 {
                     break;
@@ -280,26 +323,23 @@ fn fill_small_body<L: Lanes>(
                 if hits == 0 {
                     continue;
                 }
-                let [ax, ay, bx, by, cx, cy] = each_of!([ax, ay, bx, by, cx, cy], value => l.abs(value));
-                let size = l.max(l.max(l.max(ax, ay), l.max(bx, by)), l.max(cx, cy));
-                let thin = l.lt(area, l.mul(l.splat(THIN), l.mul(size, l.mul(size, size))));
-                let thin = l.bits(thin) & hits;
-                let slope = l.add(l.mul(eb, l.sub(bw, aw)), l.mul(ec, l.sub(cw, aw)));
+                let thin = l.bits(l.lt(l.mul(area, flattest), varies)) & hits;
+                let slope = l.add(l.mul(eb, to_b), l.mul(ec, to_c));
                 let w = l.add(aw, l.div(slope, area));
                 let mut lanes = [0.0; 16];
                 l.store(w, &mut lanes);
                 let mut left = hits & !thin;
                 while left != 0 {
                     let lane = left.trailing_zeros() as usize;
-                    let [column, row] = unpack(survivors.small[3][start + lane]);
+                    let [column, row] = unpack(lists[3][start + lane]);
                     target.draw(column + dx, row + dy, lanes[lane]);
                     left &= left - 1;
                 }
                 let mut left = thin;
                 while left != 0 {
                     let lane = start + left.trailing_zeros() as usize;
-                    let corners = [0, 1, 2].map(|corner| projected.point(survivors.small[corner][lane]));
-                    let [column, row] = unpack(survivors.small[3][lane]);
+                    let corners = [0, 1, 2].map(|corner| projected.point(lists[corner][lane]));
+                    let [column, row] = unpack(lists[3][lane]);
                     target.draw(column + dx, row + dy, thin_depth(&corners, column + dx, row + dy));
                     left &= left - 1;
                 }
@@ -351,11 +391,12 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
     let zero = l.splat(0.0);
     let lane_numbers = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
     let steps = l.to_float(lane_numbers);
-    for triangle in 0..survivors.large_count {
-        let corners = [0, 1, 2].map(|corner| projected.point(survivors.large[corner][triangle]));
+    let Survivor { lists, count } = &survivors.0[LARGE];
+    for triangle in 0..*count {
+        let corners = [0, 1, 2].map(|corner| projected.point(lists[corner][triangle]));
         let Some((plane, sign)) = Plane::of(&corners, two_sided) else { continue };
-        let [left, top] = unpack(survivors.large[3][triangle]);
-        let [columns, rows] = unpack(survivors.large[4][triangle]);
+        let [left, top] = unpack(lists[3][triangle]);
+        let [columns, rows] = unpack(lists[4][triangle]);
         let [au, bu, cu] = each_of!([0, 1, 2], corner => l.splat(corners[corner].u));
         let sign = l.splat(sign);
         let (slope, low, high) = (l.splat(plane.step[0] as f32), l.splat(plane.low as f32), l.splat(plane.high as f32));
@@ -374,7 +415,7 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
                 if l.bits(inside) == 0 {
                     continue;
                 }
-                if plane.thin {
+                if plane.steep {
                     let mut hits = l.bits(inside);
                     while hits != 0 {
                         let column = first + hits.trailing_zeros() as i32;
@@ -401,8 +442,8 @@ struct Plane {
     step: [f64; 2],
     low: f64,
     high: f64,
-    /// So thin that a pixel outside by rounding could be far off.
-    thin: bool,
+    /// So steep that a pixel outside by rounding, or a step in single precision, could be off.
+    steep: bool,
 }
 
 impl Plane {
@@ -422,7 +463,8 @@ impl Plane {
             step,
             low: a[2].min(b[2]).min(c[2]),
             high: a[2].max(b[2]).max(c[2]),
-            thin: area.abs() < 0.03 * size * size,
+            // A pixel may be outside by 1e-7 of the size: with this bound that moves depth by less than 1e-7 of itself.
+            steep: (step[0].abs() + step[1].abs()) * size > 0.5 * a[2].min(b[2]).min(c[2]),
         };
         Some((plane, if area < 0.0 { -1.0 } else { 1.0 }))
     }

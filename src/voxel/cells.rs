@@ -88,6 +88,18 @@ fn mask64(bits: usize) -> u64 {
 /// Packs rows of bits into a grid.
 pub(super) fn pack_rows(rows: &[u128], resolution: u32, grid: &mut OccupancyGrid) {
     grid.reset(resolution);
+    if resolution.is_multiple_of(8) && resolution < 64 {
+        // Whole bytes: each row overwrites the zeros that the one before wrote past its end.
+        let (step, bytes) = (resolution as usize / 8, grid.bytes_mut());
+        for (row, start) in rows.iter().zip((0..).step_by(step)) {
+            let row = (*row as u64).to_le_bytes();
+            match bytes.get_mut(start..start + 8) {
+                Some(eight) => eight.copy_from_slice(&row),
+                None => bytes[start..start + step].copy_from_slice(&row[..step]),
+            }
+        }
+        return;
+    }
     let (mut words, mut pending, mut filled) = (0, 0_u64, 0_u32);
     let bytes = grid.bytes_mut();
     let mut push = |bits: u64, count: u32| {

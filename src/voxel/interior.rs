@@ -45,7 +45,8 @@ pub(super) fn holds(solid: &SolidGrid, point: &Point3<f64>) -> bool {
 
 /// Adds to each row of surface cells the cells inside the solid.
 ///
-/// No surface crosses a run of cells without surface, so where the mesh is closed one look at its middle decides it.
+/// No surface crosses a run of cells without surface, nor two such cells side by side, so where the mesh is closed one
+/// look decides a whole region.
 /// Such a cell's centre is at least half a cell from the surface; a fine cell's centre is within 0.87 fine cells of it,
 /// so the look is exact from 1.75 fine cells a cell on. Below (a long object seen end-on) crossings along each column
 /// decide. Where the mesh has holes, every cell is looked up.
@@ -68,27 +69,71 @@ pub(super) fn fill_interior(
     }
     let fine = FineFromGrid::new(solid, camera_from_object, placement);
     let all = u128::MAX >> (128 - n);
+    if closed {
+        let look = |cell: [usize; 3]| holds(solid, &fine.at(cell.map(|index| index as f64 + 0.5)));
+        fill_runs(rows, n, surface.ends_inside(n), look);
+        return;
+    }
     for (place, row) in rows.iter_mut().enumerate() {
-        let (x, y) = ((place / n) as f64 + 0.5, (place % n) as f64 + 0.5);
-        let look = |z: f64| holds(solid, &fine.at([x, y, z]));
         let mut rest = !*row & all;
         while rest != 0 {
-            let start = rest.trailing_zeros();
-            let length = (!(rest >> start)).trailing_zeros();
-            let run = (u128::MAX >> (128 - length)) << start;
-            rest &= !run;
-            if closed {
-                if look(f64::from(start + length / 2) + 0.5) {
-                    *row |= run;
-                }
-            } else {
-                for z in start..start + length {
-                    *row |= u128::from(look(f64::from(z) + 0.5)) << z;
-                }
-            }
+            let z = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let cell = [place / n, place % n, z].map(|index| index as f64 + 0.5);
+            *row |= u128::from(holds(solid, &fine.at(cell))) << z;
         }
     }
 }
+
+/// Decides the runs of cells without surface along z: as a neighbour in the row before along y or x, whose status is
+/// known, since no surface lies between them; else by one look. `ends` says where the mesh ends inside the grid, so that
+/// beyond is outside: before x = 0, before y = 0, before z = 0, after the last z.
+fn fill_runs(rows: &mut [u128], n: usize, ends: [bool; 4], look: impl Fn([usize; 3]) -> bool) {
+    if n <= 64 { fill_short_runs(rows, n, ends, look) } else { fill_long_runs(rows, n, ends, look) }
+}
+
+/// [`fill_runs`] over numbers of one width: up to 64 cells fit in half the work.
+macro_rules! fill_runs_over {
+    ($name:ident, $bits:ident) => {
+        fn $name(rows: &mut [u128], n: usize, ends: [bool; 4], look: impl Fn([usize; 3]) -> bool) {
+            const BITS: u32 = $bits::BITS;
+            let all = $bits::MAX >> (BITS - n as u32);
+            let known = |end: bool| if end { all } else { 0 };
+            let walls = $bits::from(ends[2]) | $bits::from(ends[3]) << (n - 1);
+            // Of the row before along x, by y.
+            let (mut inside, mut outside): ([$bits; MAX_SIDE], _) = ([0; MAX_SIDE], [known(ends[0]); MAX_SIDE]);
+            for (x, rows) in rows.chunks_exact_mut(n).enumerate() {
+                let (mut inside_before, mut outside_before) = (0, known(ends[1]));
+                for (y, row) in rows.iter_mut().enumerate() {
+                    let open = !(*row as $bits) & all;
+                    let known_inside = inside[y] | inside_before;
+                    let known_outside = outside[y] | outside_before | walls;
+                    let (mut rest, mut filled) = (open, 0);
+                    while rest != 0 {
+                        let start = rest.trailing_zeros();
+                        let length = (!(rest >> start)).trailing_zeros();
+                        let run = ($bits::MAX >> (BITS - length)) << start;
+                        rest &= !run;
+                        if run & known_outside == 0
+                            && (run & known_inside != 0 || look([x, y, (start + length / 2) as usize]))
+                        {
+                            filled |= run;
+                        }
+                    }
+                    *row |= u128::from(filled);
+                    (inside[y], inside_before) = (filled, filled);
+                    (outside[y], outside_before) = (open & !filled, open & !filled);
+                }
+            }
+        }
+    };
+}
+
+fill_runs_over!(fill_short_runs, u64);
+fill_runs_over!(fill_long_runs, u128);
+
+/// Cells along each axis, at most.
+const MAX_SIDE: usize = 128;
 
 /// Cells whose centre has a winding number other than 0, by signed crossings along each column.
 fn winding_rows(mesh: &RenderMesh, surface: &Surface, n: usize) -> Vec<u128> {

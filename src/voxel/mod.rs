@@ -8,6 +8,7 @@ mod columns;
 mod complete;
 mod corners;
 mod interior;
+mod overlap;
 mod partial;
 mod placement;
 mod rim;

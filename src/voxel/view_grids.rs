@@ -160,7 +160,7 @@ impl ViewGrids {
         grid: &mut OccupancyGrid,
     ) {
         let n = placement.resolution as usize;
-        self.free.set(crop, camera, placement);
+        self.free.set(self.level, crop, camera, placement);
         self.rows.clear();
         self.rows.resize(n * n, 0);
         free_rows(self.level, &self.free, n, &mut self.rows);

@@ -1,7 +1,7 @@
 //! Cells that the camera sees to be free.
 #![expect(unsafe_code, reason = "gathers without bounds checks: the hot path of every view")]
 
-use crate::geom::{DepthCrop, GridPlacement, Intrinsics, Lanes, kernel};
+use crate::geom::{DepthCrop, GridPlacement, Intrinsics, Lanes, SimdLevel, kernel};
 
 /// Tables and a framed copy of the depth image; used again for every view.
 #[derive(Default)]
@@ -14,12 +14,14 @@ pub(super) struct FreeTables {
     rows: Vec<u32>,
     /// For each z: depth of the cells' centres, rounded down to single precision.
     depths: Vec<f32>,
+    /// For each z: one over that depth [1/m].
+    inverse: Vec<f64>,
 }
 
 impl FreeTables {
     /// A cell's centre falls into column floor(fx x / z + cx), and x depends on the cell's x only: so columns are a
     /// table over (x, z), rows one over (y, z), in double precision; the kernel adds and looks up.
-    pub(super) fn set(&mut self, crop: &DepthCrop, camera: &Intrinsics, placement: &GridPlacement) {
+    pub(super) fn set(&mut self, level: SimdLevel, crop: &DepthCrop, camera: &Intrinsics, placement: &GridPlacement) {
         let (width, height) = (crop.width as usize, crop.height as usize);
         let n = placement.resolution as usize;
         let padded = n.next_multiple_of(16);
@@ -33,7 +35,8 @@ impl FreeTables {
         }
         let corner = placement.lower_corner();
         let centre = |axis: usize, index: usize| corner[axis] + (index as f64 + 0.5) * placement.cell_size;
-        let inverse: Vec<f64> = (0..padded).map(|z| 1.0 / centre(2, z)).collect();
+        self.inverse.clear();
+        self.inverse.extend((0..padded).map(|z| 1.0 / centre(2, z)));
         self.depths.clear();
         self.depths.extend((0..padded).map(|z| {
             let exact = centre(2, z);
@@ -43,19 +46,47 @@ impl FreeTables {
             // A centre behind the camera is not seen: nothing is farther than infinity.
             if exact > 0.0 { down } else { f32::INFINITY }
         }));
-        let table =
-            |table: &mut Vec<u32>, axis: usize, focal: f64, principal: f64, first: u32, count: usize, step: u32| {
-                table.clear();
-                for index in 0..n {
-                    let scaled = focal * centre(axis, index);
-                    table.extend(inverse.iter().map(|inverse| {
-                        let place = (scaled * inverse + principal).floor() - f64::from(first) + 1.0;
-                        place.clamp(0.0, count as f64 + 1.0) as u32 * step
-                    }));
-                }
-            };
-        table(&mut self.columns, 0, camera.fx, camera.cx, crop.left, width, 1);
-        table(&mut self.rows, 1, camera.fy, camera.cy, crop.top, height, width as u32 + 2);
+        let mut table = |axis: usize, focal: f64, principal: f64, first: u32, count: u32, step: u32| {
+            let table = if axis == 0 { &mut self.columns } else { &mut self.rows };
+            table.resize(n * padded, 0);
+            for (index, table) in table.chunks_exact_mut(padded).enumerate() {
+                let line = Line {
+                    scaled: focal * centre(axis, index),
+                    shift: principal - f64::from(first) + 1.0,
+                    last: count + 1,
+                    step,
+                };
+                fill_line(level, &line, &self.inverse, table);
+            }
+        };
+        table(0, camera.fx, camera.cx, crop.left, crop.width, 1);
+        table(1, camera.fy, camera.cy, crop.top, crop.height, crop.width + 2);
+    }
+}
+
+/// One row of a table: place of the pixel of `scaled / z`, clamped to 0..=last, times `step`.
+struct Line {
+    scaled: f64,
+    shift: f64,
+    last: u32,
+    step: u32,
+}
+
+kernel! {
+    /// Pixels of one row of cells, from the inverse depths of their centres.
+    fn fill_line(line: &Line, inverse: &[f64], table: &mut [u32]) = fill_line_body;
+}
+
+#[inline(always)]
+fn fill_line_body<L: Lanes>(_: L, line: &Line, inverse: &[f64], table: &mut [u32]) {
+    let last = f64::from(line.last);
+    for (place, inverse) in table.iter_mut().zip(inverse) {
+        let pixel = line.scaled * inverse + line.shift;
+        // Not negative once clamped, so truncation is floor; NaN becomes the frame.
+        let pixel = if pixel > 0.0 { pixel } else { 0.0 };
+        let pixel = if pixel < last { pixel } else { last };
+        // SAFETY: 0 <= pixel <= 16385.
+        *place = unsafe { pixel.to_int_unchecked::<i32>() } as u32 * line.step;
     }
 }
 
