@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use super::worker::ProduceError;
+use crate::job::Renderer;
 #[cfg(feature = "sim")]
-use crate::sim::{Inertia, SimError, SimModel, SimWorker};
 use crate::{
     geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, TriMesh},
-    job::Renderer,
+    sim::{Inertia, SimError, SimModel, SimWorker},
 };
 
 /// One thread's way to depth.
@@ -26,9 +26,9 @@ pub(super) enum DepthSource {
 }
 
 /// What MuJoCo needs of an object; nothing when it does not look.
+#[cfg(feature = "sim")]
 #[derive(Default)]
 pub(super) struct SimObject {
-    #[cfg(feature = "sim")]
     model: Option<Arc<SimModel>>,
 }
 
@@ -51,13 +51,10 @@ impl DepthSource {
     }
 
     /// Compiles an object's scene where MuJoCo looks.
+    #[cfg(feature = "sim")]
     pub(super) fn model(&self, mesh: &TriMesh) -> Result<SimObject, ProduceError> {
         match self {
-            Self::Raster => {
-                let _ = mesh;
-                Ok(SimObject::default())
-            }
-            #[cfg(feature = "sim")]
+            Self::Raster => Ok(SimObject::default()),
             Self::Sim { renderer, .. } => {
                 let model = SimModel::new(mesh, Inertia::Shell).map_err(|error| failed(*renderer, &error))?;
                 Ok(SimObject { model: Some(Arc::new(model)) })
@@ -66,6 +63,7 @@ impl DepthSource {
     }
 
     /// Depth by MuJoCo; the raster is not asked here.
+    #[cfg(feature = "sim")]
     pub(super) fn look(
         &mut self,
         object: &SimObject,
@@ -73,7 +71,6 @@ impl DepthSource {
         camera_from_object: &Pose<CameraCv, Object>,
         crop: &mut DepthCrop,
     ) -> Result<(), ProduceError> {
-        #[cfg(feature = "sim")]
         if let (Self::Sim { renderer, worker }, Some(model)) = (self, &object.model) {
             let worker = worker.get_or_insert_with(|| Box::new(SimWorker::new(model)));
             worker.turn_to(model);
@@ -83,8 +80,6 @@ impl DepthSource {
             };
             crop.clone_from(seen.map_err(|error| failed(*renderer, &error))?);
         }
-        #[cfg(not(feature = "sim"))]
-        let _ = (object, camera, camera_from_object, crop);
         Ok(())
     }
 }

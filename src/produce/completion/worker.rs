@@ -2,8 +2,10 @@
 
 use nalgebra::Point3;
 
+#[cfg(feature = "sim")]
+use super::depth::SimObject;
 use super::{
-    depth::{DepthSource, SimObject},
+    depth::DepthSource,
     payloads::{Made, Payloads},
     scene::{camera_from_world, distance, pivot_point, world_from_object},
 };
@@ -95,6 +97,7 @@ pub struct CompletionObject {
     bounds: Aabb,
     pivot: Point3<f64>,
     pub(super) kernel: SolidObject,
+    #[cfg(feature = "sim")]
     sim: SimObject,
     /// For the channels that want them.
     pub(super) coverage: Option<CoverageBlocks>,
@@ -164,8 +167,14 @@ impl<'j> CompletionWorker<'j> {
                 expected: object.id(),
             });
         }
+        #[cfg(feature = "sim")]
         let sim = self.source.model(&prepared.mesh)?;
-        Ok(CompletionObject::new(prepared, self.settings, sim))
+        Ok(CompletionObject::new(
+            prepared,
+            self.settings,
+            #[cfg(feature = "sim")]
+            sim,
+        ))
     }
 
     /// Makes one view; a kept one stands in [`CompletionWorker::payloads`] until the next call.
@@ -281,7 +290,7 @@ impl<'j> CompletionWorker<'j> {
 }
 
 impl CompletionObject {
-    fn new(prepared: PreparedMesh, settings: &Completion, sim: SimObject) -> Self {
+    fn new(prepared: PreparedMesh, settings: &Completion, #[cfg(feature = "sim")] sim: SimObject) -> Self {
         let PreparedMesh { mesh, record } = prepared;
         let lower = Point3::from(record.lower);
         let bounds = Aabb { min: lower, max: lower + nalgebra::Vector3::from(record.extents) };
@@ -292,6 +301,7 @@ impl CompletionObject {
             id: record.object,
             pivot: pivot_point(settings.pivot, &bounds),
             bounds,
+            #[cfg(feature = "sim")]
             sim,
             coverage: channels.coverage.then(|| CoverageBlocks::new(&solid)),
             surface: wants_surface.then(|| Surface::new(&mesh)),
