@@ -3,6 +3,7 @@
 //! A kernel is written once over [`Lanes`] and compiled for each [`SimdLevel`](super::SimdLevel) by `kernel!`. The value
 //! of a level is a token: it exists only inside functions compiled for it, so its methods are safe to call. No method
 //! fuses or reorders floating-point operations.
+// Long because: one trait and its three levels are read side by side.
 #![expect(unsafe_code, reason = "the only home of vector instructions")]
 
 /// Sixteen lanes of `f32`, `i32` or conditions.

@@ -68,7 +68,7 @@ const MINIMAL: &str = "[[objects]]\nbuilt_in = [\"can-*\", \"bowl-*\"]\n";
 fn the_smallest_job_has_the_standard_defaults() {
     let draft = read(MINIMAL, &[]).expect("the smallest job is a job");
     assert_eq!(draft.name, "test");
-    assert_eq!(draft.meshes.len(), 6);
+    assert_eq!(draft.meshes.len(), 4);
     assert_eq!(draft.completion.views, ViewSet::standard());
     assert_eq!(draft.completion.distance, Distance::Fixed(1.0));
     assert_eq!(draft.completion.truth, Truth::AnyOverlap);

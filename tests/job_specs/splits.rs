@@ -144,20 +144,20 @@ fn twins_never_straddle_unless_allowed() {
 
 #[test]
 fn groups_move_as_one() {
-    let job = job(180, &["split.by_group=true", "split.test_models=40", "split.validation_models=0.2"]);
+    let job = job(160, &["split.by_group=true", "split.test_models=40", "split.validation_models=0.2"]);
     let split = SplitTable::new(&job, &[]);
     let leaks = split.leaks(&job, &[]);
     assert_eq!(leaks.groups_straddling, 0);
-    // Families of 20 shapes: 40 are two of them.
+    // Sixteen families of 10 shapes: 40 are four of them.
     assert_eq!(split.model_counts()[2], 40);
-    assert!(split.model_counts().iter().all(|count| count % 20 == 0));
-    let alone = self::job(180, &["split.test_models=40"]);
+    assert!(split.model_counts().iter().all(|count| count % 10 == 0));
+    let alone = self::job(160, &["split.test_models=40"]);
     assert!(SplitTable::new(&alone, &[]).leaks(&alone, &[]).groups_straddling > 0);
 }
 
 #[test]
 fn what_cannot_be_met_is_noted() {
-    let job = job(18, &["split.by_group=true", "split.test_models=3", "split.training_subsets=[500]"]);
+    let job = job(32, &["split.by_group=true", "split.test_models=3", "split.training_subsets=[500]"]);
     let split = SplitTable::new(&job, &[]);
     assert_eq!(split.model_counts()[2], 2);
     assert_eq!(split.notes.len(), 2, "{:?}", split.notes);
@@ -165,7 +165,7 @@ fn what_cannot_be_met_is_noted() {
 
 #[test]
 fn named_models_are_taken_with_their_twins() {
-    let job = job(36, &["split.test_models=['can-*', 'bowl-01']", "split.validation_models=['bowl-02']"]);
+    let job = job(64, &["split.test_models=['can-*', 'bowl-01']", "split.validation_models=['bowl-02']"]);
     let names: Vec<&str> = job.objects.iter().map(|object| object.source.name.as_str()).collect();
     let place = |name: &str| names.iter().position(|known| *known == name).expect("a name of the job");
     let twins = [vec![place("bowl-01"), place("cup-03")]];
