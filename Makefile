@@ -15,7 +15,7 @@ VENV_PYTHON := $(VENV)/bin/python
 VENV_STAMP := $(VENV)/.complete
 
 QUICKSTART_DATA ?= datasets/quickstart
-# A dozen scans and some built-in shapes; without the scans, the built-in shapes alone.
+# A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
 QUICKSTART_JOB ?= jobs/quickstart.toml
 
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
