@@ -35,11 +35,19 @@ pub(super) struct Surface {
     open: Vec<u32>,
 }
 
-/// A list of triangles by their vertices, filled up to whole vectors with other vertices.
+/// A list of triangles by their vertices, filled up to whole vectors with vertex 0.
 #[derive(Default)]
 pub(super) struct Work {
     pub(super) corners: [Vec<u32>; 3],
     pub(super) count: usize,
+}
+
+impl Work {
+    /// Ends the list; what stood behind it may name vertices of another mesh.
+    fn finish(&mut self, count: usize) {
+        self.count = count;
+        self.corners.iter_mut().for_each(|corner| corner[count..count + 16].fill(0));
+    }
 }
 
 const NEAR_WALL: i32 = 2 << 24;
@@ -201,7 +209,7 @@ fn list_work_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], out: &mut Surface) {
         });
         count += work.count_ones() as usize;
     }
-    out.work.count = count;
+    out.work.finish(count);
 }
 
 #[inline(always)]
@@ -222,7 +230,7 @@ fn drop_settled_body<L: Lanes>(l: L, cells: &Cells, out: &mut Surface) {
     let mut kept = 0;
     for start in (0..count).step_by(16) {
         let [a, b, c] = each_of!([0, 1, 2], corner => l.load_i(chunk_at(&mut out.work.corners[corner], start)));
-        // SAFETY: the work list holds places of vertices; its end is filled up with what stood there, or with 0.
+        // SAFETY: the work list holds places of vertices; its end is filled up with vertex 0.
         let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&out.packed, corner) });
         let max = l.max_u8(l.max_u8(pa, pb), pc);
         let min = l.min_u8(l.min_u8(pa, pb), pc);
@@ -250,7 +258,7 @@ fn drop_settled_body<L: Lanes>(l: L, cells: &Cells, out: &mut Surface) {
         each_of!([(a, 0), (b, 1), (c, 2)], (value, list) => l.compress(keep, value, chunk_at(&mut out.work.corners[list], kept)));
         kept += keep.count_ones() as usize;
     }
-    out.work.count = kept;
+    out.work.finish(kept);
 }
 
 /// Bits of the lanes that hold one of the `left` entries still to come.

@@ -264,7 +264,7 @@ fn test_cells_body<L: Lanes>(
     let side = cells.side();
     let two = l.splat_i(2);
     for start in (0..work.count).step_by(16) {
-        // SAFETY: the work list holds places of vertices; its end is filled up with what stood there, or with 0.
+        // SAFETY: the work list holds places of vertices; its end is filled up with vertex 0.
         let corners = each_of!([0, 1, 2], corner => unsafe {
             let vertex = l.load_i(chunk_at(&mut work.corners[corner], start));
             [l.gather(&grid[0], vertex), l.gather(&grid[1], vertex), l.gather(&grid[2], vertex)]
