@@ -61,8 +61,8 @@ pub(super) const SMALL_CLASSES: usize = 3;
 /// The class of the others, drawn one by one.
 const LARGE: usize = SMALL_CLASSES;
 
-/// Bits that a size of the class does not have, in both halves.
-const BEYOND: [u32; SMALL_CLASSES] = [0xfffe_fffe, 0xfffc_fffc, 0xfff8_fff8];
+/// Bits that a size of each class does not have, in both halves.
+const BEYOND: [u32; SMALL_CLASSES + 1] = [0xfffe_fffe, 0xfffc_fffc, 0xfff8_fff8, 0];
 
 /// Triangles whose box holds a pixel centre, by size.
 #[derive(Default)]
@@ -226,16 +226,12 @@ fn cull_body<L: Lanes>(
             let none = l.either(l.eq_i(l.and_i(span, low_half), zero), l.eq_i(l.and_i(span, high_half), zero));
             let mut left = l.bits(l.not(none)) & !turned;
             #[expect(clippy::needless_range_loop, reason = "one number indexes three tables")]
-            for class in 0..SMALL_CLASSES + 1 {
+            for (Survivor { lists, count }, beyond) in out.0.iter_mut().zip(BEYOND) {
                 if left == 0 {
                     break;
                 }
-                let mut chosen = left;
-                if class < LARGE {
-                    chosen &= l.bits(l.eq_i(l.and_i(span, l.splat_i(BEYOND[class] as i32)), zero));
-                }
+                let chosen = left & l.bits(l.eq_i(l.and_i(span, l.splat_i(beyond as i32)), zero));
                 if chosen != 0 {
-                    let Survivor { lists, count } = &mut out.0[class];
                     each_of!([(a, 0), (b, 1), (c, 2), (min, 3), (span, 4)], (value, list) => {
                         l.compress(chosen, value, chunk_at(&mut lists[list], *count))
                     });
@@ -394,11 +390,12 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
     let steps = l.to_float(lane_numbers);
     let Survivor { lists, count } = &survivors.0[LARGE];
     #[expect(clippy::needless_range_loop, reason = "one number indexes several lists")]
-    for triangle in 0..*count {
-        let corners = [0, 1, 2].map(|corner| projected.point(lists[corner][triangle]));
+    let [a, b, c, first, size] = lists.each_ref().map(|list| &list[..*count]);
+    for ((((a, b), c), first), size) in a.iter().zip(b).zip(c).zip(first).zip(size) {
+        let corners = [a, b, c].map(|vertex| projected.point(*vertex));
         let Some((plane, sign)) = Plane::of(&corners, two_sided) else { continue };
-        let [left, top] = unpack(lists[3][triangle]);
-        let [columns, rows] = unpack(lists[4][triangle]);
+        let [left, top] = unpack(*first);
+        let [columns, rows] = unpack(*size);
         let [au, bu, cu] = each_of!([0, 1, 2], corner => l.splat(corners[corner].u));
         let sign = l.splat(sign);
         let (slope, low, high) = (l.splat(plane.step[0] as f32), l.splat(plane.low as f32), l.splat(plane.high as f32));

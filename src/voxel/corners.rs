@@ -1,7 +1,7 @@
 //! The thesis's truth: lower corners of solid fine cells, mapped forward into the grid.
 #![expect(unsafe_code, reason = "stores without checks: the hot path of every view")]
 
-use super::{cells::Cells, interior::FineFromGrid, view_grids::grid_coordinates};
+use super::{cells::Cells, interior::FineFromGrid, lookup::add_solid, view_grids::grid_coordinates};
 use crate::geom::{Affine, CameraCv, GridPlacement, Lanes, Object, Pose, SimdLevel, SolidGrid, each_of, kernel};
 
 /// The solid cells near an empty one.
@@ -106,31 +106,18 @@ impl CornerShell {
         mark_corners(level, &points, &rows, cells);
     }
 
-    /// Adds the cells that hold solid corners only.
+    /// Adds the cells that hold solid corners only: those whose middle's nearest corner is a solid cell's.
     pub(super) fn fill(
         &self,
+        level: SimdLevel,
         solid: &SolidGrid,
         camera_from_object: &Pose<CameraCv, Object>,
         placement: &GridPlacement,
         rows: &mut [u128],
     ) {
-        if !shell_is_enough(solid, placement) {
-            return;
-        }
-        let n = placement.resolution as usize;
-        let fine = FineFromGrid::new(solid, camera_from_object, placement);
-        for (place, row) in rows.iter_mut().enumerate() {
-            let (x, y) = ((place / n) as f64 + 0.5, (place % n) as f64 + 0.5);
-            for z in 0..n {
-                if *row >> z & 1 == 0 {
-                    let nearest = fine.at([x, y, z as f64 + 0.5]).map(|value| (value + 0.5).floor());
-                    if nearest.iter().all(|value| (0.0..SolidGrid::SIDE as f64).contains(value))
-                        && solid.get(nearest.x as usize, nearest.y as usize, nearest.z as usize)
-                    {
-                        *row |= 1 << z;
-                    }
-                }
-            }
+        if shell_is_enough(solid, placement) {
+            let fine = FineFromGrid::new(solid, camera_from_object, placement);
+            add_solid(level, solid, &fine, 0.5, placement.resolution as usize, rows);
         }
     }
 }

@@ -27,6 +27,11 @@ impl FineFromGrid {
         }
     }
 
+    /// How fine coordinates change from cell to cell along z.
+    pub(super) fn step_along_z(&self) -> [f64; 3] {
+        self.steps[2].into()
+    }
+
     /// Fine coordinates of a point given in grid coordinates [fine cells].
     pub(super) fn at(&self, grid: [f64; 3]) -> Point3<f64> {
         self.base + self.steps[0] * grid[0] + self.steps[1] * grid[1] + self.steps[2] * grid[2]

@@ -8,6 +8,7 @@ mod columns;
 mod complete;
 mod corners;
 mod interior;
+mod lookup;
 mod overlap;
 mod partial;
 mod placement;

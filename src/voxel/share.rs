@@ -3,16 +3,27 @@
 use nalgebra::Point3;
 
 use super::view_grids::grid_coordinates;
-use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
-
-/// Counts of solid cells in blocks of 8 x 8 x 8.
-pub(super) struct Blocks {
-    /// First cell (x, y, z) and count of each block that is not empty.
-    blocks: Vec<([u8; 3], u16)>,
-    total: u64,
-}
+use crate::geom::{Affine, CameraCv, GridPlacement, Lanes, Object, Pose, SimdLevel, SolidGrid, each_of, kernel};
 
 const BLOCK: usize = 8;
+
+/// Solid cells by blocks of 8 x 8 x 8, those that are not empty; each list filled up to a multiple of 16 with empty ones.
+pub(super) struct Blocks {
+    /// First cell along each axis.
+    first: [Vec<f32>; 3],
+    /// Count of solid cells.
+    counts: Vec<f32>,
+    total: u64,
+    /// Box of the blocks [fine cells].
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+/// From fine cells to grid coordinates.
+struct ToGrid {
+    rows: [[f32; 4]; 3],
+    resolution: f32,
+}
 
 impl Blocks {
     pub(super) fn new(solid: &SolidGrid) -> Self {
@@ -27,20 +38,34 @@ impl Blocks {
                 }
             }
         }
-        let blocks: Vec<_> = (0..counts.len())
-            .filter(|place| counts[*place] > 0)
-            .map(|place| {
-                let first = [place / BLOCKS / BLOCKS, place / BLOCKS % BLOCKS, place % BLOCKS];
-                (first.map(|index| (index * BLOCK) as u8), counts[place])
-            })
-            .collect();
-        let total = blocks.iter().map(|(_, count)| u64::from(*count)).sum();
-        Self { blocks, total }
+        let mut blocks = Self {
+            first: Default::default(),
+            counts: Vec::new(),
+            total: 0,
+            low: [f32::INFINITY; 3],
+            high: [f32::NEG_INFINITY; 3],
+        };
+        for (place, count) in counts.into_iter().enumerate().filter(|(_, count)| *count > 0) {
+            let first = [place / BLOCKS / BLOCKS, place / BLOCKS % BLOCKS, place % BLOCKS];
+            for axis in 0..3 {
+                let first = (first[axis] * BLOCK) as f32;
+                blocks.first[axis].push(first);
+                blocks.low[axis] = blocks.low[axis].min(first);
+                blocks.high[axis] = blocks.high[axis].max(first + BLOCK as f32);
+            }
+            blocks.counts.push(f32::from(count));
+            blocks.total += u64::from(count);
+        }
+        let padded = blocks.counts.len().next_multiple_of(16);
+        blocks.counts.resize(padded, 0.0);
+        blocks.first.iter_mut().for_each(|first| first.resize(padded, 0.0));
+        blocks
     }
 
-    /// Share of the solid cells whose centre lies in the grid; 1 for an object without solid cells.
+    /// Share of the solid cells whose centre lies in the grid, in single precision; 1 for an object without solid cells.
     pub(super) fn share(
         &self,
+        level: SimdLevel,
         solid: &SolidGrid,
         camera_from_object: &Pose<CameraCv, Object>,
         placement: &GridPlacement,
@@ -48,45 +73,96 @@ impl Blocks {
         if self.total == 0 {
             return 1.0;
         }
-        let n = f64::from(placement.resolution);
-        let to_grid = |point: Point3<f64>| grid_coordinates(placement, &camera_from_object.point(&point));
-        let base = to_grid(solid.origin);
-        let steps: [[f64; 3]; 3] = std::array::from_fn(|axis| {
-            let rotation = camera_from_object.rotation().matrix();
-            std::array::from_fn(|row| rotation[(row, axis)] * solid.pitch / placement.cell_size)
+        let base = grid_coordinates(placement, &camera_from_object.point(&Point3::from(solid.origin.coords)));
+        let (rotation, scale) = (camera_from_object.rotation().matrix(), solid.pitch / placement.cell_size);
+        let rows: [[f32; 4]; 3] = std::array::from_fn(|row| {
+            let [a, b, c] = [0, 1, 2].map(|axis| (rotation[(row, axis)] * scale) as f32);
+            [a, b, c, base[row] as f32]
         });
-        let at = |cell: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|row| {
-                base[row] + steps[0][row] * cell[0] + steps[1][row] * cell[1] + steps[2][row] * cell[2]
-            })
-        };
-        // How far a block reaches along each axis of the grid.
-        let reach: [f64; 3] =
-            std::array::from_fn(|row| steps.iter().map(|step| step[row].abs()).sum::<f64>() * BLOCK as f64 / 2.0);
-        let mut inside = 0_u64;
-        for (first, count) in &self.blocks {
-            let middle = at(first.map(|first| f64::from(first) + BLOCK as f64 / 2.0));
-            let outside = (0..3).any(|row| middle[row] + reach[row] < 0.0 || middle[row] - reach[row] >= n);
-            let within = (0..3).all(|row| middle[row] - reach[row] >= 0.0 && middle[row] + reach[row] < n);
-            if within {
-                inside += u64::from(*count);
-            } else if !outside {
-                let first = first.map(usize::from);
-                for x in first[0]..first[0] + BLOCK {
-                    for y in first[1]..first[1] + BLOCK {
-                        let byte = solid.words[(x * 256 + y) * 4 + first[2] / 64] >> (first[2] % 64) & 0xff;
-                        if byte == 0 {
-                            continue;
-                        }
-                        for z in 0..BLOCK {
-                            let centre = [x, y, first[2] + z].map(|index| index as f64 + 0.5);
-                            let held = byte >> z & 1 != 0 && at(centre).iter().all(|value| (0.0..n).contains(value));
-                            inside += u64::from(held);
-                        }
-                    }
-                }
-            }
+        let to_grid = ToGrid { rows, resolution: placement.resolution as f32 };
+        if self.box_is_inside(&to_grid) {
+            return 1.0;
         }
+        let mut inside = 0;
+        count_inside(level, self, &solid.words, &to_grid, &mut inside);
         inside as f64 / self.total as f64
     }
+
+    fn box_is_inside(&self, to_grid: &ToGrid) -> bool {
+        to_grid.rows.iter().all(|row| {
+            let reach = |pick: fn(f32, f32) -> f32| {
+                (0..3).map(|axis| pick(row[axis] * self.low[axis], row[axis] * self.high[axis])).sum::<f32>() + row[3]
+            };
+            reach(f32::min) >= 0.0 && reach(f32::max) < to_grid.resolution
+        })
+    }
+}
+
+kernel! {
+    /// Counts the solid cells whose centre lies in the grid: whole blocks where they can be told, else cell by cell.
+    fn count_inside(blocks: &Blocks, words: &[u64], to_grid: &ToGrid, inside: &mut u64) = count_inside_body;
+}
+
+#[inline(always)]
+fn count_inside_body<L: Lanes>(l: L, blocks: &Blocks, words: &[u64], to_grid: &ToGrid, inside: &mut u64) {
+    let half = BLOCK as f32 / 2.0;
+    let [to_x, to_y, to_z] = each_of!([0, 1, 2], row => Affine::new(l, to_grid.rows[row]));
+    let [reach_x, reach_y, reach_z] = each_of!([0, 1, 2], row => {
+        let [a, b, c, _] = to_grid.rows[row];
+        l.splat((a.abs() + b.abs() + c.abs()) * half)
+    });
+    let (zero, n) = (l.splat(0.0), l.splat(to_grid.resolution));
+    let mut whole = zero;
+    let [x, y, z] = blocks.first.each_ref().map(|first| first.as_chunks::<16>().0);
+    for (((x, y), z), counts) in x.iter().zip(y).zip(z).zip(blocks.counts.as_chunks::<16>().0) {
+        let [mx, my, mz] = each_of!([x, y, z], first => l.add(l.load(first), l.splat(half)));
+        let [[in_x, out_x], [in_y, out_y], [in_z, out_z]] = each_of!(
+            [(&to_x, reach_x), (&to_y, reach_y), (&to_z, reach_z)],
+            (row, reach) => {
+                let middle = row.at(l, mx, my, mz);
+                let (low, high) = (l.sub(middle, reach), l.add(middle, reach));
+                [l.both(l.ge(low, zero), l.lt(high, n)), l.either(l.lt(high, zero), l.ge(low, n))]
+            }
+        );
+        let within = l.both(l.both(in_x, in_y), in_z);
+        // Whole numbers below 2^24: exact.
+        whole = l.add(whole, l.select(within, l.load(counts), zero));
+        let mut cut = l.bits(l.not(l.either(within, l.either(l.either(out_x, out_y), out_z))));
+        while cut != 0 {
+            let block = cut.trailing_zeros() as usize;
+            *inside += count_cells(l, [x[block], y[block], z[block]], [&to_x, &to_y, &to_z], n, words);
+            cut &= cut - 1;
+        }
+    }
+    let mut lanes = [0.0; 16];
+    l.store(whole, &mut lanes);
+    *inside += lanes.iter().map(|count| *count as u64).sum::<u64>();
+}
+
+/// Solid cells of one block whose centre lies in the grid, two rows along z at a time.
+#[inline(always)]
+fn count_cells<L: Lanes>(l: L, first: [f32; 3], rows: [&Affine<L>; 3], n: L::F, words: &[u64]) -> u64 {
+    let place = first.map(|first| first as usize);
+    let lane = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    let z = l.add(l.to_float(l.and_i(lane, l.splat_i(7))), l.splat(first[2] + 0.5));
+    let second = l.to_float(l.shr_i::<3>(lane));
+    let (zero, mut inside) = (l.splat(0.0), 0);
+    for x in 0..BLOCK {
+        let at_x = l.splat(first[0] + x as f32 + 0.5);
+        for y in (0..BLOCK).step_by(2) {
+            let byte =
+                |y: usize| words[((place[0] + x) * 256 + place[1] + y) * 4 + place[2] / 64] >> (place[2] % 64) & 0xff;
+            let solid = (byte(y) | byte(y + 1) << 8) as u32;
+            if solid == 0 {
+                continue;
+            }
+            let at_y = l.add(second, l.splat(first[1] + y as f32 + 0.5));
+            let [in_x, in_y, in_z] = each_of!([0, 1, 2], row => {
+                let value = rows[row].at(l, at_x, at_y, z);
+                l.both(l.ge(value, zero), l.lt(value, n))
+            });
+            inside += u64::from((l.bits(l.both(l.both(in_x, in_y), in_z)) & solid).count_ones());
+        }
+    }
+    inside
 }

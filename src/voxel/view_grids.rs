@@ -7,6 +7,7 @@ use super::{
     complete::Surface,
     corners::CornerShell,
     interior::{FineFromGrid, fill_interior, holds},
+    lookup::add_solid,
     partial::mark_points,
     placement::{NoGrid, Slopes, place_grid},
     share::Blocks,
@@ -137,7 +138,7 @@ impl ViewGrids {
                 let shell = object.shell.as_ref().expect("the object was made for another truth");
                 shell.mark(self.level, &object.solid, camera_from_object, placement, &mut self.cells);
                 self.cells.rows(self.level, &mut self.rows);
-                shell.fill(&object.solid, camera_from_object, placement, &mut self.rows);
+                shell.fill(self.level, &object.solid, camera_from_object, placement, &mut self.rows);
             }
         }
         if drop_index_zero {
@@ -177,7 +178,7 @@ impl ViewGrids {
         camera_from_object: &Pose<CameraCv, Object>,
         placement: &GridPlacement,
     ) -> f64 {
-        object.blocks.share(&object.solid, camera_from_object, placement)
+        object.blocks.share(self.level, &object.solid, camera_from_object, placement)
     }
 
     fn pack_cells(&mut self, resolution: u32, drop_index_zero: bool, grid: &mut OccupancyGrid) {
@@ -229,10 +230,8 @@ impl ViewGrids {
         let n = placement.resolution as usize;
         let fine = FineFromGrid::new(&object.solid, pose, placement);
         self.rows.clear();
-        self.rows.extend((0..n * n).map(|place| {
-            let (x, y) = ((place / n) as f64 + 0.5, (place % n) as f64 + 0.5);
-            (0..n).fold(0, |row, z| row | u128::from(holds(&object.solid, &fine.at([x, y, z as f64 + 0.5]))) << z)
-        }));
+        self.rows.resize(n * n, 0);
+        add_solid(self.level, &object.solid, &fine, 0.0, n, &mut self.rows);
     }
 }
 
