@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::columns::{Ticks, in_cells};
+
 type V3 = Vector3<f64>;
 
 /// A node is taken as a whole from this many radii off.
@@ -41,13 +43,13 @@ struct Node {
 }
 
 impl Caps {
-    /// Caps over polygons whose corners are given in cells.
-    pub(super) fn new(polygons: &[Vec<[f64; 3]>]) -> Self {
+    /// Caps over polygons.
+    pub(super) fn new(polygons: &[Vec<Ticks>]) -> Self {
         let mut caps = Self { nodes: Vec::new() };
         let mut roots: Vec<u32> = polygons
             .iter()
             .map(|polygon| {
-                let corners: Vec<V3> = polygon.iter().map(|corner| V3::from(*corner)).collect();
+                let corners: Vec<V3> = polygon.iter().map(|corner| V3::from(in_cells(*corner))).collect();
                 caps.polygon(&corners, true)
             })
             .collect();
@@ -59,10 +61,8 @@ impl Caps {
     }
 
     /// The triangles of all caps.
-    pub(super) fn triangles(&self) -> impl Iterator<Item = [[f64; 3]; 3]> + '_ {
-        self.nodes
-            .iter()
-            .filter_map(|node| node.triangle.as_ref().map(|(corners, _)| corners.map(|corner| corner.into())))
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [V3; 3]> + '_ {
+        self.nodes.iter().filter_map(|node| node.triangle.as_ref().map(|(corners, _)| *corners))
     }
 
     /// A polygon with three corners or more: the triangle first, middle, last, and what lies beyond its first two sides.

@@ -1,7 +1,7 @@
 //! Where the surface crosses the vertical line through each column of cells: the exact part of every inside test.
 //!
-//! Vertices are rounded to 2^-18 of a cell, finer than an `f32` resolves across the box. Every edge test is then an
-//! integer below 2^53 and exact in `f64`, and lines through an edge or a corner are decided by moving the line by
+//! Vertices are rounded to 2^-18 of a cell, finer than an `f32` resolves across the box. Every edge test is then exact in
+//! 64-bit integers, and lines through an edge or a corner are decided by moving the line by
 //! (e, e^2), e infinitely small (simulation of simplicity, Edelsbrunner and Mücke 1990). So the triangles around an
 //! edge or a corner agree about every line, whether they share vertices by index or by position only: a closed surface
 //! cannot leak.
@@ -10,8 +10,28 @@ use nalgebra::Point3;
 
 use crate::geom::{SolidGrid, TriMesh};
 
-/// Ticks a cell: the unit of [`Lattice`] coordinates.
-pub(super) const TICKS: f64 = 262_144.0;
+/// A place in ticks.
+pub(super) type Ticks = [i32; 3];
+
+const TICK_BITS: u32 = 18;
+
+/// Ticks a cell.
+pub(super) const TICKS: f64 = (1 << TICK_BITS) as f64;
+
+/// A place in cells.
+pub(super) fn in_cells(place: Ticks) -> [f64; 3] {
+    place.map(|ticks| f64::from(ticks) / TICKS)
+}
+
+/// The nearest place in ticks, at most 2^27 off the origin: beyond every grid.
+pub(super) fn in_ticks(cells: [f64; 3]) -> Ticks {
+    cells.map(|cells| round((cells * TICKS).clamp(-134_217_728.0, 134_217_728.0)))
+}
+
+/// To the nearest whole number; `f64::round` is a library call on plain x86-64.
+fn round(value: f64) -> i32 {
+    (value + 0.5f64.copysign(value)) as i32
+}
 
 /// The frame of a solid grid: cell (i, j, k) spans ticks i * TICKS .. (i + 1) * TICKS, and so on.
 #[derive(Clone, Copy, Debug)]
@@ -32,21 +52,14 @@ impl Lattice {
         (finite && !mesh.triangles.is_empty() && lattice.longest_side > 0.0).then_some(lattice)
     }
 
-    /// Vertices in ticks, whole numbers, shape (vertices, 3).
-    pub(super) fn vertices(&self, mesh: &TriMesh) -> Vec<[f64; 3]> {
-        let ticks_per_metre = SolidGrid::SIDE as f64 * TICKS / self.longest_side;
-        mesh.vertices
-            .iter()
-            .map(|vertex| {
-                std::array::from_fn(|axis| round((f64::from(vertex[axis]) - self.origin[axis]) * ticks_per_metre))
-            })
-            .collect()
+    /// Vertices in ticks, shape (vertices, 3).
+    pub(super) fn vertices(&self, mesh: &TriMesh) -> Vec<Ticks> {
+        let cells_per_metre = SolidGrid::SIDE as f64 / self.longest_side;
+        let place = |vertex: &[f32; 3]| {
+            in_ticks(std::array::from_fn(|axis| (f64::from(vertex[axis]) - self.origin[axis]) * cells_per_metre))
+        };
+        mesh.vertices.iter().map(place).collect()
     }
-}
-
-/// To the nearest whole number, for 0 <= `value` < 2^52; `f64::round` is a library call on plain x86-64.
-pub(super) fn round(value: f64) -> f64 {
-    (value + 0.5) as i64 as f64
 }
 
 /// The crossings of every column of a grid of `SIDE` cells a side (256 at most), bottom to top.
@@ -69,8 +82,8 @@ pub(super) struct Crossing {
 }
 
 impl<const SIDE: usize> Columns<SIDE> {
-    /// All crossings of the triangles, whose corners are given in ticks.
-    pub(super) fn of(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> Self {
+    /// All crossings of the triangles.
+    pub(super) fn of(triangles: impl Iterator<Item = [Ticks; 3]>) -> Self {
         let mut found = Vec::with_capacity(1 << 17);
         for triangle in triangles {
             cross::<SIDE>(triangle, &mut found);
@@ -145,32 +158,33 @@ pub(super) fn mark(words: &mut [u64], from: usize, to: usize) {
 }
 
 /// The columns that `triangle` crosses, as `column << 16 | 2 * cell + leaves`.
-fn cross<const SIDE: usize>(triangle: [[f64; 3]; 3], found: &mut Vec<u32>) {
-    let [a, b, c] = triangle;
+fn cross<const SIDE: usize>(triangle: [Ticks; 3], found: &mut Vec<u32>) {
+    let [a, b, c] = triangle.map(|corner| corner.map(i64::from));
     let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    if doubled_area == 0.0 {
+    if doubled_area == 0 {
         return;
     }
     // Seen from above, a counter-clockwise triangle faces up: going up means going out.
-    let (leaves, [a, b, c]) = if doubled_area > 0.0 { (1, [a, b, c]) } else { (0, [a, c, b]) };
+    let (leaves, [a, b, c]) = if doubled_area > 0 { (1, [a, b, c]) } else { (0, [a, c, b]) };
+    // Columns whose centre lies in the triangle's range.
     let span = |axis: usize| {
         let (low, high) = (a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis]));
-        // Columns whose centre lies in low..=high: whole numbers, so that the shift floors.
-        let (low, high) = (low as i64 + TICKS as i64 / 2 - 1, high as i64 + TICKS as i64 / 2);
-        ((low >> 18).max(0), (high >> 18).min(SIDE as i64))
+        let half = 1 << (TICK_BITS - 1);
+        (((low + half - 1) >> TICK_BITS).max(0), ((high + half) >> TICK_BITS).min(SIDE as i64))
     };
     let ((x_low, x_end), (y_low, y_end)) = (span(0), span(1));
     if x_low >= x_end || y_low >= y_end {
         return;
     }
-    let corner = [(x_low as f64 + 0.5) * TICKS, (y_low as f64 + 0.5) * TICKS];
+    let corner = [x_low, y_low].map(|column| (2 * column + 1) << (TICK_BITS - 1));
     let edges = [(a, b), (b, c), (c, a)].map(|(p, q)| Edge::new(p, q, corner));
     let height = Height::new([a, b, c], corner, SIDE as f64);
     let mut rows = edges.map(|edge| edge.value);
     for x in x_low..x_end {
         let mut values = rows;
         for y in y_low..y_end {
-            if values[0].min(values[1]).min(values[2]) >= 0.0 {
+            // One sign bit for all three.
+            if values[0] | values[1] | values[2] >= 0 {
                 let cell = height.first_cell_above((x - x_low) as f64, (y - y_low) as f64);
                 found.push(((x as usize * SIDE + y as usize) as u32) << 16 | cell << 1 | leaves);
             }
@@ -188,19 +202,19 @@ fn cross<const SIDE: usize>(triangle: [[f64; 3]; 3], found: &mut Vec<u32>) {
 /// move of the column by (e, e^2).
 #[derive(Clone, Copy)]
 struct Edge {
-    value: f64,
-    step_x: f64,
-    step_y: f64,
+    value: i64,
+    step_x: i64,
+    step_y: i64,
 }
 
 impl Edge {
-    fn new(from: [f64; 3], to: [f64; 3], corner: [f64; 2]) -> Self {
+    fn new(from: [i64; 3], to: [i64; 3], corner: [i64; 2]) -> Self {
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
         let value = dx * (corner[1] - from[1]) - dy * (corner[0] - from[0]);
-        let tie_is_inside = dy < 0.0 || (dy == 0.0 && dx > 0.0);
-        // All terms are whole numbers, so "> 0" is ">= 1".
-        let value = if tie_is_inside { value } else { value - 1.0 };
-        Self { value, step_x: -dy * TICKS, step_y: dx * TICKS }
+        let tie_is_inside = dy < 0 || (dy == 0 && dx > 0);
+        // "> 0" is ">= 1".
+        let value = value - i64::from(!tie_is_inside);
+        Self { value, step_x: -dy << TICK_BITS, step_y: dx << TICK_BITS }
     }
 }
 
@@ -215,24 +229,29 @@ struct Height {
 }
 
 impl Height {
-    fn new([a, b, c]: [[f64; 3]; 3], corner: [f64; 2], side: f64) -> Self {
-        let (u, v) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
-        let area = u[0] * v[1] - u[1] * v[0];
-        let step_x = (u[2] * v[1] - u[1] * v[2]) / area;
-        let step_y = (u[0] * v[2] - u[2] * v[0]) / area;
+    fn new([a, b, c]: [[i64; 3]; 3], corner: [i64; 2], side: f64) -> Self {
+        let along = |to: [i64; 3]| [0, 1, 2].map(|axis| (to[axis] - a[axis]) as f64);
+        let (u, v) = (along(b), along(c));
+        let per_area = 1.0 / (u[0] * v[1] - u[1] * v[0]);
+        let step_x = (u[2] * v[1] - u[1] * v[2]) * per_area;
+        let step_y = (u[0] * v[2] - u[2] * v[0]) * per_area;
+        let at_corner = a[2] as f64 + step_x * (corner[0] - a[0]) as f64 + step_y * (corner[1] - a[1]) as f64;
         Self {
-            at_corner: (a[2] + step_x * (corner[0] - a[0]) + step_y * (corner[1] - a[1])) / TICKS,
+            at_corner: at_corner / TICKS,
             step_x,
             step_y,
-            low: (a[2].min(b[2]).min(c[2]) / TICKS).clamp(0.0, side),
-            high: (a[2].max(b[2]).max(c[2]) / TICKS).clamp(0.0, side),
+            low: (a[2].min(b[2]).min(c[2]) as f64 / TICKS).clamp(0.0, side),
+            high: (a[2].max(b[2]).max(c[2]) as f64 / TICKS).clamp(0.0, side),
             side,
         }
     }
 
     /// The first cell, 0 to the grid's side, whose centre is not below the plane, `x` and `y` columns from the corner.
     fn first_cell_above(&self, x: f64, y: f64) -> u32 {
-        let height = (self.at_corner + x * self.step_x + y * self.step_y).max(self.low).min(self.high);
+        // Plain comparisons: f64::max and min also look for NaN.
+        let height = self.at_corner + x * self.step_x + y * self.step_y;
+        let height = if height > self.low { height } else { self.low };
+        let height = if height < self.high { height } else { self.high };
         // ceil(height - 0.5) for 0 <= height <= side.
         self.side as u32 - (self.side + 0.5 - height) as u32
     }
@@ -268,11 +287,11 @@ mod tests {
     /// A fan around a corner, whatever its shape, covers a column at that corner exactly once.
     #[test]
     fn a_fan_covers_its_centre_once() {
-        let middle = [100.5 * TICKS, 80.5 * TICKS, 7.0 * TICKS];
+        let middle = [100.5, 80.5, 7.0];
         let rim =
             [(9.0, 1.0), (3.0, 7.5), (0.0, 6.0), (-4.0, 4.0), (-9.0, 0.0), (-2.0, -5.0), (0.0, -8.0), (5.0, -5.0)]
-                .map(|(x, y)| [middle[0] + x * TICKS, middle[1] + y * TICKS, middle[2]]);
-        let fan = (0..rim.len()).map(|i| [middle, rim[i], rim[(i + 1) % rim.len()]]);
+                .map(|(x, y)| [middle[0] + x, middle[1] + y, middle[2]]);
+        let fan = (0..rim.len()).map(|i| [middle, rim[i], rim[(i + 1) % rim.len()]].map(in_ticks));
         let columns = Columns::<SIDE>::of(fan);
         let crossings: Vec<Crossing> = columns.column(100 * 256 + 80).collect();
         assert_eq!(crossings, [Crossing { cell: 7, step: -1 }]);

@@ -4,9 +4,10 @@
 //! other way. A surface without a rim is closed and its winding number is a whole number everywhere. Corners are one
 //! when they lie on the same tick, so that a closed soup has no rim.
 
-/// Closed polygons that run against the rim: caps over them close the surface. Corners in ticks; empty for a closed
-/// surface. Deterministic: it depends on the order of the triangles only through nothing but their positions.
-pub(super) fn rim_loops(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Vec<[f64; 3]>> {
+use super::columns::Ticks;
+
+/// Closed polygons that run against the rim: caps over them close the surface. Empty for a closed surface. Deterministic: it depends on the order of the triangles only through nothing but their positions.
+pub(super) fn rim_loops(vertices: &[Ticks], triangles: &[[u32; 3]]) -> Vec<Vec<Ticks>> {
     let (places, place_of) = merge(vertices);
     let mut next = against_the_rim(triangles, &place_of, places.len());
     let mut loops = Vec::new();
@@ -33,11 +34,10 @@ pub(super) fn rim_loops(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Ve
 }
 
 /// Different positions, sorted, and for each vertex the index of its own.
-fn merge(vertices: &[[f64; 3]]) -> (Vec<[f64; 3]>, Vec<u32>) {
-    let key = |vertex: u32| vertices[vertex as usize].map(|ticks| ticks as u32);
+fn merge(vertices: &[Ticks]) -> (Vec<Ticks>, Vec<u32>) {
     let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
-    order.sort_unstable_by_key(|vertex| key(*vertex));
-    let mut places: Vec<[f64; 3]> = Vec::with_capacity(vertices.len());
+    order.sort_unstable_by_key(|vertex| vertices[*vertex as usize]);
+    let mut places: Vec<Ticks> = Vec::with_capacity(vertices.len());
     let mut place_of = vec![0; vertices.len()];
     for vertex in order {
         if places.last() != Some(&vertices[vertex as usize]) {
@@ -74,8 +74,8 @@ fn against_the_rim(triangles: &[[u32; 3]], place_of: &[u32], places: usize) -> V
 mod tests {
     use super::*;
 
-    fn grid(n: u32) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
-        let vertices = (0..n * n).map(|i| [f64::from(i / n), f64::from(i % n), 0.0]).collect();
+    fn grid(n: u32) -> (Vec<Ticks>, Vec<[u32; 3]>) {
+        let vertices = (0..n * n).map(|i| [(i / n) as i32, (i % n) as i32, 0]).collect();
         let squares = (0..n - 1).flat_map(|x| (0..n - 1).map(move |y| x * n + y));
         (vertices, squares.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect())
     }
@@ -93,9 +93,9 @@ mod tests {
 
     #[test]
     fn a_closed_soup_has_no_rim_and_one_face_short_has_that_face() {
-        let corners = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 9.0]];
+        let corners = [[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
-        let soup: Vec<[f64; 3]> = faces.iter().flatten().map(|corner| corners[*corner]).collect();
+        let soup: Vec<Ticks> = faces.iter().flatten().map(|corner| corners[*corner]).collect();
         let triangles: Vec<[u32; 3]> = (0..4).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
         assert!(rim_loops(&soup, &triangles).is_empty());
         let loops = rim_loops(&soup, &triangles[..3]);

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{
     caps::Caps,
-    columns::{Columns, Lattice, TICKS},
+    columns::{Columns, Lattice, in_cells, in_ticks},
     rim::rim_loops,
     solid::InsideTest,
 };
@@ -244,12 +244,10 @@ fn closed_triangles(mesh: &TriMesh, test: InsideTest) -> Option<Vec<[V3; 3]>> {
     let mut triangles: Vec<[V3; 3]> = mesh
         .triangles
         .iter()
-        .map(|triangle| triangle.map(|vertex| V3::from(vertices[vertex as usize]) / TICKS))
+        .map(|triangle| triangle.map(|vertex| V3::from(in_cells(vertices[vertex as usize]))))
         .collect();
     if test == InsideTest::WindingNumber {
-        let mut polygons = rim_loops(&vertices, &mesh.triangles);
-        polygons.iter_mut().flatten().flatten().for_each(|ticks| *ticks /= TICKS);
-        triangles.extend(Caps::new(&polygons).triangles().map(|corners| corners.map(V3::from)));
+        triangles.extend(Caps::new(&rim_loops(&vertices, &mesh.triangles)).triangles());
     }
     Some(triangles)
 }
@@ -307,13 +305,9 @@ fn rows_along(triangles: &[[V3; 3]], centre: &V3, axes: &Matrix3<f64>, deviation
     let half = (SIDE / 2) as f64;
     let scale = Matrix3::from_diagonal(&deviations.map(|deviation| half / (HALF * deviation)));
     let to_grid = scale * axes.transpose();
-    let ticks = triangles.iter().map(|triangle| {
-        triangle.map(|corner| {
-            let place = to_grid * (corner - centre);
-            // Far outside, only the side matters.
-            std::array::from_fn(|axis| (((place[axis] + half) * TICKS).clamp(-1e8, 1e8) as i64) as f64)
-        })
-    });
+    let ticks = triangles
+        .iter()
+        .map(|triangle| triangle.map(|corner| in_ticks((to_grid * (corner - centre) + V3::repeat(half)).into())));
     let mut rows = vec![0u32; SIDE * SIDE];
     Columns::<SIDE>::of(ticks).for_each_run(|row, from, to| {
         if from < to {

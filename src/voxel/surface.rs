@@ -1,6 +1,6 @@
 //! Every cell that the surface meets: exact, closed triangle against closed cell.
 
-use super::columns::{TICKS, mark};
+use super::columns::{Ticks, in_cells, mark};
 use crate::geom::SolidGrid;
 
 const SIDE: usize = SolidGrid::SIDE;
@@ -36,11 +36,11 @@ impl Span {
     }
 }
 
-/// Marks every cell whose closed box meets a triangle; corners in ticks.
-pub(super) fn mark_surface(triangles: impl Iterator<Item = [[f64; 3]; 3]>, grid: &mut SolidGrid) {
+/// Marks every cell whose closed box meets a triangle.
+pub(super) fn mark_surface(triangles: impl Iterator<Item = [Ticks; 3]>, grid: &mut SolidGrid) {
     let mut over_y = Vec::with_capacity(SIDE);
     for triangle in triangles {
-        mark_triangle(triangle.map(|corner| corner.map(|ticks| ticks / TICKS)), &mut over_y, grid);
+        mark_triangle(triangle.map(in_cells), &mut over_y, grid);
     }
 }
 

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 use super::{
     caps::{Caps, Local},
-    columns::{Columns, TICKS},
+    columns::{Columns, Ticks, in_ticks},
     rim::rim_loops,
     surface::mark_surface,
 };
@@ -31,17 +31,16 @@ const FINE: usize = 4;
 /// Error of the expansion that [`Caps::winding`] uses, at most.
 const EXPANSION_ERROR: f64 = 0.005;
 
-/// Marks every cell whose centre has a generalised winding number of at least 1/2, either way round. Corners in ticks.
-pub(super) fn fill_by_winding(vertices: &[[f64; 3]], triangles: &[[u32; 3]], grid: &mut SolidGrid) {
+/// Marks every cell whose centre has a generalised winding number of at least 1/2, either way round.
+pub(super) fn fill_by_winding(vertices: &[Ticks], triangles: &[[u32; 3]], grid: &mut SolidGrid) {
     let corners = || triangles.iter().map(|triangle| triangle.map(|vertex| vertices[vertex as usize]));
-    let mut polygons = rim_loops(vertices, triangles);
+    let polygons = rim_loops(vertices, triangles);
     if polygons.is_empty() {
         Columns::<SIDE>::of(corners()).fill(grid);
         return;
     }
-    polygons.iter_mut().flatten().flatten().for_each(|ticks| *ticks /= TICKS);
     let caps = Caps::new(&polygons);
-    let cap_corners = || caps.triangles().map(|corners| corners.map(|corner| corner.map(|cells| cells * TICKS)));
+    let cap_corners = || caps.triangles().map(|corners| corners.map(|corner| in_ticks(corner.into())));
     let columns = Columns::of(corners().chain(cap_corners()));
     columns.fill(grid);
     let mut surface = SolidGrid::new(grid.origin, 1.0);
