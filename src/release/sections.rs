@@ -46,8 +46,20 @@ pub(super) fn header(facts: &Inspection) -> String {
     if facts.kept + rejected != facts.planned {
         html.push_str("<p class=\"alarm\">Kept and rejected samples do not add up to the plan.</p>");
     }
-    for warning in &facts.warnings {
-        let _ = write!(html, "<p class=\"alarm\">{}</p>", escaped(warning));
+    let warnings: String =
+        facts.warnings.iter().map(|warning| format!("<li class=\"alarm\">{}</li>", escaped(warning))).collect();
+    match facts.warnings.len() {
+        0 => {}
+        1..=4 => {
+            let _ = write!(html, "<ul>{warnings}</ul>");
+        }
+        count => {
+            let _ = write!(
+                html,
+                "<details><summary class=\"alarm\">{} warnings</summary><ul>{warnings}</ul></details>",
+                grouped(count as u64)
+            );
+        }
     }
     html.push_str(concat!(
         "<nav><a href=\"#check\">Check</a> <a href=\"#meaning\">Meaning</a> <a href=\"#gallery\">Samples</a> ",
@@ -102,13 +114,15 @@ pub(super) fn sample_in_words(facts: &Inspection) -> String {
         anchor,
     );
     let colours = SLICE_COLOURS;
+    let stored = facts.channels.iter().any(|channel| channel == "visibility");
     for (colour, name) in [
-        (colours.partial, "partial: seen by the camera"),
-        (colours.complete, "complete: solid, not seen"),
-        (colours.free, "seen to be free"),
-        (colours.unseen, "not solid, not seen"),
-        (colours.wrong, "seen outside the solid (an error in standard data)"),
+        (Some(colours.partial), "partial: seen by the camera"),
+        (Some(colours.complete), "complete: solid, not seen"),
+        (stored.then_some(colours.free), "seen to be free"),
+        (Some(colours.unseen), if stored { "not solid, not seen" } else { "not solid (what is free is not stored)" }),
+        (Some(colours.wrong), "seen outside the solid (an error in standard data)"),
     ] {
+        let Some(colour) = colour else { continue };
         let _ = write!(html, "<li><span class=\"swatch\" style=\"background:{}\"></span>{name}</li>", colour.hex());
     }
     html.push_str("</ul></div></div>");

@@ -44,11 +44,13 @@ impl Picture {
     /// The same picture in at most 256 different pixels, for a small PNG: channels in steps of 8, and where that is not
     /// enough, rare pixels take the place of the nearest frequent one.
     pub fn with_few_colours(mut self) -> Self {
-        let mut counts: BTreeMap<[u8; 4], u32> = BTreeMap::new();
         for pixel in &mut self.pixels {
             // A pixel that cannot be seen has no colour; the top step stays 255.
             *pixel = if pixel[3] < 4 { [0; 4] } else { pixel.map(|channel| channel & 0xf8 | channel >> 5) };
-            *counts.entry(*pixel).or_default() += 1;
+        }
+        let mut counts: BTreeMap<[u8; 4], usize> = BTreeMap::new();
+        for run in self.pixels.chunk_by(|a, b| a == b) {
+            *counts.entry(run[0]).or_default() += run.len();
         }
         if counts.len() <= 256 {
             return self;
@@ -61,9 +63,9 @@ impl Picture {
             .iter()
             .filter_map(|pixel| Some((pixel, frequent.iter().min_by_key(|other| -> u32 { distance(pixel, other) })?)))
             .collect();
-        for pixel in &mut self.pixels {
-            if let Some(other) = stand_ins.get(pixel) {
-                *pixel = **other;
+        for run in self.pixels.chunk_by_mut(|a, b| a == b) {
+            if let Some(other) = stand_ins.get(&run[0]) {
+                run.fill(**other);
             }
         }
         self

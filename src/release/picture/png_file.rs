@@ -21,7 +21,8 @@ impl Picture {
                 encoder.set_filter(png::Filter::NoFilter);
                 encoder.set_palette(palette.keys().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect::<Vec<_>>());
                 encoder.set_trns(palette.keys().map(|pixel| pixel[3]).collect::<Vec<_>>());
-                self.pixels.iter().map(|pixel| palette[pixel]).collect()
+                let runs = self.pixels.chunk_by(|a, b| a == b);
+                runs.flat_map(|run| std::iter::repeat_n(palette[&run[0]], run.len())).collect()
             }
             None => {
                 encoder.set_color(png::ColorType::Rgba);
@@ -47,14 +48,10 @@ impl Picture {
     /// Each different pixel with its place, in order; `None` for more than 256.
     fn palette(&self) -> Option<BTreeMap<[u8; 4], u8>> {
         let mut palette = BTreeMap::new();
-        let mut last = None;
-        for pixel in &self.pixels {
-            if last != Some(pixel) {
-                palette.insert(*pixel, 0);
-                if palette.len() > 256 {
-                    return None;
-                }
-                last = Some(pixel);
+        for run in self.pixels.chunk_by(|a, b| a == b) {
+            palette.insert(run[0], 0);
+            if palette.len() > 256 {
+                return None;
             }
         }
         for (place, index) in palette.values_mut().zip(0..=255) {

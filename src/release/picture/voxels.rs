@@ -6,7 +6,7 @@ use super::{Colour, Oklab, Picture};
 use crate::geom::OccupancyGrid;
 
 /// Subpixels along each side of a pixel.
-const FINE: u32 = 3;
+const FINE: u32 = 2;
 
 /// From where a grid is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
