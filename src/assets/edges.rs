@@ -127,34 +127,34 @@ fn order(bucket: &mut [u64]) {
     }
     let mut lanes = [u64::MAX; 8];
     lanes[..count].copy_from_slice(bucket);
-    for (a, b) in NETWORK {
-        (lanes[a], lanes[b]) = (lanes[a].min(lanes[b]), lanes[a].max(lanes[b]));
-    }
+    let l = &mut lanes;
+    exchange::<0, 2>(l);
+    exchange::<1, 3>(l);
+    exchange::<4, 6>(l);
+    exchange::<5, 7>(l);
+    exchange::<0, 4>(l);
+    exchange::<1, 5>(l);
+    exchange::<2, 6>(l);
+    exchange::<3, 7>(l);
+    exchange::<0, 1>(l);
+    exchange::<2, 3>(l);
+    exchange::<4, 5>(l);
+    exchange::<6, 7>(l);
+    exchange::<2, 4>(l);
+    exchange::<3, 5>(l);
+    exchange::<1, 4>(l);
+    exchange::<3, 6>(l);
+    exchange::<1, 2>(l);
+    exchange::<3, 4>(l);
+    exchange::<5, 6>(l);
     bucket.copy_from_slice(&lanes[..count]);
 }
 
-/// Nineteen comparators sort eight entries (Knuth, The Art of Computer Programming 3, section 5.3.4).
-const NETWORK: [(usize, usize); 19] = [
-    (0, 2),
-    (1, 3),
-    (4, 6),
-    (5, 7),
-    (0, 4),
-    (1, 5),
-    (2, 6),
-    (3, 7),
-    (0, 1),
-    (2, 3),
-    (4, 5),
-    (6, 7),
-    (2, 4),
-    (3, 5),
-    (1, 4),
-    (3, 6),
-    (1, 2),
-    (3, 4),
-    (5, 6),
-];
+/// One of the nineteen comparators that sort eight entries (Knuth, The Art of Computer Programming 3, section 5.3.4).
+#[inline(always)]
+fn exchange<const A: usize, const B: usize>(lanes: &mut [u64; 8]) {
+    (lanes[A], lanes[B]) = (lanes[A].min(lanes[B]), lanes[A].max(lanes[B]));
+}
 
 #[cfg(test)]
 mod tests {

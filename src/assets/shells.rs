@@ -64,7 +64,9 @@ pub(super) struct Shells {
 pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
     let (of_face, turned, mixed) = flood(&mesh.triangles, edges);
     let flipped = turned.iter().filter(|&&turned| turned).count() as u32;
-    turn(&mut mesh.triangles, |face| turned[face]);
+    if flipped > 0 {
+        turn(&mut mesh.triangles, |face| turned[face]);
+    }
 
     let mut shells = measure(mesh, &of_face);
     find_open(&mesh.triangles, edges, &of_face, &turned, &mut shells);
@@ -167,19 +169,24 @@ fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
         bounds: Bounds::EMPTY,
     };
     let mut shells = vec![empty; count];
-    for (face, &shell) in of_face.iter().enumerate() {
-        let shell = &mut shells[shell as usize];
-        let [a, b, c] = mesh.corners(face).map(|corner| corner - middle);
-        let normal = (b - a).cross(&(c - a));
-        let area = normal.norm();
-        shell.faces += 1;
-        shell.area += area;
-        shell.volume += a.dot(&normal);
-        shell.drift += normal;
-        shell.centroid += (a + b + c) * area;
-        for vertex in mesh.triangles[face] {
-            shell.bounds.add(mesh.vertices[vertex as usize]);
+    let mut face = 0;
+    // Faces of one shell mostly stand together: each run is summed up in registers.
+    for run in of_face.chunk_by(|a, b| a == b) {
+        let sum = &mut shells[run[0] as usize];
+        let mut shell = sum.clone();
+        for (&corners, face) in mesh.triangles[face..face + run.len()].iter().zip(face..) {
+            let [a, b, c] = mesh.corners(face).map(|corner| corner - middle);
+            let normal = (b - a).cross(&(c - a));
+            let area = normal.norm();
+            shell.area += area;
+            shell.volume += a.dot(&normal);
+            shell.drift += normal;
+            shell.centroid += (a + b + c) * area;
+            corners.iter().for_each(|&vertex| shell.bounds.add(mesh.vertices[vertex as usize]));
         }
+        shell.faces += run.len() as u32;
+        *sum = shell;
+        face += run.len();
     }
     shells
 }

@@ -72,7 +72,8 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
         if poison.is_nan() {
             return Err(not_finite(triangle, &corners));
         }
-        faces.push(corners.map(|corner| welder.index(corner)));
+        let [a, b, c] = corners;
+        faces.push([welder.index(a), welder.index(b), welder.index(c)]);
     }
     let positions = welder.into_positions().into_iter().map(|position| position.map(f64::from)).collect();
     Ok(RawMesh { positions, faces, welded: true, notes, ..RawMesh::default() })
