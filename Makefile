@@ -10,9 +10,10 @@ CARGO ?= cargo
 # The tests find libmujoco and the program here; a target folder elsewhere works for building alone.
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 PROGRAM := $(TARGET)/release/graspmill
+# Two virtual environments: what the tests compare with, and the larger one of the benchmarks' peers.
 VENV := .deps/venv
 VENV_PYTHON := $(VENV)/bin/python
-VENV_STAMP := $(VENV)/.complete
+PEERS := .deps/peers
 
 QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
@@ -62,29 +63,34 @@ bench: setup ## criterion benches of the kernels
 	$(CARGO) bench --locked
 
 .PHONY: bench-peers
-bench-peers: build deps-test ## pairs a second beside ready-made chains, in one run
-	$(VENV_PYTHON) benches/peers.py --graspmill $(PROGRAM)
+bench-peers: setup build $(PEERS)/.complete ## pairs a second beside ready-made chains, in one run
+	$(CARGO) bench --locked --bench views -- 'view_16k/(depth|pair)$$'
+	$(CARGO) bench --locked --bench solid -- solid_256_of_scans
+	$(PEERS)/bin/python benches/peers.py --graspmill $(PROGRAM)
 
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only
 	$(VENV_PYTHON) benches/data.py --graspmill $(PROGRAM)
 
 .PHONY: deps-test
-deps-test: $(VENV_STAMP) ## Python packages that the tests compare with, into .deps/venv
+deps-test: $(VENV)/.complete ## Python packages that the tests compare with, into .deps/venv
 
-$(VENV_STAMP): tests/requirements.txt
-	@rm -rf $(VENV)
-	@$(PYTHON) -m venv $(VENV) || { echo "make: $(PYTHON) cannot make a virtual environment (on Debian and Ubuntu: apt-get install python3-venv)"; exit 1; }
-	@$(VENV_PYTHON) -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes --requirement tests/requirements.txt
+$(VENV)/.complete: tests/requirements.txt
+$(PEERS)/.complete: benches/requirements.txt
+%/.complete:
+	@rm -rf $*
+	@$(PYTHON) -m venv $* || { echo "make: $(PYTHON) cannot make a virtual environment (on Debian and Ubuntu: apt-get install python3-venv)"; exit 1; }
+	@$*/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes --requirement $<
 	@touch $@
 
 .PHONY: requirements
-requirements: ## pin tests/requirements.txt anew (for maintainers)
+requirements: ## pin both requirements.txt anew (for maintainers)
 	@$(PYTHON) -m venv .deps/uv && .deps/uv/bin/python -m pip install --quiet --disable-pip-version-check uv
-	@{ echo "# Written by 'make requirements' from tests/requirements.in."; \
-	   .deps/uv/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-header \
-	     --no-emit-index-url --no-emit-find-links tests/requirements.in; } > .deps/requirements.txt
-	@mv .deps/requirements.txt tests/requirements.txt
+	@for room in tests benches; do \
+	  { echo "# Written by 'make requirements' from $$room/requirements.in."; \
+	    .deps/uv/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-header \
+	      --no-emit-index-url --no-emit-find-links $$room/requirements.in; } > .deps/requirements.txt; \
+	  mv .deps/requirements.txt $$room/requirements.txt; done
 
 .PHONY: deps-gl
 deps-gl: ## system packages for depth by MuJoCo's OpenGL renderer (root; CI runs it, quickstart never)

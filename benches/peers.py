@@ -215,6 +215,9 @@ def main() -> int:
         return 1
     scans = every[:: max(1, len(every) // options.count)][: options.count]
     clock = Clock()
+    parry = criterion("solid_256_of_scans/parry_flood_fill")
+    if parry is not None:
+        clock.times["parry solid 256^3"] = [parry]
     print(f"{len(scans)} scans, {VIEWS} views each for the peers")
     for scan in scans:
         mesh = trimesh.load(scan)
@@ -242,13 +245,13 @@ def main() -> int:
         time_each = clock.median(name)
         print(f"{name:34} {1e3 * time_each:9.3f} {1 / time_each:10.0f} {time_each / ours:23.1f}x")
     for title, bench, names in (
-        ("depth", "views/depth/scan-16k", [name for name in clock.times if name.startswith("depth")]),
-        ("solid 256^3", "solid/parity/scan-16k", ["VTK solid 256^3"]),
+        ("depth", "view_16k/depth", [name for name in clock.times if name.startswith("depth")]),
+        ("solid 256^3", "solid_256_of_scans/crossings", ["VTK solid 256^3", "parry solid 256^3"]),
     ):
         own = criterion(bench)
         if own is not None:
             print(f"{title + ', graspmill':34} {1e3 * own:9.3f} {1 / own:10.0f}")
-        for name in names:
+        for name in (name for name in names if name in clock.times):
             time_each = clock.median(name)
             ratio = f"{time_each / own:23.1f}x" if own is not None else f"{'cargo bench first':>24}"
             print(f"{name:34} {1e3 * time_each:9.3f} {1 / time_each:10.0f} {ratio}")

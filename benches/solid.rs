@@ -1,6 +1,9 @@
 //! Solid grids at 256^3 and shape descriptors, one thread; parry's voxeliser beside them.
 //!
-//! The mesh is a bumpy ball of about 16,000 triangles, as many as a YCB scan has; `holes` lacks every tenth triangle.
+//! The mesh is a bumpy ball of about 16,000 triangles, as many as a YCB scan has; `holes` lacks every tenth triangle. The
+//! scans are eight, and the time is one's.
+
+mod scans;
 
 use std::{f64::consts::PI, hint::black_box, time::Duration};
 
@@ -13,6 +16,7 @@ use parry3d_f64::{
     math::Vector,
     transformation::voxelization::{FillMode, VoxelizedVolume},
 };
+use scans::{average, scans};
 
 fn bumpy_ball(rings: usize) -> TriMesh {
     let around = 2 * rings;
@@ -48,12 +52,27 @@ fn solids(criterion: &mut Criterion) {
     group.bench_function("winding_holes", |bench| bench.iter(|| solid(&holes, InsideTest::WindingNumber, false)));
     let grid = solid_occupancy(&mesh, InsideTest::Crossings, false);
     group.bench_function("binvox_bytes", |bench| bench.iter(|| black_box(solid_to_binvox(black_box(&grid)))));
-    let points: Vec<Vector> =
-        mesh.vertices.iter().map(|vertex| vertex.map(f64::from)).map(|[x, y, z]| Vector::new(x, y, z)).collect();
+    group.finish();
+}
+
+fn solids_of_scans(criterion: &mut Criterion) {
+    let scans = scans();
+    let mut group = criterion.benchmark_group("solid_256_of_scans");
+    group.sample_size(10).measurement_time(Duration::from_secs(4));
+    group.bench_function("crossings", |bench| {
+        average(bench, &scans, |mesh| {
+            black_box(solid_occupancy(black_box(mesh), InsideTest::Crossings, false));
+        });
+    });
+    let points: Vec<(Vec<Vector>, &TriMesh)> = scans
+        .iter()
+        .map(|mesh| (mesh.vertices.iter().map(|vertex| Vector::from(vertex.map(f64::from))).collect(), mesh))
+        .collect();
     let fill = FillMode::FloodFill { detect_cavities: false };
-    group.sample_size(10);
     group.bench_function("parry_flood_fill", |bench| {
-        bench.iter(|| black_box(VoxelizedVolume::voxelize(black_box(&points), &mesh.triangles, 256, fill, false)));
+        average(bench, &points, |(points, mesh)| {
+            black_box(VoxelizedVolume::voxelize(black_box(points), &mesh.triangles, 256, fill, false));
+        });
     });
     group.finish();
 }
@@ -77,5 +96,5 @@ fn shapes(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, solids, shapes);
+criterion_group!(benches, solids, solids_of_scans, shapes);
 criterion_main!(benches);

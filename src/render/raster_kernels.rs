@@ -225,7 +225,6 @@ fn cull_body<L: Lanes>(
             let span = l.sub_i16(l.max_i16(l.max_i16(pa, pb), pc), min);
             let none = l.either(l.eq_i(l.and_i(span, low_half), zero), l.eq_i(l.and_i(span, high_half), zero));
             let mut left = l.bits(l.not(none)) & !turned;
-            #[expect(clippy::needless_range_loop, reason = "one number indexes three tables")]
             for (Survivor { lists, count }, beyond) in out.0.iter_mut().zip(BEYOND) {
                 if left == 0 {
                     break;
@@ -389,7 +388,6 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
     let lane_numbers = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
     let steps = l.to_float(lane_numbers);
     let Survivor { lists, count } = &survivors.0[LARGE];
-    #[expect(clippy::needless_range_loop, reason = "one number indexes several lists")]
     let [a, b, c, first, size] = lists.each_ref().map(|list| &list[..*count]);
     for ((((a, b), c), first), size) in a.iter().zip(b).zip(c).zip(first).zip(size) {
         let corners = [a, b, c].map(|vertex| projected.point(*vertex));

@@ -1,0 +1,191 @@
+//! A view's depth image and grids, one thread, per view (an average over 44 views, and over eight scans at 16k triangles).
+//!
+//! The larger meshes are scans with every triangle cut into 4, 16 and 64: the same silhouettes with more triangles.
+
+mod scans;
+
+use std::{collections::HashMap, hint::black_box, time::Duration};
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use graspmill::{
+    geom::{CameraCv, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, SimdLevel, TriMesh, ViewSet},
+    render::{Rasteriser, SensorModel},
+    seed::Stream,
+    voxel::{InsideTest, SolidObject, Truth, ViewGrids, solid_occupancy},
+};
+use nalgebra::Vector3;
+use scans::{average, scans};
+
+const VIEWS: u32 = 44;
+
+/// Every triangle cut into four by the middles of its edges.
+fn cut(mesh: &TriMesh) -> TriMesh {
+    let mut fine = TriMesh { vertices: mesh.vertices.clone(), triangles: Vec::with_capacity(4 * mesh.triangles.len()) };
+    let mut middles = HashMap::new();
+    for &[a, b, c] in &mesh.triangles {
+        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| {
+            *middles.entry((p.min(q), p.max(q))).or_insert_with(|| {
+                let [p, q] = [p, q].map(|vertex| mesh.vertices[vertex as usize]);
+                fine.vertices.push(std::array::from_fn(|axis| 0.5 * (p[axis] + q[axis])));
+                fine.vertices.len() as u32 - 1
+            })
+        });
+        fine.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+    }
+    fine
+}
+
+/// An object and its poses 1 m in front of the camera.
+struct Subject {
+    object: SolidObject,
+    poses: Vec<Pose<CameraCv, Object>>,
+}
+
+impl Subject {
+    fn new(mesh: &TriMesh, truth: Truth) -> Self {
+        let solid = solid_occupancy(mesh, InsideTest::Crossings, truth == Truth::LowerCorners);
+        let centre = mesh.aabb().expect("vertices").centre();
+        let views = ViewSet::Even { count: VIEWS };
+        let poses = (0..VIEWS as usize)
+            .map(|view| {
+                let rotation = views.rotation(view);
+                Pose::new(rotation, Vector3::new(0.0, 0.0, 1.0) - rotation * centre.coords)
+            })
+            .collect();
+        Self { object: SolidObject::new(mesh, solid, true, true, truth), poses }
+    }
+}
+
+/// The stages of a view, each with its own memory.
+struct Bench {
+    camera: Intrinsics,
+    raster: Rasteriser,
+    grids: ViewGrids,
+    grid: OccupancyGrid,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let level = SimdLevel::detect();
+        Self {
+            camera: Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("a camera"),
+            raster: Rasteriser::new(level),
+            grids: ViewGrids::new(level),
+            grid: OccupancyGrid::default(),
+        }
+    }
+
+    fn place(&mut self) -> GridPlacement {
+        self.grids.place(self.raster.crop(), &self.camera, 40).expect("a view with returns")
+    }
+
+    fn pair(&mut self, object: &SolidObject, pose: &Pose<CameraCv, Object>, truth: Truth) {
+        self.raster.render(&object.render, &self.camera, pose);
+        let placement = self.place();
+        self.grids.partial(self.raster.crop(), &self.camera, &placement, false, &mut self.grid);
+        black_box(&self.grid);
+        self.grids.complete(object, pose, &placement, truth, false, &mut self.grid);
+        black_box(&self.grid);
+        black_box(self.grids.solid_share(object, pose, &placement));
+    }
+}
+
+fn flat(subjects: &[Subject]) -> Vec<(&SolidObject, &Pose<CameraCv, Object>)> {
+    subjects.iter().flat_map(|subject| subject.poses.iter().map(|pose| (&subject.object, pose))).collect()
+}
+
+fn scans_of_16k(criterion: &mut Criterion) {
+    let meshes = scans();
+    let mut bench = Bench::new();
+    let mut group = criterion.benchmark_group("view_16k");
+    group.sample_size(10).measurement_time(Duration::from_secs(3));
+
+    let subjects: Vec<Subject> = meshes.iter().map(|mesh| Subject::new(mesh, Truth::AnyOverlap)).collect();
+    let views = flat(&subjects);
+    group.bench_function("depth", |bencher| {
+        average(bencher, &views, |(object, pose)| {
+            black_box(bench.raster.render(&object.render, &bench.camera, pose));
+        });
+    });
+    group.bench_function("pair", |bencher| {
+        average(bencher, &views, |(object, pose)| bench.pair(object, pose, Truth::AnyOverlap));
+    });
+
+    // Stage by stage, each from the depth image of its own view.
+    let crops: Vec<_> = views
+        .iter()
+        .map(|(object, pose)| {
+            bench.raster.render(&object.render, &bench.camera, pose);
+            (bench.raster.crop().clone(), bench.place(), *object, *pose)
+        })
+        .collect();
+    group.bench_function("placement", |bencher| {
+        average(bencher, &crops, |(crop, ..)| {
+            black_box(bench.grids.place(crop, &bench.camera, 40).expect("a view with returns"));
+        });
+    });
+    group.bench_function("partial", |bencher| {
+        average(bencher, &crops, |(crop, placement, ..)| {
+            bench.grids.partial(crop, &bench.camera, placement, false, &mut bench.grid);
+        });
+    });
+    group.bench_function("complete", |bencher| {
+        average(bencher, &crops, |(_, placement, object, pose)| {
+            bench.grids.complete(object, pose, placement, Truth::AnyOverlap, false, &mut bench.grid);
+        });
+    });
+    group.bench_function("solid_share", |bencher| {
+        average(bencher, &crops, |(_, placement, object, pose)| {
+            black_box(bench.grids.solid_share(object, pose, placement));
+        });
+    });
+    let partial = OccupancyGrid::new(40);
+    group.bench_function("free", |bencher| {
+        average(bencher, &crops, |(crop, placement, ..)| {
+            bench.grids.free(crop, &bench.camera, placement, &partial, &mut bench.grid);
+        });
+    });
+    for profile in SensorModel::profiles() {
+        let model = SensorModel::profile(profile).expect("a profile by its own name");
+        let mut crop = crops[0].0.clone();
+        group.bench_function(format!("sensor/{profile}"), |bencher| {
+            average(bencher, &crops, |(clean, ..)| {
+                crop.clone_from(clean);
+                model.apply(&bench.camera, &mut crop, &mut Stream::of_job(1, b"bench", "sensor"));
+            });
+        });
+    }
+    drop(crops);
+    drop(views);
+
+    let subjects: Vec<Subject> = meshes.iter().map(|mesh| Subject::new(mesh, Truth::LowerCorners)).collect();
+    group.bench_function("pair_of_the_thesis", |bencher| {
+        average(bencher, &flat(&subjects), |(object, pose)| bench.pair(object, pose, Truth::LowerCorners));
+    });
+    group.finish();
+}
+
+fn larger_meshes(criterion: &mut Criterion) {
+    let mut mesh = scans().swap_remove(2);
+    let mut bench = Bench::new();
+    for (times, name) in ["16k", "64k", "256k", "1m"].into_iter().enumerate() {
+        if times > 0 {
+            mesh = cut(&mesh);
+        }
+        let subject = Subject::new(&mesh, Truth::AnyOverlap);
+        let mut group = criterion.benchmark_group(format!("view_one_scan_{name}"));
+        group.sample_size(10).measurement_time(Duration::from_secs(3));
+        group.bench_function("depth", |bencher| {
+            average(bencher, &subject.poses, |pose| {
+                black_box(bench.raster.render(&subject.object.render, &bench.camera, pose));
+            });
+        });
+        group.bench_function("pair", |bencher| {
+            average(bencher, &subject.poses, |pose| bench.pair(&subject.object, pose, Truth::AnyOverlap));
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, scans_of_16k, larger_meshes);
+criterion_main!(benches);
