@@ -47,6 +47,10 @@ pub fn open(arguments: &JobArgs, crew: &Crew, cancel: &Cancel, listener: &Listen
 /// The same for a job file already read.
 pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
     let draft = read(text)?;
+    #[cfg(feature = "sim")]
+    if draft.completion.renderer == job::Renderer::MujocoGl {
+        super::machine::set_gl_environment()?;
+    }
     let sources: Vec<_> = draft.sources().cloned().collect();
     let prepared = prepare_assets(&sources, crew, cancel, listener).map_err(run_failure)?;
     let mut shapes = BTreeMap::new();

@@ -22,6 +22,22 @@ pub fn simd_level() -> Result<SimdLevel, Failure> {
     Ok(wanted)
 }
 
+/// Starts the program again with [`crate::sim::GL_ENVIRONMENT`] where the variable is not set; comes back otherwise.
+#[cfg(feature = "sim")]
+pub fn set_gl_environment() -> Result<(), Failure> {
+    use std::{os::unix::process::CommandExt, process::Command};
+
+    let (name, value) = crate::sim::GL_ENVIRONMENT;
+    if env::var_os(name).is_some() {
+        return Ok(());
+    }
+    let error = Command::new(env::current_exe()?).args(env::args_os().skip(1)).env(name, value).exec();
+    Err(Failure::message(
+        Exit::Failed,
+        format!("cannot start again with {name}={value}: {error}; set it and run again"),
+    ))
+}
+
 /// Threads asked for, or as many as affinity and cgroup quota grant.
 pub fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(|| thread::available_parallelism().map_or(1, NonZero::get), usize::from)

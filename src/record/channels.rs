@@ -98,7 +98,7 @@ impl Cloud {
     }
 }
 
-/// Truncated signed distance to the seen surface at the cell centres of the pair's grid.
+/// Truncated signed distance to the mesh's surface, seen or not, at the cell centres of the pair's grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tsdf {
     /// Which sample.
@@ -107,26 +107,20 @@ pub struct Tsdf {
     pub resolution: u32,
     /// Distances are cut at this [m].
     pub truncation: f64,
-    /// Steps of `truncation / 32767`, positive in front of the surface, [`Tsdf::UNSEEN`] where nothing is known.
+    /// Steps of `truncation / 32767`, negative inside, -32767 to 32767.
     /// Shape (resolution, resolution, resolution) indexed (x, y, z), C order.
     pub steps: Vec<i16>,
 }
 
 impl Tsdf {
-    /// The value of a cell that the camera knows nothing about.
-    pub const UNSEEN: i16 = i16::MIN;
-
-    /// Steps of a distance [m]; NaN = not observed.
+    /// Steps of a distance [m], rounded half up.
     pub fn step_of(distance: f64, truncation: f64) -> i16 {
-        if distance.is_nan() {
-            return Self::UNSEEN;
-        }
         ((distance / truncation).clamp(-1.0, 1.0) * 32767.0 + 0.5).floor() as i16
     }
 
-    /// Distance [m] of a cell's steps; NaN = not observed.
+    /// Distance [m] of a cell's steps.
     pub fn distance(&self, steps: i16) -> f64 {
-        if steps == Self::UNSEEN { f64::NAN } else { f64::from(steps) / 32767.0 * self.truncation }
+        f64::from(steps) / 32767.0 * self.truncation
     }
 
     /// Appends the payload to `out`.
@@ -157,7 +151,9 @@ impl Tsdf {
         let truncation = tsdf.truncation;
         ranged(MESSAGE, "truncation", truncation, truncation > 0.0 && truncation.is_finite(), "positive and finite")?;
         lengthy(MESSAGE, "values", 2 * (resolution as usize).pow(3), tsdf.values.len())?;
-        let steps = tsdf.values.chunks_exact(2).map(|bytes| i16::from_le_bytes([bytes[0], bytes[1]])).collect();
+        let steps: Vec<i16> =
+            tsdf.values.chunks_exact(2).map(|bytes| i16::from_le_bytes([bytes[0], bytes[1]])).collect();
+        ranged(MESSAGE, "values", f64::from(i16::MIN), !steps.contains(&i16::MIN), "-32767 to 32767")?;
         Ok(Self { sample, resolution, truncation, steps })
     }
 }

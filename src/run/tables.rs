@@ -4,6 +4,8 @@ use std::{collections::BTreeMap, path::Path};
 
 use serde_json::Value;
 
+#[cfg(feature = "sim")]
+use crate::sim::sim_facts;
 use crate::{
     dataset::{DatasetHeader, NumberClass, ObjectSplit, Split, SplitTable as StoredSplits},
     ids::ViewId,
@@ -35,7 +37,8 @@ fn platform(renderer: Renderer) -> BTreeMap<String, String> {
     match renderer {
         Renderer::Raster => BTreeMap::new(),
         #[cfg(feature = "sim")]
-        Renderer::MujocoRay | Renderer::MujocoGl => BTreeMap::new(),
+        Renderer::MujocoRay | Renderer::MujocoGl => sim_facts().platform(renderer == Renderer::MujocoGl),
+        // Such a job is refused before it is run.
         #[cfg(not(feature = "sim"))]
         Renderer::MujocoRay | Renderer::MujocoGl => BTreeMap::new(),
     }

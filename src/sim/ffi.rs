@@ -34,6 +34,25 @@ pub(super) fn prepare_library() {
     });
 }
 
+/// The C library's own word for its version.
+pub(super) fn libc_version() -> String {
+    #[cfg(target_env = "gnu")]
+    {
+        #[expect(unsafe_code, reason = "glibc tells its version by a function only")]
+        unsafe extern "C" {
+            safe fn gnu_get_libc_version() -> *const std::ffi::c_char;
+        }
+        // SAFETY: glibc returns a string of its own that lives as long as the process.
+        #[expect(unsafe_code, reason = "a C string")]
+        let version = unsafe { std::ffi::CStr::from_ptr(gnu_get_libc_version()) };
+        format!("glibc {}", version.to_string_lossy())
+    }
+    #[cfg(not(target_env = "gnu"))]
+    {
+        std::env::consts::OS.to_owned()
+    }
+}
+
 /// MuJoCo cannot go on after an error and ends the process with exit code 1 once this returns. Shards in work keep their
 /// temporary names, so nothing half written is taken for finished. Warnings concern stepping, which is not used yet.
 fn report_fatal(message: &MjLogMessage) {

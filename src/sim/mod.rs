@@ -9,8 +9,8 @@
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
 
 /// An environment variable and its value that keep Mesa's software driver from starting threads of its own in each of
-/// ours: with all cores busy a view takes a quarter of the time (2.5 ms instead of 12), and no bit changes. It must stand before
-/// the process starts: the command line runs itself again with it.
+/// ours: with all cores busy a view takes a quarter of the time (2.5 ms instead of 12), and no bit changes. It must
+/// stand before the process starts: the command line runs itself again with it.
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod depth;

@@ -1,6 +1,6 @@
 //! What this machine has of MuJoCo and OpenGL, for `graspmill doctor` and for the manifest.
 
-use std::{fs, path::PathBuf};
+use std::{collections::BTreeMap, fs, path::PathBuf};
 
 use super::{
     error::GlError,
@@ -22,8 +22,49 @@ pub struct SimFacts {
     pub digest: Option<String>,
     /// Whether it is the very file that the tests ran with.
     pub pinned: bool,
+    /// The C library and its version.
+    pub libc: String,
     /// OpenGL without a window, or why not.
     pub gl: Result<GlFacts, GlError>,
+}
+
+impl SimFacts {
+    /// What numbers of class `physics` are promised for, with `gl` those of class `colour` too: the manifest's table.
+    pub fn platform(&self, gl: bool) -> BTreeMap<String, String> {
+        let mut platform = BTreeMap::from([
+            ("libmujoco".to_owned(), self.digest.clone().unwrap_or_else(|| format!("{}, unknown file", self.version))),
+            ("libc".to_owned(), self.libc.clone()),
+            ("processor".to_owned(), processor_level().to_owned()),
+        ]);
+        if gl && let Ok(gl) = &self.gl {
+            platform.insert("gl_renderer".to_owned(), gl.renderer.clone());
+            platform.insert("gl_version".to_owned(), gl.version.clone());
+        }
+        platform
+    }
+}
+
+/// The x86-64 feature level, or the architecture: a C library picks its maths by it.
+fn processor_level() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512cd")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl")
+        {
+            return "x86-64-v4";
+        }
+        if is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("fma")
+        {
+            return "x86-64-v3";
+        }
+    }
+    std::env::consts::ARCH
 }
 
 /// What draws.
@@ -49,6 +90,7 @@ pub fn sim_facts() -> SimFacts {
         pinned: digest.as_deref() == Some(PINNED),
         library,
         digest,
+        libc: ffi::libc_version(),
         gl: GlContext::new().map(|gl| GlFacts {
             egl: gl.egl_vendor.clone(),
             renderer: gl.renderer.clone(),

@@ -166,8 +166,11 @@ fn mark_open_body<L: Lanes>(_: L, separators: &[Separation; 13], open: &mut Vec<
 }
 
 kernel! {
-    /// Tests the cells of each triangle's box that are not marked yet, sixteen triangles at a time, against the thirteen
-    /// axes of [`BoxTest`]; lists the triangles that span more than three cells along an axis instead.
+    /// Tests the cells of each triangle's box that are not marked yet against the thirteen axes of [`BoxTest`]; lists the
+    /// triangles that span more than three cells along an axis instead.
+    ///
+    /// The box and the plane are tested for sixteen triangles at a time, cell after cell of their boxes. Few lanes are
+    /// left then, so what they hold is gathered, and the edges are tested for sixteen such pairs at a time.
     pub(super) fn test_cells(
         tolerance: f32,
         grid: &[Vec<f32>; 3],
@@ -181,38 +184,73 @@ kernel! {
 /// anything by; so thin a triangle is as good as its edges.
 const THIN: f32 = 2e-3;
 
-/// One axis that may separate: how the projection moves with the cell, and between what.
-struct Separator<L: Lanes> {
+/// Cells that a triangle meets as far as its box and its plane tell.
+struct Pairs {
+    /// Places in the work list.
+    triangles: [u32; Self::ROOM],
+    /// x, y, z in `Cells`, a byte each.
+    cells: [u32; Self::ROOM],
+    count: usize,
+}
+
+impl Pairs {
+    /// Fifteen that wait, those of one batch, and a vector that a store may spill over.
+    const ROOM: usize = 16 + 16 * 27 + 16;
+}
+
+#[inline(always)]
+fn test_cells_body<L: Lanes>(
+    l: L,
+    tolerance: f32,
+    grid: &[Vec<f32>; 3],
+    work: &mut Work,
+    wide: &mut Vec<u32>,
+    cells: &mut Cells,
+) {
+    wide.clear();
+    let mut pairs = Pairs { triangles: [0; Pairs::ROOM], cells: [0; Pairs::ROOM], count: 0 };
+    for start in (0..work.count).step_by(16) {
+        // SAFETY: the work list holds places of vertices; its end is filled up with vertex 0.
+        let corners = each_of!([0, 1, 2], corner => unsafe {
+            let vertex = l.load_i(chunk_at(&mut work.corners[corner], start));
+            [l.gather(&grid[0], vertex), l.gather(&grid[1], vertex), l.gather(&grid[2], vertex)]
+        });
+        let batch = Batch::new(l, tolerance, cells.side(), corners);
+        let two = l.splat_i(2);
+        let [x, y, z] = each_of!([0, 1, 2], axis => l.gt_i(batch.span[axis], two));
+        let lanes = tail_mask(work.count - start);
+        let mut left = l.bits(l.either(l.either(x, y), z)) & lanes;
+        let lanes = lanes & !left;
+        while left != 0 {
+            wide.push(start as u32 + left.trailing_zeros());
+            left &= left - 1;
+        }
+        list_pairs(l, &batch, start, lanes, cells, &mut pairs);
+        let whole = pairs.count & !15;
+        for first in (0..whole).step_by(16) {
+            test_pairs(l, tolerance, grid, work, &pairs, first, 0xffff, cells);
+        }
+        if whole > 0 {
+            pairs.triangles.copy_within(whole..whole + 16, 0);
+            pairs.cells.copy_within(whole..whole + 16, 0);
+            pairs.count -= whole;
+        }
+    }
+    test_pairs(l, tolerance, grid, work, &pairs, 0, tail_mask(pairs.count), cells);
+}
+
+/// Sixteen triangles, their boxes and planes, relative to the middle of the first cell of their boxes.
+struct Batch<L: Lanes> {
+    /// First cell of the box: x, y, z in `Cells`, a byte each.
+    first: L::I,
+    /// Its place.
+    place: L::I,
+    /// Cells of the box along each axis, less one.
+    span: [L::I; 3],
+    /// How the projection on the normal moves with the cell, and between what the plane is met.
     step: [L::F; 3],
     low: L::F,
     high: L::F,
-}
-
-impl<L: Lanes> Separator<L> {
-    /// The cross product of an edge with box axis `axis`; `p` is a corner on the edge, `r` the third corner.
-    #[inline(always)]
-    fn of_edge(l: L, axis: usize, p: [L::F; 3], q: [L::F; 3], r: [L::F; 3], half: L::F) -> Self {
-        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
-        let zero = l.splat(0.0);
-        let (along_j, along_k) = (l.sub(q[j], p[j]), l.sub(q[k], p[k]));
-        let of_p = l.sub(l.mul(p[k], along_j), l.mul(p[j], along_k));
-        let of_r = l.sub(l.mul(r[k], along_j), l.mul(r[j], along_k));
-        let reach = l.mul(half, l.add(l.abs(along_j), l.abs(along_k)));
-        let mut step = [zero; 3];
-        step[k] = along_j;
-        step[j] = l.sub(zero, along_k);
-        Self { step, low: l.sub(l.min(of_p, of_r), reach), high: l.add(l.max(of_p, of_r), reach) }
-    }
-}
-
-/// Sixteen triangles ready to be tested, relative to the middle of the first cell of their boxes.
-struct Batch<L: Lanes> {
-    /// Cells of the box along each axis, less one.
-    span: [L::I; 3],
-    /// Place of the first cell.
-    first: L::I,
-    /// The plane's axis, then those of the edges.
-    separators: [Separator<L>; 10],
     /// Too thin for a plane.
     thin: L::M,
 }
@@ -230,113 +268,116 @@ impl<L: Lanes> Batch<L> {
             let max = l.add(l.max(l.max(a[axis], b[axis]), c[axis]), slack);
             l.truncate(l.max(l.min(max, last), zero))
         });
-        let span = each_of!([0, 1, 2], axis => l.sub_i(high[axis], low[axis]));
-        let first = l.add_i(l.mul_i(l.add_i(l.mul_i(low[0], side), low[1]), side), low[2]);
         let middle = each_of!([0, 1, 2], axis => l.add(l.to_float(low[axis]), l.splat(0.5)));
         let [a, b, c] = each_of!([a, b, c], corner => each_of!([0, 1, 2], axis => l.sub(corner[axis], middle[axis])));
         let p = each_of!([0, 1, 2], axis => l.sub(b[axis], a[axis]));
         let q = each_of!([0, 1, 2], axis => l.sub(c[axis], a[axis]));
-        let normal = each_of!([(1, 2), (2, 0), (0, 1)], (j, k) => l.sub(l.mul(p[j], q[k]), l.mul(p[k], q[j])));
-        let size = l.add(l.add(l.abs(normal[0]), l.abs(normal[1])), l.abs(normal[2]));
+        let step = each_of!([(1, 2), (2, 0), (0, 1)], (j, k) => l.sub(l.mul(p[j], q[k]), l.mul(p[k], q[j])));
+        let size = l.add(l.add(l.abs(step[0]), l.abs(step[1])), l.abs(step[2]));
         let reach = l.mul(half, size);
-        let along = l.add(l.add(l.mul(normal[0], a[0]), l.mul(normal[1], a[1])), l.mul(normal[2], a[2]));
+        let along = l.add(l.add(l.mul(step[0], a[0]), l.mul(step[1], a[1])), l.mul(step[2], a[2]));
         let longest = each_of!([0, 1, 2], axis => l.max(l.abs(p[axis]), l.abs(q[axis])));
         let longest = l.max(l.max(longest[0], longest[1]), longest[2]);
-        let thin = l.lt(size, l.mul(l.splat(THIN), l.mul(longest, l.mul(longest, longest))));
-        let plane = Separator { step: normal, low: l.sub(along, reach), high: l.add(along, reach) };
-        let [[e0, e1, e2], [e3, e4, e5], [e6, e7, e8]] = each_of!([(a, b, c), (b, c, a), (c, a, b)], (p, q, r) => {
-            each_of!([0, 1, 2], axis => Separator::of_edge(l, axis, p, q, r, half))
-        });
-        Self { span, first, separators: [plane, e0, e1, e2, e3, e4, e5, e6, e7, e8], thin }
-    }
-}
-
-#[inline(always)]
-fn test_cells_body<L: Lanes>(
-    l: L,
-    tolerance: f32,
-    grid: &[Vec<f32>; 3],
-    work: &mut Work,
-    wide: &mut Vec<u32>,
-    cells: &mut Cells,
-) {
-    wide.clear();
-    let side = cells.side();
-    let two = l.splat_i(2);
-    for start in (0..work.count).step_by(16) {
-        // SAFETY: the work list holds places of vertices; its end is filled up with vertex 0.
-        let corners = each_of!([0, 1, 2], corner => unsafe {
-            let vertex = l.load_i(chunk_at(&mut work.corners[corner], start));
-            [l.gather(&grid[0], vertex), l.gather(&grid[1], vertex), l.gather(&grid[2], vertex)]
-        });
-        let batch = Batch::new(l, tolerance, side, corners);
-        let [x, y, z] = each_of!([0, 1, 2], axis => l.gt_i(batch.span[axis], two));
-        let lanes = tail_mask(work.count - start);
-        let mut left = l.bits(l.either(l.either(x, y), z)) & lanes;
-        let lanes = lanes & !left;
-        while left != 0 {
-            wide.push(start as u32 + left.trailing_zeros());
-            left &= left - 1;
+        Self {
+            first: l.or_i(l.or_i(low[0], l.shl_i::<8>(low[1])), l.shl_i::<16>(low[2])),
+            place: l.add_i(l.mul_i(l.add_i(l.mul_i(low[0], side), low[1]), side), low[2]),
+            span: each_of!([0, 1, 2], axis => l.sub_i(high[axis], low[axis])),
+            step,
+            low: l.sub(along, reach),
+            high: l.add(along, reach),
+            thin: l.lt(size, l.mul(l.splat(THIN), l.mul(longest, l.mul(longest, longest)))),
         }
-        test_batch(l, &batch, lanes, cells);
     }
 }
 
-/// Tests the unmarked cells of sixteen triangles' boxes, of up to three cells a side.
+/// Lists the unmarked cells of sixteen triangles' boxes, of up to three cells a side, that the planes meet.
 #[inline(always)]
-fn test_batch<L: Lanes>(l: L, batch: &Batch<L>, lanes: u32, cells: &mut Cells) {
+fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells: &Cells, pairs: &mut Pairs) {
     let side = cells.side() as i32;
-    let Batch { span, first, separators, thin } = batch;
-    let zero = l.splat(0.0);
-    // How far the first axes have moved each projection.
-    let (mut after_x, mut after_y) = ([zero; 10], [zero; 10]);
+    let Batch { first, place, span, step, low, high, thin } = batch;
+    let lane = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    let triangles = l.add_i(l.splat_i(start as i32), lane);
     for x in 0..3 {
         let in_x = l.gt_i(span[0], l.splat_i(x - 1));
         if l.bits(in_x) & lanes == 0 {
             break;
         }
-        for (after, separator) in after_x.iter_mut().zip(separators) {
-            *after = l.mul(l.splat(x as f32), separator.step[0]);
-        }
+        let at_x = l.mul(l.splat(x as f32), step[0]);
         for y in 0..3 {
             let in_y = l.both(in_x, l.gt_i(span[1], l.splat_i(y - 1)));
             if l.bits(in_y) & lanes == 0 {
                 break;
             }
-            for separator in 0..10 {
-                let step = l.mul(l.splat(y as f32), separators[separator].step[1]);
-                after_y[separator] = l.add(after_x[separator], step);
-            }
-            let row = l.add_i(*first, l.splat_i((x * side + y) * side));
+            let at_y = l.add(at_x, l.mul(l.splat(y as f32), step[1]));
+            let row = l.add_i(*place, l.splat_i((x * side + y) * side));
             // SAFETY: a row past the box lies in the bytes or in their slack, which holds two planes and two rows.
             let marked = unsafe { l.gather_bytes(&cells.bytes, row) };
             for z in 0..3 {
                 let own = l.and_i(marked, l.splat_i(1 << (8 * z)));
                 let in_z = l.both(in_y, l.gt_i(span[2], l.splat_i(z - 1)));
-                let mut meets = l.both(in_z, l.eq_i(own, l.splat_i(0)));
-                if l.bits(meets) & lanes == 0 {
-                    continue;
-                }
-                for separator in 0..10 {
-                    let Separator { step, low, high } = &separators[separator];
-                    let at = l.add(after_y[separator], l.mul(l.splat(z as f32), step[2]));
-                    let near = l.both(l.ge(at, *low), l.ge(*high, at));
-                    meets = l.both(meets, if separator == 0 { l.either(*thin, near) } else { near });
-                    if separator == 0 && l.bits(meets) & lanes == 0 {
-                        break;
-                    }
-                }
-                let mut hits = l.bits(meets) & lanes;
-                if hits == 0 {
-                    continue;
-                }
-                let mut places = [0; 16];
-                l.store_i(row, &mut places);
-                while hits != 0 {
-                    cells.bytes[places[hits.trailing_zeros() as usize] as usize + z as usize] = 1;
-                    hits &= hits - 1;
+                let open = l.both(in_z, l.eq_i(own, l.splat_i(0)));
+                let at = l.add(at_y, l.mul(l.splat(z as f32), step[2]));
+                let near = l.either(*thin, l.both(l.ge(at, *low), l.ge(*high, at)));
+                let found = l.bits(l.both(open, near)) & lanes;
+                if found != 0 {
+                    let cell = l.add_i(*first, l.splat_i(x | y << 8 | z << 16));
+                    l.compress(found, triangles, chunk_at(&mut pairs.triangles, pairs.count));
+                    l.compress(found, cell, chunk_at(&mut pairs.cells, pairs.count));
+                    pairs.count += found.count_ones() as usize;
                 }
             }
         }
     }
+}
+
+/// Marks the cells of sixteen pairs, those of `lanes`, that no edge crossed with a box axis tells from their triangle.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a part of one kernel")]
+fn test_pairs<L: Lanes>(
+    l: L,
+    tolerance: f32,
+    grid: &[Vec<f32>; 3],
+    work: &Work,
+    pairs: &Pairs,
+    start: usize,
+    lanes: u32,
+    cells: &mut Cells,
+) {
+    let half = l.splat(0.5 + tolerance);
+    let (byte, middle) = (l.splat_i(0xff), l.splat(0.5));
+    let cell = l.load_i(pairs.cells[start..][..16].try_into().expect("sixteen"));
+    let cell = [l.and_i(cell, byte), l.and_i(l.shr_i::<8>(cell), byte), l.shr_i::<16>(cell)];
+    let triangle = l.load_i(pairs.triangles[start..][..16].try_into().expect("sixteen"));
+    // SAFETY: pairs name entries of the work list, which holds places of vertices; those not set yet name the first one.
+    let [a, b, c] = each_of!([0, 1, 2], corner => unsafe {
+        let vertex = l.gather_i(&work.corners[corner], triangle);
+        each_of!([0, 1, 2], axis => {
+            l.sub(l.gather(&grid[axis], vertex), l.add(l.to_float(cell[axis]), middle))
+        })
+    });
+    let mut meets = l.ge(half, l.splat(0.0));
+    each_of!([(a, b, c), (b, c, a), (c, a, b)], (p, q, r) => {
+        each_of!([(1, 2), (2, 0), (0, 1)], (j, k) => {
+            meets = l.both(meets, edge_meets(l, [p[j], p[k]], [q[j], q[k]], [r[j], r[k]], half));
+        });
+    });
+    let mut hits = l.bits(meets) & lanes;
+    let side = l.splat_i(cells.side() as i32);
+    let mut places = [0; 16];
+    l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], side), cell[1]), side), cell[2]), &mut places);
+    while hits != 0 {
+        cells.bytes[places[hits.trailing_zeros() as usize] as usize] = 1;
+        hits &= hits - 1;
+    }
+}
+
+/// Whether the cross product of edge `p` to `q` and a box axis fails to tell the triangle from a box around the origin;
+/// `r` is the third corner, all of them without their coordinate along that axis.
+#[inline(always)]
+fn edge_meets<L: Lanes>(l: L, p: [L::F; 2], q: [L::F; 2], r: [L::F; 2], half: L::F) -> L::M {
+    let (along_j, along_k) = (l.sub(q[0], p[0]), l.sub(q[1], p[1]));
+    let of_p = l.sub(l.mul(p[1], along_j), l.mul(p[0], along_k));
+    let of_r = l.sub(l.mul(r[1], along_j), l.mul(r[0], along_k));
+    let reach = l.mul(half, l.add(l.abs(along_j), l.abs(along_k)));
+    l.both(l.ge(reach, l.min(of_p, of_r)), l.ge(l.max(of_p, of_r), l.sub(l.splat(0.0), reach)))
 }
