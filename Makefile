@@ -19,6 +19,8 @@ QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
 QUICKSTART_JOB ?= jobs/quickstart.toml
 
+# What Open3D's wheel links besides.
+PEER_PACKAGES := libusb-1.0-0 libgomp1 libx11-6
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 
 .PHONY: help
@@ -94,9 +96,11 @@ requirements: ## pin both requirements.txt anew (for maintainers)
 
 .PHONY: deps-gl
 deps-gl: ## system packages for depth by MuJoCo's OpenGL renderer (root; CI runs it, quickstart never)
-	@if [ "$$(id -u)" != 0 ]; then echo "make deps-gl needs root: sudo apt-get install $(GL_PACKAGES)"; exit 1; fi
-	@dpkg-query -W -f '$${Status}\n' $(GL_PACKAGES) 2>/dev/null | grep -c '^install ok installed' | grep -qx $(words $(GL_PACKAGES)) \
-	  || { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(GL_PACKAGES); }
+	@scripts/system_packages.sh deps-gl $(GL_PACKAGES)
+
+.PHONY: deps-peers
+deps-peers: ## system packages for the benchmarks' peers (root)
+	@scripts/system_packages.sh deps-peers $(GL_PACKAGES) $(PEER_PACKAGES)
 
 .PHONY: doctor
 doctor: build ## what this machine can do, and why not

@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 N = 40
 ANCHOR = np.array([0.5, 0.5, 0.45]) * N
 WIDTH, HEIGHT, FOV = 640, 480, 1.047
+AWAY = np.array([0.0, 0.0, 1.0])
 FOCAL = WIDTH / 2 / np.tan(FOV / 2)
 NEIGHBOURS = 10
 TEST_VIEWS = 20
@@ -54,68 +56,80 @@ def random_rotations(rng: np.random.Generator, count: int) -> np.ndarray:
     return np.array(rows).transpose(2, 0, 1)
 
 
-def embree_depth(mesh: trimesh.Trimesh) -> np.ndarray:
-    """Points in camera axes [m] seen by the pinhole camera at the origin (x right, y down, z away); shape (hits, 3)."""
-    projected = FOCAL * mesh.vertices[:, :2] / mesh.vertices[:, 2:]
-    low = np.floor(projected.min(axis=0)).astype(int) - 1
-    high = np.ceil(projected.max(axis=0)).astype(int) + 2
-    u, v = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
-    inside = (abs(u) < WIDTH / 2) & (abs(v) < HEIGHT / 2)
-    rays = np.stack([u[inside] / FOCAL, v[inside] / FOCAL, np.ones(inside.sum())], axis=1)
-    triangles = RayMeshIntersector(mesh).intersects_first(np.zeros_like(rays), rays)
-    rays, triangles = rays[triangles >= 0], triangles[triangles >= 0]
-    # Exact plane hit: Embree's own distance is single precision.
-    normals, corners = mesh.face_normals[triangles], mesh.triangles[triangles, 0]
-    return rays * ((normals * corners).sum(axis=1) / (normals * rays).sum(axis=1))[:, None]
+class NeutralObject:
+    """A mesh before the pinhole camera (x right, y down, z away), 1 m off, seen by Embree. Rays go to the mesh's frame."""
+
+    def __init__(self, scan: Path, rng: np.random.Generator) -> None:
+        self.mesh = trimesh.load(scan)
+        self.mesh.apply_translation(-self.mesh.bounds.mean(axis=0))
+        self.embree = RayMeshIntersector(self.mesh)
+        self.surface = trimesh.sample.sample_surface(self.mesh, 60_000, seed=int(rng.integers(1 << 31)))[0]
+
+    def depth(self, rotation: np.ndarray) -> np.ndarray:
+        """Points in camera axes [m] seen by the camera; shape (hits, 3)."""
+        vertices = self.mesh.vertices @ rotation.T + AWAY
+        projected = FOCAL * vertices[:, :2] / vertices[:, 2:]
+        low = np.floor(projected.min(axis=0)).astype(int) - 1
+        high = np.ceil(projected.max(axis=0)).astype(int) + 2
+        u, v = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
+        inside = (abs(u) < WIDTH / 2) & (abs(v) < HEIGHT / 2)
+        rays = np.stack([u[inside] / FOCAL, v[inside] / FOCAL, np.ones(inside.sum())], axis=1)
+        eye, directions = -AWAY @ rotation, rays @ rotation
+        triangles = self.embree.intersects_first(np.broadcast_to(eye, directions.shape), directions)
+        hit = triangles >= 0
+        directions, triangles = directions[hit], triangles[hit]
+        # Exact plane hit: Embree's own distance is single precision.
+        normals, corners = self.mesh.face_normals[triangles], self.mesh.triangles[triangles, 0]
+        return rays[hit] * ((normals * (corners - eye)).sum(axis=1) / (normals * directions).sum(axis=1))[:, None]
+
+    def pair(self, rotation: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """(partial, complete), each bool (N, N, N) indexed x, y, z in camera axes; None when too little is seen."""
+        points = self.depth(rotation)
+        if len(points) < 2:
+            return None
+        low, high = points.min(axis=0), points.max(axis=0)
+        centre, cell = (low + high) / 2, (high - low).max() / (0.8 * N)
+
+        def mark(points: np.ndarray) -> np.ndarray:
+            grid = np.zeros((N, N, N), bool)
+            cells = np.floor((points - centre) / cell + ANCHOR).astype(int)
+            grid[tuple(cells[((cells >= 0) & (cells < N)).all(axis=1)].T)] = True
+            return grid
+
+        partial = mark(points)
+        if partial.sum() < 100:
+            return None
+        surface = self.surface @ rotation.T + AWAY
+        complete = mark(surface)
+        # Columns along z through the cell centres: what lies between an odd and an even crossing is inside.
+        x, y = np.meshgrid(np.arange(N), np.arange(N), indexing="ij")
+        start = (np.stack([x.ravel() + 0.5, y.ravel() + 0.5, np.zeros(N * N)], axis=1) - ANCHOR) * cell + centre
+        start[:, 2] = surface[:, 2].min() - 4 * cell
+        hits, columns, _ = self.embree.intersects_location(
+            (start - AWAY) @ rotation, np.tile(rotation[2], (N * N, 1))
+        )
+        crossing = (hits @ rotation[2] + AWAY[2] - centre[2]) / cell + ANCHOR[2]
+        for column in np.unique(columns):
+            z = np.sort(crossing[columns == column])
+            for enter, leave in zip(z[0::2], z[1::2]):
+                first, end = int(np.ceil(enter - 0.5)), int(np.ceil(leave - 0.5))
+                complete[column // N, column % N, max(first, 0) : max(end, 0)] = True
+        return partial, complete
 
 
-def neutral_pair(mesh: trimesh.Trimesh, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray] | None:
-    """(partial, complete) of a mesh in camera axes, each bool (N, N, N) indexed x, y, z; None when too little is seen."""
-    points = embree_depth(mesh)
-    if len(points) < 2:
-        return None
-    low, high = points.min(axis=0), points.max(axis=0)
-    centre, cell = (low + high) / 2, (high - low).max() / (0.8 * N)
-
-    def mark(grid: np.ndarray, points: np.ndarray) -> np.ndarray:
-        cells = np.floor((points - centre) / cell + ANCHOR).astype(int)
-        cells = cells[((cells >= 0) & (cells < N)).all(axis=1)]
-        grid[tuple(cells.T)] = True
-        return grid
-
-    partial = mark(np.zeros((N, N, N), bool), points)
-    if partial.sum() < 100:
-        return None
-    complete = mark(np.zeros((N, N, N), bool), trimesh.sample.sample_surface(mesh, 60_000, seed=int(rng.integers(1 << 31)))[0])
-    # Columns along z through the cell centres: what lies between an odd and an even crossing is inside.
-    x, y = np.meshgrid(np.arange(N), np.arange(N), indexing="ij")
-    start = np.stack([x.ravel() + 0.5, y.ravel() + 0.5, np.zeros(N * N)], axis=1)
-    start = (start - ANCHOR) * cell + centre
-    start[:, 2] = mesh.bounds[0, 2] - cell
-    hits, columns, _ = RayMeshIntersector(mesh).intersects_location(start, np.tile([0.0, 0.0, 1.0], (N * N, 1)))
-    crossing = (hits[:, 2] - centre[2]) / cell + ANCHOR[2]
-    for column in np.unique(columns):
-        z = np.sort(crossing[columns == column])
-        for enter, leave in zip(z[0::2], z[1::2]):
-            first, end = int(np.ceil(enter - 0.5)), int(np.ceil(leave - 0.5))
-            complete[column // N, column % N, max(first, 0) : max(end, 0)] = True
-    return partial, complete
+def pairs_of(scan: Path, seed: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    rng = np.random.default_rng(seed)
+    neutral = NeutralObject(scan, rng)
+    pairs = (neutral.pair(rotation) for rotation in random_rotations(rng, TEST_VIEWS))
+    return [pair for pair in pairs if pair is not None]
 
 
-def test_pairs(scans: list[Path], rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def test_pairs(scans: list[Path]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs that graspmill had no part in: partials, completes (pairs, N, N, N) and the object of each pair."""
-    partials, completes, objects = [], [], []
-    for number, scan in enumerate(scans):
-        mesh = trimesh.load(scan)
-        mesh.apply_translation(-mesh.bounds.mean(axis=0))
-        for rotation in random_rotations(rng, TEST_VIEWS):
-            turned = trimesh.Trimesh(mesh.vertices @ rotation.T + [0, 0, 1], mesh.faces, process=False)
-            pair = neutral_pair(turned, rng)
-            if pair is not None:
-                partials.append(pair[0])
-                completes.append(pair[1])
-                objects.append(number)
-    return np.array(partials), np.array(completes), np.array(objects)
+    with ProcessPoolExecutor() as pool:
+        pairs = list(pool.map(pairs_of, scans, range(len(scans))))
+    partials, completes = (np.array([pair[part] for of_scan in pairs for pair in of_scan]) for part in (0, 1))
+    return partials, completes, np.repeat(np.arange(len(scans)), [len(of_scan) for of_scan in pairs])
 
 
 def unpack(packed: np.ndarray) -> np.ndarray:
@@ -195,7 +209,7 @@ def main() -> int:
 
     with tempfile.TemporaryDirectory() as folder:
         partial, complete = make_training_data(options.graspmill, held_out, Path(folder))
-    test_partial, test_complete, objects = test_pairs(held_out, rng)
+    test_partial, test_complete, objects = test_pairs(held_out)
     print(f"{len(partial)} training pairs, {len(test_partial)} neutral test pairs of {len(held_out)} other objects")
 
     features = np.concatenate([pooled(unpack(part)) for part in np.array_split(partial, max(1, len(partial) // 500))])
