@@ -353,7 +353,8 @@ fn length(metres: f64) -> String {
     match metres {
         metres if metres >= 1.0 => format!("{metres:.3} m"),
         metres if metres >= 1e-4 => format!("{:.3} mm", 1e3 * metres),
-        metres => format!("{metres:.3e} m"),
+        0.0 => "0 mm".to_owned(),
+        metres => format!("{:.3} um", 1e6 * metres),
     }
 }
 

@@ -31,7 +31,14 @@ impl Printer {
 
     /// An error with its causes, to stderr.
     pub fn error(&self, failure: &Failure) {
-        self.say(&format!("graspmill: {:#}", failure.error));
+        let mut text = format!("graspmill: {}", failure.error);
+        for cause in failure.error.chain().skip(1).map(ToString::to_string) {
+            // Many messages end with their cause already, before the remedy.
+            if !text.contains(&cause) {
+                text = format!("{text}: {cause}");
+            }
+        }
+        self.say(&text);
     }
 
     /// Whether a person watches stderr.

@@ -3,7 +3,7 @@
 //! What is wrong is taken out of the document, so that the profile's default stands in for it and the checks that
 //! follow can report their mistakes in the same run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -96,6 +96,9 @@ impl Walk<'_> {
             return self.choice(node, &choices, path);
         }
         if let Some(branches) = schema["anyOf"].as_array() {
+            if self.no_form(node, branches, path) {
+                return false;
+            }
             return match best_branch(node, branches) {
                 Some(branch) => self.value(node, branch, path),
                 None => self.wrong_type(node, schema, path),
@@ -121,6 +124,22 @@ impl Walk<'_> {
             (NodeValue::Float(number), Some("number")) => self.range(node, *number, schema, path),
             _ => self.wrong_type(node, schema, path),
         }
+    }
+
+    /// Reports the keys of a table of which no form knows any: it cannot be told what else is missing.
+    fn no_form(&mut self, node: &Node, branches: &[Value], path: &Path) -> bool {
+        let NodeValue::Table(table) = &node.value else { return false };
+        let forms = branches.iter().filter_map(|branch| branch["properties"].as_object());
+        let known: BTreeSet<String> = forms.flat_map(|properties| properties.keys().cloned()).collect();
+        if known.is_empty() || table.is_empty() || table.keys().any(|key| known.contains(key)) {
+            return false;
+        }
+        let known: Vec<String> = known.into_iter().collect();
+        for (key, child) in table {
+            let problem = Problem::UnknownKey { found: key.clone(), known: known.clone() };
+            self.report(self.document.place(&child.key_span), &path.key(key), problem, suggestion(key, &known));
+        }
+        true
     }
 
     fn wrong_type(&mut self, node: &Node, schema: &Value, path: &Path) -> bool {

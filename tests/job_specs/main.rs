@@ -187,6 +187,14 @@ fn syntax_errors_and_odd_numbers_are_mistakes_too() {
 }
 
 #[test]
+fn a_misspelt_form_is_one_mistake_and_not_the_lack_of_another_form() {
+    let errors = read("views = { evn = 6 }\n[[objects]]\nbuilt_in = [\"*\"]", &[]).expect_err("no such form");
+    let text = errors.render();
+    assert_eq!(errors.list().len(), 1, "{text}");
+    assert!(text.contains("did you mean `even`?"), "{text}");
+}
+
+#[test]
 fn every_form_of_every_setting() {
     for (line, fine) in [
         ("views=head_on", true),
