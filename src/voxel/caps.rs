@@ -221,6 +221,13 @@ impl Caps {
         (angle + 2.0 * near.sum()) / (4.0 * PI)
     }
 
+    /// The winding number of all caps around `point` without expansions.
+    pub(super) fn exact_winding(&self, point: &V3) -> f64 {
+        let mut sum = HalfAngle::default();
+        self.triangles().for_each(|corners| sum.add(&corners, point));
+        2.0 * sum.sum() / (4.0 * PI)
+    }
+
     /// Whether the winding number, followed without its jumps across the caps, stays within `bound` of its value at
     /// `point` on all straight ways of length `reach`, the ball of `local`. "No" may be wrong, "yes" is not.
     ///

@@ -48,7 +48,10 @@ def winding(folder, step):
             "both": int((ours & theirs & where).sum()),
             "either": int(((ours | theirs) & where).sum()),
         }
-        print(json.dumps({"name": case["name"], "outside_band": count(~band), "band": count(band)}))
+        # How far from one half the winding number is where the two differ: near it a surface with holes has no inside.
+        unlike = np.abs(np.abs(number[(ours != theirs) & ~band]) - 0.5)
+        doubt = float(unlike.max(initial=0.0))
+        print(json.dumps({"name": case["name"], "outside_band": count(~band), "band": count(band), "doubt": doubt}))
 
 
 def volume(folder):
