@@ -1,4 +1,5 @@
 //! Datasets of the program, read and judged by readers that are not ours.
+#![expect(clippy::print_stdout, reason = "figures for the log")]
 
 use std::{fs, path::Path, process::Command};
 
