@@ -10,7 +10,7 @@ CARGO ?= cargo
 # The tests find libmujoco and the program here; a target folder elsewhere works for building alone.
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 PROGRAM := $(TARGET)/release/graspmill
-# Two virtual environments: what the tests compare with, and the larger one of the benchmarks' peers.
+# Two virtual environments: what the tests compare with, and the larger one of the benchmarks' peers and the slow tests.
 VENV := .deps/venv
 VENV_PYTHON := $(VENV)/bin/python
 PEERS := .deps/peers
@@ -61,7 +61,7 @@ test: setup deps-test lint ## what CI runs: lint, unit and integration tests (ma
 	$(CARGO) test --release --locked
 
 .PHONY: test-slow
-test-slow: setup deps-test ## tests too long for CI
+test-slow: setup deps-test $(PEERS)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked -- --ignored
 
 .PHONY: bench
