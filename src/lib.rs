@@ -13,6 +13,7 @@
 pub mod dataset;
 pub mod geom;
 pub mod ids;
+pub mod kinematics;
 pub mod record;
 pub mod runtime;
 

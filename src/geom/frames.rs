@@ -35,6 +35,8 @@ frames! {
     CameraCv = "camera_cv";
     /// Camera, OpenGL and MuJoCo axes: x right, y up, the camera looks along -z [m].
     CameraGl = "camera_gl";
+    /// The frame of a robot that is brought to a pose: the target site of a planning group [m].
+    EndEffector = "end_effector";
 }
 
 /// A rigid motion that maps coordinates in `From` to coordinates in `To`; translation in metres.

@@ -14,7 +14,7 @@ mod simd;
 mod views;
 
 pub use camera::{Intrinsics, InvalidIntrinsics};
-pub use frames::{CameraCv, CameraGl, Frame, Object, Pose, World, rotation_from_rpy};
+pub use frames::{CameraCv, CameraGl, EndEffector, Frame, Object, Pose, World, rotation_from_rpy};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;
 pub use mesh::{Aabb, TriMesh};

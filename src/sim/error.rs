@@ -51,6 +51,69 @@ pub enum SceneError {
     },
 }
 
+/// Why a robot's description gives no planning group.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RobotError {
+    /// MuJoCo cannot read or compile the file.
+    #[error("{}: MuJoCo refuses this robot: {message}", path.display())]
+    Refused {
+        /// The robot.
+        path: PathBuf,
+        /// MuJoCo's words, with line and column where it knows them.
+        message: String,
+    },
+    /// No joint has that name.
+    #[error("{}: no joint is named {name:?}; the robot has {}", path.display(), list(present))]
+    NoJoint {
+        /// The robot.
+        path: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        present: Vec<String>,
+    },
+    /// No site has that name.
+    #[error("{}: no site is named {name:?}; the robot has {}; put <site name={name:?}/> into the body that is to reach", path.display(), list(present))]
+    NoSite {
+        /// The robot.
+        path: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        present: Vec<String>,
+    },
+    /// A joint of the group is not between the world and the target.
+    #[error("{}: joint {joint:?} does not move site {site:?}; those that do: {}", path.display(), list(moving))]
+    NotMoved {
+        /// The robot.
+        path: PathBuf,
+        /// The joint.
+        joint: String,
+        /// The target site.
+        site: String,
+        /// The joints between the world and the site.
+        moving: Vec<String>,
+    },
+    /// A ball or free joint stands between the world and the target.
+    #[error("{}: joint {joint:?} is a {kind} joint; a planning group needs hinge and slide joints", path.display())]
+    Kind {
+        /// The robot.
+        path: PathBuf,
+        /// The joint.
+        joint: String,
+        /// Its kind.
+        kind: &'static str,
+    },
+    /// The joints make no planning group.
+    #[error("{}: {source}", path.display())]
+    Group {
+        /// The robot.
+        path: PathBuf,
+        /// What is wrong.
+        source: crate::kinematics::InvalidGroup,
+    },
+}
+
 fn list(names: &[String]) -> String {
     if names.is_empty() { "none with a name".into() } else { names.join(", ") }
 }

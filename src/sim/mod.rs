@@ -1,4 +1,5 @@
-//! MuJoCo: the only room that names it. A scene's camera, and depth of one object by MuJoCo's own rays or renderer.
+//! MuJoCo: the only room that names it. A scene's camera, depth of one object by MuJoCo's own rays or renderer,
+//! and planning groups of robots.
 //!
 //! A [`SimModel`] is one object before the camera of `scenes/single_view.xml`, compiled once and shared; a [`SimWorker`]
 //! is what one thread needs to look at it. Both ways of looking agree with our rasteriser (`tests/depth_oracles.rs`),
@@ -18,9 +19,11 @@ mod error;
 mod ffi;
 mod gl;
 mod probe;
+mod robot;
 mod scene;
 
 pub use depth::{Inertia, SimModel, SimWorker};
-pub use error::{GlError, SceneError, SimError};
+pub use error::{GlError, RobotError, SceneError, SimError};
 pub use probe::{GlFacts, SimFacts, sim_facts};
+pub use robot::RobotModel;
 pub use scene::scene_camera;

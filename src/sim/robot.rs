@@ -1,0 +1,173 @@
+//! Planning groups out of MJCF.
+
+use std::{collections::BTreeMap, path::Path};
+
+use mujoco_rs::wrappers::{
+    mj_data::MjData,
+    mj_model::{MjModel, MjtJoint, MjtObjBase},
+};
+use nalgebra::{IsometryMatrix3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
+
+use super::{error::RobotError, ffi, scene::pose_from};
+use crate::{
+    geom::{EndEffector, Pose, World},
+    kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts},
+};
+
+/// A robot's description, compiled by MuJoCo.
+pub struct RobotModel {
+    path: std::path::PathBuf,
+    model: MjModel,
+}
+
+impl RobotModel {
+    /// Reads an MJCF file.
+    ///
+    /// # Errors
+    /// When MuJoCo refuses it.
+    pub fn open(path: &Path) -> Result<Self, RobotError> {
+        ffi::prepare_library();
+        let refused = |message: String| RobotError::Refused { path: path.to_owned(), message };
+        if path.to_str().is_none_or(|text| text.contains('\0')) {
+            return Err(refused("path is not UTF-8".into()));
+        }
+        let model = MjModel::from_xml(path).map_err(|error| refused(error.to_string()))?;
+        Ok(Self { path: path.to_owned(), model })
+    }
+
+    /// The joints between the world and a site, as a planning group; those named in `fixed` [rad or m], and all others
+    /// that are not in `joints`, stand still: at the value given, else where the description has them.
+    ///
+    /// # Errors
+    /// When a name is not there, a joint does not move the site, or the joints make no planning group.
+    pub fn planning_group(
+        &self,
+        joints: &[&str],
+        site: &str,
+        fixed: &BTreeMap<String, f64>,
+    ) -> Result<PlanningGroup, RobotError> {
+        let model = &self.model;
+        let site_id = self.site(site)?;
+        for name in joints.iter().copied().chain(fixed.keys().map(String::as_str)) {
+            self.joint(name)?;
+        }
+        let mut bodies = Vec::new();
+        let mut body = index(model.site_bodyid()[site_id]);
+        while body != 0 {
+            bodies.push(body);
+            body = index(model.body_parentid()[body]);
+        }
+        bodies.reverse();
+        let on_the_way: Vec<usize> = bodies.iter().flat_map(|body| self.joints_of(*body)).collect();
+        let name_of = |joint: usize| model.id_to_name(MjtObjBase::mjOBJ_JOINT, joint).unwrap_or_default().to_owned();
+        for name in joints {
+            if !on_the_way.iter().any(|joint| name_of(*joint) == *name) {
+                return Err(RobotError::NotMoved {
+                    path: self.path.clone(),
+                    joint: (*name).to_owned(),
+                    site: site.to_owned(),
+                    moving: on_the_way.into_iter().map(name_of).collect(),
+                });
+            }
+        }
+        let mut parts = PlanningGroupParts { joints: Vec::new(), end_effector: IsometryMatrix3::identity() };
+        // From the frame that the last joint of the group moves.
+        let mut frame = IsometryMatrix3::identity();
+        for body in bodies {
+            frame *= isometry(&model.body_pos()[body], &model.body_quat()[body]);
+            for id in self.joints_of(body) {
+                let (mut joint, reference) = self.read_joint(id)?;
+                let anchor = Translation3::from(Vector3::from(model.jnt_pos()[id]));
+                if joints.contains(&joint.name.as_str()) {
+                    joint.origin = frame * anchor * joint.motion(-reference);
+                    frame = IsometryMatrix3::from_parts(anchor.inverse(), nalgebra::Rotation3::identity());
+                    parts.joints.push(joint);
+                } else {
+                    let value = fixed.get(&joint.name).copied().unwrap_or(reference);
+                    frame = frame * anchor * joint.motion(value - reference) * anchor.inverse();
+                }
+            }
+        }
+        parts.end_effector = frame * isometry(&model.site_pos()[site_id], &model.site_quat()[site_id]);
+        PlanningGroup::new(parts).map_err(|source| RobotError::Group { path: self.path.clone(), source })
+    }
+
+    /// MuJoCo's own forward kinematics: where a site is at these joint values [rad or m], every other joint where the
+    /// description has it.
+    ///
+    /// # Errors
+    /// When a name is not there.
+    pub fn site_pose(&self, site: &str, values: &[(&str, f64)]) -> Result<Pose<World, EndEffector>, RobotError> {
+        let site = self.site(site)?;
+        let mut data = MjData::new(&self.model);
+        for (name, value) in values {
+            let joint = self.joint(name)?;
+            data.qpos_mut()[index(self.model.jnt_qposadr()[joint])] = *value;
+        }
+        data.forward();
+        Ok(pose_from(&data.site_xpos()[site], &data.site_xmat()[site]))
+    }
+
+    fn joints_of(&self, body: usize) -> std::ops::Range<usize> {
+        let count = index(self.model.body_jntnum()[body]);
+        let first = if count == 0 { 0 } else { index(self.model.body_jntadr()[body]) };
+        first..first + count
+    }
+
+    /// A joint without its place, and the value at which it has moved nothing.
+    fn read_joint(&self, id: usize) -> Result<(Joint, f64), RobotError> {
+        let model = &self.model;
+        let name = model.id_to_name(MjtObjBase::mjOBJ_JOINT, id).unwrap_or_default().to_owned();
+        let refused = |kind| RobotError::Kind { path: self.path.clone(), joint: name.clone(), kind };
+        let kind = match model.jnt_type()[id] {
+            MjtJoint::mjJNT_HINGE => JointKind::Revolute,
+            MjtJoint::mjJNT_SLIDE => JointKind::Prismatic,
+            MjtJoint::mjJNT_BALL => return Err(refused("ball")),
+            MjtJoint::mjJNT_FREE => return Err(refused("free")),
+        };
+        let [low, high] = model.jnt_range()[id];
+        let joint = Joint {
+            name,
+            kind,
+            origin: IsometryMatrix3::identity(),
+            axis: Unit::new_unchecked(Vector3::from(model.jnt_axis()[id])),
+            limits: model.jnt_limited()[id].then_some(JointLimits { low, high }),
+        };
+        Ok((joint, model.qpos0()[index(model.jnt_qposadr()[id])]))
+    }
+
+    fn joint(&self, name: &str) -> Result<usize, RobotError> {
+        self.named(MjtObjBase::mjOBJ_JOINT, name).ok_or_else(|| RobotError::NoJoint {
+            path: self.path.clone(),
+            name: name.to_owned(),
+            present: self.names(MjtObjBase::mjOBJ_JOINT, self.model.jnt_type().len()),
+        })
+    }
+
+    fn site(&self, name: &str) -> Result<usize, RobotError> {
+        self.named(MjtObjBase::mjOBJ_SITE, name).ok_or_else(|| RobotError::NoSite {
+            path: self.path.clone(),
+            name: name.to_owned(),
+            present: self.names(MjtObjBase::mjOBJ_SITE, self.model.site_bodyid().len()),
+        })
+    }
+
+    fn named(&self, kind: MjtObjBase, name: &str) -> Option<usize> {
+        (!name.contains('\0')).then(|| self.model.name_to_id(kind, name)).flatten()
+    }
+
+    fn names(&self, kind: MjtObjBase, count: usize) -> Vec<String> {
+        (0..count).filter_map(|id| self.model.id_to_name(kind, id)).map(str::to_owned).collect()
+    }
+}
+
+/// MuJoCo's indices are C integers; those of what is there are not negative.
+fn index(value: i32) -> usize {
+    usize::try_from(value).expect("an index of the compiled model")
+}
+
+fn isometry(position: &[f64; 3], quaternion: &[f64; 4]) -> IsometryMatrix3<f64> {
+    let [w, x, y, z] = *quaternion;
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix();
+    IsometryMatrix3::from_parts(Translation3::from(Vector3::from(*position)), rotation)
+}

@@ -1,0 +1,173 @@
+//! Robots: planning groups out of MJCF against MuJoCo's own forward kinematics, and the numeric solver on reachable poses.
+#![cfg(feature = "sim")]
+
+use std::{collections::BTreeMap, f64::consts::PI, fs, path::Path};
+
+use graspmill::{
+    geom::{EndEffector, Pose, World},
+    kinematics::{PlanningGroup, SolverSettings, solve_numeric},
+    seed::Stream,
+    sim::{RobotError, RobotModel},
+};
+
+const ARM: [&str; 7] = [
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "upperarm_roll_joint",
+    "elbow_flex_joint",
+    "forearm_roll_joint",
+    "wrist_flex_joint",
+    "wrist_roll_joint",
+];
+const SITE: &str = "wrist_roll_link";
+
+fn fetch() -> RobotModel {
+    RobotModel::open(Path::new("scenes/fetch.xml")).expect("the robot")
+}
+
+fn random_values(group: &PlanningGroup, stream: &mut Stream) -> Vec<f64> {
+    let range =
+        |joint: &graspmill::kinematics::Joint| joint.limits.map_or((-PI, PI), |limits| (limits.low, limits.high));
+    group.joints().iter().map(range).map(|(low, high)| stream.uniform(low, high)).collect()
+}
+
+fn difference(a: &Pose<World, EndEffector>, b: &Pose<World, EndEffector>) -> f64 {
+    a.to_rows().into_iter().zip(b.to_rows()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn fetch_has_the_numbers_of_its_public_description() {
+    let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("the arm");
+    let limits: Vec<_> =
+        group.joints().iter().map(|joint| joint.limits.map(|limits| (limits.low, limits.high))).collect();
+    let lift = Some((-1.221, 1.518));
+    let (elbow, wrist) = (Some((-2.251, 2.251)), Some((-2.16, 2.16)));
+    assert_eq!(limits, [Some((-1.6056, 1.6056)), lift, None, elbow, None, wrist, None]);
+    // Stretched out along x: the sum of all offsets.
+    let out = group.forward(&[0.0; 7]);
+    let x = -0.086875 + 0.119525 + 0.117 + 0.219 + 0.133 + 0.197 + 0.1245 + 0.1385;
+    let z = 0.37743 + 0.34858 + 0.06;
+    assert!((out.translation() - nalgebra::Vector3::new(x, 0.0, z)).norm() < 1e-15, "{out:?}");
+    // Lifting the torso lifts the arm and nothing else.
+    let lifted = BTreeMap::from([("torso_lift_joint".to_owned(), 0.3)]);
+    let lifted = fetch().planning_group(&ARM, SITE, &lifted).expect("the arm").forward(&[0.0; 7]);
+    assert!((lifted.translation() - out.translation() - nalgebra::Vector3::z() * 0.3).norm() < 1e-15);
+}
+
+#[test]
+fn forward_kinematics_is_mujocos() {
+    let robot = fetch();
+    let with_torso: Vec<&str> = ["torso_lift_joint"].into_iter().chain(ARM).collect();
+    for joints in [&ARM[..], &with_torso] {
+        let group = robot.planning_group(joints, SITE, &BTreeMap::new()).expect("a group");
+        let mut stream = Stream::of_job(1, b"robots", "forward");
+        let mut worst = 0.0f64;
+        for _ in 0..500 {
+            let q = random_values(&group, &mut stream);
+            let values: Vec<_> = joints.iter().copied().zip(q.iter().copied()).collect();
+            worst = worst.max(difference(&group.forward(&q), &robot.site_pose(SITE, &values).expect("a pose")));
+        }
+        println!("{} joints: at most {worst:.1e} from MuJoCo's", joints.len());
+        assert!(worst <= 1e-12);
+    }
+}
+
+/// Anchors off the origin, several joints in a body, a reference angle, turned bodies and sites, slides.
+#[test]
+fn odd_descriptions_are_read_as_mujoco_reads_them() {
+    let file = tempfile::NamedTempFile::with_suffix(".xml").expect("a file");
+    let text = r#"<mujoco><compiler angle="radian"/><worldbody><body name="a" pos="0.1 0.2 0.3" euler="0.3 -0.2 0.9">
+        <joint name="one" axis="0.2 1 0.3" pos="0.05 0 0.1" range="-2 2" ref="0.4"/><geom size="0.1"/>
+        <joint name="two" type="slide" axis="1 1 0" pos="0 0.3 0" range="-0.2 0.5"/>
+        <body pos="0 0 0.4" quat="0.9 0.1 -0.3 0.2"><joint name="three" axis="1 0 0.5" pos="-0.1 0.1 0"/><geom size="0.1"/>
+        <body pos="0.2 0 0"><joint name="still" axis="0 1 0" ref="0.1"/><geom size="0.1"/>
+        <site name="tool" pos="0.1 0 -0.2" euler="1 2 3"/></body></body></body></worldbody></mujoco>"#;
+    fs::write(file.path(), text).expect("written");
+    let robot = RobotModel::open(file.path()).expect("a robot");
+    let joints = ["one", "two", "three"];
+    let fixed = BTreeMap::from([("still".to_owned(), 0.7)]);
+    let group = robot.planning_group(&joints, "tool", &fixed).expect("a group");
+    let mut stream = Stream::of_job(1, b"robots", "odd");
+    for _ in 0..100 {
+        let q = random_values(&group, &mut stream);
+        let values: Vec<_> = joints.iter().copied().zip(q.iter().copied()).chain([("still", 0.7)]).collect();
+        let theirs = robot.site_pose("tool", &values).expect("a pose");
+        assert!(difference(&group.forward(&q), &theirs) <= 1e-12);
+    }
+}
+
+#[test]
+fn the_jacobian_is_the_slope_of_forward_kinematics() {
+    let with_torso: Vec<&str> = ["torso_lift_joint"].into_iter().chain(ARM).collect();
+    let group = fetch().planning_group(&with_torso, SITE, &BTreeMap::new()).expect("a group");
+    let mut stream = Stream::of_job(1, b"robots", "jacobian");
+    for _ in 0..20 {
+        let q = random_values(&group, &mut stream);
+        let (pose, jacobian) = group.forward_and_jacobian(&q);
+        assert!(difference(&pose, &group.forward(&q)) == 0.0);
+        for joint in 0..group.len() {
+            let step = 1e-6;
+            let at = |offset: f64| {
+                let mut q = q.clone();
+                q[joint] += offset;
+                group.forward(&q)
+            };
+            let (before, after) = (at(-step), at(step));
+            let moves = (after.translation() - before.translation()) / (2.0 * step);
+            let spin = (after.rotation().matrix() - before.rotation().matrix()) / (2.0 * step)
+                * pose.rotation().matrix().transpose();
+            let turns = nalgebra::Vector3::new(spin[(2, 1)], spin[(0, 2)], spin[(1, 0)]);
+            assert!((moves - jacobian.fixed_view::<3, 1>(0, joint)).norm() < 1e-8);
+            assert!((turns - jacobian.fixed_view::<3, 1>(3, joint)).norm() < 1e-8);
+        }
+    }
+}
+
+/// Poses that the arm can have: twenty starts find joint values for nearly all, and what is found is right.
+#[test]
+fn the_numeric_solver_finds_poses_that_the_arm_has() {
+    let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
+    let mut stream = Stream::of_job(1, b"robots", "numeric");
+    let settings = SolverSettings::default();
+    let (mut found, mut starts) = (0, 0);
+    for _ in 0..200 {
+        let target = group.forward(&random_values(&group, &mut stream));
+        let solution = (0..20).find_map(|_| {
+            starts += 1;
+            solve_numeric(&group, &target, &random_values(&group, &mut stream), &settings)
+        });
+        if let Some(solution) = solution {
+            assert!(group.within_limits(&solution.q));
+            assert!(difference(&group.forward(&solution.q), &target) < 1e-8);
+            found += 1;
+        }
+    }
+    println!("{found} of 200 found, {:.1} starts each", f64::from(starts) / 200.0);
+    assert!(found >= 195, "{found} of 200");
+}
+
+#[test]
+fn what_gives_no_group_says_why() {
+    let robot = fetch();
+    let none = BTreeMap::new();
+    let error = robot.planning_group(&ARM, "tool", &none).expect_err("no such site");
+    assert!(matches!(&error, RobotError::NoSite { present, .. } if present == &[SITE]), "{error}");
+    assert!(error.to_string().contains("<site name=\"tool\"/>"), "{error}");
+    let error = robot.planning_group(&["elbow"], SITE, &none).expect_err("no such joint").to_string();
+    assert!(error.contains("elbow_flex_joint"), "{error}");
+    let error = robot.planning_group(&["head_pan_joint"], SITE, &none).expect_err("not on the way").to_string();
+    assert!(error.contains("does not move") && error.contains("shoulder_pan_joint"), "{error}");
+    let error = robot.planning_group(&[], SITE, &none).expect_err("no joints").to_string();
+    assert!(error.contains("needs a joint"), "{error}");
+    let error = RobotModel::open(Path::new("scenes/none.xml")).err().expect("no such file");
+    assert!(matches!(error, RobotError::Refused { .. }), "{error}");
+    let file = tempfile::NamedTempFile::with_suffix(".xml").expect("a file");
+    let text = r#"<mujoco><worldbody><body><joint name="s" type="slide"/><geom size="0.1"/><site name="t"/></body>
+        <body><freejoint name="f"/><geom size="0.1"/><site name="u"/></body></worldbody></mujoco>"#;
+    fs::write(file.path(), text).expect("written");
+    let robot = RobotModel::open(file.path()).expect("a robot");
+    let error = robot.planning_group(&["s"], "t", &none).expect_err("no range").to_string();
+    assert!(error.contains("range=\"LOW HIGH\""), "{error}");
+    let error = robot.planning_group(&["f"], "u", &none).expect_err("a free joint").to_string();
+    assert!(error.contains("is a free joint"), "{error}");
+}
