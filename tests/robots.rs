@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, f64::consts::PI, fs, path::Path};
 
 use graspmill::{
     geom::{EndEffector, Pose, World},
-    kinematics::{PlanningGroup, SolverSettings, solve_numeric},
+    kinematics::{Joint, PlanningGroup, SolverSettings, SphericalWristArm, solve_numeric},
     seed::Stream,
     sim::{RobotError, RobotModel},
 };
@@ -26,8 +26,7 @@ fn fetch() -> RobotModel {
 }
 
 fn random_values(group: &PlanningGroup, stream: &mut Stream) -> Vec<f64> {
-    let range =
-        |joint: &graspmill::kinematics::Joint| joint.limits.map_or((-PI, PI), |limits| (limits.low, limits.high));
+    let range = |joint: &Joint| joint.limits.map_or((-PI, PI), |limits| (limits.low, limits.high));
     group.joints().iter().map(range).map(|(low, high)| stream.uniform(low, high)).collect()
 }
 
@@ -144,6 +143,76 @@ fn the_numeric_solver_finds_poses_that_the_arm_has() {
     }
     println!("{found} of 200 found, {:.1} starts each", f64::from(starts) / 200.0);
     assert!(found >= 195, "{found} of 200");
+}
+
+/// Given the first joint of a pose that the arm has, the values that made the pose are among those found, and every set
+/// found makes the pose.
+#[test]
+fn the_closed_form_finds_every_way_to_a_pose() {
+    let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
+    let arm = SphericalWristArm::recognise(&group).expect("a closed form");
+    let mut stream = Stream::of_job(1, b"robots", "closed form");
+    let (mut found, mut worst, mut ways) = (Vec::new(), 0.0f64, [0; 9]);
+    for _ in 0..20_000 {
+        let q = random_values(&group, &mut stream);
+        let target = group.forward(&q);
+        found.clear();
+        arm.solve(&target, q[0], &mut found);
+        ways[found.len()] += 1;
+        let away = |way: &[f64; 7]| way.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let nearest = found.iter().map(away).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-5, "{q:?} is {nearest} from the nearest of {found:?}");
+        for way in &found {
+            assert!(group.within_limits(way));
+            worst = worst.max(difference(&group.forward(way), &target));
+        }
+    }
+    println!("{ways:?} poses with 0 to 8 ways; at most {worst:.1e} off");
+    assert!(worst < 1e-6 && ways[0] == 0 && ways[8] > 0);
+}
+
+/// What the numeric solver finds, the closed form finds too: nothing is missed.
+#[test]
+fn the_closed_form_misses_nothing_that_the_numeric_solver_finds() {
+    let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
+    let arm = SphericalWristArm::recognise(&group).expect("a closed form");
+    let mut stream = Stream::of_job(1, b"robots", "against numeric");
+    let (mut found, mut solved) = (Vec::new(), 0);
+    for _ in 0..400 {
+        let target = group.forward(&random_values(&group, &mut stream));
+        let start = random_values(&group, &mut stream);
+        let Some(solution) = solve_numeric(&group, &target, &start, &SolverSettings::default()) else { continue };
+        // On a limit the numeric solution's own error decides on which side the exact one lies.
+        let limits = group.joints().iter().zip(&solution.q);
+        let inside = |(joint, value): (&Joint, &f64)| {
+            joint.limits.is_none_or(|limits| *value > limits.low + 1e-6 && *value < limits.high - 1e-6)
+        };
+        if limits.into_iter().all(inside) {
+            found.clear();
+            arm.solve(&target, solution.q[0], &mut found);
+            assert!(!found.is_empty(), "{:?}", solution.q);
+            solved += 1;
+        }
+    }
+    println!("{solved} poses");
+    assert!(solved > 100, "{solved}");
+}
+
+#[test]
+fn arms_without_a_closed_form_are_told_why() {
+    let with_torso: Vec<&str> = ["torso_lift_joint"].into_iter().chain(ARM[1..].iter().copied()).collect();
+    let none = BTreeMap::new();
+    let group = |joints: &[&str]| fetch().planning_group(joints, SITE, &none).expect("a group");
+    let why = |joints: &[&str]| SphericalWristArm::recognise(&group(joints)).expect_err("none").to_string();
+    assert!(why(&ARM[1..]).contains("6 joints"));
+    assert!(why(&with_torso).contains("\"torso_lift_joint\" slides"));
+    let text = fs::read_to_string("scenes/fetch.xml").expect("the robot");
+    let file = tempfile::NamedTempFile::with_suffix(".xml").expect("a file");
+    let moved = r#"<body name="wrist_flex_link" pos="0.1245 0 0.01">"#;
+    fs::write(file.path(), text.replace(r#"<body name="wrist_flex_link" pos="0.1245 0 0">"#, moved)).expect("written");
+    let offset = RobotModel::open(file.path()).expect("a robot").planning_group(&ARM, SITE, &none).expect("a group");
+    let error = SphericalWristArm::recognise(&offset).expect_err("an offset wrist").to_string();
+    assert!(error.contains("wrist_flex_joint") && error.contains("meet at the wrist"), "{error}");
 }
 
 #[test]

@@ -52,7 +52,7 @@ impl Joint {
 }
 
 /// Rodrigues' formula with `libm`: the same bits everywhere.
-fn rotation_about(axis: &Unit<Vector3<f64>>, angle: f64) -> Rotation3<f64> {
+pub(super) fn rotation_about(axis: &Vector3<f64>, angle: f64) -> Rotation3<f64> {
     let (sin, cos) = libm::sincos(angle);
     let cross = axis.cross_matrix();
     Rotation3::from_matrix_unchecked(nalgebra::Matrix3::identity() + cross * sin + cross * cross * (1.0 - cos))

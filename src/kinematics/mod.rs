@@ -1,7 +1,9 @@
 //! Arms without a simulator: planning groups, forward and inverse kinematics.
 
+mod closed_form;
 mod group;
 mod numeric;
 
+pub use closed_form::{NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 pub use numeric::{Solution, SolverSettings, solve_numeric};

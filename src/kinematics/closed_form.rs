@@ -1,0 +1,239 @@
+//! Inverse kinematics in closed form for arms of seven joints with a spherical wrist, one joint given.
+//!
+//! The arm is taken as a product of exponentials (Brockett 1984) and undone joint by joint with the subproblems of Paden
+//! (1986) and Kahan: with the first joint given, the second brings the elbow to its distance from the wrist's centre
+//! (subproblem 3), the third and fourth bring the wrist's centre to its place (subproblem 2), the fifth and sixth the last
+//! axis to its direction (subproblem 2), the seventh the rest (subproblem 1).
+
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+
+use super::{JointKind, PlanningGroup, group::rotation_about};
+use crate::geom::{EndEffector, Pose, World};
+
+/// How far axes that are said to meet may pass each other [m]: descriptions are rounded to some micrometres.
+const MEETING: f64 = 1e-9;
+
+/// Below this the square of a sine or of a length [m^2] counts as 0: the two solutions have become one.
+const TOUCHING: f64 = 1e-14;
+
+/// Why a group has no closed form here.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoClosedForm {
+    /// Only seven joints are solved.
+    #[error("{0} joints; the closed form is for 7")]
+    Count(usize),
+    /// A joint slides.
+    #[error("joint {0:?} slides; the closed form is for revolute joints")]
+    Slides(String),
+    /// Axes that have to meet pass each other.
+    #[error("the axes of {names} pass each other by {gap:.1e} m; the closed form wants them to meet at the {place}")]
+    Apart {
+        /// The joints.
+        names: String,
+        /// Where they should meet.
+        place: &'static str,
+        /// By how much they miss [m].
+        gap: f64,
+    },
+    /// Two axes that follow each other are parallel.
+    #[error("the axes of {names} are parallel")]
+    Parallel {
+        /// The joints.
+        names: String,
+    },
+}
+
+/// A joint's axis with all joints at 0, in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    through: Point3<f64>,
+    along: Vector3<f64>,
+}
+
+/// An arm of seven revolute joints of which the third and fourth meet at the elbow and the last three at the wrist's
+/// centre, as the arms of the Fetch and of many others do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SphericalWristArm {
+    group: PlanningGroup,
+    lines: [Line; 7],
+    elbow: Point3<f64>,
+    wrist: Point3<f64>,
+    /// From the end effector's frame to the world with all joints at 0, undone.
+    end_effector_from_world: IsometryMatrix3<f64>,
+}
+
+impl SphericalWristArm {
+    /// Looks at the axes with all joints at 0.
+    ///
+    /// # Errors
+    /// Says which axes are in the way of a closed form.
+    pub fn recognise(group: &PlanningGroup) -> Result<Self, NoClosedForm> {
+        if group.len() != 7 {
+            return Err(NoClosedForm::Count(group.len()));
+        }
+        if let Some(joint) = group.joints().iter().find(|joint| joint.kind == JointKind::Prismatic) {
+            return Err(NoClosedForm::Slides(joint.name.clone()));
+        }
+        let mut frame = IsometryMatrix3::identity();
+        let lines = std::array::from_fn(|joint| {
+            let joint = &group.joints()[joint];
+            frame *= joint.origin;
+            Line { through: frame.translation.vector.into(), along: frame.rotation * joint.axis.into_inner() }
+        });
+        let meet = |joints: &[usize], place| meeting_point(group, &lines, joints, place);
+        let elbow = meet(&[2, 3], "elbow")?;
+        let wrist = meet(&[4, 5, 6], "wrist")?;
+        let home = group.forward(&[0.0; 7]);
+        let home = IsometryMatrix3::from_parts((*home.translation()).into(), *home.rotation());
+        Ok(Self { group: group.clone(), lines, elbow, wrist, end_effector_from_world: home.inverse() })
+    }
+
+    /// The planning group.
+    pub fn group(&self) -> &PlanningGroup {
+        &self.group
+    }
+
+    /// Every set of joint values within the limits whose first is `first` [rad] and that brings the end effector to
+    /// `target`, up to whole turns: 8 at most, appended to `found`. Joints without limits come out within (-pi, pi].
+    ///
+    /// Where a whole family of values does it, as with aligned roll axes, one of the family is found.
+    pub fn solve(&self, target: &Pose<World, EndEffector>, first: f64, found: &mut Vec<[f64; 7]>) {
+        let Some(first) = self.settle(0, first) else { return };
+        let target = IsometryMatrix3::from_parts((*target.translation()).into(), *target.rotation());
+        let whole = target * self.end_effector_from_world;
+        // What joints 2 to 7 have to do.
+        let rest = self.motion(0, -first) * whole;
+        let wrist = rest * self.wrist;
+        let reach = (self.wrist - self.elbow).norm();
+        for second in distances(&self.lines[1], &self.elbow, &wrist, reach).into_iter().flatten() {
+            let Some(second) = self.settle(1, second) else { continue };
+            let after_second = self.motion(1, -second) * rest;
+            let wrist = after_second * self.wrist;
+            for pair in meetings(&self.lines[2], &self.lines[3], &self.elbow, &self.wrist, &wrist).into_iter().flatten()
+            {
+                let [Some(third), Some(fourth)] = [self.settle(2, pair[0]), self.settle(3, pair[1])] else { continue };
+                let turn = self.motion(3, -fourth) * self.motion(2, -third) * after_second;
+                self.solve_wrist(&turn, [first, second, third, fourth], found);
+            }
+        }
+    }
+
+    /// The last three joints: a rotation about the wrist's centre.
+    fn solve_wrist(&self, turn: &IsometryMatrix3<f64>, arm: [f64; 4], found: &mut Vec<[f64; 7]>) {
+        let ahead = self.wrist + self.lines[6].along;
+        let pairs = meetings(&self.lines[4], &self.lines[5], &self.wrist, &ahead, &(turn * ahead));
+        for pair in pairs.into_iter().flatten() {
+            let [Some(fifth), Some(sixth)] = [self.settle(4, pair[0]), self.settle(5, pair[1])] else { continue };
+            let last = self.motion(5, -sixth) * self.motion(4, -fifth) * turn;
+            // Any point off the last axis shows how far it has turned.
+            let aside = self.wrist + perpendicular(&self.lines[6].along);
+            let seventh = angle(&self.lines[6].along, &(aside - self.wrist), &(last * aside - self.wrist));
+            if let Some(seventh) = self.settle(6, seventh) {
+                let [first, second, third, fourth] = arm;
+                found.push([first, second, third, fourth, fifth, sixth, seventh]);
+            }
+        }
+    }
+
+    /// The motion of the world that a joint makes, all others at 0.
+    fn motion(&self, joint: usize, value: f64) -> IsometryMatrix3<f64> {
+        let Line { through, along } = &self.lines[joint];
+        let rotation = rotation_about(along, value);
+        IsometryMatrix3::from_parts((through.coords - rotation * through.coords).into(), rotation)
+    }
+
+    /// The value, moved by whole turns into the joint's limits, where that is possible.
+    fn settle(&self, joint: usize, value: f64) -> Option<f64> {
+        const TURN: f64 = 2.0 * std::f64::consts::PI;
+        let within = value - TURN * ((value - std::f64::consts::PI) / TURN).ceil();
+        match self.group.joints()[joint].limits {
+            None => Some(within),
+            Some(limits) => [within, within - TURN, within + TURN]
+                .into_iter()
+                .find(|value| (limits.low..=limits.high).contains(value)),
+        }
+    }
+}
+
+/// Where lines meet: the middle of the closest points of the first two, which all others must pass.
+fn meeting_point(
+    group: &PlanningGroup,
+    lines: &[Line; 7],
+    joints: &[usize],
+    place: &'static str,
+) -> Result<Point3<f64>, NoClosedForm> {
+    let names = || joints.iter().map(|joint| group.joints()[*joint].name.as_str()).collect::<Vec<_>>().join(", ");
+    let [a, b] = [&lines[joints[0]], &lines[joints[1]]];
+    if joints.windows(2).any(|pair| lines[pair[0]].along.cross(&lines[pair[1]].along).norm() < 1e-6) {
+        return Err(NoClosedForm::Parallel { names: names() });
+    }
+    let (between, slope) = (b.through - a.through, a.along.dot(&b.along));
+    let along_a = (between.dot(&a.along) - slope * between.dot(&b.along)) / (1.0 - slope * slope);
+    let along_b = (slope * between.dot(&a.along) - between.dot(&b.along)) / (1.0 - slope * slope);
+    let (on_a, on_b) = (a.through + a.along * along_a, b.through + b.along * along_b);
+    let point = nalgebra::center(&on_a, &on_b);
+    let gap = joints.iter().map(|joint| (point - lines[*joint].through).cross(&lines[*joint].along).norm());
+    let gap = gap.fold(0.0, f64::max);
+    if gap > MEETING { Err(NoClosedForm::Apart { names: names(), place, gap }) } else { Ok(point) }
+}
+
+/// Any unit vector across another.
+fn perpendicular(along: &Vector3<f64>) -> Vector3<f64> {
+    let axis = along.iamin();
+    along.cross(&Vector3::ith(axis, 1.0)).normalize()
+}
+
+/// Subproblem 1: by how much `from` has to turn about `axis` to lie in the half-plane of `to` [rad].
+fn angle(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+    let (from, to) = (from - axis * axis.dot(from), to - axis * axis.dot(to));
+    libm::atan2(axis.dot(&from.cross(&to)), from.dot(&to))
+}
+
+/// Subproblem 3: turns about a line that bring `moved` to a distance from `still`.
+fn distances(line: &Line, moved: &Point3<f64>, still: &Point3<f64>, distance: f64) -> [Option<f64>; 2] {
+    let across = |point: &Point3<f64>| {
+        let to = point - line.through;
+        to - line.along * line.along.dot(&to)
+    };
+    let (from, to) = (across(moved), across(still));
+    let (near, far) = (from.norm(), to.norm());
+    let height = line.along.dot(&(moved - still));
+    let product = 2.0 * near * far;
+    if product < TOUCHING {
+        return [None, None];
+    }
+    let cosine = (near * near + far * far + height * height - distance * distance) / product;
+    if cosine.abs() > 1.0 + TOUCHING {
+        return [None, None];
+    }
+    let middle = libm::atan2(line.along.dot(&from.cross(&to)), from.dot(&to));
+    let half = libm::acos(cosine.clamp(-1.0, 1.0));
+    [Some(middle - half), (half > 0.0).then_some(middle + half)]
+}
+
+/// Subproblem 2: turns about two lines that meet in `centre` which, the second first, bring `moved` to `goal`.
+fn meetings(
+    outer: &Line,
+    inner: &Line,
+    centre: &Point3<f64>,
+    moved: &Point3<f64>,
+    goal: &Point3<f64>,
+) -> [Option<[f64; 2]>; 2] {
+    let (from, to) = (moved - centre, goal - centre);
+    let slope = outer.along.dot(&inner.along);
+    let normal = outer.along.cross(&inner.along);
+    let (on_inner, on_outer) = (inner.along.dot(&from), outer.along.dot(&to));
+    let alpha = (on_outer - slope * on_inner) / (1.0 - slope * slope);
+    let beta = (on_inner - slope * on_outer) / (1.0 - slope * slope);
+    let rest = from.norm_squared() - alpha * alpha - beta * beta - 2.0 * alpha * beta * slope;
+    let gamma_squared = rest / normal.norm_squared();
+    if gamma_squared < -TOUCHING {
+        return [None, None];
+    }
+    let gamma = gamma_squared.max(0.0).sqrt();
+    let by = |gamma: f64| {
+        let between = outer.along * alpha + inner.along * beta + normal * gamma;
+        [angle(&outer.along, &between, &to), angle(&inner.along, &from, &between)]
+    };
+    [Some(by(gamma)), (gamma > 0.0).then(|| by(-gamma))]
+}
