@@ -4,8 +4,8 @@
 use std::{collections::BTreeMap, f64::consts::PI, fs, path::Path};
 
 use graspmill::{
-    geom::{EndEffector, Pose, World},
-    kinematics::{Joint, PlanningGroup, SolverSettings, SphericalWristArm, solve_numeric},
+    geom::{EndEffector, Pose, World, rotation_from_rpy},
+    kinematics::{Joint, PlanningGroup, ReachTest, SolverSettings, SphericalWristArm, solve_numeric},
     seed::Stream,
     sim::{RobotError, RobotModel},
 };
@@ -196,6 +196,55 @@ fn the_closed_form_misses_nothing_that_the_numeric_solver_finds() {
     }
     println!("{solved} poses");
     assert!(solved > 100, "{solved}");
+}
+
+/// A pose of the thesis's grid (section 7.2): 12 x 22 x 20 places, step 0.1 m, and 2 x 8 x 8 orientations.
+fn grid_pose(cell: usize) -> Pose<World, EndEffector> {
+    let (x, y, z) = (cell / 56_320, cell / 2_560 % 22, cell / 128 % 20);
+    let (roll, pitch, yaw) = (cell / 64 % 2, cell / 8 % 8, cell % 8);
+    let place = nalgebra::Vector3::new(0.1 * x as f64, -1.1 + 0.1 * y as f64, 0.1 * z as f64);
+    let angle = |index: usize, step: f64| -PI + step * index as f64;
+    let turn = rotation_from_rpy(angle(roll, PI), angle(pitch, PI / 4.0), angle(yaw, PI / 4.0));
+    Pose::new(turn, place)
+}
+
+/// Poses of the grid by end points and by ten thousand values of the first joint: the dense search finds nothing that the
+/// end points have missed, and every way is one.
+#[test]
+fn the_exact_test_misses_nothing_that_a_dense_search_finds() {
+    let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
+    let test = ReachTest::new(&group).expect("the Fetch's arm");
+    let mut stream = Stream::of_job(1, b"robots", "reach");
+    let (mut both, mut exact_only, mut found) = (0, 0, Vec::new());
+    for _ in 0..600 {
+        let target = grid_pose(stream.below(675_840) as usize);
+        let way = test.find(&target);
+        if let Some(way) = &way {
+            assert!(group.within_limits(way));
+            assert!(difference(&group.forward(way), &target) < 1e-6);
+        }
+        found.clear();
+        let dense = (0..10_000).any(|step| {
+            test.arm().solve(&target, -1.6056 + 3.2112 * (f64::from(step) + 0.5) / 10_000.0, &mut found);
+            !found.is_empty()
+        });
+        assert!(way.is_some() || !dense, "{target:?}");
+        both += u32::from(dense);
+        exact_only += u32::from(way.is_some() && !dense);
+    }
+    println!("{both} of 600 reachable, {exact_only} by the exact test alone");
+    assert!(both > 60);
+}
+
+/// The whole grid without collisions. An independent recount gave about 119,100.
+#[test]
+fn the_grid_of_the_thesis_without_collisions() {
+    let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
+    let test = ReachTest::new(&group).expect("the Fetch's arm");
+    let began = std::time::Instant::now();
+    let reachable = (0..675_840).filter(|cell| test.find(&grid_pose(*cell)).is_some()).count();
+    println!("{reachable} of 675,840 in {:.1} s", began.elapsed().as_secs_f64());
+    assert!((119_050..119_150).contains(&reachable), "{reachable}");
 }
 
 #[test]

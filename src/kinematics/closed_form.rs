@@ -35,6 +35,17 @@ pub enum NoClosedForm {
         /// By how much they miss [m].
         gap: f64,
     },
+    /// Axes that have to be at right angles are not.
+    #[error("the axes of {names} are not at right angles: their cosine is {cosine:.1e}")]
+    Oblique {
+        /// The joints.
+        names: String,
+        /// Between the axes.
+        cosine: f64,
+    },
+    /// A joint has limits that are not looked at.
+    #[error("joint {0:?} has limits; the exact test wants it without")]
+    Limited(String),
     /// Two axes that follow each other are parallel.
     #[error("the axes of {names} are parallel")]
     Parallel {
@@ -93,6 +104,44 @@ impl SphericalWristArm {
         &self.group
     }
 
+    /// Where the axes of these joints meet, with all joints at 0.
+    pub(super) fn meet(&self, joints: &[usize], place: &'static str) -> Result<Point3<f64>, NoClosedForm> {
+        meeting_point(&self.group, &self.lines, joints, place)
+    }
+
+    pub(super) fn elbow(&self) -> Point3<f64> {
+        self.elbow
+    }
+
+    pub(super) fn wrist(&self) -> Point3<f64> {
+        self.wrist
+    }
+
+    pub(super) fn along(&self, joint: usize) -> Vector3<f64> {
+        self.lines[joint].along
+    }
+
+    pub(super) fn through(&self, joint: usize) -> Point3<f64> {
+        self.lines[joint].through
+    }
+
+    /// From a joint's axis to a point [m].
+    pub(super) fn distance(&self, joint: usize, point: &Point3<f64>) -> f64 {
+        (point - self.lines[joint].through).cross(&self.lines[joint].along).norm()
+    }
+
+    /// The wrist's centre and the direction of the last axis at a pose of the end effector.
+    pub(super) fn wrist_of(&self, target: &Pose<World, EndEffector>) -> (Point3<f64>, Vector3<f64>) {
+        let target = IsometryMatrix3::from_parts((*target.translation()).into(), *target.rotation());
+        let whole = target * self.end_effector_from_world;
+        (whole * self.wrist, whole.rotation * self.lines[6].along)
+    }
+
+    /// Values of the first joint that bring a point to a distance from another.
+    pub(super) fn first_distances(&self, moved: &Point3<f64>, still: &Point3<f64>, distance: f64) -> [Option<f64>; 2] {
+        distances(&self.lines[0], moved, still, distance)
+    }
+
     /// Every set of joint values within the limits whose first is `first` [rad] and that brings the end effector to
     /// `target`, up to whole turns: 8 at most, appended to `found`. Joints without limits come out within (-pi, pi].
     ///
@@ -136,7 +185,7 @@ impl SphericalWristArm {
     }
 
     /// The motion of the world that a joint makes, all others at 0.
-    fn motion(&self, joint: usize, value: f64) -> IsometryMatrix3<f64> {
+    pub(super) fn motion(&self, joint: usize, value: f64) -> IsometryMatrix3<f64> {
         let Line { through, along } = &self.lines[joint];
         let rotation = rotation_about(along, value);
         IsometryMatrix3::from_parts((through.coords - rotation * through.coords).into(), rotation)

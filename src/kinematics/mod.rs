@@ -3,7 +3,9 @@
 mod closed_form;
 mod group;
 mod numeric;
+mod reach;
 
 pub use closed_form::{NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 pub use numeric::{Solution, SolverSettings, solve_numeric};
+pub use reach::ReachTest;
