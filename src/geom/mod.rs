@@ -1,6 +1,7 @@
-//! Pure maths: frames and poses, camera, images, grids, meshes. No I/O, no threads, no random numbers.
+//! Pure maths: frames and poses, camera, images, grids, fields over poses, meshes. No I/O, no threads, no random numbers.
 
 mod camera;
+mod field;
 mod frames;
 mod grid;
 mod image;
@@ -14,6 +15,10 @@ mod simd;
 mod views;
 
 pub use camera::{Intrinsics, InvalidIntrinsics};
+pub use field::{
+    Axis, AxisUnit, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid, signed_distance_standard,
+    signed_distance_thesis, value_and_gradient,
+};
 pub use frames::{CameraCv, CameraGl, EndEffector, Frame, Object, Pose, World, rotation_from_rpy};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;

@@ -1,0 +1,15 @@
+//! Scalar fields over a grid of end-effector poses: the grid, signed distance to the reachable set, lookups.
+//!
+//! A field is a slice of `f32`, one value a cell, shape and order those of its [`PoseGrid`]; negative inside.
+
+mod fast_marching;
+#[cfg(test)]
+mod fixtures;
+mod lookup;
+mod pose_grid;
+mod standard;
+
+pub use fast_marching::signed_distance_thesis;
+pub use lookup::{FieldMetric, value_and_gradient};
+pub use pose_grid::{Axis, AxisUnit, InvalidPoseGrid, PoseGrid};
+pub use standard::{METRES_PER_RADIAN, signed_distance_standard};
