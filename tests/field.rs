@@ -1,0 +1,141 @@
+//! Signed distance over pose grids against scipy's exact Euclidean transform and scikit-fmm.
+
+use std::{
+    f64::consts::{PI, TAU},
+    fs,
+    process::Command,
+};
+
+use graspmill::geom::{Axis, AxisUnit, METRES_PER_RADIAN, PoseGrid, signed_distance_standard, signed_distance_thesis};
+use serde_json::json;
+
+const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
+
+/// Steps of 0.1 m; angles are one turn where `periodic` says so, else a quarter.
+fn grid(count: [usize; 6], periodic: [bool; 3]) -> PoseGrid {
+    let axis = |k: usize| {
+        let (unit, periodic) = if k < 3 { (AxisUnit::Metre, false) } else { (AxisUnit::Radian, periodic[k - 3]) };
+        let turn = if periodic { TAU } else { TAU / 4.0 };
+        let (first, step) = if k < 3 { (0.0, 0.1) } else { (-PI, turn / count[k] as f64) };
+        Axis { name: NAMES[k], unit, first, step, count: count[k], periodic }
+    };
+    PoseGrid::new(std::array::from_fn(axis)).unwrap()
+}
+
+struct Case {
+    grid: PoseGrid,
+    inside: Vec<bool>,
+}
+
+/// The same share of cells inside, cell by cell or as balls.
+fn cases(grids: &[PoseGrid], shares: &[f64]) -> Vec<Case> {
+    // SplitMix64.
+    let mut state = 1_u64;
+    let mut unit = || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = state;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut cases = Vec::new();
+    for grid in grids {
+        for share in shares {
+            let inside = (0..grid.cells()).map(|_| unit() < *share).collect();
+            cases.push(Case { grid: grid.clone(), inside });
+        }
+        for (balls, radius) in [(1, 1.5), (3, 2.5), (2, 4.5)] {
+            let mut inside = vec![false; grid.cells()];
+            for _ in 0..balls {
+                let centre = grid.coordinates((unit() * grid.cells() as f64) as usize);
+                for (cell, inside) in inside.iter_mut().enumerate() {
+                    let place = grid.coordinates(cell);
+                    let steps = (0..6).map(|k| grid.axes()[k].steps_between(place[k], centre[k]) as f64);
+                    *inside |= steps.map(|steps| steps * steps).sum::<f64>() <= radius * radius;
+                }
+            }
+            cases.push(Case { grid: grid.clone(), inside });
+        }
+    }
+    // scikit-fmm refuses a set without a contour.
+    cases.retain(|case| case.inside.contains(&true) && case.inside.contains(&false));
+    cases
+}
+
+/// What tests/peers/field.py answers, a field a case.
+fn ask(command: &str, cases: &[Case]) -> Vec<Vec<f64>> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |case: usize, ending: &str| folder.path().join(format!("{case}.{ending}"));
+    let mut listed = Vec::new();
+    for (case, Case { grid, inside }) in cases.iter().enumerate() {
+        fs::write(file(case, "labels"), inside.iter().map(|label| u8::from(*label)).collect::<Vec<_>>()).unwrap();
+        let steps = grid.axes().map(|axis| {
+            let scale = if axis.unit == AxisUnit::Radian { METRES_PER_RADIAN } else { 1.0 };
+            scale * axis.step
+        });
+        let periodic = grid.axes().map(|axis| axis.periodic);
+        listed.push(json!({ "name": case.to_string(), "shape": grid.shape(), "steps": steps, "periodic": periodic }));
+    }
+    fs::write(folder.path().join("cases.json"), serde_json::to_vec(&listed).unwrap()).unwrap();
+    let output = Command::new(".deps/venv/bin/python")
+        .args(["tests/peers/field.py", command])
+        .arg(folder.path())
+        .output()
+        .expect("no Python packages to compare with: run `make deps-test`");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let fields = (0..cases.len()).map(|case| fs::read(file(case, "peer")).unwrap());
+    fields.map(|bytes| bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()).collect()
+}
+
+#[test]
+fn the_standard_distance_is_within_half_a_cell_of_scipy_centres() {
+    let grids = [
+        grid([5, 4, 6, 2, 4, 5], [true, true, true]),
+        grid([7, 3, 2, 4, 3, 6], [true, false, true]),
+        grid([1, 9, 8, 1, 7, 8], [true, true, true]),
+    ];
+    let cases = cases(&grids, &[0.002, 0.1, 0.5, 0.99]);
+    let mut least_slack = f64::INFINITY;
+    for (case, centres) in cases.iter().zip(ask("centres", &cases)) {
+        let field = signed_distance_standard(&case.inside, &case.grid, METRES_PER_RADIAN);
+        // The nearest box is no farther than its centre, and at most half its diagonal nearer; half a step at least.
+        let steps = case
+            .grid
+            .axes()
+            .map(|axis| axis.step * if axis.unit == AxisUnit::Radian { METRES_PER_RADIAN } else { 1.0 });
+        let diagonal = steps.iter().map(|step| step * step).sum::<f64>().sqrt();
+        for (value, centre) in field.iter().zip(&centres) {
+            let distance = f64::from(value.abs());
+            assert!(distance < *centre && distance >= centre - diagonal / 2.0 - 1e-6, "{distance} {centre}");
+            least_slack = least_slack.min(centre - distance);
+        }
+    }
+    println!("{} cases; at least {least_slack:.4} m nearer than the centres", cases.len());
+}
+
+/// scikit-fmm has no wheel for Linux, so `make deps-test` can't install it.
+#[test]
+#[ignore = "needs a C++ compiler: .deps/venv/bin/python -m pip install scikit-fmm==2025.6.23"]
+fn the_thesis_distance_is_that_of_scikit_fmm() {
+    let grids = [
+        grid([5, 4, 6, 2, 4, 5], [true, true, true]),
+        grid([4, 4, 3, 2, 8, 8], [true, true, true]),
+        grid([7, 3, 2, 4, 3, 6], [true, false, true]),
+        grid([1, 9, 8, 1, 7, 8], [true, true, true]),
+        grid([12, 1, 20, 2, 3, 1], [true, true, false]),
+    ];
+    let mut cases = cases(&grids, &[0.0005, 0.002, 0.01, 0.1, 0.5, 0.9, 0.995]);
+    // The thesis's own grid, as balls.
+    cases.push(self::cases(&[grid([12, 22, 20, 2, 8, 8], [true, true, true])], &[]).pop().unwrap());
+    let (mut greatest, mut deepest, mut farthest) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (case, exact) in cases.iter().zip(ask("thesis", &cases)) {
+        let field = signed_distance_thesis(&case.inside, &case.grid);
+        for (value, exact) in field.iter().zip(exact) {
+            let value = f64::from(*value);
+            greatest = greatest.max((value - f64::from(exact as f32)).abs());
+            (deepest, farthest) = (deepest.min(value), farthest.max(value));
+            assert!((value - exact).abs() <= 1e-6, "{:?}: {value} {exact}", case.grid.shape());
+        }
+    }
+    println!("{} cases, {deepest:.3} to {farthest:.3} cells: greatest difference {greatest:e}", cases.len());
+}
