@@ -83,10 +83,12 @@ deps-test: $(VENV)/.complete ## Python packages that the tests compare with, int
 
 $(VENV)/.complete: tests/requirements.txt
 $(PEERS)/.complete: benches/requirements.txt
+# Comes as source only (a C++ compiler builds it).
+$(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm
 %/.complete:
 	@rm -rf $*
 	@$(PYTHON) -m venv $* || { echo "make: $(PYTHON) cannot make a virtual environment (on Debian and Ubuntu: apt-get install python3-venv)"; exit 1; }
-	@$*/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes --requirement $<
+	@$*/bin/python -m pip install --quiet --disable-pip-version-check --only-binary :all: $(FROM_SOURCE) --require-hashes --requirement $<
 	@touch $@
 
 .PHONY: requirements

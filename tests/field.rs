@@ -77,11 +77,12 @@ fn ask(command: &str, cases: &[Case]) -> Vec<Vec<f64>> {
         listed.push(json!({ "name": case.to_string(), "shape": grid.shape(), "steps": steps, "periodic": periodic }));
     }
     fs::write(folder.path().join("cases.json"), serde_json::to_vec(&listed).unwrap()).unwrap();
-    let output = Command::new(".deps/venv/bin/python")
+    let environment = if command == "thesis" { "peers" } else { "venv" };
+    let output = Command::new(format!(".deps/{environment}/bin/python"))
         .args(["tests/peers/field.py", command])
         .arg(folder.path())
         .output()
-        .expect("no Python packages to compare with: run `make deps-test`");
+        .expect("no Python packages to compare with: run `make deps-test`, for the slow ones `make test-slow`");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let fields = (0..cases.len()).map(|case| fs::read(file(case, "peer")).unwrap());
     fields.map(|bytes| bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()).collect()
@@ -113,9 +114,9 @@ fn the_standard_distance_is_within_half_a_cell_of_scipy_centres() {
     println!("{} cases; at least {least_slack:.4} m nearer than the centres", cases.len());
 }
 
-/// scikit-fmm has no wheel for Linux, so `make deps-test` can't install it.
+/// scikit-fmm comes as source only, so it stands with the peers of the benchmarks.
 #[test]
-#[ignore = "needs a C++ compiler: .deps/venv/bin/python -m pip install scikit-fmm==2025.6.23"]
+#[ignore = "slow: needs the packages of the benchmarks' peers"]
 fn the_thesis_distance_is_that_of_scikit_fmm() {
     let grids = [
         grid([5, 4, 6, 2, 4, 5], [true, true, true]),
