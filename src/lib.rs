@@ -10,6 +10,7 @@
 //! `produce` makes samples of them; `run` schedules; [`record`] and [`dataset`] are the format; [`runtime`] reads it
 //! back without a simulator. ARCHITECTURE.md says more.
 
+pub mod collision;
 pub mod dataset;
 pub mod geom;
 pub mod ids;
