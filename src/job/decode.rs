@@ -136,10 +136,15 @@ impl Walk<'_> {
         }
         let known: Vec<String> = known.into_iter().collect();
         for (key, child) in table {
-            let problem = Problem::UnknownKey { found: key.clone(), known: known.clone() };
-            self.report(self.document.place(&child.key_span), &path.key(key), problem, suggestion(key, &known));
+            self.unknown_key(child, key, known.clone(), path);
         }
         true
+    }
+
+    fn unknown_key(&mut self, child: &Node, key: &str, known: Vec<String>, path: &Path) {
+        let help = suggestion(key, &known);
+        let problem = Problem::UnknownKey { found: key.to_owned(), known };
+        self.report(self.document.place(&child.key_span), &path.key(key), problem, help);
     }
 
     fn wrong_type(&mut self, node: &Node, schema: &Value, path: &Path) -> bool {
@@ -196,17 +201,12 @@ impl Walk<'_> {
         let NodeValue::Table(table) = &mut node.value else { return false };
         let properties = schema["properties"].as_object();
         let free = schema.get("additionalProperties").filter(|free| free.is_object());
-        table.retain(|key, child| {
-            let below = path.key(key);
-            match (properties.and_then(|properties| properties.get(key)), free) {
-                (Some(schema), _) | (None, Some(schema)) => self.value(child, schema, &below),
-                (None, None) => {
-                    let known: Vec<String> = properties.into_iter().flat_map(|known| known.keys().cloned()).collect();
-                    let help = suggestion(key, &known);
-                    let problem = Problem::UnknownKey { found: key.clone(), known };
-                    self.report(self.document.place(&child.key_span), &below, problem, help);
-                    false
-                }
+        table.retain(|key, child| match (properties.and_then(|properties| properties.get(key)), free) {
+            (Some(schema), _) | (None, Some(schema)) => self.value(child, schema, &path.key(key)),
+            (None, None) => {
+                let known = properties.into_iter().flat_map(|known| known.keys().cloned()).collect();
+                self.unknown_key(child, key, known, path);
+                false
             }
         });
         let required = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
