@@ -21,13 +21,18 @@ pub fn preview(folder: &Path, job: &Job, crew: &Crew) -> Result<(), RunError> {
     let reader = DatasetReader::open(folder)?;
     let mut samples = preview_samples(&reader, SAMPLES)?;
     let mut worker = CompletionWorker::new(&job.completion, job.seed, crew.level)?;
+    // Samples stand in the order of objects: a few of one object load it once.
+    let mut last = None;
     for sample in samples.iter_mut().filter(|sample| sample.depth.is_none()) {
         let id = sample.pair.sample;
-        if let Some(object) = job.objects.iter().find(|object| object.id() == id.subject) {
-            let object = worker.load(object)?;
-            worker.produce(&object, id.view)?;
-            sample.depth = Some(worker.depth().clone());
-        }
+        let Some(object) = job.objects.iter().find(|object| object.id() == id.subject) else { continue };
+        let loaded = match last.take() {
+            Some((of, loaded)) if of == id.subject => loaded,
+            _ => worker.load(object)?,
+        };
+        worker.produce(&loaded, id.view)?;
+        sample.depth = Some(worker.depth().clone());
+        last = Some((id.subject, loaded));
     }
     write_preview(folder, &samples)?;
     Ok(())
