@@ -11,6 +11,8 @@ use super::{
     printer::Printer,
 };
 use crate::geom::SimdLevel;
+#[cfg(feature = "sim")]
+use crate::sim::{gl_facts, sim_facts};
 
 /// One line of the check-up.
 #[derive(Serialize)]
@@ -81,10 +83,10 @@ fn disk() -> Finding {
 
 #[cfg(feature = "sim")]
 fn simulator() -> Vec<Finding> {
-    let facts = crate::sim::sim_facts();
+    let facts = sim_facts();
     let library = facts.library.map_or_else(|| "built in".to_owned(), |path| path.display().to_string());
     let pinned = if facts.pinned { "the pinned build" } else { "NOT the pinned build" };
-    let gl = match facts.gl {
+    let gl = match gl_facts() {
         Ok(gl) => Finding {
             what: "EGL",
             works: true,

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::Path};
 use serde_json::Value;
 
 #[cfg(feature = "sim")]
-use crate::sim::sim_facts;
+use crate::sim::{gl_facts, sim_facts};
 use crate::{
     dataset::{DatasetHeader, NumberClass, ObjectSplit, Split, SplitTable as StoredSplits},
     ids::ViewId,
@@ -37,7 +37,9 @@ fn platform(renderer: Renderer) -> BTreeMap<String, String> {
     match renderer {
         Renderer::Raster => BTreeMap::new(),
         #[cfg(feature = "sim")]
-        Renderer::MujocoRay | Renderer::MujocoGl => sim_facts().platform(renderer == Renderer::MujocoGl),
+        Renderer::MujocoRay => sim_facts().platform(None),
+        #[cfg(feature = "sim")]
+        Renderer::MujocoGl => sim_facts().platform(gl_facts().ok().as_ref()),
         // Such a job is refused before it is run.
         #[cfg(not(feature = "sim"))]
         Renderer::MujocoRay | Renderer::MujocoGl => BTreeMap::new(),

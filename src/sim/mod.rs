@@ -24,6 +24,6 @@ mod scene;
 
 pub use depth::{Inertia, SimModel, SimWorker};
 pub use error::{GlError, RobotError, SceneError, SimError};
-pub use probe::{GlFacts, SimFacts, sim_facts};
+pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;

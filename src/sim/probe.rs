@@ -24,19 +24,17 @@ pub struct SimFacts {
     pub pinned: bool,
     /// The C library and its version.
     pub libc: String,
-    /// OpenGL without a window, or why not.
-    pub gl: Result<GlFacts, GlError>,
 }
 
 impl SimFacts {
     /// What numbers of class `physics` are promised for, with `gl` those of class `colour` too: the manifest's table.
-    pub fn platform(&self, gl: bool) -> BTreeMap<String, String> {
+    pub fn platform(&self, gl: Option<&GlFacts>) -> BTreeMap<String, String> {
         let mut platform = BTreeMap::from([
             ("libmujoco".to_owned(), self.digest.clone().unwrap_or_else(|| format!("{}, unknown file", self.version))),
             ("libc".to_owned(), self.libc.clone()),
             ("processor".to_owned(), processor_level().to_owned()),
         ]);
-        if gl && let Ok(gl) = &self.gl {
+        if let Some(gl) = gl {
             platform.insert("gl_renderer".to_owned(), gl.renderer.clone());
             platform.insert("gl_version".to_owned(), gl.version.clone());
         }
@@ -80,7 +78,7 @@ pub struct GlFacts {
     pub largest: u32,
 }
 
-/// Asks libmujoco and the OpenGL driver. Opens and closes a GL context: tens of milliseconds.
+/// Asks libmujoco.
 pub fn sim_facts() -> SimFacts {
     ffi::prepare_library();
     let library = loaded_library();
@@ -91,13 +89,21 @@ pub fn sim_facts() -> SimFacts {
         library,
         digest,
         libc: ffi::libc_version(),
-        gl: GlContext::new().map(|gl| GlFacts {
-            egl: gl.egl_vendor.clone(),
-            renderer: gl.renderer.clone(),
-            version: gl.version.clone(),
-            largest: gl.largest,
-        }),
     }
+}
+
+/// Asks the OpenGL driver. Opens and closes a context without a window: tens of milliseconds.
+///
+/// # Errors
+/// Where there is no such context.
+pub fn gl_facts() -> Result<GlFacts, GlError> {
+    let gl = GlContext::new()?;
+    Ok(GlFacts {
+        egl: gl.egl_vendor.clone(),
+        renderer: gl.renderer.clone(),
+        version: gl.version.clone(),
+        largest: gl.largest,
+    })
 }
 
 /// The mapped file, from Linux's own list.
