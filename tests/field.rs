@@ -6,7 +6,10 @@ use std::{
     process::Command,
 };
 
-use graspmill::geom::{Axis, AxisUnit, METRES_PER_RADIAN, PoseGrid, signed_distance_standard, signed_distance_thesis};
+use graspmill::{
+    geom::{Axis, AxisUnit, METRES_PER_RADIAN, PoseGrid, signed_distance_standard, signed_distance_thesis},
+    seed::Stream,
+};
 use serde_json::json;
 
 const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
@@ -22,6 +25,11 @@ fn grid(count: [usize; 6], periodic: [bool; 3]) -> PoseGrid {
     PoseGrid::new(std::array::from_fn(axis)).unwrap()
 }
 
+/// Steps in the metric of the standard profile [m].
+fn steps(grid: &PoseGrid) -> [f64; 6] {
+    grid.axes().map(|axis| axis.step * if axis.unit == AxisUnit::Radian { METRES_PER_RADIAN } else { 1.0 })
+}
+
 struct Case {
     grid: PoseGrid,
     inside: Vec<bool>,
@@ -29,25 +37,17 @@ struct Case {
 
 /// The same share of cells inside, cell by cell or as balls.
 fn cases(grids: &[PoseGrid], shares: &[f64]) -> Vec<Case> {
-    // SplitMix64.
-    let mut state = 1_u64;
-    let mut unit = || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = state;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut draw = Stream::of_job(1, b"", "labels");
     let mut cases = Vec::new();
     for grid in grids {
         for share in shares {
-            let inside = (0..grid.cells()).map(|_| unit() < *share).collect();
+            let inside = (0..grid.cells()).map(|_| draw.unit() < *share).collect();
             cases.push(Case { grid: grid.clone(), inside });
         }
         for (balls, radius) in [(1, 1.5), (3, 2.5), (2, 4.5)] {
             let mut inside = vec![false; grid.cells()];
             for _ in 0..balls {
-                let centre = grid.coordinates((unit() * grid.cells() as f64) as usize);
+                let centre = grid.coordinates(draw.below(grid.cells() as u64) as usize);
                 for (cell, inside) in inside.iter_mut().enumerate() {
                     let place = grid.coordinates(cell);
                     let steps = (0..6).map(|k| grid.axes()[k].steps_between(place[k], centre[k]) as f64);
@@ -69,12 +69,9 @@ fn ask(command: &str, cases: &[Case]) -> Vec<Vec<f64>> {
     let mut listed = Vec::new();
     for (case, Case { grid, inside }) in cases.iter().enumerate() {
         fs::write(file(case, "labels"), inside.iter().map(|label| u8::from(*label)).collect::<Vec<_>>()).unwrap();
-        let steps = grid.axes().map(|axis| {
-            let scale = if axis.unit == AxisUnit::Radian { METRES_PER_RADIAN } else { 1.0 };
-            scale * axis.step
-        });
         let periodic = grid.axes().map(|axis| axis.periodic);
-        listed.push(json!({ "name": case.to_string(), "shape": grid.shape(), "steps": steps, "periodic": periodic }));
+        let (name, shape, steps) = (case.to_string(), grid.shape(), steps(grid));
+        listed.push(json!({ "name": name, "shape": shape, "steps": steps, "periodic": periodic }));
     }
     fs::write(folder.path().join("cases.json"), serde_json::to_vec(&listed).unwrap()).unwrap();
     let environment = if command == "thesis" { "peers" } else { "venv" };
@@ -100,11 +97,7 @@ fn the_standard_distance_is_within_half_a_cell_of_scipy_centres() {
     for (case, centres) in cases.iter().zip(ask("centres", &cases)) {
         let field = signed_distance_standard(&case.inside, &case.grid, METRES_PER_RADIAN);
         // The nearest box is no farther than its centre, and at most half its diagonal nearer; half a step at least.
-        let steps = case
-            .grid
-            .axes()
-            .map(|axis| axis.step * if axis.unit == AxisUnit::Radian { METRES_PER_RADIAN } else { 1.0 });
-        let diagonal = steps.iter().map(|step| step * step).sum::<f64>().sqrt();
+        let diagonal = steps(&case.grid).iter().map(|step| step * step).sum::<f64>().sqrt();
         for (value, centre) in field.iter().zip(&centres) {
             let distance = f64::from(value.abs());
             assert!(distance < *centre && distance >= centre - diagonal / 2.0 - 1e-6, "{distance} {centre}");

@@ -16,7 +16,7 @@ pub enum FieldMetric {
 
 impl FieldMetric {
     /// Field units in one unit of an axis.
-    fn scale(self, unit: AxisUnit, step: f64) -> f64 {
+    pub(super) fn scale(self, unit: AxisUnit, step: f64) -> f64 {
         match (self, unit) {
             (Self::Metres { .. }, AxisUnit::Metre) => 1.0,
             (Self::Metres { rho }, AxisUnit::Radian) => rho,

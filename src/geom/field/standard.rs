@@ -4,7 +4,7 @@
 //! a cell. Felzenszwalb and Huttenlocher, "Distance transforms of sampled functions" (2012), take the lower envelope;
 //! axes of 2 to 48 cells are faster by trying every cell.
 
-use super::{AxisUnit, PoseGrid};
+use super::{FieldMetric, PoseGrid};
 
 /// Metres that count as much as one radian: 45 deg as much as 0.1 m.
 pub const METRES_PER_RADIAN: f64 = 0.127;
@@ -49,10 +49,7 @@ pub fn signed_distance_standard(inside: &[bool], grid: &PoseGrid, rho: f64) -> V
 /// Square of the gap between the centre of a cell and the box of the cell so many steps away [m^2].
 fn squared_gaps(grid: &PoseGrid, axis: usize, rho: f64) -> Vec<f64> {
     let axis = &grid.axes()[axis];
-    let step = match axis.unit {
-        AxisUnit::Metre => axis.step,
-        AxisUnit::Radian => rho * axis.step,
-    };
+    let step = FieldMetric::Metres { rho }.scale(axis.unit, axis.step) * axis.step;
     (0..axis.count)
         .map(|apart| {
             let steps = axis.steps_between(0, apart);
