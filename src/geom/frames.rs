@@ -49,12 +49,22 @@ pub struct Pose<To: Frame, From: Frame> {
 impl<To: Frame, From: Frame> Pose<To, From> {
     /// From a rotation and a translation (the origin of `From`, seen in `To` [m]).
     pub fn new(rotation: Rotation3<f64>, translation: Vector3<f64>) -> Self {
-        Self { isometry: IsometryMatrix3::from_parts(Translation3::from(translation), rotation), frames: PhantomData }
+        Self::from_isometry(IsometryMatrix3::from_parts(Translation3::from(translation), rotation))
+    }
+
+    /// From a rigid motion of which the caller says the frames.
+    pub fn from_isometry(isometry: IsometryMatrix3<f64>) -> Self {
+        Self { isometry, frames: PhantomData }
     }
 
     /// The pose that changes no coordinate.
     pub fn identity() -> Self {
         Self::new(Rotation3::identity(), Vector3::zeros())
+    }
+
+    /// The rigid motion without its frames.
+    pub fn isometry(&self) -> &IsometryMatrix3<f64> {
+        &self.isometry
     }
 
     /// The rotation part.
@@ -69,7 +79,7 @@ impl<To: Frame, From: Frame> Pose<To, From> {
 
     /// The map from `To` back to `From`.
     pub fn inverse(&self) -> Pose<From, To> {
-        Pose { isometry: self.isometry.inverse(), frames: PhantomData }
+        Pose::from_isometry(self.isometry.inverse())
     }
 
     /// Coordinates in `To` of a point given in `From` [m].
@@ -94,7 +104,7 @@ impl<A: Frame, B: Frame, C: Frame> Mul<Pose<B, C>> for Pose<A, B> {
     type Output = Pose<A, C>;
 
     fn mul(self, right: Pose<B, C>) -> Pose<A, C> {
-        Pose { isometry: self.isometry * right.isometry, frames: PhantomData }
+        Pose::from_isometry(self.isometry * right.isometry)
     }
 }
 

@@ -94,9 +94,8 @@ impl SphericalWristArm {
         let meet = |joints: &[usize], place| meeting_point(group, &lines, joints, place);
         let elbow = meet(&[2, 3], "elbow")?;
         let wrist = meet(&[4, 5, 6], "wrist")?;
-        let home = group.forward(&[0.0; 7]);
-        let home = IsometryMatrix3::from_parts((*home.translation()).into(), *home.rotation());
-        Ok(Self { group: group.clone(), lines, elbow, wrist, end_effector_from_world: home.inverse() })
+        let end_effector_from_world = group.forward(&[0.0; 7]).isometry().inverse();
+        Ok(Self { group: group.clone(), lines, elbow, wrist, end_effector_from_world })
     }
 
     /// The planning group.
@@ -132,8 +131,7 @@ impl SphericalWristArm {
 
     /// The wrist's centre and the direction of the last axis at a pose of the end effector.
     pub(super) fn wrist_of(&self, target: &Pose<World, EndEffector>) -> (Point3<f64>, Vector3<f64>) {
-        let target = IsometryMatrix3::from_parts((*target.translation()).into(), *target.rotation());
-        let whole = target * self.end_effector_from_world;
+        let whole = target.isometry() * self.end_effector_from_world;
         (whole * self.wrist, whole.rotation * self.lines[6].along)
     }
 
@@ -148,8 +146,7 @@ impl SphericalWristArm {
     /// Where a whole family of values does it, as with aligned roll axes, one of the family is found.
     pub fn solve(&self, target: &Pose<World, EndEffector>, first: f64, found: &mut Vec<[f64; 7]>) {
         let Some(first) = self.settle(0, first) else { return };
-        let target = IsometryMatrix3::from_parts((*target.translation()).into(), *target.rotation());
-        let whole = target * self.end_effector_from_world;
+        let whole = target.isometry() * self.end_effector_from_world;
         // What joints 2 to 7 have to do.
         let rest = self.motion(0, -first) * whole;
         let wrist = rest * self.wrist;

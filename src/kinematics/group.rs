@@ -166,8 +166,7 @@ impl PlanningGroup {
         let moved = self.joints().iter().zip(q);
         let last = moved
             .fold(IsometryMatrix3::identity(), |frame, (joint, value)| frame * joint.origin * joint.motion(*value));
-        let end = last * self.parts.end_effector;
-        Pose::new(end.rotation, end.translation.vector)
+        Pose::from_isometry(last * self.parts.end_effector)
     }
 
     /// Forward kinematics and the geometric Jacobian, shape (6, joints): how the end effector's origin moves [m] (rows 0
@@ -194,6 +193,6 @@ impl PlanningGroup {
             jacobian.fixed_view_mut::<3, 1>(0, column).copy_from(&moves);
             jacobian.fixed_view_mut::<3, 1>(3, column).copy_from(&turns);
         }
-        (Pose::new(end.rotation, end.translation.vector), jacobian)
+        (Pose::from_isometry(end), jacobian)
     }
 }
