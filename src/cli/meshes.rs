@@ -5,7 +5,10 @@ use super::{
     exit::{Exit, Failure},
     printer::Printer,
 };
-use crate::assets::{ScaleRule, SizeRule, check_report};
+use crate::{
+    assets::{ScaleRule, SizeRule, check_report},
+    job::UnitSpec,
+};
 
 /// Says what each mesh is, what would be repaired, what is refused and how to mend it.
 pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
@@ -22,10 +25,10 @@ pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Fai
 /// A unit by name, or as a number of metres.
 fn metres_per_unit(text: &str) -> Result<f64, Failure> {
     let metres = match text {
-        "m" => Some(1.0),
-        "cm" => Some(0.01),
-        "mm" => Some(0.001),
-        "in" => Some(0.0254),
+        "m" => Some(UnitSpec::Metre.metres()),
+        "cm" => Some(UnitSpec::Centimetre.metres()),
+        "mm" => Some(UnitSpec::Millimetre.metres()),
+        "in" => Some(UnitSpec::Inch.metres()),
         number => number.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite()),
     };
     metres.ok_or_else(|| {

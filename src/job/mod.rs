@@ -37,3 +37,4 @@ pub use estimate::{Estimate, expected_bytes};
 pub use packages::{MeshPackage, PACKAGES, package};
 pub use reference::reference;
 pub use schema::schema;
+pub use spec::UnitSpec;
