@@ -96,8 +96,9 @@ impl Stick {
     }
 }
 
-/// Grows sticks out of a turned body; all get a like share of the triangles that are left.
-fn with_sticks(sampled: &Sampled, sticks: &[Stick], triangles: usize) -> Surface {
+/// Turns a profile and grows sticks out of it; all get a like share of the triangles that are left.
+fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface {
+    let sampled = profile.sample(body_share(triangles, profile, sticks.iter().map(Stick::area).sum()));
     let column = |stick: &Stick| if stick.azimuth.1 > 0.0 { 0 } else { sampled.columns / 2 };
     let patches: Vec<_> = sticks
         .iter()
@@ -106,7 +107,7 @@ fn with_sticks(sampled: &Sampled, sticks: &[Stick], triangles: usize) -> Surface
     let mut turned = turn_points(&sampled.points, sampled.columns, &patches);
     let missing = triangles.saturating_sub(turned.surface.faces.len());
     for (stick, patch) in sticks.iter().zip(&patches) {
-        let [x, z] = radius_at(sampled, &patch.rows);
+        let [x, z] = radius_at(&sampled, &patch.rows);
         let rim = turned.rim(patch);
         // Straight out at first, so that the root stands square on the wall; then the rise sets in.
         let path = |u: f64| {
@@ -149,8 +150,7 @@ pub(super) fn pan(draw: &mut Stream, triangles: usize) -> Surface {
         belly: 0.1,
         azimuth: FRONT,
     };
-    let sampled = profile.sample(body_share(triangles, &profile, handle.area()));
-    with_sticks(&sampled, &[handle], triangles)
+    with_sticks(&profile, &[handle], triangles)
 }
 
 /// A soup ladle: a small bowl with a long handle that rises from its side.
@@ -176,8 +176,7 @@ pub(super) fn ladle(draw: &mut Stream, triangles: usize) -> Surface {
         belly: 0.0,
         azimuth: FRONT,
     };
-    let sampled = profile.sample(body_share(triangles, &profile, handle.area()));
-    with_sticks(&sampled, &[handle], triangles)
+    with_sticks(&profile, &[handle], triangles)
 }
 
 /// A closed kettle with a stubby handle and a spout across from it.
@@ -214,8 +213,7 @@ pub(super) fn kettle(draw: &mut Stream, triangles: usize) -> Surface {
             azimuth: (0.0, -1.0),
         },
     ];
-    let sampled = profile.sample(body_share(triangles, &profile, sticks.iter().map(Stick::area).sum()));
-    with_sticks(&sampled, &sticks, triangles)
+    with_sticks(&profile, &sticks, triangles)
 }
 
 /// A hammer, standing on the end of its handle: a turned head across, the handle growing out of its side.
@@ -245,8 +243,7 @@ pub(super) fn hammer(draw: &mut Stream, triangles: usize) -> Surface {
         azimuth: FRONT,
     };
     let bottom = handle.reach + radius;
-    let sampled = profile.sample(body_share(triangles, &profile, handle.area()));
-    let mut surface = with_sticks(&sampled, &[handle], triangles);
+    let mut surface = with_sticks(&profile, &[handle], triangles);
     // A quarter turn around y: the handle from +x to -z.
     for [x, _, z] in &mut surface.positions {
         (*x, *z) = (*z - length / 2.0, bottom - *x);
