@@ -3,7 +3,10 @@
 
 use std::{fs, path::Path, process::Command};
 
+use python::PYTHON;
 use serde_json::Value;
+
+mod python;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -21,12 +24,8 @@ fn run(folder: &Path, job: &str, name: &str, more: &[&str]) -> Value {
 }
 
 fn audit(folder: &Path) -> Value {
-    let python = Path::new(ROOT).join(".deps/venv/bin/python");
-    assert!(python.exists(), "{} is missing: make deps-test", python.display());
-    let script = Path::new(ROOT).join("tests/peers/audit.py");
-    let output = Command::new(python).arg(script).arg(folder).arg(Path::new(ROOT).join(".deps/ycb")).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("facts")
+    let facts = python::run(PYTHON, |command| command.arg("tests/peers/audit.py").arg(folder).arg(".deps/ycb"));
+    serde_json::from_str(&facts).expect("facts")
 }
 
 fn number(facts: &Value, key: &str) -> f64 {

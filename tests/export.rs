@@ -1,25 +1,17 @@
 //! Exports, read back by NumPy, trimesh and by hand.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use graspmill::{
     dataset::{DatasetReader, Selection, Split},
     export::{ExportError, ExportSelection, Format, export},
     geom::OccupancyGrid,
 };
+use python::PYTHON;
 use shapes::{Made, Shelf};
 
+mod python;
 mod shapes;
-
-/// Runs a Python script in the test environment; its output.
-fn python(script: &str, arguments: &[&Path]) -> String {
-    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join(".deps/venv/bin/python");
-    assert!(program.exists(), "{} is missing: run `make deps-test`", program.display());
-    let output = Command::new(program).arg("-c").arg(script).args(arguments).output().unwrap();
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
-    text
-}
 
 fn shelf(folder: &Path, with_depth: bool) -> Made {
     Shelf { views: 4, with_depth }.write(&folder.join("shelf"))
@@ -66,7 +58,7 @@ facts = json.load(open(out + "/export.json"))
 assert facts["samples"] == len(rows)
 print(facts["root"], len({row["object"] for row in rows}), rows[0]["object"], float(rows[0]["cell_size"]))
 "#;
-        let text = python(script, &[&out, folder]);
+        let text = python::run(PYTHON, |command| command.args(["-c", script]).args([&out, folder]));
         let first = &made.kept[0].1;
         assert_eq!(text.trim(), format!("{} 6 ball {}", made.manifest.root, first.grid.cell_size));
     }
@@ -100,7 +92,8 @@ for kind in ["partial", "complete"]:
     let lower = grid.lower_corner();
     let head =
         format!("#binvox 1|dim 40 40 40|translate {} {} {}|scale {}", lower.x, lower.y, lower.z, 40.0 * grid.cell_size);
-    assert_eq!(python(script, &[&out, folder]).trim(), head);
+    let answer = python::run(PYTHON, |command| command.args(["-c", script]).args([&out, folder]));
+    assert_eq!(answer.trim(), head);
 }
 
 #[test]

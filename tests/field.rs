@@ -3,14 +3,16 @@
 use std::{
     f64::consts::{PI, TAU},
     fs,
-    process::Command,
 };
 
 use graspmill::{
     geom::{Axis, AxisUnit, METRES_PER_RADIAN, PoseGrid, signed_distance_standard, signed_distance_thesis},
     seed::Stream,
 };
+use python::PYTHON;
 use serde_json::json;
+
+mod python;
 
 const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 
@@ -63,7 +65,7 @@ fn cases(grids: &[PoseGrid], shares: &[f64]) -> Vec<Case> {
 }
 
 /// What tests/peers/field.py answers, a field a case.
-fn ask(command: &str, cases: &[Case]) -> Vec<Vec<f64>> {
+fn ask(what: &str, cases: &[Case]) -> Vec<Vec<f64>> {
     let folder = tempfile::tempdir().unwrap();
     let file = |case: usize, ending: &str| folder.path().join(format!("{case}.{ending}"));
     let mut listed = Vec::new();
@@ -74,13 +76,8 @@ fn ask(command: &str, cases: &[Case]) -> Vec<Vec<f64>> {
         listed.push(json!({ "name": name, "shape": shape, "steps": steps, "periodic": periodic }));
     }
     fs::write(folder.path().join("cases.json"), serde_json::to_vec(&listed).unwrap()).unwrap();
-    let environment = if command == "thesis" { "peers" } else { "venv" };
-    let output = Command::new(format!(".deps/{environment}/bin/python"))
-        .args(["tests/peers/field.py", command])
-        .arg(folder.path())
-        .output()
-        .expect("no Python packages to compare with: run `make deps-test`, for the slow ones `make test-slow`");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let program = if what == "thesis" { "peers/bin/python" } else { PYTHON };
+    python::run(program, |command| command.args(["tests/peers/field.py", what]).arg(folder.path()));
     let fields = (0..cases.len()).map(|case| fs::read(file(case, "peer")).unwrap());
     fields.map(|bytes| bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()).collect()
 }

@@ -4,7 +4,6 @@ use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
-    process::Command,
     time::Instant,
 };
 
@@ -15,7 +14,10 @@ use graspmill::{
     },
     geom::TriMesh,
 };
+use python::PYTHON;
 use serde::Deserialize;
+
+mod python;
 
 fn source(path: &Path) -> MeshSource {
     MeshSource {
@@ -51,13 +53,7 @@ struct Facts {
 }
 
 fn trimesh_facts(paths: &[PathBuf]) -> Vec<Facts> {
-    let output = Command::new(".deps/venv/bin/python")
-        .arg("tests/fixtures/meshes/oracle.py")
-        .args(paths)
-        .output()
-        .expect("no Python packages to compare with: run `make deps-test`");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let lines = String::from_utf8(output.stdout).unwrap();
+    let lines = python::run(PYTHON, |command| command.arg("tests/fixtures/meshes/oracle.py").args(paths));
     lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
@@ -108,8 +104,7 @@ fn all_formats_agree_on_a_scan() {
         digits = {'digits': 12} if path.endswith(('.obj', '.off')) else {}\n    \
         mesh.export(path, **ascii, **kind, **digits)\n";
     let paths = ["a.ply", "a-text.ply", "a.obj", "a.off", "a.stl"].map(|name| folder.path().join(name));
-    let output = Command::new(".deps/venv/bin/python").args(["-c", script]).arg(stl).args(&paths).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    python::run(PYTHON, |command| command.args(["-c", script]).arg(stl).args(&paths));
     let wanted = prepare(&source(stl)).unwrap().record;
     for path in paths {
         let record = prepare(&source(&path)).unwrap().record;
@@ -129,13 +124,8 @@ fn a_converted_glb_has_the_same_triangles() {
     let (stl, glb) = (Path::new(".deps/ycb/011_banana.stl"), folder.path().join("a.glb"));
     let ply = folder.path().join("a.ply");
     let export = "import sys, trimesh; trimesh.load(sys.argv[1]).export(sys.argv[2])";
-    for arguments in [
-        vec!["-c".as_ref(), export.as_ref(), stl.as_os_str(), glb.as_os_str()],
-        vec!["scripts/convert_mesh.py".as_ref(), glb.as_os_str(), ply.as_os_str()],
-    ] {
-        let output = Command::new(".deps/venv/bin/python").args(arguments).output().expect("run `make deps-test`");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    }
+    python::run(PYTHON, |command| command.args(["-c", export]).args([stl, &glb]));
+    python::run(PYTHON, |command| command.arg("scripts/convert_mesh.py").args([&glb, &ply]));
     let [wanted, record] = [stl, &ply].map(|path| prepare(&source(path)).unwrap().record);
     assert_eq!(record.geometry, wanted.geometry);
 }

@@ -6,7 +6,6 @@ use std::{
     f64::consts::PI,
     fs,
     path::{Path, PathBuf},
-    process::Command,
 };
 
 use graspmill::{
@@ -15,8 +14,11 @@ use graspmill::{
     voxel::{Binvox, InsideTest, ShapeDescriptor, solid_occupancy, solid_to_binvox, twins},
 };
 use nalgebra::Point3;
+use python::PYTHON;
 use serde::Deserialize;
 use serde_json::json;
+
+mod python;
 
 fn scans() -> Vec<PathBuf> {
     let scans = list_folder(Path::new(".deps/ycb")).expect("run `make setup`");
@@ -82,13 +84,7 @@ impl Cases {
 }
 
 fn ask<T: for<'a> Deserialize<'a>>(arguments: &[&str]) -> Vec<T> {
-    let output = Command::new(".deps/venv/bin/python")
-        .arg("tests/peers/solid.py")
-        .args(arguments)
-        .output()
-        .expect("no Python packages to compare with: run `make deps-test`");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let lines = String::from_utf8(output.stdout).unwrap();
+    let lines = python::run(PYTHON, |command| command.arg("tests/peers/solid.py").args(arguments));
     lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 

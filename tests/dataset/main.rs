@@ -4,4 +4,6 @@ mod damage;
 mod golden;
 mod made;
 mod peers;
+#[path = "../python/mod.rs"]
+mod python;
 mod reading;

@@ -1,29 +1,20 @@
 //! Readers that are not ours.
 
-use std::{path::Path, process::Command};
+use std::path::Path;
 
 use graspmill::dataset::{DatasetReader, PreviewSample, Selection, preview_samples, write_preview};
 
-use crate::made::{Made, pair};
-
-fn run(program: &str, arguments: &[&str]) -> String {
-    // Rerun's viewer is large: it stands with the benchmarks' peers.
-    let bin = if program == "rerun" { ".deps/peers/bin" } else { ".deps/venv/bin" };
-    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join(bin).join(program);
-    assert!(program.exists(), "{} is missing: make test-slow installs it", program.display());
-    let output = Command::new(program).args(arguments).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    assert!(output.status.success(), "{arguments:?}: {}{}", text(&output.stdout), text(&output.stderr));
-    text(&output.stdout)
-}
+use crate::{
+    made::{Made, pair},
+    python::{self, PYTHON},
+};
 
 #[test]
 fn python_reads_our_shards_by_reflection() {
     let (made, folder) = (Made::default(), tempfile::tempdir().unwrap());
     made.finish(folder.path());
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dataset/read_shard.py");
-    let facts: serde_json::Value =
-        serde_json::from_str(&run("python", &[script, folder.path().to_str().unwrap()])).unwrap();
+    let facts = python::run(PYTHON, |command| command.arg("tests/dataset/read_shard.py").arg(folder.path()));
+    let facts: serde_json::Value = serde_json::from_str(&facts).unwrap();
     let facts = facts.as_array().unwrap();
     let pairs: Vec<_> = facts.iter().filter(|row| row["topic"] == "/completion/pair").collect();
     assert_eq!((pairs.len(), facts.len()), (29, 58));
@@ -89,10 +80,11 @@ fn rerun_opens_a_preview() {
     preview(folder.path());
     let path = folder.path().join("preview.mcap");
     let (path, out) = (path.to_str().unwrap(), folder.path().join("preview.rrd"));
-    run("rerun", &["analytics", "disable"]);
-    run("rerun", &["mcap", "check", path]);
-    run("rerun", &["mcap", "convert", path, "-o", out.to_str().unwrap()]);
-    let printed = run("rerun", &["rrd", "print", "-vv", out.to_str().unwrap()]);
+    let rerun = |arguments: &[&str]| python::run("peers/bin/rerun", |command| command.args(arguments));
+    rerun(&["analytics", "disable"]);
+    rerun(&["mcap", "check", path]);
+    rerun(&["mcap", "convert", path, "-o", out.to_str().unwrap()]);
+    let printed = rerun(&["rrd", "print", "-vv", out.to_str().unwrap()]);
     for kind in ["Points3D", "Pinhole", "Transform3D", "Image"] {
         assert!(printed.contains(kind), "no {kind} in {printed}");
     }

@@ -3,7 +3,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::Command,
 };
 
 use graspmill::{
@@ -12,7 +11,11 @@ use graspmill::{
 };
 use serde_json::Value;
 
-use super::{asset, resolve, surroundings};
+use super::{
+    asset,
+    python::{self, PYTHON},
+    resolve, surroundings,
+};
 
 fn job_files() -> Vec<PathBuf> {
     let files = fs::read_dir("jobs").expect("jobs/ is there").map(|entry| entry.expect("jobs/ is readable").path());
@@ -87,16 +90,11 @@ fn pinned_meshes_that_changed_are_refused() {
 }
 
 /// Runs `script` with the schema's path and the given files; its standard output.
-fn python(script: &str, files: &[PathBuf]) -> String {
+fn ask_python(script: &str, files: &[PathBuf]) -> String {
     let folder = tempfile::tempdir().expect("a scratch folder");
     let schema_file = folder.path().join("schema.json");
     fs::write(&schema_file, schema().to_string()).expect("the schema is written");
-    let python = Path::new(".deps/venv/bin/python");
-    assert!(python.exists(), "{} is not there: run `make deps-test`", python.display());
-    let output =
-        Command::new(python).arg("-c").arg(script).arg(&schema_file).args(files).output().expect("python runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("python prints UTF-8")
+    python::run(PYTHON, |command| command.args(["-c", script]).arg(&schema_file).args(files))
 }
 
 const VALIDATE: &str = r#"
@@ -143,7 +141,7 @@ fn an_independent_validator_agrees_with_the_decoder() {
         assert!(JobDraft::read(&job, &surroundings(".deps")).is_err(), "{text}");
         files.push(file);
     }
-    let counts = python(VALIDATE, &files);
+    let counts = ask_python(VALIDATE, &files);
     let counts: Vec<bool> = counts.lines().map(|count| count != "0").collect();
     let expected: Vec<bool> = (0..files.len()).map(|index| index > fine).collect();
     assert_eq!(counts, expected, "{files:?}");

@@ -10,6 +10,8 @@ use graspmill::{
 };
 
 mod files;
+#[path = "../python/mod.rs"]
+mod python;
 mod splits;
 
 fn surroundings(packages: &str) -> Surroundings<'static> {
