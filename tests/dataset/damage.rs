@@ -12,7 +12,7 @@ use graspmill::{
     record::{Channel, VoxelPair},
 };
 
-use crate::made::{Made, facts, job, pair};
+use crate::made::{Made, facts, pair};
 
 const FULL: VerifyOptions = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: true, threads: 2 };
 const HASHES: VerifyOptions = VerifyOptions { level: VerifyLevel::Hashes, ..FULL };
@@ -122,15 +122,7 @@ fn changed_tables_are_named() {
 /// A shard whose bytes and digests are all right, but whose content is not.
 fn write_lie(made: &Made, folder: &Path, change: impl Fn(&mut VoxelPair)) {
     begin_run(folder, &made.mark()).unwrap();
-    let header = ShardHeader {
-        product: "completion".to_owned(),
-        job: job(),
-        shard: ShardId(0),
-        shards: 1,
-        samples: 0..made.samples(),
-        channels: vec![Channel::Pair],
-    };
-    let mut writer = ShardWriter::create(&folder.join("shards"), &header).unwrap();
+    let mut writer = ShardWriter::create(&folder.join("shards"), &made.shard_header(0)).unwrap();
     for index in 0..made.samples() {
         let mut pair = pair(made.id(index), index, made.resolution);
         if index == 4 {
@@ -146,7 +138,7 @@ fn write_lie(made: &Made, folder: &Path, change: impl Fn(&mut VoxelPair)) {
 
 #[test]
 fn a_well_formed_lie_is_found_in_its_sample() {
-    let made = Made { objects: 1, shard_samples: 11, ..Made::default() };
+    let made = Made { objects: 1, shard_samples: 11, channels: vec![Channel::Pair], ..Made::default() };
     type Lie = (&'static str, fn(&mut VoxelPair));
     let lies: [Lie; 6] = [
         ("partial_cells says", |pair| pair.partial_cells += 1),
@@ -177,19 +169,12 @@ fn a_well_formed_lie_is_found_in_its_sample() {
 #[test]
 fn a_sample_that_stands_twice_is_refused() {
     // Two shards of the same object: every view twice.
-    let made = Made { objects: 1, shard_samples: 11, ..Made::default() };
+    let made = Made { objects: 1, shard_samples: 11, channels: vec![Channel::Pair], ..Made::default() };
     let twice = Made { objects: 2, ..made.clone() };
     let folder = tempfile::tempdir().unwrap();
     begin_run(folder.path(), &twice.mark()).unwrap();
     for shard in 0..2 {
-        let header = ShardHeader {
-            product: "completion".to_owned(),
-            job: job(),
-            shard: ShardId(shard),
-            shards: 2,
-            samples: u64::from(11 * shard)..u64::from(11 * shard + 11),
-            channels: vec![Channel::Pair],
-        };
+        let header = twice.shard_header(shard);
         let mut writer = ShardWriter::create(&folder.path().join("shards"), &header).unwrap();
         for index in header.samples {
             writer.reject(SampleIndex(index), &made.id(index % 11), Default::default(), "few_cells", "").unwrap();
@@ -207,14 +192,8 @@ fn a_sample_that_stands_twice_is_refused() {
 fn a_shard_of_another_job_with_a_fitting_name_is_refused() {
     let (made, folder) = (Made::default(), tempfile::tempdir().unwrap());
     let mut shards = made.write(folder.path());
-    let header = ShardHeader {
-        product: "completion".to_owned(),
-        job: graspmill::ids::JobDigest(graspmill::ids::Digest::of(b"another")),
-        shard: ShardId(4),
-        shards: 5,
-        samples: 32..33,
-        channels: made.channels.clone(),
-    };
+    let job = graspmill::ids::JobDigest(graspmill::ids::Digest::of(b"another"));
+    let header = ShardHeader { job, ..made.shard_header(4) };
     fs::remove_file(shards.pop().unwrap().path).unwrap();
     let mut writer = ShardWriter::create(&folder.path().join("shards"), &header).unwrap();
     writer.reject(SampleIndex(32), &made.id(32), Default::default(), "few_cells", "").unwrap();
@@ -227,17 +206,10 @@ fn a_shard_of_another_job_with_a_fitting_name_is_refused() {
 #[test]
 fn write_under_a_limit() {
     let Ok(folder) = std::env::var("GRASPMILL_TEST_FOLDER") else { return };
-    let made = Made { shard_samples: 33, resolution: 64, reject_every: 1000, ..Made::default() };
-    let header = ShardHeader {
-        product: "completion".to_owned(),
-        job: job(),
-        shard: ShardId(0),
-        shards: 1,
-        samples: 0..made.samples(),
-        channels: vec![Channel::Pair],
-    };
+    let channels = vec![Channel::Pair];
+    let made = Made { shard_samples: 33, resolution: 64, reject_every: 1000, channels, ..Made::default() };
     let write = || -> Result<(), DatasetError> {
-        let mut writer = ShardWriter::create(Path::new(&folder), &header)?;
+        let mut writer = ShardWriter::create(Path::new(&folder), &made.shard_header(0))?;
         let mut payload = Vec::new();
         for index in 0..made.samples() {
             let pair = pair(made.id(index), index, made.resolution);

@@ -55,20 +55,23 @@ impl Made {
         index % self.reject_every == self.reject_every - 1
     }
 
-    pub fn write_shard(&self, folder: &Path, shard: u32) -> FinishedShard {
+    pub fn shard_header(&self, shard: u32) -> ShardHeader {
         let first = u64::from(shard * self.shard_samples);
-        let samples = first..(first + u64::from(self.shard_samples)).min(self.samples());
-        let header = ShardHeader {
+        ShardHeader {
             product: "completion".to_owned(),
             job: job(),
             shard: ShardId(shard),
             shards: self.mark().shards,
-            samples: samples.clone(),
+            samples: first..(first + u64::from(self.shard_samples)).min(self.samples()),
             channels: self.channels.clone(),
-        };
+        }
+    }
+
+    pub fn write_shard(&self, folder: &Path, shard: u32) -> FinishedShard {
+        let header = self.shard_header(shard);
         let mut writer = ShardWriter::create(&folder.join("shards"), &header).unwrap();
         let mut payload = Vec::new();
-        for index in samples {
+        for index in header.samples {
             let (place, id) = (SampleIndex(index), self.id(index));
             if self.rejected(index) {
                 writer.reject(place, &id, SampleFacts::default(), "few_cells", "99 cells, at least 100").unwrap();

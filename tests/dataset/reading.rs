@@ -4,10 +4,10 @@ use std::fs;
 
 use graspmill::{
     dataset::{
-        Begun, DatasetError, DatasetReader, Fate, RunMark, SampleFacts, Selection, ShardHeader, ShardWriter, Split,
-        begin_run, clear_away, finish_dataset, scan_shards,
+        Begun, DatasetError, DatasetReader, Fate, RunMark, SampleFacts, Selection, ShardWriter, Split, begin_run,
+        clear_away, finish_dataset, scan_shards,
     },
-    ids::{Digest, JobDigest, SampleId, SampleIndex, ShardId, ViewId},
+    ids::{Digest, JobDigest, SampleId, SampleIndex, ViewId},
 };
 
 use crate::made::{Made, facts, free, job, names, pair};
@@ -142,16 +142,8 @@ fn a_scan_knows_done_bad_and_leftover_files() {
 fn a_writer_that_is_given_up_leaves_nothing_and_one_at_work_is_no_leftover() {
     let (made, folder) = (Made::default(), tempfile::tempdir().unwrap());
     begin_run(folder.path(), &made.mark()).unwrap();
-    let header = ShardHeader {
-        product: "completion".to_owned(),
-        job: job(),
-        shard: ShardId(0),
-        shards: 5,
-        samples: 0..8,
-        channels: made.channels.clone(),
-    };
     let place = folder.path().join("shards");
-    let mut writer = ShardWriter::create(&place, &header).unwrap();
+    let mut writer = ShardWriter::create(&place, &made.shard_header(0)).unwrap();
     assert!(scan_shards(folder.path(), &made.mark()).unwrap().leftovers.is_empty());
     let error = writer.keep(SampleIndex(0), &made.id(0), SampleFacts::default()).unwrap_err();
     assert!(matches!(error, DatasetError::Sequence { .. }), "{error}");

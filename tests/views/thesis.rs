@@ -11,17 +11,14 @@ use graspmill::{
 };
 use nalgebra::{Rotation3, Vector3};
 
-use super::camera;
+use super::{camera, meshes::block};
 
 fn frustum() -> TriMesh {
-    let vertices = (0..8)
-        .map(|corner| {
-            let (half, z) = if corner & 4 == 0 { (0.05, 0.2) } else { (0.115, 0.5) };
-            [if corner & 1 == 0 { -half } else { half }, if corner & 2 == 0 { -half } else { half }, z]
-        })
-        .collect();
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    TriMesh { vertices, triangles: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect() }
+    let mut mesh = block([-0.05, -0.05, 0.2], [0.05, 0.05, 0.5]);
+    for [x, y, _] in mesh.vertices.iter_mut().filter(|vertex| vertex[2] == 0.5) {
+        (*x, *y) = (0.115_f32.copysign(*x), 0.115_f32.copysign(*y));
+    }
+    mesh
 }
 
 #[test]
