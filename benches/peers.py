@@ -30,10 +30,8 @@ import numpy as np
 import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-N = 40
-ANCHOR = np.array([0.5, 0.5, 0.45]) * N
-WIDTH, HEIGHT, FOV = 640, 480, 1.047
-FOCAL = WIDTH / 2 / np.tan(FOV / 2)
+from default_view import ANCHOR, AWAY, FOCAL, HEIGHT, N, WIDTH, random_rotations
+
 VIEWS = 24
 
 JOB = """
@@ -48,18 +46,6 @@ include = [{include}]
 [channels]
 visibility = false
 """
-
-
-def rotations(count: int) -> np.ndarray:
-    """Uniform rotations; shape (count, 3, 3)."""
-    q = np.random.default_rng(0).normal(size=(count, 4))
-    w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.array(rows).transpose(2, 0, 1)
 
 
 def pixel_box(vertices: np.ndarray) -> tuple[slice, slice]:
@@ -223,8 +209,8 @@ def main() -> int:
         mesh = trimesh.load(scan)
         clock.add("VTK solid 256^3", lambda: vtk_solid(mesh))
         mujoco_chain, open3d_chain = MujocoChain(mesh, scan), Open3dChain(mesh)
-        for rotation in rotations(VIEWS):
-            position = np.array([0.0, 0.0, 1.0]) - rotation @ mesh.bounds.mean(axis=0)
+        for rotation in random_rotations(np.random.default_rng(0), VIEWS):
+            position = AWAY - rotation @ mesh.bounds.mean(axis=0)
             vertices = mesh.vertices @ rotation.T + position
             rows, columns = pixel_box(vertices)
             turned = trimesh.Trimesh(vertices, mesh.faces, process=False)
