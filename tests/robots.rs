@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, f64::consts::PI, fs, path::Path};
 
 use graspmill::{
     geom::{EndEffector, Pose, World, rotation_from_rpy},
-    kinematics::{Joint, PlanningGroup, ReachTest, SolverSettings, SphericalWristArm, solve_numeric},
+    kinematics::{Joint, PlanningGroup, SelfMotion, SolverSettings, SphericalWristArm, solve_numeric},
     seed::Stream,
     sim::{RobotError, RobotModel},
 };
@@ -152,12 +152,11 @@ fn the_closed_form_finds_every_way_to_a_pose() {
     let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
     let arm = SphericalWristArm::recognise(&group).expect("a closed form");
     let mut stream = Stream::of_job(1, b"robots", "closed form");
-    let (mut found, mut worst, mut ways) = (Vec::new(), 0.0f64, [0; 9]);
+    let (mut worst, mut ways) = (0.0f64, [0; 9]);
     for _ in 0..20_000 {
         let q = random_values(&group, &mut stream);
         let target = group.forward(&q);
-        found.clear();
-        arm.solve(&target, q[0], &mut found);
+        let found: Vec<_> = arm.branches(&target, q[0]).into_iter().flatten().collect();
         ways[found.len()] += 1;
         let away = |way: &[f64; 7]| way.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let nearest = found.iter().map(away).fold(f64::INFINITY, f64::min);
@@ -177,7 +176,7 @@ fn the_closed_form_misses_nothing_that_the_numeric_solver_finds() {
     let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
     let arm = SphericalWristArm::recognise(&group).expect("a closed form");
     let mut stream = Stream::of_job(1, b"robots", "against numeric");
-    let (mut found, mut solved) = (Vec::new(), 0);
+    let mut solved = 0;
     for _ in 0..400 {
         let target = group.forward(&random_values(&group, &mut stream));
         let start = random_values(&group, &mut stream);
@@ -188,9 +187,7 @@ fn the_closed_form_misses_nothing_that_the_numeric_solver_finds() {
             joint.limits.is_none_or(|limits| *value > limits.low + 1e-6 && *value < limits.high - 1e-6)
         };
         if limits.into_iter().all(inside) {
-            found.clear();
-            arm.solve(&target, solution.q[0], &mut found);
-            assert!(!found.is_empty(), "{:?}", solution.q);
+            assert!(arm.branches(&target, solution.q[0]).iter().any(Option::is_some), "{:?}", solution.q);
             solved += 1;
         }
     }
@@ -213,9 +210,9 @@ fn grid_pose(cell: usize) -> Pose<World, EndEffector> {
 #[test]
 fn the_exact_test_misses_nothing_that_a_dense_search_finds() {
     let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
-    let test = ReachTest::new(&group).expect("the Fetch's arm");
+    let test = SelfMotion::new(&group).expect("the Fetch's arm");
     let mut stream = Stream::of_job(1, b"robots", "reach");
-    let (mut both, mut exact_only, mut found) = (0, 0, Vec::new());
+    let (mut both, mut exact_only) = (0, 0);
     for _ in 0..600 {
         let target = grid_pose(stream.below(675_840) as usize);
         let way = test.find(&target);
@@ -223,10 +220,9 @@ fn the_exact_test_misses_nothing_that_a_dense_search_finds() {
             assert!(group.within_limits(way));
             assert!(difference(&group.forward(way), &target) < 1e-6);
         }
-        found.clear();
         let dense = (0..10_000).any(|step| {
-            test.arm().solve(&target, -1.6056 + 3.2112 * (f64::from(step) + 0.5) / 10_000.0, &mut found);
-            !found.is_empty()
+            let first = -1.6056 + 3.2112 * (f64::from(step) + 0.5) / 10_000.0;
+            test.arm().branches(&target, first).iter().any(Option::is_some)
         });
         assert!(way.is_some() || !dense, "{target:?}");
         both += u32::from(dense);
@@ -240,11 +236,32 @@ fn the_exact_test_misses_nothing_that_a_dense_search_finds() {
 #[test]
 fn the_grid_of_the_thesis_without_collisions() {
     let group = fetch().planning_group(&ARM, SITE, &BTreeMap::new()).expect("a group");
-    let test = ReachTest::new(&group).expect("the Fetch's arm");
+    let test = SelfMotion::new(&group).expect("the Fetch's arm");
     let began = std::time::Instant::now();
     let reachable = (0..675_840).filter(|cell| test.find(&grid_pose(*cell)).is_some()).count();
     println!("{reachable} of 675,840 in {:.1} s", began.elapsed().as_secs_f64());
     assert!((119_050..119_150).contains(&reachable), "{reachable}");
+    // The same by what they ask of the wrist: 26 directions, each of several rotations.
+    let mut directions: Vec<(nalgebra::Vector3<f64>, Vec<usize>)> = Vec::new();
+    for turn in 0..128 {
+        let ahead = test.wrist(&grid_pose(turn)).ahead;
+        match directions.iter_mut().find(|(other, _)| (other - ahead).norm() < 1e-9) {
+            Some((_, turns)) => turns.push(turn),
+            None => directions.push((ahead, vec![turn])),
+        }
+    }
+    assert_eq!(directions.len(), 26);
+    let began = std::time::Instant::now();
+    let mut ends = Vec::new();
+    let mut by_direction = 0;
+    for place in 0..5280 {
+        for (_, turns) in &directions {
+            let wrist = test.wrist(&grid_pose(128 * place + turns[0]));
+            by_direction += usize::from(test.first_value(&wrist, &mut ends).is_some()) * turns.len();
+        }
+    }
+    println!("{by_direction} of 675,840 in {:.3} s", began.elapsed().as_secs_f64());
+    assert_eq!(by_direction, reachable);
 }
 
 #[test]

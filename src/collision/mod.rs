@@ -1,5 +1,17 @@
 //! Whether a robot collides with itself or its surroundings.
+//!
+//! Every body has a lattice of exact distances to its surface, balls inside it, and a tree of balls around pieces of its
+//! surface. A pair is decided by the first of these that can: balls around both bodies that do not meet; a ball inside one
+//! that reaches the other (they overlap, and a motion shorter than the depth does not part them); pieces of one surface
+//! that are all farther from the other than they are large; the triangles themselves, where pieces are left.
 
 mod body;
+mod boxes;
+mod checker;
+mod lattice;
+mod solid;
+mod surface_tree;
+mod triangle;
 
 pub use body::{Bodies, Body, Geometry, Shape, Triangles};
+pub use checker::{CollisionChecker, LinkFrames, Verdict};

@@ -13,6 +13,9 @@ use crate::geom::{EndEffector, Pose, World};
 /// How far axes that are said to meet may pass each other [m]: descriptions are rounded to some micrometres.
 const MEETING: f64 = 1e-9;
 
+/// Sets of joint values that bring the end effector to a pose with the first joint given, at most.
+pub const BRANCHES: usize = 8;
+
 /// Below this the square of a sine or of a length [m^2] counts as 0: the two solutions have become one.
 const TOUCHING: f64 = 1e-14;
 
@@ -135,50 +138,50 @@ impl SphericalWristArm {
         (whole * self.wrist, whole.rotation * self.lines[6].along)
     }
 
-    /// Values of the first joint that bring a point to a distance from another.
-    pub(super) fn first_distances(&self, moved: &Point3<f64>, still: &Point3<f64>, distance: f64) -> [Option<f64>; 2] {
-        distances(&self.lines[0], moved, still, distance)
-    }
-
     /// Every set of joint values within the limits whose first is `first` [rad] and that brings the end effector to
-    /// `target`, up to whole turns: 8 at most, appended to `found`. Joints without limits come out within (-pi, pi].
+    /// `target`, up to whole turns. Joints without limits come out within (-pi, pi].
     ///
-    /// Where a whole family of values does it, as with aligned roll axes, one of the family is found.
-    pub fn solve(&self, target: &Pose<World, EndEffector>, first: f64, found: &mut Vec<[f64; 7]>) {
-        let Some(first) = self.settle(0, first) else { return };
+    /// Sets of one place in the array hang together as `first` changes. Where a whole family of values does it, as with
+    /// aligned roll axes, one of the family is found.
+    pub fn branches(&self, target: &Pose<World, EndEffector>, first: f64) -> [Option<[f64; 7]>; BRANCHES] {
+        let mut found = [None; BRANCHES];
+        let Some(first) = self.settle(0, first) else { return found };
         let whole = target.isometry() * self.end_effector_from_world;
         // What joints 2 to 7 have to do.
         let rest = self.motion(0, -first) * whole;
         let wrist = rest * self.wrist;
         let reach = (self.wrist - self.elbow).norm();
-        for second in distances(&self.lines[1], &self.elbow, &wrist, reach).into_iter().flatten() {
-            let Some(second) = self.settle(1, second) else { continue };
+        for (place, second) in distances(&self.lines[1], &self.elbow, &wrist, reach).into_iter().enumerate() {
+            let Some(second) = second.and_then(|second| self.settle(1, second)) else { continue };
             let after_second = self.motion(1, -second) * rest;
             let wrist = after_second * self.wrist;
-            for pair in meetings(&self.lines[2], &self.lines[3], &self.elbow, &self.wrist, &wrist).into_iter().flatten()
-            {
-                let [Some(third), Some(fourth)] = [self.settle(2, pair[0]), self.settle(3, pair[1])] else { continue };
+            let pairs = meetings(&self.lines[2], &self.lines[3], &self.elbow, &self.wrist, &wrist);
+            for (pair_place, pair) in pairs.into_iter().enumerate() {
+                let Some([third, fourth]) = pair else { continue };
+                let [Some(third), Some(fourth)] = [self.settle(2, third), self.settle(3, fourth)] else { continue };
                 let turn = self.motion(3, -fourth) * self.motion(2, -third) * after_second;
-                self.solve_wrist(&turn, [first, second, third, fourth], found);
+                let wrists = self.solve_wrist(&turn);
+                for (wrist_place, wrist) in wrists.into_iter().enumerate() {
+                    found[4 * place + 2 * pair_place + wrist_place] =
+                        wrist.map(|[fifth, sixth, seventh]| [first, second, third, fourth, fifth, sixth, seventh]);
+                }
             }
         }
+        found
     }
 
     /// The last three joints: a rotation about the wrist's centre.
-    fn solve_wrist(&self, turn: &IsometryMatrix3<f64>, arm: [f64; 4], found: &mut Vec<[f64; 7]>) {
+    fn solve_wrist(&self, turn: &IsometryMatrix3<f64>) -> [Option<[f64; 3]>; 2] {
         let ahead = self.wrist + self.lines[6].along;
-        let pairs = meetings(&self.lines[4], &self.lines[5], &self.wrist, &ahead, &(turn * ahead));
-        for pair in pairs.into_iter().flatten() {
-            let [Some(fifth), Some(sixth)] = [self.settle(4, pair[0]), self.settle(5, pair[1])] else { continue };
+        meetings(&self.lines[4], &self.lines[5], &self.wrist, &ahead, &(turn * ahead)).map(|pair| {
+            let [fifth, sixth] = pair?;
+            let (fifth, sixth) = (self.settle(4, fifth)?, self.settle(5, sixth)?);
             let last = self.motion(5, -sixth) * self.motion(4, -fifth) * turn;
             // Any point off the last axis shows how far it has turned.
             let aside = self.wrist + perpendicular(&self.lines[6].along);
             let seventh = angle(&self.lines[6].along, &(aside - self.wrist), &(last * aside - self.wrist));
-            if let Some(seventh) = self.settle(6, seventh) {
-                let [first, second, third, fourth] = arm;
-                found.push([first, second, third, fourth, fifth, sixth, seventh]);
-            }
-        }
+            Some([fifth, sixth, self.settle(6, seventh)?])
+        })
     }
 
     /// The motion of the world that a joint makes, all others at 0.

@@ -5,7 +5,7 @@ mod group;
 mod numeric;
 mod reach;
 
-pub use closed_form::{NoClosedForm, SphericalWristArm};
+pub use closed_form::{BRANCHES, NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 pub use numeric::{Solution, SolverSettings, solve_numeric};
-pub use reach::ReachTest;
+pub use reach::{SelfMotion, Wrist};

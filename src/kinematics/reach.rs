@@ -1,4 +1,5 @@
-//! Whether an arm reaches a pose at all: exact in its first joint.
+//! The self-motion of an arm whose pose leaves one joint free: which values of its first joint allow a pose, exactly, and
+//! how far the arm moves between two of them.
 //!
 //! Along the first joint a way to a pose can only appear or end where something is at its limit: the second, fourth or
 //! sixth joint, the elbow's circle about the second axis touching the sphere around the wrist's centre, or the first joint
@@ -8,33 +9,60 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    PlanningGroup,
+    JointLimits, PlanningGroup,
     closed_form::{NoClosedForm, SphericalWristArm},
 };
 use crate::geom::{EndEffector, Pose, World};
 
-/// Numbers of the shoulder that the end points need, with all joints at 0.
+const TURN: f64 = 2.0 * std::f64::consts::PI;
+
+/// What a pose asks of an arm without limits in its last joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrist {
+    /// Where the last three axes meet, in the world [m].
+    pub centre: Point3<f64>,
+    /// Direction of the last axis in the world.
+    pub ahead: Vector3<f64>,
+}
+
+/// An arm of seven joints with a spherical wrist and elbow, moved by its first joint while the end effector rests.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ReachTest {
+pub struct SelfMotion {
     arm: SphericalWristArm,
     /// The shoulder's height on the first axis.
     origin: Point3<f64>,
-    /// First axis; away from it to the shoulder; second axis.
-    axes: [Vector3<f64>; 3],
+    /// First axis; away from it to the shoulder; at right angles to both.
+    axis: Vector3<f64>,
+    outward: Vector3<f64>,
+    side: Vector3<f64>,
     /// Distance of the shoulder from the first axis [m].
     offset: f64,
-    shoulder: Point3<f64>,
     /// From shoulder to elbow and from elbow to wrist [m].
-    lengths: [f64; 2],
-    /// The elbow with the second joint at its limits.
-    elbows: Vec<Point3<f64>>,
-    /// From shoulder to wrist with the fourth joint at its limits [m].
-    spans: Vec<f64>,
-    /// Cosines between forearm and last axis with the sixth joint at its limits.
-    cones: Vec<f64>,
+    upper: f64,
+    fore: f64,
+    /// The middle of the second joint's range as a direction of the upper arm (outward, axis), and the cosine of half its
+    /// range; below -1 without limits.
+    lift_middle: [f64; 2],
+    lift_cosine: f64,
+    /// Directions of the upper arm (outward, axis) with the second joint at its limits.
+    lift_ends: Vec<[f64; 2]>,
+    /// Least and greatest squared distance from shoulder to wrist that the fourth joint allows [m^2].
+    spans: [f64; 2],
+    /// Least and greatest cosine between forearm and last axis that the sixth joint allows.
+    cones: [f64; 2],
+    first: FirstJoint,
 }
 
-impl ReachTest {
+/// The range of the first joint.
+#[derive(Clone, Debug, PartialEq)]
+struct FirstJoint {
+    limits: JointLimits,
+    /// Cosine and sine of its middle, and the cosine of half its range; below -1 where it turns all the way round.
+    middle: [f64; 2],
+    cosine: f64,
+}
+
+impl SelfMotion {
     /// Looks at the axes with all joints at 0.
     ///
     /// # Errors
@@ -47,19 +75,17 @@ impl ReachTest {
         let apart = |names: String, place, gap| Err(NoClosedForm::Apart { names, place, gap });
         let shoulder = arm.meet(&[1, 2], "shoulder")?;
         let (elbow, wrist) = (arm.elbow(), arm.wrist());
-        for (joint, place, point) in [(2, "elbow", elbow), (4, "elbow", elbow)] {
-            let gap = arm.distance(joint, &point);
-            if gap > 1e-9 {
-                return apart(name(joint), place, gap);
-            }
+        // The third axis passes shoulder and elbow by now.
+        let gap = arm.distance(4, &elbow);
+        if gap > 1e-9 {
+            return apart(name(4), "elbow", gap);
         }
-        let [first, second] = [arm.along(0), arm.along(1)];
-        let slope = first.dot(&second).abs();
+        let [axis, second] = [arm.along(0), arm.along(1)];
+        let slope = axis.dot(&second).abs();
         if slope > 1e-9 {
             return Err(NoClosedForm::Oblique { names: format!("{}, {}", name(0), name(1)), cosine: slope });
         }
-        let aside = shoulder - arm.through(0);
-        let origin = arm.through(0) + first * first.dot(&aside);
+        let origin = arm.through(0) + axis * axis.dot(&(shoulder - arm.through(0)));
         let away = (shoulder - origin) - second * second.dot(&(shoulder - origin));
         let offset = away.norm();
         let across = second.dot(&(shoulder - origin)).abs().max(second.dot(&(elbow - shoulder)).abs());
@@ -69,19 +95,34 @@ impl ReachTest {
         if let Some(joint) = [2, 4, 6].into_iter().find(|joint| group.joints()[*joint].limits.is_some()) {
             return Err(NoClosedForm::Limited(name(joint)));
         }
-        let outward = if offset > 1e-12 { away / offset } else { second.cross(&first) };
-        let ends = |joint: usize| group.joints()[joint].limits.into_iter().flat_map(|limits| [limits.low, limits.high]);
+        let outward = if offset > 1e-12 { away / offset } else { second.cross(&axis) };
+        let limits = |joint: usize| group.joints()[joint].limits;
+        let (upper, fore) = ((elbow - shoulder).norm(), (wrist - elbow).norm());
+        let lift = |value: f64| {
+            let to = arm.motion(1, value) * elbow - shoulder;
+            [to.dot(&outward) / upper, to.dot(&axis) / upper]
+        };
+        let forearm = (wrist - elbow) / fore;
+        let (lift_middle, lift_cosine) = match limits(1) {
+            Some(limits) => (lift(0.5 * (limits.low + limits.high)), cosine_of_half(limits)),
+            None => ([1.0, 0.0], -2.0),
+        };
+        let first = limits(0).unwrap_or(JointLimits { low: -0.5 * TURN, high: 0.5 * TURN });
+        let (sin, cos) = libm::sincos(0.5 * (first.low + first.high));
         Ok(Self {
             origin,
-            axes: [first, outward, second],
+            axis,
+            outward,
+            side: axis.cross(&outward),
             offset,
-            shoulder,
-            lengths: [(elbow - shoulder).norm(), (wrist - elbow).norm()],
-            elbows: ends(1).map(|value| arm.motion(1, value) * elbow).collect(),
-            spans: ends(3).map(|value| (arm.motion(3, value) * wrist - shoulder).norm()).collect(),
-            cones: ends(5)
-                .map(|value| (wrist - elbow).normalize().dot(&(arm.motion(5, value).rotation * arm.along(6))))
-                .collect(),
+            upper,
+            fore,
+            lift_middle,
+            lift_cosine,
+            lift_ends: limits(1).into_iter().flat_map(|limits| [lift(limits.low), lift(limits.high)]).collect(),
+            spans: range_of_sinusoid(|value| (arm.motion(3, value) * wrist - shoulder).norm_squared(), limits(3)),
+            cones: range_of_sinusoid(|value| forearm.dot(&(arm.motion(5, value).rotation * arm.along(6))), limits(5)),
+            first: FirstJoint { limits: first, middle: [cos, sin], cosine: cosine_of_half(first) },
             arm,
         })
     }
@@ -91,109 +132,187 @@ impl ReachTest {
         &self.arm
     }
 
+    /// What a pose asks of the arm.
+    pub fn wrist(&self, target: &Pose<World, EndEffector>) -> Wrist {
+        let (centre, ahead) = self.arm.wrist_of(target);
+        Wrist { centre, ahead }
+    }
+
     /// Joint values within the limits that bring the end effector to `target`; `None` when there are none.
     pub fn find(&self, target: &Pose<World, EndEffector>) -> Option<[f64; 7]> {
-        let (wrist, ahead) = self.arm.wrist_of(target);
-        if self.out_of_reach(&wrist) {
+        let wrist = self.wrist(target);
+        if self.too_far(&wrist) {
             return None;
         }
-        let mut ends = self.end_points(&wrist, &ahead);
-        ends.sort_by(f64::total_cmp);
-        let mut found = Vec::new();
+        let mut ends = Vec::new();
+        let quick = self.quick_value(&wrist);
+        if quick.is_none() {
+            self.end_points(&wrist, &mut ends);
+        }
         // The middles first: a way there keeps from its limits.
         let middles = ends.windows(2).filter(|pair| pair[1] > pair[0]).map(|pair| 0.5 * (pair[0] + pair[1]));
-        for first in middles.chain(ends.iter().copied()) {
-            self.arm.solve(target, first, &mut found);
-            if let Some(way) = found.pop() {
-                return Some(way);
-            }
+        let values = quick.into_iter().chain(middles).chain(ends.iter().copied());
+        values.into_iter().find_map(|first| self.arm.branches(target, first).into_iter().flatten().next())
+    }
+
+    /// A value of the first joint that allows the pose [rad]; `None` when none does. `ends` is scratch.
+    pub fn first_value(&self, wrist: &Wrist, ends: &mut Vec<f64>) -> Option<f64> {
+        if self.too_far(wrist) {
+            return None;
         }
-        None
+        self.quick_value(wrist).or_else(|| {
+            self.end_points(wrist, ends);
+            let middles = ends.windows(2).filter(|pair| pair[1] > pair[0]).map(|pair| 0.5 * (pair[0] + pair[1]));
+            middles.chain(ends.iter().copied()).find(|first| {
+                let (sin, cos) = libm::sincos(*first);
+                self.allows(&self.flat(wrist), &wrist.ahead, [cos, sin])
+            })
+        })
     }
 
     /// A proof that the wrist's centre is too far from the circle that the shoulder runs on.
-    fn out_of_reach(&self, wrist: &Point3<f64>) -> bool {
-        let to = wrist - self.origin;
-        let height = self.axes[0].dot(&to);
-        let radius = (to - self.axes[0] * height).norm();
-        (radius - self.offset).hypot(height) > self.lengths[0] + self.lengths[1] + 1e-9
+    pub fn too_far(&self, wrist: &Wrist) -> bool {
+        let to = wrist.centre - self.origin;
+        let height = self.axis.dot(&to);
+        let radius = (to.norm_squared() - height * height).max(0.0).sqrt() - self.offset;
+        let reach = self.upper + self.fore + 1e-9;
+        radius * radius + height * height > reach * reach
     }
 
-    /// Values of the first joint between which nothing changes, its limits among them; some at which nothing does.
-    fn end_points(&self, wrist: &Point3<f64>, ahead: &Vector3<f64>) -> Vec<f64> {
-        let (low, high) = match self.arm.group().joints()[0].limits {
-            Some(limits) => (limits.low, limits.high),
-            None => (-std::f64::consts::PI, std::f64::consts::PI),
-        };
-        let mut ends = vec![low, high];
+    /// The wrist's centre along (outward, side, axis) of the first joint at 0 [m].
+    fn flat(&self, wrist: &Wrist) -> Vector3<f64> {
+        let to = wrist.centre - self.origin;
+        Vector3::new(self.outward.dot(&to), self.side.dot(&to), self.axis.dot(&to))
+    }
+
+    /// A few values of the first joint: around that which points at the wrist.
+    fn quick_value(&self, wrist: &Wrist) -> Option<f64> {
+        // Angles beside it, as cosine and sine.
+        const BESIDE: [[f64; 2]; 7] = [
+            [1.0, 0.0],
+            [0.876_923_076_923_076_9, 0.480_635_3],
+            [0.876_923_076_923_076_9, -0.480_635_3],
+            [0.538_461_538_461_538_5, 0.842_657_1],
+            [0.538_461_538_461_538_5, -0.842_657_1],
+            [0.070_737_2, 0.997_495],
+            [0.070_737_2, -0.997_495],
+        ];
+        let flat = self.flat(wrist);
+        let radius = flat.x.hypot(flat.y);
+        if radius < 1e-9 {
+            return None;
+        }
+        let (c, s) = (flat.x / radius, flat.y / radius);
+        let turned = BESIDE.map(|[cos, sin]| [c * cos - s * sin, s * cos + c * sin]);
+        let found = turned.into_iter().find(|first| {
+            let length = first[0] * first[0] + first[1] * first[1];
+            let inside = first[0] * self.first.middle[0] + first[1] * self.first.middle[1];
+            inside > self.first.cosine + 1e-9 && (length - 1.0).abs() < 1e-5 && self.allows(&flat, &wrist.ahead, *first)
+        })?;
+        let value = libm::atan2(found[1], found[0]);
+        let limits = &self.first.limits;
+        let value = value - TURN * ((value - limits.low) / TURN).floor();
+        (value <= limits.high).then_some(value)
+    }
+
+    /// Whether the pose can be had with the first joint at an angle given by cosine and sine.
+    fn allows(&self, wrist: &Vector3<f64>, ahead: &Vector3<f64>, [cos, sin]: [f64; 2]) -> bool {
+        // The arm's plane: along it from the shoulder, across it, up.
+        let along = cos * wrist.x + sin * wrist.y - self.offset;
+        let across = cos * wrist.y - sin * wrist.x;
+        let up = wrist.z;
+        let flat = along * along + up * up;
+        let span = flat + across * across;
+        if !(self.spans[0]..=self.spans[1]).contains(&span) {
+            return false;
+        }
+        let cosine_flat = (self.upper * self.upper + span - self.fore * self.fore) / (2.0 * self.upper);
+        let rest = flat - cosine_flat * cosine_flat;
+        if rest < 0.0 || flat < 1e-18 {
+            return false;
+        }
+        let root = rest.sqrt();
+        let [ahead_x, ahead_y, ahead_z] = [self.outward.dot(ahead), self.side.dot(ahead), self.axis.dot(ahead)];
+        let (ahead_along, ahead_across) = (cos * ahead_x + sin * ahead_y, cos * ahead_y - sin * ahead_x);
+        [root, -root].into_iter().any(|root| {
+            let elbow = [(cosine_flat * along - root * up) / flat, (cosine_flat * up + root * along) / flat];
+            let lift = elbow[0] * self.lift_middle[0] + elbow[1] * self.lift_middle[1];
+            let forearm = [along - self.upper * elbow[0], across, up - self.upper * elbow[1]];
+            let cosine = (forearm[0] * ahead_along + forearm[1] * ahead_across + forearm[2] * ahead_z) / self.fore;
+            lift >= self.lift_cosine && (self.cones[0]..=self.cones[1]).contains(&cosine)
+        })
+    }
+
+    /// Values of the first joint between which nothing changes, ascending, its limits among them; some at which nothing
+    /// does.
+    pub fn end_points(&self, wrist: &Wrist, ends: &mut Vec<f64>) {
+        let JointLimits { low, high } = self.first.limits;
+        ends.clear();
+        ends.extend([low, high]);
         let mut put = |value: f64| {
-            const TURN: f64 = 2.0 * std::f64::consts::PI;
-            let first = value - TURN * ((value - low) / TURN).floor();
-            let mut value = first;
+            let mut value = value - TURN * ((value - low) / TURN).floor();
             while value < high {
                 ends.push(value);
                 value += TURN;
             }
         };
-        for elbow in &self.elbows {
-            self.arm.first_distances(elbow, wrist, self.lengths[1]).into_iter().flatten().for_each(&mut put);
+        let flat = self.flat(wrist);
+        let radius = flat.x.hypot(flat.y);
+        let middle = libm::atan2(flat.y, flat.x);
+        // Where the wrist's centre has this coordinate along the arm's plane.
+        let along = |value: f64, put: &mut dyn FnMut(f64)| {
+            if radius > 1e-12 && value.abs() <= radius * (1.0 + 1e-14) {
+                let half = libm::acos((value / radius).clamp(-1.0, 1.0));
+                put(middle - half);
+                put(middle + half);
+            }
+        };
+        let square = |value: f64| value * value;
+        for [out, up] in &self.lift_ends {
+            let (out, up) = (self.offset + self.upper * out, self.upper * up);
+            if out != 0.0 {
+                let sum = square(radius) + square(out) + square(flat.z - up) - square(self.fore);
+                along(sum / (2.0 * out), &mut put);
+            }
         }
-        for span in &self.spans {
-            self.arm.first_distances(&self.shoulder, wrist, *span).into_iter().flatten().for_each(&mut put);
+        let squares = square(radius) + square(flat.z) + square(self.offset);
+        if self.offset > 0.0 {
+            for span in self.spans {
+                along((squares - span) / (2.0 * self.offset), &mut put);
+            }
         }
-        self.touches(wrist, &mut put);
-        for cosine in &self.cones {
-            self.cone(wrist, ahead, *cosine, &mut put);
+        // Where the elbow's circle touches the sphere around the wrist's centre: a quadratic in the same coordinate.
+        let constant = squares + square(self.upper) - square(self.fore);
+        let a = 4.0 * (square(self.offset) - square(self.upper));
+        let b = 8.0 * square(self.upper) * self.offset - 4.0 * constant * self.offset;
+        let c = square(constant) - 4.0 * square(self.upper) * (square(self.offset) + square(flat.z));
+        for value in quadratic_roots(a, b, c).into_iter().flatten() {
+            along(value, &mut put);
         }
-        ends
-    }
-
-    /// Where the elbow's circle touches the sphere around the wrist's centre: a quadratic in the wrist's coordinate along
-    /// the arm's plane.
-    fn touches(&self, wrist: &Point3<f64>, put: &mut impl FnMut(f64)) {
-        let [axis, outward, second] = &self.axes;
-        let to = wrist - self.origin;
-        let (height, x, y) = (axis.dot(&to), outward.dot(&to), axis.cross(outward).dot(&to));
-        debug_assert!(second.dot(outward).abs() < 1e-6);
-        let radius = x.hypot(y);
-        if radius < 1e-12 {
-            return;
+        for cosine in self.cones {
+            self.cone(&flat, &wrist.ahead, cosine, &mut put);
         }
-        let [upper, fore] = self.lengths;
-        let (offset, square) = (self.offset, |value: f64| value * value);
-        let constant = square(radius) + square(offset) + square(height) + square(upper) - square(fore);
-        let a = 4.0 * (square(offset) - square(upper));
-        let b = 8.0 * square(upper) * offset - 4.0 * constant * offset;
-        let c = square(constant) - 4.0 * square(upper) * (square(offset) + square(height));
-        let middle = libm::atan2(y, x);
-        for along in quadratic_roots(a, b, c).into_iter().flatten() {
-            let cosine = (along / radius).clamp(-1.0, 1.0);
-            let half = libm::acos(cosine);
-            put(middle + half);
-            put(middle - half);
-        }
+        ends.sort_by(f64::total_cmp);
     }
 
     /// Where the sixth joint is at a limit: the elbow on a circle around the last axis and on the torus that its own circle
     /// sweeps about the first axis.
-    fn cone(&self, wrist: &Point3<f64>, ahead: &Vector3<f64>, cosine: f64, put: &mut impl FnMut(f64)) {
-        let [axis, outward, _] = &self.axes;
-        let [upper, fore] = self.lengths;
-        let side = axis.cross(outward);
+    fn cone(&self, wrist: &Vector3<f64>, ahead: &Vector3<f64>, cosine: f64, put: &mut impl FnMut(f64)) {
+        let ahead = Vector3::new(self.outward.dot(ahead), self.side.dot(ahead), self.axis.dot(ahead));
         let e1 = ahead.cross(&Vector3::ith(ahead.iamin(), 1.0)).normalize();
         let e2 = ahead.cross(&e1);
-        let middle = wrist - ahead * (fore * cosine) - self.origin;
-        let radius = fore * (1.0 - cosine * cosine).max(0.0).sqrt();
-        // The elbow at an angle given by its cosine and sine, along (outward, side, axis).
-        let part = |direction: &Vector3<f64>| {
-            [direction.dot(&middle), radius * direction.dot(&e1), radius * direction.dot(&e2)]
-        };
-        let [x, y, z] = [part(outward), part(&side), part(axis)];
+        let middle = wrist - ahead * (self.fore * cosine);
+        let radius = self.fore * (1.0 - cosine * cosine).max(0.0).sqrt();
+        // The elbow at an angle given by its cosine and sine.
+        let [x, y, z] = std::array::from_fn(|axis| [middle[axis], radius * e1[axis], radius * e2[axis]]);
         let sum = Quadratic::square(x).plus(&Quadratic::square(y), 1.0);
         let all = sum.plus(&Quadratic::square(z), 1.0);
         // |elbow|^2 is linear in cosine and sine: the squares add up to radius^2.
-        let level =
-            [all.0[0] + 0.5 * (all.0[3] + all.0[5]) + self.offset * self.offset - upper * upper, all.0[1], all.0[2]];
+        let level = [
+            all.0[0] + 0.5 * (all.0[3] + all.0[5]) + self.offset * self.offset - self.upper * self.upper,
+            all.0[1],
+            all.0[2],
+        ];
         let torus = Quadratic::square(level).plus(&sum, -4.0 * self.offset * self.offset);
         for turn in torus.angles() {
             let (sin, cos) = libm::sincos(turn);
@@ -204,6 +323,27 @@ impl ReachTest {
             put(angle + std::f64::consts::PI);
         }
     }
+}
+
+fn cosine_of_half(limits: JointLimits) -> f64 {
+    let half = 0.5 * (limits.high - limits.low);
+    if half >= 0.5 * TURN { -2.0 } else { libm::cos(half) }
+}
+
+/// Least and greatest value of a + b cos + c sin within limits.
+fn range_of_sinusoid(value: impl Fn(f64) -> f64, limits: Option<JointLimits>) -> [f64; 2] {
+    let quarter = 0.25 * TURN;
+    let (start, quarter_on, half_on) = (value(0.0), value(quarter), value(2.0 * quarter));
+    let (middle, b) = (0.5 * (start + half_on), 0.5 * (start - half_on));
+    let c = quarter_on - middle;
+    let (top, swing) = (libm::atan2(c, b), b.hypot(c));
+    let Some(JointLimits { low, high }) = limits else { return [middle - swing, middle + swing] };
+    let holds = |angle: f64| angle + TURN * ((low - angle) / TURN).ceil() <= high;
+    let (at_low, at_high) = (value(low), value(high));
+    [
+        if holds(top + 2.0 * quarter) { middle - swing } else { at_low.min(at_high) },
+        if holds(top) { middle + swing } else { at_low.max(at_high) },
+    ]
 }
 
 /// c0 + c1 cos + c2 sin + c3 cos^2 + c4 cos sin + c5 sin^2.

@@ -1,0 +1,73 @@
+//! A tree of boxes over triangles: which come near a box.
+
+use std::ops::Range;
+
+use nalgebra::Point3;
+
+use super::triangle::Triangle;
+
+/// Triangles a leaf, at most.
+const LEAF: usize = 4;
+
+/// Boxes, each around those below it; the triangles of every node are a run of `order`.
+#[derive(Clone, Debug)]
+pub(super) struct BoxTree {
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    low: Point3<f64>,
+    high: Point3<f64>,
+    triangles: Range<u32>,
+    /// The node after all that hang below this one.
+    next: u32,
+}
+
+impl BoxTree {
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let mut tree = Self { nodes: Vec::new(), order: (0..triangles.len() as u32).collect() };
+        tree.split(triangles, 0..triangles.len());
+        tree
+    }
+
+    fn split(&mut self, triangles: &[Triangle], run: Range<usize>) {
+        let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
+        for corner in self.order[run.clone()].iter().flat_map(|place| &triangles[*place as usize]) {
+            (low, high) = (low.inf(corner), high.sup(corner));
+        }
+        let node = self.nodes.len();
+        self.nodes.push(Node { low, high, triangles: run.start as u32..run.end as u32, next: 0 });
+        if run.len() > LEAF {
+            let axis = (high - low).imax();
+            let middle = |place: &u32| triangles[*place as usize].iter().map(|corner| corner[axis]).sum::<f64>();
+            // Equal keys keep the order of the triangles: the same tree everywhere.
+            self.order[run.clone()].sort_by(|a, b| middle(a).total_cmp(&middle(b)).then(a.cmp(b)));
+            let half = run.start + run.len() / 2;
+            self.split(triangles, run.start..half);
+            self.split(triangles, half..run.end);
+        }
+        self.nodes[node].next = self.nodes.len() as u32;
+    }
+
+    /// Whether `found` holds for a triangle whose group's box meets the box from `low` to `high`.
+    pub fn any_near(&self, low: &Point3<f64>, high: &Point3<f64>, mut found: impl FnMut(u32) -> bool) -> bool {
+        let mut at = 0;
+        while let Some(node) = self.nodes.get(at) {
+            let apart = (0..3).any(|axis| node.low[axis] > high[axis] || node.high[axis] < low[axis]);
+            if apart {
+                at = node.next as usize;
+                continue;
+            }
+            if node.next as usize == at + 1 {
+                let run = node.triangles.start as usize..node.triangles.end as usize;
+                if self.order[run].iter().any(|place| found(*place)) {
+                    return true;
+                }
+            }
+            at += 1;
+        }
+        false
+    }
+}

@@ -1,0 +1,173 @@
+//! Distances to a triangle mesh on a lattice, as bounds that hold between its points.
+
+use nalgebra::{Point3, Vector3};
+
+use super::triangle::{Triangle, squared_distance};
+
+/// Points of a lattice, about.
+const POINTS: f64 = 120_000.0;
+/// Smallest and largest spacing [m].
+const SPACINGS: [f64; 2] = [0.003, 0.012];
+/// What storing a distance as `f32` may cost, and more [m].
+const ROUNDING: f64 = 1e-6;
+
+/// Exact distances at the points of a lattice over a mesh's box. A point's distance binds those around it, since a
+/// distance changes by no more than one goes.
+#[derive(Clone, Debug)]
+pub(super) struct Lattice {
+    low: Point3<f64>,
+    high: Point3<f64>,
+    spacing: f64,
+    counts: [usize; 3],
+    /// Distance to the surface [m], negative where no way leads out of the mesh. C order over x, y, z.
+    distances: Vec<f32>,
+}
+
+impl Lattice {
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
+        for corner in triangles.iter().flatten() {
+            (low, high) = (low.inf(corner), high.sup(corner));
+        }
+        let sides: Vector3<f64> = high - low;
+        let spacing = libm::cbrt(sides.product().max(1e-12) / POINTS).clamp(SPACINGS[0], SPACINGS[1]);
+        let counts = std::array::from_fn(|axis| (sides[axis] / spacing).ceil() as usize + 1);
+        let mut lattice = Self { low, high, spacing, counts, distances: vec![0.0; counts.iter().product()] };
+        let side = counts.iter().max().copied().unwrap_or(1).next_power_of_two();
+        lattice.fill(triangles, &(0..triangles.len() as u32).collect::<Vec<_>>(), [0; 3], side);
+        lattice.find_inside();
+        lattice
+    }
+
+    /// Distances of the block of `side`^3 points from `first`: the triangle that is nearest to any of its points is among
+    /// those that are not much farther from its centre than the nearest one is.
+    fn fill(&mut self, triangles: &[Triangle], near: &[u32], first: [usize; 3], side: usize) {
+        if (0..3).any(|axis| first[axis] >= self.counts[axis]) {
+            return;
+        }
+        if side == 1 {
+            let point = self.point(first);
+            let nearest = near.iter().map(|place| squared_distance(&point, &triangles[*place as usize]));
+            let place = self.place(first);
+            self.distances[place] = nearest.fold(f64::INFINITY, f64::min).sqrt() as f32;
+            return;
+        }
+        let half = 0.5 * (side - 1) as f64 * self.spacing;
+        let centre = self.point(first) + Vector3::repeat(half);
+        let reach = half * 3f64.sqrt();
+        let distances: Vec<f64> =
+            near.iter().map(|place| squared_distance(&centre, &triangles[*place as usize]).sqrt()).collect();
+        let limit = distances.iter().copied().fold(f64::INFINITY, f64::min) + 2.0 * reach + ROUNDING;
+        let near: Vec<u32> =
+            near.iter().zip(&distances).filter(|(_, d)| **d <= limit).map(|(place, _)| *place).collect();
+        let step = side / 2;
+        for octant in 0..8 {
+            let corner = std::array::from_fn(|axis| first[axis] + step * (octant >> axis & 1));
+            self.fill(triangles, &near, corner, step);
+        }
+    }
+
+    /// Turns the sign of every point that cannot be reached from the box's faces: from a point to its neighbour leads a way
+    /// when the balls of free space around both overlap, so that no gap narrower than the spacing lets anything in.
+    fn find_inside(&mut self) {
+        let [nx, ny, nz] = self.counts;
+        let free = |lattice: &Self, a: usize, b: usize| {
+            f64::from(lattice.distances[a]) + f64::from(lattice.distances[b]) > lattice.spacing + 2.0 * ROUNDING
+        };
+        // A point of the outermost layer is outside when its ball of free space sticks out of the box.
+        let mut outside = vec![false; self.distances.len()];
+        let mut open = Vec::new();
+        for x in 0..nx {
+            for y in 0..ny {
+                for z in 0..nz {
+                    let point = self.point([x, y, z]);
+                    let to_face = (0..3).map(|axis| (point[axis] - self.low[axis]).min(self.high[axis] - point[axis]));
+                    let place = self.place([x, y, z]);
+                    if f64::from(self.distances[place]) > to_face.fold(f64::INFINITY, f64::min) + ROUNDING {
+                        outside[place] = true;
+                        open.push(place);
+                    }
+                }
+            }
+        }
+        let strides = [ny * nz, nz, 1];
+        while let Some(place) = open.pop() {
+            let cell = [place / strides[0], place / strides[1] % ny, place % nz];
+            for axis in 0..3 {
+                let mut visit = |next: usize| {
+                    if !outside[next] && free(self, place, next) {
+                        outside[next] = true;
+                        open.push(next);
+                    }
+                };
+                if cell[axis] > 0 {
+                    visit(place - strides[axis]);
+                }
+                if cell[axis] + 1 < self.counts[axis] {
+                    visit(place + strides[axis]);
+                }
+            }
+        }
+        // Unreached points beside the surface may lie on either side: only those with an unreached ball of a whole spacing
+        // around them, and what hangs together with them, are inside.
+        let mut inside = vec![false; outside.len()];
+        let deep = |place: usize| f64::from(self.distances[place]) > self.spacing + ROUNDING && !outside[place];
+        let mut open: Vec<usize> = (0..outside.len()).filter(|place| deep(*place)).collect();
+        open.iter().for_each(|place| inside[*place] = true);
+        while let Some(place) = open.pop() {
+            let cell = [place / strides[0], place / strides[1] % ny, place % nz];
+            for axis in 0..3 {
+                let mut visit = |next: usize| {
+                    if !inside[next] && free(self, place, next) {
+                        inside[next] = true;
+                        open.push(next);
+                    }
+                };
+                if cell[axis] > 0 {
+                    visit(place - strides[axis]);
+                }
+                if cell[axis] + 1 < self.counts[axis] {
+                    visit(place + strides[axis]);
+                }
+            }
+        }
+        for (distance, inside) in self.distances.iter_mut().zip(inside) {
+            if inside {
+                *distance = -*distance;
+            }
+        }
+    }
+
+    fn point(&self, cell: [usize; 3]) -> Point3<f64> {
+        self.low + Vector3::from(cell.map(|index| index as f64 * self.spacing))
+    }
+
+    fn place(&self, [x, y, z]: [usize; 3]) -> usize {
+        (x * self.counts[1] + y) * self.counts[2] + z
+    }
+
+    /// Bounds at a point: at least so far from the surface, and signed distance at most so much [m].
+    #[inline]
+    pub fn bounds(&self, point: &Point3<f64>) -> (f64, f64) {
+        let inverse = 1.0 / self.spacing;
+        let to = point - self.low;
+        let index = |axis: usize| {
+            let place = (to[axis] * inverse + 0.5) as isize;
+            place.clamp(0, self.counts[axis] as isize - 1) as usize
+        };
+        let cell = [index(0), index(1), index(2)];
+        let stored = f64::from(self.distances[self.place(cell)]);
+        let offset = (point - self.point(cell)).norm() + ROUNDING;
+        let beyond = (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros()).norm();
+        (beyond.max(stored.abs() - offset), stored + offset)
+    }
+
+    /// Every lattice point that is known to be inside, with its depth [m].
+    pub fn inside(&self) -> impl Iterator<Item = (Point3<f64>, f64)> {
+        let [_, ny, nz] = self.counts;
+        self.distances.iter().enumerate().filter(|(_, distance)| **distance < 0.0).map(move |(place, distance)| {
+            let cell = [place / (ny * nz), place / nz % ny, place % nz];
+            (self.point(cell), -f64::from(*distance) - ROUNDING)
+        })
+    }
+}

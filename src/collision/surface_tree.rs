@@ -1,0 +1,85 @@
+//! Balls around pieces of a surface, coarse to fine.
+
+use std::ops::Range;
+
+use nalgebra::{Point3, Vector3};
+
+use super::triangle::{Triangle, squared_distance};
+
+/// Sides of the smallest pieces [m]: a share of the mesh's longest side between these.
+const LEAF_SIDES: [f64; 2] = [0.005, 0.02];
+const LEAF_SHARE: f64 = 1.0 / 24.0;
+
+/// An octree over the cubes that the surface passes.
+#[derive(Clone, Debug)]
+pub(super) struct SurfaceTree {
+    pub nodes: Vec<Node>,
+    /// Triangles of the leaves.
+    lists: Vec<u32>,
+}
+
+/// A ball that holds all of the surface inside one cube.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub centre: Point3<f64>,
+    pub radius: f64,
+    /// The smaller balls inside; empty for a leaf.
+    pub children: Range<u32>,
+    triangles: Range<u32>,
+}
+
+impl SurfaceTree {
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
+        for corner in triangles.iter().flatten() {
+            (low, high) = (low.inf(corner), high.sup(corner));
+        }
+        let longest = (high - low).amax();
+        let half = 0.5 * longest + 1e-6;
+        let leaf = (longest * LEAF_SHARE).clamp(LEAF_SIDES[0], LEAF_SIDES[1]);
+        let mut tree = Self { nodes: Vec::new(), lists: Vec::new() };
+        let centre = nalgebra::center(&low, &high);
+        tree.nodes.push(Node { centre, radius: 0.5 * (high - low).norm() + 1e-6, children: 0..0, triangles: 0..0 });
+        let all: Vec<u32> = (0..triangles.len() as u32).collect();
+        tree.split(triangles, 0, centre, half, &all, 0.5 * leaf);
+        tree
+    }
+
+    fn split(&mut self, triangles: &[Triangle], node: usize, centre: Point3<f64>, half: f64, near: &[u32], leaf: f64) {
+        if half <= leaf {
+            let first = self.lists.len() as u32;
+            self.lists.extend_from_slice(near);
+            self.nodes[node].triangles = first..self.lists.len() as u32;
+            return;
+        }
+        let half = 0.5 * half;
+        let radius = half * 3f64.sqrt();
+        let mut parts = Vec::new();
+        for octant in 0..8u8 {
+            let side = |axis: u8| if octant >> axis & 1 == 0 { -half } else { half };
+            let centre = centre + Vector3::new(side(0), side(1), side(2));
+            let squared = radius * radius;
+            let inside = |place: &&u32| squared_distance(&centre, &triangles[**place as usize]) <= squared;
+            let near: Vec<u32> = near.iter().filter(inside).copied().collect();
+            if !near.is_empty() {
+                parts.push((centre, near));
+            }
+        }
+        let first = self.nodes.len() as u32;
+        self.nodes[node].children = first..first + parts.len() as u32;
+        self.nodes.extend(parts.iter().map(|(centre, _)| Node {
+            centre: *centre,
+            radius,
+            children: 0..0,
+            triangles: 0..0,
+        }));
+        for (child, (centre, near)) in (first as usize..).zip(parts) {
+            self.split(triangles, child, centre, half, &near, leaf);
+        }
+    }
+
+    /// The triangles that reach into a leaf.
+    pub fn triangles(&self, node: &Node) -> &[u32] {
+        &self.lists[node.triangles.start as usize..node.triangles.end as usize]
+    }
+}

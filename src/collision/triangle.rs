@@ -1,0 +1,136 @@
+//! Triangles: how far a point is from one, and whether two touch.
+
+use nalgebra::{Point3, Vector3};
+
+/// Three corners [m].
+pub(super) type Triangle = [Point3<f64>; 3];
+
+/// Squared distance from a point to a triangle [m^2] (Ericson, Real-Time Collision Detection, 5.1.5).
+pub(super) fn squared_distance(point: &Point3<f64>, [a, b, c]: &Triangle) -> f64 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return ap.norm_squared();
+    }
+    let bp = point - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return bp.norm_squared();
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (ap - ab * (d1 / (d1 - d3))).norm_squared();
+    }
+    let cp = point - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return cp.norm_squared();
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (ap - ac * (d2 / (d2 - d6))).norm_squared();
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return (bp - (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))).norm_squared();
+    }
+    let scale = 1.0 / (va + vb + vc);
+    (ap - ab * (vb * scale) - ac * (vc * scale)).norm_squared()
+}
+
+/// Whether a triangle has an area that rounding does not drown.
+pub(super) fn has_area([a, b, c]: &Triangle) -> bool {
+    let (ab, ac) = (b - a, c - a);
+    ab.cross(&ac).norm_squared() > 1e-24 * ab.norm_squared() * ac.norm_squared()
+}
+
+/// Whether two triangles touch: no plane lies between them (separating axes; Gottschalk 1996). Both have an area.
+pub(super) fn touch(first: &Triangle, second: &Triangle) -> bool {
+    let edges = |[a, b, c]: &Triangle| [b - a, c - b, a - c];
+    let (e1, e2) = (edges(first), edges(second));
+    let (n1, n2) = (e1[0].cross(&e1[1]), e2[0].cross(&e2[1]));
+    // Relative to one corner: the numbers stay small where the triangles are near each other.
+    let origin = first[0];
+    let (first, second) = (first.map(|corner| corner - origin), second.map(|corner| corner - origin));
+    let apart = |axis: &Vector3<f64>| {
+        let (low1, high1) = span(axis, &first);
+        let (low2, high2) = span(axis, &second);
+        high1 < low2 || high2 < low1
+    };
+    if apart(&n1) || apart(&n2) {
+        return false;
+    }
+    for a in &e1 {
+        for b in &e2 {
+            let axis = a.cross(b);
+            if axis.norm_squared() > 1e-20 * a.norm_squared() * b.norm_squared() && apart(&axis) {
+                return false;
+            }
+        }
+    }
+    let coplanar = n1.cross(&n2).norm_squared() <= 1e-20 * n1.norm_squared() * n2.norm_squared();
+    !(coplanar && (e1.iter().any(|edge| apart(&n1.cross(edge))) || e2.iter().any(|edge| apart(&n2.cross(edge)))))
+}
+
+fn span(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3]) -> (f64, f64) {
+    let [a, b, c] = corners.map(|corner| axis.dot(&corner));
+    (a.min(b).min(c), a.max(b).max(c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn point() -> impl Strategy<Value = Point3<f64>> {
+        [-1.0..1.0, -1.0..1.0, -1.0..1.0f64].prop_map(|[x, y, z]| Point3::new(x, y, z))
+    }
+
+    fn triangle() -> impl Strategy<Value = Triangle> {
+        [point(), point(), point()]
+    }
+
+    /// Whether a segment passes through a triangle, by signed volumes.
+    fn pierces(from: &Point3<f64>, to: &Point3<f64>, [a, b, c]: &Triangle) -> bool {
+        let volume =
+            |p: &Point3<f64>, q: &Point3<f64>, r: &Point3<f64>, s: &Point3<f64>| (q - p).cross(&(r - p)).dot(&(s - p));
+        let sides = [volume(from, to, a, b), volume(from, to, b, c), volume(from, to, c, a)];
+        let ends = volume(a, b, c, from) * volume(a, b, c, to) < 0.0;
+        ends && (sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0))
+    }
+
+    proptest! {
+        #[test]
+        fn touching_is_an_edge_of_one_through_the_other(first in triangle(), second in triangle()) {
+            let edges = |[a, b, c]: Triangle| [(a, b), (b, c), (c, a)];
+            let through = edges(first).iter().any(|(from, to)| pierces(from, to, &second))
+                || edges(second).iter().any(|(from, to)| pierces(from, to, &first));
+            prop_assert_eq!(touch(&first, &second), through);
+            prop_assert_eq!(touch(&second, &first), through);
+        }
+
+        #[test]
+        fn the_closest_point_is_the_closest_of_many(point in point(), triangle in triangle()) {
+            let mut best = f64::INFINITY;
+            for i in 0..=60 {
+                for j in 0..=60 - i {
+                    let (u, v) = (f64::from(i) / 60.0, f64::from(j) / 60.0);
+                    let on = triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v;
+                    best = best.min((on - point).norm());
+                }
+            }
+            let found = squared_distance(&point, &triangle).sqrt();
+            prop_assert!(found <= best + 1e-12 && found >= best - 0.06, "{found} {best}");
+        }
+    }
+
+    #[test]
+    fn flat_neighbours() {
+        let base = [Point3::new(0.0, 0.0, 0.0), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)];
+        let moved = |by: [f64; 3]| base.map(|corner| corner + Vector3::from(by));
+        assert!(touch(&base, &moved([0.2, 0.2, 0.0])));
+        assert!(!touch(&base, &moved([0.8, 0.8, 0.0])), "coplanar, beside each other");
+        assert!(!touch(&base, &moved([0.2, 0.2, 1e-9])), "parallel");
+        assert!(touch(&base, &base));
+    }
+}
