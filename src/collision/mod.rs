@@ -13,5 +13,6 @@ mod solid;
 mod surface_tree;
 mod triangle;
 
-pub use body::{Bodies, Body, Geometry, Shape, Triangles};
+pub use crate::geom::{Shape, Triangles};
+pub use body::{Bodies, Body, Geometry};
 pub use checker::{CollisionChecker, LinkFrames, Verdict};

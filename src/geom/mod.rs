@@ -11,6 +11,7 @@ mod mesh;
 mod query;
 #[cfg(feature = "factory")]
 mod render_mesh;
+mod shape;
 mod simd;
 mod views;
 
@@ -26,6 +27,7 @@ pub use mesh::{Aabb, TriMesh};
 pub use query::{MeshQuery, NoSurface, RayHit};
 #[cfg(feature = "factory")]
 pub use render_mesh::RenderMesh;
+pub use shape::{Shape, Triangles};
 pub use simd::SimdLevel;
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};
 #[cfg(feature = "factory")]

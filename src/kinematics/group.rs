@@ -169,6 +169,19 @@ impl PlanningGroup {
         Pose::from_isometry(last * self.parts.end_effector)
     }
 
+    /// Where the links are: the world poses of the frames that joints 1 to n move, as they stand after the motion.
+    ///
+    /// # Panics
+    /// When `q` or `out` has another length than the group.
+    pub fn link_frames(&self, q: &[f64], out: &mut [IsometryMatrix3<f64>]) {
+        assert_eq!((q.len(), out.len()), (self.len(), self.len()), "one value and one frame a joint");
+        let mut frame = IsometryMatrix3::identity();
+        for ((joint, value), out) in self.joints().iter().zip(q).zip(out) {
+            frame = frame * joint.origin * joint.motion(*value);
+            *out = frame;
+        }
+    }
+
     /// Forward kinematics and the geometric Jacobian, shape (6, joints): how the end effector's origin moves [m] (rows 0
     /// to 2) and how it turns [rad] (rows 3 to 5) a unit of each joint, both in world axes.
     ///

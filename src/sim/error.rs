@@ -62,6 +62,64 @@ pub enum RobotError {
         /// MuJoCo's words, with line and column where it knows them.
         message: String,
     },
+    /// A file that the description names is not there.
+    #[error("{}: {} is not there; {}", path.display(), file.display(), missing_remedy(file))]
+    Missing {
+        /// The robot.
+        path: PathBuf,
+        /// What it names.
+        file: PathBuf,
+    },
+    /// A mesh file cannot be read.
+    #[error("{}: geom {geom}: {source}", path.display())]
+    Mesh {
+        /// The robot.
+        path: PathBuf,
+        /// The geom that shows it.
+        geom: String,
+        /// What is wrong.
+        source: crate::assets::MeshRefusal,
+    },
+    /// A mesh that is in no file.
+    #[error("{}: geom {geom}: its mesh {mesh:?} is in no file; write it to an STL, OBJ, PLY or OFF file and name that", path.display())]
+    MeshInline {
+        /// The robot.
+        path: PathBuf,
+        /// The geom that shows it.
+        geom: String,
+        /// The mesh.
+        mesh: String,
+    },
+    /// A geom whose kind collision checking does not know.
+    #[error("{}: geom {geom} of body {body:?} is {kind}; {remedy}, or give it contype=\"0\" conaffinity=\"0\" if nothing can hit it", path.display())]
+    Geom {
+        /// The robot.
+        path: PathBuf,
+        /// The geom.
+        geom: String,
+        /// The body that it is part of.
+        body: String,
+        /// Its kind, with an article.
+        kind: &'static str,
+        /// What to use instead.
+        remedy: &'static str,
+    },
+    /// Contacts that are listed one by one.
+    #[error("{}: <contact><pair> says which geoms may touch; say it by contype, conaffinity and <contact><exclude>", path.display())]
+    Pairs {
+        /// The robot.
+        path: PathBuf,
+    },
+    /// The joints of a group move different branches.
+    #[error("{}: joint {joint:?} does not hang on joint {before:?}; a planning group is one chain", path.display())]
+    Branches {
+        /// The robot.
+        path: PathBuf,
+        /// The joint.
+        joint: String,
+        /// The joint of the group before it in the description.
+        before: String,
+    },
     /// No joint has that name.
     #[error("{}: no joint is named {name:?}; the robot has {}", path.display(), list(present))]
     NoJoint {
@@ -112,6 +170,14 @@ pub enum RobotError {
         /// What is wrong.
         source: crate::kinematics::InvalidGroup,
     },
+}
+
+/// How to get a file that a robot's description names.
+fn missing_remedy(file: &std::path::Path) -> &'static str {
+    let parts: Vec<_> = file.components().map(|part| part.as_os_str()).collect();
+    let fetched =
+        parts.windows(2).any(|pair| pair[0] == ".deps" && ["fetch", "panda"].iter().any(|name| pair[1] == *name));
+    if fetched { "run `make robots`, which fetches it" } else { "check meshdir and the file's name" }
 }
 
 fn list(names: &[String]) -> String {

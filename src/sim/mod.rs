@@ -14,6 +14,7 @@
 /// stand before the process starts: the command line runs itself again with it.
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
+mod bodies;
 mod depth;
 mod error;
 mod ffi;

@@ -1,9 +1,13 @@
 //! Planning groups out of MJCF.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use mujoco_rs::wrappers::{
     mj_data::MjData,
+    mj_editing::MjSpec,
     mj_model::{MjModel, MjtJoint, MjtObjBase},
 };
 use nalgebra::{IsometryMatrix3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
@@ -16,8 +20,20 @@ use crate::{
 
 /// A robot's description, compiled by MuJoCo.
 pub struct RobotModel {
-    path: std::path::PathBuf,
-    model: MjModel,
+    pub(super) path: PathBuf,
+    pub(super) model: MjModel,
+    /// Of each mesh, in the model's order.
+    pub(super) meshes: Vec<MeshFile>,
+}
+
+/// Where a mesh of the description comes from.
+pub(super) struct MeshFile {
+    /// `None` for a mesh written into the description, or made by MuJoCo.
+    pub(super) file: Option<PathBuf>,
+    /// The frame that the file's points are taken into before they are scaled, seen from the file's own.
+    pub(super) file_from_reference: IsometryMatrix3<f64>,
+    /// By axis.
+    pub(super) scale: [f64; 3],
 }
 
 impl RobotModel {
@@ -31,8 +47,10 @@ impl RobotModel {
         if path.to_str().is_none_or(|text| text.contains('\0')) {
             return Err(refused("path is not UTF-8".into()));
         }
-        let model = MjModel::from_xml(path).map_err(|error| refused(error.to_string()))?;
-        Ok(Self { path: path.to_owned(), model })
+        let mut spec = MjSpec::from_xml(path).map_err(|error| missing_or(path, error.to_string()))?;
+        let model = spec.compile().map_err(|error| missing_or(path, error.to_string()))?;
+        let meshes = (0..model.mesh_pathadr().len()).map(|mesh| mesh_file(&spec, &model, mesh)).collect();
+        Ok(Self { path: path.to_owned(), model, meshes })
     }
 
     /// The joints between the world and a site, as a planning group; those named in `fixed` [rad or m], and all others
@@ -74,19 +92,7 @@ impl RobotModel {
         // From the frame that the last joint of the group moves.
         let mut frame = IsometryMatrix3::identity();
         for body in bodies {
-            frame *= isometry(&model.body_pos()[body], &model.body_quat()[body]);
-            for id in self.joints_of(body) {
-                let (mut joint, reference) = self.read_joint(id)?;
-                let anchor = Translation3::from(Vector3::from(model.jnt_pos()[id]));
-                if joints.contains(&joint.name.as_str()) {
-                    joint.origin = frame * anchor * joint.motion(-reference);
-                    frame = IsometryMatrix3::from_parts(anchor.inverse(), nalgebra::Rotation3::identity());
-                    parts.joints.push(joint);
-                } else {
-                    let value = fixed.get(&joint.name).copied().unwrap_or(reference);
-                    frame = frame * anchor * joint.motion(value - reference) * anchor.inverse();
-                }
-            }
+            self.pass_through(body, joints, fixed, &mut frame, &mut parts.joints)?;
         }
         parts.end_effector = frame * isometry(&model.site_pos()[site_id], &model.site_quat()[site_id]);
         PlanningGroup::new(parts).map_err(|source| RobotError::Group { path: self.path.clone(), source })
@@ -108,7 +114,39 @@ impl RobotModel {
         Ok(pose_from(&data.site_xpos()[site], &data.site_xmat()[site]))
     }
 
-    fn joints_of(&self, body: usize) -> std::ops::Range<usize> {
+    /// From a body's parent to the body: `frame`, that of the parent seen from the link that carries it, becomes that of
+    /// the body; joints of the group on the way are added to `chain` and become the link.
+    pub(super) fn pass_through(
+        &self,
+        body: usize,
+        joints: &[&str],
+        fixed: &BTreeMap<String, f64>,
+        frame: &mut IsometryMatrix3<f64>,
+        chain: &mut Vec<Joint>,
+    ) -> Result<(), RobotError> {
+        let model = &self.model;
+        *frame *= isometry(&model.body_pos()[body], &model.body_quat()[body]);
+        for id in self.joints_of(body) {
+            let name = self.model.id_to_name(MjtObjBase::mjOBJ_JOINT, id).unwrap_or_default();
+            let (mut joint, reference) = match self.read_joint(id) {
+                // Where a ball or free joint stands at rest, its body is where the description puts it.
+                Err(RobotError::Kind { .. }) if !joints.contains(&name) && !fixed.contains_key(name) => continue,
+                read => read?,
+            };
+            let anchor = Translation3::from(Vector3::from(model.jnt_pos()[id]));
+            if joints.contains(&joint.name.as_str()) {
+                joint.origin = *frame * anchor * joint.motion(-reference);
+                *frame = IsometryMatrix3::from_parts(anchor.inverse(), nalgebra::Rotation3::identity());
+                chain.push(joint);
+            } else {
+                let value = fixed.get(&joint.name).copied().unwrap_or(reference);
+                *frame = *frame * anchor * joint.motion(value - reference) * anchor.inverse();
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn joints_of(&self, body: usize) -> std::ops::Range<usize> {
         let count = index(self.model.body_jntnum()[body]);
         let first = if count == 0 { 0 } else { index(self.model.body_jntadr()[body]) };
         first..first + count
@@ -136,7 +174,7 @@ impl RobotModel {
         Ok((joint, model.qpos0()[index(model.jnt_qposadr()[id])]))
     }
 
-    fn joint(&self, name: &str) -> Result<usize, RobotError> {
+    pub(super) fn joint(&self, name: &str) -> Result<usize, RobotError> {
         self.named(MjtObjBase::mjOBJ_JOINT, name).ok_or_else(|| RobotError::NoJoint {
             path: self.path.clone(),
             name: name.to_owned(),
@@ -162,12 +200,35 @@ impl RobotModel {
 }
 
 /// MuJoCo's indices are C integers; those of what is there are not negative.
-fn index(value: i32) -> usize {
+pub(super) fn index(value: i32) -> usize {
     usize::try_from(value).expect("an index of the compiled model")
 }
 
-fn isometry(position: &[f64; 3], quaternion: &[f64; 4]) -> IsometryMatrix3<f64> {
+pub(super) fn isometry(position: &[f64; 3], quaternion: &[f64; 4]) -> IsometryMatrix3<f64> {
     let [w, x, y, z] = *quaternion;
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix();
     IsometryMatrix3::from_parts(Translation3::from(Vector3::from(*position)), rotation)
+}
+
+/// MuJoCo's refusal, or the file that it lacks.
+fn missing_or(path: &Path, message: String) -> RobotError {
+    const OPENING: &str = "Error opening file '";
+    let file =
+        message.split_once(OPENING).and_then(|(_, rest)| rest.split_once('\'')).map(|(file, _)| PathBuf::from(file));
+    match file {
+        Some(file) if file != path => RobotError::Missing { path: path.to_owned(), file },
+        _ => RobotError::Refused { path: path.to_owned(), message },
+    }
+}
+
+fn mesh_file(spec: &MjSpec, model: &MjModel, mesh: usize) -> MeshFile {
+    let start = usize::try_from(model.mesh_pathadr()[mesh]).ok();
+    let file = start.map(|start| {
+        let bytes = model.paths()[start..].iter().map(|byte| byte.cast_unsigned()).take_while(|byte| *byte != 0);
+        PathBuf::from(String::from_utf8_lossy(&bytes.collect::<Vec<u8>>()).into_owned())
+    });
+    let written = model.id_to_name(MjtObjBase::mjOBJ_MESH, mesh).and_then(|name| spec.mesh(name));
+    let file_from_reference =
+        written.map_or_else(IsometryMatrix3::identity, |mesh| isometry(mesh.refpos(), mesh.refquat()));
+    MeshFile { file, file_from_reference, scale: model.mesh_scale()[mesh] }
 }

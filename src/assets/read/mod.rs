@@ -10,6 +10,7 @@ mod text;
 use std::path::Path;
 
 use super::{MeshRefusal, Refuse};
+use crate::geom::Triangles;
 
 /// Triangles as found, before any scaling, merging or checking of shape.
 #[derive(Debug, Default, PartialEq)]
@@ -37,6 +38,18 @@ pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
     let bytes = load(path).map_err(|refuse| refuse.about(path.display()))?;
     let raw = parse(path, &bytes).map_err(|refuse| refuse.about(path.display()))?;
     Ok((bytes, raw))
+}
+
+/// The triangles of a mesh file in the file's unit, nothing mended; corners that share a position may be one.
+///
+/// # Errors
+/// When the file can't be read, or holds a position that is not finite.
+pub fn read_triangles(path: &Path) -> Result<Triangles, MeshRefusal> {
+    let (_, raw) = read(path)?;
+    if let Some((vertex, place)) = raw.not_finite.first() {
+        return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(place).about(path.display()));
+    }
+    Ok(Triangles { corners: raw.positions.into_iter().map(Into::into).collect(), triangles: raw.faces })
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, Refuse> {

@@ -1,0 +1,263 @@
+//! What of a robot can collide, out of MJCF.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
+
+use mujoco_rs::{
+    mujoco_c::mjtDisableBit,
+    wrappers::mj_model::{MjtGeomBase, MjtObjBase},
+};
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3};
+
+use super::{
+    error::RobotError,
+    robot::{RobotModel, index, isometry},
+};
+use crate::{
+    assets::read_triangles,
+    collision::{Bodies, Body, Geometry},
+    geom::{Shape, Triangles},
+    kinematics::Joint,
+};
+
+/// The bodies of a robot seen from a planning group, and which geoms each is made of.
+#[expect(dead_code, reason = "the contacts of the next commit")]
+pub(super) struct Carried {
+    pub(super) bodies: Bodies,
+    /// The group's joints, from the world outward.
+    pub(super) chain: Vec<Joint>,
+    /// Of each geom of the model, its place in `bodies`; `None` for what is only seen.
+    pub(super) place_of_geom: Vec<Option<usize>>,
+}
+
+/// A part of a body whose geoms may touch the same geoms.
+#[derive(PartialEq)]
+struct Part {
+    body: usize,
+    contype: i32,
+    conaffinity: i32,
+}
+
+impl RobotModel {
+    /// What can collide, for the planning group of these joints; those named in `fixed` [rad or m], and all others, stand
+    /// still: at the value given, else where the description has them.
+    ///
+    /// Every geom whose `contype` or `conaffinity` is not 0 is there, meshes with the triangles of their files (MuJoCo
+    /// itself collides convex hulls of them). The pairs are those that MuJoCo checks: no two bodies of one link, no two
+    /// that are welded together, no parent with its child (unless that parent stands still in the world), none that
+    /// `<contact><exclude>` names or whose `contype` and `conaffinity` don't fit. A body whose geoms differ in these is
+    /// listed once for each sort.
+    ///
+    /// # Errors
+    /// When a name is not there, the joints are no chain, a mesh can't be read, or a geom is a plane, an ellipsoid, a
+    /// height field or a distance field.
+    pub fn bodies(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Bodies, RobotError> {
+        self.carried(joints, fixed).map(|carried| carried.bodies)
+    }
+
+    pub(super) fn carried(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Carried, RobotError> {
+        let model = &self.model;
+        for name in joints.iter().copied().chain(fixed.keys().map(String::as_str)) {
+            self.joint(name)?;
+        }
+        if !model.pair_geom1().is_empty() {
+            return Err(RobotError::Pairs { path: self.path.clone() });
+        }
+        let (places, chain) = self.places(joints, fixed)?;
+        let mut meshes = BTreeMap::new();
+        let (mut parts, mut bodies) = (Vec::<Part>::new(), Vec::<Body>::new());
+        let mut place_of_geom = vec![None; model.geom_type().len()];
+        for (geom, place_of_geom) in place_of_geom.iter_mut().enumerate() {
+            let (contype, conaffinity) = (model.geom_contype()[geom], model.geom_conaffinity()[geom]);
+            if contype == 0 && conaffinity == 0 {
+                continue;
+            }
+            let part = Part { body: index(model.geom_bodyid()[geom]), contype, conaffinity };
+            let (link, link_from_body) = &places[part.body];
+            let (shape, body_from_shape) = self.shape(geom, &mut meshes)?;
+            let geometry = Geometry { shape, link_from_shape: link_from_body * body_from_shape };
+            let place = parts.iter().position(|known| *known == part);
+            if let Some(place) = place {
+                bodies[place].geometries.push(geometry);
+            } else {
+                let mut name = self.body_name(part.body);
+                if parts.iter().any(|known| known.body == part.body) {
+                    name = format!("{name} (contype {contype}, conaffinity {conaffinity})");
+                }
+                bodies.push(Body { name, link: *link, geometries: vec![geometry] });
+                parts.push(part);
+            }
+            *place_of_geom = Some(place.unwrap_or(bodies.len() - 1));
+        }
+        let pairs = self.pairs(&parts, &bodies);
+        Ok(Carried { bodies: Bodies { bodies, pairs }, chain, place_of_geom })
+    }
+
+    /// Of each body the link that carries it, and its frame seen from the link's; and the group's joints.
+    #[expect(clippy::type_complexity, reason = "named at the call")]
+    fn places(
+        &self,
+        joints: &[&str],
+        fixed: &BTreeMap<String, f64>,
+    ) -> Result<(Vec<(usize, IsometryMatrix3<f64>)>, Vec<Joint>), RobotError> {
+        let model = &self.model;
+        let mut chain: Vec<Joint> = Vec::new();
+        let mut places = vec![(0, IsometryMatrix3::identity())];
+        // Parents come before their children.
+        for body in 1..model.body_parentid().len() {
+            let (mut link, mut frame) = places[index(model.body_parentid()[body])];
+            let before = chain.len();
+            self.pass_through(body, joints, fixed, &mut frame, &mut chain)?;
+            if chain.len() > before {
+                if link != before {
+                    let name = |joint: &Joint| joint.name.clone();
+                    let (joint, before) = (name(&chain[before]), name(&chain[before - 1]));
+                    return Err(RobotError::Branches { path: self.path.clone(), joint, before });
+                }
+                link = chain.len();
+            }
+            places.push((link, frame));
+        }
+        Ok((places, chain))
+    }
+
+    /// MuJoCo's own rules ("Computation", "Collision detection: selection").
+    fn pairs(&self, parts: &[Part], bodies: &[Body]) -> Vec<[usize; 2]> {
+        let model = &self.model;
+        let weld = |body: usize| index(model.body_weldid()[body]);
+        let weld_parent = |weld_of: usize| weld(index(model.body_parentid()[weld_of]));
+        let filter_parent = model.opt().disableflags & mjtDisableBit::mjDSBL_FILTERPARENT as i32 == 0;
+        let excluded: BTreeSet<[usize; 2]> = model
+            .exclude_signature()
+            .iter()
+            .map(|signature| {
+                let [a, b] = [index(signature >> 16), index(signature & 0xffff)];
+                [a.min(b), a.max(b)]
+            })
+            .collect();
+        let mut pairs = Vec::new();
+        for (i, one) in parts.iter().enumerate() {
+            for (j, two) in parts.iter().enumerate().skip(i + 1) {
+                let (weld_one, weld_two) = (weld(one.body), weld(two.body));
+                let family = weld_one != 0
+                    && weld_two != 0
+                    && (weld_one == weld_parent(weld_two) || weld_two == weld_parent(weld_one));
+                let meet = one.contype & two.conaffinity != 0 || two.contype & one.conaffinity != 0;
+                let listed = [one.body.min(two.body), one.body.max(two.body)];
+                if bodies[i].link != bodies[j].link
+                    && weld_one != weld_two
+                    && !(family && filter_parent)
+                    && meet
+                    && !excluded.contains(&listed)
+                {
+                    pairs.push([i, j]);
+                }
+            }
+        }
+        pairs
+    }
+
+    /// A geom's shape, and the shape's frame seen from its body.
+    fn shape(
+        &self,
+        geom: usize,
+        meshes: &mut BTreeMap<usize, Arc<Triangles>>,
+    ) -> Result<(Shape, IsometryMatrix3<f64>), RobotError> {
+        let model = &self.model;
+        let body_from_geom = isometry(&model.geom_pos()[geom], &model.geom_quat()[geom]);
+        let [x, y, z] = model.geom_size()[geom];
+        let shape = match model.geom_type()[geom] {
+            MjtGeomBase::mjGEOM_BOX => Shape::Box { half: [x, y, z] },
+            MjtGeomBase::mjGEOM_SPHERE => Shape::Sphere { radius: x },
+            MjtGeomBase::mjGEOM_CAPSULE => Shape::Capsule { radius: x, half: y },
+            MjtGeomBase::mjGEOM_CYLINDER => Shape::Cylinder { radius: x, half: y },
+            MjtGeomBase::mjGEOM_MESH => {
+                let mesh = index(model.geom_dataid()[geom]);
+                let triangles = if let Some(known) = meshes.get(&mesh) {
+                    Arc::clone(known)
+                } else {
+                    let read = Arc::new(self.triangles(geom, mesh)?);
+                    meshes.insert(mesh, Arc::clone(&read));
+                    read
+                };
+                // MuJoCo moves a mesh to its centre and turns it to its axes, and the geom the other way.
+                let file_from_geom = isometry(&model.mesh_pos()[mesh], &model.mesh_quat()[mesh]);
+                return Ok((Shape::Mesh(triangles), as_written(body_from_geom * file_from_geom.inverse())));
+            }
+            kind => {
+                let (kind, remedy) = match kind {
+                    MjtGeomBase::mjGEOM_PLANE => ("a plane", "use a box"),
+                    MjtGeomBase::mjGEOM_ELLIPSOID => ("an ellipsoid", "use a sphere, a capsule or a mesh"),
+                    MjtGeomBase::mjGEOM_HFIELD => ("a height field", "use boxes or a mesh"),
+                    MjtGeomBase::mjGEOM_SDF => ("a distance field", "use a mesh"),
+                    _ => ("of a kind that is not read", "use a box, a sphere, a capsule, a cylinder or a mesh"),
+                };
+                let body = self.body_name(index(model.geom_bodyid()[geom]));
+                return Err(RobotError::Geom {
+                    path: self.path.clone(),
+                    geom: self.geom_name(geom),
+                    body,
+                    kind,
+                    remedy,
+                });
+            }
+        };
+        Ok((shape, as_written(body_from_geom)))
+    }
+
+    /// A mesh's triangles, in its file's frame, after `refpos`, `refquat` and `scale`.
+    fn triangles(&self, geom: usize, mesh: usize) -> Result<Triangles, RobotError> {
+        let source = &self.meshes[mesh];
+        let Some(file) = &source.file else {
+            let mesh = self.model.id_to_name(MjtObjBase::mjOBJ_MESH, mesh).unwrap_or_default().to_owned();
+            return Err(RobotError::MeshInline { path: self.path.clone(), geom: self.geom_name(geom), mesh });
+        };
+        let mut triangles = read_triangles(file).map_err(|source| RobotError::Mesh {
+            path: self.path.clone(),
+            geom: self.geom_name(geom),
+            source,
+        })?;
+        let reference_from_file = source.file_from_reference.inverse();
+        let [x, y, z] = source.scale;
+        for corner in &mut triangles.corners {
+            let point = reference_from_file * *corner;
+            *corner = Point3::new(x * point.x, y * point.y, z * point.z);
+        }
+        if x * y * z < 0.0 {
+            triangles.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        Ok(triangles)
+    }
+
+    /// A body's name, or its number where it has none.
+    fn body_name(&self, body: usize) -> String {
+        match self.model.id_to_name(MjtObjBase::mjOBJ_BODY, body) {
+            Some(name) if !name.is_empty() => name.to_owned(),
+            _ => format!("body {body}"),
+        }
+    }
+
+    /// A geom's name in quotes, or its number where it has none.
+    fn geom_name(&self, geom: usize) -> String {
+        match self.model.id_to_name(MjtObjBase::mjOBJ_GEOM, geom) {
+            Some(name) if !name.is_empty() => format!("{name:?}"),
+            _ => format!("{geom}, which has no name,"),
+        }
+    }
+}
+
+/// A placement without what its way through MuJoCo has added: places to a tenth of a picometre, and entries of the
+/// rotation that are nearly -1, 0 or 1 made so. What MuJoCo adds depends on the machine's mathematics library; the map of
+/// a robot must not.
+fn as_written(placed: IsometryMatrix3<f64>) -> IsometryMatrix3<f64> {
+    let place = placed.translation.vector.map(|metres| (metres * 1e13).round() / 1e13);
+    let turn =
+        placed.rotation.matrix().map(|entry| if (entry - entry.round()).abs() < 1e-14 { entry.round() } else { entry });
+    // -0 becomes 0.
+    IsometryMatrix3::from_parts(
+        Translation3::from(place.add_scalar(0.0)),
+        Rotation3::from_matrix_unchecked(turn.add_scalar(0.0)),
+    )
+}
