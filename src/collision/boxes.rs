@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
-use super::triangle::Triangle;
+use super::triangle::{Triangle, squared_distance};
 
 /// Triangles a leaf, at most.
 const LEAF: usize = 4;
@@ -49,6 +49,36 @@ impl BoxTree {
             self.split(triangles, half..run.end);
         }
         self.nodes[node].next = self.nodes.len() as u32;
+    }
+
+    /// Squared distance from a point to the nearest of the triangles [m^2].
+    pub fn squared_distance(&self, triangles: &[Triangle], point: &Point3<f64>) -> f64 {
+        let mut best = f64::INFINITY;
+        self.approach(0, triangles, point, &mut best);
+        best
+    }
+
+    fn approach(&self, at: usize, triangles: &[Triangle], point: &Point3<f64>, best: &mut f64) {
+        let node = &self.nodes[at];
+        if node.next as usize == at + 1 {
+            let run = node.triangles.start as usize..node.triangles.end as usize;
+            for place in &self.order[run] {
+                *best = best.min(squared_distance(point, &triangles[*place as usize]));
+            }
+            return;
+        }
+        let outside = |child: usize| {
+            let node = &self.nodes[child];
+            (node.low - point).sup(&(point - node.high)).sup(&Vector3::zeros()).norm_squared()
+        };
+        let children = [at + 1, self.nodes[at + 1].next as usize];
+        let [near, far] =
+            if outside(children[0]) <= outside(children[1]) { children } else { [children[1], children[0]] };
+        for child in [near, far] {
+            if outside(child) < *best {
+                self.approach(child, triangles, point, best);
+            }
+        }
     }
 
     /// Whether `found` holds for a triangle whose group's box meets the box from `low` to `high`.

@@ -5,7 +5,7 @@ use nalgebra::{IsometryMatrix3, Point3};
 use super::{
     Shape,
     body::{Bodies, Body},
-    solid::Solid,
+    solid::{Contact, Solid},
     triangle::{self, Triangle},
 };
 
@@ -29,6 +29,7 @@ pub enum Verdict {
 pub struct CollisionChecker {
     bodies: Vec<Option<CheckedBody>>,
     pairs: Vec<[usize; 2]>,
+    links: Vec<usize>,
 }
 
 #[derive(Clone, Debug)]
@@ -54,31 +55,56 @@ impl CollisionChecker {
                 CheckedBody { link: body.link, centre, radius, solid }
             })
         });
-        Self { bodies: prepared.collect(), pairs: bodies.pairs.clone() }
+        Self {
+            bodies: prepared.collect(),
+            pairs: bodies.pairs.clone(),
+            links: bodies.bodies.iter().map(|body| body.link).collect(),
+        }
     }
 
-    /// Whether any pair touches. `links` are the frames of the links in the world, the world itself first (see
-    /// [`Body::link`]); `first` is the pair to look at first, such as the one that touched a moment ago.
-    pub fn check(&self, links: &LinkFrames, first: usize) -> Verdict {
-        let order = [first].into_iter().chain((0..self.pairs.len()).filter(|pair| *pair != first));
-        let mut near = Vec::new();
-        for pair in order.filter(|pair| *pair < self.pairs.len()) {
-            let Some((low, high)) = self.near(pair, links) else { continue };
-            let low_from_high = links[low.link].inv_mul(&links[high.link]);
-            if let Some(depth) = low.solid.overlap(&high.solid, &low_from_high) {
-                return Verdict::Collides { pair, depth };
-            }
-            near.push((pair, low_from_high));
-        }
-        for (pair, low_from_high) in near {
-            let [low, high] = self.pairs[pair].map(|place| self.bodies[place].as_ref());
-            if let (Some(low), Some(high)) = (low, high)
-                && low.solid.touches(&high.solid, &low_from_high)
-            {
-                return Verdict::Collides { pair, depth: 0.0 };
+    /// The pairs, and the links that carry their bodies.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.pairs.iter().map(|pair| pair.map(|body| self.links[body]))
+    }
+
+    /// The link that carries each body (see [`Body::link`]).
+    pub fn links(&self) -> impl Iterator<Item = usize> {
+        self.links.iter().copied()
+    }
+
+    /// The two bodies of a pair (places in [`Bodies::bodies`]).
+    pub fn bodies_of(&self, pair: usize) -> [usize; 2] {
+        self.pairs[pair]
+    }
+
+    /// Points in the frame of a body's link whose hull holds the body; none where it stands in no pair.
+    pub fn corners(&self, body: usize) -> impl Iterator<Item = &Point3<f64>> {
+        self.bodies[body].iter().flat_map(|body| body.solid.corners())
+    }
+
+    /// Whether one of the pairs given (places in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
+    /// links in the world, the world itself first (see [`Body::link`]).
+    pub fn check(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> Verdict {
+        for pair in pairs {
+            match self.contact(pair, links) {
+                Contact::Apart => {}
+                Contact::Touch => return Verdict::Collides { pair, depth: 0.0 },
+                Contact::Overlap(depth) => return Verdict::Collides { pair, depth },
             }
         }
         Verdict::Free
+    }
+
+    /// Whether the two bodies of a pair (its place in [`Bodies::pairs`]) touch.
+    pub fn pair(&self, pair: usize, links: &LinkFrames) -> bool {
+        self.contact(pair, links) != Contact::Apart
+    }
+
+    fn contact(&self, pair: usize, links: &LinkFrames) -> Contact {
+        match self.near(pair, links) {
+            None => Contact::Apart,
+            Some((low, high)) => low.solid.contact(&high.solid, &links[low.link].inv_mul(&links[high.link])),
+        }
     }
 
     /// The bodies of a pair whose balls meet.

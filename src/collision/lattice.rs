@@ -18,6 +18,7 @@ pub(super) struct Lattice {
     low: Point3<f64>,
     high: Point3<f64>,
     spacing: f64,
+    inverse_spacing: f64,
     counts: [usize; 3],
     /// Distance to the surface [m], negative where no way leads out of the mesh. C order over x, y, z.
     distances: Vec<f32>,
@@ -32,7 +33,14 @@ impl Lattice {
         let sides: Vector3<f64> = high - low;
         let spacing = libm::cbrt(sides.product().max(1e-12) / POINTS).clamp(SPACINGS[0], SPACINGS[1]);
         let counts = std::array::from_fn(|axis| (sides[axis] / spacing).ceil() as usize + 1);
-        let mut lattice = Self { low, high, spacing, counts, distances: vec![0.0; counts.iter().product()] };
+        let mut lattice = Self {
+            low,
+            high,
+            spacing,
+            inverse_spacing: 1.0 / spacing,
+            counts,
+            distances: vec![0.0; counts.iter().product()],
+        };
         let side = counts.iter().max().copied().unwrap_or(1).next_power_of_two();
         lattice.fill(triangles, &(0..triangles.len() as u32).collect::<Vec<_>>(), [0; 3], side);
         lattice.find_inside();
@@ -149,17 +157,72 @@ impl Lattice {
     /// Bounds at a point: at least so far from the surface, and signed distance at most so much [m].
     #[inline]
     pub fn bounds(&self, point: &Point3<f64>) -> (f64, f64) {
-        let inverse = 1.0 / self.spacing;
-        let to = point - self.low;
-        let index = |axis: usize| {
-            let place = (to[axis] * inverse + 0.5) as isize;
-            place.clamp(0, self.counts[axis] as isize - 1) as usize
-        };
-        let cell = [index(0), index(1), index(2)];
-        let stored = f64::from(self.distances[self.place(cell)]);
-        let offset = (point - self.point(cell)).norm() + ROUNDING;
+        let (stored, offset) = self.nearest(point);
         let beyond = (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros()).norm();
         (beyond.max(stored.abs() - offset), stored + offset)
+    }
+
+    /// Whether the surface is certainly farther from a point than this [m].
+    #[inline]
+    pub fn is_farther(&self, point: &Point3<f64>, distance: f64) -> bool {
+        let (stored, offset) = self.nearest(point);
+        stored.abs() - offset > distance || {
+            let beyond = (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros());
+            beyond.norm_squared() > distance * distance
+        }
+    }
+
+    /// What is stored at the nearest point of the lattice, and how far that is [m].
+    #[inline]
+    fn nearest(&self, point: &Point3<f64>) -> (f64, f64) {
+        let place = (point - self.low) * self.inverse_spacing;
+        let index = |axis: usize| ((place[axis] + 0.5).max(0.0) as usize).min(self.counts[axis] - 1);
+        let cell = [index(0), index(1), index(2)];
+        let stored = f64::from(self.distances[self.place(cell)]);
+        let offset = (place - Vector3::from(cell.map(|index| index as f64))).norm() * self.spacing + ROUNDING;
+        (stored, offset)
+    }
+
+    /// Whether a point whose distance to the surface is known [m] is inside for certain: no surface lies between it and a
+    /// lattice point that is.
+    pub fn is_inside(&self, point: &Point3<f64>, distance: f64) -> bool {
+        let (stored, offset) = self.nearest(point);
+        stored < 0.0 && offset < distance - stored
+    }
+
+    /// The lattice point nearest to a point.
+    pub fn cell(&self, point: &Point3<f64>) -> [usize; 3] {
+        let place = (point - self.low) * self.inverse_spacing;
+        std::array::from_fn(|axis| ((place[axis] + 0.5).max(0.0) as usize).min(self.counts[axis] - 1))
+    }
+
+    /// Climbs from a lattice point to one where `height` of (point, signed distance at most [m]) is greatest among its
+    /// neighbours; the height there, and the point.
+    pub fn climb(&self, mut cell: [usize; 3], height: impl Fn(&Point3<f64>, f64) -> f64) -> (f64, Point3<f64>) {
+        let at = |cell: [usize; 3]| {
+            let point = self.point(cell);
+            (height(&point, f64::from(self.distances[self.place(cell)]) + ROUNDING), point)
+        };
+        let mut best = at(cell);
+        loop {
+            let mut next = None;
+            for axis in 0..3 {
+                for forward in [true, false] {
+                    let mut beside = cell;
+                    beside[axis] = beside[axis].wrapping_add(if forward { 1 } else { usize::MAX });
+                    if beside[axis] < self.counts[axis] {
+                        let found = at(beside);
+                        if found.0 > best.0 {
+                            (best, next) = (found, Some(beside));
+                        }
+                    }
+                }
+            }
+            match next {
+                Some(beside) => cell = beside,
+                None => return best,
+            }
+        }
     }
 
     /// Every lattice point that is known to be inside, with its depth [m].

@@ -1,6 +1,6 @@
 //! One body, ready to be asked.
 
-use nalgebra::{IsometryMatrix3, Point3};
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
     boxes::BoxTree,
@@ -13,6 +13,41 @@ use super::{
 const INNER_BALLS: usize = 32;
 /// Radius of the smallest of them [m].
 const LEAST_BALL: f64 = 0.004;
+
+/// How two bodies stand to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Contact {
+    /// They don't touch.
+    Apart,
+    /// Their surfaces touch.
+    Touch,
+    /// They overlap, and moving one by less than this [m] does not part them.
+    Overlap(f64),
+}
+
+/// Places that are still to be looked at: of a tree with eight children a node, whose smallest cubes are a 256th of the
+/// largest at least.
+struct Stack {
+    places: [u32; 64],
+    count: usize,
+}
+
+impl Stack {
+    /// With the root.
+    fn new() -> Self {
+        Self { places: [0; 64], count: 1 }
+    }
+
+    fn push(&mut self, place: u32) {
+        self.places[self.count] = place;
+        self.count += 1;
+    }
+
+    fn pop(&mut self) -> Option<u32> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.places[self.count])
+    }
+}
 
 /// A body's surface as triangles in the frame of its link, with what makes questions cheap.
 #[derive(Clone, Debug)]
@@ -33,44 +68,101 @@ impl Solid {
         Self { tree: SurfaceTree::new(&triangles), boxes: BoxTree::new(&triangles), lattice, inner, triangles }
     }
 
+    /// The corners of the surface.
+    pub fn corners(&self) -> impl Iterator<Item = &Point3<f64>> {
+        self.triangles.iter().flatten()
+    }
+
     /// A ball around the whole body.
     pub fn ball(&self) -> (Point3<f64>, f64) {
         let root = &self.tree.nodes[0];
         (root.centre, root.radius)
     }
 
-    /// How far `other`, whose frame is seen from this one's as `here_from_there`, may be moved at least without ceasing to
-    /// overlap [m], by balls inside it; `None` when they prove nothing.
-    pub fn overlap(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<f64> {
+    /// How this body and `other`, whose frame is seen from this one's as `here_from_there`, stand to each other.
+    pub fn contact(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Contact {
+        let mut open = Stack::new();
+        let mut overlap_tried = false;
+        while let Some(place) = open.pop() {
+            let node = &other.tree.nodes[place as usize];
+            let centre = here_from_there * node.centre;
+            if self.lattice.is_farther(&centre, node.radius) {
+                continue;
+            }
+            for child in node.children.clone() {
+                open.push(child);
+            }
+            if !node.children.is_empty() {
+                continue;
+            }
+            // The surfaces are near each other. First what is proved easily.
+            if !overlap_tried {
+                overlap_tried = true;
+                if let Some(depth) = self.overlap(other, here_from_there) {
+                    return Contact::Overlap(depth);
+                }
+            }
+            // What lies outside of this ball is another leaf's.
+            let piece = (centre - Vector3::repeat(node.radius), centre + Vector3::repeat(node.radius));
+            let mut near = other.tree.triangles(node).iter().map(|place| &other.triangles[*place as usize]);
+            if near.any(|triangle| self.meets(&triangle.map(|corner| here_from_there * corner), &piece)) {
+                return match self.depth_near(other, here_from_there, &node.centre) {
+                    Some(depth) => Contact::Overlap(depth),
+                    None => Contact::Touch,
+                };
+            }
+        }
+        // One may still be inside the other.
+        let inside = |one: &Self, ball: Option<&(Point3<f64>, f64)>, one_from_other: &IsometryMatrix3<f64>| {
+            ball.is_some_and(|(centre, radius)| one.lattice.bounds(&(one_from_other * centre)).1 < *radius)
+        };
+        if !overlap_tried && inside(self, other.inner.first(), here_from_there) {
+            return Contact::Overlap(self.overlap(other, here_from_there).unwrap_or(0.0));
+        }
+        Contact::Apart
+    }
+
+    /// How far `other` may be moved at least without ceasing to overlap [m], by balls inside it; `None` when they prove
+    /// nothing.
+    fn overlap(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<f64> {
         let depth = |(centre, radius): &(Point3<f64>, f64)| radius - self.lattice.bounds(&(here_from_there * centre)).1;
         let deepest = other.inner.iter().map(depth).fold(0.0, f64::max);
         (deepest > 0.0).then_some(deepest)
     }
 
-    /// Whether the two surfaces touch.
-    pub fn touches(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> bool {
-        let mut open = vec![0u32];
-        while let Some(place) = open.pop() {
-            let node = &other.tree.nodes[place as usize];
-            let centre = here_from_there * node.centre;
-            if self.lattice.bounds(&centre).0 > node.radius {
-                continue;
-            }
-            if node.children.is_empty() {
-                let near = other.tree.triangles(node).iter().map(|place| &other.triangles[*place as usize]);
-                if near.into_iter().any(|triangle| self.meets(&triangle.map(|corner| here_from_there * corner))) {
-                    return true;
-                }
-            }
-            open.extend(node.children.clone());
-        }
-        false
+    /// How far the bodies overlap near a point of `other`'s surface [m], a lower bound: a point inside both, as deep in the
+    /// one as the balls around it fit, and in the other likewise.
+    fn depth_near(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>) -> Option<f64> {
+        let below = |one: &Self, two: &Self, two_from_one: &IsometryMatrix3<f64>, start: &Point3<f64>| {
+            let height = |point: &Point3<f64>, own: f64| -own - two.lattice.bounds(&(two_from_one * point)).1;
+            let (_, point) = one.lattice.climb(one.lattice.cell(start), height);
+            -one.signed_at_most(&point) - two.signed_at_most(&(two_from_one * point))
+        };
+        let there_from_here = here_from_there.inverse();
+        let by_other = below(other, self, here_from_there, there);
+        let by_self = below(self, other, &there_from_here, &(here_from_there * there));
+        let depth = by_other.max(by_self) - 1e-6;
+        (depth > 0.0).then_some(depth)
     }
 
-    fn meets(&self, moved: &Triangle) -> bool {
-        let [a, b, c] = moved;
-        let (low, high) = (a.inf(b).inf(c), a.sup(b).sup(c));
-        self.boxes.any_near(&low, &high, |place| triangle::touch(&self.triangles[place as usize], moved))
+    /// Signed distance at a point, exact where the sides are known, else that to the outside [m].
+    fn signed_at_most(&self, point: &Point3<f64>) -> f64 {
+        let distance = self.boxes.squared_distance(&self.triangles, point).sqrt();
+        if self.lattice.bounds(point).1 < 0.0 || self.lattice.is_inside(point, distance) { -distance } else { distance }
+    }
+
+    /// Whether a triangle touches the surface inside a box (low, high).
+    fn meets(&self, moved: &Triangle, (low, high): &(Point3<f64>, Point3<f64>)) -> bool {
+        let (from, to) = triangle::bounds(moved);
+        let (low, high) = (from.sup(low), to.inf(high));
+        if (0..3).any(|axis| low[axis] > high[axis]) {
+            return false;
+        }
+        self.boxes.any_near(&low, &high, |place| {
+            let own = &self.triangles[place as usize];
+            let (from, to) = triangle::bounds(own);
+            (0..3).all(|axis| from[axis] <= high[axis] && to[axis] >= low[axis]) && triangle::touch(own, moved)
+        })
     }
 }
 

@@ -28,6 +28,18 @@ pub(super) struct Node {
     triangles: Range<u32>,
 }
 
+#[derive(Clone, Copy)]
+struct MeshBox {
+    low: Point3<f64>,
+    high: Point3<f64>,
+}
+
+#[derive(Clone, Copy)]
+struct Cube {
+    centre: Point3<f64>,
+    half: f64,
+}
+
 impl SurfaceTree {
     pub fn new(triangles: &[Triangle]) -> Self {
         let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
@@ -41,40 +53,38 @@ impl SurfaceTree {
         let centre = nalgebra::center(&low, &high);
         tree.nodes.push(Node { centre, radius: 0.5 * (high - low).norm() + 1e-6, children: 0..0, triangles: 0..0 });
         let all: Vec<u32> = (0..triangles.len() as u32).collect();
-        tree.split(triangles, 0, centre, half, &all, 0.5 * leaf);
+        tree.split(triangles, 0, MeshBox { low, high }, Cube { centre, half }, &all, 0.5 * leaf);
         tree
     }
 
-    fn split(&mut self, triangles: &[Triangle], node: usize, centre: Point3<f64>, half: f64, near: &[u32], leaf: f64) {
-        if half <= leaf {
+    /// Splits the cube of a node; of each part only what lies in the mesh's box (low, high) counts.
+    fn split(&mut self, triangles: &[Triangle], node: usize, mesh_box: MeshBox, cube: Cube, near: &[u32], leaf: f64) {
+        if cube.half <= leaf {
             let first = self.lists.len() as u32;
             self.lists.extend_from_slice(near);
             self.nodes[node].triangles = first..self.lists.len() as u32;
             return;
         }
-        let half = 0.5 * half;
-        let radius = half * 3f64.sqrt();
+        let half = 0.5 * cube.half;
         let mut parts = Vec::new();
         for octant in 0..8u8 {
             let side = |axis: u8| if octant >> axis & 1 == 0 { -half } else { half };
-            let centre = centre + Vector3::new(side(0), side(1), side(2));
+            let part = Cube { centre: cube.centre + Vector3::new(side(0), side(1), side(2)), half };
+            let low = mesh_box.low.sup(&(part.centre - Vector3::repeat(half)));
+            let high = mesh_box.high.inf(&(part.centre + Vector3::repeat(half)));
+            let (centre, radius) = (nalgebra::center(&low, &high), 0.5 * (high - low).norm() + 1e-9);
             let squared = radius * radius;
             let inside = |place: &&u32| squared_distance(&centre, &triangles[**place as usize]) <= squared;
             let near: Vec<u32> = near.iter().filter(inside).copied().collect();
-            if !near.is_empty() {
-                parts.push((centre, near));
+            if (0..3).all(|axis| low[axis] <= high[axis]) && !near.is_empty() {
+                parts.push((part, Node { centre, radius, children: 0..0, triangles: 0..0 }, near));
             }
         }
-        let first = self.nodes.len() as u32;
-        self.nodes[node].children = first..first + parts.len() as u32;
-        self.nodes.extend(parts.iter().map(|(centre, _)| Node {
-            centre: *centre,
-            radius,
-            children: 0..0,
-            triangles: 0..0,
-        }));
-        for (child, (centre, near)) in (first as usize..).zip(parts) {
-            self.split(triangles, child, centre, half, &near, leaf);
+        let first = self.nodes.len();
+        self.nodes[node].children = first as u32..(first + parts.len()) as u32;
+        self.nodes.extend(parts.iter().map(|(_, node, _)| node.clone()));
+        for (child, (part, _, near)) in (first..).zip(parts) {
+            self.split(triangles, child, mesh_box, part, &near, leaf);
         }
     }
 

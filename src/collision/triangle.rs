@@ -38,6 +38,11 @@ pub(super) fn squared_distance(point: &Point3<f64>, [a, b, c]: &Triangle) -> f64
     (ap - ab * (vb * scale) - ac * (vc * scale)).norm_squared()
 }
 
+/// Least and greatest coordinates.
+pub(super) fn bounds([a, b, c]: &Triangle) -> (Point3<f64>, Point3<f64>) {
+    (a.inf(b).inf(c), a.sup(b).sup(c))
+}
+
 /// Whether a triangle has an area that rounding does not drown.
 pub(super) fn has_area([a, b, c]: &Triangle) -> bool {
     let (ab, ac) = (b - a, c - a);

@@ -17,8 +17,8 @@ mod views;
 
 pub use camera::{Intrinsics, InvalidIntrinsics};
 pub use field::{
-    Axis, AxisUnit, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid, signed_distance_standard,
-    signed_distance_thesis, value_and_gradient,
+    Axis, AxisUnit, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid, PoseLabel, Proof,
+    signed_distance_standard, signed_distance_thesis, value_and_gradient,
 };
 pub use frames::{CameraCv, CameraGl, EndEffector, Frame, Object, Pose, World, rotation_from_rpy};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};

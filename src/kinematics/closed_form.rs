@@ -72,6 +72,8 @@ pub struct SphericalWristArm {
     lines: [Line; 7],
     elbow: Point3<f64>,
     wrist: Point3<f64>,
+    /// The frames that the joints move, in the world, with all joints at 0.
+    links_at_home: [IsometryMatrix3<f64>; 7],
     /// From the end effector's frame to the world with all joints at 0, undone.
     end_effector_from_world: IsometryMatrix3<f64>,
 }
@@ -98,7 +100,9 @@ impl SphericalWristArm {
         let elbow = meet(&[2, 3], "elbow")?;
         let wrist = meet(&[4, 5, 6], "wrist")?;
         let end_effector_from_world = group.forward(&[0.0; 7]).isometry().inverse();
-        Ok(Self { group: group.clone(), lines, elbow, wrist, end_effector_from_world })
+        let mut links_at_home = [IsometryMatrix3::identity(); 7];
+        group.link_frames(&[0.0; 7], &mut links_at_home);
+        Ok(Self { group: group.clone(), lines, elbow, wrist, links_at_home, end_effector_from_world })
     }
 
     /// The planning group.
@@ -144,6 +148,22 @@ impl SphericalWristArm {
     /// Sets of one place in the array hang together as `first` changes. Where a whole family of values does it, as with
     /// aligned roll axes, one of the family is found.
     pub fn branches(&self, target: &Pose<World, EndEffector>, first: f64) -> [Option<[f64; 7]>; BRANCHES] {
+        self.solve(target, first, |_| true)
+    }
+
+    /// One of [`SphericalWristArm::branches`], by its place.
+    pub fn branch(&self, target: &Pose<World, EndEffector>, first: f64, branch: usize) -> Option<[f64; 7]> {
+        // Each bit of the place is one choice.
+        self.solve(target, first, |bit| branch & bit.0 == bit.1)[branch]
+    }
+
+    /// The branches whose choices are wanted: of a bit of the place, and its value there.
+    fn solve(
+        &self,
+        target: &Pose<World, EndEffector>,
+        first: f64,
+        wanted: impl Fn((usize, usize)) -> bool,
+    ) -> [Option<[f64; 7]>; BRANCHES] {
         let mut found = [None; BRANCHES];
         let Some(first) = self.settle(0, first) else { return found };
         let whole = target.isometry() * self.end_effector_from_world;
@@ -152,12 +172,13 @@ impl SphericalWristArm {
         let wrist = rest * self.wrist;
         let reach = (self.wrist - self.elbow).norm();
         for (place, second) in distances(&self.lines[1], &self.elbow, &wrist, reach).into_iter().enumerate() {
-            let Some(second) = second.and_then(|second| self.settle(1, second)) else { continue };
+            let Some(second) = second.filter(|_| wanted((4, 4 * place))) else { continue };
+            let Some(second) = self.settle(1, second) else { continue };
             let after_second = self.motion(1, -second) * rest;
             let wrist = after_second * self.wrist;
             let pairs = meetings(&self.lines[2], &self.lines[3], &self.elbow, &self.wrist, &wrist);
             for (pair_place, pair) in pairs.into_iter().enumerate() {
-                let Some([third, fourth]) = pair else { continue };
+                let Some([third, fourth]) = pair.filter(|_| wanted((2, 2 * pair_place))) else { continue };
                 let [Some(third), Some(fourth)] = [self.settle(2, third), self.settle(3, fourth)] else { continue };
                 let turn = self.motion(3, -fourth) * self.motion(2, -third) * after_second;
                 let wrists = self.solve_wrist(&turn);
@@ -182,6 +203,11 @@ impl SphericalWristArm {
             let seventh = angle(&self.lines[6].along, &(aside - self.wrist), &(last * aside - self.wrist));
             Some([fifth, sixth, self.settle(6, seventh)?])
         })
+    }
+
+    /// A point that is given with all joints at 0, in the frame that a joint moves.
+    pub(super) fn home_in_link(&self, joint: usize, point: &Point3<f64>) -> Point3<f64> {
+        self.links_at_home[joint].inverse_transform_point(point)
     }
 
     /// The motion of the world that a joint makes, all others at 0.

@@ -135,6 +135,11 @@ impl PlanningGroup {
         &self.parts.joints
     }
 
+    /// The end effector's frame, seen from the frame that the last joint moves.
+    pub fn end_effector(&self) -> &IsometryMatrix3<f64> {
+        &self.parts.end_effector
+    }
+
     /// Count of joints.
     pub fn len(&self) -> usize {
         self.parts.joints.len()

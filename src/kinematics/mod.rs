@@ -4,8 +4,10 @@ mod closed_form;
 mod group;
 mod numeric;
 mod reach;
+mod travel;
 
 pub use closed_form::{BRANCHES, NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 pub use numeric::{Solution, SolverSettings, solve_numeric};
 pub use reach::{SelfMotion, Wrist};
+pub use travel::{Extents, Travel};

@@ -1,5 +1,4 @@
-//! The self-motion of an arm whose pose leaves one joint free: which values of its first joint allow a pose, exactly, and
-//! how far the arm moves between two of them.
+//! The self-motion of an arm whose pose leaves one joint free: which values of its first joint allow a pose, exactly.
 //!
 //! Along the first joint a way to a pose can only appear or end where something is at its limit: the second, fourth or
 //! sixth joint, the elbow's circle about the second axis touching the sphere around the wrist's centre, or the first joint
@@ -14,7 +13,7 @@ use super::{
 };
 use crate::geom::{EndEffector, Pose, World};
 
-const TURN: f64 = 2.0 * std::f64::consts::PI;
+pub(super) const TURN: f64 = 2.0 * std::f64::consts::PI;
 
 /// What a pose asks of an arm without limits in its last joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +27,7 @@ pub struct Wrist {
 /// An arm of seven joints with a spherical wrist and elbow, moved by its first joint while the end effector rests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SelfMotion {
-    arm: SphericalWristArm,
+    pub(super) arm: SphericalWristArm,
     /// The shoulder's height on the first axis.
     origin: Point3<f64>,
     /// First axis; away from it to the shoulder; at right angles to both.
@@ -36,14 +35,18 @@ pub struct SelfMotion {
     outward: Vector3<f64>,
     side: Vector3<f64>,
     /// Distance of the shoulder from the first axis [m].
-    offset: f64,
+    pub(super) offset: f64,
+    pub(super) shoulder: Point3<f64>,
     /// From shoulder to elbow and from elbow to wrist [m].
-    upper: f64,
-    fore: f64,
+    pub(super) upper: f64,
+    pub(super) fore: f64,
     /// The middle of the second joint's range as a direction of the upper arm (outward, axis), and the cosine of half its
     /// range; below -1 without limits.
     lift_middle: [f64; 2],
     lift_cosine: f64,
+    /// The upper arm (outward, axis) with the second joint at 0, and how it turns from outward to the axis with it, 1 or -1.
+    pub(super) lift_start: [f64; 2],
+    pub(super) lift_sense: f64,
     /// Directions of the upper arm (outward, axis) with the second joint at its limits.
     lift_ends: Vec<[f64; 2]>,
     /// Least and greatest squared distance from shoulder to wrist that the fourth joint allows [m^2].
@@ -109,8 +112,15 @@ impl SelfMotion {
         };
         let first = limits(0).unwrap_or(JointLimits { low: -0.5 * TURN, high: 0.5 * TURN });
         let (sin, cos) = libm::sincos(0.5 * (first.low + first.high));
+        for (joints, along) in [([2, 3], elbow - shoulder), ([3, 4], wrist - elbow)] {
+            let cosine = arm.along(3).dot(&along.normalize()).abs();
+            if cosine > 1e-9 {
+                return Err(NoClosedForm::Oblique { names: joints.map(name).join(", "), cosine });
+            }
+        }
         Ok(Self {
             origin,
+            shoulder,
             axis,
             outward,
             side: axis.cross(&outward),
@@ -119,6 +129,8 @@ impl SelfMotion {
             fore,
             lift_middle,
             lift_cosine,
+            lift_start: lift(0.0),
+            lift_sense: if second.dot(&axis.cross(&outward)) > 0.0 { -1.0 } else { 1.0 },
             lift_ends: limits(1).into_iter().flat_map(|limits| [lift(limits.low), lift(limits.high)]).collect(),
             spans: range_of_sinusoid(|value| (arm.motion(3, value) * wrist - shoulder).norm_squared(), limits(3)),
             cones: range_of_sinusoid(|value| forearm.dot(&(arm.motion(5, value).rotation * arm.along(6))), limits(5)),
@@ -180,7 +192,7 @@ impl SelfMotion {
     }
 
     /// The wrist's centre along (outward, side, axis) of the first joint at 0 [m].
-    fn flat(&self, wrist: &Wrist) -> Vector3<f64> {
+    pub(super) fn flat(&self, wrist: &Wrist) -> Vector3<f64> {
         let to = wrist.centre - self.origin;
         Vector3::new(self.outward.dot(&to), self.side.dot(&to), self.axis.dot(&to))
     }

@@ -1,6 +1,7 @@
 //! Producers: from a view of an object to records. They never call each other and never write.
 
 pub mod completion;
+pub mod reachability;
 
 /// What became of a sample; a reject is data, not an error.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,177 @@
+//! How far an arm moves along its self-motion: upper bounds that hold for whole intervals of its first joint.
+
+use std::f64::consts::PI;
+
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+
+use super::reach::{SelfMotion, TURN, Wrist};
+
+/// How far the points of a body are from what its arm turns about, at most [m]; the body hangs on one link.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extents {
+    link: usize,
+    first_axis: f64,
+    shoulder: f64,
+    second_axis: f64,
+    upper_arm: f64,
+    elbow: f64,
+    forearm: f64,
+    wrist: f64,
+    last_axis: f64,
+}
+
+/// How far an arm may have moved, at most, while its first joint went from one value to any other of an interval and the
+/// end effector rested [rad, m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Travel {
+    first: f64,
+    second: f64,
+    third: f64,
+    /// Of the elbow.
+    elbow: f64,
+    /// Of the forearm's direction, and about it: the elbow's link and the forearm's.
+    tilt: f64,
+    elbow_twist: f64,
+    forearm_twist: f64,
+    /// Of the wrist's link about the last axis.
+    wrist: f64,
+    /// From the first axis to the shoulder.
+    offset: f64,
+}
+
+impl Travel {
+    /// How far any point of a body may have gone, at most [m].
+    pub fn of(&self, body: &Extents) -> f64 {
+        let lifted = (self.offset + body.shoulder) * self.first + body.second_axis * self.second;
+        match body.link {
+            1 => body.first_axis * self.first,
+            2 => lifted,
+            3 => lifted + body.upper_arm * self.third,
+            4 => self.elbow + self.tilt * body.elbow + self.elbow_twist * body.forearm,
+            5 => self.tilt * body.wrist + self.forearm_twist * body.forearm,
+            6 => self.wrist * body.last_axis,
+            _ => 0.0,
+        }
+    }
+}
+
+impl SelfMotion {
+    /// What [`Travel::of`] must know of a body: its points, or the corners of a hull around them, in its link's frame;
+    /// links count from 1, 0 is the world (see `PlanningGroup::link_frames`).
+    pub fn extents<'a>(&self, link: usize, points: impl Iterator<Item = &'a Point3<f64>>) -> Extents {
+        let mut extents = Extents { link, ..Extents::default() };
+        let Some(place) = link.checked_sub(1) else { return extents };
+        let mut frames = [IsometryMatrix3::identity(); 7];
+        self.arm.group().link_frames(&[0.0; 7], &mut frames);
+        let (elbow, wrist) = (self.arm.elbow(), self.arm.wrist());
+        let from_line = |point: &Point3<f64>, through: &Point3<f64>, along: Vector3<f64>| {
+            (point - through).cross(&along.normalize()).norm()
+        };
+        for point in points {
+            let point = frames[place] * point;
+            let Extents { first_axis, shoulder, second_axis, upper_arm, elbow: to_elbow, .. } = &mut extents;
+            *first_axis = first_axis.max(self.arm.distance(0, &point));
+            *shoulder = shoulder.max((point - self.shoulder).norm());
+            *second_axis = second_axis.max(self.arm.distance(1, &point));
+            *upper_arm = upper_arm.max(from_line(&point, &self.shoulder, elbow - self.shoulder));
+            *to_elbow = to_elbow.max((point - elbow).norm());
+            extents.forearm = extents.forearm.max(from_line(&point, &elbow, wrist - elbow));
+            extents.wrist = extents.wrist.max((point - wrist).norm());
+            extents.last_axis = extents.last_axis.max(self.arm.distance(6, &point));
+        }
+        extents
+    }
+
+    /// How far the arm goes from joint values `q` while its first joint takes any value from `low` to `high`, which hold
+    /// `q[0]`, and nothing changes between (see [`SelfMotion::end_points`]): an upper bound. Infinite where none is known.
+    pub fn travel(&self, wrist: &Wrist, q: &[f64; 7], [low, high]: [f64; 2]) -> Travel {
+        let first = (high - q[0]).max(q[0] - low);
+        let flat = self.flat(wrist);
+        let radius = flat.x.hypot(flat.y);
+        let middle = libm::atan2(flat.y, flat.x);
+        // The wrist's coordinate along the arm's plane, from the shoulder: its range, and now.
+        let along = |value: f64| radius * libm::cos(value - middle) - self.offset;
+        let (mut least, mut most) = (along(low).min(along(high)), along(low).max(along(high)));
+        let passes = |angle: f64| angle + TURN * ((low - angle) / TURN).ceil() <= high;
+        if passes(middle) {
+            most = radius - self.offset;
+        }
+        if passes(middle + PI) {
+            least = -radius - self.offset;
+        }
+        let second = self.second_travel(q, &flat, [least, along(q[0]), most]);
+        // The elbow, and with it the forearm, whose other end rests.
+        let elbow_out = self.offset + self.upper * self.lift_direction(q[1])[0];
+        let elbow = elbow_out.abs() * first + self.upper * second.min(2.0);
+        let chord = (0.5 * elbow / self.fore).min(1.0);
+        let tilt = 2.0 * libm::asin(chord);
+        // Directions of upper arm and forearm, as they are.
+        let mut frames = [IsometryMatrix3::identity(); 7];
+        self.arm.group().link_frames(q, &mut frames);
+        let centre_of = |link: usize, home: &Point3<f64>| frames[link] * self.arm.home_in_link(link, home);
+        let (shoulder, elbow_at) = (centre_of(0, &self.shoulder), centre_of(1, &self.arm.elbow()));
+        let upper_arm = (elbow_at - shoulder) / self.upper;
+        let forearm = (wrist.centre - elbow_at) / self.fore;
+        let turned = first + second;
+        // A unit vector across two others turns by this much when they change by so much together.
+        let across = |change: f64, sine: f64| if change < sine { libm::asin(change / sine) } else { PI };
+        let bend = upper_arm.cross(&forearm).norm();
+        let third = across(turned * self.fore + elbow, bend * self.fore);
+        let elbow_twist = (tilt + across(turned.min(2.0) + tilt, bend)).min(2.0 * PI);
+        let last = across(tilt, forearm.cross(&wrist.ahead).norm());
+        Travel {
+            first,
+            second,
+            third,
+            elbow,
+            tilt,
+            elbow_twist,
+            forearm_twist: (tilt + last).min(2.0 * PI),
+            wrist: last,
+            offset: self.offset,
+        }
+    }
+
+    /// The upper arm (outward, axis) at a value of the second joint.
+    fn lift_direction(&self, value: f64) -> [f64; 2] {
+        let (sin, cos) = libm::sincos(self.lift_sense * value);
+        let [out, up] = self.lift_start;
+        [out * cos - up * sin, out * sin + up * cos]
+    }
+
+    /// How far the second joint may be from its value while the wrist's coordinate along the arm's plane goes from the
+    /// first of three values to the last [rad]. The upper arm lies beside the direction to the wrist by an angle that the
+    /// law of cosines gives; both are monotonic in the coordinate but for one place.
+    fn second_travel(&self, q: &[f64; 7], wrist: &Vector3<f64>, [least, now, most]: [f64; 3]) -> f64 {
+        let up = wrist.z;
+        if up.abs() < 1e-9 && least <= 0.0 && most >= 0.0 {
+            return f64::INFINITY;
+        }
+        let square = |value: f64| value * value;
+        let constant = square(self.upper) - square(self.fore) + square(wrist.x) + square(wrist.y) + square(up)
+            - square(self.offset);
+        let cosine = |along: f64| (constant - 2.0 * self.offset * along) / (2.0 * self.upper * along.hypot(up));
+        let beside = |along: f64| libm::acos(cosine(along).clamp(-1.0, 1.0));
+        let (mut narrow, mut wide) = (beside(least).min(beside(most)), beside(least).max(beside(most)));
+        let turning = -2.0 * self.offset * square(up) / constant;
+        if turning > least && turning < most {
+            (narrow, wide) = (narrow.min(beside(turning)), wide.max(beside(turning)));
+        }
+        let to_wrist = |along: f64| libm::atan2(up, along);
+        let (a, b) = (to_wrist(least), to_wrist(most));
+        let (from, to) = (a.min(b), a.max(b));
+        let [out, high] = self.lift_direction(q[1]);
+        let mut best = f64::INFINITY;
+        for side in [1.0, -1.0] {
+            let angle = to_wrist(now) + side * beside(now);
+            let (sin, cos) = libm::sincos(angle);
+            if (sin - high).hypot(cos - out) < 1e-5 {
+                let (least, most) = if side > 0.0 { (from + narrow, to + wide) } else { (from - wide, to - narrow) };
+                // With both sides alike, the arm may go on on either.
+                let reach = (most - angle).max(angle - least);
+                best = if best.is_finite() { best.max(reach) } else { reach };
+            }
+        }
+        best
+    }
+}

@@ -1,0 +1,145 @@
+//! Decides the labels of poses.
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::sweep::{Arm, SweepScratch};
+use crate::{
+    collision::{Bodies, CollisionChecker},
+    geom::{EndEffector, Pose, PoseLabel, Proof, World},
+    kinematics::{NoClosedForm, PlanningGroup, SelfMotion, Wrist},
+};
+
+/// Labels poses of one robot; shared by all threads. A label depends on the robot, the settings and the pose alone.
+pub struct PoseLabeller {
+    arm: Arm,
+    orientations: Vec<Orientation>,
+    /// Orientations that ask the same of the wrist share a place here; their first one's.
+    wrists: Vec<Wrist>,
+}
+
+/// One orientation of every position.
+struct Orientation {
+    rotation: Rotation3<f64>,
+    /// The first orientation with the same rotation.
+    twin: usize,
+    /// Its place in `wrists`.
+    wrist: usize,
+}
+
+/// What one thread works in.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    ends: Vec<f64>,
+    reached: Vec<Reached>,
+    /// Where the witness of each orientation begins.
+    begins: Vec<usize>,
+    sweep: SweepScratch,
+}
+
+/// What is known of a wrist without collisions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Reached {
+    TooFar,
+    No,
+    /// With this value of the first joint [rad].
+    Yes(f64),
+}
+
+/// The orientations of one position, labelled; keeps its memory from position to position.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LabelledPosition {
+    /// One label an orientation.
+    pub labels: Vec<PoseLabel>,
+    /// How each is known.
+    pub proofs: Vec<Proof>,
+    /// Joint values [rad or m] of each reachable one, in order.
+    pub witnesses: Vec<f64>,
+}
+
+/// Rotations closer than this are the same: grids give each rotation twice, up to rounding.
+const SAME: f64 = 1e-9;
+
+impl PoseLabeller {
+    /// For an arm and what it may collide with; `bodies` is `None` where collisions don't count.
+    ///
+    /// # Errors
+    /// Says why the arm has no closed form.
+    pub fn of_parts(
+        group: &PlanningGroup,
+        bodies: Option<&Bodies>,
+        rotations: &[Rotation3<f64>],
+    ) -> Result<Self, NoClosedForm> {
+        let motion = SelfMotion::new(group)?;
+        let mut orientations: Vec<Orientation> = Vec::with_capacity(rotations.len());
+        let mut wrists: Vec<Wrist> = Vec::new();
+        for (place, rotation) in rotations.iter().enumerate() {
+            let same = |other: &Orientation| (other.rotation.matrix() - rotation.matrix()).amax() < SAME;
+            let twin = orientations.iter().position(same).unwrap_or(place);
+            let wrist = motion.wrist(&Pose::new(*rotation, Vector3::zeros()));
+            let alike = |other: &Wrist| {
+                (other.centre - wrist.centre).amax() < SAME && (other.ahead - wrist.ahead).amax() < SAME
+            };
+            let wrist = wrists.iter().position(alike).unwrap_or_else(|| {
+                wrists.push(wrist);
+                wrists.len() - 1
+            });
+            orientations.push(Orientation { rotation: *rotation, twin, wrist });
+        }
+        let arm = Arm::new(motion, bodies.map(CollisionChecker::new));
+        Ok(Self { arm, orientations, wrists })
+    }
+
+    /// Joints of the planning group: values of a witness.
+    pub fn joints(&self) -> usize {
+        self.arm.joints()
+    }
+
+    /// Labels every orientation at one position [m]; `out` is emptied first.
+    pub fn label(&self, scratch: &mut Scratch, position: [f64; 3], out: &mut LabelledPosition) {
+        let LabelledPosition { labels, proofs, witnesses } = out;
+        labels.clear();
+        proofs.clear();
+        witnesses.clear();
+        // What is remembered of one position must not reach the next.
+        scratch.sweep = SweepScratch::default();
+        let position = Vector3::from(position);
+        let motion = self.arm.motion();
+        let placed = |wrist: &Wrist| Wrist { centre: wrist.centre + position, ahead: wrist.ahead };
+        scratch.reached.clear();
+        for wrist in &self.wrists {
+            let wrist = placed(wrist);
+            scratch.reached.push(if motion.too_far(&wrist) {
+                Reached::TooFar
+            } else {
+                motion.first_value(&wrist, &mut scratch.ends).map_or(Reached::No, Reached::Yes)
+            });
+        }
+        scratch.begins.clear();
+        for (place, orientation) in self.orientations.iter().enumerate() {
+            let begin = witnesses.len();
+            scratch.begins.push(begin);
+            if orientation.twin < place {
+                labels.push(labels[orientation.twin]);
+                proofs.push(proofs[orientation.twin]);
+                if labels[place] == PoseLabel::Reachable {
+                    let from = scratch.begins[orientation.twin];
+                    witnesses.extend_from_within(from..from + self.joints());
+                }
+                continue;
+            }
+            let (label, proof) = match scratch.reached[orientation.wrist] {
+                Reached::TooFar => (PoseLabel::NoSolution, Proof::Bound),
+                Reached::No => (PoseLabel::NoSolution, Proof::IntervalEnds),
+                Reached::Yes(first) => {
+                    let target: Pose<World, EndEffector> = Pose::new(orientation.rotation, position);
+                    let wrist = placed(&self.wrists[orientation.wrist]);
+                    let found = self.arm.solve(&target, &wrist, first, &mut scratch.ends, &mut scratch.sweep);
+                    witnesses.extend(found.witness.iter().flatten());
+                    (found.label, found.proof)
+                }
+            };
+            labels.push(label);
+            proofs.push(proof);
+        }
+    }
+}
