@@ -16,7 +16,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Pure Rust from `.proto` to types and to the `FileDescriptorSet` that shards carry: no `protoc` needed.
 ///
-/// Each file becomes `<stem>.bin` without comments and positions, so that rewording a comment moves no byte of a shard.
+/// Each file becomes `<stem>.bin`, with what it imports but without comments and positions, so that rewording a comment
+/// or adding another file moves no byte of a shard. The types are made of all files at once: several share a package.
 fn compile_protobuf() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=proto");
     let mut files: Vec<PathBuf> = fs::read_dir("proto")?
@@ -25,15 +26,15 @@ fn compile_protobuf() -> Result<(), Box<dyn Error>> {
         .collect();
     files.sort();
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
-    for file in files {
-        let mut descriptors = protox::compile([&file], ["proto"])?;
+    for file in &files {
+        let mut descriptors = protox::compile([file], ["proto"])?;
         for descriptor in &mut descriptors.file {
             descriptor.source_code_info = None;
         }
         let stem = file.file_stem().ok_or("a .proto file has a stem")?;
         fs::write(out.join(stem).with_extension("bin"), prost::Message::encode_to_vec(&descriptors))?;
-        // The well-known types beside ours: one message of them is no reason for another dependency.
-        prost_build::Config::new().compile_well_known_types().compile_fds(descriptors)?;
     }
+    // The well-known types beside ours: one message of them is no reason for another dependency.
+    prost_build::Config::new().compile_well_known_types().compile_fds(protox::compile(&files, ["proto"])?)?;
     Ok(())
 }

@@ -92,8 +92,44 @@ macro_rules! digest_id {
     };
 }
 
+/// What a dataset holds.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "factory", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Product {
+    /// Pairs of grids: what one camera saw of an object, and the solid object.
+    Completion,
+    /// Which poses of a grid a robot's end effector reaches without a collision.
+    Reachability,
+}
+
+impl Product {
+    /// Every product.
+    pub const ALL: [Self; 2] = [Self::Completion, Self::Reachability];
+
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Completion => "completion",
+            Self::Reachability => "reachability",
+        }
+    }
+
+    /// The product of a name; `None` for any other text.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|product| product.name() == name)
+    }
+}
+
+impl fmt::Display for Product {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
 digest_id! {
-    /// An object by content: the digest of its prepared mesh (metres, repaired), whatever file it came from.
+    /// A subject by content: the digest of an object's prepared mesh (metres, repaired), or of a robot's description,
+    /// whatever file it came from.
     ObjectId
 }
 digest_id! {

@@ -1,15 +1,19 @@
 //! Verbs that look at a dataset: status, inspect, report, export, digest.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ExportFormat, ReportArgs},
     exit::{Exit, Failure},
     printer::Printer,
+    words,
 };
 use crate::{
     dataset::{Manifest, Selection, Split, read_mark, scan_shards},
     export::{self, ExportError, ExportSelection, Format},
+    ids::Product,
     release,
 };
 
@@ -18,6 +22,7 @@ use crate::{
 struct Status {
     dataset: String,
     state: &'static str,
+    product: Product,
     job: String,
     samples: u64,
     shards: u32,
@@ -39,6 +44,7 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
     let status = Status {
         dataset: folder.display().to_string(),
         state: if complete { "complete" } else { "unfinished" },
+        product: mark.product,
         job: mark.job.to_string(),
         samples: mark.samples,
         shards: mark.shards,
@@ -54,7 +60,7 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
         let mut lines = vec![
             format!("{}: {}", status.dataset, status.state),
             format!("{} of {} shards done, {:.1} MB", status.shards_done, status.shards, status.bytes as f64 / 1e6),
-            format!("{} samples planned, job {}", status.samples, status.job),
+            format!("{} {} planned, job {}", status.samples, words::samples(status.product), status.job),
         ];
         lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));
         match &status.root {
@@ -68,9 +74,15 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
 
 /// `graspmill inspect`.
 pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let facts = release::inspect(&arguments.dir)?;
-    if arguments.json {
-        printer.json(&facts)?
+    match Manifest::read(&arguments.dir)?.product {
+        Product::Completion => show(&release::inspect(&arguments.dir)?, arguments.json, printer),
+        Product::Reachability => show(&release::inspect_reachability(&arguments.dir)?, arguments.json, printer),
+    }
+}
+
+fn show(facts: &(impl Serialize + fmt::Display), json: bool, printer: &Printer) -> Result<Exit, Failure> {
+    if json {
+        printer.json(facts)?
     } else {
         printer.result(&facts.to_string())
     }

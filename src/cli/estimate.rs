@@ -11,7 +11,8 @@ use super::{
     progress::duration_text,
 };
 use crate::{
-    job::{Estimate, expected_bytes},
+    ids::Product,
+    job::{Estimate, Work, expected_bytes},
     run::{Crew, PilotRate, pilot},
 };
 
@@ -39,14 +40,13 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
     let open = jobs::open(&arguments.job, &crew, &cancel, &|_| {})?;
     let (job, plan) = (&open.job, &open.plan);
     let rate = pilot(job, plan, PILOT_SAMPLES, crew.level, &cancel).map_err(run_failure)?;
-    let objects = job.objects.len() as f64;
+    let subjects = job.subjects() as f64;
     let core_seconds =
-        plan.samples as f64 * rate.seconds_per_sample * (1.0 + WRITING) + 2.0 * objects * rate.seconds_per_object;
+        plan.samples as f64 * rate.seconds_per_sample * (1.0 + WRITING) + 2.0 * subjects * rate.seconds_per_subject;
     let wall = core_seconds / crew.threads as f64;
-    let bytes = expected_bytes(&job.completion);
+    let bytes = expected_bytes(job, rate.raw_bytes_per_sample);
     let rate_per_second = plan.samples as f64 / wall.max(f64::MIN_POSITIVE);
-    let views = job.completion.views.len();
-    let estimate = Estimate::new(job.objects.len(), views, job.shard_samples, bytes, rate_per_second);
+    let estimate = Estimate::new(job.subjects(), job.views() as usize, job.shard_samples, bytes, rate_per_second);
     if arguments.json {
         printer.json(&EstimateJson {
             job: open.digest.to_string(),
@@ -54,24 +54,33 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
             core_hours: core_seconds / 3600.0,
             threads: crew.threads,
             pilot: rate,
-            refused_meshes: job.refused.len(),
+            refused_meshes: job.refused().len(),
         })?;
     } else {
         let Estimate { objects, views, samples, shards, bytes, seconds } = estimate;
+        let (what, refused) = match &job.work {
+            Work::Completion(_) => (
+                format!("{objects} objects x {views} views = {samples} samples"),
+                format!("{} meshes refused\n", job.refused().len()),
+            ),
+            Work::Reachability(work) => {
+                let (poses, orientations) = (work.poses.cells(), work.orientations());
+                (format!("{views} positions x {orientations} orientations = {poses} poses"), String::new())
+            }
+        };
         printer.result(&format!(
-            "{objects} objects x {views} views = {samples} samples in {shards} shards\n\
+            "{what} in {shards} shards\n\
              about {:.1} MB on disk\n\
-             about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample, {:.1} ms an object, over {} samples)\n\
-             {} meshes refused\n\
-             job {}",
+             about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample, {:.1} ms {}, over {} samples)\n\
+             {refused}job {}",
             bytes / 1e6,
             duration_text(std::time::Duration::from_secs_f64(seconds)),
             crew.threads,
             core_seconds / 3600.0,
             1e3 * rate.seconds_per_sample,
-            1e3 * rate.seconds_per_object,
+            1e3 * rate.seconds_per_subject,
+            if job.product() == Product::Completion { "an object" } else { "the robot" },
             rate.samples,
-            job.refused.len(),
             open.digest
         ));
     }

@@ -10,8 +10,8 @@ use super::{
 use crate::{
     assets,
     ids::JobDigest,
-    job::{self, Job, JobDraft, JobErrors, JobText, Surroundings},
-    plan::{LeakReport, Plan, SplitTable},
+    job::{self, Job, JobDraft, JobErrors, JobText, Surroundings, Work},
+    plan::{Plan, Sides},
     run::{Cancel, Crew, Listener, RunError, prepare_assets},
     voxel::twins,
 };
@@ -27,8 +27,8 @@ pub struct OpenJob {
     pub job: Job,
     pub plan: Plan,
     pub digest: JobDigest,
-    pub splits: SplitTable,
-    pub leaks: LeakReport,
+    /// Of a completion job.
+    pub sides: Option<Sides>,
 }
 
 /// Prints the JSON Schema of job files.
@@ -48,7 +48,7 @@ pub fn open(arguments: &JobArgs, crew: &Crew, cancel: &Cancel, listener: &Listen
 pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
     let draft = read(text)?;
     #[cfg(feature = "sim")]
-    if draft.completion.renderer == job::Renderer::MujocoGl {
+    if draft.completion().is_some_and(|draft| draft.settings.renderer == job::Renderer::MujocoGl) {
         super::machine::set_gl_environment()?;
     }
     let sources: Vec<_> = draft.sources().cloned().collect();
@@ -60,13 +60,15 @@ pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listen
         }
     }
     let job = draft.resolve(prepared.records).map_err(|errors| job_failure(&errors))?;
-    // The shapes of the objects that made it into the job, in the job's order.
-    let shapes: Vec<_> = job.objects.iter().filter_map(|object| shapes.remove(&object.id())).collect();
-    let twins = twins(&shapes, TWIN_LIKENESS);
-    let plan = Plan::new(&job);
-    let splits = SplitTable::new(&job, &twins);
-    let leaks = splits.leaks(&job, &twins);
-    Ok(OpenJob { digest: job.digest(), plan, splits, leaks, job })
+    let sides = match &job.work {
+        Work::Completion(work) => {
+            // The shapes of the objects that made it into the job, in the job's order.
+            let shapes: Vec<_> = work.objects.iter().filter_map(|object| shapes.remove(&object.id())).collect();
+            Some(Sides::new(work, job.seed, &twins(&shapes, TWIN_LIKENESS)))
+        }
+        Work::Reachability(_) => None,
+    };
+    Ok(OpenJob { digest: job.digest(), plan: Plan::new(&job), sides, job })
 }
 
 /// Reads and checks a job file without opening its meshes.
@@ -78,6 +80,10 @@ pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
         scenes: &scene_camera,
         #[cfg(not(feature = "sim"))]
         scenes: &job::no_scenes,
+        #[cfg(feature = "sim")]
+        robots: &super::robots::faults,
+        #[cfg(not(feature = "sim"))]
+        robots: &job::no_robots,
     };
     JobDraft::read(text, &surroundings).map_err(|errors| job_failure(&errors))
 }

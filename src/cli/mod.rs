@@ -10,8 +10,11 @@ mod machine;
 mod meshes;
 mod printer;
 mod progress;
+#[cfg(feature = "sim")]
+mod robots;
 mod run;
 mod verify;
+mod words;
 
 use std::process::ExitCode;
 

@@ -1,14 +1,17 @@
 //! Shows a run's events: a bar on a terminal, plain lines elsewhere, JSON lines on request.
 
 use std::{
-    sync::Mutex,
+    sync::{Mutex, OnceLock},
     time::{Duration, Instant},
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{args::ProgressMode, printer::Printer};
-use crate::run::{Event, Progress};
+use super::{args::ProgressMode, printer::Printer, words};
+use crate::{
+    ids::Product,
+    run::{Event, Progress},
+};
 
 /// Time between two plain or JSON lines.
 const PAUSE: Duration = Duration::from_secs(2);
@@ -17,6 +20,8 @@ const PAUSE: Duration = Duration::from_secs(2);
 pub struct ProgressView {
     look: Look,
     last_line: Mutex<Option<Instant>>,
+    /// What is made, once the plan stands.
+    product: OnceLock<Product>,
 }
 
 enum Look {
@@ -35,11 +40,15 @@ impl ProgressView {
             ProgressMode::Json => Look::Json,
             ProgressMode::None => Look::Silent,
         };
-        Self { look, last_line: Mutex::new(None) }
+        Self { look, last_line: Mutex::new(None), product: OnceLock::new() }
     }
 
     /// Shows one event.
     pub fn show(&self, printer: &Printer, event: &Event) {
+        if let Event::Planned { product, .. } = event {
+            let _ = self.product.set(*product);
+        }
+        let samples = self.product.get().map_or("samples", |product| words::samples(*product));
         match &self.look {
             Look::Silent => {}
             Look::Json => {
@@ -51,12 +60,12 @@ impl ProgressView {
             }
             Look::Plain => {
                 if self.due(event)
-                    && let Some(line) = plain_line(event)
+                    && let Some(line) = plain_line(event, samples)
                 {
                     printer.say(&line);
                 }
             }
-            Look::Bar(bar) => show_bar(bar, event),
+            Look::Bar(bar) => show_bar(bar, event, samples),
         }
     }
 
@@ -83,28 +92,28 @@ impl ProgressView {
     }
 }
 
-fn plain_line(event: &Event) -> Option<String> {
+fn plain_line(event: &Event, samples: &str) -> Option<String> {
     Some(match event {
         Event::Prepared { done, total } => format!("meshes {done}/{total}"),
-        Event::Planned { samples, samples_before, shards, shards_before, threads } => {
+        Event::Planned { product: _, samples: count, samples_before, shards, shards_before, threads } => {
             let before = if *shards_before > 0 {
                 format!(", {samples_before} of them in {shards_before} shards finished before")
             } else {
                 String::new()
             };
-            format!("{samples} samples in {shards} shards{before}; {threads} threads")
+            format!("{count} {samples} in {shards} shards{before}; {threads} threads")
         }
-        Event::Progress(progress) => progress_text(progress),
+        Event::Progress(progress) => progress_text(progress, samples),
         Event::ShardFinished { .. } => return None,
         Event::Finishing => "writing index and manifest".to_owned(),
     })
 }
 
-fn progress_text(progress: &Progress) -> String {
+fn progress_text(progress: &Progress, samples: &str) -> String {
     let share = 100.0 * progress.made as f64 / progress.to_make.max(1) as f64;
     let left = progress.time_left().map_or_else(String::new, |left| format!(", {} left", duration_text(left)));
     format!(
-        "{}/{} samples ({share:.0} %), {} rejected, {:.0} samples/s{left}",
+        "{}/{} {samples} ({share:.0} %), {} rejected, {:.0} {samples}/s{left}",
         progress.made,
         progress.to_make,
         progress.rejected,
@@ -122,7 +131,7 @@ pub fn duration_text(duration: Duration) -> String {
     }
 }
 
-fn show_bar(bar: &ProgressBar, event: &Event) {
+fn show_bar(bar: &ProgressBar, event: &Event, samples: &str) {
     let style =
         |template: &str| ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     match event {
@@ -131,14 +140,14 @@ fn show_bar(bar: &ProgressBar, event: &Event) {
             bar.set_length(*total);
             bar.set_position(*done);
         }
-        Event::Planned { samples, samples_before, .. } => {
-            bar.set_style(style("samples  {wide_bar} {percent} %  {msg}"));
-            bar.set_length(samples - samples_before);
+        Event::Planned { samples: count, samples_before, .. } => {
+            bar.set_style(style(&format!("{samples:<9}{{wide_bar}} {{percent}} %  {{msg}}")));
+            bar.set_length(count - samples_before);
             bar.set_position(0);
         }
         Event::Progress(progress) => {
             bar.set_position(progress.made);
-            bar.set_message(progress_text(progress));
+            bar.set_message(progress_text(progress, samples));
         }
         Event::ShardFinished { .. } => {}
         Event::Finishing => bar.set_message("writing index and manifest"),

@@ -11,11 +11,13 @@ use super::{
     machine,
     printer::Printer,
     progress::ProgressView,
+    words,
 };
 use crate::{
-    dataset::Manifest,
-    plan::LeakReport,
-    release::{RunNotes, Speed},
+    dataset::{Counts, Manifest, PoseCounts},
+    ids::Product,
+    plan::Sides,
+    release::{RunNotes, Speed, pose_counts_in_words},
     run::{self, Crew, Event, RunSummary, RunTask},
 };
 
@@ -23,6 +25,7 @@ use crate::{
 #[derive(Serialize)]
 struct RunReport<'a> {
     dataset: String,
+    product: Product,
     root: String,
     finished_before: bool,
     samples: u64,
@@ -34,6 +37,10 @@ struct RunReport<'a> {
     made: u64,
     seconds: f64,
     samples_per_second: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poses: Option<&'a PoseCounts>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poses_per_second: Option<f64>,
     threads: usize,
     simd: String,
     peak_memory_bytes: Option<u64>,
@@ -48,13 +55,15 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
     let listener = |event: Event| view.show(printer, &event);
     let began = Instant::now();
     let ended = jobs::open(&arguments.job, &crew, &cancel, &listener).and_then(|open| {
-        let OpenJob { job, plan, digest, splits, leaks, .. } = &open;
-        let header = run::dataset_header(job, splits, leaks, &arguments.out);
+        let OpenJob { job, plan, digest, sides } = &open;
+        let header = run::dataset_header(job, sides.as_ref(), &arguments.out);
         let task = RunTask { job, plan, digest: *digest, header: &header, folder: &arguments.out };
         let summary = run::run(&task, &crew, &cancel, &listener).map_err(run_failure)?;
         if !summary.finished_before {
-            notes(&crew, &summary, leaks, began).write(&arguments.out)?;
-            run::preview(&arguments.out, job, &crew).map_err(run_failure)?;
+            notes(&crew, &summary, sides.as_ref(), began).write(&arguments.out)?;
+            if let Some(completion) = job.completion() {
+                run::preview(&arguments.out, completion, job.seed, &crew).map_err(run_failure)?;
+            }
         }
         Ok(summary)
     });
@@ -70,7 +79,8 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
 }
 
 /// What a report says about the run; part of no digest.
-fn notes(crew: &Crew, summary: &RunSummary, leaks: &LeakReport, began: Instant) -> RunNotes {
+fn notes(crew: &Crew, summary: &RunSummary, sides: Option<&Sides>, began: Instant) -> RunNotes {
+    let leaks = sides.into_iter().flat_map(|sides| sides.leaks.counts());
     RunNotes {
         speed: (summary.made > 0).then(|| Speed {
             samples: summary.made,
@@ -78,7 +88,7 @@ fn notes(crew: &Crew, summary: &RunSummary, leaks: &LeakReport, began: Instant) 
             threads: crew.threads as u32,
             peak_memory: machine::peak_memory(),
         }),
-        leaks: leaks.counts().into_iter().map(|(name, count)| (name.to_owned(), count)).collect(),
+        leaks: leaks.map(|(name, count)| (name.to_owned(), count)).collect(),
     }
 }
 
@@ -87,10 +97,11 @@ fn bytes(manifest: &Manifest) -> u64 {
 }
 
 fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds: f64) -> RunReport<'a> {
-    let RunSummary { finished_before, made, manifest, .. } = summary;
+    let RunSummary { finished_before, product, made, manifest, .. } = summary;
     let counts = &manifest.counts;
     RunReport {
         dataset: arguments.out.display().to_string(),
+        product: *product,
         root: manifest.root.hex(),
         finished_before: *finished_before,
         samples: counts.samples,
@@ -102,6 +113,8 @@ fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds
         made: *made,
         seconds,
         samples_per_second: *made as f64 / seconds,
+        poses: counts.poses.as_ref(),
+        poses_per_second: counts.poses.as_ref().map(|poses| poses_made(poses, counts, *made) / seconds),
         threads: crew.threads,
         simd: crew.level.to_string(),
         peak_memory_bytes: machine::peak_memory(),
@@ -110,32 +123,31 @@ fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds
 }
 
 fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) -> String {
-    let RunSummary { finished_before, made, manifest, .. } = summary;
+    let RunSummary { finished_before, product, made, manifest, .. } = summary;
     let counts = &manifest.counts;
+    let samples = words::samples(*product);
     let folder = arguments.out.display();
     let mut lines = Vec::new();
     if *finished_before {
         lines.push(format!("{folder} is complete already: nothing to do"));
     }
-    let rejects: Vec<String> = counts.rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
-    let rejects = if rejects.is_empty() { String::new() } else { format!(" ({})", rejects.join(", ")) };
-    lines.push(format!(
-        "{} samples of {} objects: {} kept, {} rejected{rejects}",
-        counts.samples,
-        counts.objects,
-        counts.kept,
-        counts.samples - counts.kept
-    ));
+    match &counts.poses {
+        None => lines.push(samples_in_words(counts)),
+        Some(poses) => {
+            lines.push(format!("{} poses at {} positions", poses.cells(), counts.samples));
+            lines.extend(pose_counts_in_words(poses));
+        }
+    }
     lines.push(format!("{} shards, {:.1} MB, in {folder}", manifest.shards.len(), bytes(manifest) as f64 / 1e6));
     if *made > 0 {
         let memory =
             machine::peak_memory().map_or_else(String::new, |bytes| format!(", {} MB at most", bytes / 1_000_000));
-        lines.push(format!(
-            "{made} samples in {seconds:.1} s: {:.0} samples/s on {} threads, {}{memory}",
-            *made as f64 / seconds,
-            crew.threads,
-            crew.level
-        ));
+        let rate = match &counts.poses {
+            None => format!("{:.0} {samples}/s", *made as f64 / seconds),
+            Some(poses) => format!("{:.0} poses/s", poses_made(poses, counts, *made) / seconds),
+        };
+        let (threads, level) = (crew.threads, crew.level);
+        lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} on {threads} threads, {level}{memory}"));
     }
     if counts.refused_meshes > 0 {
         lines.push(format!("{} meshes were refused:", counts.refused_meshes));
@@ -143,4 +155,21 @@ fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) ->
     lines.extend(manifest.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.push(format!("root {}", manifest.root));
     lines.join("\n")
+}
+
+fn samples_in_words(counts: &Counts) -> String {
+    let rejects: Vec<String> = counts.rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+    let rejects = if rejects.is_empty() { String::new() } else { format!(" ({})", rejects.join(", ")) };
+    format!(
+        "{} samples of {} objects: {} kept, {} rejected{rejects}",
+        counts.samples,
+        counts.objects,
+        counts.kept,
+        counts.samples - counts.kept
+    )
+}
+
+/// Poses of the positions that this run made: every position has as many.
+fn poses_made(poses: &PoseCounts, counts: &Counts, made: u64) -> f64 {
+    poses.cells() as f64 / counts.samples.max(1) as f64 * made as f64
 }

@@ -8,10 +8,11 @@ use super::{
     jobs::{self, run_failure},
     machine,
     printer::Printer,
+    words,
 };
 use crate::{
     dataset::{DatasetReader, VerifyLevel, VerifyOptions, VerifyReport},
-    job::{JobText, Truth},
+    job::{CompletionDraft, JobDraft, JobText, Truth},
     run::{Crew, Regeneration, regenerate},
 };
 
@@ -40,10 +41,11 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
     let job_file = folder.join("job.toml");
     let text = JobText::open(&job_file, &[]);
     // The settings alone, meshes unopened: whether partial must lie inside complete.
-    let any_overlap = text.as_ref().ok().and_then(|text| jobs::read(text).ok()).is_some_and(|draft| {
-        let settings = &draft.completion;
-        settings.truth == Truth::AnyOverlap && settings.sensor.is_none() && !settings.drop_index_zero
-    });
+    let draft = text.as_ref().ok().and_then(|text| jobs::read(text).ok());
+    let any_overlap =
+        draft.as_ref().and_then(JobDraft::completion).is_some_and(|CompletionDraft { settings, .. }| {
+            settings.truth == Truth::AnyOverlap && settings.sensor.is_none() && !settings.drop_index_zero
+        });
     let options =
         VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: any_overlap, threads: crew.threads };
     let report = crate::dataset::verify(folder, options, |_| {})?;
@@ -53,7 +55,7 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
         let reader = DatasetReader::open(folder)?;
         if open.digest != reader.manifest().job {
             let message = format!(
-                "{}: its meshes or settings give job {}, the manifest says {}: samples cannot be made again here",
+                "{}: its meshes, robot or settings give job {}, the manifest says {}: samples cannot be made again here",
                 job_file.display(),
                 open.digest.0.short(),
                 reader.manifest().job.0.short()
@@ -92,10 +94,11 @@ fn json(arguments: &VerifyArgs, report: &VerifyReport, regenerated: Option<Regen
 
 fn words(arguments: &VerifyArgs, report: &VerifyReport, regenerated: Option<&Regeneration>) -> String {
     let folder = arguments.dir.display();
+    let samples = words::samples(report.product);
     let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
     lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
     lines.push(format!(
-        "{} of {} shards intact, {} samples, {} payloads checked, {:.1} MB",
+        "{} of {} shards intact, {} {samples}, {} payloads checked, {:.1} MB",
         report.intact_shards,
         report.checked.of_shards,
         report.checked.samples,
@@ -108,13 +111,13 @@ fn words(arguments: &VerifyArgs, report: &VerifyReport, regenerated: Option<&Reg
         }));
         lines.push(if made.differences.is_empty() {
             format!(
-                "{} of {} samples made again, all equal: with 95 % confidence fewer than {:.3} % of the dataset differ",
+                "{} of {} {samples} made again, all equal: with 95 % confidence fewer than {:.3} % of the dataset differ",
                 made.samples,
                 made.of_samples,
                 100.0 * made.bound()
             )
         } else {
-            format!("{} of {} samples made again differ", made.differences.len(), made.samples)
+            format!("{} of {} {samples} made again differ", made.differences.len(), made.samples)
         });
     } else if arguments.regenerate.is_some() {
         lines.push("nothing was made again: mend the problems first".to_owned());

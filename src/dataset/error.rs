@@ -148,6 +148,10 @@ pub enum DatasetError {
 /// The remedy for a shard that is damaged.
 pub(super) const REMAKE: &str = "delete this shard and `run` the job again: only it is made anew";
 
+/// The remedy for a table that is damaged.
+pub(super) const REWRITE: &str =
+    "delete manifest.json and `run` the job again: the shards are kept, the tables are written anew";
+
 impl DatasetError {
     /// Wraps an I/O error with what was tried on which file.
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {

@@ -11,19 +11,21 @@ use parquet::data_type::ByteArray;
 use serde::Serialize;
 
 use super::{
-    Counts, DatasetError, Fate, FileEntry, Ledger, LedgerRow, Manifest, NumberClass, RunMark, ShardEntry, SplitTable,
+    Counts, DatasetError, Fate, FileEntry, Ledger, LedgerRow, Manifest, NumberClass, PoseCounts, RunMark, ShardEntry,
+    Split, SplitTable,
     durable::{self, Temporary},
     error::REMAKE,
+    field::write_field,
     folder::{hash_file, scan_shards},
     index::{IndexRow, IndexWriter},
-    layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SHARDS, SPLITS},
+    layout::{ASSETS, JOB, MANIFEST, REJECTS, SHARDS, SPLITS, files_of},
     merkle::{self, Tree},
     read_mark,
     shard_file::{ShardFile, invalid},
 };
 use crate::{
-    ids::{Digest, JobDigest, ObjectId, SampleId, SampleIndex},
-    record::{Channel, FORMAT_VERSION},
+    ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex},
+    record::{Channel, FORMAT_VERSION, FieldHeader, SampleFacts},
 };
 
 /// What a dataset's files say beside its samples; plain data, so that this room knows no job.
@@ -44,14 +46,40 @@ pub struct DatasetHeader {
     pub assets: Vec<serde_json::Value>,
     /// Meshes that could not be used, in any form.
     pub refused: Vec<serde_json::Value>,
-    /// Who trains and who tests; one row an object.
-    pub splits: SplitTable,
+    /// What its product has beside.
+    pub tables: ProductTables,
     /// Things a user should know.
     pub warnings: Vec<String>,
 }
 
+/// What the files of one product say.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ProductTables {
+    /// Of completion.
+    Completion {
+        /// Who trains and who tests; one row an object.
+        splits: SplitTable,
+    },
+    /// Of reachability.
+    Reachability {
+        /// The field that is made of all blocks.
+        field: FieldHeader,
+    },
+}
+
+impl ProductTables {
+    /// Whose tables they are.
+    pub fn product(&self) -> Product {
+        match self {
+            Self::Completion { .. } => Product::Completion,
+            Self::Reachability { .. } => Product::Reachability,
+        }
+    }
+}
+
 /// Closes a dataset whose shards are all done: checks that every sample index is accounted for once, writes the index
-/// and the tables, and the manifest last. Reads the shards' ledgers only, one at a time; keeps 56 bytes a sample.
+/// and the tables, and the manifest last. Reads the shards' ledgers only, one at a time, and keeps 56 bytes a sample; the
+/// field of a reachability dataset is made of all blocks and stands in memory (14 bytes a cell).
 ///
 /// Equal shards and headers give equal files. A dataset that is already closed is closed again.
 ///
@@ -64,15 +92,23 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     if mark.job != header.job {
         return Err(DatasetError::ForeignJob { folder: folder.to_owned(), found: mark.job, expected: header.job });
     }
+    if mark.product != header.tables.product() {
+        let (found, expected) = (mark.product, header.tables.product());
+        let problem = format!("the folder was begun for {found}, the tables are of {expected}");
+        return Err(DatasetError::Invalid { path: folder.to_owned(), problem, remedy: "give another --out" });
+    }
     let objects = asset_names(folder, &header.assets)?;
-    let splits = header.splits.clone().checked(&folder.join(SPLITS))?;
+    let splits = match &header.tables {
+        ProductTables::Completion { splits } => Some(splits.clone().checked(&folder.join(SPLITS))?),
+        ProductTables::Reachability { .. } => None,
+    };
     let scan = scan_shards(folder, &mark)?;
     let missing: Vec<u32> =
         (0..mark.shards).filter(|shard| !scan.done.contains_key(&crate::ids::ShardId(*shard))).collect();
     if !missing.is_empty() {
         return Err(DatasetError::MissingShards { shards: mark.shards, missing });
     }
-    let mut pass = Pass::begin(folder, &mark, &objects, &splits)?;
+    let mut pass = Pass::begin(folder, &mark, &objects, splits.as_ref())?;
     for done in scan.done.values() {
         pass.shard(&ShardFile::open(&done.path)?, done.digest, done.bytes)?;
     }
@@ -81,13 +117,18 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     rejects.finish(folder)?;
     index.map_or(Ok(()), |index| index.finish(folder))?;
     let (samples_root, rejects_root) = roots(leaves, &objects)?;
+    let field = match &header.tables {
+        ProductTables::Completion { .. } => None,
+        ProductTables::Reachability { field } => Some(write_field(folder, &header.job, field, &sums.shards)?),
+    };
     let root = merkle::dataset_root(
         &[(header.class.name(), samples_root)],
         &rejects_root,
         &asset_tree(&header.assets),
+        field.as_ref(),
         &header.job,
     );
-    write_tables(folder, header, &splits)?;
+    write_tables(folder, header, splits.as_ref())?;
     let manifest = Manifest {
         format_version: FORMAT_VERSION,
         generator: header.generator.clone(),
@@ -103,10 +144,10 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
             ..sums.counts
         },
         shards: sums.shards,
-        files: [ASSETS, INDEX, JOB, REJECTS, SPLITS]
-            .into_iter()
+        files: files_of(mark.product)
+            .iter()
             .map(|name| {
-                hash_file(&folder.join(name)).map(|(digest, bytes)| (name.to_owned(), FileEntry { digest, bytes }))
+                hash_file(&folder.join(name)).map(|(digest, bytes)| ((*name).to_owned(), FileEntry { digest, bytes }))
             })
             .collect::<Result<_, _>>()?,
         warnings: header.warnings.clone(),
@@ -120,7 +161,7 @@ fn pretty(value: &impl Serialize) -> String {
     serde_json::to_string_pretty(value).expect("tables are plain data with text keys") + "\n"
 }
 
-fn write_tables(folder: &Path, header: &DatasetHeader, splits: &SplitTable) -> Result<(), DatasetError> {
+fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTable>) -> Result<(), DatasetError> {
     let mut objects = header.assets.clone();
     objects.sort_by_key(object_of);
     let assets = serde_json::json!({
@@ -129,7 +170,9 @@ fn write_tables(folder: &Path, header: &DatasetHeader, splits: &SplitTable) -> R
         "refused": header.refused,
     });
     durable::write_file(folder, ASSETS, pretty(&assets).as_bytes())?;
-    durable::write_file(folder, SPLITS, pretty(splits).as_bytes())?;
+    if let Some(splits) = splits {
+        durable::write_file(folder, SPLITS, pretty(splits).as_bytes())?;
+    }
     durable::write_file(folder, JOB, header.job_text.as_bytes())?;
     Ok(())
 }
@@ -232,7 +275,8 @@ struct Sums {
 struct Pass<'a> {
     mark: &'a RunMark,
     objects: &'a Objects,
-    splits: &'a SplitTable,
+    /// Where the product has splits.
+    splits: Option<&'a SplitTable>,
     folder: &'a Path,
     /// Opened with the first ledger, which names the channels.
     index: Option<IndexWriter>,
@@ -247,7 +291,7 @@ impl<'a> Pass<'a> {
         folder: &'a Path,
         mark: &'a RunMark,
         objects: &'a Objects,
-        splits: &'a SplitTable,
+        splits: Option<&'a SplitTable>,
     ) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, REJECTS)?;
         Ok(Self {
@@ -268,7 +312,7 @@ impl<'a> Pass<'a> {
         self.belongs(&ledger).map_err(|problem| invalid(&shard.path, problem))?;
         if self.index.is_none() {
             self.channels.clone_from(&ledger.channels);
-            self.index = Some(IndexWriter::create(self.folder, &ledger.channels)?);
+            self.index = Some(IndexWriter::create(self.folder, self.mark.product, &ledger.channels)?);
         }
         let mut kept = 0;
         for row in &ledger.rows {
@@ -327,10 +371,18 @@ impl<'a> Pass<'a> {
             invalid(&shard.path, format!("sample {index} is {sample}, whose object stands in no row of the {table}"))
         };
         let (rank, name, hex) = self.objects.get(&row.sample.subject).ok_or_else(|| unknown("asset table"))?;
-        let split = self.splits.of(&row.sample).ok_or_else(|| unknown("split table"))?;
+        let split = self.splits.map(|splits| splits.of(&row.sample).ok_or_else(|| unknown("split table")));
+        let split: Option<Split> = split.transpose()?;
         self.leaves.push(Leaf::new(*rank, row, &self.channels));
         match &row.fate {
-            Fate::Kept(_) => *self.sums.counts.splits.entry(split).or_default() += 1,
+            Fate::Kept(_) => {
+                if let Some(split) = split {
+                    *self.sums.counts.splits.entry(split).or_default() += 1;
+                }
+                if let SampleFacts::Block(facts) = &row.facts {
+                    self.sums.counts.poses.get_or_insert_with(PoseCounts::default).add(facts);
+                }
+            }
             Fate::Rejected { reason, detail } => {
                 *self.sums.counts.rejected.entry(reason.clone()).or_default() += 1;
                 let line = serde_json::json!({

@@ -15,7 +15,7 @@ use super::{
     layout::{MANIFEST, RUN, SHARDS, ShardName},
 };
 use crate::{
-    ids::{Digest, JobDigest, ShardId},
+    ids::{Digest, JobDigest, Product, ShardId},
     record::FORMAT_VERSION,
 };
 
@@ -25,8 +25,8 @@ use crate::{
 pub struct RunMark {
     /// Format on disk.
     pub format_version: u32,
-    /// Product: `completion`.
-    pub product: String,
+    /// What it will hold.
+    pub product: Product,
     /// The job.
     pub job: JobDigest,
     /// Sample indices of the plan.
@@ -39,8 +39,8 @@ pub struct RunMark {
 
 impl RunMark {
     /// The mark of this version's format.
-    pub fn new(product: &str, job: JobDigest, samples: u64, shards: u32, shard_samples: u32) -> Self {
-        Self { format_version: FORMAT_VERSION, product: product.to_owned(), job, samples, shards, shard_samples }
+    pub fn new(product: Product, job: JobDigest, samples: u64, shards: u32, shard_samples: u32) -> Self {
+        Self { format_version: FORMAT_VERSION, product, job, samples, shards, shard_samples }
     }
 }
 
@@ -62,7 +62,7 @@ pub enum Begun {
 /// made or written.
 pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
     if let Some(found) = read_mark(folder)? {
-        if (&found.product, found.job) != (&mark.product, mark.job) {
+        if (found.product, found.job) != (mark.product, mark.job) {
             return Err(DatasetError::ForeignJob { folder: folder.to_owned(), found: found.job, expected: mark.job });
         }
         if found != *mark {
@@ -191,7 +191,7 @@ pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetEr
             bad("its name is no shard's".to_owned());
             continue;
         };
-        if (parsed.product.as_str(), parsed.shards) != (mark.product.as_str(), mark.shards) {
+        if (parsed.product, parsed.shards) != (mark.product, mark.shards) {
             bad(format!("this run makes {} shards of product {}", mark.shards, mark.product));
             continue;
         }

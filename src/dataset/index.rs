@@ -15,10 +15,15 @@ use parquet::{
     schema::{parser::parse_message_type, types::ColumnPath},
 };
 
-use super::{DatasetError, Fate, LedgerRow, Split, durable::Temporary, layout::INDEX};
+use super::{
+    DatasetError, Fate, LedgerRow, Split,
+    durable::Temporary,
+    layout::{INDEX, has_splits},
+};
 use crate::{
-    ids::{Digest, ObjectId, SampleId, ViewId},
-    record::Channel,
+    geom::{PoseLabel, Proof},
+    ids::{Digest, ObjectId, Product, SampleId, ViewId},
+    record::{BlockFacts, Channel, PairFacts, SampleFacts},
 };
 
 /// Rows held in memory at a time.
@@ -29,7 +34,8 @@ pub(super) struct IndexRow<'a> {
     pub row: &'a LedgerRow,
     pub object: &'a ByteArray,
     pub subject: &'a ByteArray,
-    pub split: Split,
+    /// Where the product has splits.
+    pub split: Option<Split>,
     pub shard: u32,
 }
 
@@ -45,19 +51,47 @@ pub(super) struct IndexWriter {
 #[derive(Default)]
 struct Columns {
     sample_index: Vec<i64>,
-    /// subject, object, split
-    names: [Vec<ByteArray>; 3],
-    /// instance, view, camera, shard, partial, complete and both cells
-    numbers: [Vec<i32>; 7],
+    /// subject, object, and split where the product has splits
+    names: Vec<Vec<ByteArray>>,
+    /// instance, view, camera, shard, and the product's counts
+    numbers: Vec<Vec<i32>>,
     kept: Vec<bool>,
     /// reason, detail: of rejects only
     words: [Vec<ByteArray>; 2],
-    solid_share: Vec<f64>,
+    /// the product's shares
+    shares: Vec<Vec<f64>>,
     /// digests of each channel, of kept samples only
     digests: Vec<Vec<FixedLenByteArray>>,
 }
 
-fn schema(channels: &[Channel]) -> String {
+/// Names of the columns with the facts of a product's samples: counts, then shares.
+fn fact_columns(product: Product) -> (Vec<String>, Vec<String>) {
+    let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    match product {
+        Product::Completion => (owned(&["partial_cells", "complete_cells", "both_cells"]), owned(&["solid_share"])),
+        Product::Reachability => {
+            let labels = PoseLabel::ALL.into_iter().map(|label| label.name().to_owned());
+            let proofs = Proof::ALL.into_iter().map(|proof| format!("by_{}", proof.name()));
+            (labels.chain(proofs).collect(), Vec::new())
+        }
+    }
+}
+
+/// The facts of a sample, in the order of [`fact_columns`].
+fn facts_of(facts: &SampleFacts) -> (Vec<u32>, Vec<f64>) {
+    match facts {
+        SampleFacts::Pair(PairFacts { partial_cells, complete_cells, both_cells, solid_share }) => {
+            (vec![*partial_cells, *complete_cells, *both_cells], vec![*solid_share])
+        }
+        SampleFacts::Block(BlockFacts { labels, proofs }) => (labels.iter().chain(proofs).copied().collect(), vec![]),
+    }
+}
+
+fn schema(product: Product, channels: &[Channel]) -> String {
+    let split = if has_splits(product) { "required binary split (string);" } else { "" };
+    let (counts, shares) = fact_columns(product);
+    let counts: String = counts.iter().map(|name| format!("required int32 {name} (integer(32, false));\n")).collect();
+    let shares: String = shares.iter().map(|name| format!("required double {name};\n")).collect();
     let digests: String = (channels.iter())
         .map(|channel| format!("optional fixed_len_byte_array(32) digest_{};\n", channel.name()))
         .collect();
@@ -69,29 +103,34 @@ fn schema(channels: &[Channel]) -> String {
             required int32 instance (integer(32, false));
             required int32 view (integer(32, false));
             required int32 camera (integer(32, false));
-            required binary split (string);
+            {split}
             required int32 shard (integer(32, false));
             required boolean kept;
             optional binary reason (string);
             optional binary detail (string);
-            required int32 partial_cells (integer(32, false));
-            required int32 complete_cells (integer(32, false));
-            required int32 both_cells (integer(32, false));
-            required double solid_share;
+            {counts}
+            {shares}
             {digests}
         }}"
     )
 }
 
 impl IndexWriter {
-    pub fn create(folder: &Path, channels: &[Channel]) -> Result<Self, DatasetError> {
+    pub fn create(folder: &Path, product: Product, channels: &[Channel]) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, INDEX)?;
-        let writer = Self::open(&file, channels).map_err(|error| unwritten(temporary.path(), error))?;
-        let digests = channels.iter().map(|_| Vec::new()).collect();
-        Ok(Self { writer, file, temporary, columns: Columns { digests, ..Columns::default() } })
+        let writer = Self::open(&file, product, channels).map_err(|error| unwritten(temporary.path(), error))?;
+        let (counts, shares) = fact_columns(product);
+        let columns = Columns {
+            names: vec![Vec::new(); if has_splits(product) { 3 } else { 2 }],
+            numbers: vec![Vec::new(); 4 + counts.len()],
+            shares: vec![Vec::new(); shares.len()],
+            digests: vec![Vec::new(); channels.len()],
+            ..Columns::default()
+        };
+        Ok(Self { writer, file, temporary, columns })
     }
 
-    fn open(file: &File, channels: &[Channel]) -> Result<SerializedFileWriter<File>, ParquetError> {
+    fn open(file: &File, product: Product, channels: &[Channel]) -> Result<SerializedFileWriter<File>, ParquetError> {
         let mut properties = WriterProperties::builder()
             // The default holds the crate's version, which would move bytes.
             .set_created_by("graspmill format 1".to_owned())
@@ -105,7 +144,7 @@ impl IndexWriter {
                 .set_column_compression(path.clone(), Compression::UNCOMPRESSED)
                 .set_column_statistics_enabled(path, EnabledStatistics::None);
         }
-        let schema = Arc::new(parse_message_type(&schema(channels))?);
+        let schema = Arc::new(parse_message_type(&schema(product, channels))?);
         SerializedFileWriter::new(file.try_clone()?, schema, Arc::new(properties.build()))
     }
 
@@ -113,23 +152,18 @@ impl IndexWriter {
         let columns = &mut self.columns;
         let LedgerRow { index, sample, facts, fate } = row.row;
         columns.sample_index.push(index.0 as i64);
-        let split = ByteArray::from(row.split.name());
+        let split = row.split.map_or_else(ByteArray::new, |split| ByteArray::from(split.name()));
         for (column, name) in columns.names.iter_mut().zip([row.subject.clone(), row.object.clone(), split]) {
             column.push(name);
         }
-        let numbers = [
-            sample.instance,
-            sample.view.0,
-            sample.camera,
-            row.shard,
-            facts.partial_cells,
-            facts.complete_cells,
-            facts.both_cells,
-        ];
+        let (counts, shares) = facts_of(facts);
+        let numbers = [sample.instance, sample.view.0, sample.camera, row.shard].into_iter().chain(counts);
         for (column, number) in columns.numbers.iter_mut().zip(numbers) {
             column.push(number as i32);
         }
-        columns.solid_share.push(facts.solid_share);
+        for (column, share) in columns.shares.iter_mut().zip(shares) {
+            column.push(share);
+        }
         columns.kept.push(matches!(fate, Fate::Kept(_)));
         match fate {
             Fate::Kept(digests) => {
@@ -167,7 +201,7 @@ impl Columns {
         self.names.iter_mut().chain(&mut self.words).for_each(Vec::clear);
         self.numbers.iter_mut().for_each(Vec::clear);
         self.kept.clear();
-        self.solid_share.clear();
+        self.shares.iter_mut().for_each(Vec::clear);
         self.digests.iter_mut().for_each(Vec::clear);
     }
 }
@@ -178,6 +212,7 @@ fn write_row_group(writer: &mut SerializedFileWriter<File>, columns: &Columns) -
     let mut names = columns.names.iter();
     let mut numbers = columns.numbers.iter();
     let mut words = columns.words.iter();
+    let mut shares = columns.shares.iter();
     let mut digests = columns.digests.iter();
     let short = || ParquetError::General("the schema has more columns than the rows".to_owned());
     let mut group = writer.next_row_group()?;
@@ -188,7 +223,9 @@ fn write_row_group(writer: &mut SerializedFileWriter<File>, columns: &Columns) -
                 writer.write_batch(numbers.next().ok_or_else(short)?, None, None)?
             }
             ColumnWriter::BoolColumnWriter(writer) => writer.write_batch(&columns.kept, None, None)?,
-            ColumnWriter::DoubleColumnWriter(writer) => writer.write_batch(&columns.solid_share, None, None)?,
+            ColumnWriter::DoubleColumnWriter(writer) => {
+                writer.write_batch(shares.next().ok_or_else(short)?, None, None)?
+            }
             ColumnWriter::ByteArrayColumnWriter(writer) => match names.next() {
                 Some(values) => writer.write_batch(values, None, None)?,
                 None => writer.write_batch(words.next().ok_or_else(short)?, Some(&of_rejected), None)?,
@@ -221,29 +258,35 @@ fn parquet_io(path: &Path, problem: &str) -> DatasetError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct IndexEntry {
     pub sample: SampleId,
-    pub split: Split,
+    /// Where the product has splits.
+    pub split: Option<Split>,
     pub kept: bool,
 }
 
 /// Hands every row of an index to `take`, in order.
-pub(super) fn read_index(path: &Path, mut take: impl FnMut(u64, IndexEntry)) -> Result<(), DatasetError> {
+pub(super) fn read_index(
+    path: &Path,
+    product: Product,
+    mut take: impl FnMut(u64, IndexEntry),
+) -> Result<(), DatasetError> {
     let file = File::open(path).map_err(DatasetError::io("reading", path))?;
-    read_rows(file, &mut take).map_err(|error| DatasetError::Invalid {
+    read_rows(file, product, &mut take).map_err(|error| DatasetError::Invalid {
         path: path.to_owned(),
         problem: error.to_string(),
         remedy: "delete it and manifest.json and `run` the job again: the shards are kept",
     })
 }
 
-fn read_rows(file: File, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
-    const COLUMNS: [&str; 7] = ["sample_index", "subject", "instance", "view", "camera", "split", "kept"];
+fn read_rows(file: File, product: Product, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
+    const COLUMNS: [&str; 7] = ["sample_index", "subject", "instance", "view", "camera", "kept", "split"];
+    let columns = if has_splits(product) { &COLUMNS[..] } else { &COLUMNS[..6] };
     let unfit = |what: &str| ParquetError::General(what.to_owned());
     let reader = SerializedFileReader::new(file)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut places = [0; COLUMNS.len()];
-    for (place, name) in places.iter_mut().zip(COLUMNS) {
-        let mut columns = schema.columns().iter();
-        *place = columns.position(|column| column.name() == name).ok_or_else(|| unfit("a column is missing"))?;
+    for (place, name) in places.iter_mut().zip(columns) {
+        let mut known = schema.columns().iter();
+        *place = known.position(|column| column.name() == *name).ok_or_else(|| unfit("a column is missing"))?;
     }
     for number in 0..reader.num_row_groups() {
         let group = reader.get_row_group(number)?;
@@ -251,7 +294,7 @@ fn read_rows(file: File, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), P
         let mut text = [Vec::new(), Vec::new()];
         let mut numbers = [Vec::new(), Vec::new(), Vec::new()];
         let (mut indices, mut kept) = (Vec::new(), Vec::new());
-        for (name, place) in COLUMNS.into_iter().zip(places) {
+        for (name, place) in columns.iter().copied().zip(places) {
             let read = match (group.get_column_reader(place)?, name) {
                 (ColumnReader::Int64ColumnReader(mut reader), _) => {
                     reader.read_records(rows, None, None, &mut indices)?
@@ -279,7 +322,10 @@ fn read_rows(file: File, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), P
                 view: ViewId(numbers[1][row] as u32),
                 camera: numbers[2][row] as u32,
             };
-            let split = Split::from_name(&word(&text[1])?).ok_or_else(|| unfit("unknown split"))?;
+            let split = match text[1].is_empty() {
+                true => None,
+                false => Some(Split::from_name(&word(&text[1])?).ok_or_else(|| unfit("unknown split"))?),
+            };
             take(indices[row] as u64, IndexEntry { sample, split, kept: kept[row] });
         }
     }

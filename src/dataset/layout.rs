@@ -1,6 +1,6 @@
 //! Where things stand in a dataset's folder.
 
-use crate::ids::{Digest, ShardId};
+use crate::ids::{Digest, Product, ShardId};
 
 /// What the folder was begun for: written first.
 pub(super) const RUN: &str = "run.json";
@@ -16,14 +16,30 @@ pub(super) const SPLITS: &str = "splits.json";
 pub(super) const REJECTS: &str = "rejects.jsonl";
 /// The resolved job.
 pub(super) const JOB: &str = "job.toml";
+/// Labels and signed distances of a whole grid of poses.
+pub(super) const FIELD: &str = "field.mcap";
+
+/// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
+pub(super) fn files_of(product: Product) -> &'static [&'static str] {
+    match product {
+        Product::Completion => &[ASSETS, INDEX, JOB, REJECTS, SPLITS],
+        Product::Reachability => &[ASSETS, FIELD, INDEX, JOB, REJECTS],
+    }
+}
+
+/// Whether a product's samples are split into those that train and those that test.
+pub(super) fn has_splits(product: Product) -> bool {
+    files_of(product).contains(&SPLITS)
+}
+
 /// Folder of the shards.
 pub(super) const SHARDS: &str = "shards";
 
 /// A shard's file name: `completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ShardName {
-    /// Product: `completion`.
-    pub product: String,
+    /// What it holds.
+    pub product: Product,
     /// Which shard.
     pub shard: ShardId,
     /// Of how many.
@@ -34,8 +50,8 @@ pub struct ShardName {
 
 impl ShardName {
     /// The name of a shard with this content.
-    pub fn new(product: &str, shard: ShardId, shards: u32, digest: &Digest) -> Self {
-        Self { product: product.to_owned(), shard, shards, short: digest.short() }
+    pub fn new(product: Product, shard: ShardId, shards: u32, digest: &Digest) -> Self {
+        Self { product, shard, shards, short: digest.short() }
     }
 
     /// Reads a file name; `None` for any other.
@@ -47,7 +63,7 @@ impl ShardName {
         let number =
             |text: &str| (text.len() >= 5 && text.bytes().all(|byte| byte.is_ascii_digit())).then(|| text.parse());
         let parsed = Self {
-            product: product.to_owned(),
+            product: Product::from_name(product)?,
             shard: ShardId(number(shard)?.ok()?),
             shards: number(shards)?.ok()?,
             short: short.to_owned(),
@@ -57,14 +73,14 @@ impl ShardName {
     }
 
     /// The part that a shard has before its content is known.
-    pub fn stem(product: &str, shard: ShardId, shards: u32) -> String {
+    pub fn stem(product: Product, shard: ShardId, shards: u32) -> String {
         format!("{product}-{:05}-of-{shards:05}", shard.0)
     }
 }
 
 impl std::fmt::Display for ShardName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}-{}.mcap", Self::stem(&self.product, self.shard, self.shards), self.short)
+        write!(f, "{}-{}.mcap", Self::stem(self.product, self.shard, self.shards), self.short)
     }
 }
 
@@ -74,11 +90,14 @@ mod tests {
 
     #[test]
     fn a_name_reads_back_and_nothing_else_does() {
-        let name = ShardName::new("completion", ShardId(3), 152, &Digest::of(b"x"));
+        let name = ShardName::new(Product::Completion, ShardId(3), 152, &Digest::of(b"x"));
         assert_eq!(ShardName::parse(&name.to_string()), Some(name.clone()));
-        for wrong in
-            ["completion-3-of-152-0123456789abcdef.mcap", "completion-00152-of-00152-0123456789abcdef.mcap", "a.mcap"]
-        {
+        for wrong in [
+            "completion-3-of-152-0123456789abcdef.mcap",
+            "completion-00152-of-00152-0123456789abcdef.mcap",
+            "a.mcap",
+            "other-00003-of-00152-0123456789abcdef.mcap",
+        ] {
             assert_eq!(ShardName::parse(wrong), None, "{wrong}");
         }
         assert_eq!(ShardName::parse(&format!("{name}.tmp")), None);

@@ -5,22 +5,9 @@ use std::collections::BTreeMap;
 use prost::Message;
 
 use crate::{
-    ids::{Digest, JobDigest, ObjectId, SampleId, SampleIndex, ShardId, ViewId},
-    record::{Channel, FORMAT_VERSION, proto},
+    ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
+    record::{BlockFacts, Channel, FORMAT_VERSION, PairFacts, SampleFacts, proto},
 };
-
-/// Facts of a sample that make the index useful; counts of occupied cells and the share of the solid in the grid.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SampleFacts {
-    /// Occupied cells of the partial grid.
-    pub partial_cells: u32,
-    /// Occupied cells of the complete grid.
-    pub complete_cells: u32,
-    /// Cells occupied in both.
-    pub both_cells: u32,
-    /// Share of the solid's volume that lies inside the grid, 0 to 1.
-    pub solid_share: f64,
-}
 
 /// What became of a sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,8 +39,8 @@ pub struct LedgerRow {
 /// The ledger of one shard.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ledger {
-    /// Product: `completion`.
-    pub product: String,
+    /// What the shard holds.
+    pub product: Product,
     /// The job.
     pub job: JobDigest,
     /// Which shard.
@@ -69,6 +56,14 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// Name of the protobuf message.
+    pub(super) fn schema_name(product: Product) -> &'static str {
+        match product {
+            Product::Completion => "graspmill.Ledger",
+            Product::Reachability => "graspmill.ReachabilityLedger",
+        }
+    }
+
     pub(super) fn encode(&self) -> Vec<u8> {
         let mut places: BTreeMap<ObjectId, u32> = BTreeMap::new();
         let mut subjects = Vec::new();
@@ -83,24 +78,26 @@ impl Ledger {
                 }
                 Fate::Rejected { reason, detail } => (Vec::new(), reason.clone(), detail.clone()),
             };
+            let PairFacts { partial_cells, complete_cells, both_cells, solid_share } =
+                row.facts.pair().copied().unwrap_or_default();
             proto::LedgerRow {
                 subject,
                 instance: row.sample.instance,
                 view: row.sample.view.0,
                 camera: row.sample.camera,
-                partial_cells: row.facts.partial_cells,
-                complete_cells: row.facts.complete_cells,
-                both_cells: row.facts.both_cells,
-                solid_share: row.facts.solid_share,
+                partial_cells,
+                complete_cells,
+                both_cells,
+                solid_share,
                 digests,
                 reason,
                 detail,
             }
         });
         let rows = rows.collect();
-        proto::Ledger {
+        let ledger = proto::Ledger {
             format_version: FORMAT_VERSION,
-            product: self.product.clone(),
+            product: self.product.to_string(),
             job: self.job.0.0.to_vec(),
             shard: self.shard.0,
             shards: self.shards,
@@ -108,8 +105,24 @@ impl Ledger {
             subjects,
             topics: self.channels.iter().map(|channel| channel.topic().to_owned()).collect(),
             rows,
+        };
+        match self.product {
+            Product::Completion => ledger.encode_to_vec(),
+            Product::Reachability => self.with_poses(ledger).encode_to_vec(),
         }
-        .encode_to_vec()
+    }
+
+    /// The same with counts of poses in its rows.
+    fn with_poses(&self, ledger: proto::Ledger) -> proto::ReachabilityLedger {
+        let proto::Ledger { format_version, product, job, shard, shards, first_index, subjects, topics, rows } = ledger;
+        let rows = rows.into_iter().zip(&self.rows).map(|(raw, row)| {
+            let proto::LedgerRow { subject, instance, view, camera, digests, reason, detail, .. } = raw;
+            let BlockFacts { labels, proofs } = row.facts.block().copied().unwrap_or_default();
+            let (labels, proofs) = (labels.to_vec(), proofs.to_vec());
+            proto::ReachabilityLedgerRow { subject, instance, view, camera, digests, reason, detail, labels, proofs }
+        });
+        let rows = rows.collect();
+        proto::ReachabilityLedger { format_version, product, job, shard, shards, first_index, subjects, topics, rows }
     }
 
     /// Reads a ledger; `Err` says in words what is wrong.
@@ -119,6 +132,7 @@ impl Ledger {
             let found = raw.format_version;
             return Err(format!("the ledger has format version {found}, this program reads {FORMAT_VERSION}"));
         }
+        let product = Product::from_name(&raw.product).ok_or_else(|| format!("unknown product '{}'", raw.product))?;
         let digest = |bytes: &[u8]| {
             bytes.try_into().map(Digest).map_err(|_| format!("a digest of the ledger has {} bytes", bytes.len()))
         };
@@ -126,8 +140,12 @@ impl Ledger {
             .map(|topic| Channel::from_topic(topic).ok_or_else(|| format!("unknown topic '{topic}'")))
             .collect::<Result<Vec<_>, _>>()?;
         let subjects = raw.subjects.iter().map(|bytes| digest(bytes).map(ObjectId)).collect::<Result<Vec<_>, _>>()?;
+        let facts = match product {
+            Product::Completion => raw.rows.iter().map(pair_facts).collect(),
+            Product::Reachability => block_facts(bytes)?,
+        };
         let mut rows = Vec::with_capacity(raw.rows.len());
-        for (index, row) in (raw.first_index..).zip(raw.rows) {
+        for (index, (row, facts)) in (raw.first_index..).zip(raw.rows.into_iter().zip(facts)) {
             let subject = *(subjects.get(row.subject as usize))
                 .ok_or_else(|| format!("sample {index}: subject {} of {}", row.subject, subjects.len()))?;
             let fate = if row.reason.is_empty() {
@@ -142,17 +160,12 @@ impl Ledger {
             rows.push(LedgerRow {
                 index: SampleIndex(index),
                 sample: SampleId { subject, instance: row.instance, view: ViewId(row.view), camera: row.camera },
-                facts: SampleFacts {
-                    partial_cells: row.partial_cells,
-                    complete_cells: row.complete_cells,
-                    both_cells: row.both_cells,
-                    solid_share: row.solid_share,
-                },
+                facts,
                 fate,
             });
         }
         Ok(Self {
-            product: raw.product,
+            product,
             job: JobDigest(digest(&raw.job)?),
             shard: ShardId(raw.shard),
             shards: raw.shards,
@@ -161,4 +174,22 @@ impl Ledger {
             rows,
         })
     }
+}
+
+fn pair_facts(row: &proto::LedgerRow) -> SampleFacts {
+    let proto::LedgerRow { partial_cells, complete_cells, both_cells, solid_share, .. } = *row;
+    PairFacts { partial_cells, complete_cells, both_cells, solid_share }.into()
+}
+
+/// The counts of poses of all rows: what a [`proto::Ledger`] passes over.
+fn block_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
+    let raw = proto::ReachabilityLedger::decode(bytes).map_err(|error| format!("the ledger is no ledger: {error}"))?;
+    let facts = |row: proto::ReachabilityLedgerRow| {
+        let counts = (row.labels.as_slice().try_into(), row.proofs.as_slice().try_into());
+        let (Ok(labels), Ok(proofs)) = counts else {
+            return Err(format!("a row with {} labels and {} proofs", row.labels.len(), row.proofs.len()));
+        };
+        Ok(BlockFacts { labels, proofs }.into())
+    };
+    raw.rows.into_iter().map(facts).collect()
 }

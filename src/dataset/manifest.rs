@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     DatasetError, Split,
-    layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SPLITS, ShardName},
+    layout::{MANIFEST, ShardName, files_of, has_splits},
 };
 use crate::{
-    ids::{Digest, JobDigest},
-    record::{Channel, FORMAT_VERSION},
+    geom::{PoseLabel, Proof},
+    ids::{Digest, JobDigest, Product},
+    record::{BlockFacts, Channel, FORMAT_VERSION},
 };
 
 /// How equal the numbers of a product are on two machines.
@@ -48,8 +49,8 @@ pub struct Manifest {
     pub format_version: u32,
     /// Program and version that wrote it.
     pub generator: String,
-    /// Product: `completion`.
-    pub product: String,
+    /// What it holds.
+    pub product: Product,
     /// The digest that names the dataset, whatever its shards, threads, paths and clock.
     pub root: Digest,
     /// Digest of the samples of each class of numbers.
@@ -86,6 +87,45 @@ pub struct Counts {
     pub refused_meshes: u64,
     /// Stored samples by split.
     pub splits: BTreeMap<Split, u64>,
+    /// Of a reachability dataset: poses by label and proof.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PoseCounts>,
+}
+
+/// Poses of a reachability dataset, counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseCounts {
+    /// By name of the label.
+    pub labels: BTreeMap<String, u64>,
+    /// By name of the proof: how the label is known.
+    pub proofs: BTreeMap<String, u64>,
+}
+
+impl PoseCounts {
+    /// Poses in all.
+    pub fn cells(&self) -> u64 {
+        self.labels.values().sum()
+    }
+
+    /// Poses with a label.
+    pub fn of_label(&self, label: PoseLabel) -> u64 {
+        self.labels.get(label.name()).copied().unwrap_or(0)
+    }
+
+    /// Poses whose label is known so.
+    pub fn of_proof(&self, proof: Proof) -> u64 {
+        self.proofs.get(proof.name()).copied().unwrap_or(0)
+    }
+
+    pub(super) fn add(&mut self, facts: &BlockFacts) {
+        for (label, count) in PoseLabel::ALL.into_iter().zip(facts.labels) {
+            *self.labels.entry(label.name().to_owned()).or_default() += u64::from(count);
+        }
+        for (proof, count) in Proof::ALL.into_iter().zip(facts.proofs) {
+            *self.proofs.entry(proof.name().to_owned()).or_default() += u64::from(count);
+        }
+    }
 }
 
 /// One shard of a manifest.
@@ -162,10 +202,12 @@ impl Manifest {
         if let Some(topic) = self.topics.iter().find(|topic| Channel::from_topic(topic).is_none()) {
             return refuse(format!("unknown topic '{topic}'"));
         }
-        if self.channels().first() != Some(&Channel::Pair)
+        let leading = Channel::leading(self.product);
+        if self.channels().first() != Some(&leading)
             || !self.topics.is_sorted_by_key(|topic| Channel::from_topic(topic))
+            || self.channels().iter().any(|channel| channel.product() != self.product)
         {
-            return refuse("the topics are not in order, pair first".to_owned());
+            return refuse(format!("the topics are not those of {} in order, {} first", self.product, leading.topic()));
         }
         let mut next = 0;
         for (place, shard) in self.shards.iter().enumerate() {
@@ -184,12 +226,12 @@ impl Manifest {
             }
             next = shard.first_sample.saturating_add(shard.samples);
         }
-        let Counts { samples, kept, rejected, splits, .. } = &self.counts;
+        let Counts { samples, kept, rejected, splits, poses, .. } = &self.counts;
         let of_shards: u64 = self.shards.iter().map(|shard| shard.kept).sum();
         let sums = [
             ("samples of the shards", next, *samples),
             ("kept samples of the shards", of_shards, *kept),
-            ("kept samples of the splits", splits.values().sum(), *kept),
+            ("kept samples of the splits", splits.values().sum(), if has_splits(self.product) { *kept } else { 0 }),
             ("kept and rejected samples", kept + rejected.values().sum::<u64>(), *samples),
         ];
         for (what, found, expected) in sums {
@@ -197,8 +239,11 @@ impl Manifest {
                 return refuse(format!("{found} {what}, {expected} in all"));
             }
         }
+        if poses.is_some() != (self.product == Product::Reachability) {
+            return refuse(format!("a dataset of {} with counts of poses: {}", self.product, poses.is_some()));
+        }
         let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
-        if names != [ASSETS, INDEX, JOB, REJECTS, SPLITS] {
+        if names != files_of(self.product) {
             return refuse(format!("it names the files {names:?}"));
         }
         Ok(())

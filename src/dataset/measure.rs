@@ -4,10 +4,10 @@ use std::{fs, path::Path};
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ShardHeader, ShardWriter, ledger::SampleFacts, shard_file::ShardFile};
+use super::{ShardHeader, ShardWriter, shard_file::ShardFile};
 use crate::{
     geom::{GridPlacement, Intrinsics, OccupancyGrid, Pose, rotation_from_rpy},
-    ids::{Digest, JobDigest, ObjectId, SampleId, SampleIndex, ShardId, ViewId},
+    ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
     record::{Channel, Visibility, VoxelPair},
 };
 
@@ -155,7 +155,7 @@ fn chunk_sizes() {
 fn measure(samples: &[(VoxelPair, OccupancyGrid)], channels: &[Channel], chunk: usize, level: u32) {
     let (folder, count) = (tempfile::tempdir().unwrap(), samples.len() as u64);
     let header = ShardHeader {
-        product: "completion".to_owned(),
+        product: Product::Completion,
         job: JobDigest(Digest::of(b"job")),
         shard: ShardId(0),
         shards: 1,
@@ -176,10 +176,7 @@ fn measure(samples: &[(VoxelPair, OccupancyGrid)], channels: &[Channel], chunk: 
                 Visibility::encode_parts(&pair.sample, free, &mut payload);
                 writer.write(index, &pair.sample, Channel::Visibility, &payload).unwrap();
             }
-            let VoxelPair { partial_cells, complete_cells, both_cells, solid_share, .. } = *pair;
-            writer
-                .keep(index, &pair.sample, SampleFacts { partial_cells, complete_cells, both_cells, solid_share })
-                .unwrap();
+            writer.keep(index, &pair.sample, pair.facts()).unwrap();
         }
         written = Some(writer.finish().unwrap());
         writing = writing.min(start.seconds());

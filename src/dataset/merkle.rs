@@ -55,12 +55,23 @@ pub(super) fn asset_leaf(canonical: &str) -> Digest {
 }
 
 /// The digest of a dataset out of its parts; classes by name, sorted.
-pub(super) fn dataset_root(classes: &[(&str, Digest)], rejects: &Digest, assets: &Digest, job: &JobDigest) -> Digest {
+/// `field` is the digest of a field's payload, where the product has one.
+pub(super) fn dataset_root(
+    classes: &[(&str, Digest)],
+    rejects: &Digest,
+    assets: &Digest,
+    field: Option<&Digest>,
+    job: &JobDigest,
+) -> Digest {
     let mut parts: Vec<&[u8]> = vec![b"graspmill dataset 1"];
     for (name, root) in classes {
         parts.extend([name.as_bytes(), &root.0]);
     }
-    parts.extend([b"rejects".as_slice(), &rejects.0, b"assets", &assets.0, b"job", &job.0.0]);
+    parts.extend([b"rejects".as_slice(), &rejects.0, b"assets", &assets.0]);
+    if let Some(field) = field {
+        parts.extend([b"field".as_slice(), &field.0]);
+    }
+    parts.extend([b"job".as_slice(), &job.0.0]);
     Digest::of_parts(parts)
 }
 

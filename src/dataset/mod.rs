@@ -7,7 +7,8 @@
 //! shards/        completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap
 //! index.parquet  one row a sample, kept or rejected
 //! assets.json    one row an object, and the refused meshes
-//! splits.json    who trains and who tests
+//! splits.json    who trains and who tests (completion)
+//! field.mcap     labels and signed distances of the whole grid (reachability)
 //! rejects.jsonl  one line a rejected sample
 //! job.toml       the resolved job
 //! manifest.json  digests of all of these; written last
@@ -20,6 +21,7 @@
 mod assets;
 mod durable;
 mod error;
+mod field;
 mod finish;
 mod folder;
 mod index;
@@ -38,13 +40,14 @@ mod verify;
 
 pub use assets::{AssetRow, AssetTable};
 pub use error::DatasetError;
-pub use finish::{DatasetHeader, finish_dataset};
+pub use field::read_field;
+pub use finish::{DatasetHeader, ProductTables, finish_dataset};
 pub use folder::{
     BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, read_mark, scan_shards, shards_folder,
 };
 pub use layout::ShardName;
-pub use ledger::{Fate, Ledger, LedgerRow, SampleFacts};
-pub use manifest::{Counts, FileEntry, Manifest, NumberClass, ShardEntry};
+pub use ledger::{Fate, Ledger, LedgerRow};
+pub use manifest::{Counts, FileEntry, Manifest, NumberClass, PoseCounts, ShardEntry};
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};

@@ -10,12 +10,12 @@ use std::{
 use super::{
     DatasetError, Ledger, Manifest, Split, SplitTable,
     index::{IndexEntry, read_index},
-    layout::{INDEX, SPLITS},
+    layout::{INDEX, SPLITS, has_splits},
     shard_file::{ShardFile, StoredMessage, invalid},
 };
 use crate::{
-    ids::{ObjectId, SampleId, SampleIndex, ViewId},
-    record::{Channel, Cloud, Coverage, Depth, Implicit, RecordError, Tsdf, Visibility, VoxelPair},
+    ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
+    record::{Channel, Cloud, Coverage, Depth, Implicit, ReachabilityBlock, RecordError, Tsdf, Visibility, VoxelPair},
 };
 
 /// A finished dataset, open for reading; any number of threads may read at once.
@@ -57,16 +57,10 @@ impl DatasetReader {
     /// When the dataset is not finished, a table is missing or damaged, or the version is another.
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         let manifest = Manifest::read(folder)?;
-        let path = folder.join(SPLITS);
-        let text = fs::read(&path).map_err(DatasetError::io("reading", &path))?;
-        let splits: SplitTable = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
-            path: path.clone(),
-            problem: error.to_string(),
-            remedy: "delete manifest.json and `run` the job again: the shards are kept",
-        })?;
-        let table = SampleTable::read(&folder.join(INDEX), manifest.counts.samples)?;
+        let splits = if has_splits(manifest.product) { read_splits(folder)? } else { SplitTable::default() };
+        let table = SampleTable::read(&folder.join(INDEX), manifest.product, manifest.counts.samples)?;
         let shards = manifest.shards.iter().map(|_| OnceLock::new()).collect();
-        Ok(Self { folder: folder.to_owned(), splits: splits.checked(&path)?, manifest, table, shards })
+        Ok(Self { folder: folder.to_owned(), splits, manifest, table, shards })
     }
 
     /// The manifest.
@@ -74,7 +68,7 @@ impl DatasetReader {
         &self.manifest
     }
 
-    /// Who trains and who tests.
+    /// Who trains and who tests; empty where the product has no splits.
     pub fn splits(&self) -> &SplitTable {
         &self.splits
     }
@@ -107,7 +101,7 @@ impl DatasetReader {
         self.table.kept(index)
     }
 
-    /// The split of the sample at an index.
+    /// The split of the sample at an index; `None` past the end, and where the product has no splits.
     pub fn split(&self, index: SampleIndex) -> Option<Split> {
         self.table.split(index)
     }
@@ -302,6 +296,16 @@ impl Sample {
         self.decoded(Channel::Implicit, Implicit::decode)
     }
 
+    /// Labels, proofs and witnesses of the poses at one position.
+    ///
+    /// # Errors
+    /// When the sample is of another product, or the payload is no valid record.
+    pub fn block(&self) -> Result<ReachabilityBlock, DatasetError> {
+        let payload = (self.payload(Channel::Block))
+            .ok_or_else(|| invalid(&self.shard, format!("sample {} has no block of poses", self.index)))?;
+        ReachabilityBlock::decode(payload).map_err(|source| self.broken(source))
+    }
+
     fn decoded<T>(
         &self,
         channel: Channel,
@@ -410,12 +414,25 @@ impl Run {
 }
 
 const KEPT: u8 = 0x80;
+/// Instead of a split.
+const NO_SPLIT: u8 = 0x7f;
+
+fn read_splits(folder: &Path) -> Result<SplitTable, DatasetError> {
+    let path = folder.join(SPLITS);
+    let text = fs::read(&path).map_err(DatasetError::io("reading", &path))?;
+    let splits: SplitTable = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
+        path: path.clone(),
+        problem: error.to_string(),
+        remedy: "delete manifest.json and `run` the job again: the shards are kept",
+    })?;
+    splits.checked(&path)
+}
 
 impl SampleTable {
-    fn read(path: &Path, samples: u64) -> Result<Self, DatasetError> {
+    fn read(path: &Path, product: Product, samples: u64) -> Result<Self, DatasetError> {
         let mut table = Self { flags: Vec::with_capacity(samples as usize), ..Self::default() };
         let mut in_order = true;
-        read_index(path, |index, entry| {
+        read_index(path, product, |index, entry| {
             in_order &= index == table.flags.len() as u64;
             table.push(&entry);
         })?;
@@ -431,7 +448,7 @@ impl SampleTable {
 
     fn push(&mut self, entry: &IndexEntry) {
         let index = self.flags.len() as u64;
-        self.flags.push(entry.split as u8 | if entry.kept { KEPT } else { 0 });
+        self.flags.push(entry.split.map_or(NO_SPLIT, |split| split as u8) | if entry.kept { KEPT } else { 0 });
         let SampleId { subject, instance, view, camera } = entry.sample;
         match self.runs.last_mut() {
             Some(run)

@@ -13,11 +13,11 @@ use super::{
     DatasetError,
     durable::Temporary,
     layout::ShardName,
-    ledger::{Fate, Ledger, LedgerRow, SampleFacts},
+    ledger::{Fate, Ledger, LedgerRow},
 };
 use crate::{
-    ids::{Digest, JobDigest, SampleId, SampleIndex, ShardId},
-    record::{self, Channel, FORMAT_VERSION},
+    ids::{Digest, JobDigest, Product, SampleId, SampleIndex, ShardId},
+    record::{self, Channel, FORMAT_VERSION, SampleFacts},
 };
 
 /// Uncompressed bytes after which a chunk is closed, at the next end of a sample.
@@ -29,17 +29,17 @@ use crate::{
 pub const CHUNK_BYTES: usize = 64 << 10;
 /// zstd level of the chunks: in the same measurement level 3 makes files 2.5 % smaller, writing with two channels a third
 /// slower (12,000 instead of 18,000/s) and reading at random a fifth slower.
-const ZSTD_LEVEL: u32 = 1;
+pub(super) const ZSTD_LEVEL: u32 = 1;
 /// Written into each shard's header instead of the MCAP crate's name and version, which would move bytes.
-const LIBRARY: &str = "graspmill format 1";
+pub(super) const LIBRARY: &str = "graspmill format 1";
 /// Name of the attachment that holds the ledger.
 pub(super) const LEDGER: &str = "ledger";
 
 /// What a shard is, before any sample stands in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShardHeader {
-    /// Product: `completion`; part of the file name.
-    pub product: String,
+    /// What it holds; part of the file name.
+    pub product: Product,
     /// The job.
     pub job: JobDigest,
     /// Which shard.
@@ -48,7 +48,7 @@ pub struct ShardHeader {
     pub shards: u32,
     /// The sample indices that it accounts for; not empty.
     pub samples: Range<u64>,
-    /// What every kept sample has, in any order; must name [`Channel::Pair`].
+    /// What every kept sample has, in any order; all of the product, its leading one among them.
     pub channels: Vec<Channel>,
 }
 
@@ -110,9 +110,12 @@ impl ShardWriter {
         let mut header = header.clone();
         header.channels.sort_unstable();
         header.channels.dedup();
-        let stem = ShardName::stem(&header.product, header.shard, header.shards);
-        if header.samples.is_empty() || !header.channels.contains(&Channel::Pair) || header.shard.0 >= header.shards {
-            let expected = "samples, the pair channel and a shard below the count".to_owned();
+        let stem = ShardName::stem(header.product, header.shard, header.shards);
+        let leading = Channel::leading(header.product);
+        let own = header.channels.iter().all(|channel| channel.product() == header.product);
+        if header.samples.is_empty() || !own || !header.channels.contains(&leading) || header.shard.0 >= header.shards {
+            let topic = leading.topic();
+            let expected = format!("samples, channels of {} with {topic} and a shard below the count", header.product);
             return Err(DatasetError::Sequence { shard: stem, expected, found: format!("{header:?}") });
         }
         let (file, temporary) = Temporary::create(folder, &stem)?;
@@ -177,8 +180,14 @@ impl ShardWriter {
     ///
     /// # Errors
     /// When the file can't be written, or a channel is missing.
-    pub fn keep(&mut self, index: SampleIndex, sample: &SampleId, facts: SampleFacts) -> Result<(), DatasetError> {
+    pub fn keep(
+        &mut self,
+        index: SampleIndex,
+        sample: &SampleId,
+        facts: impl Into<SampleFacts>,
+    ) -> Result<(), DatasetError> {
         self.expect(index)?;
+        let facts = self.own(facts.into())?;
         let Some(digests) = self.pending.iter().copied().collect::<Option<Vec<_>>>() else {
             return Err(self.sequence("every channel of the header before keep", format!("keep of {sample}")));
         };
@@ -205,11 +214,12 @@ impl ShardWriter {
         &mut self,
         index: SampleIndex,
         sample: &SampleId,
-        facts: SampleFacts,
+        facts: impl Into<SampleFacts>,
         reason: &str,
         detail: &str,
     ) -> Result<(), DatasetError> {
         self.expect(index)?;
+        let facts = self.own(facts.into())?;
         if reason.is_empty() || self.pending.iter().any(Option::is_some) {
             return Err(self.sequence("a reason and no channel before reject", format!("reject of {sample}")));
         }
@@ -229,7 +239,7 @@ impl ShardWriter {
             return Err(self.sequence(&format!("{expected} samples"), found));
         }
         let ledger = Ledger {
-            product: self.header.product.clone(),
+            product: self.header.product,
             job: self.header.job,
             shard: self.header.shard,
             shards: self.header.shards,
@@ -241,7 +251,7 @@ impl ShardWriter {
             log_time: self.header.samples.start,
             create_time: 0,
             name: LEDGER.to_owned(),
-            media_type: "application/x-protobuf; messageType=graspmill.Ledger".to_owned(),
+            media_type: format!("application/x-protobuf; messageType={}", Ledger::schema_name(ledger.product)),
             data: ledger.encode().into(),
         };
         let name = &self.name;
@@ -254,7 +264,7 @@ impl ShardWriter {
         let file =
             file.file.into_inner().map_err(|error| DatasetError::io("writing", &self.name)(error.into_error()))?;
         let temporary = self.temporary.take().ok_or_else(|| gone(&self.name))?;
-        let name = ShardName::new(&self.header.product, self.header.shard, self.header.shards, &digest);
+        let name = ShardName::new(self.header.product, self.header.shard, self.header.shards, &digest);
         let path = temporary.publish(&file, &self.folder, &name.to_string())?;
         Ok(FinishedShard {
             shard: self.header.shard,
@@ -275,8 +285,17 @@ impl ShardWriter {
         Err(self.sequence(&format!("sample {expected} of {start}..{end}"), format!("sample {index}")))
     }
 
+    /// The facts, if they are of the shard's product.
+    fn own(&self, facts: SampleFacts) -> Result<SampleFacts, DatasetError> {
+        let product = self.header.product;
+        if facts.product() == product {
+            return Ok(facts);
+        }
+        Err(self.sequence(&format!("facts of {product}"), format!("{facts:?}")))
+    }
+
     fn sequence(&self, expected: &str, found: String) -> DatasetError {
-        let shard = ShardName::stem(&self.header.product, self.header.shard, self.header.shards);
+        let shard = ShardName::stem(self.header.product, self.header.shard, self.header.shards);
         DatasetError::Sequence { shard, expected: expected.to_owned(), found }
     }
 
@@ -316,7 +335,7 @@ fn begin(
         .create(file)?;
     let facts = [
         ("format_version", FORMAT_VERSION.to_string()),
-        ("product", header.product.clone()),
+        ("product", header.product.to_string()),
         ("job", header.job.to_string()),
         ("shard", header.shard.to_string()),
         ("shards", header.shards.to_string()),
@@ -329,7 +348,7 @@ fn begin(
     })?;
     let mut channel_ids = Vec::new();
     for channel in &header.channels {
-        let schema = writer.add_schema(channel.schema_name(), "protobuf", record::descriptors())?;
+        let schema = writer.add_schema(channel.schema_name(), "protobuf", record::descriptors(header.product))?;
         channel_ids.push(writer.add_channel(schema, channel.topic(), "protobuf", &BTreeMap::new())?);
     }
     Ok((writer, channel_ids))

@@ -18,9 +18,9 @@ use crate::{ids::SampleIndex, record::Channel};
 /// Opcode, length, start of summary, start of its offsets, CRC, magic bytes.
 const FOOTER_BYTES: u64 = 1 + 8 + 8 + 8 + 4 + 8;
 /// Channel id, sequence, log time, publish time.
-const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
+pub(super) const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
 /// No chunk of ours is larger: one that says so is damaged, and must not become an allocation.
-const MOST_CHUNK_BYTES: u64 = 1 << 30;
+pub(super) const MOST_CHUNK_BYTES: u64 = 1 << 30;
 
 thread_local! {
     /// One context a thread: making it anew costs as much as unpacking half a chunk.
@@ -119,29 +119,7 @@ impl ShardFile {
     }
 
     fn parse_chunk(&self, record: &[u8]) -> Result<Vec<StoredMessage>, McapError> {
-        let (opcode, body) = records(record).next().ok_or(McapError::UnexpectedEof)??;
-        let Record::Chunk { header, data } = mcap::parse_record(opcode, body)? else {
-            return Err(McapError::BadIndex);
-        };
-        if header.uncompressed_size > MOST_CHUNK_BYTES {
-            return Err(McapError::ChunkTooLarge(header.uncompressed_size));
-        }
-        if header.compression != "zstd" {
-            return Err(McapError::UnsupportedCompression(header.compression));
-        }
-        let unpacked = UNPACKER
-            .with_borrow_mut(|unpacker| {
-                if unpacker.is_none() {
-                    *unpacker = Some(zstd::bulk::Decompressor::new()?);
-                }
-                let unpacker = unpacker.as_mut().ok_or(std::io::ErrorKind::Other)?;
-                unpacker.decompress(&data, header.uncompressed_size as usize)
-            })
-            .map_err(|error| McapError::DecompressionError(error.to_string()))?;
-        let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&unpacked));
-        if saved != calculated {
-            return Err(McapError::BadChunkCrc { saved, calculated });
-        }
+        let unpacked = unpack(record)?;
         let mut messages = Vec::new();
         for record in records(&unpacked) {
             let (opcode, body) = record?;
@@ -158,6 +136,34 @@ impl ShardFile {
     }
 }
 
+/// What a chunk record holds, after its CRC was checked.
+pub(super) fn unpack(record: &[u8]) -> Result<Vec<u8>, McapError> {
+    let (opcode, body) = records(record).next().ok_or(McapError::UnexpectedEof)??;
+    let Record::Chunk { header, data } = mcap::parse_record(opcode, body)? else {
+        return Err(McapError::BadIndex);
+    };
+    if header.uncompressed_size > MOST_CHUNK_BYTES {
+        return Err(McapError::ChunkTooLarge(header.uncompressed_size));
+    }
+    if header.compression != "zstd" {
+        return Err(McapError::UnsupportedCompression(header.compression));
+    }
+    let unpacked = UNPACKER
+        .with_borrow_mut(|unpacker| {
+            if unpacker.is_none() {
+                *unpacker = Some(zstd::bulk::Decompressor::new()?);
+            }
+            let unpacker = unpacker.as_mut().ok_or(std::io::ErrorKind::Other)?;
+            unpacker.decompress(&data, header.uncompressed_size as usize)
+        })
+        .map_err(|error| McapError::DecompressionError(error.to_string()))?;
+    let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&unpacked));
+    if saved != calculated {
+        return Err(McapError::BadChunkCrc { saved, calculated });
+    }
+    Ok(unpacked)
+}
+
 fn u16_at(bytes: &[u8], place: usize) -> u16 {
     u16::from_le_bytes([bytes[place], bytes[place + 1]])
 }
@@ -167,7 +173,7 @@ fn u64_at(bytes: &[u8], place: usize) -> u64 {
 }
 
 /// The records of a run of MCAP records: opcode and body; a length that does not fit ends with an error.
-fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), McapError>> {
+pub(super) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8]), McapError>> {
     std::iter::from_fn(move || {
         if bytes.is_empty() {
             return None;
@@ -211,7 +217,7 @@ fn open(path: &Path) -> Result<File, DatasetError> {
     })
 }
 
-fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, DatasetError> {
+pub(super) fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, DatasetError> {
     let file = open(path)?;
     let bytes = file.metadata().map_err(DatasetError::io("reading", path))?.len();
     if offset.checked_add(length).is_none_or(|end| end > bytes) {
@@ -223,7 +229,7 @@ fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, DatasetErro
 }
 
 /// The records of the summary section, after its CRC was checked.
-fn read_summary(file: &File, bytes: u64) -> Result<Vec<u8>, McapError> {
+pub(super) fn read_summary(file: &File, bytes: u64) -> Result<Vec<u8>, McapError> {
     let end = bytes.checked_sub(FOOTER_BYTES).ok_or(McapError::UnexpectedEof)?;
     let mut footer = [0; FOOTER_BYTES as usize];
     file.read_exact_at(&mut footer, end)?;

@@ -13,17 +13,18 @@ use std::{
 use super::{
     DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest, ShardEntry,
     durable::TEMPORARY,
-    error::REMAKE,
+    error::{REMAKE, REWRITE},
+    field,
     finish::{Leaf, asset_names, asset_tree, roots},
     folder::{hash_file, sorted_entries},
-    layout::{ASSETS, SHARDS},
-    ledger::SampleFacts,
+    layout::{ASSETS, FIELD, SHARDS},
     merkle,
     shard_file::{ShardFile, StoredMessage},
 };
 use crate::{
-    ids::{Digest, SampleIndex, ShardId},
-    record::{self, Channel, VoxelPair},
+    geom::PoseLabel,
+    ids::{Digest, Product, SampleIndex, ShardId},
+    record::{self, Channel, PairFacts, ReachabilityField, SampleFacts},
 };
 
 /// How much to check.
@@ -88,6 +89,8 @@ impl fmt::Display for Problem {
 /// What a verification found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifyReport {
+    /// What the dataset holds.
+    pub product: Product,
     /// Root digest in the manifest.
     pub saved: Digest,
     /// Root digest out of the ledgers and tables; `None` when one of them can't be read.
@@ -170,12 +173,13 @@ pub fn verify(
             _ => None,
         };
     }
+    let field = check_field(&context, intact_shards, &mut problems);
     let mut calculated = None;
-    if let (Some(leaves), Some(ranks), Ok(assets)) = (leaves, &ranks, &assets) {
+    if let (Some(leaves), Some(ranks), Ok(assets), Ok(field)) = (leaves, &ranks, &assets, field) {
         match roots(leaves, ranks) {
             Ok((samples, rejects)) => {
                 let classes: Vec<_> = manifest.classes.keys().map(|class| (class.name(), samples)).collect();
-                let root = merkle::dataset_root(&classes, &rejects, &asset_tree(assets), &manifest.job);
+                let root = merkle::dataset_root(&classes, &rejects, &asset_tree(assets), field.as_ref(), &manifest.job);
                 calculated = Some(root);
                 if root != manifest.root {
                     let what = format!("root digest: saved {}, calculated {}", manifest.root.short(), root.short());
@@ -185,10 +189,49 @@ pub fn verify(
             Err(error) => problems.push(whole("manifest.json", error.to_string(), REWRITE)),
         }
     }
-    Ok(VerifyReport { saved: manifest.root, calculated, checked, payloads, intact_shards, problems, notes })
+    let product = manifest.product;
+    Ok(VerifyReport { product, saved: manifest.root, calculated, checked, payloads, intact_shards, problems, notes })
 }
 
-const REWRITE: &str = "delete manifest.json and `run` the job again: the shards are kept, the tables are written anew";
+/// The field against the shards' blocks and itself, where the product has one: the digest of its payload. `Err` when it
+/// can't be read.
+fn check_field(context: &Context, intact_shards: u32, problems: &mut Vec<Problem>) -> Result<Option<Digest>, ()> {
+    let manifest = context.manifest;
+    if manifest.product != Product::Reachability {
+        return Ok(None);
+    }
+    let (field, digest) = match field::read_with_digest(context.folder) {
+        Ok(read) => read,
+        Err(error) => {
+            let what = if let DatasetError::Invalid { problem, .. } = error { problem } else { error.to_string() };
+            problems.push(whole(FIELD, what, REWRITE));
+            return Err(());
+        }
+    };
+    let mut wrong = |what: String| problems.push(whole(FIELD, what, REWRITE));
+    // What the blocks say is known only where every shard is what it should be.
+    if context.options.level == VerifyLevel::Full && intact_shards as usize == manifest.shards.len() {
+        match field::labels_of(context.folder, &manifest.shards, field.header.grid.cells()) {
+            Ok(labels) => compare_field(&field, &labels, &mut wrong),
+            Err(error) => wrong(error.to_string()),
+        }
+    }
+    Ok(Some(digest))
+}
+
+/// Labels against the blocks', distances against those computed anew.
+fn compare_field(field: &ReachabilityField, labels: &[PoseLabel], wrong: &mut impl FnMut(String)) {
+    let others = field.labels.iter().zip(labels).filter(|(field, block)| field != block).count();
+    if others > 0 {
+        return wrong(format!("{others} of {} labels are not those of the shards", labels.len()));
+    }
+    let distances = field.header.distances(labels);
+    let bits = |distance: &f32| distance.to_bits();
+    let others = field.distances.iter().zip(&distances).filter(|(a, b)| bits(a) != bits(b)).count();
+    if others > 0 {
+        wrong(format!("{others} of {} distances are not those of its labels", distances.len()));
+    }
+}
 
 fn whole(file: &str, what: String, remedy: &'static str) -> Problem {
     Problem { file: file.to_owned(), shard: None, place: String::new(), what, remedy }
@@ -464,29 +507,28 @@ fn check_payload(
     if calculated != *digest {
         findings.push(at(), format!("payload digest: saved {}, calculated {}", digest.short(), calculated.short()));
     }
-    let sample = if message.channel == Channel::Pair {
-        VoxelPair::decode(&message.payload).map(|pair| {
-            check_pair(context, row, &pair, findings);
-            pair.sample
-        })
-    } else {
-        record::check(message.channel, &message.payload)
-    };
-    match sample {
-        Ok(sample) if sample == row.sample => {}
-        Ok(sample) => findings.push(at(), format!("it is of sample {sample}, the ledger says {}", row.sample)),
+    match record::check(message.channel, &message.payload) {
+        Ok((sample, facts)) => {
+            if let Some(facts) = facts {
+                check_facts(context, row, &facts, &at(), findings);
+            }
+            if sample != row.sample {
+                findings.push(at(), format!("it is of sample {sample}, the ledger says {}", row.sample));
+            }
+        }
         Err(error) => findings.push(at(), error.to_string()),
     }
 }
 
-fn check_pair(context: &Context, row: &LedgerRow, pair: &VoxelPair, findings: &mut Findings) {
-    let VoxelPair { partial_cells, complete_cells, both_cells, solid_share, .. } = *pair;
-    let found = SampleFacts { partial_cells, complete_cells, both_cells, solid_share };
-    if found != row.facts {
-        findings.push(place(row.index, Channel::Pair), format!("it says {found:?}, the ledger {:?}", row.facts));
+fn check_facts(context: &Context, row: &LedgerRow, found: &SampleFacts, at: &str, findings: &mut Findings) {
+    if *found != row.facts {
+        findings.push(at.to_owned(), format!("it says {found:?}, the ledger {:?}", row.facts));
     }
-    if context.options.partial_inside_complete && both_cells != partial_cells {
+    if let SampleFacts::Pair(PairFacts { partial_cells, both_cells, .. }) = found
+        && context.options.partial_inside_complete
+        && both_cells != partial_cells
+    {
         let what = format!("{} of {partial_cells} partial cells are not in complete", partial_cells - both_cells);
-        findings.push(place(row.index, Channel::Pair), what);
+        findings.push(at.to_owned(), what);
     }
 }

@@ -5,7 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{dataset::DatasetError, ids::SampleIndex};
+use crate::{
+    dataset::DatasetError,
+    ids::{Product, SampleIndex},
+};
 
 /// What can go wrong with an export.
 #[derive(Debug, thiserror::Error)]
@@ -13,6 +16,12 @@ pub enum ExportError {
     /// The dataset can't be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
+    /// The dataset is of a product that has no such form.
+    #[error("a dataset of {product}: npy, binvox and pcd are of completion datasets alone")]
+    OtherProduct {
+        /// Its product.
+        product: Product,
+    },
     /// The output folder holds something.
     #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", path.display())]
     OutputExists {

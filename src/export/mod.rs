@@ -21,7 +21,7 @@ use self::{names::object_folders, npy::PairArrays, table::SampleTable, target::T
 use crate::{
     dataset::{AssetRow, DatasetError, DatasetReader, Sample, Selection},
     geom::{GridPlacement, OccupancyGrid},
-    ids::{ObjectId, SampleIndex},
+    ids::{ObjectId, Product, SampleIndex},
     record::VoxelPair,
     voxel::Binvox,
 };
@@ -112,6 +112,10 @@ pub fn export(
     selection: &ExportSelection,
 ) -> Result<ExportSummary, ExportError> {
     let reader = DatasetReader::open(folder)?;
+    let product = reader.manifest().product;
+    if product != Product::Completion {
+        return Err(ExportError::OtherProduct { product });
+    }
     let assets = reader.assets()?.objects;
     let wanted = wanted_objects(&assets, &selection.objects)?;
     let limit = selection.limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));

@@ -8,7 +8,7 @@ use super::{
     document::Path,
     errors::Problem,
     pattern,
-    spec::{BuiltInSpec, ObjectsSpec},
+    spec::completion::{BuiltInSpec, ObjectsSpec},
 };
 use crate::assets;
 

@@ -1,4 +1,4 @@
-//! From a document to a [`JobSpec`], by walking it with the schema: every mistake is reported, none stops the walk.
+//! From a document to the keys of a job, by walking it with the schema: every mistake is reported, none stops the walk.
 //!
 //! What is wrong is taken out of the document, so that the profile's default stands in for it and the checks that
 //! follow can report their mistakes in the same run.
@@ -13,13 +13,16 @@ use super::{
     document::{Document, Node, NodeValue, Path},
     errors::{JobError, JobErrors, Problem},
     schema,
-    spec::JobSpec,
+    spec::{BodySpec, HeadSpec},
 };
+use crate::ids::Product;
 
 /// A document as read, with what was wrong in it.
 pub(super) struct Decoded {
-    /// All keys, defaults filled in.
-    pub spec: JobSpec,
+    /// The keys that every job has, defaults filled in.
+    pub head: HeadSpec,
+    /// The keys of its product, likewise.
+    pub body: BodySpec,
     /// As written, without the mistakes.
     pub document: Document,
     /// The mistakes.
@@ -31,18 +34,19 @@ pub(super) struct Decoded {
 /// Reads a job file and the overrides laid over it.
 ///
 /// # Errors
-/// When the schema lets something pass that [`JobSpec`] does not: a mistake of ours, not of the job.
+/// When the schema lets something pass that the spec does not: a mistake of ours, not of the job.
 pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<Decoded, JobErrors> {
     let (mut document, errors) = Document::read(label, text, overrides);
     let mut root = document.root.clone();
-    let mut walk = Walk { document: &document, errors, wrong: Vec::new() };
-    walk.value(&mut root, schema::schema(), &Path::default());
+    let product = product_of(&root);
+    let mut walk = Walk { product, document: &document, errors, wrong: Vec::new() };
+    walk.value(&mut root, schema::of(product), &Path::default());
     let Walk { mut errors, mut wrong, .. } = walk;
     let mut written = match root.to_toml() {
         toml::Value::Table(table) => table,
         _ => toml::Table::new(),
     };
-    if !written.contains_key("objects") {
+    if product == Product::Completion && !written.contains_key("objects") {
         let path = Path::of("objects");
         if !wrong.iter().any(|wrong| path.holds(wrong)) {
             let expected = "at least one [[objects]] entry with a folder, list, package or built_in".to_owned();
@@ -58,10 +62,10 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
         Some("thesis") => Profile::Thesis,
         _ => Profile::Standard,
     };
-    let mut filled = schema::defaults(profile);
-    schema::lay_over(&mut filled, written, schema::schema());
-    let spec = match JobSpec::deserialize(toml::Value::Table(filled)) {
-        Ok(spec) => spec,
+    let mut filled = schema::defaults(product, profile);
+    schema::lay_over(&mut filled, written, schema::of(product));
+    let (head, body) = match read(product, &toml::Value::Table(filled)) {
+        Ok(read) => read,
         Err(error) => {
             let problem = Problem::Syntax { message: error.message().to_owned() };
             let place = document.place_of(&Path::default());
@@ -70,10 +74,27 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
         }
     };
     document.root = root;
-    Ok(Decoded { spec, document, errors, wrong })
+    Ok(Decoded { head, body, document, errors, wrong })
+}
+
+/// The product that was meant: a misspelt one is a mistake of that key alone.
+fn product_of(root: &Node) -> Product {
+    let NodeValue::Table(table) = &root.value else { return Product::Completion };
+    let Some(NodeValue::Text(text)) = table.get("product").map(|node| &node.value) else { return Product::Completion };
+    let near = nearest(text, Product::ALL.into_iter().map(Product::name));
+    near.and_then(Product::from_name).unwrap_or(Product::Completion)
+}
+
+fn read(product: Product, filled: &toml::Value) -> Result<(HeadSpec, BodySpec), toml::de::Error> {
+    let body = match product {
+        Product::Completion => BodySpec::Completion(Deserialize::deserialize(filled.clone())?),
+        Product::Reachability => BodySpec::Reachability(Deserialize::deserialize(filled.clone())?),
+    };
+    Ok((HeadSpec::deserialize(filled.clone())?, body))
 }
 
 struct Walk<'a> {
+    product: Product,
     document: &'a Document,
     errors: Vec<JobError>,
     wrong: Vec<Path>,
@@ -142,7 +163,7 @@ impl Walk<'_> {
     }
 
     fn unknown_key(&mut self, child: &Node, key: &str, known: Vec<String>, path: &Path) {
-        let help = suggestion(key, &known);
+        let help = suggestion(self.product, key, &known);
         let problem = Problem::UnknownKey { found: key.to_owned(), known };
         self.report(self.document.place(&child.key_span), &path.key(key), problem, help);
     }
@@ -318,18 +339,24 @@ fn quoted(choices: &[String]) -> String {
     choices.iter().map(|choice| format!("\"{choice}\"")).collect::<Vec<_>>().join(", ")
 }
 
-/// The key that was meant: one that is known here, else the same key in another section.
-fn suggestion(key: &str, known: &[String]) -> Option<String> {
-    did_you_mean(key, known.iter().map(String::as_str)).or_else(|| {
-        let places = &*KEY_PLACES;
-        let path = places.get(key)?;
-        Some(format!("did you mean `{path}`?"))
-    })
+/// The key that was meant: one that is known here, else the same key in another section or of another product.
+fn suggestion(product: Product, key: &str, known: &[String]) -> Option<String> {
+    let elsewhere = || KEY_PLACES[product as usize].get(key).map(|path| format!("did you mean `{path}`?"));
+    let other = |other: &Product| KEY_PLACES[*other as usize].contains_key(key);
+    let of_another = || {
+        let other = Product::ALL.into_iter().find(other)?;
+        Some(format!("`{key}` is a key of {other} jobs: `product = \"{other}\"`"))
+    };
+    did_you_mean(key, known.iter().map(String::as_str)).or_else(elsewhere).or_else(of_another)
 }
 
-static KEY_PLACES: std::sync::LazyLock<BTreeMap<String, String>> = std::sync::LazyLock::new(|| {
+/// Key -> its dotted path, a map a product.
+static KEY_PLACES: std::sync::LazyLock<[BTreeMap<String, String>; 2]> =
+    std::sync::LazyLock::new(|| Product::ALL.map(key_places));
+
+fn key_places(product: Product) -> BTreeMap<String, String> {
     let mut places = BTreeMap::new();
-    for (section, schema) in schema::schema()["properties"].as_object().into_iter().flatten() {
+    for (section, schema) in schema::of(product)["properties"].as_object().into_iter().flatten() {
         places.insert(section.clone(), section.clone());
         let of_entries = schema["items"]["properties"].as_object();
         for key in schema["properties"].as_object().or(of_entries).into_iter().flat_map(|keys| keys.keys()) {
@@ -337,10 +364,15 @@ static KEY_PLACES: std::sync::LazyLock<BTreeMap<String, String>> = std::sync::La
         }
     }
     places
-});
+}
 
 /// `did you mean ...?` for the name that is nearest, when one is near.
 pub(super) fn did_you_mean<'a>(found: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    nearest(found, known).map(|name| format!("did you mean `{name}`?"))
+}
+
+/// The name that is nearest, when one is near.
+fn nearest<'a>(found: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let plain = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
     let wanted = plain(found);
     let distance = |name: &str| {
@@ -349,5 +381,5 @@ pub(super) fn did_you_mean<'a>(found: &str, known: impl Iterator<Item = &'a str>
         if part { 1 } else { strsim::damerau_levenshtein(&wanted, &name) }
     };
     let (distance, name) = known.map(|name| (distance(name), name)).min()?;
-    (distance <= (wanted.chars().count() / 3).max(1)).then(|| format!("did you mean `{name}`?"))
+    (distance <= (wanted.chars().count() / 3).max(1)).then_some(name)
 }

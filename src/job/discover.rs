@@ -17,7 +17,7 @@ use super::{
     mesh_table,
     packages::{self, MeshPackage, PACKAGES},
     pattern,
-    spec::{MeshRow, ObjectsSpec, UnitSpec},
+    spec::completion::{MeshRow, ObjectsSpec, UnitSpec},
 };
 use crate::{
     assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule, SizeRule},

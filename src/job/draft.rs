@@ -6,12 +6,13 @@ use std::{
 };
 
 use super::{
-    check::{self, Checker, SceneReader},
-    checked::{Completion, PackageFile, Profile, SplitSettings},
+    check::{self, Checker, RobotReader, SceneReader},
+    checked::{Completion, PackageFile, Profile, ReachabilityJob, SplitSettings},
     decode::{self, Decoded},
     discover,
     document::Document,
     errors::JobErrors,
+    spec::{BodySpec, completion::CompletionSpec, reachability::ReachabilitySpec},
 };
 use crate::assets::{MeshRefusal, MeshSource};
 
@@ -52,9 +53,11 @@ pub struct Surroundings<'a> {
     pub built_in: Vec<String>,
     /// Reads cameras out of scenes; [`no_scenes`](super::no_scenes) where there is no simulator.
     pub scenes: &'a SceneReader<'a>,
+    /// Reads robots; [`no_robots`](super::no_robots) where there is no simulator.
+    pub robots: &'a RobotReader<'a>,
 }
 
-/// A checked job whose meshes are found, in the order of their names, but not yet read.
+/// A checked job whose meshes are found but not yet read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobDraft {
     /// Name, for people.
@@ -65,19 +68,35 @@ pub struct JobDraft {
     pub profile: Profile,
     /// What `--set` changed, those of the file first.
     pub overrides: Vec<String>,
-    /// The shape-completion product.
-    pub completion: Completion,
-    /// Who trains and who tests; names may still be patterns.
-    pub split: SplitSettings,
     /// Samples a shard.
     pub shard_samples: u32,
+    /// Things to tell the user.
+    pub notes: Vec<String>,
+    /// What is made of what.
+    pub work: WorkDraft,
+    pub(super) document: Document,
+}
+
+/// What a draft makes of what.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WorkDraft {
+    /// Pairs of grids, of meshes that are still to be prepared.
+    Completion(CompletionDraft),
+    /// A map of reachable poses: nothing is left to be read.
+    Reachability(ReachabilityJob),
+}
+
+/// A completion job before its meshes are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompletionDraft {
+    /// How samples are made.
+    pub settings: Completion,
+    /// Who trains and who tests; names may still be patterns.
+    pub split: SplitSettings,
     /// The meshes to prepare, by name.
     pub meshes: Vec<FoundMesh>,
     /// What was found but cannot be used.
     pub refused: Vec<MeshRefusal>,
-    /// Things to tell the user.
-    pub notes: Vec<String>,
-    pub(super) document: Document,
 }
 
 /// One mesh that a job names.
@@ -97,35 +116,87 @@ impl JobDraft {
     /// # Errors
     /// Every mistake of the file and of its overrides.
     pub fn read(job: &JobText, surroundings: &Surroundings<'_>) -> Result<Self, JobErrors> {
-        let Decoded { spec, document, errors, wrong } = decode::decode(&job.label, &job.text, &job.overrides)?;
-        let mut checker = Checker { document: &document, errors, wrong };
-        let completion = check::completion(&mut checker, &spec, &job.folder, surroundings.scenes);
-        let split = check::split(&mut checker, &spec.split);
-        let found = discover::discover(&mut checker, &spec.objects, &job.folder, surroundings);
-        let mut errors = checker.errors;
-        errors.extend(found.table_errors);
-        JobErrors::check(errors)?;
-        let views = completion.views.len() as u32;
+        let Decoded { head, body, document, errors, wrong } = decode::decode(&job.label, &job.text, &job.overrides)?;
+        let checker = Checker { document: &document, errors, wrong };
+        let Worked { work, shard_samples, notes } = match body {
+            BodySpec::Completion(spec) => completion(checker, &spec, &job.folder, surroundings)?,
+            BodySpec::Reachability(spec) => reachability(checker, &spec, &job.folder, surroundings)?,
+        };
         let file_name = Path::new(&job.label).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         Ok(Self {
-            name: spec.name.or(file_name).unwrap_or_else(|| "job".to_owned()),
-            seed: u64::try_from(spec.seed).expect("the schema asks for a seed from 0"),
-            profile: spec.profile,
-            overrides: spec.overrides.into_iter().chain(job.overrides.iter().cloned()).collect(),
-            completion,
-            split,
-            shard_samples: spec.shards.samples.unwrap_or_else(|| default_shard_samples(views)),
-            meshes: found.meshes,
-            refused: found.refused,
-            notes: found.notes,
+            name: head.name.or(file_name).unwrap_or_else(|| "job".to_owned()),
+            seed: u64::try_from(head.seed).expect("the schema asks for a seed from 0"),
+            profile: head.profile,
+            overrides: head.overrides.into_iter().chain(job.overrides.iter().cloned()).collect(),
+            shard_samples,
+            notes,
+            work,
             document,
         })
     }
 
     /// What to prepare, in order: `resolve` wants the results in the same order.
     pub fn sources(&self) -> impl ExactSizeIterator<Item = &MeshSource> {
-        self.meshes.iter().map(|mesh| &mesh.source)
+        let meshes = self.completion().map_or(&[][..], |draft| &draft.meshes);
+        meshes.iter().map(|mesh| &mesh.source)
     }
+
+    /// The completion job, where it is one.
+    pub fn completion(&self) -> Option<&CompletionDraft> {
+        match &self.work {
+            WorkDraft::Completion(draft) => Some(draft),
+            WorkDraft::Reachability(_) => None,
+        }
+    }
+}
+
+/// What came of a product's keys.
+struct Worked {
+    work: WorkDraft,
+    shard_samples: u32,
+    notes: Vec<String>,
+}
+
+fn completion(
+    mut checker: Checker<'_>,
+    spec: &CompletionSpec,
+    folder: &Path,
+    surroundings: &Surroundings<'_>,
+) -> Result<Worked, JobErrors> {
+    let settings = check::completion(&mut checker, spec, folder, surroundings.scenes);
+    let split = check::split(&mut checker, &spec.split);
+    let found = discover::discover(&mut checker, &spec.objects, folder, surroundings);
+    let mut errors = checker.errors;
+    errors.extend(found.table_errors);
+    JobErrors::check(errors)?;
+    let views = settings.views.len() as u32;
+    let draft = CompletionDraft { settings, split, meshes: found.meshes, refused: found.refused };
+    Ok(Worked {
+        work: WorkDraft::Completion(draft),
+        shard_samples: spec.shards.samples.unwrap_or_else(|| default_shard_samples(views)),
+        notes: found.notes,
+    })
+}
+
+fn reachability(
+    mut checker: Checker<'_>,
+    spec: &ReachabilitySpec,
+    folder: &Path,
+    surroundings: &Surroundings<'_>,
+) -> Result<Worked, JobErrors> {
+    let job = check::reachability(&mut checker, spec, folder, surroundings.robots);
+    JobErrors::check(checker.errors)?;
+    let job = job.expect("what is wrong with robot and poses was reported");
+    Ok(Worked {
+        shard_samples: spec.shards.positions.unwrap_or_else(|| default_shard_positions(job.orientations())),
+        work: WorkDraft::Reachability(job),
+        notes: Vec::new(),
+    })
+}
+
+/// Positions that make about 65,536 poses; one at least.
+fn default_shard_positions(orientations: u32) -> u32 {
+    (65_536 / orientations.max(1)).max(1)
 }
 
 /// The multiple of the views an object that is nearest below 4,096, so that shards end where objects end; 4,096 when an

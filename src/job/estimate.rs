@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::checked::{Completion, DepthFormat};
+use super::checked::{Completion, DepthFormat, Job, Work};
 
 /// Counts are exact; bytes and seconds follow from the given rates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Objects.
+    /// Objects, or the one robot.
     pub objects: u64,
-    /// Views of each.
+    /// Views of each, or positions.
     pub views: u64,
     /// Samples, kept and rejected.
     pub samples: u64,
@@ -42,10 +42,19 @@ impl Estimate {
     }
 }
 
+/// About how many bytes a stored sample takes, its part of a field included. A guess for planning: when a job has run, its
+/// own figure is better. `raw` is the size of a payload before compression, as a pilot measured it [bytes].
+pub fn expected_bytes(job: &Job, raw: f64) -> f64 {
+    match &job.work {
+        Work::Completion(job) => bytes_of_pair(&job.settings),
+        // Measured on the Fetch: the two copies of a pose share most joint values.
+        Work::Reachability(job) => 0.5 * raw + 0.5 * f64::from(job.orientations()),
+    }
+}
+
 /// About how many bytes a stored sample takes with these channels: bit planes and records compress about 24-fold at a
-/// resolution of 40 (measured on solids with one-sided views), numbers about 2-fold. A guess for planning: when a job
-/// has run, its own figure is better.
-pub fn expected_bytes(completion: &Completion) -> f64 {
+/// resolution of 40 (measured on solids with one-sided views), numbers about 2-fold.
+fn bytes_of_pair(completion: &Completion) -> f64 {
     let cells = f64::from(completion.resolution).powi(3);
     let channels = &completion.channels;
     let planes = 2.0 + f64::from(u8::from(channels.visibility));

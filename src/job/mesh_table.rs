@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, ops::Range};
 use super::{
     decode::did_you_mean,
     errors::{JobError, Place, Problem},
-    spec::{MeshRow, UnitSpec},
+    spec::completion::{MeshRow, UnitSpec},
 };
 
 const COLUMNS: [&str; 8] = ["name", "unit", "scale", "size", "group", "licence", "citation", "object"];

@@ -26,15 +26,16 @@ mod resolve;
 mod schema;
 mod spec;
 
-pub use check::{SceneReader, no_scenes};
+pub use check::{RobotFault, RobotKey, RobotReader, SceneReader, no_robots, no_scenes};
 pub use checked::{
-    Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject, ModelChoice, PackageFile,
-    Pivot, Profile, Renderer, SceneCamera, SplitSettings, SubsetSize, Truth,
+    Channels, Collisions, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject,
+    ModelChoice, PackageFile, Pivot, Profile, ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings,
+    SubsetSize, Truth, Work,
 };
-pub use draft::{FoundMesh, JobDraft, JobText, Surroundings, default_shard_samples};
+pub use draft::{CompletionDraft, FoundMesh, JobDraft, JobText, Surroundings, WorkDraft, default_shard_samples};
 pub use errors::{JobError, JobErrors, Place, Problem};
 pub use estimate::{Estimate, expected_bytes};
 pub use packages::{MeshPackage, PACKAGES, package};
 pub use reference::reference;
 pub use schema::schema;
-pub use spec::UnitSpec;
+pub use spec::completion::UnitSpec;

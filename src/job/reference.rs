@@ -4,14 +4,21 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use super::schema::schema;
+use super::schema;
+use crate::ids::Product;
 
 /// Order of the sections, and of the keys whose alphabetical order would mislead; the others follow by name.
 const ORDER: &[&str] = &[
+    "product",
     "name",
     "seed",
     "profile",
     "objects",
+    "robot",
+    "poses",
+    "solver",
+    "collisions",
+    "field",
     "views",
     "pivot",
     "camera",
@@ -57,6 +64,9 @@ const ORDER: &[&str] = &[
     "count",
     "min",
     "max",
+    "x",
+    "y",
+    "z",
     "roll",
     "pitch",
     "yaw",
@@ -73,19 +83,31 @@ const ORDER: &[&str] = &[
     "implicit",
     "resolution",
     "min_partial_cells",
+    "scene",
+    "joints",
+    "target",
+    "fixed",
+    "content",
 ];
 
-/// Every key of a job file: type, unit, default of each profile, meaning, example.
+/// Every key of a job file, product by product: type, unit, default of each profile, meaning, example.
 pub fn reference() -> String {
     let mut text = String::new();
-    let root = schema();
-    let _ = writeln!(text, "## Top level\n");
-    table(&mut text, "", root);
-    for (key, section) in keys(root) {
-        let entry = if section.get("items").is_some() { &section["items"] } else { section };
-        if entry.get("properties").is_some() || section.get("anyOf").is_some() {
-            let _ = writeln!(text, "\n## `{key}`\n\n{}\n", words(section));
-            forms(&mut text, key, entry);
+    for (place, product) in Product::ALL.into_iter().enumerate() {
+        let root = schema::of(product);
+        let before = if place > 0 { "\n" } else { "" };
+        let _ = writeln!(text, "{before}# Keys of `product = \"{product}\"`\n\n{}\n", words(root));
+        let _ = writeln!(text, "## Top level\n");
+        table(&mut text, "", root);
+        for (key, section) in keys(root) {
+            let entry = if section.get("items").is_some() { &section["items"] } else { section };
+            if entry.get("properties").is_some() || section.get("anyOf").is_some() {
+                let _ = writeln!(text, "\n## `{key}`\n\n{}\n", words(section));
+                forms(&mut text, key, entry);
+            } else if section.get("oneOf").is_some() && product != Product::Completion {
+                let _ = writeln!(text, "\n`{key}` is one of\n");
+                choices(&mut text, section, "");
+            }
         }
     }
     text

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{
-    checked::{Completion, Distance, Job, JobObject, ModelChoice},
+    checked::{Completion, CompletionJob, Distance, Job, JobObject, ModelChoice, Work},
     decode::did_you_mean,
     document::{Document, Path},
-    draft::JobDraft,
+    draft::{CompletionDraft, JobDraft, WorkDraft},
     errors::{JobError, JobErrors, Problem},
     pattern,
 };
@@ -27,7 +27,31 @@ impl JobDraft {
     /// # Panics
     /// If `assets` is not as long as the draft's meshes.
     pub fn resolve(self, assets: Vec<Result<AssetRecord, MeshRefusal>>) -> Result<Job, JobErrors> {
-        assert_eq!(assets.len(), self.meshes.len(), "one result a mesh");
+        assert_eq!(assets.len(), self.sources().len(), "one result a mesh");
+        let mut notes = self.notes;
+        let work = match self.work {
+            WorkDraft::Completion(draft) => Work::Completion(draft.resolve(assets, &self.document, &mut notes)?),
+            WorkDraft::Reachability(job) => Work::Reachability(job),
+        };
+        Ok(Job {
+            name: self.name,
+            profile: self.profile,
+            overrides: self.overrides,
+            seed: self.seed,
+            notes,
+            shard_samples: self.shard_samples,
+            work,
+        })
+    }
+}
+
+impl CompletionDraft {
+    fn resolve(
+        self,
+        assets: Vec<Result<AssetRecord, MeshRefusal>>,
+        document: &Document,
+        notes: &mut Vec<String>,
+    ) -> Result<CompletionJob, JobErrors> {
         let mut refused = self.refused;
         let mut objects: Vec<JobObject> = Vec::new();
         let mut seen = BTreeMap::new();
@@ -73,27 +97,15 @@ impl JobDraft {
         if objects.is_empty() {
             let found = format!("none: {} refused{}", refused.len(), first_refusals(&refused));
             let problem = Problem::Senseless { expected: "at least one usable mesh".to_owned(), found };
-            errors.push(JobError::at(self.document.place_of(&Path::of("objects")), "objects", problem));
+            errors.push(JobError::at(document.place_of(&Path::of("objects")), "objects", problem));
         }
         let mut split = self.split;
         let names: Vec<&str> = objects.iter().map(|object| object.source.name.as_str()).collect();
-        name_models(&self.document, "validation_models", &mut split.validation_models, &names, &mut errors);
-        name_models(&self.document, "test_models", &mut split.test_models, &names, &mut errors);
+        name_models(document, "validation_models", &mut split.validation_models, &names, &mut errors);
+        name_models(document, "test_models", &mut split.test_models, &names, &mut errors);
         JobErrors::check(errors)?;
-        let mut notes = self.notes;
-        notes.extend(dotted_partials(&objects, &self.completion));
-        Ok(Job {
-            name: self.name,
-            profile: self.profile,
-            overrides: self.overrides,
-            seed: self.seed,
-            objects,
-            refused,
-            notes,
-            completion: self.completion,
-            split,
-            shard_samples: self.shard_samples,
-        })
+        notes.extend(dotted_partials(&objects, &self.settings));
+        Ok(CompletionJob { objects, refused, settings: self.settings, split })
     }
 }
 

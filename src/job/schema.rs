@@ -1,4 +1,4 @@
-//! The JSON Schema of job files, made from [`JobSpec`] and the profiles' default files.
+//! The JSON Schema of job files, made from the spec and the profiles' default files.
 //!
 //! One truth: the decoder (`decode`) walks a job file with this schema, editors complete and check with it, and
 //! docs/jobs.md is printed from it. Draft 7, without references, since that is what TOML editors know best.
@@ -8,13 +8,29 @@ use std::sync::LazyLock;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
-use super::{checked::Profile, spec::JobSpec};
-use crate::render::{SENSOR_CONSTANTS, SensorConstant, SensorModel};
+use super::{
+    checked::Profile,
+    spec::{HeadSpec, completion::CompletionSpec, reachability::ReachabilitySpec},
+};
+use crate::{
+    ids::Product,
+    render::{SENSOR_CONSTANTS, SensorConstant, SensorModel},
+};
 
-const STANDARD: &str = include_str!("profiles/standard.toml");
-const THESIS: &str = include_str!("profiles/thesis.toml");
+/// Default file of each profile: `standard`, and what `thesis` changes of it.
+const COMPLETION: [&str; 2] =
+    [include_str!("profiles/completion/standard.toml"), include_str!("profiles/completion/thesis.toml")];
+const REACHABILITY: [&str; 2] =
+    [include_str!("profiles/reachability/standard.toml"), include_str!("profiles/reachability/thesis.toml")];
 
-static SCHEMA: LazyLock<Value> = LazyLock::new(build);
+static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
+    json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "graspmill job",
+        "oneOf": Product::ALL.map(alone),
+    })
+});
+static SCHEMAS: LazyLock<[Value; 2]> = LazyLock::new(|| Product::ALL.map(build));
 
 /// The JSON Schema of a job file. Beyond the draft's keywords: `x-unit`, and `x-default-thesis` where the `thesis`
 /// profile has another default.
@@ -22,12 +38,39 @@ pub fn schema() -> &'static Value {
     &SCHEMA
 }
 
-/// The defaults of a profile, as a job file without objects.
-pub(super) fn defaults(profile: Profile) -> toml::Table {
+/// The schema of one product's job files; `product` may still name any.
+pub(super) fn of(product: Product) -> &'static Value {
+    &SCHEMAS[product as usize]
+}
+
+/// The schema of one product's job files and of no other's.
+fn alone(product: Product) -> Value {
+    let mut schema = of(product).clone();
+    let name = &mut schema["properties"]["product"];
+    if let Some(name) = name.as_object_mut() {
+        name.remove("oneOf");
+        name.remove("type");
+        name.insert("const".to_owned(), json!(product.name()));
+    }
+    if product != Product::Completion {
+        let required = &mut schema["required"];
+        let mut keys = required.as_array().cloned().unwrap_or_default();
+        keys.insert(0, json!("product"));
+        *required = json!(keys);
+    }
+    schema
+}
+
+/// The defaults of a profile, as a job file without the keys that every file must have.
+pub(super) fn defaults(product: Product, profile: Profile) -> toml::Table {
     let read = |text: &str| text.parse::<toml::Table>().expect("the profiles are TOML (a test reads them)");
-    let mut defaults = read(STANDARD);
+    let [standard, thesis] = match product {
+        Product::Completion => COMPLETION,
+        Product::Reachability => REACHABILITY,
+    };
+    let mut defaults = read(standard);
     if profile == Profile::Thesis {
-        lay_over(&mut defaults, read(THESIS), &bare());
+        lay_over(&mut defaults, read(thesis), &bare(product));
     }
     defaults
 }
@@ -48,12 +91,25 @@ pub(super) fn lay_over(below: &mut toml::Table, above: toml::Table, schema: &Val
     }
 }
 
-/// The schema without defaults.
-fn bare() -> Value {
-    let settings = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true);
-    let mut schema = settings.into_generator().into_root_schema_for::<JobSpec>().to_value();
+/// The schema without defaults: the keys that every job has, and those of the product.
+fn bare(product: Product) -> Value {
+    let generator = || SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true).into_generator();
+    let mut head = generator().into_root_schema_for::<HeadSpec>().to_value();
+    let mut schema = match product {
+        Product::Completion => generator().into_root_schema_for::<CompletionSpec>().to_value(),
+        Product::Reachability => generator().into_root_schema_for::<ReachabilitySpec>().to_value(),
+    };
+    if let (Some(keys), Some(more)) = (schema["properties"].as_object_mut(), head["properties"].as_object_mut()) {
+        keys.append(more);
+    }
+    if let (Some(keys), Some(more)) = (schema["required"].as_array_mut(), head["required"].as_array_mut()) {
+        keys.append(more);
+    }
+    schema["additionalProperties"] = json!(false);
     simplify(&mut schema);
-    describe_sensors(&mut schema["properties"]["sensor"]["properties"]);
+    if product == Product::Completion {
+        describe_sensors(&mut schema["properties"]["sensor"]["properties"]);
+    }
     schema
 }
 
@@ -79,13 +135,14 @@ fn describe_sensors(sensor: &mut Value) {
     sensor["constants"]["additionalProperties"] = json!(false);
 }
 
-fn build() -> Value {
-    let mut schema = bare();
-    let standard = defaults(Profile::Standard);
+fn build(product: Product) -> Value {
+    let mut schema = bare(product);
+    let standard = defaults(product, Profile::Standard);
     insert_defaults(&mut schema, &standard, "default", None);
-    insert_defaults(&mut schema, &defaults(Profile::Thesis), "x-default-thesis", Some(&standard));
+    insert_defaults(&mut schema, &defaults(product, Profile::Thesis), "x-default-thesis", Some(&standard));
     let root = schema.as_object_mut().expect("the schema of a struct is an object");
-    root.insert("title".to_owned(), json!("graspmill job"));
+    root.remove("$schema");
+    root.insert("title".to_owned(), json!(format!("graspmill {product} job")));
     schema
 }
 

@@ -1,8 +1,9 @@
 //! From a job to an ordered list of work units and shards; pure, no I/O.
 //!
-//! Sample index = place of the object in the job * count of views + view. A shard is a run of consecutive sample
-//! indices; a work unit is the part of one object's views that lies in one shard. Sample ids name the object by content
-//! and the view by its number, so shard size, threads and the other objects change none of them.
+//! Sample index = place of the subject in the job * count of views + view: the objects of a completion job and how they
+//! are turned, or the robot of a reachability job and the positions of its grid. A shard is a run of consecutive sample
+//! indices; a work unit is the part of one subject's views that lies in one shard. Sample ids name the subject by content
+//! and the view by its number, so shard size, threads and the other subjects change none of them.
 
 use std::ops::Range;
 
@@ -13,12 +14,12 @@ use crate::{
 
 mod split;
 
-pub use split::{LeakReport, ModelRole, SampleRole, SplitTable};
+pub use split::{LeakReport, ModelRole, SampleRole, Sides, SplitTable};
 
 /// What a job makes, in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// Views of each object.
+    /// Views of each subject.
     pub views: u32,
     /// Samples in all, kept and rejected.
     pub samples: u64,
@@ -37,13 +38,13 @@ pub struct ShardPlan {
     pub units: Vec<WorkUnit>,
 }
 
-/// A run of views of one object inside one shard.
+/// A run of views of one subject inside one shard.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WorkUnit {
     /// Its place in the plan, counted over all shards.
     pub id: UnitId,
-    /// Place of the object in the job.
-    pub object: usize,
+    /// Place of the subject in the job.
+    pub subject: usize,
     /// The views.
     pub views: Range<u32>,
     /// Index of the first view's sample.
@@ -51,14 +52,14 @@ pub struct WorkUnit {
 }
 
 impl Plan {
-    /// The plan of a job: a function of the count of objects, the count of views and the shard size alone.
+    /// The plan of a job: a function of the count of subjects, the count of views and the shard size alone.
     pub fn new(job: &Job) -> Self {
-        Self::of_counts(job.objects.len(), job.completion.views.len() as u32, job.shard_samples)
+        Self::of_counts(job.subjects(), job.views(), job.shard_samples)
     }
 
-    /// The plan for so many objects, views an object and samples a shard (at least 1).
-    pub fn of_counts(objects: usize, views: u32, shard_samples: u32) -> Self {
-        let samples = objects as u64 * u64::from(views);
+    /// The plan for so many subjects, views a subject and samples a shard (at least 1).
+    pub fn of_counts(subjects: usize, views: u32, shard_samples: u32) -> Self {
+        let samples = subjects as u64 * u64::from(views);
         let step = u64::from(shard_samples.max(1));
         let mut units = 0..;
         let shards = (0..samples.div_ceil(step)).map(|shard| {
@@ -73,7 +74,7 @@ impl Plan {
         self.shards.iter().flat_map(|shard| &shard.units)
     }
 
-    /// The object (its place in the job) and the view of a sample.
+    /// The subject (its place in the job) and the view of a sample.
     pub fn locate(&self, sample: SampleIndex) -> (usize, ViewId) {
         let views = u64::from(self.views);
         ((sample.0 / views) as usize, ViewId((sample.0 % views) as u32))
@@ -88,23 +89,23 @@ impl Plan {
 
     /// The name of a sample of this job.
     pub fn sample_id(&self, job: &Job, sample: SampleIndex) -> SampleId {
-        let (object, view) = self.locate(sample);
-        SampleId::of_object(job.objects[object].id(), view)
+        let (subject, view) = self.locate(sample);
+        SampleId::of_object(job.subject(subject), view)
     }
 }
 
-/// Cuts a run of sample indices at the borders of the objects.
+/// Cuts a run of sample indices at the borders of the subjects.
 fn units_of(samples: &Range<u64>, views: u32, ids: &mut impl Iterator<Item = u32>) -> Vec<WorkUnit> {
-    let per_object = u64::from(views);
+    let per_subject = u64::from(views);
     let mut units = Vec::new();
     let mut first = samples.start;
     while first < samples.end {
-        let object = first / per_object;
-        let end = ((object + 1) * per_object).min(samples.end);
-        let start_view = (first % per_object) as u32;
+        let subject = first / per_subject;
+        let end = ((subject + 1) * per_subject).min(samples.end);
+        let start_view = (first % per_subject) as u32;
         units.push(WorkUnit {
             id: UnitId(ids.next().expect("an endless count")),
-            object: object as usize,
+            subject: subject as usize,
             views: start_view..start_view + (end - first) as u32,
             first: SampleIndex(first),
         });
@@ -134,7 +135,7 @@ mod tests {
                     prop_assert_eq!(unit.first, SampleIndex(next));
                     prop_assert!(!unit.views.is_empty() && unit.views.end <= views);
                     for view in unit.views.clone() {
-                        prop_assert_eq!(plan.locate(SampleIndex(next)), (unit.object, ViewId(view)));
+                        prop_assert_eq!(plan.locate(SampleIndex(next)), (unit.subject, ViewId(view)));
                         prop_assert_eq!(plan.shard_of(SampleIndex(next)).map(|found| found.id), Some(shard.id));
                         next += 1;
                     }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{
     ids::{Digest, ViewId},
-    job::{Job, ModelChoice, SplitSettings, SubsetSize},
+    job::{CompletionJob, ModelChoice, SplitSettings, SubsetSize},
 };
 
 /// The side of an object.
@@ -65,6 +65,23 @@ pub struct SplitTable {
     holdout: Vec<Vec<u64>>,
 }
 
+/// Who trains and who tests, and what leaks between them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sides {
+    /// The split.
+    pub splits: SplitTable,
+    /// What it leaks.
+    pub leaks: LeakReport,
+}
+
+impl Sides {
+    /// The sides of a completion job with this seed; `twins` as for [`SplitTable::new`].
+    pub fn new(job: &CompletionJob, seed: u64, twins: &[Vec<usize>]) -> Self {
+        let splits = SplitTable::new(job, seed, twins);
+        Self { leaks: splits.leaks(job, twins), splits }
+    }
+}
+
 /// What leaks from the training side to the others, and what was compared.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct LeakReport {
@@ -114,15 +131,15 @@ impl LeakReport {
 }
 
 impl SplitTable {
-    /// The split of `job`; `twins` are groups of objects (places in the job) whose shapes coincide.
-    pub fn new(job: &Job, twins: &[Vec<usize>]) -> Self {
+    /// The split of `job` with this seed; `twins` are groups of objects (places in the job) whose shapes coincide.
+    pub fn new(job: &CompletionJob, seed: u64, twins: &[Vec<usize>]) -> Self {
         let mut notes = Vec::new();
-        let models = model_roles(job, &clusters(job, twins), &mut notes);
-        let subsets = training_subsets(job, &models, &mut notes);
-        let views = job.completion.views.len() as u32;
+        let models = model_roles(job, seed, &clusters(job, twins), &mut notes);
+        let subsets = training_subsets(job, seed, &models, &mut notes);
+        let views = job.settings.views.len() as u32;
         let classes = view_classes(job);
         let holdout = models.iter().zip(&job.objects).map(|(role, object)| match role {
-            ModelRole::Training => holdout_views(job.seed, &job.split, &object.id().0, &classes),
+            ModelRole::Training => holdout_views(seed, &job.split, &object.id().0, &classes),
             _ => Vec::new(),
         });
         Self { holdout: holdout.collect(), models, subsets, notes, views }
@@ -167,8 +184,8 @@ impl SplitTable {
     }
 
     /// Looks for leaks, in time linear in objects times views.
-    pub fn leaks(&self, job: &Job, twins: &[Vec<usize>]) -> LeakReport {
-        let first_equal = job.completion.views.equal_rotations();
+    pub fn leaks(&self, job: &CompletionJob, twins: &[Vec<usize>]) -> LeakReport {
+        let first_equal = job.settings.views.equal_rotations();
         let distinct = first_equal.iter().enumerate().filter(|(view, first)| *view == **first as usize).count() as u32;
         let straddling = |keys: &mut dyn Iterator<Item = (Vec<u8>, usize)>| {
             let mut sides: BTreeMap<Vec<u8>, BTreeSet<ModelRole>> = BTreeMap::new();
@@ -227,7 +244,7 @@ fn unit(key: &Digest) -> f64 {
 }
 
 /// Objects that move as one, as lists of places; every object stands in one of them.
-fn clusters(job: &Job, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
+fn clusters(job: &CompletionJob, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..job.objects.len()).collect();
     fn root(parent: &mut [usize], mut place: usize) -> usize {
         while parent[place] != place {
@@ -258,9 +275,9 @@ fn clusters(job: &Job, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     members.into_values().collect()
 }
 
-fn model_roles(job: &Job, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> Vec<ModelRole> {
+fn model_roles(job: &CompletionJob, seed: u64, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> Vec<ModelRole> {
     let mut roles = vec![ModelRole::Training; job.objects.len()];
-    let test = chosen(job, clusters, &job.split.test_models, "test", notes);
+    let test = chosen(job, seed, clusters, &job.split.test_models, "test", notes);
     let rest: Vec<Vec<usize>> = clusters.iter().filter(|cluster| !test.contains(&cluster[0])).cloned().collect();
     // The share is of all models, so among those that are left it is larger. Where the test models are a share as well
     // it is the asked share that counts, not what came of it: else one more test model would move validation models.
@@ -271,7 +288,7 @@ fn model_roles(job: &Job, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> V
         }
         (other, _) => other.clone(),
     };
-    let validation = chosen(job, &rest, &choice, "validation", notes);
+    let validation = chosen(job, seed, &rest, &choice, "validation", notes);
     test.iter().for_each(|place| roles[*place] = ModelRole::Test);
     validation.iter().for_each(|place| roles[*place] = ModelRole::Validation);
     roles
@@ -279,15 +296,16 @@ fn model_roles(job: &Job, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> V
 
 /// The members of the clusters that a choice takes.
 fn chosen(
-    job: &Job,
+    job: &CompletionJob,
+    seed: u64,
     clusters: &[Vec<usize>],
     choice: &ModelChoice,
     purpose: &str,
     notes: &mut Vec<String>,
 ) -> BTreeSet<usize> {
     let object_key = |place: &usize| match &job.objects[*place].source.group {
-        Some(group) if job.split.by_group => key(job.seed, purpose, group.as_bytes()),
-        _ => key(job.seed, purpose, &job.objects[*place].id().0.0),
+        Some(group) if job.split.by_group => key(seed, purpose, group.as_bytes()),
+        _ => key(seed, purpose, &job.objects[*place].id().0.0),
     };
     let mut ranked: Vec<(f64, Digest, &Vec<usize>)> = clusters
         .iter()
@@ -346,10 +364,10 @@ fn take_exactly<'a>(
     taken
 }
 
-fn training_subsets(job: &Job, models: &[ModelRole], notes: &mut Vec<String>) -> Vec<Vec<usize>> {
+fn training_subsets(job: &CompletionJob, seed: u64, models: &[ModelRole], notes: &mut Vec<String>) -> Vec<Vec<usize>> {
     let mut ranked: Vec<(Digest, usize)> = (0..models.len())
         .filter(|place| models[*place] == ModelRole::Training)
-        .map(|place| (key(job.seed, "subset", &job.objects[place].id().0.0), place))
+        .map(|place| (key(seed, "subset", &job.objects[place].id().0.0), place))
         .collect();
     ranked.sort();
     let sizes = job.split.training_subsets.iter().map(|size| match size {
@@ -369,11 +387,11 @@ fn training_subsets(job: &Job, models: &[ModelRole], notes: &mut Vec<String>) ->
 }
 
 /// For each view, the lowest view that must stay on its side.
-fn view_classes(job: &Job) -> Vec<u32> {
+fn view_classes(job: &CompletionJob) -> Vec<u32> {
     if job.split.keep_equal_views_together {
-        job.completion.views.equal_rotations()
+        job.settings.views.equal_rotations()
     } else {
-        (0..job.completion.views.len() as u32).collect()
+        (0..job.settings.views.len() as u32).collect()
     }
 }
 

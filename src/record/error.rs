@@ -55,6 +55,26 @@ pub enum RecordError {
         /// Counted bits.
         counted: u32,
     },
+    /// A text is none of those that are known.
+    #[error("{message}.{field} is '{found}': must be {expected}")]
+    Name {
+        /// Message type.
+        message: &'static str,
+        /// Field.
+        field: &'static str,
+        /// Text found.
+        found: String,
+        /// What passes.
+        expected: String,
+    },
+    /// Axes make no grid of poses.
+    #[error("{message}.axes: {problem}")]
+    Grid {
+        /// Message type.
+        message: &'static str,
+        /// Why not.
+        problem: crate::geom::InvalidPoseGrid,
+    },
     /// The rotation of a pose is not orthonormal and right-handed.
     #[error("{message}.{field} is no rotation: off by {error:e}, at most 1e-9 passes")]
     Rotation {

@@ -1,13 +1,16 @@
 //! What is on disk: records, their protobuf codec and schema, the format's number.
 //!
-//! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`). Encoding is written by hand, in tag
+//! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/reachability.proto`). Encoding is written by hand, in tag
 //! order, straight from the record's own memory; decoding goes through the generated types and then checks every
 //! length, range and count, so that a decoded record can be trusted. Names of objects, paths, clocks and sample
 //! indices never enter a payload: the same sample has the same bytes in every dataset.
 
+mod block;
 mod channels;
 mod depth;
 mod error;
+mod facts;
+mod field;
 mod pair;
 #[cfg(test)]
 mod tests;
@@ -17,20 +20,23 @@ pub(crate) mod proto {
     include!(concat!(env!("OUT_DIR"), "/graspmill.rs"));
 }
 
+pub use block::ReachabilityBlock;
 pub use channels::{Cloud, Coverage, Implicit, Tsdf, Visibility};
 pub use depth::{Depth, DepthCoding};
 pub use error::RecordError;
+pub use facts::{BlockFacts, PairFacts, SampleFacts};
+pub use field::{FieldHeader, ReachabilityField};
 pub use pair::VoxelPair;
 
-use crate::ids::{Digest, ObjectId, SampleId, ViewId};
+use crate::ids::{Digest, ObjectId, Product, SampleId, ViewId};
 
 /// Number of the format on disk; a reader refuses every other.
 pub const FORMAT_VERSION: u32 = 1;
 
-/// What a message of a completion shard holds; each has its own topic and schema.
+/// What a message of a shard holds; each has its own topic and schema.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Channel {
-    /// [`VoxelPair`]: partial and complete grid, camera, poses; every sample has one.
+    /// [`VoxelPair`]: partial and complete grid, camera, poses; every completion sample has one.
     Pair,
     /// [`Visibility`]: cells seen to be free.
     Visibility,
@@ -44,12 +50,44 @@ pub enum Channel {
     Coverage,
     /// [`Implicit`]: samples for implicit networks.
     Implicit,
+    /// [`ReachabilityBlock`]: labels, proofs and witnesses of one position; every reachability sample has one.
+    Block,
 }
 
 impl Channel {
     /// Every channel, in the order in which a sample's messages are written.
-    pub const ALL: [Self; 7] =
-        [Self::Pair, Self::Visibility, Self::Depth, Self::Cloud, Self::Tsdf, Self::Coverage, Self::Implicit];
+    pub const ALL: [Self; 8] = [
+        Self::Pair,
+        Self::Visibility,
+        Self::Depth,
+        Self::Cloud,
+        Self::Tsdf,
+        Self::Coverage,
+        Self::Implicit,
+        Self::Block,
+    ];
+
+    /// The product whose samples have such messages.
+    pub fn product(self) -> Product {
+        match self {
+            Self::Pair
+            | Self::Visibility
+            | Self::Depth
+            | Self::Cloud
+            | Self::Tsdf
+            | Self::Coverage
+            | Self::Implicit => Product::Completion,
+            Self::Block => Product::Reachability,
+        }
+    }
+
+    /// The channel that every sample of a product has; the facts of a sample are counted in it.
+    pub fn leading(product: Product) -> Self {
+        match product {
+            Product::Completion => Self::Pair,
+            Product::Reachability => Self::Block,
+        }
+    }
 
     /// MCAP topic.
     pub fn topic(self) -> &'static str {
@@ -61,12 +99,13 @@ impl Channel {
             Self::Tsdf => "/completion/tsdf",
             Self::Coverage => "/completion/coverage",
             Self::Implicit => "/completion/implicit",
+            Self::Block => "/reachability/block",
         }
     }
 
     /// The last part of the topic, for column names and people.
     pub fn name(self) -> &'static str {
-        &self.topic()["/completion/".len()..]
+        self.topic().rsplit('/').next().unwrap_or_default()
     }
 
     /// Full name of the protobuf message.
@@ -79,6 +118,7 @@ impl Channel {
             Self::Tsdf => "graspmill.Tsdf",
             Self::Coverage => "graspmill.Coverage",
             Self::Implicit => "graspmill.Implicit",
+            Self::Block => "graspmill.ReachabilityBlock",
         }
     }
 
@@ -88,25 +128,37 @@ impl Channel {
     }
 }
 
-/// The `FileDescriptorSet` of `proto/graspmill.proto`: the schema that every shard carries.
-pub fn descriptors() -> &'static [u8] {
-    include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin"))
+/// The `FileDescriptorSet` of a product's messages: the schema that each of its shards carries.
+pub fn descriptors(product: Product) -> &'static [u8] {
+    match product {
+        Product::Completion => include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin")),
+        Product::Reachability => include_bytes!(concat!(env!("OUT_DIR"), "/reachability.bin")),
+    }
 }
 
-/// Checks `payload` as [`VoxelPair::decode`] and its siblings do, and says whose it is.
+/// Checks `payload` as [`VoxelPair::decode`] and its siblings do, and says whose it is; of a leading channel also its
+/// facts.
 ///
 /// # Errors
 /// When the payload is no valid record of that channel.
-pub fn check(channel: Channel, payload: &[u8]) -> Result<SampleId, RecordError> {
-    Ok(match channel {
-        Channel::Pair => VoxelPair::decode(payload)?.sample,
+pub fn check(channel: Channel, payload: &[u8]) -> Result<(SampleId, Option<SampleFacts>), RecordError> {
+    let sample = match channel {
+        Channel::Pair => {
+            let pair = VoxelPair::decode(payload)?;
+            return Ok((pair.sample, Some(pair.facts().into())));
+        }
+        Channel::Block => {
+            let block = ReachabilityBlock::decode(payload)?;
+            return Ok((block.sample, Some(block.facts().into())));
+        }
         Channel::Visibility => Visibility::decode(payload)?.sample,
         Channel::Depth => Depth::decode(payload)?.sample,
         Channel::Cloud => Cloud::decode(payload)?.sample,
         Channel::Tsdf => Tsdf::decode(payload)?.sample,
         Channel::Coverage => Coverage::decode(payload)?.sample,
         Channel::Implicit => Implicit::decode(payload)?.sample,
-    })
+    };
+    Ok((sample, None))
 }
 
 fn sample_from_proto(message: &'static str, sample: Option<proto::SampleId>) -> Result<SampleId, RecordError> {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3};
 use prost::Message;
 
-use super::{RecordError, proto, sample_from_proto, wire};
+use super::{PairFacts, RecordError, proto, sample_from_proto, wire};
 use crate::{
     geom::{CameraCv, Frame, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, World},
     ids::SampleId,
@@ -60,6 +60,12 @@ impl VoxelPair {
         wire::uint32(out, 10, self.complete_cells);
         wire::uint32(out, 11, self.both_cells);
         wire::double(out, 12, self.solid_share);
+    }
+
+    /// Counts for tables.
+    pub fn facts(&self) -> PairFacts {
+        let Self { partial_cells, complete_cells, both_cells, solid_share, .. } = *self;
+        PairFacts { partial_cells, complete_cells, both_cells, solid_share }
     }
 
     /// Reads and checks a payload.

@@ -2,7 +2,7 @@
 //! zero scalars and empty bytes left out, the same bytes as the generated encoder (a test compares them).
 
 use crate::{
-    geom::{GridPlacement, Intrinsics},
+    geom::{Axis, GridPlacement, Intrinsics},
     ids::SampleId,
 };
 
@@ -47,6 +47,20 @@ pub(super) fn bytes(out: &mut Vec<u8>, field: u32, value: &[u8]) {
         bytes_header(out, field, value.len());
         out.extend_from_slice(value);
     }
+}
+
+/// [`bytes`] of values that are no slice of bytes.
+pub(super) fn bytes_of(out: &mut Vec<u8>, field: u32, values: impl ExactSizeIterator<Item = u8>) {
+    if values.len() > 0 {
+        bytes_header(out, field, values.len());
+        out.extend(values);
+    }
+}
+
+/// One element of a repeated bytes or string field: written even when it is empty.
+pub(super) fn element(out: &mut Vec<u8>, field: u32, value: &[u8]) {
+    bytes_header(out, field, value.len());
+    out.extend_from_slice(value);
 }
 
 /// Numbers as a bytes field, little-endian.
@@ -104,6 +118,17 @@ pub(super) fn camera(out: &mut Vec<u8>, field: u32, camera: &Intrinsics) {
         double(out, 5, camera.cx);
         double(out, 6, camera.cy);
         double(out, 7, camera.near);
+    });
+}
+
+pub(super) fn axis(out: &mut Vec<u8>, field: u32, axis: &Axis, unit: &str) {
+    short_message(out, field, |out| {
+        bytes(out, 1, axis.name.as_bytes());
+        bytes(out, 2, unit.as_bytes());
+        double(out, 3, axis.first);
+        double(out, 4, axis.step);
+        uint32(out, 5, axis.count as u32);
+        uint32(out, 6, u32::from(axis.periodic));
     });
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::{
     dataset::{LedgerRow, Split},
     ids::{Digest, ObjectId, SampleId, SampleIndex},
+    record::PairFacts,
 };
 
 /// Samples a report shows at most.
@@ -54,8 +55,8 @@ impl<K: Ord> Best<K> {
 
 impl Candidates {
     /// Looks at a kept sample.
-    pub fn offer(&mut self, row: &LedgerRow, split: Split) {
-        let (index, facts) = (row.index, row.facts);
+    pub fn offer(&mut self, row: &LedgerRow, facts: &PairFacts, split: Split) {
+        let index = row.index;
         let share = |value: f64| ByBits(value.max(0.0).to_bits());
         let seen = share(f64::from(facts.partial_cells) / f64::from(facts.complete_cells.max(1)));
         self.smallest.offer(facts.partial_cells, index);

@@ -10,6 +10,7 @@ mod gallery;
 mod notes;
 mod page;
 pub mod picture;
+mod reachability;
 mod report;
 mod sections;
 mod survey;
@@ -18,5 +19,8 @@ mod text;
 
 pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
 pub use notes::{RunNotes, Speed};
+pub use reachability::{
+    AxisFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability, pose_counts_in_words,
+};
 pub use report::{ReportSummary, report};
 pub use tally::Spread;

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     dataset::{AssetRow, DatasetError, DatasetReader, Fate, LedgerRow, Selection, Split},
-    ids::{Digest, ObjectId},
+    ids::{Digest, ObjectId, Product},
     record::Channel,
 };
 
@@ -73,8 +73,9 @@ impl Pass {
             }
             return;
         }
-        let (partial, complete) = (f64::from(row.facts.partial_cells), f64::from(row.facts.complete_cells));
-        let (ratio, solid) = (partial / complete.max(1.0), row.facts.solid_share);
+        let Some(facts) = row.facts.pair() else { return };
+        let (partial, complete) = (f64::from(facts.partial_cells), f64::from(facts.complete_cells));
+        let (ratio, solid) = (partial / complete.max(1.0), facts.solid_share);
         sums.kept += 1;
         sums.partial += partial;
         sums.ratio += ratio;
@@ -85,7 +86,7 @@ impl Pass {
         self.solid.add(solid);
         self.ratio_of_split.entry(split).or_insert_with(|| Tally::with_step(1e-3)).add(ratio);
         self.objects_of_split.entry(split).or_default().insert(row.sample.subject);
-        self.candidates.offer(row, split);
+        self.candidates.offer(row, facts, split);
     }
 }
 
@@ -93,6 +94,7 @@ impl Survey {
     /// Reads the tables and every ledger once, and decodes the first kept sample.
     pub fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
         let manifest = reader.manifest();
+        of_completion(reader)?;
         let mut pass = Pass::new();
         for shard in 0..manifest.shards.len() {
             for row in reader.ledger(shard)?.rows {
@@ -113,7 +115,7 @@ impl Survey {
         let facts = Inspection {
             name: name_of(reader)?,
             generator: manifest.generator.clone(),
-            product: manifest.product.clone(),
+            product: manifest.product.to_string(),
             format_version: manifest.format_version,
             root: manifest.root,
             classes: manifest.classes.clone(),
@@ -143,8 +145,21 @@ impl Survey {
     }
 }
 
+/// `Err` for a dataset of another product.
+fn of_completion(reader: &DatasetReader) -> Result<(), DatasetError> {
+    let product = reader.manifest().product;
+    if product == Product::Completion {
+        return Ok(());
+    }
+    Err(DatasetError::Invalid {
+        path: reader.folder().to_owned(),
+        problem: format!("a dataset of {product}: pictures and reports are of completion datasets alone so far"),
+        remedy: "`graspmill inspect` prints its facts",
+    })
+}
+
 /// The job's name as its text says it; the folder's name otherwise.
-fn name_of(reader: &DatasetReader) -> Result<String, DatasetError> {
+pub(super) fn name_of(reader: &DatasetReader) -> Result<String, DatasetError> {
     let job: Option<toml::Table> = reader.job_text()?.parse().ok();
     let job = job.unwrap_or_default();
     let named = (job.get("name")).or_else(|| job.get("job")?.get("name")).and_then(|name| name.as_str());

@@ -7,6 +7,8 @@ use std::{
 
 use serde::Serialize;
 
+use crate::ids::Product;
+
 /// Something that happened in a run. Counts are of finished work only.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "event")]
@@ -20,6 +22,8 @@ pub enum Event {
     },
     /// The plan stands and finished shards have been found.
     Planned {
+        /// What is made.
+        product: Product,
         /// Samples of the job.
         samples: u64,
         /// Of these, in shards that were finished before.
@@ -40,7 +44,7 @@ pub enum Event {
         /// Its file name.
         file: String,
     },
-    /// All shards are there; index, manifest and digest are being made.
+    /// All shards are there; field, index, manifest and digest are being made.
     Finishing,
 }
 

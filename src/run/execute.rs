@@ -12,21 +12,15 @@ use serde::Serialize;
 use super::{Cancel, Event, Listener, Progress};
 use crate::{
     dataset::{
-        Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, SampleFacts, ShardHeader, ShardWriter,
-        begin_run, clear_away, finish_dataset, scan_shards, shards_folder,
+        Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, ShardHeader, ShardWriter, begin_run,
+        clear_away, finish_dataset, scan_shards, shards_folder,
     },
     geom::SimdLevel,
-    ids::{JobDigest, ViewId},
+    ids::{JobDigest, Product, ViewId},
     job::Job,
     plan::{Plan, ShardPlan},
-    produce::{
-        Outcome,
-        completion::{CompletionWorker, PairFacts, ProduceError},
-    },
+    produce::{Outcome, ProduceError, Workshop},
 };
-
-/// Name of the product in records and file names.
-pub(super) const PRODUCT: &str = "completion";
 
 /// Milliseconds between two progress events.
 const PROGRESS_PAUSE: u64 = 100;
@@ -86,6 +80,8 @@ pub enum RunError {
 pub struct RunSummary {
     /// Whether the dataset was finished before this run began.
     pub finished_before: bool,
+    /// What is made.
+    pub product: Product,
     /// Samples made in this run, kept and rejected.
     pub made: u64,
     /// Time of making them, without looking at meshes and closing the dataset [s].
@@ -102,26 +98,29 @@ pub struct RunSummary {
 pub fn run(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<RunSummary, RunError> {
     let RunTask { job, plan, digest, header, folder } = *task;
     let shards = plan.shards.len() as u32;
-    let mark = RunMark::new(PRODUCT, digest, plan.samples, shards, job.shard_samples);
+    let product = job.product();
+    let mark = RunMark::new(product, digest, plan.samples, shards, job.shard_samples);
     let begun = begin_run(folder, &mark)?;
     let scan = scan_shards(folder, &mark)?;
     clear_away(&scan)?;
     let missing: Vec<&ShardPlan> = plan.shards.iter().filter(|shard| !scan.done.contains_key(&shard.id)).collect();
     if begun == Begun::Finished && missing.is_empty() {
         let manifest = Manifest::read(folder)?;
-        return Ok(RunSummary { finished_before: true, made: 0, seconds: 0.0, manifest });
+        return Ok(RunSummary { finished_before: true, product, made: 0, seconds: 0.0, manifest });
     }
     let to_make: u64 = missing.iter().map(|shard| shard.samples.end - shard.samples.start).sum();
     listener(Event::Planned {
+        product,
         samples: plan.samples,
         samples_before: plan.samples - to_make,
         shards: u64::from(shards),
         shards_before: scan.done.len() as u64,
         threads: crew.threads,
     });
+    let workshop = Workshop::new(job, crew.level)?;
     let tally = Tally::new(to_make, listener);
     let make = |shard: &&ShardPlan| {
-        let made = make_shard(task, shard, crew.level, cancel, &tally)?;
+        let made = make_shard(task, shard, &workshop, cancel, &tally)?;
         let file = made.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         listener(Event::ShardFinished { shard: shard.id.0, file });
         Ok::<_, RunError>(())
@@ -131,44 +130,44 @@ pub fn run(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) ->
     let seconds = tally.finish();
     listener(Event::Finishing);
     let manifest = finish_dataset(folder, header)?;
-    Ok(RunSummary { finished_before: false, made: to_make, seconds, manifest })
+    Ok(RunSummary { finished_before: false, product, made: to_make, seconds, manifest })
 }
 
 /// Makes one shard from its first sample to its last.
 fn make_shard(
     task: &RunTask,
     shard: &ShardPlan,
-    level: SimdLevel,
+    workshop: &Workshop,
     cancel: &Cancel,
     tally: &Tally,
 ) -> Result<FinishedShard, RunError> {
-    let mut worker = CompletionWorker::new(&task.job.completion, task.job.seed, level)?;
+    let mut producer = workshop.producer()?;
     let header = ShardHeader {
-        product: PRODUCT.to_owned(),
+        product: task.job.product(),
         job: task.digest,
         shard: shard.id,
         shards: task.plan.shards.len() as u32,
         samples: shard.samples.clone(),
-        channels: worker.channels(),
+        channels: producer.channels(),
     };
     let mut writer = ShardWriter::create(&shards_folder(task.folder), &header)?;
     for unit in &shard.units {
-        let object = worker.load(&task.job.objects[unit.object])?;
+        producer.load(unit.subject)?;
         for view in unit.views.clone() {
             if cancel.is_cancelled() {
                 return Err(RunError::Interrupted);
             }
             let index = crate::ids::SampleIndex(unit.first.0 + u64::from(view - unit.views.start));
-            let (sample, outcome) = worker.produce(&object, ViewId(view))?;
+            let (sample, outcome) = producer.produce(ViewId(view))?;
             match &outcome {
                 Outcome::Kept(facts) => {
-                    for (channel, payload) in worker.payloads() {
+                    for (channel, payload) in producer.payloads() {
                         writer.write(index, &sample, channel, payload)?;
                     }
-                    writer.keep(index, &sample, stored(facts))?;
+                    writer.keep(index, &sample, *facts)?;
                 }
                 Outcome::Rejected { reason, detail, facts } => {
-                    writer.reject(index, &sample, stored(facts), reason.name(), detail)?;
+                    writer.reject(index, &sample, *facts, reason, detail)?;
                 }
             }
             tally.count(matches!(outcome, Outcome::Kept(_)));
@@ -177,41 +176,36 @@ fn make_shard(
     Ok(writer.finish()?)
 }
 
-/// A sample's counts as the ledger wants them.
-fn stored(facts: &PairFacts) -> SampleFacts {
-    let PairFacts { partial_cells, complete_cells, both_cells, solid_share } = *facts;
-    SampleFacts { partial_cells, complete_cells, both_cells, solid_share }
-}
-
 /// Seconds a sample on one thread, from up to `samples` samples spread over the plan; nothing is written.
 ///
 /// # Errors
 /// As [`run`].
 pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Cancel) -> Result<PilotRate, RunError> {
-    let mut worker = CompletionWorker::new(&job.completion, job.seed, level)?;
-    let (objects, views) = (job.objects.len() as u64, u64::from(plan.views));
-    let visited = objects.min(8);
-    let per_object = (samples / visited.max(1)).clamp(1, views);
+    let workshop = Workshop::new(job, level)?;
+    let mut producer = workshop.producer()?;
+    let (subjects, views) = (job.subjects() as u64, u64::from(plan.views));
+    let visited = subjects.min(8);
+    let per_subject = (samples / visited.max(1)).clamp(1, views);
     let (mut made, mut bytes) = (0u64, 0u64);
     let (mut load_seconds, mut view_seconds) = (0.0, 0.0);
     for step in 0..visited {
         let began = Instant::now();
-        let object = worker.load(&job.objects[(step * objects / visited) as usize])?;
+        producer.load((step * subjects / visited) as usize)?;
         load_seconds += began.elapsed().as_secs_f64();
         let began = Instant::now();
-        for place in 0..per_object {
+        for place in 0..per_subject {
             if cancel.is_cancelled() {
                 return Err(RunError::Interrupted);
             }
-            worker.produce(&object, ViewId((place * views / per_object) as u32))?;
-            bytes += worker.payloads().map(|(_, payload)| payload.len() as u64).sum::<u64>();
+            producer.produce(ViewId((place * views / per_subject) as u32))?;
+            bytes += producer.payloads().iter().map(|(_, payload)| payload.len() as u64).sum::<u64>();
             made += 1;
         }
         view_seconds += began.elapsed().as_secs_f64();
     }
     Ok(PilotRate {
         samples: made,
-        seconds_per_object: load_seconds / visited.max(1) as f64,
+        seconds_per_subject: load_seconds / visited.max(1) as f64,
         seconds_per_sample: view_seconds / made.max(1) as f64,
         raw_bytes_per_sample: bytes as f64 / made.max(1) as f64,
     })
@@ -222,8 +216,8 @@ pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Ca
 pub struct PilotRate {
     /// Samples made.
     pub samples: u64,
-    /// Reading, voxelising and indexing an object [s].
-    pub seconds_per_object: f64,
+    /// Reading a subject and making it ready (voxelising and indexing an object) [s].
+    pub seconds_per_subject: f64,
     /// Making a sample, without writing it [s].
     pub seconds_per_sample: f64,
     /// Payload bytes a sample, before compression.

@@ -10,7 +10,7 @@ use crate::{
     ids::{Digest, SampleIndex},
     job::Job,
     plan::Plan,
-    produce::{Outcome, completion::CompletionWorker},
+    produce::{Outcome, Producer, Workshop},
     seed::Stream,
 };
 
@@ -59,30 +59,33 @@ pub fn regenerate(
     cancel: &Cancel,
 ) -> Result<Regeneration, RunError> {
     let chosen = choose(plan.samples, count, seed);
-    let mut by_object: BTreeMap<usize, Vec<SampleIndex>> = BTreeMap::new();
+    let mut by_subject: BTreeMap<usize, Vec<SampleIndex>> = BTreeMap::new();
     for index in &chosen {
-        by_object.entry(plan.locate(*index).0).or_default().push(*index);
+        by_subject.entry(plan.locate(*index).0).or_default().push(*index);
     }
-    let mut worker = CompletionWorker::new(&job.completion, job.seed, crew.level)?;
+    let workshop = Workshop::new(job, crew.level)?;
+    let mut producer = workshop.producer()?;
     let mut differences = Vec::new();
     let mut ledger = None;
-    for (place, indices) in by_object {
-        let object = worker.load(&job.objects[place])?;
+    for (subject, indices) in by_subject {
+        producer.load(subject)?;
         for index in indices {
             if cancel.is_cancelled() {
                 return Err(RunError::Interrupted);
             }
-            let (id, outcome) = worker.produce(&object, plan.locate(index).1)?;
+            let (id, outcome) = producer.produce(plan.locate(index).1)?;
             let row = row_of(reader, plan, &mut ledger, index)?;
             let made = match outcome {
-                Outcome::Kept(_) => Fate::Kept(worker.payloads().map(|(_, payload)| Digest::of(payload)).collect()),
-                Outcome::Rejected { reason, detail, .. } => Fate::Rejected { reason: reason.name().to_owned(), detail },
+                Outcome::Kept(_) => {
+                    Fate::Kept(producer.payloads().into_iter().map(|(_, payload)| Digest::of(payload)).collect())
+                }
+                Outcome::Rejected { reason, detail, .. } => Fate::Rejected { reason: reason.to_owned(), detail },
             };
             if row.sample != id {
                 let what = format!("the dataset holds {} at this index", row.sample);
                 differences.push(Difference { sample: index.0, id: id.to_string(), what });
             } else if row.fate != made {
-                let what = describe(&row.fate, &made, &worker);
+                let what = describe(&row.fate, &made, producer.as_ref());
                 differences.push(Difference { sample: index.0, id: id.to_string(), what });
             }
         }
@@ -124,10 +127,10 @@ fn choose(samples: u64, count: u64, seed: u64) -> Vec<SampleIndex> {
     chosen
 }
 
-fn describe(stored: &Fate, made: &Fate, worker: &CompletionWorker) -> String {
+fn describe(stored: &Fate, made: &Fate, producer: &dyn Producer) -> String {
     match (stored, made) {
         (Fate::Kept(stored), Fate::Kept(made)) => {
-            let names = worker.channels().into_iter().zip(stored.iter().zip(made));
+            let names = producer.channels().into_iter().zip(stored.iter().zip(made));
             let changed: Vec<_> = names.filter(|(_, (a, b))| a != b).map(|(channel, _)| channel.name()).collect();
             format!("other bytes in {}", changed.join(", "))
         }

@@ -7,29 +7,84 @@ use serde_json::Value;
 #[cfg(feature = "sim")]
 use crate::sim::{gl_facts, sim_facts};
 use crate::{
-    dataset::{DatasetHeader, NumberClass, ObjectSplit, Split, SplitTable as StoredSplits},
+    dataset::{DatasetHeader, NumberClass, ObjectSplit, ProductTables, Split, SplitTable as StoredSplits},
     ids::ViewId,
-    job::{Job, Renderer},
-    plan::{LeakReport, ModelRole, SampleRole, SplitTable},
+    job::{Collisions, CompletionJob, Job, ReachabilityJob, Renderer, Work},
+    plan::{LeakReport, ModelRole, SampleRole, Sides, SplitTable},
+    record::FieldHeader,
 };
 
-/// The tables of the dataset that `job` makes in `folder`.
-pub fn dataset_header(job: &Job, splits: &SplitTable, leaks: &LeakReport, folder: &Path) -> DatasetHeader {
+/// The tables of the dataset that `job` makes in `folder`; `sides` are those of a completion job.
+pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> DatasetHeader {
+    let mut warnings = job.notes.clone();
+    let (class, platform, assets, tables) = match &job.work {
+        Work::Completion(work) => {
+            let class = match work.settings.renderer {
+                Renderer::Raster => NumberClass::Exact,
+                Renderer::MujocoRay => NumberClass::Physics,
+                Renderer::MujocoGl => NumberClass::Colour,
+            };
+            let assets = work.objects.iter().map(|object| json(&object.asset)).collect();
+            let splits = sides.map(|sides| stored_splits(work, &sides.splits)).unwrap_or_default();
+            add_warnings(work, sides, &mut warnings);
+            (class, platform(work.settings.renderer), assets, ProductTables::Completion { splits })
+        }
+        Work::Reachability(work) => {
+            let field = field_header(work);
+            let (class, platform) = match work.collisions {
+                Collisions::Exact | Collisions::None => (NumberClass::Exact, BTreeMap::new()),
+                Collisions::Mujoco => (NumberClass::Physics, physics()),
+            };
+            (class, platform, vec![robot_row(work)], ProductTables::Reachability { field })
+        }
+    };
     DatasetHeader {
         generator: concat!("graspmill ", env!("CARGO_PKG_VERSION")).to_owned(),
         job: job.digest(),
         job_text: job.to_toml(folder),
-        class: match job.completion.renderer {
-            Renderer::Raster => NumberClass::Exact,
-            Renderer::MujocoRay => NumberClass::Physics,
-            Renderer::MujocoGl => NumberClass::Colour,
-        },
-        platform: platform(job.completion.renderer),
-        assets: job.objects.iter().map(|object| json(&object.asset)).collect(),
-        refused: job.refused.iter().map(json).collect(),
-        splits: stored_splits(job, splits),
-        warnings: warnings(job, splits, leaks),
+        class,
+        platform,
+        assets,
+        refused: job.refused().iter().map(json).collect(),
+        tables,
+        warnings,
     }
+}
+
+/// The robot as a row of the asset table.
+fn robot_row(job: &ReachabilityJob) -> Value {
+    let robot = &job.robot;
+    serde_json::json!({
+        "object": robot.id,
+        "name": robot.name,
+        "joints": robot.joints,
+        "target": robot.target,
+        "fixed": robot.fixed,
+    })
+}
+
+fn field_header(job: &ReachabilityJob) -> FieldHeader {
+    FieldHeader {
+        grid: job.poses.clone(),
+        metric: job.metric,
+        robot: job.robot.name.clone(),
+        robot_id: job.robot.id,
+        joints: job.robot.joints.clone(),
+        target: job.robot.target.clone(),
+        frame: "world".to_owned(),
+    }
+}
+
+/// What numbers of MuJoCo's depend on.
+#[cfg(feature = "sim")]
+fn physics() -> BTreeMap<String, String> {
+    sim_facts().platform(None)
+}
+
+/// Such a job is refused before it is run.
+#[cfg(not(feature = "sim"))]
+fn physics() -> BTreeMap<String, String> {
+    BTreeMap::new()
 }
 
 /// What the numbers depend on beside our own code; empty for class `exact`.
@@ -50,8 +105,8 @@ fn json(value: &impl serde::Serialize) -> Value {
     serde_json::to_value(value).expect("tables are plain data with string keys")
 }
 
-fn stored_splits(job: &Job, splits: &SplitTable) -> StoredSplits {
-    let views = job.completion.views.len() as u32;
+fn stored_splits(job: &CompletionJob, splits: &SplitTable) -> StoredSplits {
+    let views = job.settings.views.len() as u32;
     let objects = job.objects.iter().enumerate().map(|(place, object)| {
         let models = match splits.models[place] {
             ModelRole::Training => Split::Training,
@@ -73,14 +128,18 @@ fn stored_splits(job: &Job, splits: &SplitTable) -> StoredSplits {
 }
 
 /// Things a user should know, in words; numbers only from the job and its meshes.
-fn warnings(job: &Job, splits: &SplitTable, leaks: &LeakReport) -> Vec<String> {
-    let mut warnings: Vec<String> = job.notes.clone();
+fn add_warnings(job: &CompletionJob, sides: Option<&Sides>, warnings: &mut Vec<String>) {
     warnings.extend(job.refused.iter().map(|refusal| format!("refused: {refusal}")));
     for object in &job.objects {
         let name = &object.source.name;
         warnings.extend(object.asset.warnings.iter().map(|warning| format!("{name}: {warning}")));
     }
+    let Some(Sides { splits, leaks }) = sides else { return };
     warnings.extend(splits.notes.iter().cloned());
+    add_leaks(leaks, warnings);
+}
+
+fn add_leaks(leaks: &LeakReport, warnings: &mut Vec<String>) {
     let mut leak = |count: u64, what: &str| {
         if count > 0 {
             warnings.push(format!("leak: {count} {what}"));
@@ -90,5 +149,4 @@ fn warnings(job: &Job, splits: &SplitTable, leaks: &LeakReport) -> Vec<String> {
     leak(leaks.objects_straddling.into(), "objects stand on more than one side of the split");
     leak(leaks.geometries_straddling.into(), "geometries stand on more than one side of the split");
     leak(leaks.twin_groups_straddling.into(), "groups of objects of the same shape stand on more than one side");
-    warnings
 }

@@ -9,10 +9,10 @@ use graspmill::{
     },
     geom::OccupancyGrid,
     ids::{SampleIndex, ShardId},
-    record::{Channel, VoxelPair},
+    record::{Channel, PairFacts, VoxelPair},
 };
 
-use crate::made::{Made, facts, pair};
+use crate::made::{Made, pair};
 
 const FULL: VerifyOptions = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: true, threads: 2 };
 const HASHES: VerifyOptions = VerifyOptions { level: VerifyLevel::Hashes, ..FULL };
@@ -131,7 +131,7 @@ fn write_lie(made: &Made, folder: &Path, change: impl Fn(&mut VoxelPair)) {
         let mut payload = Vec::new();
         pair.encode(&mut payload);
         writer.write(SampleIndex(index), &made.id(index), Channel::Pair, &payload).unwrap();
-        writer.keep(SampleIndex(index), &made.id(index), facts(&pair)).unwrap();
+        writer.keep(SampleIndex(index), &made.id(index), pair.facts()).unwrap();
     }
     writer.finish().unwrap();
 }
@@ -177,7 +177,7 @@ fn a_sample_that_stands_twice_is_refused() {
         let header = twice.shard_header(shard);
         let mut writer = ShardWriter::create(&folder.path().join("shards"), &header).unwrap();
         for index in header.samples {
-            writer.reject(SampleIndex(index), &made.id(index % 11), Default::default(), "few_cells", "").unwrap();
+            writer.reject(SampleIndex(index), &made.id(index % 11), PairFacts::default(), "few_cells", "").unwrap();
         }
         writer.finish().unwrap();
     }
@@ -196,7 +196,7 @@ fn a_shard_of_another_job_with_a_fitting_name_is_refused() {
     let header = ShardHeader { job, ..made.shard_header(4) };
     fs::remove_file(shards.pop().unwrap().path).unwrap();
     let mut writer = ShardWriter::create(&folder.path().join("shards"), &header).unwrap();
-    writer.reject(SampleIndex(32), &made.id(32), Default::default(), "few_cells", "").unwrap();
+    writer.reject(SampleIndex(32), &made.id(32), PairFacts::default(), "few_cells", "").unwrap();
     writer.finish().unwrap();
     let error = finish_dataset(folder.path(), &made.header()).unwrap_err().to_string();
     assert!(error.contains("completion-00004-of-00005") && error.contains("belongs to job"), "{error}");
@@ -216,7 +216,7 @@ fn write_under_a_limit() {
             payload.clear();
             pair.encode(&mut payload);
             writer.write(SampleIndex(index), &made.id(index), Channel::Pair, &payload)?;
-            writer.keep(SampleIndex(index), &made.id(index), facts(&pair))?;
+            writer.keep(SampleIndex(index), &made.id(index), pair.facts())?;
         }
         writer.finish().map(|_| ())
     };

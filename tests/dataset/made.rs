@@ -4,12 +4,12 @@ use std::{fs, path::Path};
 
 use graspmill::{
     dataset::{
-        DatasetHeader, FinishedShard, NumberClass, ObjectSplit, RunMark, SampleFacts, ShardHeader, ShardWriter, Split,
-        SplitTable, begin_run, finish_dataset,
+        DatasetHeader, FinishedShard, NumberClass, ObjectSplit, ProductTables, RunMark, ShardHeader, ShardWriter,
+        Split, SplitTable, begin_run, finish_dataset,
     },
     geom::{GridPlacement, Intrinsics, OccupancyGrid, Pose, rotation_from_rpy},
-    ids::{Digest, JobDigest, ObjectId, SampleId, SampleIndex, ShardId, ViewId},
-    record::{Channel, Visibility, VoxelPair},
+    ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
+    record::{Channel, PairFacts, Visibility, VoxelPair},
 };
 use nalgebra::{Point3, Vector3};
 
@@ -39,7 +39,7 @@ impl Made {
 
     pub fn mark(&self) -> RunMark {
         let shards = self.samples().div_ceil(u64::from(self.shard_samples)) as u32;
-        RunMark::new("completion", job(), self.samples(), shards, self.shard_samples)
+        RunMark::new(Product::Completion, job(), self.samples(), shards, self.shard_samples)
     }
 
     pub fn object(&self, object: u64) -> ObjectId {
@@ -58,7 +58,7 @@ impl Made {
     pub fn shard_header(&self, shard: u32) -> ShardHeader {
         let first = u64::from(shard * self.shard_samples);
         ShardHeader {
-            product: "completion".to_owned(),
+            product: Product::Completion,
             job: job(),
             shard: ShardId(shard),
             shards: self.mark().shards,
@@ -74,7 +74,7 @@ impl Made {
         for index in header.samples {
             let (place, id) = (SampleIndex(index), self.id(index));
             if self.rejected(index) {
-                writer.reject(place, &id, SampleFacts::default(), "few_cells", "99 cells, at least 100").unwrap();
+                writer.reject(place, &id, PairFacts::default(), "few_cells", "99 cells, at least 100").unwrap();
                 continue;
             }
             let pair = pair(id, index, self.resolution);
@@ -87,7 +87,7 @@ impl Made {
                 }
                 writer.write(place, &id, *channel, &payload).unwrap();
             }
-            writer.keep(place, &id, facts(&pair)).unwrap();
+            writer.keep(place, &id, pair.facts()).unwrap();
         }
         writer.finish().unwrap()
     }
@@ -108,7 +108,9 @@ impl Made {
             platform: Default::default(),
             assets: (0..self.objects).map(asset).collect(),
             refused: vec![],
-            splits: SplitTable { training_subsets: vec![1], objects: (0..self.objects).map(split).collect() },
+            tables: ProductTables::Completion {
+                splits: SplitTable { training_subsets: vec![1], objects: (0..self.objects).map(split).collect() },
+            },
             warnings: vec![],
         }
     }
@@ -174,11 +176,6 @@ pub fn free(pair: &VoxelPair) -> OccupancyGrid {
         (0..cell[2]).for_each(|z| free.set([cell[0], cell[1], z]));
     }
     free
-}
-
-pub fn facts(pair: &VoxelPair) -> SampleFacts {
-    let VoxelPair { partial_cells, complete_cells, both_cells, solid_share, .. } = *pair;
-    SampleFacts { partial_cells, complete_cells, both_cells, solid_share }
 }
 
 pub fn names(folder: &Path) -> Vec<String> {

@@ -4,13 +4,14 @@ use std::fs;
 
 use graspmill::{
     dataset::{
-        Begun, DatasetError, DatasetReader, Fate, RunMark, SampleFacts, Selection, ShardWriter, Split, begin_run,
-        clear_away, finish_dataset, scan_shards,
+        Begun, DatasetError, DatasetReader, Fate, RunMark, Selection, ShardWriter, Split, begin_run, clear_away,
+        finish_dataset, scan_shards,
     },
     ids::{Digest, JobDigest, SampleId, SampleIndex, ViewId},
+    record::PairFacts,
 };
 
-use crate::made::{Made, facts, free, job, names, pair};
+use crate::made::{Made, free, job, names, pair};
 
 #[test]
 fn every_sample_reads_back_by_id_and_by_index() {
@@ -145,9 +146,9 @@ fn a_writer_that_is_given_up_leaves_nothing_and_one_at_work_is_no_leftover() {
     let place = folder.path().join("shards");
     let mut writer = ShardWriter::create(&place, &made.shard_header(0)).unwrap();
     assert!(scan_shards(folder.path(), &made.mark()).unwrap().leftovers.is_empty());
-    let error = writer.keep(SampleIndex(0), &made.id(0), SampleFacts::default()).unwrap_err();
+    let error = writer.keep(SampleIndex(0), &made.id(0), PairFacts::default()).unwrap_err();
     assert!(matches!(error, DatasetError::Sequence { .. }), "{error}");
-    assert!(writer.reject(SampleIndex(1), &made.id(1), SampleFacts::default(), "few_cells", "").is_err());
+    assert!(writer.reject(SampleIndex(1), &made.id(1), PairFacts::default(), "few_cells", "").is_err());
     assert!(writer.finish().is_err());
     assert_eq!(names(&place), [""; 0]);
 }
@@ -171,7 +172,7 @@ fn ledgers_say_what_became_of_every_sample() {
                 let mut payload = Vec::new();
                 pair.encode(&mut payload);
                 assert_eq!(digests[0], Digest::of(&payload));
-                assert_eq!(row.facts, facts(&pair));
+                assert_eq!(row.facts, pair.facts().into());
             }
         }
     }

@@ -12,7 +12,7 @@ use graspmill::{
 use serde_json::Value;
 
 use super::{
-    asset,
+    asset, completion, draft_of,
     python::{self, PYTHON},
     resolve, surroundings,
 };
@@ -34,18 +34,19 @@ fn read(file: &Path, packages: &str) -> JobDraft {
 
 #[test]
 fn every_job_file_is_a_job_of_its_size() {
-    let sizes: Vec<(String, usize, usize)> = job_files()
+    let sizes: Vec<(String, usize, u32)> = job_files()
         .iter()
         .map(|file| {
             let draft = read(file, ".deps");
             assert_eq!(draft.notes, Vec::<String>::new(), "{}", file.display());
             let job = resolve(draft);
             assert_eq!(job.name, file.file_stem().expect("a file").to_string_lossy());
-            (job.name, job.objects.len(), job.completion.views.len())
+            (job.name.clone(), job.subjects(), job.views())
         })
         .collect();
     let expected = [
         ("builtin", 33, 726),
+        ("fetch-reachability", 1, 5280),
         ("quickstart", 18, 726),
         ("release-608", 608, 726),
         ("sensor-kinect", 32, 500),
@@ -58,7 +59,7 @@ fn every_job_file_is_a_job_of_its_size() {
 #[test]
 fn quickstart_does_without_the_scans_and_says_so() {
     let draft = read(Path::new("jobs/quickstart.toml"), "no/such/folder");
-    assert_eq!(draft.meshes.len(), 6);
+    assert_eq!(draft_of(&draft).meshes.len(), 6);
     assert_eq!(draft.notes.len(), 1);
     assert!(draft.notes[0].contains("make setup"), "{:?}", draft.notes);
 }
@@ -85,8 +86,8 @@ fn pinned_meshes_that_changed_are_refused() {
     let assets = draft.sources().map(|source| Ok(asset(if source.name == "025_mug" { "other" } else { &source.name })));
     let assets = assets.collect();
     let job = draft.resolve(assets).expect("the other meshes make a job");
-    assert_eq!(job.objects.len(), 17);
-    assert_eq!((job.refused.len(), job.refused[0].reason.as_str()), (1, "changed"));
+    assert_eq!(completion(&job).objects.len(), 17);
+    assert_eq!((job.refused().len(), job.refused()[0].reason.as_str()), (1, "changed"));
 }
 
 /// Runs `script` with the schema's path and the given files; its standard output.
@@ -134,9 +135,20 @@ fn an_independent_validator_agrees_with_the_decoder() {
         "[channels]\ntsdf = 1",
         "[split]\ntest_models = 1.5",
     ];
-    for (index, text) in wrong.iter().enumerate() {
+    let of_objects = wrong.iter().map(|text| format!("objects = [{{ built_in = 3 }}]\n{text}\n"));
+    let reachability = fs::read_to_string("jobs/fetch-reachability.toml").expect("the job file is readable");
+    let of_robots = [
+        "product = \"reachability\"\n".to_owned(),
+        "product = \"reachability\"\nobjects = [{ built_in = 3 }]\n".to_owned(),
+        reachability.replace("product = \"reachability\"", ""),
+        reachability.replace("roll = 2", "roll = 0"),
+        reachability.replace("roll = 2", "role = 2"),
+        reachability.replace("target =", "site ="),
+        format!("{reachability}\n[grid]\nresolution = 40\n"),
+    ];
+    for (index, text) in of_objects.chain(of_robots).enumerate() {
         let file = folder.path().join(format!("{index}.toml"));
-        fs::write(&file, format!("objects = [{{ built_in = 3 }}]\n{text}\n")).expect("a file is written");
+        fs::write(&file, &text).expect("a file is written");
         let job = JobText::open(&file, &[]).expect("the file is readable");
         assert!(JobDraft::read(&job, &surroundings(".deps")).is_err(), "{text}");
         files.push(file);
@@ -162,7 +174,9 @@ fn every_key_of_the_schema_says_what_it_means() {
         }
     }
     let mut silent = Vec::new();
-    walk(schema(), "", &mut silent);
+    let products = schema()["oneOf"].as_array().expect("one schema a product");
+    assert_eq!(products.len(), 2);
+    products.iter().for_each(|product| walk(product, "", &mut silent));
     assert_eq!(silent, Vec::<String>::new());
     let text = schema().to_string();
     assert!(!text.contains("\"null\"") && !text.contains("$ref"), "{text}");

@@ -6,12 +6,16 @@ use graspmill::{
     assets::{AssetRecord, DEFAULT_BUILT_INS, InsideMethod, Winding, built_in_names},
     geom::ViewSet,
     ids::{Digest, ObjectId},
-    job::{Distance, Job, JobDraft, JobErrors, JobText, Surroundings, Truth, no_scenes},
+    job::{
+        CompletionDraft, CompletionJob, Distance, Job, JobDraft, JobErrors, JobText, Robot, RobotFault, Surroundings,
+        Truth, no_scenes,
+    },
 };
 
 mod files;
 #[path = "../python/mod.rs"]
 mod python;
+mod reachability;
 mod splits;
 
 fn surroundings(packages: &str) -> Surroundings<'static> {
@@ -19,7 +23,13 @@ fn surroundings(packages: &str) -> Surroundings<'static> {
         packages: PathBuf::from(packages),
         built_in: built_in_names(DEFAULT_BUILT_INS).collect(),
         scenes: &no_scenes,
+        robots: &any_robot,
     }
+}
+
+/// Takes every robot for one that can do what the job asks.
+fn any_robot(_: &Robot) -> Vec<RobotFault> {
+    Vec::new()
 }
 
 fn read(text: &str, overrides: &[&str]) -> Result<JobDraft, JobErrors> {
@@ -64,33 +74,43 @@ fn resolve(draft: JobDraft) -> Job {
     draft.resolve(assets).expect("the draft resolves")
 }
 
+fn completion(job: &Job) -> &CompletionJob {
+    job.completion().expect("a completion job")
+}
+
+fn draft_of(draft: &JobDraft) -> &CompletionDraft {
+    draft.completion().expect("a completion job")
+}
+
 const MINIMAL: &str = "[[objects]]\nbuilt_in = [\"can-*\", \"bowl-*\"]\n";
 
 #[test]
 fn the_smallest_job_has_the_standard_defaults() {
     let draft = read(MINIMAL, &[]).expect("the smallest job is a job");
     assert_eq!(draft.name, "test");
-    assert_eq!(draft.meshes.len(), 4);
-    assert_eq!(draft.completion.views, ViewSet::standard());
-    assert_eq!(draft.completion.distance, Distance::Fixed(1.0));
-    assert_eq!(draft.completion.truth, Truth::AnyOverlap);
-    assert!((draft.completion.camera.fx - 320.0 / (1.047f64 / 2.0).tan()).abs() < 1e-9);
-    assert_eq!((draft.completion.camera.width, draft.completion.camera.height), (640, 480));
-    assert!(draft.completion.channels.visibility && !draft.completion.drop_index_zero);
-    assert_eq!((draft.completion.gate.min_partial_cells, draft.completion.gate.min_overlap), (100, 0.0));
+    let CompletionDraft { meshes, settings, .. } = draft_of(&draft);
+    assert_eq!(meshes.len(), 4);
+    assert_eq!(settings.views, ViewSet::standard());
+    assert_eq!(settings.distance, Distance::Fixed(1.0));
+    assert_eq!(settings.truth, Truth::AnyOverlap);
+    assert!((settings.camera.fx - 320.0 / (1.047f64 / 2.0).tan()).abs() < 1e-9);
+    assert_eq!((settings.camera.width, settings.camera.height), (640, 480));
+    assert!(settings.channels.visibility && !settings.drop_index_zero);
+    assert_eq!((settings.gate.min_partial_cells, settings.gate.min_overlap), (100, 0.0));
     assert_eq!(draft.shard_samples, 726 * 5);
 }
 
 #[test]
 fn the_thesis_profile_is_a_set_of_defaults_and_each_switch_can_be_set_alone() {
-    let thesis = read(&format!("profile = \"thesis\"\n{MINIMAL}"), &[]).expect("a job").completion;
+    let settings = |text: &str, overrides: &[&str]| draft_of(&read(text, overrides).expect("a job")).settings.clone();
+    let profile = format!("profile = \"thesis\"\n{MINIMAL}");
+    let thesis = settings(&profile, &[]);
     assert_eq!(thesis.views, ViewSet::thesis());
     assert!(thesis.drop_index_zero && thesis.solid_with_surface && !thesis.channels.visibility);
     assert_eq!((thesis.truth, thesis.gate.min_overlap), (Truth::LowerCorners, 0.8));
-    let mixed = read(MINIMAL, &["grid.drop_index_zero=true"]).expect("a job").completion;
+    let mixed = settings(MINIMAL, &["grid.drop_index_zero=true"]);
     assert!(mixed.drop_index_zero && !mixed.solid_with_surface);
-    let mended =
-        read(&format!("profile = \"thesis\"\n{MINIMAL}"), &["truth.rule=any_overlap"]).expect("a job").completion;
+    let mended = settings(&profile, &["truth.rule=any_overlap"]);
     assert!(mended.truth == Truth::AnyOverlap && mended.solid_with_surface);
 }
 
@@ -246,7 +266,7 @@ fn every_form_of_every_setting() {
 #[test]
 fn later_overrides_win_and_are_recorded() {
     let draft = read(MINIMAL, &["seed=3", "seed=4", "grid.resolution=64"]).expect("a job");
-    assert_eq!((draft.seed, draft.completion.resolution), (4, 64));
+    assert_eq!((draft.seed, draft_of(&draft).settings.resolution), (4, 64));
     assert_eq!(draft.overrides, ["seed=3", "seed=4", "grid.resolution=64"]);
 }
 

@@ -8,7 +8,7 @@ use graspmill::{
     plan::{ModelRole, Plan, SampleRole, SplitTable},
 };
 
-use super::{read, resolve};
+use super::{completion, read, resolve};
 
 /// A job over so many built-in shapes, without reading one.
 fn job(shapes: usize, overrides: &[&str]) -> Job {
@@ -16,15 +16,24 @@ fn job(shapes: usize, overrides: &[&str]) -> Job {
     resolve(read(&text, overrides).unwrap_or_else(|errors| panic!("{}", errors.render())))
 }
 
+fn split_of(job: &Job, twins: &[Vec<usize>]) -> SplitTable {
+    SplitTable::new(completion(job), job.seed, twins)
+}
+
 fn roles(job: &Job, twins: &[Vec<usize>]) -> BTreeMap<String, ModelRole> {
-    let split = SplitTable::new(job, twins);
-    job.objects.iter().zip(&split.models).map(|(object, role)| (object.source.name.clone(), *role)).collect()
+    let split = split_of(job, twins);
+    completion(job)
+        .objects
+        .iter()
+        .zip(&split.models)
+        .map(|(object, role)| (object.source.name.clone(), *role))
+        .collect()
 }
 
 #[test]
 fn the_thesis_split_has_the_thesis_counts() {
     let job = job(608, &["profile=thesis", "split.test_models=122", "split.training_subsets=[14, 94, 486]"]);
-    let split = SplitTable::new(&job, &[]);
+    let split = split_of(&job, &[]);
     assert_eq!(split.model_counts(), [486, 0, 122]);
     let counts = split.counts();
     assert_eq!(counts.values().sum::<u64>(), 441_408);
@@ -36,7 +45,7 @@ fn the_thesis_split_has_the_thesis_counts() {
     assert!(subsets[2].iter().all(|object| split.models[*object] == ModelRole::Training));
     assert_eq!(split.notes, Vec::<String>::new());
 
-    let leaks = split.leaks(&job, &[]);
+    let leaks = split.leaks(completion(&job), &[]);
     assert_eq!((leaks.views, leaks.distinct_rotations, leaks.repeated_rotations), (726, 420, 306));
     assert!(leaks.straddling_views > 0 && !leaks.is_clean());
     assert_eq!(leaks.objects_straddling + leaks.geometries_straddling, 0);
@@ -45,8 +54,8 @@ fn the_thesis_split_has_the_thesis_counts() {
 #[test]
 fn straddling_views_are_counted_as_a_plain_search_counts_them() {
     let job = job(5, &["profile=thesis", "split.test_models=1"]);
-    let split = SplitTable::new(&job, &[]);
-    let views = &job.completion.views;
+    let split = split_of(&job, &[]);
+    let views = &completion(&job).settings.views;
     let first: Vec<usize> = (0..views.len())
         .map(|view| {
             let same =
@@ -55,7 +64,7 @@ fn straddling_views_are_counted_as_a_plain_search_counts_them() {
         })
         .collect();
     let mut expected = 0;
-    for object in 0..job.objects.len() {
+    for object in 0..job.subjects() {
         let role = |view: usize| split.role(object, ViewId(view as u32));
         expected += (0..views.len())
             .filter(|view| {
@@ -64,22 +73,22 @@ fn straddling_views_are_counted_as_a_plain_search_counts_them() {
             })
             .count() as u64;
     }
-    assert_eq!(split.leaks(&job, &[]).straddling_views, expected);
+    assert_eq!(split.leaks(completion(&job), &[]).straddling_views, expected);
 }
 
 #[test]
 fn equal_views_stay_together_unless_told_otherwise() {
     let together = job(20, &["profile=thesis", "split.keep_equal_views_together=true"]);
-    let split = SplitTable::new(&together, &[]);
-    let leaks = split.leaks(&together, &[]);
+    let split = split_of(&together, &[]);
+    let leaks = split.leaks(completion(&together), &[]);
     assert_eq!((leaks.repeated_rotations, leaks.straddling_views), (306, 0));
     assert!(leaks.is_clean());
     let training = split.model_counts()[0] as u64;
     assert_eq!(split.counts()[&SampleRole::HoldoutView], training * 145);
 
     let standard = job(20, &[]);
-    let split = SplitTable::new(&standard, &[]);
-    assert!(split.leaks(&standard, &[]).is_clean());
+    let split = split_of(&standard, &[]);
+    assert!(split.leaks(completion(&standard), &[]).is_clean());
 }
 
 #[test]
@@ -109,9 +118,9 @@ fn counts_are_exact_and_a_new_object_moves_at_most_one() {
 
 #[test]
 fn another_seed_makes_another_split_and_the_shard_size_does_not() {
-    let plain = SplitTable::new(&job(200, &[]), &[]);
-    assert_ne!(plain.models, SplitTable::new(&job(200, &["seed=1"]), &[]).models);
-    assert_eq!(plain, SplitTable::new(&job(200, &["shards.samples=100", "name=x"]), &[]));
+    let plain = split_of(&job(200, &[]), &[]);
+    assert_ne!(plain.models, split_of(&job(200, &["seed=1"]), &[]).models);
+    assert_eq!(plain, split_of(&job(200, &["shards.samples=100", "name=x"]), &[]));
 }
 
 #[test]
@@ -119,15 +128,15 @@ fn twins_never_straddle_unless_allowed() {
     let twins: Vec<Vec<usize>> = (0..30).map(|group| (0..3).map(|member| group * 3 + member).collect()).collect();
     for models in ["split.test_models=0.3", "split.test_models=31"] {
         let job = job(120, &[models]);
-        let split = SplitTable::new(&job, &twins);
-        let leaks = split.leaks(&job, &twins);
+        let split = split_of(&job, &twins);
+        let leaks = split.leaks(completion(&job), &twins);
         assert_eq!((leaks.twin_groups, leaks.twin_groups_straddling), (30, 0));
         if models.ends_with("31") {
             assert_eq!(split.model_counts()[2], 31);
         }
         let apart = self::job(120, &[models, "split.keep_twins_together=false"]);
-        let split = SplitTable::new(&apart, &twins);
-        let leaks = split.leaks(&apart, &twins);
+        let split = split_of(&apart, &twins);
+        let leaks = split.leaks(completion(&apart), &twins);
         assert!(leaks.twin_groups_straddling > 0 && !leaks.is_clean());
     }
     // Clusters are chosen as often as single objects are.
@@ -135,7 +144,7 @@ fn twins_never_straddle_unless_allowed() {
     for seed in 0..40 {
         let seed = format!("seed={seed}");
         let job = job(120, &["split.test_models=0.3", &seed]);
-        let split = SplitTable::new(&job, &twins);
+        let split = split_of(&job, &twins);
         (0..120).filter(|place| split.models[*place] == ModelRole::Test).for_each(|place| tested[place / 90] += 1);
     }
     let shares = [tested[0] as f64 / (90.0 * 40.0), tested[1] as f64 / (30.0 * 40.0)];
@@ -145,20 +154,20 @@ fn twins_never_straddle_unless_allowed() {
 #[test]
 fn groups_move_as_one() {
     let job = job(160, &["split.by_group=true", "split.test_models=40", "split.validation_models=0.2"]);
-    let split = SplitTable::new(&job, &[]);
-    let leaks = split.leaks(&job, &[]);
+    let split = split_of(&job, &[]);
+    let leaks = split.leaks(completion(&job), &[]);
     assert_eq!(leaks.groups_straddling, 0);
     // Sixteen families of 10 shapes: 40 are four of them.
     assert_eq!(split.model_counts()[2], 40);
     assert!(split.model_counts().iter().all(|count| count % 10 == 0));
     let alone = self::job(160, &["split.test_models=40"]);
-    assert!(SplitTable::new(&alone, &[]).leaks(&alone, &[]).groups_straddling > 0);
+    assert!(split_of(&alone, &[]).leaks(completion(&alone), &[]).groups_straddling > 0);
 }
 
 #[test]
 fn what_cannot_be_met_is_noted() {
     let job = job(32, &["split.by_group=true", "split.test_models=3", "split.training_subsets=[500]"]);
-    let split = SplitTable::new(&job, &[]);
+    let split = split_of(&job, &[]);
     assert_eq!(split.model_counts()[2], 2);
     assert_eq!(split.notes.len(), 2, "{:?}", split.notes);
 }
@@ -166,10 +175,10 @@ fn what_cannot_be_met_is_noted() {
 #[test]
 fn named_models_are_taken_with_their_twins() {
     let job = job(64, &["split.test_models=['can-*', 'bowl-01']", "split.validation_models=['bowl-02']"]);
-    let names: Vec<&str> = job.objects.iter().map(|object| object.source.name.as_str()).collect();
+    let names: Vec<&str> = completion(&job).objects.iter().map(|object| object.source.name.as_str()).collect();
     let place = |name: &str| names.iter().position(|known| *known == name).expect("a name of the job");
     let twins = [vec![place("bowl-01"), place("cup-03")]];
-    let split = SplitTable::new(&job, &twins);
+    let split = split_of(&job, &twins);
     let tested: Vec<&str> =
         (0..names.len()).filter(|at| split.models[*at] == ModelRole::Test).map(|at| names[at]).collect();
     assert_eq!(tested, ["bowl-01", "can-01", "can-02", "can-03", "can-04", "cup-03"]);
@@ -203,15 +212,15 @@ fn copies_are_refused_and_meshes_that_fail_do_not_stop_the_others() {
     });
     let assets = assets.collect();
     let job = draft.resolve(assets).expect("six make a job");
-    assert_eq!(job.objects.len(), 6);
-    let reasons: Vec<&str> = job.refused.iter().map(|refusal| refusal.reason.as_str()).collect();
+    assert_eq!(job.subjects(), 6);
+    let reasons: Vec<&str> = job.refused().iter().map(|refusal| refusal.reason.as_str()).collect();
     assert_eq!(reasons, ["duplicate", "duplicate", "truncated"]);
-    assert!(job.refused[0].problem.contains("bottle-01"));
+    assert!(job.refused()[0].problem.contains("bottle-01"));
     assert_eq!(Plan::new(&job).samples, 6 * 726);
-    assert!(job.objects.iter().all(|object| object.id().0 != Digest::of(b"x")));
+    assert!(completion(&job).objects.iter().all(|object| object.id().0 != Digest::of(b"x")));
 
     let draft = read("[[objects]]\nbuilt_in = 1\n", &[]).expect("a job");
-    let refusal = job.refused[2].clone();
+    let refusal = job.refused()[2].clone();
     let errors = draft.resolve(vec![Err(refusal)]).expect_err("nothing is left");
     assert!(errors.render().contains("1 refused"), "{}", errors.render());
 }

@@ -7,11 +7,11 @@ use std::path::Path;
 
 use graspmill::{
     dataset::{
-        DatasetHeader, Manifest, NumberClass, ObjectSplit, RunMark, SampleFacts, ShardHeader, ShardWriter, Split,
+        DatasetHeader, Manifest, NumberClass, ObjectSplit, ProductTables, RunMark, ShardHeader, ShardWriter, Split,
         SplitTable, begin_run, finish_dataset,
     },
     geom::{CameraCv, DepthCrop, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, rotation_from_rpy},
-    ids::{Digest, JobDigest, ObjectId, SampleId, SampleIndex, ShardId, ViewId},
+    ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
     record::{Channel, Cloud, Depth, DepthCoding, Visibility, VoxelPair},
 };
 use nalgebra::{Point3, Vector3};
@@ -57,7 +57,7 @@ impl Shelf {
         let job = JobDigest(Digest::of(b"shelf"));
         let samples = u64::from(self.views) * SHAPES.len() as u64;
         let shards = SHAPES.len() as u32;
-        begin_run(folder, &RunMark::new("completion", job, samples, shards, self.views)).unwrap();
+        begin_run(folder, &RunMark::new(Product::Completion, job, samples, shards, self.views)).unwrap();
         let mut channels = vec![Channel::Pair, Channel::Visibility];
         if self.with_depth {
             channels.extend([Channel::Depth, Channel::Cloud]);
@@ -67,7 +67,7 @@ impl Shelf {
             let first = u64::from(shard) * u64::from(self.views);
             let samples = first..first + u64::from(self.views);
             let header = ShardHeader {
-                product: "completion".to_owned(),
+                product: Product::Completion,
                 job,
                 shard: ShardId(shard),
                 shards,
@@ -78,7 +78,7 @@ impl Shelf {
             for (view, index) in (0..).zip(samples) {
                 let id = SampleId::of_object(object(name), ViewId(view));
                 let (pair, free, depth, cloud) = sample(id, inside);
-                let (index, facts) = (SampleIndex(index), facts(&pair));
+                let (index, facts) = (SampleIndex(index), pair.facts());
                 if pair.partial_cells < 100 {
                     writer.reject(index, &id, facts, "few_partial_cells", "fewer than 100").unwrap();
                     continue;
@@ -139,7 +139,7 @@ impl Shelf {
                 "file": "broken.stl", "reason": "truncated", "problem": "84 bytes of 50 084", "place": null,
                 "remedy": "copy the file again"
             })],
-            splits: SplitTable { training_subsets: vec![], objects },
+            tables: ProductTables::Completion { splits: SplitTable { training_subsets: vec![], objects } },
             warnings: vec![],
         }
     }
@@ -147,15 +147,6 @@ impl Shelf {
 
 fn object(name: &str) -> ObjectId {
     ObjectId(Digest::of(name.as_bytes()))
-}
-
-fn facts(pair: &VoxelPair) -> SampleFacts {
-    SampleFacts {
-        partial_cells: pair.partial_cells,
-        complete_cells: pair.complete_cells,
-        both_cells: pair.both_cells,
-        solid_share: pair.solid_share,
-    }
 }
 
 fn sample(id: SampleId, inside: Inside) -> (VoxelPair, OccupancyGrid, Depth, Cloud) {

@@ -3,13 +3,12 @@
 #[cfg(feature = "sim")]
 use std::sync::Arc;
 
-use super::worker::ProduceError;
-use crate::job::Renderer;
 #[cfg(feature = "sim")]
 use crate::{
     geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, TriMesh},
     sim::{Inertia, SimError, SimModel, SimWorker},
 };
+use crate::{job::Renderer, produce::ProduceError};
 
 /// One thread's way to depth.
 pub(super) enum DepthSource {

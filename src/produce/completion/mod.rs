@@ -11,4 +11,4 @@ mod worker;
 
 pub use payloads::channels_of;
 pub use scene::{camera_from_world, world_from_object};
-pub use worker::{CompletionObject, CompletionWorker, PairFacts, ProduceError, RejectReason, inside_test};
+pub use worker::{CompletionWorker, RejectReason, inside_test};

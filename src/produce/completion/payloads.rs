@@ -43,6 +43,7 @@ pub fn channels_of(channels: &Channels) -> Vec<Channel> {
         Channel::Tsdf => channels.tsdf.is_some(),
         Channel::Coverage => channels.coverage,
         Channel::Implicit => channels.implicit.is_some(),
+        Channel::Block => false,
     };
     Channel::ALL.into_iter().filter(stored).collect()
 }
@@ -100,6 +101,8 @@ impl Payloads {
                     blocks.coverage(&object.kernel.solid, pose, grid, &mut self.coverage);
                     Coverage::encode_parts(sample, grid.resolution, &self.coverage, payload);
                 }
+                // No channel of this product.
+                Channel::Block => {}
                 Channel::Implicit => {
                     let counts = settings.channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
                     let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");

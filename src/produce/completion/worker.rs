@@ -10,11 +10,11 @@ use super::{
     scene::{camera_from_world, distance, pivot_point, world_from_object},
 };
 use crate::{
-    assets::{self, AssetRecord, InsideMethod, MeshRefusal, PreparedMesh, Winding},
+    assets::{self, AssetRecord, InsideMethod, PreparedMesh, Winding},
     geom::{Aabb, DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
     ids::{ObjectId, SampleId, ViewId},
-    job::{Completion, JobObject, Renderer},
-    produce::Outcome,
+    job::{Completion, CompletionJob},
+    produce::{Outcome, ProduceError, Producer},
     record::{Channel, VoxelPair},
     render::{Rasteriser, SensorScratch},
     seed::Stream,
@@ -50,47 +50,6 @@ impl RejectReason {
     }
 }
 
-/// Why a sample could not be made at all; the run stops.
-#[derive(Debug, thiserror::Error)]
-pub enum ProduceError {
-    /// A mesh that was fine when the job was resolved can't be prepared any more.
-    #[error("{0}; it could be used when this run began: put it back and run again")]
-    MeshGone(#[from] MeshRefusal),
-    /// A mesh is another one than when the job was resolved.
-    #[error(
-        "{name}: changed while the run went on: object {found:?}, expected {expected:?}; put it back, or run into a new folder"
-    )]
-    MeshChanged {
-        /// Its name in the job.
-        name: String,
-        /// Content now.
-        found: ObjectId,
-        /// Content when the job was resolved.
-        expected: ObjectId,
-    },
-    /// The job's renderer is not available.
-    #[error("renderer {renderer:?}: {why}")]
-    NoRenderer {
-        /// Which.
-        renderer: Renderer,
-        /// Why not, and the remedy.
-        why: String,
-    },
-}
-
-/// Counts of a sample that the index keeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PairFacts {
-    /// Occupied cells of the partial grid.
-    pub partial_cells: u32,
-    /// Occupied cells of the complete grid.
-    pub complete_cells: u32,
-    /// Cells occupied in both.
-    pub both_cells: u32,
-    /// Share of the solid's volume inside the grid.
-    pub solid_share: f64,
-}
-
 /// An object ready for its views.
 pub struct CompletionObject {
     id: ObjectId,
@@ -124,8 +83,11 @@ impl From<ProduceError> for Unseen {
 
 /// One thread's workshop; its memory is reused from view to view.
 pub struct CompletionWorker<'j> {
+    job: &'j CompletionJob,
     settings: &'j Completion,
     seed: u64,
+    /// The object that was loaded last, and its place in the job.
+    loaded: Option<(usize, CompletionObject)>,
     rasteriser: Rasteriser,
     grids: ViewGrids,
     sensor: SensorScratch,
@@ -140,11 +102,14 @@ impl<'j> CompletionWorker<'j> {
     ///
     /// # Errors
     /// When the job's renderer is not available.
-    pub fn new(settings: &'j Completion, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
+    pub fn new(job: &'j CompletionJob, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
+        let settings = &job.settings;
         Ok(Self {
             source: DepthSource::new(settings.renderer)?,
+            job,
             settings,
             seed,
+            loaded: None,
             rasteriser: Rasteriser::new(level),
             grids: ViewGrids::new(level),
             sensor: SensorScratch::default(),
@@ -155,10 +120,8 @@ impl<'j> CompletionWorker<'j> {
     }
 
     /// Prepares an object again and checks that it is still the one of the job.
-    ///
-    /// # Errors
-    /// When its file is gone or has changed.
-    pub fn load(&mut self, object: &JobObject) -> Result<CompletionObject, ProduceError> {
+    fn prepare(&mut self, place: usize) -> Result<CompletionObject, ProduceError> {
+        let object = &self.job.objects[place];
         let prepared = assets::prepare(&object.source)?;
         if prepared.record.object != object.id() {
             return Err(ProduceError::MeshChanged {
@@ -177,15 +140,7 @@ impl<'j> CompletionWorker<'j> {
         ))
     }
 
-    /// Makes one view; a kept one stands in [`CompletionWorker::payloads`] until the next call.
-    ///
-    /// # Errors
-    /// When the renderer fails.
-    pub fn produce(
-        &mut self,
-        object: &CompletionObject,
-        view: ViewId,
-    ) -> Result<(SampleId, Outcome<PairFacts, RejectReason>), ProduceError> {
+    fn make(&mut self, object: &CompletionObject, view: ViewId) -> Result<(SampleId, Outcome), ProduceError> {
         let sample = SampleId::of_object(object.id, view);
         let reason = match self.fill_pair(object, &sample) {
             Ok(()) => self.gate(),
@@ -197,30 +152,14 @@ impl<'j> CompletionWorker<'j> {
                 Some((RejectReason::NoExtent, "all pixels see one point".to_owned()))
             }
         };
-        let pair = &self.pair;
-        let facts = PairFacts {
-            partial_cells: pair.partial_cells,
-            complete_cells: pair.complete_cells,
-            both_cells: pair.both_cells,
-            solid_share: pair.solid_share,
-        };
+        let facts = self.pair.facts().into();
         if let Some((reason, detail)) = reason {
             self.payloads.clear();
-            return Ok((sample, Outcome::Rejected { reason, detail, facts }));
+            return Ok((sample, Outcome::Rejected { reason: reason.name(), detail, facts }));
         }
         let made = Made { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
         self.payloads.encode(&made, &mut self.grids);
         Ok((sample, Outcome::Kept(facts)))
-    }
-
-    /// What is stored of every kept sample, in order.
-    pub fn channels(&self) -> Vec<Channel> {
-        self.payloads.channels()
-    }
-
-    /// The payloads of the last sample; none when it was rejected.
-    pub fn payloads(&self) -> impl Iterator<Item = (Channel, &[u8])> {
-        self.payloads.iter()
     }
 
     /// The depth image of the last sample, after the sensor.
@@ -286,6 +225,32 @@ impl<'j> CompletionWorker<'j> {
                 format!("{} of {cells} cells overlap, share {} asked", pair.both_cells, gate.min_overlap),
             )
         })
+    }
+}
+
+impl Producer for CompletionWorker<'_> {
+    fn channels(&self) -> Vec<Channel> {
+        self.payloads.channels()
+    }
+
+    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+        if self.loaded.as_ref().is_none_or(|(place, _)| *place != subject) {
+            // The memory of the one before goes first.
+            self.loaded = None;
+            self.loaded = Some((subject, self.prepare(subject)?));
+        }
+        Ok(())
+    }
+
+    fn produce(&mut self, view: ViewId) -> Result<(SampleId, Outcome), ProduceError> {
+        let (place, object) = self.loaded.take().expect("an object is loaded before its views are made");
+        let made = self.make(&object, view);
+        self.loaded = Some((place, object));
+        made
+    }
+
+    fn payloads(&self) -> Vec<(Channel, &[u8])> {
+        self.payloads.iter().collect()
     }
 }
 

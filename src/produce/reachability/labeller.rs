@@ -5,8 +5,10 @@ use nalgebra::{Rotation3, Vector3};
 use super::sweep::{Arm, SweepScratch};
 use crate::{
     collision::{Bodies, CollisionChecker},
-    geom::{EndEffector, Pose, PoseLabel, Proof, World},
+    geom::{EndEffector, Pose, PoseLabel, Proof, World, rotation_from_rpy},
+    job::{Collisions, ReachabilityJob, Robot},
     kinematics::{NoClosedForm, PlanningGroup, SelfMotion, Wrist},
+    produce::ProduceError,
 };
 
 /// Labels poses of one robot; shared by all threads. A label depends on the robot, the settings and the pose alone.
@@ -60,6 +62,33 @@ pub struct LabelledPosition {
 const SAME: f64 = 1e-9;
 
 impl PoseLabeller {
+    /// Reads the robot of a job and prepares everything that all poses share.
+    ///
+    /// # Errors
+    /// When the robot cannot be read, its arm cannot be solved as the job asks, or it collides at rest.
+    pub fn new(job: &ReachabilityJob, _seed: u64) -> Result<Self, ProduceError> {
+        let refused = |why: String| ProduceError::NoLabeller { name: job.robot.scene.display().to_string(), why };
+        let (group, bodies) = read_robot(&job.robot)?;
+        let rotation = |cell: u32| {
+            let [_, _, _, roll, pitch, yaw] = job.poses.pose(cell as usize);
+            rotation_from_rpy(roll, pitch, yaw)
+        };
+        let rotations: Vec<_> = (0..job.orientations()).map(rotation).collect();
+        let bodies = match job.collisions {
+            Collisions::None => None,
+            Collisions::Exact => Some(&bodies),
+            Collisions::Mujoco => return Err(refused("`collisions = \"mujoco\"` is not there yet".to_owned())),
+        };
+        let labeller = Self::of_parts(&group, bodies, &rotations).map_err(|error| refused(error.to_string()))?;
+        match labeller.arm.collision_at_rest(bodies) {
+            Some(pair) => Err(refused(format!(
+                "{pair} touch at rest, with every joint at 0 or its nearest limit; move them apart, or let them touch: \
+                 <contact><exclude body1=... body2=.../></contact>"
+            ))),
+            None => Ok(labeller),
+        }
+    }
+
     /// For an arm and what it may collide with; `bodies` is `None` where collisions don't count.
     ///
     /// # Errors
@@ -142,4 +171,21 @@ impl PoseLabeller {
             proofs.push(proof);
         }
     }
+}
+
+#[cfg(feature = "sim")]
+fn read_robot(robot: &Robot) -> Result<(PlanningGroup, Bodies), ProduceError> {
+    let joints: Vec<&str> = robot.joints.iter().map(String::as_str).collect();
+    crate::sim::RobotModel::open(&robot.scene)
+        .and_then(|model| {
+            let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
+            Ok((group, model.bodies(&joints, &robot.fixed)?))
+        })
+        .map_err(|error| ProduceError::NoLabeller { name: robot.name.clone(), why: error.to_string() })
+}
+
+#[cfg(not(feature = "sim"))]
+fn read_robot(robot: &Robot) -> Result<(PlanningGroup, Bodies), ProduceError> {
+    let why = "this build has no simulator to read a robot with (feature `sim`)".to_owned();
+    Err(ProduceError::NoLabeller { name: robot.name.clone(), why })
 }

@@ -10,7 +10,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use nalgebra::IsometryMatrix3;
 
 use crate::{
-    collision::{CollisionChecker, Verdict},
+    collision::{Bodies, CollisionChecker, Verdict},
     geom::{EndEffector, Pose, PoseLabel, Proof, World},
     kinematics::{BRANCHES, Extents, PlanningGroup, SelfMotion, Wrist},
 };
@@ -106,6 +106,23 @@ impl Arm {
 
     pub fn joints(&self) -> usize {
         self.motion.arm().group().len()
+    }
+
+    /// The two bodies that touch with every joint at 0, or at the limit nearest to it.
+    pub fn collision_at_rest(&self, bodies: Option<&Bodies>) -> Option<String> {
+        let (collisions, bodies) = (self.collisions.as_ref()?, bodies?);
+        let group = self.motion.arm().group();
+        let rest = std::array::from_fn(|joint| {
+            group.joints()[joint].limits.map_or(0.0, |limits| 0f64.clamp(limits.low, limits.high))
+        });
+        let pairs = 0..collisions.checker.pairs().count();
+        match collisions.checker.check(pairs, &links_at(group, &rest)) {
+            Verdict::Free => None,
+            Verdict::Collides { pair, .. } => {
+                let [a, b] = collisions.checker.bodies_of(pair).map(|body| &bodies.bodies[body].name);
+                Some(format!("`{a}` and `{b}`"))
+            }
+        }
     }
 
     /// Looks for a way to a pose that has one with the first joint at `first`; `ends` is scratch.

@@ -1,30 +1,15 @@
-//! The job file as written: the one source of its keys, from which the decoder, the JSON Schema and the reference in
-//! docs/jobs.md are all derived (see `schema`).
-//!
-//! Keys with a default are plain values here, since the profile's file fills them in before a job is read; an `Option`
-//! is a key without a default. `x-unit` is the unit of a number.
+//! The keys of a completion job.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::checked::{Pivot, Profile};
+use crate::job::checked::Pivot;
 
-/// A graspmill job: which objects, seen how, become which samples.
+/// A job that makes shape-completion pairs: which objects, seen how, become which samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct JobSpec {
-    /// Name of the job, for people. Without it, the file's name.
-    #[schemars(extend("examples" = ["ycb-completion"]))]
-    pub name: Option<String>,
-    /// Seed of every random stream: split, distances, sensor noise. Each is keyed by what it is for, so that adding a
-    /// mesh or storing one more channel changes no other sample.
-    #[schemars(range(min = 0), extend("examples" = [7]))]
-    pub seed: i64,
-    /// Which defaults the other keys have. A profile sets nothing that cannot be set on its own.
-    #[schemars(extend("examples" = ["thesis"]))]
-    pub profile: Profile,
+pub struct CompletionSpec {
     /// Where the objects come from: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,
     /// `package` and `built_in`.
     #[schemars(length(min = 1))]
@@ -56,8 +41,6 @@ pub struct JobSpec {
     pub channels: ChannelsSpec,
     /// The files of the dataset.
     pub shards: ShardsSpec,
-    /// What `--set` changed when this file was written. Already applied; only for the record.
-    pub overrides: Vec<String>,
 }
 
 /// One source of objects.

@@ -1,4 +1,4 @@
-//! The checked job: nothing optional that means "default", all reading and hashing done.
+//! A completion job, checked.
 
 use std::path::PathBuf;
 
@@ -13,39 +13,17 @@ use crate::{
     render::SensorModel,
 };
 
-/// A job, ready to be planned. The plan is a pure function of it.
+/// What a completion job makes of which objects.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Job {
-    /// Name, for people; not part of any digest.
-    pub name: String,
-    /// Which defaults were taken; for people, since every switch stands below.
-    pub profile: Profile,
-    /// What `--set` changed, as given.
-    pub overrides: Vec<String>,
-    /// Seed of every random stream.
-    pub seed: u64,
+pub struct CompletionJob {
     /// The objects, sorted by name; no two have the same content.
     pub objects: Vec<JobObject>,
     /// Meshes that cannot be used; the run goes on without them and ends with exit code 3.
     pub refused: Vec<MeshRefusal>,
-    /// Things to tell the user: an optional source that is not there, ...
-    pub notes: Vec<String>,
-    /// The shape-completion product.
-    pub completion: Completion,
+    /// How samples are made.
+    pub settings: Completion,
     /// Who trains and who tests.
     pub split: SplitSettings,
-    /// Samples a shard, at most; a shard is a run of consecutive sample indices.
-    pub shard_samples: u32,
-}
-
-/// A named set of defaults; every quirk is a switch of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Profile {
-    /// Good practice: no duplicate rotations, partial inside complete by construction, visibility stored.
-    Standard,
-    /// Faithful to the thesis, quirks included.
-    Thesis,
 }
 
 /// The camera of an MJCF scene that gave the numbers.

@@ -1,23 +1,24 @@
-//! From a decoded job file to settings that make sense: every mistake that the schema cannot see.
+//! Settings of a completion job.
 
 use std::path::PathBuf;
 
 use nalgebra::{Matrix3, Rotation3};
 
-use super::{
-    checked::{
-        Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, ModelChoice, Renderer, SceneCamera,
-        SplitSettings, SubsetSize, Truth,
-    },
-    document::{Document, Path},
-    errors::{JobError, Problem},
-    spec::{
-        AngleUnit, AnglesSpec, CameraSpec, ChannelsSpec, DepthSpec, DistanceSpec, Ends, JobSpec, ModelsSpec,
-        NamedViews, RendererSpec, SplitSpec, SubsetSpec, TruthRule, ViewsSpec,
-    },
-};
+use super::Checker;
 use crate::{
     geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy},
+    job::{
+        checked::{
+            Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, ModelChoice, Renderer, SceneCamera,
+            SplitSettings, SubsetSize, Truth,
+        },
+        document::Path,
+        errors::Problem,
+        spec::completion::{
+            AngleUnit, AnglesSpec, CameraSpec, ChannelsSpec, CompletionSpec, DepthSpec, DistanceSpec, Ends, ModelsSpec,
+            NamedViews, RendererSpec, SplitSpec, SubsetSpec, TruthRule, ViewsSpec,
+        },
+    },
     render::SensorModel,
 };
 
@@ -37,38 +38,10 @@ pub fn no_scenes(_: &SceneCamera) -> Result<Intrinsics, String> {
 /// Most views of one object.
 const MOST_VIEWS: usize = 1_000_000;
 
-/// Collects mistakes, each key once.
-pub(super) struct Checker<'a> {
-    pub document: &'a Document,
-    pub errors: Vec<JobError>,
-    pub wrong: Vec<Path>,
-}
-
-impl Checker<'_> {
-    /// Reports a mistake unless the key is known to be wrong already.
-    pub fn fail(&mut self, path: &Path, problem: Problem, help: Option<String>) {
-        if self.wrong.iter().any(|wrong| wrong.holds(path) || path.holds(wrong)) {
-            return;
-        }
-        self.wrong.push(path.clone());
-        let place = self.document.place_of(path);
-        self.errors.push(JobError { place, key: path.to_string(), problem, help });
-    }
-
-    fn senseless(&mut self, key: &str, expected: impl Into<String>, found: impl Into<String>) {
-        self.fail(&Path::of(key), Problem::Senseless { expected: expected.into(), found: found.into() }, None);
-    }
-
-    fn contradiction(&mut self, key: &str, other: &str, because: &str) {
-        let problem = Problem::Contradiction { other: other.to_owned(), because: because.to_owned() };
-        self.fail(&Path::of(key), problem, None);
-    }
-}
-
 /// The product's settings; placeholders stand in for what was reported as wrong.
-pub(super) fn completion(
+pub(in crate::job) fn completion(
     checker: &mut Checker<'_>,
-    spec: &JobSpec,
+    spec: &CompletionSpec,
     folder: &std::path::Path,
     scenes: &SceneReader<'_>,
 ) -> Completion {
@@ -269,7 +242,7 @@ fn distance(checker: &mut Checker<'_>, spec: DistanceSpec, near: f64) -> Distanc
     }
 }
 
-fn sensor(checker: &mut Checker<'_>, spec: &JobSpec) -> Option<SensorModel> {
+fn sensor(checker: &mut Checker<'_>, spec: &CompletionSpec) -> Option<SensorModel> {
     let name = spec.sensor.profile.as_str();
     if name == "none" {
         if let Some(key) = spec.sensor.constants.keys().next() {
@@ -290,7 +263,7 @@ fn sensor(checker: &mut Checker<'_>, spec: &JobSpec) -> Option<SensorModel> {
     Some(model)
 }
 
-fn truth(checker: &mut Checker<'_>, spec: &JobSpec) -> Truth {
+fn truth(checker: &mut Checker<'_>, spec: &CompletionSpec) -> Truth {
     let rule = spec.truth.rule;
     if spec.truth.fraction.is_some() && rule != TruthRule::Fraction {
         checker.contradiction("truth.fraction", "truth.rule", "only the rule \"fraction\" asks for a fraction");
@@ -340,7 +313,7 @@ fn channels(checker: &mut Checker<'_>, spec: &ChannelsSpec, distance: &Distance)
 }
 
 /// The split; names are still patterns.
-pub(super) fn split(checker: &mut Checker<'_>, spec: &SplitSpec) -> SplitSettings {
+pub(in crate::job) fn split(checker: &mut Checker<'_>, spec: &SplitSpec) -> SplitSettings {
     let choice = |models: &ModelsSpec| match models {
         ModelsSpec::Count(count) => ModelChoice::Count(*count),
         ModelsSpec::Share(share) => ModelChoice::Share(*share),

@@ -1,100 +1,24 @@
-//! The resolved job as text, and its digests.
+//! A resolved completion job as text.
 
-use std::{
-    collections::BTreeMap,
-    fmt::Write as _,
-    path::{Component, Path, PathBuf, absolute},
-};
+use std::{collections::BTreeMap, fmt::Write as _, path::Path};
 
 use toml::Value;
 
-use super::{
-    checked::{
-        Channels, Completion, DepthFormat, Distance, Job, JobObject, ModelChoice, Pivot, Profile, Renderer,
-        SplitSettings, SubsetSize, Truth,
-    },
-    pattern,
-};
+use super::{Text, relative_to};
 use crate::{
     assets::{MeshOrigin, ScaleRule},
     geom::ViewSet,
-    ids::{Digest, JobDigest},
+    job::{
+        checked::{
+            Channels, Completion, DepthFormat, Distance, JobObject, ModelChoice, Pivot, Renderer, SplitSettings,
+            SubsetSize, Truth,
+        },
+        discover, pattern,
+    },
 };
 
-/// Changes when the canonical text changes without the job changing.
-const CANONICAL_FORM: &str = "graspmill job 1";
-
-impl Job {
-    /// The job as a job file: every default filled in, every mesh pinned by content, overrides listed. Reading it back
-    /// where the meshes are gives a job of the same digest.
-    ///
-    /// Paths are written relative to `folder`, in which the file will stand; meshes of packages by package and name.
-    pub fn to_toml(&self, folder: &Path) -> String {
-        let mut text = Text::default();
-        text.0.push_str("# A resolved job: every default filled in, every mesh pinned by its content.\n");
-        let _ = writeln!(text.0, "# Job digest {}", self.digest());
-        text.key("name", self.name.as_str());
-        text.key("seed", self.seed as i64);
-        text.key("profile", if self.profile == Profile::Thesis { "thesis" } else { "standard" });
-        text.list("overrides", self.overrides.iter().map(|text| Value::from(text.as_str())));
-        text.completion(&self.completion);
-        text.split(&self.split);
-        text.section("shards");
-        text.key("samples", i64::from(self.shard_samples));
-        text.objects(&self.objects, folder);
-        text.0
-    }
-
-    /// Names the job by everything that data or split depend on: settings, seed, objects by name and content. Not by
-    /// its name, paths, profile (every switch is a setting), shard size, threads or clock.
-    pub fn digest(&self) -> JobDigest {
-        let mut text = Text(format!("{CANONICAL_FORM}\n"));
-        text.key("seed", self.seed as i64);
-        text.completion(&self.completion);
-        text.split(&self.split);
-        for object in &self.objects {
-            let group = object.source.group.as_deref().unwrap_or_default();
-            let parts = [object.source.name.as_str(), &object.id().0.hex(), group].map(Value::from);
-            text.list("object", parts);
-        }
-        JobDigest(Digest::of(text.0.as_bytes()))
-    }
-
-    /// Names what a sample depends on beside its object and view: seed and settings of the product. Equal in two jobs
-    /// whose common objects make the same samples.
-    pub fn sample_settings(&self) -> Digest {
-        let mut text = Text(format!("{CANONICAL_FORM}, samples\n"));
-        text.key("seed", self.seed as i64);
-        text.completion(&self.completion);
-        Digest::of(text.0.as_bytes())
-    }
-}
-
-/// TOML, line by line.
-#[derive(Default)]
-struct Text(String);
-
 impl Text {
-    fn section(&mut self, name: &str) {
-        let _ = write!(self.0, "\n[{name}]\n");
-    }
-
-    fn key(&mut self, key: &str, value: impl Into<Value>) {
-        let _ = writeln!(self.0, "{key} = {}", value.into());
-    }
-
-    /// An array, broken into lines of a few values when it is long.
-    fn list(&mut self, key: &str, values: impl IntoIterator<Item = Value>) {
-        let values: Vec<String> = values.into_iter().map(|value| value.to_string()).collect();
-        let line = values.join(", ");
-        if line.len() <= 100 {
-            let _ = writeln!(self.0, "{key} = [{line}]");
-        } else {
-            let _ = writeln!(self.0, "{key} = [\n    {},\n]", values.join(",\n    "));
-        }
-    }
-
-    fn completion(&mut self, completion: &Completion) {
+    pub(super) fn completion(&mut self, completion: &Completion) {
         let Completion {
             views,
             pivot,
@@ -222,7 +146,7 @@ impl Text {
         }
     }
 
-    fn split(&mut self, split: &SplitSettings) {
+    pub(super) fn split(&mut self, split: &SplitSettings) {
         let SplitSettings {
             holdout_views,
             validation_models,
@@ -256,7 +180,7 @@ impl Text {
     }
 
     /// One entry for each package, one for files, one for built-in shapes; several where size limits differ.
-    fn objects(&mut self, objects: &[JobObject], folder: &Path) {
+    pub(super) fn objects(&mut self, objects: &[JobObject], folder: &Path) {
         let mut entries: BTreeMap<(String, [u64; 2]), Vec<&JobObject>> = BTreeMap::new();
         for object in objects {
             let kind = match (&object.package, &object.source.origin) {
@@ -310,16 +234,7 @@ impl Text {
 fn file_of(object: &JobObject, folder: &Path) -> String {
     match (&object.package, &object.source.origin) {
         (Some(file), _) => file.file.clone(),
-        (None, MeshOrigin::File(path)) => super::discover::with_slashes(&relative_to(path, folder)),
+        (None, MeshOrigin::File(path)) => discover::with_slashes(&relative_to(path, folder)),
         (None, MeshOrigin::BuiltIn(name)) => name.clone(),
     }
-}
-
-/// `path` as seen from `folder`, without asking the file system what is a link.
-fn relative_to(path: &Path, folder: &Path) -> PathBuf {
-    let whole = |path: &Path| absolute(path).map_or_else(|_| path.to_owned(), |path| super::discover::tidy(&path));
-    let (path, folder) = (whole(path), whole(folder));
-    let common = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
-    let up = folder.components().skip(common).map(|_| Component::ParentDir);
-    up.chain(path.components().skip(common)).collect()
 }

@@ -1,0 +1,216 @@
+//! A robot's or scene's description by content: the MJCF text and every file that it names.
+
+use std::{
+    collections::BTreeSet,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use crate::ids::Digest;
+
+/// Why a description has no digest.
+#[derive(Debug, thiserror::Error)]
+#[error("{} ({source}){}", path.display(), named_by(by.as_deref()))]
+pub struct DescriptionError {
+    /// The file that could not be read.
+    pub path: PathBuf,
+    /// The file that names it; `None` for the description itself.
+    pub by: Option<PathBuf>,
+    /// Why not.
+    pub source: io::Error,
+}
+
+fn named_by(by: Option<&Path>) -> String {
+    by.map(|by| format!(", named by {}", by.display())).unwrap_or_default()
+}
+
+/// What an MJCF file and the files that it names are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Description {
+    /// The name that it gives itself; MuJoCo's own word for a model without one otherwise.
+    pub name: String,
+    /// Digest of its text and of all files that it includes or takes meshes, height fields and textures from, in the
+    /// order in which they are named. The place of the files does not count, their names only as they stand in the text.
+    pub digest: Digest,
+}
+
+impl Description {
+    /// Reads an MJCF file and what it names.
+    ///
+    /// # Errors
+    /// When a file can't be read.
+    pub fn read(path: &Path) -> Result<Self, DescriptionError> {
+        let main = path.parent().unwrap_or(Path::new(""));
+        let mut walk =
+            Walk { main, folders: Folders::default(), name: None, seen: BTreeSet::new(), digests: Vec::new() };
+        walk.text(path, None)?;
+        let parts = walk.digests.iter().map(|digest| digest.0.as_slice());
+        let digest = Digest::of_parts([b"graspmill description".as_slice()].into_iter().chain(parts));
+        Ok(Self { name: walk.name.unwrap_or_else(|| "MuJoCo Model".to_owned()), digest })
+    }
+}
+
+/// Where files of a kind lie, as the `compiler` element says.
+#[derive(Default)]
+struct Folders {
+    meshes: PathBuf,
+    textures: PathBuf,
+    strip: bool,
+}
+
+struct Walk<'a> {
+    /// Folder of the description: names are relative to it.
+    main: &'a Path,
+    folders: Folders,
+    /// The first model's name.
+    name: Option<String>,
+    seen: BTreeSet<PathBuf>,
+    digests: Vec<Digest>,
+}
+
+impl Walk<'_> {
+    fn text(&mut self, path: &Path, by: Option<&Path>) -> Result<(), DescriptionError> {
+        let bytes = self.bytes(path, by)?;
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        let elements = elements(&text);
+        for element in &elements {
+            match element.name {
+                "compiler" => self.compiler(element),
+                "mujoco" if by.is_none() => self.name = element.get("model").map(str::to_owned),
+                _ => {}
+            }
+        }
+        for Element { name, attributes } in &elements {
+            let files = attributes.iter().filter(|(key, _)| key.starts_with("file"));
+            for file in files.map(|(_, file)| Path::new(*file)).filter(|file| !file.as_os_str().is_empty()) {
+                let below = match *name {
+                    "mesh" | "hfield" | "skin" | "flexcomp" | "composite" => self.folders.meshes.as_path(),
+                    "texture" => self.folders.textures.as_path(),
+                    _ => Path::new(""),
+                };
+                let is_text = matches!(*name, "include" | "model");
+                let stripped = file.file_name().filter(|_| self.folders.strip && !is_text).map(Path::new);
+                let named = below.join(stripped.unwrap_or(file));
+                let beside = path.parent().unwrap_or(Path::new("")).join(file);
+                let place = Some(self.main.join(named)).filter(|place| place.exists() || !beside.exists());
+                let place = place.unwrap_or(beside);
+                if self.seen.insert(place.clone()) {
+                    if is_text { self.text(&place, Some(path))? } else { self.bytes(&place, Some(path)).map(drop)? }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn bytes(&mut self, path: &Path, by: Option<&Path>) -> Result<Vec<u8>, DescriptionError> {
+        let error = |source| DescriptionError { path: path.to_owned(), by: by.map(Path::to_owned), source };
+        let bytes = fs::read(path).map_err(error)?;
+        self.digests.push(Digest::of(&bytes));
+        Ok(bytes)
+    }
+
+    fn compiler(&mut self, element: &Element) {
+        for (key, value) in &element.attributes {
+            match *key {
+                "meshdir" => self.folders.meshes = value.into(),
+                "texturedir" => self.folders.textures = value.into(),
+                "assetdir" => (self.folders.meshes, self.folders.textures) = (value.into(), value.into()),
+                "strippath" => self.folders.strip = *value == "true",
+                _ => {}
+            }
+        }
+    }
+}
+
+/// A start tag.
+struct Element<'a> {
+    name: &'a str,
+    attributes: Vec<(&'a str, &'a str)>,
+}
+
+impl Element<'_> {
+    fn get(&self, key: &str) -> Option<&str> {
+        self.attributes.iter().find(|(name, _)| *name == key).map(|(_, value)| *value)
+    }
+}
+
+/// The start tags of an XML text that an XML parser has taken: comments and declarations are passed over.
+fn elements(text: &str) -> Vec<Element<'_>> {
+    let mut elements = Vec::new();
+    let mut rest = text;
+    while let Some(start) = rest.find('<') {
+        rest = &rest[start..];
+        let end = if rest.starts_with("<!--") { rest.find("-->").map(|end| end + 3) } else { end_of_tag(rest) };
+        let Some(end) = end else { break };
+        let tag = &rest[1..end.max(2) - 1];
+        rest = &rest[end..];
+        if tag.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+            let split = tag.find(|c: char| c.is_whitespace() || c == '/').unwrap_or(tag.len());
+            elements.push(Element { name: &tag[..split], attributes: attributes(&tag[split..]) });
+        }
+    }
+    elements
+}
+
+/// Just behind the `>` that ends a tag; those in quotes are no ends.
+fn end_of_tag(text: &str) -> Option<usize> {
+    let mut quote = None;
+    for (place, byte) in text.bytes().enumerate() {
+        match (quote, byte) {
+            (None, b'>') => return Some(place + 1),
+            (None, b'"' | b'\'') => quote = Some(byte),
+            (Some(open), byte) if open == byte => quote = None,
+            _ => {}
+        }
+    }
+    None
+}
+
+fn attributes(mut text: &str) -> Vec<(&str, &str)> {
+    let mut attributes = Vec::new();
+    while let Some((key, rest)) = text.split_once('=') {
+        let rest = rest.trim_start();
+        let Some(quote) = rest.chars().next().filter(|quote| matches!(quote, '"' | '\'')) else { break };
+        let Some((value, rest)) = rest[1..].split_once(quote) else { break };
+        attributes.push((key.trim(), value));
+        text = rest;
+    }
+    attributes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAIN: &str = "<!-- file=\"no.xml\" --><mujoco model='arm'>\n<compiler meshdir=\"parts\" angle='radian'/>\
+        <include file=\"arm.xml\"/><asset><mesh name='a > b' file='a.stl'/></asset></mujoco>";
+
+    fn write(folder: &Path, main: &str, mesh: &[u8]) {
+        fs::create_dir_all(folder.join("parts")).unwrap();
+        fs::write(folder.join("robot.xml"), main).unwrap();
+        fs::write(folder.join("arm.xml"), "<mujoco><asset><mesh file=\"b.stl\"/></asset></mujoco>").unwrap();
+        fs::write(folder.join("parts/a.stl"), mesh).unwrap();
+        fs::write(folder.join("parts/b.stl"), "b").unwrap();
+    }
+
+    #[test]
+    fn a_description_is_named_by_its_text_and_all_files_that_it_names() {
+        let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+        let digest = |place: usize| Description::read(&folders[place].path().join("robot.xml"));
+        write(folders[0].path(), MAIN, b"a");
+        write(folders[1].path(), MAIN, b"a");
+        let first = digest(0).unwrap();
+        assert_eq!(first.name, "arm");
+        assert_eq!(digest(1).unwrap(), first, "another folder");
+        write(folders[1].path(), MAIN, b"A");
+        assert_ne!(digest(1).unwrap(), first, "another mesh");
+        write(folders[1].path(), &MAIN.replace("radian", "degree"), b"a");
+        assert_ne!(digest(1).unwrap(), first, "another text");
+        write(folders[1].path(), MAIN, b"a");
+        fs::write(folders[1].path().join("parts/b.stl"), "B").unwrap();
+        assert_ne!(digest(1).unwrap(), first, "another mesh of an included file");
+        fs::remove_file(folders[1].path().join("parts/b.stl")).unwrap();
+        let error = digest(1).unwrap_err().to_string();
+        assert!(error.contains("b.stl") && error.contains("arm.xml"), "{error}");
+    }
+}

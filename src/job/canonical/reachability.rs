@@ -1,0 +1,78 @@
+//! A resolved reachability job as text.
+
+use std::path::Path;
+
+use toml::Value;
+
+use super::{Text, relative_to};
+use crate::{
+    geom::{Axis, FieldMetric},
+    job::{
+        checked::{Collisions, ReachabilityJob, Robot, Solver},
+        discover,
+    },
+};
+
+impl Text {
+    /// Everything but the robot.
+    pub(super) fn reachability(&mut self, job: &ReachabilityJob) {
+        let ReachabilityJob { robot: _, poses, solver, collisions, metric } = job;
+        let solver = match solver {
+            Solver::Auto => "auto",
+            Solver::ClosedForm => "closed_form",
+            Solver::Numeric => "numeric",
+        };
+        let collisions = match collisions {
+            Collisions::Exact => "exact",
+            Collisions::Mujoco => "mujoco",
+            Collisions::None => "none",
+        };
+        self.key("solver", solver);
+        self.key("collisions", collisions);
+        self.section("poses");
+        let (places, turns) = poses.axes().split_at(3);
+        for axis in places {
+            self.key(axis.name, span(axis));
+        }
+        for axis in turns {
+            self.key(axis.name, axis.count as i64);
+        }
+        self.section("field");
+        match metric {
+            FieldMetric::Metres { rho } => {
+                self.key("profile", "standard");
+                self.key("radian_weight", *rho);
+            }
+            FieldMetric::Cells => self.key("profile", "thesis"),
+        }
+    }
+
+    /// The robot, with its file.
+    pub(super) fn robot(&mut self, robot: &Robot, folder: &Path) {
+        self.section("robot");
+        self.key("scene", discover::with_slashes(&relative_to(&robot.scene, folder)));
+        self.key("content", robot.id.0.hex());
+        self.group_keys(robot);
+    }
+
+    /// The planning group alone: what the digest knows of the robot beside its content.
+    pub(super) fn group(&mut self, robot: &Robot) {
+        self.section("robot");
+        self.group_keys(robot);
+    }
+
+    fn group_keys(&mut self, robot: &Robot) {
+        let Robot { scene: _, name: _, id: _, joints, target, fixed } = robot;
+        self.list("joints", joints.iter().map(|joint| Value::from(joint.as_str())));
+        self.key("target", target.as_str());
+        let fixed = fixed.iter().map(|(name, value)| (name.clone(), Value::from(*value)));
+        self.key("fixed", Value::Table(fixed.collect()));
+    }
+}
+
+/// The positions of an axis; the end half a step behind the last one, so that no rounding moves their count.
+fn span(axis: &Axis) -> Value {
+    let to = axis.first + (axis.count as f64 - 0.5) * axis.step;
+    let keys = [("from", axis.first), ("to", to), ("step", axis.step)];
+    Value::Table(keys.into_iter().map(|(key, value)| (key.to_owned(), Value::from(value))).collect())
+}

@@ -1,0 +1,214 @@
+//! Settings of a reachability job.
+
+use std::{collections::BTreeMap, f64::consts::TAU, path::Path as FilePath};
+
+use super::Checker;
+use crate::{
+    assets::Description,
+    geom::{Axis, AxisUnit, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid},
+    ids::{Digest, ObjectId},
+    job::{
+        checked::{Profile, ReachabilityJob, Robot},
+        document::Path,
+        errors::Problem,
+        spec::reachability::{FieldSpec, PosesSpec, ReachabilitySpec, RobotSpec, SpanSpec},
+    },
+};
+
+/// Most poses of a job: a field stands in memory (14 bytes each) when it is made.
+const MOST_POSES: usize = 100_000_000;
+
+/// Tries a robot's planning group: every fault that it finds.
+///
+/// Only the `sim` room compiles MJCF, so whoever reads a job passes it in.
+pub type RobotReader<'a> = dyn Fn(&Robot) -> Vec<RobotFault> + 'a;
+
+/// Why a robot cannot do what a job asks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotFault {
+    /// Which key is to blame.
+    pub key: RobotKey,
+    /// Why, in words, with file and names.
+    pub message: String,
+    /// The names that are there instead.
+    pub present: Vec<String>,
+}
+
+/// A key of `robot`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RobotKey {
+    /// `robot.scene`.
+    Scene,
+    /// `robot.joints`, or one of them.
+    Joints(Option<usize>),
+    /// `robot.target`.
+    Target,
+    /// One of `robot.fixed`.
+    Fixed(String),
+}
+
+/// The reader of a program without the simulator: refuses every robot.
+pub fn no_robots(_: &Robot) -> Vec<RobotFault> {
+    let message = "this build has no simulator to read a robot with (feature `sim`)".to_owned();
+    vec![RobotFault { key: RobotKey::Scene, message, present: Vec::new() }]
+}
+
+/// The product's settings; `None` where robot or poses are wrong, which was reported.
+pub(in crate::job) fn reachability(
+    checker: &mut Checker<'_>,
+    spec: &ReachabilitySpec,
+    folder: &FilePath,
+    robots: &RobotReader<'_>,
+) -> Option<ReachabilityJob> {
+    let robot = spec.robot.as_ref().and_then(|robot| read_robot(checker, robot, folder, robots));
+    let poses = spec.poses.as_ref().and_then(|poses| grid(checker, poses));
+    let metric = metric(checker, &spec.field);
+    Some(ReachabilityJob { robot: robot?, poses: poses?, solver: spec.solver, collisions: spec.collisions, metric })
+}
+
+fn read_robot(
+    checker: &mut Checker<'_>,
+    spec: &RobotSpec,
+    folder: &FilePath,
+    robots: &RobotReader<'_>,
+) -> Option<Robot> {
+    let before = checker.errors.len();
+    let path = Path::of("robot.joints");
+    for (index, joint) in spec.joints.iter().enumerate() {
+        if spec.joints[..index].contains(joint) {
+            let found = format!("`{joint}` twice");
+            let problem = Problem::Senseless { expected: "each joint once".to_owned(), found };
+            checker.fail(&path.index(index), problem, None);
+        }
+    }
+    let fixed: BTreeMap<String, f64> = spec.fixed.clone().unwrap_or_default();
+    for name in fixed.keys().filter(|name| spec.joints.contains(name)) {
+        let because = "a joint moves or stands still".to_owned();
+        let problem = Problem::Contradiction { other: "robot.joints".to_owned(), because };
+        checker.fail(&Path::of("robot.fixed").key(name), problem, None);
+    }
+    let scene = crate::job::discover::tidy(&folder.join(&spec.scene));
+    let Description { name, digest } = match Description::read(&scene) {
+        Ok(description) => description,
+        Err(error) => {
+            let problem = Problem::NotFound { what: "robot".to_owned(), detail: error.to_string() };
+            checker.fail(&Path::of("robot.scene"), problem, None);
+            return None;
+        }
+    };
+    if let Some(pinned) = spec.content.as_deref().and_then(Digest::from_hex)
+        && pinned != digest
+    {
+        let expected = format!("a robot of content {}", pinned.short());
+        let found = format!("{}: {} has changed", digest.short(), scene.display());
+        let help = "restore its files, or take `content` out of the job for a new dataset".to_owned();
+        checker.fail(&Path::of("robot.content"), Problem::Senseless { expected, found }, Some(help));
+    }
+    let (joints, target) = (spec.joints.clone(), spec.target.clone());
+    let robot = Robot { scene, name, id: ObjectId(digest), joints, target, fixed };
+    robots(&robot).into_iter().for_each(|fault| report(checker, &robot, fault));
+    (checker.errors.len() == before).then_some(robot)
+}
+
+/// Blames the key that a fault is about.
+fn report(checker: &mut Checker<'_>, robot: &Robot, fault: RobotFault) {
+    let RobotFault { key, message, present } = fault;
+    let joints = Path::of("robot.joints");
+    let (path, what, wanted) = match &key {
+        RobotKey::Scene => (Path::of("robot.scene"), "robot", None),
+        RobotKey::Target => (Path::of("robot.target"), "target", Some(robot.target.as_str())),
+        RobotKey::Joints(None) => (joints, "planning group", None),
+        RobotKey::Joints(Some(index)) => (joints.index(*index), "joint", robot.joints.get(*index).map(String::as_str)),
+        RobotKey::Fixed(name) => (Path::of("robot.fixed").key(name), "joint", Some(name.as_str())),
+    };
+    let near = |wanted: &str| crate::job::decode::did_you_mean(wanted, present.iter().map(String::as_str));
+    let help = wanted.and_then(near);
+    checker.fail(&path, Problem::NotFound { what: what.to_owned(), detail: message }, help);
+}
+
+fn grid(checker: &mut Checker<'_>, spec: &PosesSpec) -> Option<PoseGrid> {
+    let span = |name: &'static str, span: &SpanSpec| Axis {
+        name,
+        unit: AxisUnit::Metre,
+        first: span.from,
+        step: span.step,
+        count: cells_of(span),
+        periodic: false,
+    };
+    let turn = |name: &'static str, count: u32| Axis {
+        name,
+        unit: AxisUnit::Radian,
+        first: -TAU / 2.0,
+        step: TAU / f64::from(count),
+        count: count as usize,
+        periodic: true,
+    };
+    let axes = [
+        span("x", &spec.x),
+        span("y", &spec.y),
+        span("z", &spec.z),
+        turn("roll", spec.roll),
+        turn("pitch", spec.pitch),
+        turn("yaw", spec.yaw),
+    ];
+    // One axis at a time among others that are fine: all mistakes at once.
+    let fine = axes.map(|axis| Axis { first: 0.0, step: 1.0, count: 1, periodic: false, ..axis });
+    let before = checker.errors.len();
+    for k in 0..axes.len() {
+        let mut alone = fine;
+        alone[k] = axes[k];
+        if let Err(error) = PoseGrid::new(alone) {
+            let (key, expected) = blame(&error);
+            checker.senseless(&key, expected, error.to_string());
+        }
+    }
+    if checker.errors.len() > before {
+        return None;
+    }
+    match PoseGrid::new(axes) {
+        Ok(grid) if grid.cells() <= MOST_POSES => Some(grid),
+        Ok(grid) => {
+            checker.senseless("poses", format!("at most {MOST_POSES} poses"), format!("{}", grid.cells()));
+            None
+        }
+        Err(error) => {
+            let (key, expected) = blame(&error);
+            checker.senseless(&key, expected, error.to_string());
+            None
+        }
+    }
+}
+
+/// Positions from `from` in steps, before `to`; a last step that is short by rounding is none.
+fn cells_of(span: &SpanSpec) -> usize {
+    let steps = (span.to - span.from) / span.step;
+    let whole = libm::round(steps);
+    // A saturating cast: NaN and what is negative become 0.
+    (if (steps - whole).abs() < 1e-6 { whole } else { libm::ceil(steps) }) as usize
+}
+
+/// The key to blame for a grid that is none, and what it should be.
+fn blame(error: &InvalidPoseGrid) -> (String, &'static str) {
+    match error {
+        InvalidPoseGrid::StepNotPositive { name, .. } => (format!("poses.{name}.step"), "a step above zero"),
+        InvalidPoseGrid::NoCells { name } => (format!("poses.{name}.to"), "`to` above `from`"),
+        InvalidPoseGrid::NotFinite { name, .. } => (format!("poses.{name}"), "finite positions"),
+        InvalidPoseGrid::NotOneTurn { name, .. } | InvalidPoseGrid::WrongUnit { name, .. } => {
+            (format!("poses.{name}"), "cells in a turn")
+        }
+        InvalidPoseGrid::TooManyCells { .. } => ("poses".to_owned(), "fewer poses"),
+    }
+}
+
+fn metric(checker: &mut Checker<'_>, spec: &FieldSpec) -> FieldMetric {
+    match spec.profile {
+        Profile::Standard => FieldMetric::Metres { rho: spec.radian_weight.unwrap_or(METRES_PER_RADIAN) },
+        Profile::Thesis => {
+            if spec.radian_weight.is_some() {
+                let other = "field.profile = \"thesis\"";
+                checker.contradiction("field.radian_weight", other, "the thesis's field counts cells");
+            }
+            FieldMetric::Cells
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The checked job: nothing optional that means "default", all reading and hashing done.
+
+mod completion;
+mod reachability;
+
+pub use completion::{
+    Channels, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, JobObject, ModelChoice,
+    PackageFile, Pivot, Renderer, SceneCamera, SplitSettings, SubsetSize, Truth,
+};
+pub use reachability::{Collisions, ReachabilityJob, Robot, Solver};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    assets::MeshRefusal,
+    ids::{ObjectId, Product},
+};
+
+/// A job, ready to be planned. The plan is a pure function of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// Name, for people; not part of any digest.
+    pub name: String,
+    /// Which defaults were taken; for people, since every switch stands below.
+    pub profile: Profile,
+    /// What `--set` changed, as given.
+    pub overrides: Vec<String>,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Things to tell the user: an optional source that is not there, ...
+    pub notes: Vec<String>,
+    /// Samples a shard, at most; a shard is a run of consecutive sample indices.
+    pub shard_samples: u32,
+    /// What is made of what.
+    pub work: Work,
+}
+
+/// What a job makes of what.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Work {
+    /// Pairs of grids, of objects.
+    Completion(CompletionJob),
+    /// A map of reachable poses, of a robot.
+    Reachability(ReachabilityJob),
+}
+
+/// A named set of defaults; every quirk is a switch of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Profile {
+    /// Good practice.
+    Standard,
+    /// Faithful to the thesis, quirks included.
+    Thesis,
+}
+
+impl Job {
+    /// What it makes.
+    pub fn product(&self) -> Product {
+        match self.work {
+            Work::Completion(_) => Product::Completion,
+            Work::Reachability(_) => Product::Reachability,
+        }
+    }
+
+    /// Count of subjects: objects, or the one robot.
+    pub fn subjects(&self) -> usize {
+        match &self.work {
+            Work::Completion(job) => job.objects.len(),
+            Work::Reachability(_) => 1,
+        }
+    }
+
+    /// A subject by content.
+    ///
+    /// # Panics
+    /// When there are not so many.
+    pub fn subject(&self, place: usize) -> ObjectId {
+        match &self.work {
+            Work::Completion(job) => job.objects[place].id(),
+            Work::Reachability(job) => job.robot.id,
+        }
+    }
+
+    /// Samples a subject: views of an object, positions of a robot's grid.
+    pub fn views(&self) -> u32 {
+        match &self.work {
+            Work::Completion(job) => job.settings.views.len() as u32,
+            Work::Reachability(job) => job.positions(),
+        }
+    }
+
+    /// Meshes that cannot be used; the run goes on without them and ends with exit code 3.
+    pub fn refused(&self) -> &[MeshRefusal] {
+        match &self.work {
+            Work::Completion(job) => &job.refused,
+            Work::Reachability(_) => &[],
+        }
+    }
+
+    /// The completion job, where it is one.
+    pub fn completion(&self) -> Option<&CompletionJob> {
+        match &self.work {
+            Work::Completion(job) => Some(job),
+            Work::Reachability(_) => None,
+        }
+    }
+
+    /// The reachability job, where it is one.
+    pub fn reachability(&self) -> Option<&ReachabilityJob> {
+        match &self.work {
+            Work::Reachability(job) => Some(job),
+            Work::Completion(_) => None,
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! The facts of a reachability dataset: what `inspect` prints.
+
+use std::{collections::BTreeMap, fmt, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    RunNotes,
+    chart::{grouped, percent},
+    survey::name_of,
+};
+use crate::{
+    dataset::{DatasetError, DatasetReader, NumberClass, PoseCounts, read_field},
+    geom::{Axis, PoseLabel, Proof},
+    ids::{Digest, JobDigest, ObjectId, Product},
+};
+
+/// What a reachability dataset holds. `Display` is for people; serialised, it is for machines.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReachabilityFacts {
+    /// The job's name; the folder's when the job has none.
+    pub name: String,
+    /// Program and version that made it.
+    pub generator: String,
+    /// `reachability`.
+    pub product: Product,
+    /// Format on disk.
+    pub format_version: u32,
+    /// The digest that names the dataset.
+    pub root: Digest,
+    /// Digest of the samples of each class of numbers.
+    pub classes: BTreeMap<NumberClass, Digest>,
+    /// The job.
+    pub job: JobDigest,
+    /// The robot.
+    pub robot: RobotFacts,
+    /// The six axes of the grid of poses.
+    pub axes: Vec<AxisFacts>,
+    /// Positions: samples.
+    pub positions: u64,
+    /// Poses in all.
+    pub poses: u64,
+    /// Poses by label.
+    pub labels: BTreeMap<String, u64>,
+    /// Poses by how their label is known.
+    pub proofs: BTreeMap<String, u64>,
+    /// The signed distances.
+    pub field: FieldFacts,
+    /// Shards.
+    pub shards: u64,
+    /// Size of all shards [bytes].
+    pub shard_bytes: u64,
+    /// Things a user should know.
+    pub warnings: Vec<String>,
+    /// What the run told about itself; part of no digest.
+    pub notes: RunNotes,
+}
+
+/// The robot of a reachability dataset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotFacts {
+    /// Its name.
+    pub name: String,
+    /// The robot by content.
+    pub id: ObjectId,
+    /// The planning group, from the base outward.
+    pub joints: Vec<String>,
+    /// The site that is brought to the poses.
+    pub target: String,
+    /// The frame that the poses are in.
+    pub frame: String,
+}
+
+/// One axis of a grid of poses.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisFacts {
+    /// `x` to `yaw`.
+    pub name: String,
+    /// Centre of cell 0 [m or rad].
+    pub first: f64,
+    /// From one centre to the next [m or rad].
+    pub step: f64,
+    /// Cells.
+    pub count: u64,
+}
+
+/// Signed distances over a grid of poses, negative inside the reachable set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FieldFacts {
+    /// `standard` or `thesis`.
+    pub profile: String,
+    /// `metres` or `cells`.
+    pub unit: String,
+    /// Deepest inside; `None` where all labels are alike, since JSON has no infinity.
+    pub least: Option<f64>,
+    /// Farthest outside, likewise.
+    pub most: Option<f64>,
+    /// Mean, likewise.
+    pub mean: Option<f64>,
+}
+
+/// The facts of a finished reachability dataset: reads manifest, tables and field.
+///
+/// # Errors
+/// When the dataset is not finished or of another product, or a file is missing or damaged.
+pub fn inspect_reachability(folder: &Path) -> Result<ReachabilityFacts, DatasetError> {
+    let reader = DatasetReader::open(folder)?;
+    let field = read_field(folder)?;
+    let (manifest, header) = (reader.manifest(), &field.header);
+    let counts = manifest.counts.poses.clone().unwrap_or_default();
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let distances = || field.distances.iter().map(|distance| f64::from(*distance));
+    let axis = |axis: &Axis| AxisFacts {
+        name: axis.name.to_owned(),
+        first: axis.first,
+        step: axis.step,
+        count: axis.count as u64,
+    };
+    Ok(ReachabilityFacts {
+        name: name_of(&reader)?,
+        generator: manifest.generator.clone(),
+        product: manifest.product,
+        format_version: manifest.format_version,
+        root: manifest.root,
+        classes: manifest.classes.clone(),
+        job: manifest.job,
+        robot: RobotFacts {
+            name: header.robot.clone(),
+            id: header.robot_id,
+            joints: header.joints.clone(),
+            target: header.target.clone(),
+            frame: header.frame.clone(),
+        },
+        axes: header.grid.axes().iter().map(axis).collect(),
+        positions: manifest.counts.samples,
+        poses: counts.cells(),
+        labels: counts.labels,
+        proofs: counts.proofs,
+        field: FieldFacts {
+            profile: header.profile().to_owned(),
+            unit: header.unit().to_owned(),
+            least: finite(distances().fold(f64::INFINITY, f64::min)),
+            most: finite(distances().fold(f64::NEG_INFINITY, f64::max)),
+            mean: finite(distances().sum::<f64>() / field.distances.len() as f64),
+        },
+        shards: manifest.shards.len() as u64,
+        shard_bytes: manifest.shards.iter().map(|shard| shard.bytes).sum(),
+        warnings: manifest.warnings.clone(),
+        notes: RunNotes::read(reader.folder())?,
+    })
+}
+
+/// Lines with the counts of poses: by label with their shares, then by how they are known.
+pub fn pose_counts_in_words(counts: &PoseCounts) -> Vec<String> {
+    let all = counts.cells();
+    let share = |count: u64| percent(count as f64 / all.max(1) as f64);
+    let row = |name: &str, count: u64| format!("{:>13} {} ({})", grouped(count), name.replace('_', " "), share(count));
+    let labels = PoseLabel::ALL.into_iter().rev().map(|label| row(label.name(), counts.of_label(label)));
+    let known = Proof::ALL.into_iter().filter(|proof| counts.of_proof(*proof) > 0);
+    let known = known.map(|proof| row(&format!("known by {}", proof.name()), counts.of_proof(proof)));
+    labels.chain(known).collect()
+}
+
+impl fmt::Display for ReachabilityFacts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { robot, field, .. } = self;
+        writeln!(f, "{}: {}, format {}, made by {}", self.name, self.product, self.format_version, self.generator)?;
+        writeln!(f, "  root      {}", self.root)?;
+        writeln!(f, "  job       {}", self.job)?;
+        writeln!(f, "  robot     {}, content {}", robot.name, robot.id.0.short())?;
+        writeln!(f, "  group     {} -> {}, poses in {}", robot.joints.join(", "), robot.target, robot.frame)?;
+        let [shards, bytes] = [self.shards, self.shard_bytes].map(grouped);
+        writeln!(f, "  shards    {shards} with {bytes} bytes")?;
+        for AxisFacts { name, first, step, count } in &self.axes {
+            writeln!(f, "  {name:<8}  {count:>4} from {first:.4} in steps of {step:.4}")?;
+        }
+        writeln!(f, "\n{} poses at {} positions", grouped(self.poses), grouped(self.positions))?;
+        let counts = PoseCounts { labels: self.labels.clone(), proofs: self.proofs.clone() };
+        for line in pose_counts_in_words(&counts) {
+            writeln!(f, "{line}")?;
+        }
+        match (field.least, field.most, field.mean) {
+            (Some(least), Some(most), Some(mean)) => {
+                let FieldFacts { profile, unit, .. } = field;
+                writeln!(f, "\nfield ({profile}): {least:.4} to {most:.4} {unit}, mean {mean:.4}; negative inside")?;
+            }
+            _ => writeln!(f, "\nfield ({}): infinite, since all labels are alike", field.profile)?,
+        }
+        if let Some(speed) = &self.notes.speed {
+            let rate = grouped(speed.rate().round() as u64);
+            writeln!(f, "speed: {rate} positions/s: {:.1} s on {} threads", speed.seconds, speed.threads)?;
+        }
+        for line in &self.warnings {
+            writeln!(f, "warning: {line}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,221 @@
+//! Reachability jobs: defaults, grids, and mistakes with their places.
+
+use std::path::{Path, PathBuf};
+
+use graspmill::{
+    geom::FieldMetric,
+    ids::Product,
+    job::{
+        Collisions, Job, JobDraft, JobErrors, JobText, ReachabilityJob, Robot, RobotFault, RobotKey, Solver,
+        Surroundings,
+    },
+    plan::Plan,
+};
+
+use super::surroundings;
+
+const FETCH: &str = r#"
+product = "reachability"
+[robot]
+scene = "../scenes/fetch.xml"
+joints = ["shoulder_pan_joint", "elbow_flex_joint"]
+target = "wrist_roll_link"
+[poses]
+x = { from = 0.0, to = 1.2, step = 0.1 }
+y = { from = -1.1, to = 1.1, step = 0.1 }
+z = { from = 0.0, to = 2.0, step = 0.1 }
+roll = 2
+pitch = 8
+yaw = 8
+"#;
+
+fn read_with(
+    text: &str,
+    overrides: &[&str],
+    robots: &dyn Fn(&Robot) -> Vec<RobotFault>,
+) -> Result<JobDraft, JobErrors> {
+    let job = JobText {
+        label: "test.toml".to_owned(),
+        folder: PathBuf::from("jobs"),
+        text: text.to_owned(),
+        overrides: overrides.iter().map(|text| (*text).to_owned()).collect(),
+    };
+    JobDraft::read(&job, &Surroundings { robots, ..surroundings("no/such/folder") })
+}
+
+fn job(overrides: &[&str]) -> Job {
+    let draft = read_with(FETCH, overrides, &|_| Vec::new());
+    let draft = draft.unwrap_or_else(|errors| panic!("{}", errors.render()));
+    draft.resolve(Vec::new()).expect("nothing is left to be read")
+}
+
+fn work(job: &Job) -> &ReachabilityJob {
+    job.reachability().expect("a reachability job")
+}
+
+fn mistakes(text: &str, overrides: &[&str]) -> Vec<(u32, String, &'static str)> {
+    let errors = read_with(text, overrides, &|_| Vec::new()).expect_err("mistakes");
+    errors.list().iter().map(|error| (error.place.line, error.key.clone(), error.problem.code())).collect()
+}
+
+#[test]
+fn the_grid_of_the_thesis_has_its_count() {
+    let job = job(&[]);
+    assert_eq!((job.product(), job.subjects(), job.views(), job.shard_samples), (Product::Reachability, 1, 5280, 512));
+    let work = work(&job);
+    assert_eq!(work.poses.shape(), [12, 22, 20, 2, 8, 8]);
+    assert_eq!((work.poses.cells(), work.orientations()), (675_840, 128));
+    assert_eq!((work.solver, work.collisions), (Solver::Auto, Collisions::Exact));
+    assert_eq!(work.metric, FieldMetric::Metres { rho: 0.127 });
+    assert_eq!(work.robot.name, "fetch");
+    let last = work.poses.pose(675_839);
+    let expected = [1.1, 1.0, 1.9, 0.0, 0.75 * std::f64::consts::PI, 0.75 * std::f64::consts::PI];
+    assert!(last.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{last:?}");
+    let plan = Plan::new(&job);
+    assert_eq!((plan.samples, plan.shards.len(), plan.shards[10].samples.clone()), (5280, 11, 5120..5280));
+
+    let half = ["poses.x.step=0.05", "poses.y.step=0.05", "poses.z.step=0.05", "poses.pitch=16", "poses.yaw=16"];
+    let half = self::job(&half);
+    assert_eq!((half.views(), self::work(&half).poses.cells(), half.shard_samples), (42_240, 21_626_880, 128));
+    let odd = self::job(&["poses.x={from=0.0, to=0.35, step=0.1}"]);
+    assert_eq!(self::work(&odd).poses.shape()[0], 4, "0, 0.1, 0.2, 0.3");
+}
+
+#[test]
+fn the_thesis_profile_counts_in_cells() {
+    assert_eq!(work(&job(&["profile=thesis"])).metric, FieldMetric::Cells);
+    assert_eq!(work(&job(&["profile=thesis", "field.profile=standard"])).metric, FieldMetric::Metres { rho: 0.127 });
+    assert_eq!(work(&job(&["field.radian_weight=0.2"])).metric, FieldMetric::Metres { rho: 0.2 });
+    assert_eq!(mistakes(FETCH, &["field={profile='thesis', radian_weight=0.2}"])[0].2, "contradiction");
+}
+
+#[test]
+fn all_mistakes_are_shown_at_once_with_their_places() {
+    let text = r#"product = "reachability"
+solver = "closed"
+collisions = true
+[robot]
+scene = "../scenes/fetch.xml"
+joints = ["a", "b", "a"]
+target = "tool"
+fixed = { b = 0.0 }
+[poses]
+x = { from = 0.0, to = 1.0, step = 0.0 }
+y = { from = 1.0, to = 0.5, step = 0.1 }
+z = { from = 0.0, to = 1.0, step = -0.1 }
+roll = 2
+pitch = 8
+yaw = 8
+[grid]
+resolution = 40
+"#;
+    let found = mistakes(text, &["objects=[{built_in=3}]"]);
+    let expected = [
+        (2, "solver", "not_a_choice"),
+        (3, "collisions", "wrong_type"),
+        (6, "robot.joints[2]", "senseless"),
+        (8, "robot.fixed.b", "contradiction"),
+        (10, "poses.x.step", "senseless"),
+        (11, "poses.y.to", "senseless"),
+        (12, "poses.z.step", "senseless"),
+        (16, "grid", "unknown_key"),
+        (1, "objects", "unknown_key"),
+    ];
+    let found: Vec<(u32, &str, &str)> = found.iter().map(|(line, key, code)| (*line, key.as_str(), *code)).collect();
+    assert_eq!(found, expected);
+    let said = read_with(text, &[], &|_| Vec::new()).expect_err("mistakes").render();
+    for part in ["step = 0 must be above zero", "`grid` is a key of completion jobs", "did you mean `closed_form`?"] {
+        assert!(said.contains(part), "{part} is not in\n{said}");
+    }
+}
+
+#[test]
+fn what_is_missing_or_too_much_is_said() {
+    assert_eq!(
+        mistakes("product = \"reachability\"\n", &[]).into_iter().map(|(_, key, _)| key).collect::<Vec<_>>(),
+        ["poses", "robot"]
+    );
+    let far = ["poses.x.step=0.0000001", "poses.y.step=0.0000001"];
+    assert_eq!(mistakes(FETCH, &far), [(7, "poses".to_owned(), "senseless")]);
+    let many = ["poses.x.step=0.01", "poses.y.step=0.01", "poses.z.step=0.01"];
+    let said = read_with(FETCH, &many, &|_| Vec::new()).expect_err("too many").render();
+    assert!(said.contains("at most 100000000 poses"), "{said}");
+    for (change, code) in [
+        ("poses.roll=0", "out_of_range"),
+        ("poses.x={from=0, to=1}", "missing"),
+        ("poses.x.from=nan", "out_of_range"),
+        ("robot.scene=none.xml", "not_found"),
+        ("robot.joints=[]", "out_of_range"),
+        ("robot.content=12", "wrong_type"),
+        ("robot.content='0000000000000000000000000000000000000000000000000000000000000000'", "senseless"),
+        ("shards.positions=0", "out_of_range"),
+        ("shards.samples=10", "unknown_key"),
+        ("product=reachabilty", "not_a_choice"),
+    ] {
+        let found = mistakes(FETCH, &[change]);
+        assert_eq!(found.iter().map(|found| found.2).collect::<Vec<_>>(), [code], "{change}");
+    }
+    let said =
+        super::read(&format!("[robot]\nscene = \"x\"\n{}", super::MINIMAL), &[]).expect_err("a mistake").render();
+    assert!(said.contains("`robot` is a key of reachability jobs"), "{said}");
+}
+
+#[test]
+fn faults_of_the_robot_stand_at_their_keys() {
+    let robots = |robot: &Robot| {
+        let fault = |key, message: &str, present: &[&str]| RobotFault {
+            key,
+            message: format!("{}: {message}", robot.scene.display()),
+            present: present.iter().map(|name| (*name).to_owned()).collect(),
+        };
+        vec![
+            fault(RobotKey::Joints(Some(1)), "no such joint", &["elbow_flex_jnt", "x"]),
+            fault(RobotKey::Target, "no such site", &["wrist_roll"]),
+            fault(RobotKey::Scene, "refused", &[]),
+        ]
+    };
+    let errors = read_with(FETCH, &[], &robots).expect_err("faults");
+    let found: Vec<(u32, &str)> = errors.list().iter().map(|error| (error.place.line, error.key.as_str())).collect();
+    assert_eq!(found, [(4, "robot.scene"), (5, "robot.joints[1]"), (6, "robot.target")]);
+    let said = errors.render();
+    for part in ["did you mean `elbow_flex_jnt`?", "did you mean `wrist_roll`?", "scenes/fetch.xml: no such site"] {
+        assert!(said.contains(part), "{part} is not in\n{said}");
+    }
+}
+
+#[test]
+fn a_resolved_job_reads_back_and_its_digest_knows_what_labels_depend_on() {
+    let plain = job(&[]);
+    for overrides in [
+        vec![],
+        vec!["profile=thesis", "solver=numeric", "collisions=none"],
+        vec!["poses.x={from=0.05,to=1.1,step=0.07}", "robot.fixed={torso_lift_joint=0.1}", "field.radian_weight=0.3"],
+    ] {
+        let job = job(&overrides);
+        let text = job.to_toml(Path::new("jobs"));
+        let again =
+            read_with(&text, &[], &|_| Vec::new()).unwrap_or_else(|errors| panic!("{}\n{text}", errors.render()));
+        let again = again.resolve(Vec::new()).expect("nothing is left to be read");
+        assert_eq!(again, job, "{text}");
+        assert_eq!(again.digest(), job.digest());
+        assert_eq!(again.to_toml(Path::new("jobs")), text);
+    }
+    for same in
+        ["name=other", "shards.positions=10", "robot.scene=../scenes/../scenes/fetch.xml", "field.radian_weight=0.127"]
+    {
+        assert_eq!(job(&[same]).digest(), plain.digest(), "{same}");
+    }
+    for other in [
+        "seed=1",
+        "poses.yaw=4",
+        "poses.x.to=1.3",
+        "collisions=none",
+        "solver=numeric",
+        "field.profile=thesis",
+        "robot.target=tool",
+        "robot.fixed={torso_lift_joint=0.1}",
+        "robot.scene=../scenes/single_view.xml",
+    ] {
+        assert_ne!(job(&[other]).digest(), plain.digest(), "{other}");
+    }
+}
