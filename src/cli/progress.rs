@@ -48,7 +48,7 @@ impl ProgressView {
         if let Event::Planned { product, .. } = event {
             let _ = self.product.set(*product);
         }
-        let samples = self.product.get().map_or("samples", |product| words::samples(*product));
+        let product = self.product.get().copied().unwrap_or(Product::Completion);
         match &self.look {
             Look::Silent => {}
             Look::Json => {
@@ -60,12 +60,12 @@ impl ProgressView {
             }
             Look::Plain => {
                 if self.due(event)
-                    && let Some(line) = plain_line(event, samples)
+                    && let Some(line) = plain_line(event, product)
                 {
                     printer.say(&line);
                 }
             }
-            Look::Bar(bar) => show_bar(bar, event, samples),
+            Look::Bar(bar) => show_bar(bar, event, product),
         }
     }
 
@@ -92,7 +92,8 @@ impl ProgressView {
     }
 }
 
-fn plain_line(event: &Event, samples: &str) -> Option<String> {
+fn plain_line(event: &Event, product: Product) -> Option<String> {
+    let samples = words::samples(product);
     Some(match event {
         Event::Prepared { done, total } => format!("meshes {done}/{total}"),
         Event::Planned { product: _, samples: count, samples_before, shards, shards_before, threads } => {
@@ -103,20 +104,24 @@ fn plain_line(event: &Event, samples: &str) -> Option<String> {
             };
             format!("{count} {samples} in {shards} shards{before}; {threads} threads")
         }
-        Event::Progress(progress) => progress_text(progress, samples),
+        Event::Progress(progress) => progress_text(progress, product),
         Event::ShardFinished { .. } => return None,
         Event::Finishing => "writing index and manifest".to_owned(),
     })
 }
 
-fn progress_text(progress: &Progress, samples: &str) -> String {
+fn progress_text(progress: &Progress, product: Product) -> String {
+    let samples = words::samples(product);
+    let rejected = match product {
+        Product::Completion => format!("{} rejected, ", progress.rejected),
+        Product::Reachability => String::new(),
+    };
     let share = 100.0 * progress.made as f64 / progress.to_make.max(1) as f64;
     let left = progress.time_left().map_or_else(String::new, |left| format!(", {} left", duration_text(left)));
     format!(
-        "{}/{} {samples} ({share:.0} %), {} rejected, {:.0} {samples}/s{left}",
+        "{}/{} {samples} ({share:.0} %), {rejected}{:.0} {samples}/s{left}",
         progress.made,
         progress.to_make,
-        progress.rejected,
         progress.rate()
     )
 }
@@ -131,7 +136,8 @@ pub fn duration_text(duration: Duration) -> String {
     }
 }
 
-fn show_bar(bar: &ProgressBar, event: &Event, samples: &str) {
+fn show_bar(bar: &ProgressBar, event: &Event, product: Product) {
+    let samples = words::samples(product);
     let style =
         |template: &str| ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     match event {
@@ -147,7 +153,7 @@ fn show_bar(bar: &ProgressBar, event: &Event, samples: &str) {
         }
         Event::Progress(progress) => {
             bar.set_position(progress.made);
-            bar.set_message(progress_text(progress, samples));
+            bar.set_message(progress_text(progress, product));
         }
         Event::ShardFinished { .. } => {}
         Event::Finishing => bar.set_message("writing index and manifest"),

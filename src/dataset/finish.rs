@@ -63,7 +63,7 @@ pub enum ProductTables {
     /// Of reachability.
     Reachability {
         /// The field that is made of all blocks.
-        field: FieldHeader,
+        field: Box<FieldHeader>,
     },
 }
 

@@ -52,12 +52,6 @@ fn alone(product: Product) -> Value {
         name.remove("type");
         name.insert("const".to_owned(), json!(product.name()));
     }
-    if product != Product::Completion {
-        let required = &mut schema["required"];
-        let mut keys = required.as_array().cloned().unwrap_or_default();
-        keys.insert(0, json!("product"));
-        *required = json!(keys);
-    }
     schema
 }
 
@@ -142,6 +136,15 @@ fn build(product: Product) -> Value {
     insert_defaults(&mut schema, &defaults(product, Profile::Thesis), "x-default-thesis", Some(&standard));
     let root = schema.as_object_mut().expect("the schema of a struct is an object");
     root.remove("$schema");
+    if product != Product::Completion {
+        // Only the first product may be left unsaid.
+        if let Some(Value::Object(name)) = root.get_mut("properties").map(|keys| &mut keys["product"]) {
+            name.remove("default");
+        }
+        if let Some(Value::Array(required)) = root.get_mut("required") {
+            required.insert(0, json!("product"));
+        }
+    }
     root.insert("title".to_owned(), json!(format!("graspmill {product} job")));
     schema
 }

@@ -30,7 +30,7 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
             (class, platform(work.settings.renderer), assets, ProductTables::Completion { splits })
         }
         Work::Reachability(work) => {
-            let field = field_header(work);
+            let field = Box::new(field_header(work));
             let (class, platform) = match work.collisions {
                 Collisions::Exact | Collisions::None => (NumberClass::Exact, BTreeMap::new()),
                 Collisions::Mujoco => (NumberClass::Physics, physics()),

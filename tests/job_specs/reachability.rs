@@ -142,7 +142,6 @@ fn what_is_missing_or_too_much_is_said() {
     assert!(said.contains("at most 100000000 poses"), "{said}");
     for (change, code) in [
         ("poses.roll=0", "out_of_range"),
-        ("poses.x={from=0, to=1}", "missing"),
         ("poses.x.from=nan", "out_of_range"),
         ("robot.scene=none.xml", "not_found"),
         ("robot.joints=[]", "out_of_range"),
@@ -155,6 +154,8 @@ fn what_is_missing_or_too_much_is_said() {
         let found = mistakes(FETCH, &[change]);
         assert_eq!(found.iter().map(|found| found.2).collect::<Vec<_>>(), [code], "{change}");
     }
+    let short = FETCH.replacen(", step = 0.1", "", 1);
+    assert_eq!(mistakes(&short, &[]), [(8, "poses.x.step".to_owned(), "missing")]);
     let said =
         super::read(&format!("[robot]\nscene = \"x\"\n{}", super::MINIMAL), &[]).expect_err("a mistake").render();
     assert!(said.contains("`robot` is a key of reachability jobs"), "{said}");

@@ -37,7 +37,7 @@ pub struct HeadSpec {
 #[derive(Clone, Debug, PartialEq)]
 pub enum BodySpec {
     /// `product = "completion"`.
-    Completion(completion::CompletionSpec),
+    Completion(Box<completion::CompletionSpec>),
     /// `product = "reachability"`.
-    Reachability(reachability::ReachabilitySpec),
+    Reachability(Box<reachability::ReachabilitySpec>),
 }
