@@ -19,8 +19,8 @@ const USES: &[(&str, &[&str])] = &[
     ("job", &["geom", "ids", "seed", "assets", "render", "voxel"]),
     ("plan", &["job", "ids", "seed", "geom", "voxel"]),
     ("kinematics", &["geom"]),
-    ("collision", &["geom"]),
-    ("sim", &["geom", "assets", "kinematics", "collision"]),
+    ("collision", &["geom", "kinematics"]),
+    ("sim", &["ids", "geom", "assets", "kinematics", "collision"]),
     (
         "produce",
         &[

@@ -9,7 +9,7 @@ use std::{
 };
 
 use graspmill::{
-    collision::Bodies,
+    collision::{Bodies, TouchTest},
     geom::{EndEffector, Pose, Shape, Triangles, World, rotation_from_rpy},
     kinematics::{Joint, PlanningGroup, SelfMotion, SolverSettings, SphericalWristArm, solve_numeric},
     seed::Stream,
@@ -172,6 +172,9 @@ fn corners_apart(model: &MjModel, mesh: usize, file_from_mesh: &IsometryMatrix3<
 #[test]
 fn geoms_stand_where_mujoco_has_them() {
     let with_torso: Vec<&str> = ["torso_lift_joint"].into_iter().chain(ARM).collect();
+    let tx60l = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6"];
+    let (worst, _) = geoms_against_mujoco("scenes/tx60l_table.xml", &tx60l, "hand", &[]);
+    println!("scenes/tx60l_table.xml: placements {worst:.1e}");
     for scene in ["scenes/fetch.xml", "scenes/fetch_meshes.xml"] {
         for (joints, fixed) in [
             (&ARM[..], &[("torso_lift_joint", 0.3), ("r_gripper_finger_joint", 0.04), ("head_pan_joint", -0.7)][..]),
@@ -223,7 +226,13 @@ fn pair_names(bodies: &Bodies) -> BTreeSet<[String; 2]> {
 }
 
 #[test]
-fn the_mesh_fetch_checks_the_pairs_of_its_makers_description() {
+fn the_fetch_checks_the_pairs_of_its_makers_description() {
+    let none = BTreeMap::new();
+    let primitives = open("scenes/fetch.xml").bodies(&ARM, &none).expect("bodies");
+    assert_eq!(
+        pair_names(&primitives),
+        pair_names(&open("scenes/fetch_meshes.xml").bodies(&ARM, &none).expect("bodies"))
+    );
     let bodies = open("scenes/fetch_meshes.xml").bodies(&ARM, &BTreeMap::new()).expect("bodies");
     let listed = CHECKED.iter().flat_map(|(one, others)| {
         others.split_whitespace().map(|other| {
@@ -322,6 +331,141 @@ fn what_gives_no_bodies_says_why() {
     assert_eq!((bodies[0].name.as_str(), bodies[0].link), ("cup", 0));
     assert_eq!(bodies[0].geometries[0].link_from_shape.translation.vector, nalgebra::Vector3::new(1.0, 2.0, 3.0));
     assert!(refusal(&loose, &["free"]).to_string().contains("is a free joint"));
+}
+
+/// MuJoCo's contacts between primitives, and ours: the same but where they are within a hair of touching.
+#[test]
+fn primitives_touch_where_mujoco_says() {
+    let none = BTreeMap::new();
+    let robot = fetch();
+    let group = robot.planning_group(&ARM, SITE, &none).expect("a group");
+    let bodies = robot.bodies(&ARM, &none).expect("bodies");
+    let test = TouchTest::new(&bodies).expect("shapes");
+    let mut worker = robot.contact_worker(&ARM, &none).expect("a worker");
+    let mut frames = vec![IsometryMatrix3::identity(); 7];
+    let mut stream = Stream::of_job(1, b"robots", "contacts");
+    let (mut touching, mut doubtful) = (0, 0);
+    for _ in 0..1000 {
+        let q = random_values(&group, &mut stream);
+        group.link_frames(&q, &mut frames);
+        let theirs = worker.contacts(&q);
+        for pair in &bodies.pairs {
+            let their = theirs.iter().find(|contact| contact.bodies == *pair);
+            let ours = test.touches(*pair, &frames);
+            touching += u32::from(ours);
+            if ours != their.is_some() {
+                assert!(their.is_none_or(|contact| contact.distance > -1e-4), "{pair:?} {q:?} {their:?}");
+                doubtful += 1;
+            }
+        }
+    }
+    println!("{touching} touch; {doubtful} differ");
+    assert!(touching > 1000 && doubtful * 500 < touching);
+}
+
+#[test]
+fn what_rests_is_free_or_named() {
+    let none = BTreeMap::new();
+    for scene in ["scenes/fetch.xml", "scenes/fetch_meshes.xml"] {
+        open(scene).check_rest(&ARM, &none).unwrap_or_else(|error| panic!("{error}"));
+    }
+    let text = r#"<mujoco><worldbody><body name="post"><geom size="0.3" pos="0.4 0 0"/></body>
+        <body name="a"><joint name="j" range="RANGE"/><geom size="0.2"/></body></worldbody>KEY</mujoco>"#;
+    let rest = |range: &str, key: &str| {
+        let file = written(
+            &text.replace("RANGE", range).replace("KEY", key).replace("<joint", "<joint axis=\"0 0 1\" pos=\"0 1 0\""),
+        );
+        open(file.path().to_str().expect("a path")).check_rest(&["j"], &none)
+    };
+    let error = rest("-60 60", "").expect_err("it touches").to_string();
+    assert!(
+        error.contains("\"post\" touches \"a\" at rest") && error.contains("<exclude body1=\"post\" body2=\"a\"/>"),
+        "{error}"
+    );
+    // Brought within its limits, or to where the keyframe `home` has it.
+    rest("-60 -50", "").expect("free");
+    rest("-60 60", r#"<keyframe><key name="home" qpos="-1"/></keyframe>"#).expect("free");
+}
+
+#[test]
+fn a_robots_digest_is_its_content() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let digest = |place: &str, arm: &str, corner: &str, seen: &str| {
+        let folder = folder.path().join(place);
+        fs::create_dir_all(folder.join("parts")).expect("a folder");
+        let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("written");
+        write(
+            "arm.xml",
+            &format!("<mujoco><worldbody><body><joint name='j' range='-1 1'/>{arm}</body></worldbody></mujoco>"),
+        );
+        let obj = |corner: &str| format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv {corner}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+        write("parts/hit.obj", &obj(corner));
+        write("parts/seen.obj", &obj(seen));
+        write(
+            "robot.xml",
+            r#"<mujoco><compiler meshdir="parts"/><asset><mesh file="hit.obj"/><mesh file="seen.obj"/></asset>
+            <include file="arm.xml"/></mujoco>"#,
+        );
+        open(folder.join("robot.xml").to_str().expect("a path")).digest().expect("a digest")
+    };
+    let arm = "<geom type='mesh' mesh='hit'/><geom type='mesh' mesh='seen' contype='0' conaffinity='0'/>";
+    let one = digest("one", arm, "0 0 1", "0 0 1");
+    assert_eq!(digest("two", arm, "0 0 1", "0 0 1"), one);
+    assert_eq!(digest("seen", arm, "0 0 1", "0 0 2"), one);
+    assert_ne!(digest("mesh", arm, "0 0 1.5", "0 0 1"), one);
+    assert_ne!(digest("arm", &format!("{arm}<geom size='0.1'/>"), "0 0 1", "0 0 1"), one);
+}
+
+/// The command, on a robot with a pair of each sort.
+#[test]
+fn robot_check_sorts_the_pairs() {
+    let text = r#"<mujoco><worldbody><geom name="far" type="box" pos="0 0 9" size="1 1 1"/>
+        <body name="post"><geom size="0.1" pos="0.5 0 0"/></body>
+        <body name="a"><joint name="j" axis="0 0 1" range="-170 170"/><geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.05"/>
+          <body name="b" pos="0.3 0 0"><joint name="k" axis="0 0 1" range="-90 90"/>
+          <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.05"/><site name="tip" pos="0.2 0 0"/>
+            <body name="c"><joint name="l" axis="0 0 1" range="-1 1"/><geom size="0.06"/></body></body></body>
+        <body name="collar"><geom size="0.06"/></body></worldbody></mujoco>"#;
+    let file = written(text);
+    let path = file.path().to_str().expect("a path");
+    let run = |arguments: &[&str]| {
+        let program = env!("CARGO_BIN_EXE_graspmill");
+        std::process::Command::new(program).args(["robot", "check"]).args(arguments).output().expect("graspmill starts")
+    };
+    let output = run(&[path, "--joints", "j,k", "--target", "tip", "--samples", "500", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let of = |one: &str, other: &str| {
+        let pairs = report["pairs"].as_array().expect("pairs");
+        let pair = pairs.iter().find(|pair| pair["bodies"] == serde_json::json!([one, other])).expect("the pair");
+        (pair["rule"].as_str().expect("a rule").to_owned(), pair["touches"].as_u64().expect("a count"))
+    };
+    assert_eq!(of("a", "b").0, "adjacent");
+    assert_eq!(of("a", "collar"), ("checked".to_owned(), 500));
+    assert_eq!(of("world", "a"), ("checked".to_owned(), 0));
+    assert!((1..500).contains(&of("post", "b").1));
+    let exclude = report["exclude"].as_array().expect("lines");
+    assert!(exclude.contains(&r#"<exclude body1="a" body2="collar"/>"#.into()), "{exclude:?}");
+    assert!(!exclude.iter().any(|line| line.as_str().expect("a line").contains("post\" body2=\"b")));
+    assert!(report["no_closed_form"].as_str().expect("a reason").contains("2 joints"));
+    assert_eq!(report["touch_at_rest"][0], serde_json::json!(["post", "b"]));
+    // The same for people, and the same again.
+    let plain = |_| run(&[path, "--joints", "j,k", "--target", "tip", "--samples", "500"]).stdout;
+    let [once, again] = [0, 1].map(plain);
+    assert_eq!(once, again);
+    let plain = String::from_utf8(once).expect("text");
+    for words in ["always touch: 2", "a - collar", "touch sometimes", "at rest these touch", "moved by j"] {
+        assert!(plain.contains(words), "{words}: {plain}");
+    }
+    for (arguments, words) in [
+        ([path, "--joints", "j,k", "--target", "top"], "no site is named"),
+        ([path, "--joints", "j,m", "--target", "tip"], "no joint is named"),
+        ([path, "--joints", "j", "--target=tip", "--fixed=k"], "--fixed k: give a joint and its value"),
+    ] {
+        let output = run(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && said.contains(words), "{said}");
+    }
 }
 
 /// A description in a file of its own.

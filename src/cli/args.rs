@@ -36,6 +36,10 @@ pub enum Command {
     /// Look at meshes before a job uses them.
     #[command(subcommand)]
     Meshes(MeshesCommand),
+    /// Look at a robot before a job uses it.
+    #[cfg(feature = "sim")]
+    #[command(subcommand)]
+    Robot(RobotCommand),
     /// Print the JSON Schema of job files, for editors.
     Schema,
     /// What this machine can do, and why not.
@@ -174,6 +178,35 @@ pub struct MeshesCheckArgs {
     /// One unit of the files in metres, or m, cm, mm, in.
     #[arg(long, default_value = "m")]
     pub unit: String,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(feature = "sim")]
+#[derive(Subcommand, Debug)]
+pub enum RobotCommand {
+    /// Say what a planning group is and what of the robot can collide; find the pairs of bodies that always or never touch.
+    Check(RobotCheckArgs),
+}
+
+#[cfg(feature = "sim")]
+#[derive(Args, Debug)]
+pub struct RobotCheckArgs {
+    /// The robot (MJCF).
+    pub scene: PathBuf,
+    /// The planning group's joints.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
+    pub joints: Vec<String>,
+    /// The site that is to reach.
+    #[arg(long, value_name = "SITE")]
+    pub target: String,
+    /// Hold another joint at a value, radians or metres (repeatable); by default where the description has it.
+    #[arg(long, value_name = "JOINT=VALUE")]
+    pub fixed: Vec<String>,
+    /// Random configurations to look at.
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub samples: u64,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

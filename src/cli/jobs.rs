@@ -81,7 +81,7 @@ pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
         #[cfg(not(feature = "sim"))]
         scenes: &job::no_scenes,
         #[cfg(feature = "sim")]
-        robots: &super::robots::faults,
+        robots: &super::robot_reader::faults,
         #[cfg(not(feature = "sim"))]
         robots: &job::no_robots,
     };

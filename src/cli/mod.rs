@@ -11,7 +11,8 @@ mod meshes;
 mod printer;
 mod progress;
 #[cfg(feature = "sim")]
-mod robots;
+mod robot;
+mod robot_reader;
 mod run;
 mod verify;
 mod words;
@@ -57,6 +58,8 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Verify(arguments) => verify::verify(arguments, printer),
         Command::Doctor(arguments) => doctor::doctor(arguments, printer),
         Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),
+        #[cfg(feature = "sim")]
+        Command::Robot(args::RobotCommand::Check(arguments)) => robot::check(arguments, printer),
         Command::Schema => jobs::schema(printer),
         Command::Digest(arguments) => dataset::digest(arguments, printer),
     }

@@ -1,13 +1,15 @@
 //! All pairs of a robot at a configuration.
 
-use nalgebra::{IsometryMatrix3, Point3};
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
     Shape,
     body::{Bodies, Body},
+    curved::Curved,
     solid::{Contact, Solid},
     triangle::{self, Triangle},
 };
+use crate::geom::NoSurface;
 
 /// What a configuration does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,19 +27,19 @@ pub enum Verdict {
 }
 
 /// Checks configurations of one robot; built once, used by any thread.
-#[derive(Clone, Debug)]
 pub struct CollisionChecker {
     bodies: Vec<Option<CheckedBody>>,
     pairs: Vec<[usize; 2]>,
     links: Vec<usize>,
 }
 
-#[derive(Clone, Debug)]
 struct CheckedBody {
     link: usize,
     centre: Point3<f64>,
     radius: f64,
-    solid: Solid,
+    /// What is made of planes.
+    solid: Option<Solid>,
+    curved: Vec<Curved>,
 }
 
 /// Where the links of a configuration are: what one check needs of it.
@@ -45,21 +47,18 @@ pub type LinkFrames = [IsometryMatrix3<f64>];
 
 impl CollisionChecker {
     /// Prepares every body that stands in a pair.
-    pub fn new(bodies: &Bodies) -> Self {
+    ///
+    /// # Errors
+    /// When a body has a shape without a surface.
+    pub fn new(bodies: &Bodies) -> Result<Self, NoSurface> {
         let used = |place: usize| bodies.pairs.iter().any(|pair| pair.contains(&place));
-        let prepared = bodies.bodies.iter().enumerate().map(|(place, body)| {
-            let triangles = if used(place) { triangles_of(body) } else { Vec::new() };
-            (!triangles.is_empty()).then(|| {
-                let solid = Solid::new(triangles);
-                let (centre, radius) = solid.ball();
-                CheckedBody { link: body.link, centre, radius, solid }
-            })
-        });
-        Self {
-            bodies: prepared.collect(),
+        let prepared = bodies.bodies.iter().enumerate();
+        let prepared = prepared.map(|(place, body)| used(place).then(|| CheckedBody::new(body)).transpose());
+        Ok(Self {
+            bodies: prepared.collect::<Result<_, _>>()?,
             pairs: bodies.pairs.clone(),
             links: bodies.bodies.iter().map(|body| body.link).collect(),
-        }
+        })
     }
 
     /// The pairs, and the links that carry their bodies.
@@ -78,8 +77,8 @@ impl CollisionChecker {
     }
 
     /// Points in the frame of a body's link whose hull holds the body; none where it stands in no pair.
-    pub fn corners(&self, body: usize) -> impl Iterator<Item = &Point3<f64>> {
-        self.bodies[body].iter().flat_map(|body| body.solid.corners())
+    pub fn corners(&self, body: usize) -> impl Iterator<Item = Point3<f64>> {
+        self.bodies[body].iter().flat_map(CheckedBody::corners)
     }
 
     /// Whether one of the pairs given (places in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
@@ -103,7 +102,7 @@ impl CollisionChecker {
     fn contact(&self, pair: usize, links: &LinkFrames) -> Contact {
         match self.near(pair, links) {
             None => Contact::Apart,
-            Some((low, high)) => low.solid.contact(&high.solid, &links[low.link].inv_mul(&links[high.link])),
+            Some((low, high)) => low.contact(high, &links[low.link].inv_mul(&links[high.link])),
         }
     }
 
@@ -117,7 +116,50 @@ impl CollisionChecker {
     }
 }
 
-/// A body's surface in the frame of its link.
+impl CheckedBody {
+    fn new(body: &Body) -> Result<Self, NoSurface> {
+        let curved: Vec<Curved> = body.geometries.iter().filter_map(Curved::new).collect();
+        let triangles = triangles_of(body);
+        let solid = if triangles.is_empty() && !curved.is_empty() { None } else { Some(Solid::new(triangles)?) };
+        let balls = solid.iter().map(Solid::ball).chain(curved.iter().map(Curved::ball));
+        // A ball around the middle of all: not the smallest, but for one shape.
+        let balls: Vec<_> = balls.collect();
+        let sum: Vector3<f64> = balls.iter().map(|(centre, _)| centre.coords).sum();
+        let centre = Point3::from(sum / balls.len() as f64);
+        let radius = balls.iter().map(|(other, radius)| (other - centre).norm() + radius).fold(0.0, f64::max);
+        Ok(Self { link: body.link, centre, radius, solid, curved })
+    }
+
+    fn corners(&self) -> impl Iterator<Item = Point3<f64>> {
+        let planes = self.solid.iter().flat_map(|solid| solid.corners().copied());
+        planes.chain(self.curved.iter().flat_map(Curved::corners))
+    }
+
+    /// How this body stands to another, whose link's frame is seen from this one's.
+    fn contact(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Contact {
+        let planes = self.solid.iter().zip(&other.solid).map(|(one, two)| one.contact(two, here_from_there));
+        let mixed = self.solid.iter().flat_map(|solid| {
+            other.curved.iter().map(move |curved| solid.contact_with_curved(curved, here_from_there))
+        });
+        let there_from_here = here_from_there.inverse();
+        let mixed_back = other.solid.iter().flat_map(|solid| {
+            self.curved.iter().map(move |curved| solid.contact_with_curved(curved, &there_from_here))
+        });
+        let round =
+            self.curved.iter().flat_map(|one| other.curved.iter().map(move |two| one.contact(two, here_from_there)));
+        let mut touch = Contact::Apart;
+        for contact in planes.chain(mixed).chain(mixed_back).chain(round) {
+            match contact {
+                Contact::Overlap(_) => return contact,
+                Contact::Touch => touch = contact,
+                Contact::Apart => {}
+            }
+        }
+        touch
+    }
+}
+
+/// A body's surface in the frame of its link, without its round shapes.
 fn triangles_of(body: &Body) -> Vec<Triangle> {
     let mut all = Vec::new();
     for geometry in &body.geometries {

@@ -1,13 +1,18 @@
 //! One body, ready to be asked.
 
+use std::sync::Arc;
+
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
+    Shape, Triangles,
     boxes::BoxTree,
+    curved::{Curved, deepest},
     lattice::Lattice,
     surface_tree::SurfaceTree,
     triangle::{self, Triangle},
 };
+use crate::geom::{NoSurface, TouchShape};
 
 /// Balls inside a body, at most.
 const INNER_BALLS: usize = 32;
@@ -23,6 +28,15 @@ pub(super) enum Contact {
     Touch,
     /// They overlap, and moving one by less than this [m] does not part them.
     Overlap(f64),
+}
+
+impl Contact {
+    /// Of bodies that touch, and overlap by a depth that may not be known.
+    pub fn of_depth(depth: f64) -> Self {
+        // Rounding must not prove anything.
+        let depth = depth - 1e-6;
+        if depth > 0.0 { Self::Overlap(depth) } else { Self::Touch }
+    }
 }
 
 /// Places that are still to be looked at: of a tree with eight children a node, whose smallest cubes are a 256th of the
@@ -50,7 +64,6 @@ impl Stack {
 }
 
 /// A body's surface as triangles in the frame of its link, with what makes questions cheap.
-#[derive(Clone, Debug)]
 pub(super) struct Solid {
     triangles: Vec<Triangle>,
     lattice: Lattice,
@@ -58,14 +71,25 @@ pub(super) struct Solid {
     boxes: BoxTree,
     /// Balls of the inside: centre and radius, largest first.
     inner: Vec<(Point3<f64>, f64)>,
+    /// The same surface for contacts with curved shapes.
+    touch: TouchShape,
 }
 
 impl Solid {
-    /// From triangles that have an area; at least one.
-    pub fn new(triangles: Vec<Triangle>) -> Self {
+    /// From triangles that have an area.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn new(triangles: Vec<Triangle>) -> Result<Self, NoSurface> {
+        let mesh = Triangles {
+            corners: triangles.iter().flatten().copied().collect(),
+            triangles: (0..triangles.len() as u32).map(|place| [3 * place, 3 * place + 1, 3 * place + 2]).collect(),
+        };
+        let touch = TouchShape::new(&Shape::Mesh(Arc::new(mesh)))?;
         let lattice = Lattice::new(&triangles);
         let inner = inner_balls(&lattice);
-        Self { tree: SurfaceTree::new(&triangles), boxes: BoxTree::new(&triangles), lattice, inner, triangles }
+        let (tree, boxes) = (SurfaceTree::new(&triangles), BoxTree::new(&triangles));
+        Ok(Self { triangles, lattice, tree, boxes, inner, touch })
     }
 
     /// The corners of the surface.
@@ -106,10 +130,7 @@ impl Solid {
             let piece = (centre - Vector3::repeat(node.radius), centre + Vector3::repeat(node.radius));
             let mut near = other.tree.triangles(node).iter().map(|place| &other.triangles[*place as usize]);
             if near.any(|triangle| self.meets(&triangle.map(|corner| here_from_there * corner), &piece)) {
-                return match self.depth_near(other, here_from_there, &node.centre) {
-                    Some(depth) => Contact::Overlap(depth),
-                    None => Contact::Touch,
-                };
+                return Contact::of_depth(self.depth_near(other, here_from_there, &node.centre));
             }
         }
         // One may still be inside the other.
@@ -132,7 +153,7 @@ impl Solid {
 
     /// How far the bodies overlap near a point of `other`'s surface [m], a lower bound: a point inside both, as deep in the
     /// one as the balls around it fit, and in the other likewise.
-    fn depth_near(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>) -> Option<f64> {
+    fn depth_near(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>) -> f64 {
         let below = |one: &Self, two: &Self, two_from_one: &IsometryMatrix3<f64>, start: &Point3<f64>| {
             let height = |point: &Point3<f64>, own: f64| -own - two.lattice.bounds(&(two_from_one * point)).1;
             let (_, point) = one.lattice.climb(one.lattice.cell(start), height);
@@ -141,8 +162,42 @@ impl Solid {
         let there_from_here = here_from_there.inverse();
         let by_other = below(other, self, here_from_there, there);
         let by_self = below(self, other, &there_from_here, &(here_from_there * there));
-        let depth = by_other.max(by_self) - 1e-6;
-        (depth > 0.0).then_some(depth)
+        by_other.max(by_self)
+    }
+
+    /// How this body stands to a curved shape, whose link's frame is seen from this one's as `here_from_there`.
+    pub fn contact_with_curved(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>) -> Contact {
+        let (centre, radius) = other.ball();
+        let centre = here_from_there * centre;
+        let there_from_here = here_from_there.inverse();
+        let depth = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
+        if self.lattice.is_farther(&centre, radius) {
+            // Far from the surface: on one side or the other.
+            return if self.lattice.bounds(&centre).1 < 0.0 {
+                Contact::Overlap(depth(&centre))
+            } else {
+                Contact::Apart
+            };
+        }
+        let mut open = Stack::new();
+        while let Some(place) = open.pop() {
+            let node = &self.tree.nodes[place as usize];
+            if other.signed(&(there_from_here * node.centre)) > node.radius {
+                continue;
+            }
+            for child in node.children.clone() {
+                open.push(child);
+            }
+            if node.children.is_empty() {
+                let (point, _) = deepest(node.centre, depth);
+                let found = -self.signed_at_most(&point) - other.signed(&(there_from_here * point));
+                return match Contact::of_depth(found) {
+                    Contact::Touch if !other.touches(&self.touch, &there_from_here) => Contact::Apart,
+                    contact => contact,
+                };
+            }
+        }
+        Contact::Apart
     }
 
     /// Signed distance at a point, exact where the sides are known, else that to the outside [m].

@@ -24,7 +24,7 @@ pub use frames::{CameraCv, CameraGl, EndEffector, Frame, Object, Pose, World, ro
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;
 pub use mesh::{Aabb, TriMesh};
-pub use query::{MeshQuery, NoSurface, RayHit};
+pub use query::{MeshQuery, NoSurface, RayHit, TouchShape};
 #[cfg(feature = "factory")]
 pub use render_mesh::RenderMesh;
 pub use shape::{Shape, Triangles};

@@ -1,14 +1,14 @@
-//! Closest points and rays against a triangle mesh: the only place that names parry (whose `Vector` is glam's; nalgebra
-//! is converted here and nowhere else).
+//! Closest points and rays against a triangle mesh, and whether two shapes touch: the only place that names parry (whose
+//! `Vector` is glam's; nalgebra is converted here and nowhere else).
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 use parry3d_f64::{
-    math::Vector,
-    query::{PointQuery, Ray, RayCast},
-    shape::TriMesh as ParryMesh,
+    math::{Matrix, Pose as ParryPose, Rotation, Vector},
+    query::{PointQuery, Ray, RayCast, intersection_test},
+    shape::{Ball, Capsule, Cuboid, Cylinder, Shape as ParryShape, TriMesh as ParryMesh},
 };
 
-use super::TriMesh;
+use super::{Shape, TriMesh};
 
 /// A triangle mesh with a search tree over it.
 pub struct MeshQuery {
@@ -70,6 +70,69 @@ impl MeshQuery {
     }
 }
 
+/// A shape with what a search for contacts needs, built once.
+pub struct TouchShape {
+    shape: Box<dyn ParryShape>,
+    /// Triangles of a mesh; 0 of a solid.
+    triangles: usize,
+    /// Ball around the shape, in its frame.
+    centre: Point3<f64>,
+    radius: f64,
+}
+
+impl TouchShape {
+    /// Builds the search tree of a mesh.
+    ///
+    /// # Errors
+    /// When a mesh has no triangles.
+    pub fn new(shape: &Shape) -> Result<Self, NoSurface> {
+        let (parry, triangles): (Box<dyn ParryShape>, usize) = match shape {
+            Shape::Box { half: [x, y, z] } => (Box::new(Cuboid::new(Vector::new(*x, *y, *z))), 0),
+            Shape::Sphere { radius } => (Box::new(Ball::new(*radius)), 0),
+            Shape::Capsule { radius, half } => (Box::new(Capsule::new_z(*half, *radius)), 0),
+            Shape::Cylinder { radius, half } => (Box::new(Cylinder::new(*half, *radius)), 0),
+            Shape::Mesh(mesh) => {
+                let corners = mesh.corners.iter().map(|corner| to_glam(&corner.coords)).collect();
+                let built = ParryMesh::new(corners, mesh.triangles.clone()).map_err(|error| NoSurface {
+                    triangles: mesh.triangles.len(),
+                    vertices: mesh.corners.len(),
+                    reason: error.to_string(),
+                })?;
+                (Box::new(built), mesh.triangles.len())
+            }
+        };
+        let ball = parry.compute_local_bounding_sphere();
+        // Rounding of the ball's own making must not lose a touch.
+        let (centre, radius) = (Point3::from(from_glam(ball.center)), ball.radius * (1.0 + 1e-9));
+        Ok(Self { shape: parry, triangles, centre, radius })
+    }
+
+    /// Whether two shapes share a point, each placed in the world [m]. Solids are solid; a mesh is its surface: what
+    /// floats inside of one does not touch it.
+    pub fn touches(&self, place: &IsometryMatrix3<f64>, other: &Self, other_place: &IsometryMatrix3<f64>) -> bool {
+        let reach = self.radius + other.radius;
+        if (place * self.centre - other_place * other.centre).norm_squared() > reach * reach {
+            return false;
+        }
+        // The search goes through the first mesh's triangles and asks the second's tree about each.
+        let swap = self.triangles == 0 || other.triangles != 0 && other.triangles < self.triangles;
+        let [(first, first_place), (second, second_place)] =
+            if swap { [(other, other_place), (self, place)] } else { [(self, place), (other, other_place)] };
+        let (first_place, second_place) = (first.placed(first_place), second.placed(second_place));
+        intersection_test(&first_place, &*first.shape, &second_place, &*second.shape)
+            .is_ok_and(|found| found.intersecting)
+    }
+
+    /// A place as parry has it, whose cylinders stand along y.
+    fn placed(&self, place: &IsometryMatrix3<f64>) -> ParryPose {
+        let turn = place.rotation.matrix();
+        let [x, y, z] = [0, 1, 2].map(|axis| Vector::new(turn[(0, axis)], turn[(1, axis)], turn[(2, axis)]));
+        let turn =
+            if self.shape.as_cylinder().is_some() { Matrix::from_cols(x, z, -y) } else { Matrix::from_cols(x, y, z) };
+        ParryPose::from_parts(to_glam(&place.translation.vector), Rotation::from_mat3(&turn))
+    }
+}
+
 fn to_glam(vector: &Vector3<f64>) -> Vector {
     Vector::new(vector.x, vector.y, vector.z)
 }
@@ -80,7 +143,10 @@ fn from_glam(vector: Vector) -> Vector3<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
+    use crate::geom::Triangles;
 
     /// A square of side 2 m in the plane z = 1 m, facing up.
     fn square() -> TriMesh {
@@ -110,6 +176,66 @@ mod tests {
         assert_eq!(hit, RayHit { distance: 1.5, triangle: 1, normal: up });
         assert_eq!(query.first_hit(&Point3::new(0.25, -0.5, -1.0), &up, 1.5), None);
         assert_eq!(query.first_hit(&Point3::new(1.25, -0.5, -1.0), &up, 10.0), None);
+    }
+
+    fn at(x: f64, y: f64, z: f64, roll: f64, pitch: f64, yaw: f64) -> IsometryMatrix3<f64> {
+        IsometryMatrix3::from_parts(
+            Vector3::new(x, y, z).into(),
+            nalgebra::Rotation3::from_euler_angles(roll, pitch, yaw),
+        )
+    }
+
+    /// A box as a mesh of twelve triangles.
+    fn hollow(half: [f64; 3]) -> Shape {
+        let corner =
+            |k: usize| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] }));
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        Shape::Mesh(Arc::new(Triangles { corners: (0..8).map(corner).collect(), triangles }))
+    }
+
+    /// Pairs a hair apart and a hair together, by hand: which way each shape points and how long it is.
+    #[test]
+    fn shapes_touch_where_they_should() {
+        let capsule = Shape::Capsule { radius: 0.1, half: 0.5 };
+        let cylinder = Shape::Cylinder { radius: 0.1, half: 0.5 };
+        let (ball, cube) = (Shape::Sphere { radius: 0.2 }, Shape::Box { half: [0.1, 0.2, 0.3] });
+        let quarter = std::f64::consts::FRAC_PI_2;
+        // Along z: a capsule reaches 0.6 m, a cylinder 0.5 m; lying down (about y) along x.
+        for (one, other, towards, turn, reach) in [
+            (&capsule, &ball, Vector3::z(), 0.0, 0.8),
+            (&cylinder, &ball, Vector3::z(), 0.0, 0.7),
+            (&capsule, &ball, Vector3::x(), quarter, 0.8),
+            (&cylinder, &ball, Vector3::x(), quarter, 0.7),
+            (&cylinder, &ball, Vector3::y(), quarter, 0.3),
+            (&cylinder, &cylinder, Vector3::x(), quarter, 0.6),
+            (&cylinder, &capsule, Vector3::y(), quarter, 0.2),
+            (&cube, &capsule, Vector3::z(), 0.0, 0.9),
+            (&cube, &cylinder, Vector3::x(), quarter, 0.4),
+            (&cube, &hollow([0.1, 0.2, 0.3]), Vector3::y(), 0.0, 0.4),
+            (&hollow([0.1, 0.2, 0.3]), &cylinder, Vector3::z(), 0.0, 0.8),
+            (&hollow([0.1, 0.2, 0.3]), &capsule, Vector3::x(), quarter, 0.4),
+            (&hollow([0.1, 0.2, 0.3]), &hollow([0.3, 0.2, 0.1]), Vector3::x(), 0.0, 0.4),
+            (&hollow([0.1, 0.2, 0.3]), &ball, Vector3::y(), 0.0, 0.4),
+        ] {
+            let (a, b) = (TouchShape::new(one).unwrap(), TouchShape::new(other).unwrap());
+            let base = at(0.3, -0.2, 0.7, 0.4, 0.5, 0.6);
+            let first = base * at(0.0, 0.0, 0.0, 0.0, turn, 0.0);
+            for (gap, touch) in [(1e-6, false), (-1e-6, true)] {
+                let step = towards * (reach + gap);
+                let second = base * at(step.x, step.y, step.z, 0.0, 0.0, 0.0);
+                assert_eq!(a.touches(&first, &b, &second), touch, "{one:?} {other:?} {gap}");
+                assert_eq!(b.touches(&second, &a, &first), touch, "{other:?} {one:?} {gap}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_mesh_is_its_surface() {
+        let [room, block] = [hollow([1.0; 3]), hollow([0.1; 3])].map(|shape| TouchShape::new(&shape).unwrap());
+        let still = IsometryMatrix3::identity();
+        assert!(!room.touches(&still, &block, &still));
+        assert!(room.touches(&still, &block, &at(0.95, 0.0, 0.0, 0.0, 0.0, 0.0)));
     }
 
     #[test]

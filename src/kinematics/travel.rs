@@ -58,7 +58,7 @@ impl Travel {
 impl SelfMotion {
     /// What [`Travel::of`] must know of a body: its points, or the corners of a hull around them, in its link's frame;
     /// links count from 1, 0 is the world (see `PlanningGroup::link_frames`).
-    pub fn extents<'a>(&self, link: usize, points: impl Iterator<Item = &'a Point3<f64>>) -> Extents {
+    pub fn extents(&self, link: usize, points: impl Iterator<Item = Point3<f64>>) -> Extents {
         let mut extents = Extents { link, ..Extents::default() };
         let Some(place) = link.checked_sub(1) else { return extents };
         let mut frames = [IsometryMatrix3::identity(); 7];

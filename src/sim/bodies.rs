@@ -23,13 +23,27 @@ use crate::{
 };
 
 /// The bodies of a robot seen from a planning group, and which geoms each is made of.
-#[expect(dead_code, reason = "the contacts of the next commit")]
 pub(super) struct Carried {
     pub(super) bodies: Bodies,
+    /// All pairs of bodies that move against each other, and why they are checked or not.
+    rules: Vec<([usize; 2], PairRule)>,
     /// The group's joints, from the world outward.
     pub(super) chain: Vec<Joint>,
     /// Of each geom of the model, its place in `bodies`; `None` for what is only seen.
     pub(super) place_of_geom: Vec<Option<usize>>,
+}
+
+/// Why a pair of bodies that move against each other is checked, or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PairRule {
+    /// It is checked.
+    Checked,
+    /// Parent and child.
+    Adjacent,
+    /// The description excludes it.
+    Excluded,
+    /// Their `contype` and `conaffinity` do not fit.
+    Masked,
 }
 
 /// A part of a body whose geoms may touch the same geoms.
@@ -55,6 +69,20 @@ impl RobotModel {
     /// height field or a distance field.
     pub fn bodies(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Bodies, RobotError> {
         self.carried(joints, fixed).map(|carried| carried.bodies)
+    }
+
+    /// All pairs of bodies that move against each other, as places in the list of [`RobotModel::bodies`], and why each is
+    /// checked or not.
+    ///
+    /// # Errors
+    /// As [`RobotModel::bodies`].
+    #[expect(clippy::type_complexity, reason = "a list of pairs")]
+    pub fn pairs(
+        &self,
+        joints: &[&str],
+        fixed: &BTreeMap<String, f64>,
+    ) -> Result<(Bodies, Vec<([usize; 2], PairRule)>), RobotError> {
+        self.carried(joints, fixed).map(|carried| (carried.bodies, carried.rules))
     }
 
     pub(super) fn carried(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Carried, RobotError> {
@@ -91,8 +119,9 @@ impl RobotModel {
             }
             *place_of_geom = Some(place.unwrap_or(bodies.len() - 1));
         }
-        let pairs = self.pairs(&parts, &bodies);
-        Ok(Carried { bodies: Bodies { bodies, pairs }, chain, place_of_geom })
+        let rules = self.pair_rules(&parts, &bodies);
+        let pairs = rules.iter().filter(|(_, rule)| *rule == PairRule::Checked).map(|(pair, _)| *pair).collect();
+        Ok(Carried { bodies: Bodies { bodies, pairs }, rules, chain, place_of_geom })
     }
 
     /// Of each body the link that carries it, and its frame seen from the link's; and the group's joints.
@@ -124,7 +153,7 @@ impl RobotModel {
     }
 
     /// MuJoCo's own rules ("Computation", "Collision detection: selection").
-    fn pairs(&self, parts: &[Part], bodies: &[Body]) -> Vec<[usize; 2]> {
+    fn pair_rules(&self, parts: &[Part], bodies: &[Body]) -> Vec<([usize; 2], PairRule)> {
         let model = &self.model;
         let weld = |body: usize| index(model.body_weldid()[body]);
         let weld_parent = |weld_of: usize| weld(index(model.body_parentid()[weld_of]));
@@ -141,19 +170,23 @@ impl RobotModel {
         for (i, one) in parts.iter().enumerate() {
             for (j, two) in parts.iter().enumerate().skip(i + 1) {
                 let (weld_one, weld_two) = (weld(one.body), weld(two.body));
+                if bodies[i].link == bodies[j].link || weld_one == weld_two {
+                    continue;
+                }
                 let family = weld_one != 0
                     && weld_two != 0
                     && (weld_one == weld_parent(weld_two) || weld_two == weld_parent(weld_one));
                 let meet = one.contype & two.conaffinity != 0 || two.contype & one.conaffinity != 0;
-                let listed = [one.body.min(two.body), one.body.max(two.body)];
-                if bodies[i].link != bodies[j].link
-                    && weld_one != weld_two
-                    && !(family && filter_parent)
-                    && meet
-                    && !excluded.contains(&listed)
-                {
-                    pairs.push([i, j]);
-                }
+                let rule = if !meet {
+                    PairRule::Masked
+                } else if family && filter_parent {
+                    PairRule::Adjacent
+                } else if excluded.contains(&[one.body.min(two.body), one.body.max(two.body)]) {
+                    PairRule::Excluded
+                } else {
+                    PairRule::Checked
+                };
+                pairs.push(([i, j], rule));
             }
         }
         pairs
@@ -217,7 +250,7 @@ impl RobotModel {
         let mut triangles = read_triangles(file).map_err(|source| RobotError::Mesh {
             path: self.path.clone(),
             geom: self.geom_name(geom),
-            source,
+            source: Box::new(source),
         })?;
         let reference_from_file = source.file_from_reference.inverse();
         let [x, y, z] = source.scale;

@@ -78,7 +78,35 @@ pub enum RobotError {
         /// The geom that shows it.
         geom: String,
         /// What is wrong.
-        source: crate::assets::MeshRefusal,
+        source: Box<crate::assets::MeshRefusal>,
+    },
+    /// A file that the description names cannot be read.
+    #[error("{}: {} cannot be read: {reason}", path.display(), file.display())]
+    Unreadable {
+        /// The robot.
+        path: PathBuf,
+        /// What it names.
+        file: PathBuf,
+        /// The system's words.
+        reason: String,
+    },
+    /// A mesh has no surface.
+    #[error("{}: {source}", path.display())]
+    Surface {
+        /// The robot.
+        path: PathBuf,
+        /// What is wrong.
+        source: crate::geom::NoSurface,
+    },
+    /// Two bodies touch while the robot rests.
+    #[error("{}: {first:?} touches {second:?} at rest; if they may touch, <contact><exclude body1={first:?} body2={second:?}/></contact> says so; `graspmill robot check` finds all such pairs", path.display())]
+    Rest {
+        /// The robot.
+        path: PathBuf,
+        /// A body.
+        first: String,
+        /// The other.
+        second: String,
     },
     /// A mesh that is in no file.
     #[error("{}: geom {geom}: its mesh {mesh:?} is in no file; write it to an STL, OBJ, PLY or OFF file and name that", path.display())]

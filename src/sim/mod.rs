@@ -1,5 +1,5 @@
 //! MuJoCo: the only room that names it. A scene's camera, depth of one object by MuJoCo's own rays or renderer,
-//! and planning groups of robots.
+//! and of robots planning groups, what can collide, and MuJoCo's contacts.
 //!
 //! A [`SimModel`] is one object before the camera of `scenes/single_view.xml`, compiled once and shared; a [`SimWorker`]
 //! is what one thread needs to look at it. Both ways of looking agree with our rasteriser (`tests/depth_oracles.rs`),
@@ -15,6 +15,8 @@
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod bodies;
+mod contacts;
+mod content;
 mod depth;
 mod error;
 mod ffi;
@@ -23,6 +25,8 @@ mod probe;
 mod robot;
 mod scene;
 
+pub use bodies::PairRule;
+pub use contacts::{Contact, ContactWorker};
 pub use depth::{Inertia, SimModel, SimWorker};
 pub use error::{GlError, RobotError, SceneError, SimError};
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};

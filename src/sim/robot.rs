@@ -5,10 +5,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use mujoco_rs::wrappers::{
-    mj_data::MjData,
-    mj_editing::MjSpec,
-    mj_model::{MjModel, MjtJoint, MjtObjBase},
+use mujoco_rs::{
+    mujoco_c::mjtDisableBit,
+    wrappers::{
+        mj_data::MjData,
+        mj_editing::MjSpec,
+        mj_model::{MjModel, MjtJoint, MjtObjBase},
+    },
 };
 use nalgebra::{IsometryMatrix3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -48,7 +51,9 @@ impl RobotModel {
             return Err(refused("path is not UTF-8".into()));
         }
         let mut spec = MjSpec::from_xml(path).map_err(|error| missing_or(path, error.to_string()))?;
-        let model = spec.compile().map_err(|error| missing_or(path, error.to_string()))?;
+        let mut model = spec.compile().map_err(|error| missing_or(path, error.to_string()))?;
+        // Contacts are what a robot is opened for.
+        model.opt_mut().disableflags &= !(mjtDisableBit::mjDSBL_CONTACT as i32);
         let meshes = (0..model.mesh_pathadr().len()).map(|mesh| mesh_file(&spec, &model, mesh)).collect();
         Ok(Self { path: path.to_owned(), model, meshes })
     }

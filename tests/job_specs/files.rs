@@ -47,6 +47,7 @@ fn every_job_file_is_a_job_of_its_size() {
     let expected = [
         ("builtin", 33, 726),
         ("fetch-reachability", 1, 5280),
+        ("fetch-reachability-meshes", 1, 5280),
         ("quickstart", 18, 726),
         ("release-608", 608, 726),
         ("sensor-kinect", 32, 500),

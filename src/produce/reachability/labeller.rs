@@ -5,7 +5,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::sweep::{Arm, SweepScratch};
 use crate::{
     collision::{Bodies, CollisionChecker},
-    geom::{EndEffector, Pose, PoseLabel, Proof, World, rotation_from_rpy},
+    geom::{EndEffector, NoSurface, Pose, PoseLabel, Proof, World, rotation_from_rpy},
     job::{Collisions, ReachabilityJob, Robot},
     kinematics::{NoClosedForm, PlanningGroup, SelfMotion, Wrist},
     produce::ProduceError,
@@ -58,6 +58,17 @@ pub struct LabelledPosition {
     pub witnesses: Vec<f64>,
 }
 
+/// Why poses of a robot cannot be labelled.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoLabeller {
+    /// Its arm has no closed form.
+    #[error(transparent)]
+    Arm(#[from] NoClosedForm),
+    /// A shape has no surface.
+    #[error(transparent)]
+    Shape(#[from] NoSurface),
+}
+
 /// Rotations closer than this are the same: grids give each rotation twice, up to rounding.
 const SAME: f64 = 1e-9;
 
@@ -92,12 +103,12 @@ impl PoseLabeller {
     /// For an arm and what it may collide with; `bodies` is `None` where collisions don't count.
     ///
     /// # Errors
-    /// Says why the arm has no closed form.
+    /// Says why the arm has no closed form, or which shape has no surface.
     pub fn of_parts(
         group: &PlanningGroup,
         bodies: Option<&Bodies>,
         rotations: &[Rotation3<f64>],
-    ) -> Result<Self, NoClosedForm> {
+    ) -> Result<Self, NoLabeller> {
         let motion = SelfMotion::new(group)?;
         let mut orientations: Vec<Orientation> = Vec::with_capacity(rotations.len());
         let mut wrists: Vec<Wrist> = Vec::new();
@@ -114,7 +125,7 @@ impl PoseLabeller {
             });
             orientations.push(Orientation { rotation: *rotation, twin, wrist });
         }
-        let arm = Arm::new(motion, bodies.map(CollisionChecker::new));
+        let arm = Arm::new(motion, bodies.map(CollisionChecker::new).transpose()?);
         Ok(Self { arm, orientations, wrists })
     }
 

@@ -57,6 +57,9 @@ fn fault(robot: &Robot, error: &RobotError) -> RobotFault {
         | RobotError::MeshInline { .. }
         | RobotError::Geom { .. }
         | RobotError::Pairs { .. }
+        | RobotError::Unreadable { .. }
+        | RobotError::Surface { .. }
+        | RobotError::Rest { .. }
         | RobotError::Branches { .. } => (RobotKey::Scene, Vec::new()),
         RobotError::NoSite { present, .. } => (RobotKey::Target, present.clone()),
         RobotError::NoJoint { name, present, .. } => (joint(name), present.clone()),

@@ -1,0 +1,136 @@
+//! MuJoCo's own verdict on which bodies of a robot touch, and what touches at rest.
+
+use std::collections::BTreeMap;
+
+use mujoco_rs::wrappers::{
+    mj_data::MjData,
+    mj_model::{MjModel, MjtObjBase},
+};
+use nalgebra::IsometryMatrix3;
+
+use super::{
+    bodies::Carried,
+    error::RobotError,
+    robot::{RobotModel, index},
+};
+use crate::collision::TouchTest;
+
+/// Two bodies that MuJoCo finds in contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Places in [`Bodies::bodies`](crate::collision::Bodies::bodies), the lower first.
+    pub bodies: [usize; 2],
+    /// How far apart they are [m], by MuJoCo's measure: negative where they overlap.
+    pub distance: f64,
+}
+
+/// What one thread needs to ask MuJoCo for contacts.
+///
+/// MuJoCo collides convex hulls of meshes, so it finds contacts where the meshes themselves have none, and takes the frame of
+/// a mesh from that of its body's inertia where the two agree to a millionth.
+pub struct ContactWorker<'a> {
+    data: MjData<&'a MjModel>,
+    carried: Carried,
+    /// Of each joint of the group, its place among MuJoCo's coordinates.
+    addresses: Vec<usize>,
+}
+
+impl RobotModel {
+    /// A worker for the planning group of these joints; `fixed` as in [`RobotModel::bodies`].
+    ///
+    /// # Errors
+    /// As [`RobotModel::bodies`].
+    pub fn contact_worker(
+        &self,
+        joints: &[&str],
+        fixed: &BTreeMap<String, f64>,
+    ) -> Result<ContactWorker<'_>, RobotError> {
+        let carried = self.carried(joints, fixed)?;
+        let mut data = MjData::new(&self.model);
+        let address = |name: &str| Ok(index(self.model.jnt_qposadr()[self.joint(name)?]));
+        for (name, value) in fixed {
+            data.qpos_mut()[address(name)?] = *value;
+        }
+        let addresses = carried.chain.iter().map(|joint| address(&joint.name)).collect::<Result<_, _>>()?;
+        Ok(ContactWorker { data, carried, addresses })
+    }
+
+    /// The group's joint values at rest [rad or m], from the world outward: as the keyframe `home` has them, else where the
+    /// description has each joint, brought within its limits.
+    ///
+    /// # Errors
+    /// As [`RobotModel::bodies`].
+    pub fn rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Vec<f64>, RobotError> {
+        self.rest_of(&self.carried(joints, fixed)?)
+    }
+
+    fn rest_of(&self, carried: &Carried) -> Result<Vec<f64>, RobotError> {
+        let model = &self.model;
+        let home = model.name_to_id(MjtObjBase::mjOBJ_KEY, "home");
+        let home = home.map_or(model.qpos0(), |key| &model.key_qpos()[key * model.qpos0().len()..]);
+        let value = |joint: &crate::kinematics::Joint| {
+            let value = home[index(model.jnt_qposadr()[self.joint(&joint.name)?])];
+            Ok(joint.limits.map_or(value, |limits| value.max(limits.low).min(limits.high)))
+        };
+        carried.chain.iter().map(value).collect()
+    }
+
+    /// Whether the robot stands free at rest: the pairs of [`RobotModel::bodies`] by their exact shapes.
+    ///
+    /// # Errors
+    /// When a pair touches, and as [`RobotModel::bodies`].
+    pub fn check_rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<(), RobotError> {
+        let carried = self.carried(joints, fixed)?;
+        let rest = self.rest_of(&carried)?;
+        let mut frame = IsometryMatrix3::identity();
+        let frames: Vec<_> = carried
+            .chain
+            .iter()
+            .zip(&rest)
+            .map(|(joint, value)| {
+                frame = frame * joint.origin * joint.motion(*value);
+                frame
+            })
+            .collect();
+        let test = TouchTest::new(&carried.bodies)
+            .map_err(|source| RobotError::Surface { path: self.path.clone(), source })?;
+        match carried.bodies.pairs.iter().find(|pair| test.touches(**pair, &frames)) {
+            Some(pair) => {
+                let [first, second] = pair.map(|place| carried.bodies.bodies[place].name.clone());
+                Err(RobotError::Rest { path: self.path.clone(), first, second })
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl ContactWorker<'_> {
+    /// The pairs of bodies of different links in contact at joint values `q` [rad or m], from the world outward: each once,
+    /// at its least distance, sorted.
+    ///
+    /// # Panics
+    /// When `q` has another length than the group, or a value that is not finite.
+    pub fn contacts(&mut self, q: &[f64]) -> Vec<Contact> {
+        assert_eq!(q.len(), self.addresses.len(), "one value a joint");
+        assert!(q.iter().all(|value| value.is_finite()), "joint values must be finite: {q:?}");
+        for (address, value) in self.addresses.iter().zip(q) {
+            self.data.qpos_mut()[*address] = *value;
+        }
+        self.data.kinematics();
+        self.data.com_pos();
+        self.data.collision();
+        let mut found = BTreeMap::new();
+        for contact in self.data.contact() {
+            let place = |side: usize| {
+                usize::try_from(contact.geom[side]).ok().and_then(|geom| self.carried.place_of_geom[geom])
+            };
+            let (Some(one), Some(other)) = (place(0), place(1)) else { continue };
+            let link = |place: usize| self.carried.bodies.bodies[place].link;
+            if link(one) != link(other) {
+                let least = found.entry([one.min(other), one.max(other)]).or_insert(f64::INFINITY);
+                *least = contact.dist.min(*least);
+            }
+        }
+        found.into_iter().map(|(bodies, distance)| Contact { bodies, distance }).collect()
+    }
+}
