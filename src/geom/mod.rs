@@ -1,11 +1,15 @@
 //! Pure maths: frames and poses, camera, images, grids, fields over poses, meshes. No I/O, no threads, no random numbers.
 
 mod camera;
+mod doubles;
 mod field;
 mod frames;
 mod grid;
 mod image;
-#[cfg(feature = "factory")]
+#[cfg_attr(
+    not(feature = "factory"),
+    allow(dead_code, unused_macros, unused_imports, reason = "most of its users are producers")
+)]
 pub(crate) mod lanes;
 mod mesh;
 mod query;
@@ -17,8 +21,8 @@ mod views;
 
 pub use camera::{Intrinsics, InvalidIntrinsics};
 pub use field::{
-    Axis, AxisUnit, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid, PoseLabel, Proof,
-    signed_distance_standard, signed_distance_thesis, value_and_gradient,
+    Axis, AxisUnit, FieldLookup, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid, PoseLabel, Proof,
+    signed_distance_standard, signed_distance_thesis,
 };
 pub use frames::{CameraCv, CameraGl, EndEffector, Frame, Object, Pose, World, rotation_from_rpy};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
@@ -29,10 +33,10 @@ pub use query::{MeshQuery, NoSurface, RayHit, TouchShape};
 pub use render_mesh::RenderMesh;
 pub use shape::{Shape, Triangles};
 pub use simd::SimdLevel;
+pub(crate) use simd::kernel;
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};
 #[cfg(feature = "factory")]
 pub(crate) use {
     lanes::{Affine, Lanes, each_of},
     render_mesh::Facing,
-    simd::kernel,
 };

@@ -78,7 +78,6 @@ impl FromStr for SimdLevel {
 /// `kernel! { fn name(a: A, b: B) -> R = body; }` makes `fn name(level: SimdLevel, a: A, b: B) -> R` of
 /// `fn body<L: Lanes>(lanes: L, a: A, b: B) -> R`, to be called with a level from [`SimdLevel::usable`] only. Rust contracts and reorders no floating-point operation, so the wider
 /// instructions that the compiler picks give the same bits.
-#[cfg(feature = "factory")]
 macro_rules! kernel {
     ($(#[$meta:meta])* $vis:vis fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $out:ty)? = $body:ident;) => {
         $(#[$meta])*
@@ -118,5 +117,4 @@ macro_rules! kernel {
     };
 }
 
-#[cfg(feature = "factory")]
 pub(crate) use kernel;

@@ -12,6 +12,6 @@ mod standard;
 
 pub use fast_marching::signed_distance_thesis;
 pub use label::{PoseLabel, Proof};
-pub use lookup::{FieldMetric, value_and_gradient};
+pub use lookup::{FieldLookup, FieldMetric};
 pub use pose_grid::{Axis, AxisUnit, InvalidPoseGrid, PoseGrid};
 pub use standard::{METRES_PER_RADIAN, signed_distance_standard};
