@@ -5,6 +5,7 @@
 //! axes of 2 to 48 cells are faster by trying every cell.
 
 use super::{FieldMetric, PoseGrid};
+use crate::geom::{SimdLevel, kernel};
 
 /// Metres that count as much as one radian: 45 deg as much as 0.1 m.
 pub const METRES_PER_RADIAN: f64 = 0.127;
@@ -20,7 +21,7 @@ const LANES: usize = 16;
 /// other label the distance is infinite: +inf everywhere when nothing is inside, -inf when everything is.
 ///
 /// Squares are summed in `f64` and each root is rounded to `f32` once, so the result is within one rounding of the exact
-/// distance; sums run in the order of the axes and a minimum has no rounding, so the bits are the same on every machine.
+/// distance; sums run in one order and a minimum has no rounding, so the bits are the same on every machine.
 ///
 /// # Panics
 /// When `inside` has not one value a cell or `rho` is not finite and above zero.
@@ -29,18 +30,17 @@ pub fn signed_distance_standard(inside: &[bool], grid: &PoseGrid, rho: f64) -> V
     assert!(rho.is_finite() && rho > 0.0, "rho = {rho} m/rad must be finite and above zero");
     let mut result = vec![0.0_f32; grid.cells()];
     let mut squares = vec![0.0_f64; grid.cells()];
+    let transform = Transform::new(grid, rho);
     // To the outside cells for the cells inside, then the other way round.
     for (label, sign) in [(true, -1.0), (false, 1.0)] {
         for (square, cell) in squares.iter_mut().zip(inside) {
             *square = if *cell == label { f64::INFINITY } else { 0.0 };
         }
-        for axis in 0..6 {
-            transform_axis(&mut squares, grid, axis, rho);
-        }
+        transform.run(&mut squares);
         for ((value, square), cell) in result.iter_mut().zip(&squares).zip(inside) {
-            if *cell == label {
-                *value = (sign * square.sqrt()) as f32;
-            }
+            // For every cell, so that the roots are taken side by side.
+            let distance = (sign * square.sqrt()) as f32;
+            *value = if *cell == label { distance } else { *value };
         }
     }
     result
@@ -58,67 +58,102 @@ fn squared_gaps(grid: &PoseGrid, axis: usize, rho: f64) -> Vec<f64> {
         .collect()
 }
 
-/// `out[i] = min over j of in[j] + gap(i, j)^2` along every line of one axis, in place.
-fn transform_axis(squares: &mut [f64], grid: &PoseGrid, axis: usize, rho: f64) {
-    let (count, stride) = (grid.axes()[axis].count, grid.strides()[axis]);
-    if count == 1 {
-        return;
+/// What every pass over a grid needs.
+struct Transform {
+    counts: [usize; 6],
+    strides: [usize; 6],
+    gaps: [Vec<f64>; 6],
+    simd: SimdLevel,
+}
+
+impl Transform {
+    fn new(grid: &PoseGrid, rho: f64) -> Self {
+        let gaps = std::array::from_fn(|axis| squared_gaps(grid, axis, rho));
+        Self { counts: grid.shape(), strides: grid.strides(), gaps, simd: SimdLevel::detect() }
     }
-    let gaps = squared_gaps(grid, axis, rho);
-    let lines = squares.len() / count;
-    let mut tile = vec![[f64::INFINITY; LANES]; count];
-    for first in (0..lines).step_by(LANES) {
-        let used = LANES.min(lines - first);
-        // Where lane `l` of the tile starts; neighbouring lanes are neighbours in memory when the stride allows.
-        let start = |line: usize| line / stride * stride * count + line % stride;
-        let starts: [usize; LANES] = std::array::from_fn(|lane| start(first + lane.min(used - 1)));
-        let contiguous = starts[LANES - 1] == starts[0] + LANES - 1;
-        for (j, row) in tile.iter_mut().enumerate() {
-            if contiguous {
-                row.copy_from_slice(&squares[starts[0] + j * stride..][..LANES]);
-            } else {
-                *row = starts.map(|start| squares[start + j * stride]);
+
+    /// Transforms along every axis, in place: yaw, pitch, roll and z while the cells of one x and y are in the processor's
+    /// cache, then y, then x.
+    fn run(&self, squares: &mut [f64]) {
+        let longest = self.counts.iter().copied().fold(1, usize::max);
+        let tiles = &mut vec![[0.0; LANES]; 2 * longest];
+        for slab in squares.chunks_exact_mut(self.strides[0]) {
+            for block in slab.chunks_exact_mut(self.strides[1]) {
+                // Lines of one value are their own transform.
+                if block.iter().any(|square| *square != block[0]) {
+                    (2..6).rev().for_each(|axis| self.along(block, axis, tiles));
+                }
             }
+            self.along(slab, 1, tiles);
         }
-        // A line of one value is its own transform.
-        if tile.iter().flatten().all(|square| *square == tile[0][0]) {
-            continue;
+        self.along(squares, 0, tiles);
+    }
+
+    /// `out[i] = min over j of in[j] + gap(i, j)^2` along every line of one axis, in place.
+    fn along(&self, squares: &mut [f64], axis: usize, tiles: &mut [[f64; LANES]]) {
+        let (count, stride) = (self.counts[axis], self.strides[axis]);
+        if count == 1 {
+            return;
         }
-        for i in 0..count {
-            let least = least_sums(&tile, &gaps, i);
-            if contiguous {
-                squares[starts[0] + i * stride..][..LANES].copy_from_slice(&least);
-            } else {
-                for (start, least) in starts.iter().zip(least) {
-                    squares[start + i * stride] = least;
+        let lines = squares.len() / count;
+        let (tile, least) = tiles.split_at_mut(tiles.len() / 2);
+        let (tile, least) = (&mut tile[..count], &mut least[..count]);
+        for first in (0..lines).step_by(LANES) {
+            let used = LANES.min(lines - first);
+            // Where lane `l` of the tile starts; neighbouring lanes are neighbours in memory when the stride allows.
+            let start = |line: usize| line / stride * stride * count + line % stride;
+            let starts: [usize; LANES] = std::array::from_fn(|lane| start(first + lane.min(used - 1)));
+            let contiguous = starts[LANES - 1] == starts[0] + LANES - 1;
+            for (j, row) in tile.iter_mut().enumerate() {
+                if contiguous {
+                    row.copy_from_slice(&squares[starts[0] + j * stride..][..LANES]);
+                } else {
+                    *row = starts.map(|start| squares[start + j * stride]);
+                }
+            }
+            // A line of one value is its own transform.
+            if tile.iter().flatten().all(|square| *square == tile[0][0]) {
+                continue;
+            }
+            least_sums(self.simd, tile, &self.gaps[axis], least);
+            for (i, least) in least.iter().enumerate() {
+                if contiguous {
+                    squares[starts[0] + i * stride..][..LANES].copy_from_slice(least);
+                } else {
+                    for (start, least) in starts.iter().zip(least) {
+                        squares[start + i * stride] = *least;
+                    }
                 }
             }
         }
     }
 }
 
-/// `min over j of tile[j] + gaps[|i - j|]`, lane by lane.
-fn least_sums(tile: &[[f64; LANES]], gaps: &[f64], i: usize) -> [f64; LANES] {
-    let mut least = tile[i];
-    let (before, after) = (tile[..i].iter().rev(), tile[i + 1..].iter());
-    let mut take = |rows: &mut dyn Iterator<Item = &[f64; LANES]>| {
-        for (row, gap) in rows.zip(&gaps[1..]) {
-            for (least, square) in least.iter_mut().zip(row) {
-                let sum = square + gap;
+kernel! {
+    /// `least[i] = min over j of tile[j] + gaps[|i - j|]`, lane by lane.
+    fn least_sums(tile: &[[f64; LANES]], gaps: &[f64], least: &mut [[f64; LANES]]) = least_sums_body;
+}
+
+#[inline(always)]
+fn least_sums_body<L>(_: L, tile: &[[f64; LANES]], gaps: &[f64], least: &mut [[f64; LANES]]) {
+    for (i, out) in least.iter_mut().enumerate() {
+        let mut least = tile[i];
+        for (j, row) in tile.iter().enumerate() {
+            // The cell itself has no gap: its sum is what `least` started with.
+            let gap = gaps[i.abs_diff(j)];
+            for lane in 0..LANES {
+                let sum = row[lane] + gap;
                 // Not `f64::min`, whose care for NaN costs more than the sum.
-                *least = if sum < *least { sum } else { *least };
+                least[lane] = if sum < least[lane] { sum } else { least[lane] };
             }
         }
-    };
-    take(&mut { before });
-    take(&mut { after });
-    least
+        *out = least;
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::{super::fixtures::*, *};
-    use std::time::Instant;
 
     /// The distance by its definition: over all boxes of the other label.
     fn by_definition(inside: &[bool], grid: &PoseGrid, rho: f64) -> Vec<f64> {
@@ -244,18 +279,6 @@ mod tests {
             let labels = vec![false; grid.cells()];
             let refused = std::panic::catch_unwind(|| signed_distance_standard(&labels, &grid, rho));
             assert!(refused.is_err(), "rho = {rho}");
-        }
-    }
-
-    #[test]
-    fn the_fetch_grid_takes_a_moment() {
-        let grid = fetch_grid();
-        let labels = blob_labels(&grid, 8, 5.0, 7);
-        let inside = labels.iter().filter(|label| **label).count();
-        for _ in 0..5 {
-            let start = Instant::now();
-            let field = signed_distance_standard(&labels, &grid, METRES_PER_RADIAN);
-            println!("{inside} of {} cells inside: {:?}, first {}", grid.cells(), start.elapsed(), field[0]);
         }
     }
 }
