@@ -82,6 +82,8 @@ bench-peers: setup build $(PEERS)/.complete ## pairs a second beside ready-made 
 	$(CARGO) bench --locked --bench views -- 'view_16k/(depth|pair)$$'
 	$(CARGO) bench --locked --bench solid -- solid_256_of_scans
 	$(PEERS)/bin/python benches/peers.py --graspmill $(PROGRAM)
+	$(CARGO) bench --locked --bench reachability -- 'field/(query|standard/fetch$$|thesis|obstacle)'
+	$(PEERS)/bin/python benches/peers_field.py
 
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only

@@ -1,6 +1,7 @@
 //! Signed distance fields over the thesis's grid (12 x 22 x 20 x 2 x 8 x 8 poses), one thread.
 //!
-//! `field/query`: value and gradient at one pose, the mean of 100,000. The field is that of a few balls of poses.
+//! `field/query`: value and gradient at 100,000 poses. `field/obstacle`: an obstacle in, to the new field, and out again.
+//! The fields are those of a few balls of poses.
 
 use std::{
     f64::consts::{PI, TAU},
@@ -11,9 +12,10 @@ use std::{
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use graspmill::{
     geom::{
-        Axis, AxisUnit, FieldLookup, FieldMetric, METRES_PER_RADIAN, PoseGrid, SimdLevel, signed_distance_standard,
-        signed_distance_thesis,
+        Axis, AxisUnit, FieldLookup, FieldMetric, METRES_PER_RADIAN, OccupancyGrid, Pose, PoseGrid, PoseLabel,
+        SimdLevel, signed_distance_standard, signed_distance_thesis,
     },
+    runtime::{EndEffectorVolume, Obstacle, ReachabilityMap, ReachabilityParts, RobotFacts},
     seed::Stream,
 };
 
@@ -102,5 +104,48 @@ fn fields(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, queries, fields);
+/// A map without witnesses and a hand of the Fetch's size, 0.17 m in front of the wrist.
+fn map_and_hand() -> (ReachabilityMap, EndEffectorVolume) {
+    let (grid, metric) = (grid(1), FieldMetric::Metres { rho: METRES_PER_RADIAN });
+    let inside = labels(&grid, 5.0);
+    let distances = signed_distance_standard(&inside, &grid, METRES_PER_RADIAN);
+    let label = |inside: &bool| if *inside { PoseLabel::Reachable } else { PoseLabel::NoSolution };
+    let labels = inside.iter().map(label).collect();
+    let robot = RobotFacts::default();
+    let map = ReachabilityMap::new(ReachabilityParts { grid, metric, labels, distances, witnesses: None, robot })
+        .expect("parts that fit");
+    let palm = Pose::from_xyz_rpy([0.07, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    (map, EndEffectorVolume::default().with_box(&palm, [0.06, 0.065, 0.04], 0.05))
+}
+
+fn obstacles(criterion: &mut Criterion) {
+    let (mut map, hand) = map_and_hand();
+    let pose = Pose::from_xyz_rpy([0.8, 0.1, 0.7, 0.1, 0.2, 0.3]);
+    let mut shelf = OccupancyGrid::new(40);
+    for cell in 0..64_000 {
+        let place = [cell / 1600, cell / 40 % 40, cell % 40];
+        if place[2] % 10 < 2 || place[1] == 0 {
+            shelf.set(place);
+        }
+    }
+    let kinds = [
+        ("box", Obstacle::cuboid(&pose, [0.15, 0.2, 0.1])),
+        ("table", Obstacle::cuboid(&pose, [0.5, 0.8, 0.02])),
+        ("occupancy_40", Obstacle::occupancy(&pose, &shelf, 0.01)),
+    ];
+    let mut group = criterion.benchmark_group("field/obstacle");
+    group.sample_size(20);
+    for (name, obstacle) in kinds {
+        let obstacle = obstacle.expect("a sound obstacle");
+        group.bench_function(name, |bench| {
+            bench.iter(|| {
+                map.add_obstacle(black_box(&obstacle), &hand);
+                map.undo()
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, queries, fields, obstacles);
 criterion_main!(benches);

@@ -77,6 +77,28 @@ impl<To: Frame, From: Frame> Pose<To, From> {
         &self.isometry.translation.vector
     }
 
+    /// From a translation x, y, z [m] and angles roll, pitch, yaw [rad] of [`rotation_from_rpy`].
+    pub fn from_xyz_rpy([x, y, z, roll, pitch, yaw]: [f64; 6]) -> Self {
+        Self::new(rotation_from_rpy(roll, pitch, yaw), Vector3::new(x, y, z))
+    }
+
+    /// Translation x, y, z [m] and angles [rad]: roll and yaw in -pi..=pi, pitch in -pi/2..=pi/2.
+    ///
+    /// Two triples of angles mean each rotation, (roll, pitch, yaw) and (roll + pi, pi - pitch, yaw + pi); this is that of
+    /// the smaller pitch. At a pitch of 90 deg, where only their difference counts, roll is 0.
+    pub fn xyz_rpy(&self) -> [f64; 6] {
+        let (m, t) = (self.isometry.rotation.matrix(), self.translation());
+        let level = libm::hypot(m[(0, 0)], m[(1, 0)]);
+        let pitch = libm::atan2(-m[(2, 0)], level);
+        // Beyond this, what is left of roll and yaw is rounding.
+        let [roll, yaw] = if level > 1e-9 {
+            [libm::atan2(m[(2, 1)], m[(2, 2)]), libm::atan2(m[(1, 0)], m[(0, 0)])]
+        } else {
+            [0.0, libm::atan2(-m[(0, 1)], m[(1, 1)])]
+        };
+        [t.x, t.y, t.z, roll, pitch, yaw]
+    }
+
     /// The map from `To` back to `From`.
     pub fn inverse(&self) -> Pose<From, To> {
         Pose::from_isometry(self.isometry.inverse())
@@ -138,4 +160,27 @@ pub fn rotation_from_rpy(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
         cp * sr,
         cp * cr,
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    #[test]
+    fn angles_come_back_as_the_same_rotation() {
+        for roll in [-PI, -2.0, -0.3, 0.0, 1.2, PI, 4.0] {
+            for pitch in [-PI, -2.0, -FRAC_PI_2, -0.4, 0.0, 0.9, FRAC_PI_2, 2.5, PI] {
+                for yaw in [-PI, -1.0, 0.0, 0.2, 3.0, PI] {
+                    let pose = Pose::<World, EndEffector>::from_xyz_rpy([0.1, -0.2, 0.3, roll, pitch, yaw]);
+                    let [x, y, z, r, p, w] = pose.xyz_rpy();
+                    assert_eq!([x, y, z], [0.1, -0.2, 0.3]);
+                    assert!(r.abs() <= PI && w.abs() <= PI && p.abs() <= FRAC_PI_2);
+                    let again = rotation_from_rpy(r, p, w);
+                    let apart = (again.matrix() - pose.rotation().matrix()).amax();
+                    assert!(apart < 1e-12, "{roll} {pitch} {yaw}: {r} {p} {w}, {apart:e} apart");
+                }
+            }
+        }
+    }
 }

@@ -1,0 +1,399 @@
+//! The reachable set of a robot, opened for questions.
+
+use std::{cmp::Ordering, collections::BTreeMap};
+
+use nalgebra::{Point3, Rotation3, Vector3};
+
+use super::{Ball, EndEffectorVolume, Obstacle};
+use crate::geom::{
+    FieldLookup, FieldMetric, PoseGrid, PoseLabel, rotation_from_rpy, signed_distance_standard, signed_distance_thesis,
+};
+
+/// Cells between two counts of the reachable ones before.
+const STRIDE: usize = 64;
+
+/// Whose poses they are.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RobotFacts {
+    /// Name of the robot, for people.
+    pub robot: String,
+    /// The planning group, from the base outward.
+    pub joints: Vec<String>,
+    /// The site that is brought to the poses.
+    pub target: String,
+    /// The frame that the poses are in.
+    pub frame: String,
+}
+
+/// What a [`ReachabilityMap`] is made of.
+#[derive(Clone, Debug)]
+pub struct ReachabilityParts {
+    /// The poses.
+    pub grid: PoseGrid,
+    /// What the distances count.
+    pub metric: FieldMetric,
+    /// One label a cell, in the order of the grid.
+    pub labels: Vec<PoseLabel>,
+    /// Signed distance of each cell, negative inside.
+    pub distances: Vec<f32>,
+    /// Joint values [rad or m] of each reachable cell, in the order of the cells.
+    pub witnesses: Option<Vec<f64>>,
+    /// Whose poses they are.
+    pub robot: RobotFacts,
+}
+
+/// Why parts make no [`ReachabilityMap`].
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum InvalidMap {
+    /// Another count than the grid or the labels ask for.
+    #[error("{found} {what}, {expected} expected")]
+    Count {
+        /// Of what.
+        what: &'static str,
+        /// As given.
+        found: usize,
+        /// As it must be.
+        expected: usize,
+    },
+    /// A distance with the other label's sign.
+    #[error("cell {cell}: distance {distance} of a cell that is {}; it must be negative where reachable and nowhere else", label.name())]
+    Sign {
+        /// Index of the cell.
+        cell: usize,
+        /// Its label.
+        label: PoseLabel,
+        /// Its distance.
+        distance: f32,
+    },
+}
+
+/// An obstacle that was put into a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ObstacleId(u64);
+
+/// The cell nearest to a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestCell<'a> {
+    /// Its index.
+    pub cell: usize,
+    /// The pose of its centre: x, y, z [m], roll, pitch, yaw [rad].
+    pub pose: [f64; 6],
+    /// What is known of it, obstacles counted.
+    pub label: PoseLabel,
+    /// Joint values that bring the robot there, of a reachable cell of a map that has them.
+    pub witness: Option<&'a [f64]>,
+}
+
+/// A pose and its place in a ranking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ranked {
+    /// Which of the poses given.
+    pub index: usize,
+    /// The field there, negative inside.
+    pub distance: f64,
+}
+
+/// The reachable set of a robot: distances, labels, witnesses, and obstacles that come and go.
+///
+/// Poses are x, y, z [m], roll, pitch, yaw [rad] with rotation Rz(yaw) Ry(pitch) Rx(roll), of the target site in the frame
+/// that [`RobotFacts`] names; `Pose::xyz_rpy` gives them.
+pub struct ReachabilityMap {
+    robot: RobotFacts,
+    lookup: FieldLookup,
+    labels: Vec<PoseLabel>,
+    distances: Vec<f32>,
+    /// Labels and distances without obstacles, while there are any.
+    clear: Option<(Vec<PoseLabel>, Vec<f32>)>,
+    /// Cells that each obstacle blocks, of those reachable without any.
+    obstacles: Vec<(ObstacleId, Vec<u32>)>,
+    next: u64,
+    witnesses: Option<Vec<f64>>,
+    /// Reachable cells, without obstacles, before every `STRIDE`-th cell.
+    reachable_before: Vec<u32>,
+    /// The grid's rotations, and the angle cells that mean each.
+    rotations: Vec<(Rotation3<f64>, Vec<usize>)>,
+}
+
+/// Balls that cover the arm [m, world], given joint values; they are added to the list.
+pub type ArmCover<'a> = &'a dyn Fn(&[f64], &mut Vec<Ball>);
+
+impl ReachabilityMap {
+    /// A map of these parts.
+    ///
+    /// # Errors
+    /// When a count or a sign does not fit.
+    pub fn new(parts: ReachabilityParts) -> Result<Self, InvalidMap> {
+        let ReachabilityParts { grid, metric, labels, distances, witnesses, robot } = parts;
+        let count = |what, found, expected| {
+            if found == expected { Ok(()) } else { Err(InvalidMap::Count { what, found, expected }) }
+        };
+        count("labels", labels.len(), grid.cells())?;
+        count("distances", distances.len(), grid.cells())?;
+        for (cell, (label, distance)) in labels.iter().zip(&distances).enumerate() {
+            let holds = if *label == PoseLabel::Reachable { *distance < 0.0 } else { *distance > 0.0 };
+            if !holds {
+                return Err(InvalidMap::Sign { cell, label: *label, distance: *distance });
+            }
+        }
+        let (mut reachable_before, mut before) = (Vec::with_capacity(labels.len() / STRIDE + 1), 0);
+        for some in labels.chunks(STRIDE) {
+            reachable_before.push(before);
+            before += some.iter().filter(|label| **label == PoseLabel::Reachable).count() as u32;
+        }
+        if let Some(witnesses) = &witnesses {
+            count("joint values of witnesses", witnesses.len(), before as usize * robot.joints.len())?;
+        }
+        let (lookup, rotations) = (FieldLookup::new(&grid, metric), rotations(&grid));
+        let (clear, obstacles) = (None, Vec::new());
+        Ok(Self { robot, lookup, labels, distances, clear, obstacles, next: 0, witnesses, reachable_before, rotations })
+    }
+
+    /// Whose poses they are.
+    pub fn robot(&self) -> &RobotFacts {
+        &self.robot
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &PoseGrid {
+        self.lookup.grid()
+    }
+
+    /// What the distances count.
+    pub fn metric(&self) -> FieldMetric {
+        self.lookup.metric()
+    }
+
+    /// One label a cell, obstacles counted.
+    pub fn labels(&self) -> &[PoseLabel] {
+        &self.labels
+    }
+
+    /// Signed distance of each cell, obstacles counted.
+    pub fn distances(&self) -> &[f32] {
+        &self.distances
+    }
+
+    /// Signed distance at a pose, negative inside the reachable set.
+    ///
+    /// Between centres and outside the grid as [`FieldLookup::value_and_gradient`] says.
+    pub fn distance(&self, pose: &[f64; 6]) -> f64 {
+        self.distance_and_gradient(pose).0
+    }
+
+    /// Signed distance at a pose, and its gradient by metre (x, y, z) and radian (roll, pitch, yaw): against it lies deeper.
+    pub fn distance_and_gradient(&self, pose: &[f64; 6]) -> (f64, [f64; 6]) {
+        self.lookup.value_and_gradient(&self.distances, pose)
+    }
+
+    /// [`Self::distance_and_gradient`] of many poses.
+    pub fn distances_and_gradients<'a>(
+        &'a self,
+        poses: impl IntoIterator<Item = &'a [f64; 6]> + 'a,
+    ) -> impl Iterator<Item = (f64, [f64; 6])> + 'a {
+        poses.into_iter().map(|pose| self.distance_and_gradient(pose))
+    }
+
+    /// Whether a pose lies in the box of the grid's cells: within half a step of a centre on every axis that does not wrap.
+    pub fn is_in_grid(&self, pose: &[f64; 6]) -> bool {
+        self.grid().axes().iter().zip(pose).all(|(axis, coordinate)| {
+            let place = (coordinate - axis.first) / axis.step;
+            coordinate.is_finite() && (axis.periodic || (-0.5..=axis.count as f64 - 0.5).contains(&place))
+        })
+    }
+
+    /// The cell nearest to a pose, axis by axis; `None` for a pose that is not finite.
+    pub fn nearest_cell(&self, pose: &[f64; 6]) -> Option<NearestCell<'_>> {
+        if !pose.iter().all(|coordinate| coordinate.is_finite()) {
+            return None;
+        }
+        let cell = self.grid().nearest(*pose);
+        Some(NearestCell { cell, pose: self.grid().pose(cell), label: self.labels[cell], witness: self.witness(cell) })
+    }
+
+    /// Joint values that bring the robot to a cell; `None` where it is not reachable, or the map has no witnesses.
+    pub fn witness(&self, cell: usize) -> Option<&[f64]> {
+        if self.labels[cell] == PoseLabel::Reachable { self.clear_witness(cell) } else { None }
+    }
+
+    /// The witness of a cell that is reachable without obstacles.
+    fn clear_witness(&self, cell: usize) -> Option<&[f64]> {
+        let witnesses = self.witnesses.as_ref().filter(|_| self.is_clear(cell))?;
+        let first = cell / STRIDE * STRIDE;
+        let near = self.clear_labels()[first..cell].iter().filter(|label| **label == PoseLabel::Reachable).count();
+        let (place, joints) = (self.reachable_before[cell / STRIDE] as usize + near, self.robot.joints.len());
+        Some(&witnesses[place * joints..(place + 1) * joints])
+    }
+
+    /// Poses by the field's value there, the deepest inside first; equal ones stay in order, those without a value last.
+    pub fn rank(&self, poses: &[[f64; 6]]) -> Vec<Ranked> {
+        let mut ranked: Vec<Ranked> =
+            poses.iter().enumerate().map(|(index, pose)| Ranked { index, distance: self.distance(pose) }).collect();
+        ranked.sort_by(|a, b| {
+            let unknown = a.distance.is_nan().cmp(&b.distance.is_nan());
+            unknown.then(a.distance.partial_cmp(&b.distance).unwrap_or(Ordering::Equal))
+        });
+        ranked
+    }
+
+    /// Puts an obstacle into the world: cells at which the end effector touches it become `Colliding`, and the field is
+    /// that of the remaining ones.
+    ///
+    /// Only the end effector counts; for the arm see [`Self::add_obstacle_for_arm`].
+    pub fn add_obstacle(&mut self, obstacle: &Obstacle, end_effector: &EndEffectorVolume) -> ObstacleId {
+        let blocked = self.touching(obstacle, end_effector.balls());
+        self.put(blocked)
+    }
+
+    /// [`Self::add_obstacle`], where cells count as blocked, too, when the arm touches the obstacle in all their
+    /// witnesses (of all cells that mean one pose). Other joint values might pass: this is on the safe side.
+    ///
+    /// A map without witnesses knows no arm: only the end effector counts.
+    pub fn add_obstacle_for_arm(
+        &mut self,
+        obstacle: &Obstacle,
+        end_effector: &EndEffectorVolume,
+        arm: ArmCover,
+    ) -> ObstacleId {
+        let mut blocked = self.touching(obstacle, end_effector.balls());
+        if self.witnesses.is_some() {
+            let angles = self.angles();
+            let mut balls = Vec::new();
+            let mut passes = |cell: usize| {
+                balls.clear();
+                self.clear_witness(cell).is_some_and(|joints| {
+                    arm(joints, &mut balls);
+                    !balls.iter().any(|ball| obstacle.touches(&ball.centre, ball.radius))
+                })
+            };
+            for position in 0..self.grid().cells() / angles {
+                for (_, alike) in &self.rotations {
+                    let cells = alike.iter().map(|angle| position * angles + angle);
+                    if !cells.clone().any(&mut passes) {
+                        // Those that are not reachable anyway are nobody's.
+                        blocked.extend(cells.filter(|cell| self.is_clear(*cell)).map(|cell| cell as u32));
+                    }
+                }
+            }
+            blocked.sort_unstable();
+            blocked.dedup();
+        }
+        self.put(blocked)
+    }
+
+    /// Takes an obstacle away: labels and distances are, to the byte, as if it had never been there. `false` when there is
+    /// no such obstacle.
+    pub fn remove(&mut self, obstacle: ObstacleId) -> bool {
+        let Some(place) = self.obstacles.iter().position(|(id, _)| *id == obstacle) else { return false };
+        self.obstacles.remove(place);
+        self.renew();
+        true
+    }
+
+    /// Takes the obstacle away that came last; `None` when there is none.
+    pub fn undo(&mut self) -> Option<ObstacleId> {
+        let (last, _) = *self.obstacles.last()?;
+        self.remove(last);
+        Some(last)
+    }
+
+    /// The obstacles and how many cells each blocks that would be reachable without any, in the order they came.
+    pub fn obstacles(&self) -> impl Iterator<Item = (ObstacleId, usize)> + '_ {
+        self.obstacles.iter().map(|(id, blocked)| (*id, blocked.len()))
+    }
+
+    fn put(&mut self, blocked: Vec<u32>) -> ObstacleId {
+        let id = ObstacleId(self.next);
+        self.next += 1;
+        self.obstacles.push((id, blocked));
+        self.renew();
+        id
+    }
+
+    /// Labels and distances for the obstacles that are there.
+    fn renew(&mut self) {
+        if self.obstacles.is_empty() {
+            if let Some(clear) = self.clear.take() {
+                (self.labels, self.distances) = clear;
+            }
+            return;
+        }
+        let (labels, _) = self.clear.get_or_insert_with(|| (self.labels.clone(), std::mem::take(&mut self.distances)));
+        self.labels.copy_from_slice(labels);
+        for cell in self.obstacles.iter().flat_map(|(_, blocked)| blocked) {
+            self.labels[*cell as usize] = PoseLabel::Colliding;
+        }
+        let inside: Vec<bool> = self.labels.iter().map(|label| *label == PoseLabel::Reachable).collect();
+        self.distances = match self.lookup.metric() {
+            FieldMetric::Metres { rho } => signed_distance_standard(&inside, self.lookup.grid(), rho),
+            FieldMetric::Cells => signed_distance_thesis(&inside, self.lookup.grid()),
+        };
+    }
+
+    fn clear_labels(&self) -> &[PoseLabel] {
+        self.clear.as_ref().map_or(&self.labels, |(labels, _)| labels)
+    }
+
+    /// Whether a cell is reachable without obstacles.
+    fn is_clear(&self, cell: usize) -> bool {
+        self.clear_labels()[cell] == PoseLabel::Reachable
+    }
+
+    /// Cells of one position.
+    fn angles(&self) -> usize {
+        self.grid().strides()[2]
+    }
+
+    /// The cells, reachable without obstacles, at which a ball touches the obstacle, in order.
+    fn touching(&self, obstacle: &Obstacle, balls: &[Ball]) -> Vec<u32> {
+        let (grid, angles, bounds) = (self.grid(), self.angles(), obstacle.bounds());
+        let [_, ny, nz, ..] = grid.shape();
+        let mut touched = vec![false; grid.cells() / angles];
+        let (mut positions, mut blocked) = (Vec::new(), Vec::new());
+        for (rotation, alike) in &self.rotations {
+            for Ball { centre, radius } in balls {
+                let away = rotation * centre.coords;
+                // Positions at which the ball may reach the obstacle's box, a little more for rounding.
+                let [xs, ys, zs] = [0, 1, 2].map(|k| {
+                    let (axis, reach) = (&grid.axes()[k], radius + 1e-9);
+                    let place = |world: f64| (world - away[k] - axis.first) / axis.step;
+                    let first = place(bounds.min[k] - reach).ceil().max(0.0) as usize;
+                    first..(place(bounds.max[k] + reach).floor() + 1.0).clamp(0.0, axis.count as f64) as usize
+                });
+                let centre = |k: usize, index: usize| grid.axes()[k].centre(index);
+                for x in xs {
+                    for y in ys.clone() {
+                        for z in zs.clone() {
+                            let position = (x * ny + y) * nz + z;
+                            let place = Point3::from(Vector3::new(centre(0, x), centre(1, y), centre(2, z)) + away);
+                            if !touched[position] && obstacle.touches(&place, *radius) {
+                                touched[position] = true;
+                                positions.push(position);
+                            }
+                        }
+                    }
+                }
+            }
+            for position in positions.drain(..) {
+                touched[position] = false;
+                let cells = alike.iter().map(|angle| position * angles + angle);
+                blocked.extend(cells.filter(|cell| self.is_clear(*cell)).map(|cell| cell as u32));
+            }
+        }
+        blocked.sort_unstable();
+        blocked
+    }
+}
+
+/// The rotations of a grid, and the angle cells (index in roll, pitch, yaw) that mean each: one computed rotation for all,
+/// so that they are judged alike.
+fn rotations(grid: &PoseGrid) -> Vec<(Rotation3<f64>, Vec<usize>)> {
+    let mut found: BTreeMap<[i32; 9], (Rotation3<f64>, Vec<usize>)> = BTreeMap::new();
+    for angle in 0..grid.strides()[2] {
+        let [_, _, _, roll, pitch, yaw] = grid.pose(angle);
+        let rotation = rotation_from_rpy(roll, pitch, yaw);
+        let mut rounded = rotation.matrix().iter().map(|entry| (entry * 1e6).round() as i32);
+        let key = std::array::from_fn(|_| rounded.next().unwrap_or_default());
+        found.entry(key).or_insert((rotation, Vec::new())).1.push(angle);
+    }
+    found.into_values().collect()
+}
