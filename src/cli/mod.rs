@@ -12,6 +12,7 @@ mod printer;
 mod progress;
 #[cfg(feature = "sim")]
 mod robot;
+#[cfg(feature = "sim")]
 mod robot_reader;
 mod run;
 mod verify;

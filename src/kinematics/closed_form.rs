@@ -22,8 +22,8 @@ const TOUCHING: f64 = 1e-14;
 /// Why a group has no closed form here.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoClosedForm {
-    /// Only seven joints are solved.
-    #[error("{0} joints; the closed form is for 7")]
+    /// Only six and seven joints are solved.
+    #[error("{0} joints; the closed forms are for 6 and 7")]
     Count(usize),
     /// A joint slides.
     #[error("joint {0:?} slides; the closed form is for revolute joints")]
@@ -49,6 +49,12 @@ pub enum NoClosedForm {
     /// A joint has limits that are not looked at.
     #[error("joint {0:?} has limits; the exact test wants it without")]
     Limited(String),
+    /// Two axes that have to be parallel are not.
+    #[error("the axes of {names} are not parallel")]
+    NotParallel {
+        /// The joints.
+        names: String,
+    },
     /// Two axes that follow each other are parallel.
     #[error("the axes of {names} are parallel")]
     Parallel {
@@ -59,9 +65,27 @@ pub enum NoClosedForm {
 
 /// A joint's axis with all joints at 0, in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Line {
-    through: Point3<f64>,
-    along: Vector3<f64>,
+pub(super) struct Line {
+    pub through: Point3<f64>,
+    pub along: Vector3<f64>,
+}
+
+impl Line {
+    /// The axes of a group's joints with all of them at 0.
+    pub fn of_group(group: &PlanningGroup) -> Vec<Self> {
+        let mut frame = IsometryMatrix3::identity();
+        let line = |joint: &super::Joint| {
+            frame *= joint.origin;
+            Self { through: frame.translation.vector.into(), along: frame.rotation * joint.axis.into_inner() }
+        };
+        group.joints().iter().map(line).collect()
+    }
+
+    /// The motion of the world by a turn about this axis.
+    pub fn motion(&self, value: f64) -> IsometryMatrix3<f64> {
+        let rotation = rotation_about(&self.along, value);
+        IsometryMatrix3::from_parts((self.through.coords - rotation * self.through.coords).into(), rotation)
+    }
 }
 
 /// An arm of seven revolute joints of which the third and fourth meet at the elbow and the last three at the wrist's
@@ -90,12 +114,8 @@ impl SphericalWristArm {
         if let Some(joint) = group.joints().iter().find(|joint| joint.kind == JointKind::Prismatic) {
             return Err(NoClosedForm::Slides(joint.name.clone()));
         }
-        let mut frame = IsometryMatrix3::identity();
-        let lines = std::array::from_fn(|joint| {
-            let joint = &group.joints()[joint];
-            frame *= joint.origin;
-            Line { through: frame.translation.vector.into(), along: frame.rotation * joint.axis.into_inner() }
-        });
+        let lines = Line::of_group(group);
+        let lines: [Line; 7] = std::array::from_fn(|joint| lines[joint]);
         let meet = |joints: &[usize], place| meeting_point(group, &lines, joints, place);
         let elbow = meet(&[2, 3], "elbow")?;
         let wrist = meet(&[4, 5, 6], "wrist")?;
@@ -212,28 +232,30 @@ impl SphericalWristArm {
 
     /// The motion of the world that a joint makes, all others at 0.
     pub(super) fn motion(&self, joint: usize, value: f64) -> IsometryMatrix3<f64> {
-        let Line { through, along } = &self.lines[joint];
-        let rotation = rotation_about(along, value);
-        IsometryMatrix3::from_parts((through.coords - rotation * through.coords).into(), rotation)
+        self.lines[joint].motion(value)
     }
 
-    /// The value, moved by whole turns into the joint's limits, where that is possible.
     fn settle(&self, joint: usize, value: f64) -> Option<f64> {
-        const TURN: f64 = 2.0 * std::f64::consts::PI;
-        let within = value - TURN * ((value - std::f64::consts::PI) / TURN).ceil();
-        match self.group.joints()[joint].limits {
-            None => Some(within),
-            Some(limits) => [within, within - TURN, within + TURN]
-                .into_iter()
-                .find(|value| (limits.low..=limits.high).contains(value)),
+        settle(&self.group, joint, value)
+    }
+}
+
+/// The value, moved by whole turns into the joint's limits, where that is possible.
+pub(super) fn settle(group: &PlanningGroup, joint: usize, value: f64) -> Option<f64> {
+    const TURN: f64 = 2.0 * std::f64::consts::PI;
+    let within = value - TURN * ((value - std::f64::consts::PI) / TURN).ceil();
+    match group.joints()[joint].limits {
+        None => Some(within),
+        Some(limits) => {
+            [within, within - TURN, within + TURN].into_iter().find(|value| (limits.low..=limits.high).contains(value))
         }
     }
 }
 
 /// Where lines meet: the middle of the closest points of the first two, which all others must pass.
-fn meeting_point(
+pub(super) fn meeting_point(
     group: &PlanningGroup,
-    lines: &[Line; 7],
+    lines: &[Line],
     joints: &[usize],
     place: &'static str,
 ) -> Result<Point3<f64>, NoClosedForm> {
@@ -253,19 +275,19 @@ fn meeting_point(
 }
 
 /// Any unit vector across another.
-fn perpendicular(along: &Vector3<f64>) -> Vector3<f64> {
+pub(super) fn perpendicular(along: &Vector3<f64>) -> Vector3<f64> {
     let axis = along.iamin();
     along.cross(&Vector3::ith(axis, 1.0)).normalize()
 }
 
 /// Subproblem 1: by how much `from` has to turn about `axis` to lie in the half-plane of `to` [rad].
-fn angle(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+pub(super) fn angle(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
     let (from, to) = (from - axis * axis.dot(from), to - axis * axis.dot(to));
     libm::atan2(axis.dot(&from.cross(&to)), from.dot(&to))
 }
 
 /// Subproblem 3: turns about a line that bring `moved` to a distance from `still`.
-fn distances(line: &Line, moved: &Point3<f64>, still: &Point3<f64>, distance: f64) -> [Option<f64>; 2] {
+pub(super) fn distances(line: &Line, moved: &Point3<f64>, still: &Point3<f64>, distance: f64) -> [Option<f64>; 2] {
     let across = |point: &Point3<f64>| {
         let to = point - line.through;
         to - line.along * line.along.dot(&to)
@@ -287,7 +309,7 @@ fn distances(line: &Line, moved: &Point3<f64>, still: &Point3<f64>, distance: f6
 }
 
 /// Subproblem 2: turns about two lines that meet in `centre` which, the second first, bring `moved` to `goal`.
-fn meetings(
+pub(super) fn meetings(
     outer: &Line,
     inner: &Line,
     centre: &Point3<f64>,

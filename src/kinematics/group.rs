@@ -1,6 +1,6 @@
 //! A planning group: the joints between the world and an end effector, and where the end effector is.
 
-use nalgebra::{IsometryMatrix3, Matrix6xX, Rotation3, Translation3, Unit, Vector3};
+use nalgebra::{IsometryMatrix3, Matrix6xX, Rotation3, Translation3, Unit, Vector3, Vector6};
 
 use crate::geom::{EndEffector, Pose, World};
 
@@ -193,24 +193,35 @@ impl PlanningGroup {
     /// # Panics
     /// When `q` has another length than the group.
     pub fn forward_and_jacobian(&self, q: &[f64]) -> (Pose<World, EndEffector>, Matrix6xX<f64>) {
-        assert_eq!(q.len(), self.len(), "one value a joint");
+        let mut columns = vec![Vector6::zeros(); self.len()];
+        let pose = self.forward_and_columns(q, &mut columns);
+        (pose, Matrix6xX::from_columns(&columns))
+    }
+
+    /// [`PlanningGroup::forward_and_jacobian`] without taking memory: the Jacobian column by column.
+    ///
+    /// # Panics
+    /// When `q` or `columns` has another length than the group.
+    pub fn forward_and_columns(&self, q: &[f64], columns: &mut [Vector6<f64>]) -> Pose<World, EndEffector> {
+        assert_eq!((q.len(), columns.len()), (self.len(), self.len()), "one value and one column a joint");
         let mut frame = IsometryMatrix3::identity();
-        let mut axes = Vec::with_capacity(self.len());
-        for (joint, value) in self.joints().iter().zip(q) {
+        for ((joint, value), column) in self.joints().iter().zip(q).zip(columns.iter_mut()) {
             frame *= joint.origin;
-            axes.push((joint.kind, frame.rotation * joint.axis.into_inner(), frame.translation.vector));
+            let (axis, through) = (frame.rotation * joint.axis.into_inner(), frame.translation.vector);
+            column.fixed_rows_mut::<3>(0).copy_from(&through);
+            column.fixed_rows_mut::<3>(3).copy_from(&axis);
             frame *= joint.motion(*value);
         }
         let end = frame * self.parts.end_effector;
-        let mut jacobian = Matrix6xX::zeros(self.len());
-        for (column, (kind, axis, through)) in axes.into_iter().enumerate() {
-            let (moves, turns) = match kind {
+        for (joint, column) in self.joints().iter().zip(columns) {
+            let (through, axis) = (column.fixed_rows::<3>(0).into_owned(), column.fixed_rows::<3>(3).into_owned());
+            let (moves, turns) = match joint.kind {
                 JointKind::Revolute => (axis.cross(&(end.translation.vector - through)), axis),
                 JointKind::Prismatic => (axis, Vector3::zeros()),
             };
-            jacobian.fixed_view_mut::<3, 1>(0, column).copy_from(&moves);
-            jacobian.fixed_view_mut::<3, 1>(3, column).copy_from(&turns);
+            column.fixed_rows_mut::<3>(0).copy_from(&moves);
+            column.fixed_rows_mut::<3>(3).copy_from(&turns);
         }
-        (Pose::from_isometry(end), jacobian)
+        Pose::from_isometry(end)
     }
 }

@@ -4,10 +4,12 @@ mod closed_form;
 mod group;
 mod numeric;
 mod reach;
+mod six_joints;
 mod travel;
 
 pub use closed_form::{BRANCHES, NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
-pub use numeric::{Solution, SolverSettings, solve_numeric};
+pub use numeric::{MOST_JOINTS, Solution, SolverSettings, solve_numeric};
 pub use reach::{SelfMotion, Wrist};
+pub use six_joints::{SixJointArm, Ways};
 pub use travel::{Extents, Travel};

@@ -3,7 +3,7 @@
 //! Levenberg-Marquardt on the pose error (Sugihara 2011, "Solvability-unconcerned inverse kinematics by the
 //! Levenberg-Marquardt method": damping by the residual itself), each step clamped to the joints' limits.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
 use super::PlanningGroup;
 use crate::geom::{EndEffector, Pose, World};
@@ -36,36 +36,45 @@ pub struct Solution {
     pub orientation: f64,
 }
 
+/// Most joints of a group that is solved: the solver works on the stack.
+pub const MOST_JOINTS: usize = 16;
+
 /// Looks for joint values within the limits that bring the end effector to `target`, from one start. `None` when the
 /// descent ends elsewhere: another start may still find a solution.
 ///
 /// # Panics
-/// When `start` has another length than the group.
+/// When `start` has another length than the group, or the group more than [`MOST_JOINTS`] joints.
 pub fn solve_numeric(
     group: &PlanningGroup,
     target: &Pose<World, EndEffector>,
     start: &[f64],
     settings: &SolverSettings,
 ) -> Option<Solution> {
-    let clamp = |joint: usize, value: f64| {
-        group.joints()[joint].limits.map_or(value, |limits| value.clamp(limits.low, limits.high))
-    };
-    let mut q: Vec<f64> = start.iter().enumerate().map(|(joint, value)| clamp(joint, *value)).collect();
-    let (pose, mut jacobian) = group.forward_and_jacobian(&q);
-    let mut error = pose_error(&pose, target);
+    let count = group.len();
+    let mut q = [0.0; MOST_JOINTS];
+    q[..count].copy_from_slice(start);
+    clamp(group, &mut q[..count]);
+    let mut columns = [Vector6::zeros(); MOST_JOINTS];
+    let mut next_columns = columns;
+    let mut error = pose_error(&group.forward_and_columns(&q[..count], &mut columns[..count]), target);
     let mut damping = 1e-3;
     for _ in 0..settings.steps {
         let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
         if position <= settings.position && orientation <= settings.orientation {
-            return Some(Solution { q, position, orientation });
+            return Some(Solution { q: q[..count].to_vec(), position, orientation });
         }
-        let step = damped_step(&jacobian, &error, damping * error.norm_squared() + 1e-14)?;
-        let next: Vec<f64> = (0..q.len()).map(|joint| clamp(joint, q[joint] + step[joint])).collect();
-        let (next_pose, next_jacobian) = group.forward_and_jacobian(&next);
+        let mut next = q;
+        step(group, &mut next[..count], &columns[..count], &error, damping * error.norm_squared() + 1e-14)?;
+        let next_pose = group.forward_and_columns(&next[..count], &mut next_columns[..count]);
         let next_error = pose_error(&next_pose, target);
         if next_error.norm_squared() < error.norm_squared() {
-            (q, jacobian, error) = (next, next_jacobian, next_error);
+            // Hardly better far from the target: this valley ends here.
+            let stuck = next_error.norm_squared() > (1.0 - 1e-5) * error.norm_squared() && error.norm_squared() > 1e-8;
+            (q, columns, error) = (next, next_columns, next_error);
             damping = (damping * 0.3).max(1e-6);
+            if stuck {
+                break;
+            }
         } else {
             damping *= 8.0;
             if damping > 1e9 {
@@ -74,6 +83,53 @@ pub fn solve_numeric(
         }
     }
     None
+}
+
+fn clamp(group: &PlanningGroup, q: &mut [f64]) {
+    for (joint, value) in group.joints().iter().zip(q) {
+        if let Some(limits) = joint.limits {
+            *value = value.clamp(limits.low, limits.high);
+        }
+    }
+}
+
+/// Moves `q` by the step that lowers |J dq - e|^2 + damping |dq|^2 most, within the limits: a joint that stands at a limit
+/// and would go beyond it keeps still, and the others do its part. `None` when the numbers leave no step.
+fn step(
+    group: &PlanningGroup,
+    q: &mut [f64],
+    columns: &[Vector6<f64>],
+    error: &Vector6<f64>,
+    damping: f64,
+) -> Option<()> {
+    let mut moves = [true; MOST_JOINTS];
+    loop {
+        // J^T (J J^T + damping)^-1 e: the same as the normal equations', six by six.
+        let mut square = Matrix6::identity() * damping;
+        for (column, _) in columns.iter().zip(&moves).filter(|(_, moves)| **moves) {
+            square += column * column.transpose();
+        }
+        let weights = square.cholesky()?.solve(error);
+        let mut held = false;
+        for (joint, limits) in
+            group.joints().iter().enumerate().filter_map(|(place, joint)| Some((place, joint.limits?)))
+        {
+            let way = columns[joint].dot(&weights);
+            let beyond = (q[joint] <= limits.low && way < 0.0) || (q[joint] >= limits.high && way > 0.0);
+            if moves[joint] && beyond {
+                moves[joint] = false;
+                held = true;
+            }
+        }
+        if held {
+            continue;
+        }
+        for (joint, value) in q.iter_mut().enumerate().filter(|(joint, _)| moves[*joint]) {
+            *value += columns[joint].dot(&weights);
+        }
+        clamp(group, q);
+        return Some(());
+    }
 }
 
 /// From a pose to a target: the way of the origin [m], then the rotation vector [rad], in world axes.
@@ -99,12 +155,4 @@ fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
     let sum = m + Matrix3::identity();
     let column = (0..3).fold(0, |best, next| if sum[(next, next)] > sum[(best, best)] { next } else { best });
     sum.column(column).normalize() * angle
-}
-
-/// The step that lowers |J dq - e|^2 + damping |dq|^2 most.
-fn damped_step(jacobian: &nalgebra::Matrix6xX<f64>, error: &Vector6<f64>, damping: f64) -> Option<DVector<f64>> {
-    let count = jacobian.ncols();
-    let normal: DMatrix<f64> = jacobian.tr_mul(jacobian) + DMatrix::identity(count, count) * damping;
-    let right: DVector<f64> = jacobian.tr_mul(error);
-    normal.cholesky().map(|factor| factor.solve(&right))
 }

@@ -46,12 +46,16 @@ fn every_job_file_is_a_job_of_its_size() {
         .collect();
     let expected = [
         ("builtin", 33, 726),
-        ("fetch-reachability", 1, 5280),
+        ("fetch-reachability-halfstep", 1, 42_240),
         ("fetch-reachability-meshes", 1, 5280),
+        ("fetch-reachability", 1, 5280),
+        ("fetch-torso-reachability", 1, 5280),
+        ("panda-reachability", 1, 6137),
         ("quickstart", 18, 726),
         ("release-608", 608, 726),
         ("sensor-kinect", 32, 500),
         ("thesis", 608, 726),
+        ("tx60l-table-reachability", 1, 5054),
         ("ycb-completion", 78, 726),
     ];
     assert_eq!(sizes, expected.map(|(name, objects, views)| (name.to_owned(), objects, views)));

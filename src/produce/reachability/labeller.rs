@@ -2,21 +2,41 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::sweep::{Arm, SweepScratch};
+use super::{
+    collisions::{Collisions, LastPair},
+    finite::FiniteArm,
+    search::SearchedArm,
+    sweep::{RedundantArm, SweepScratch},
+};
 use crate::{
-    collision::{Bodies, CollisionChecker},
+    collision::Bodies,
     geom::{EndEffector, NoSurface, Pose, PoseLabel, Proof, World, rotation_from_rpy},
-    job::{Collisions, ReachabilityJob, Robot},
-    kinematics::{NoClosedForm, PlanningGroup, SelfMotion, Wrist},
+    job::{self, ReachabilityJob, Robot, Solver},
+    kinematics::{NoClosedForm, PlanningGroup, SelfMotion, SixJointArm, Wrist},
     produce::ProduceError,
 };
 
 /// Labels poses of one robot; shared by all threads. A label depends on the robot, the settings and the pose alone.
 pub struct PoseLabeller {
     arm: Arm,
+    joints: usize,
     orientations: Vec<Orientation>,
-    /// Orientations that ask the same of the wrist share a place here; their first one's.
-    wrists: Vec<Wrist>,
+}
+
+/// How ways to a pose are found.
+enum Arm {
+    /// On curves, in closed form.
+    Redundant {
+        arm: Box<RedundantArm>,
+        /// Orientations that ask the same of the wrist share a place here; their first one's.
+        wrists: Vec<Wrist>,
+        /// The place of each orientation.
+        places: Vec<usize>,
+    },
+    /// A handful, in closed form.
+    Finite(Box<FiniteArm>),
+    /// By descent from many starts.
+    Searched(Box<SearchedArm>),
 }
 
 /// One orientation of every position.
@@ -24,14 +44,12 @@ struct Orientation {
     rotation: Rotation3<f64>,
     /// The first orientation with the same rotation.
     twin: usize,
-    /// Its place in `wrists`.
-    wrist: usize,
 }
 
 /// What one thread works in.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    ends: Vec<f64>,
+    last: LastPair,
     reached: Vec<Reached>,
     /// Where the witness of each orientation begins.
     begins: Vec<usize>,
@@ -77,30 +95,24 @@ impl PoseLabeller {
     ///
     /// # Errors
     /// When the robot cannot be read, its arm cannot be solved as the job asks, or it collides at rest.
-    pub fn new(job: &ReachabilityJob, _seed: u64) -> Result<Self, ProduceError> {
+    pub fn new(job: &ReachabilityJob, seed: u64) -> Result<Self, ProduceError> {
         let refused = |why: String| ProduceError::NoLabeller { name: job.robot.scene.display().to_string(), why };
-        let (group, bodies) = read_robot(&job.robot)?;
+        let (group, bodies) = read_robot(&job.robot, job.collisions != job::Collisions::None)?;
         let rotation = |cell: u32| {
             let [_, _, _, roll, pitch, yaw] = job.poses.pose(cell as usize);
             rotation_from_rpy(roll, pitch, yaw)
         };
         let rotations: Vec<_> = (0..job.orientations()).map(rotation).collect();
         let bodies = match job.collisions {
-            Collisions::None => None,
-            Collisions::Exact => Some(&bodies),
-            Collisions::Mujoco => return Err(refused("`collisions = \"mujoco\"` is not there yet".to_owned())),
+            job::Collisions::None => None,
+            job::Collisions::Exact => Some(&bodies),
+            job::Collisions::Mujoco => return Err(refused("`collisions = \"mujoco\"` is not there yet".to_owned())),
         };
-        let labeller = Self::of_parts(&group, bodies, &rotations).map_err(|error| refused(error.to_string()))?;
-        match labeller.arm.collision_at_rest(bodies) {
-            Some(pair) => Err(refused(format!(
-                "{pair} touch at rest, with every joint at 0 or its nearest limit; move them apart, or let them touch: \
-                 <contact><exclude body1=... body2=.../></contact>"
-            ))),
-            None => Ok(labeller),
-        }
+        Self::of_parts(&group, bodies, &rotations, job.solver, seed).map_err(|error| refused(error.to_string()))
     }
 
-    /// For an arm and what it may collide with; `bodies` is `None` where collisions don't count.
+    /// For an arm and what it may collide with; `bodies` is `None` where collisions don't count. `seed` is that of the
+    /// numeric solver's starts.
     ///
     /// # Errors
     /// Says why the arm has no closed form, or which shape has no surface.
@@ -108,30 +120,30 @@ impl PoseLabeller {
         group: &PlanningGroup,
         bodies: Option<&Bodies>,
         rotations: &[Rotation3<f64>],
+        solver: Solver,
+        seed: u64,
     ) -> Result<Self, NoLabeller> {
-        let motion = SelfMotion::new(group)?;
+        let collisions = bodies.map(|bodies| Collisions::new(group, bodies)).transpose()?;
         let mut orientations: Vec<Orientation> = Vec::with_capacity(rotations.len());
-        let mut wrists: Vec<Wrist> = Vec::new();
         for (place, rotation) in rotations.iter().enumerate() {
             let same = |other: &Orientation| (other.rotation.matrix() - rotation.matrix()).amax() < SAME;
             let twin = orientations.iter().position(same).unwrap_or(place);
-            let wrist = motion.wrist(&Pose::new(*rotation, Vector3::zeros()));
-            let alike = |other: &Wrist| {
-                (other.centre - wrist.centre).amax() < SAME && (other.ahead - wrist.ahead).amax() < SAME
-            };
-            let wrist = wrists.iter().position(alike).unwrap_or_else(|| {
-                wrists.push(wrist);
-                wrists.len() - 1
-            });
-            orientations.push(Orientation { rotation: *rotation, twin, wrist });
+            orientations.push(Orientation { rotation: *rotation, twin });
         }
-        let arm = Arm::new(motion, bodies.map(CollisionChecker::new).transpose()?);
-        Ok(Self { arm, orientations, wrists })
+        let arm = match closed_form(group, solver)? {
+            Some(ClosedForm::Seven(motion)) => {
+                let (wrists, places) = wrists(&motion, rotations);
+                Arm::Redundant { arm: Box::new(RedundantArm::new(*motion, collisions)), wrists, places }
+            }
+            Some(ClosedForm::Six(arm)) => Arm::Finite(Box::new(FiniteArm::new(*arm, collisions))),
+            None => Arm::Searched(Box::new(SearchedArm::new(group, collisions, seed))),
+        };
+        Ok(Self { arm, joints: group.len(), orientations })
     }
 
     /// Joints of the planning group: values of a witness.
     pub fn joints(&self) -> usize {
-        self.arm.joints()
+        self.joints
     }
 
     /// Labels every orientation at one position [m]; `out` is emptied first.
@@ -141,42 +153,37 @@ impl PoseLabeller {
         proofs.clear();
         witnesses.clear();
         // What is remembered of one position must not reach the next.
-        scratch.sweep = SweepScratch::default();
+        scratch.last = LastPair::default();
         let position = Vector3::from(position);
-        let motion = self.arm.motion();
-        let placed = |wrist: &Wrist| Wrist { centre: wrist.centre + position, ahead: wrist.ahead };
-        scratch.reached.clear();
-        for wrist in &self.wrists {
-            let wrist = placed(wrist);
-            scratch.reached.push(if motion.too_far(&wrist) {
-                Reached::TooFar
-            } else {
-                motion.first_value(&wrist, &mut scratch.ends).map_or(Reached::No, Reached::Yes)
-            });
+        if let Arm::Redundant { arm, wrists, .. } = &self.arm {
+            let reach = |wrist: &Wrist| Reached::of(arm.motion(), &placed(wrist, position), &mut scratch.sweep.ends);
+            scratch.reached.clear();
+            scratch.reached.extend(wrists.iter().map(reach));
         }
         scratch.begins.clear();
         for (place, orientation) in self.orientations.iter().enumerate() {
-            let begin = witnesses.len();
-            scratch.begins.push(begin);
+            scratch.begins.push(witnesses.len());
             if orientation.twin < place {
                 labels.push(labels[orientation.twin]);
                 proofs.push(proofs[orientation.twin]);
                 if labels[place] == PoseLabel::Reachable {
                     let from = scratch.begins[orientation.twin];
-                    witnesses.extend_from_within(from..from + self.joints());
+                    witnesses.extend_from_within(from..from + self.joints);
                 }
                 continue;
             }
-            let (label, proof) = match scratch.reached[orientation.wrist] {
-                Reached::TooFar => (PoseLabel::NoSolution, Proof::Bound),
-                Reached::No => (PoseLabel::NoSolution, Proof::IntervalEnds),
-                Reached::Yes(first) => {
-                    let target: Pose<World, EndEffector> = Pose::new(orientation.rotation, position);
-                    let wrist = placed(&self.wrists[orientation.wrist]);
-                    let found = self.arm.solve(&target, &wrist, first, &mut scratch.ends, &mut scratch.sweep);
-                    witnesses.extend(found.witness.iter().flatten());
-                    (found.label, found.proof)
-                }
+            let target: Pose<World, EndEffector> = Pose::new(orientation.rotation, position);
+            let (label, proof) = match &self.arm {
+                Arm::Redundant { arm, wrists, places } => match scratch.reached[places[place]] {
+                    Reached::TooFar => (PoseLabel::NoSolution, Proof::Bound),
+                    Reached::No => (PoseLabel::NoSolution, Proof::IntervalEnds),
+                    Reached::Yes(first) => {
+                        let wrist = placed(&wrists[places[place]], position);
+                        arm.solve(&target, &wrist, first, &mut scratch.last, &mut scratch.sweep, witnesses)
+                    }
+                },
+                Arm::Finite(arm) => arm.solve(&target, &mut scratch.last, witnesses),
+                Arm::Searched(arm) => arm.solve(&target, &mut scratch.last, witnesses),
             };
             labels.push(label);
             proofs.push(proof);
@@ -184,19 +191,68 @@ impl PoseLabeller {
     }
 }
 
+impl Reached {
+    fn of(motion: &SelfMotion, wrist: &Wrist, ends: &mut Vec<f64>) -> Self {
+        if motion.too_far(wrist) { Self::TooFar } else { motion.first_value(wrist, ends).map_or(Self::No, Self::Yes) }
+    }
+}
+
+/// A wrist at the origin, moved to a position [m].
+fn placed(wrist: &Wrist, position: Vector3<f64>) -> Wrist {
+    Wrist { centre: wrist.centre + position, ahead: wrist.ahead }
+}
+
+/// What the rotations ask of the wrist at the origin, each once, and the place of each rotation among them.
+fn wrists(motion: &SelfMotion, rotations: &[Rotation3<f64>]) -> (Vec<Wrist>, Vec<usize>) {
+    let mut wrists: Vec<Wrist> = Vec::new();
+    let place = |rotation: &Rotation3<f64>| {
+        let wrist = motion.wrist(&Pose::new(*rotation, Vector3::zeros()));
+        let alike =
+            |other: &Wrist| (other.centre - wrist.centre).amax() < SAME && (other.ahead - wrist.ahead).amax() < SAME;
+        wrists.iter().position(alike).unwrap_or_else(|| {
+            wrists.push(wrist);
+            wrists.len() - 1
+        })
+    };
+    let places = rotations.iter().map(place).collect();
+    (wrists, places)
+}
+
+enum ClosedForm {
+    Seven(Box<SelfMotion>),
+    Six(Box<SixJointArm>),
+}
+
+/// The closed form that a job asks for; `None` for the numeric solver.
+fn closed_form(group: &PlanningGroup, solver: Solver) -> Result<Option<ClosedForm>, NoClosedForm> {
+    let found = match (solver, group.len()) {
+        (Solver::Numeric, _) => return Ok(None),
+        (_, 6) => SixJointArm::recognise(group).map(|arm| ClosedForm::Six(Box::new(arm))),
+        _ => SelfMotion::new(group).map(|motion| ClosedForm::Seven(Box::new(motion))),
+    };
+    match (solver, found) {
+        (Solver::Auto, Err(_)) => Ok(None),
+        (_, found) => found.map(Some),
+    }
+}
+
 #[cfg(feature = "sim")]
-fn read_robot(robot: &Robot) -> Result<(PlanningGroup, Bodies), ProduceError> {
+fn read_robot(robot: &Robot, collides: bool) -> Result<(PlanningGroup, Bodies), ProduceError> {
     let joints: Vec<&str> = robot.joints.iter().map(String::as_str).collect();
     crate::sim::RobotModel::open(&robot.scene)
         .and_then(|model| {
             let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
-            Ok((group, model.bodies(&joints, &robot.fixed)?))
+            let bodies = model.bodies(&joints, &robot.fixed)?;
+            if collides {
+                model.check_rest(&joints, &robot.fixed)?;
+            }
+            Ok((group, bodies))
         })
         .map_err(|error| ProduceError::NoLabeller { name: robot.name.clone(), why: error.to_string() })
 }
 
 #[cfg(not(feature = "sim"))]
-fn read_robot(robot: &Robot) -> Result<(PlanningGroup, Bodies), ProduceError> {
+fn read_robot(robot: &Robot, _collides: bool) -> Result<(PlanningGroup, Bodies), ProduceError> {
     let why = "this build has no simulator to read a robot with (feature `sim`)".to_owned();
     Err(ProduceError::NoLabeller { name: robot.name.clone(), why })
 }

@@ -3,7 +3,10 @@
 //! [`ReachabilityWorker`] is one thread's workshop: it takes one position after the other and labels all its
 //! orientations. Who decides a label is [`PoseLabeller`], which all threads share.
 
+mod collisions;
+mod finite;
 mod labeller;
+mod search;
 mod sweep;
 mod worker;
 

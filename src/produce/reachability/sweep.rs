@@ -7,12 +7,11 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use nalgebra::IsometryMatrix3;
-
+use super::collisions::{Collisions, LastPair};
 use crate::{
-    collision::{Bodies, CollisionChecker, Verdict},
+    collision::Verdict,
     geom::{EndEffector, Pose, PoseLabel, Proof, World},
-    kinematics::{BRANCHES, Extents, PlanningGroup, SelfMotion, Wrist},
+    kinematics::{BRANCHES, Extents, SelfMotion, Wrist},
 };
 
 /// Pieces of a curve that are shorter are not cut again [rad]: nothing is proved of them.
@@ -23,34 +22,18 @@ const SHALLOW: f64 = 0.05;
 const MOST_CHECKS: usize = 5_000;
 
 /// An arm of seven joints with its free joint, and what it may collide with.
-pub(super) struct Arm {
+pub(super) struct RedundantArm {
     motion: SelfMotion,
     collisions: Option<Collisions>,
-}
-
-struct Collisions {
-    checker: CollisionChecker,
     /// Of each body.
     extents: Vec<Extents>,
-    /// Pairs of the hand with what stands still: the pose decides them.
-    of_the_hand: Vec<usize>,
-    /// All other pairs.
-    of_the_arm: Vec<usize>,
 }
 
 /// What one thread works in.
 #[derive(Debug, Default)]
 pub(super) struct SweepScratch {
     pieces: BinaryHeap<Piece>,
-    /// The pair that collided last.
-    last: Option<usize>,
-}
-
-/// What was found of a pose.
-pub(super) struct Found {
-    pub label: PoseLabel,
-    pub proof: Proof,
-    pub witness: Option<[f64; 7]>,
+    pub ends: Vec<f64>,
 }
 
 /// A piece of one branch's curve, in values of the first joint [rad]. The widest comes first.
@@ -79,50 +62,17 @@ impl Ord for Piece {
     }
 }
 
-impl Arm {
-    pub fn new(motion: SelfMotion, checker: Option<CollisionChecker>) -> Self {
-        let last = motion.arm().group().len();
-        let collisions = checker.map(|checker| {
-            let (of_the_hand, of_the_arm) = checker
-                .pairs()
-                .enumerate()
-                .map(|(pair, links)| (pair, links == [0, last] || links == [last, 0]))
-                .partition::<Vec<_>, _>(|(_, of_the_hand)| *of_the_hand);
-            let places = |pairs: Vec<(usize, bool)>| pairs.into_iter().map(|(pair, _)| pair).collect();
-            let extents = checker.links().enumerate().map(|(body, link)| motion.extents(link, checker.corners(body)));
-            Collisions {
-                extents: extents.collect(),
-                of_the_hand: places(of_the_hand),
-                of_the_arm: places(of_the_arm),
-                checker,
-            }
+impl RedundantArm {
+    pub fn new(motion: SelfMotion, collisions: Option<Collisions>) -> Self {
+        let extents = collisions.iter().flat_map(|collisions| {
+            let checker = collisions.checker();
+            checker.links().enumerate().map(|(body, link)| motion.extents(link, checker.corners(body)))
         });
-        Self { motion, collisions }
+        Self { extents: extents.collect(), motion, collisions }
     }
 
     pub fn motion(&self) -> &SelfMotion {
         &self.motion
-    }
-
-    pub fn joints(&self) -> usize {
-        self.motion.arm().group().len()
-    }
-
-    /// The two bodies that touch with every joint at 0, or at the limit nearest to it.
-    pub fn collision_at_rest(&self, bodies: Option<&Bodies>) -> Option<String> {
-        let (collisions, bodies) = (self.collisions.as_ref()?, bodies?);
-        let group = self.motion.arm().group();
-        let rest = std::array::from_fn(|joint| {
-            group.joints()[joint].limits.map_or(0.0, |limits| 0f64.clamp(limits.low, limits.high))
-        });
-        let pairs = 0..collisions.checker.pairs().count();
-        match collisions.checker.check(pairs, &links_at(group, &rest)) {
-            Verdict::Free => None,
-            Verdict::Collides { pair, .. } => {
-                let [a, b] = collisions.checker.bodies_of(pair).map(|body| &bodies.bodies[body].name);
-                Some(format!("`{a}` and `{b}`"))
-            }
-        }
     }
 
     /// Looks for a way to a pose that has one with the first joint at `first`; `ends` is scratch.
@@ -131,52 +81,53 @@ impl Arm {
         target: &Pose<World, EndEffector>,
         wrist: &Wrist,
         first: f64,
-        ends: &mut Vec<f64>,
+        last: &mut LastPair,
         scratch: &mut SweepScratch,
-    ) -> Found {
+        witness: &mut Vec<f64>,
+    ) -> (PoseLabel, Proof) {
         let arm = self.motion.arm();
-        let reachable = |q| Found { label: PoseLabel::Reachable, proof: Proof::Witness, witness: Some(q) };
-        let colliding = |proof| Found { label: PoseLabel::Colliding, proof, witness: None };
+        let mut reachable = |q: [f64; 7]| {
+            witness.extend(q);
+            (PoseLabel::Reachable, Proof::Witness)
+        };
         let Some(collisions) = &self.collisions else {
             let way = arm.branches(target, first).into_iter().flatten().next();
-            return way
-                .map_or(Found { label: PoseLabel::NoSolution, proof: Proof::Searched, witness: None }, reachable);
+            return way.map_or((PoseLabel::NoSolution, Proof::Searched), reachable);
         };
-        let mut links = [IsometryMatrix3::identity(); 8];
-        links[7] = target.isometry() * arm.group().end_effector().inverse();
-        if collisions.checker.check(collisions.of_the_hand.iter().copied(), &links) != Verdict::Free {
-            return colliding(Proof::Swept);
+        if collisions.hand_collides(target) {
+            return (PoseLabel::Colliding, Proof::Swept);
         }
         for q in arm.branches(target, first).into_iter().flatten() {
-            if collisions.check(&links_at(arm.group(), &q), scratch) == Verdict::Free {
+            if collisions.check(&collisions.links(&q), last) == Verdict::Free {
                 return reachable(q);
             }
         }
+        let SweepScratch { pieces, ends } = scratch;
         self.motion.end_points(wrist, ends);
-        scratch.pieces.clear();
+        pieces.clear();
         for pair in ends.windows(2).filter(|pair| pair[1] > pair[0]) {
             let middle = arm.branches(target, 0.5 * (pair[0] + pair[1]));
             let open = (0..BRANCHES).filter(|branch| middle[*branch].is_some());
-            scratch.pieces.extend(open.map(|branch| Piece { low: pair[0], high: pair[1], branch }));
+            pieces.extend(open.map(|branch| Piece { low: pair[0], high: pair[1], branch }));
         }
-        if scratch.pieces.is_empty() && arm.branches(target, first) == [None; BRANCHES] {
+        if pieces.is_empty() && arm.branches(target, first) == [None; BRANCHES] {
             // A single value of the first joint, lost to rounding.
-            return Found { label: PoseLabel::NoSolution, proof: Proof::IntervalEnds, witness: None };
+            return (PoseLabel::NoSolution, Proof::IntervalEnds);
         }
         let (mut checks, mut proved) = (0, true);
-        while let Some(piece) = scratch.pieces.pop() {
+        while let Some(piece) = pieces.pop() {
             let Piece { low, high, branch } = piece;
             checks += 1;
             if checks > MOST_CHECKS {
-                return colliding(Proof::Searched);
+                return (PoseLabel::Colliding, Proof::Searched);
             }
             let middle = 0.5 * (low + high);
             let Some(q) = arm.branch(target, middle, branch) else {
                 proved &= high - low < SHORTEST;
                 continue;
             };
-            let links = links_at(arm.group(), &q);
-            let Verdict::Collides { pair, depth } = collisions.check(&links, scratch) else { return reachable(q) };
+            let links = collisions.links(&q);
+            let Verdict::Collides { pair, depth } = collisions.check(&links, last) else { return reachable(q) };
             let mut half = self.ruled_out(wrist, &q, [low, high], pair, depth, collisions);
             let whole = 0.5 * (high - low);
             if half < whole && high - low < SHALLOW {
@@ -195,10 +146,10 @@ impl Arm {
                 proved = false;
                 continue;
             }
-            scratch.pieces.push(Piece { low, high: middle - half, branch });
-            scratch.pieces.push(Piece { low: middle + half, high, branch });
+            pieces.push(Piece { low, high: middle - half, branch });
+            pieces.push(Piece { low: middle + half, high, branch });
         }
-        colliding(if proved { Proof::Swept } else { Proof::Searched })
+        (PoseLabel::Colliding, if proved { Proof::Swept } else { Proof::Searched })
     }
 
     /// How far from `q` to both sides the two bodies of a pair, which overlap by `depth`, still do [rad].
@@ -214,7 +165,7 @@ impl Arm {
         if depth <= 0.0 {
             return 0.0;
         }
-        let bodies = collisions.checker.bodies_of(pair).map(|body| &collisions.extents[body]);
+        let bodies = collisions.checker().bodies_of(pair).map(|body| &self.extents[body]);
         let holds = |half: f64| {
             let range = [(q[0] - half).max(low), (q[0] + half).min(high)];
             let travel = self.motion.travel(wrist, q, range);
@@ -231,34 +182,4 @@ impl Arm {
         }
         if half < whole && holds(1.5 * half) { 1.5 * half } else { half }
     }
-}
-
-impl Collisions {
-    /// The arm's own pairs; that which collided last comes first.
-    fn check(&self, links: &[IsometryMatrix3<f64>; 8], scratch: &mut SweepScratch) -> Verdict {
-        let first = scratch.last;
-        let others = self.of_the_arm.iter().copied().filter(|pair| Some(*pair) != first);
-        let verdict = self.checker.check(first.into_iter().chain(others), links);
-        if let Verdict::Collides { pair, .. } = verdict {
-            scratch.last = Some(pair);
-        }
-        verdict
-    }
-
-    /// All pairs but one that overlap, and by how much [m].
-    fn overlaps(&self, links: &[IsometryMatrix3<f64>; 8], but: usize) -> impl Iterator<Item = (usize, f64)> {
-        self.of_the_arm.iter().copied().filter(move |pair| *pair != but).filter_map(|pair| {
-            match self.checker.check([pair], links) {
-                Verdict::Collides { depth, .. } if depth > 0.0 => Some((pair, depth)),
-                _ => None,
-            }
-        })
-    }
-}
-
-/// The frames of the links, the world's first.
-fn links_at(group: &PlanningGroup, q: &[f64; 7]) -> [IsometryMatrix3<f64>; 8] {
-    let mut links = [IsometryMatrix3::identity(); 8];
-    group.link_frames(q, &mut links[1..]);
-    links
 }
