@@ -11,7 +11,7 @@ use std::{
 use graspmill::{
     collision::{Bodies, TouchTest},
     geom::{EndEffector, Pose, Shape, Triangles, World, rotation_from_rpy},
-    kinematics::{Joint, PlanningGroup, SelfMotion, SolverSettings, SphericalWristArm, solve_numeric},
+    kinematics::{Joint, PlanningGroup, SelfMotion, SixJointArm, SolverSettings, SphericalWristArm, solve_numeric},
     seed::Stream,
     sim::{RobotError, RobotModel},
 };
@@ -713,4 +713,33 @@ fn what_gives_no_group_says_why() {
     assert!(error.contains("range=\"LOW HIGH\""), "{error}");
     let error = robot.planning_group(&["f"], "u", &none).expect_err("a free joint").to_string();
     assert!(error.contains("is a free joint"), "{error}");
+}
+
+/// The six-joint arm: of random configurations every one's own joint values are found again, up to whole turns, and every
+/// way found makes the pose.
+#[test]
+fn six_joints_have_every_way_in_closed_form() {
+    let robot = RobotModel::open(Path::new("scenes/tx60l_table.xml")).expect("the cell");
+    let joints: Vec<String> = (1..=6).map(|joint| format!("joint_{joint}")).collect();
+    let joints: Vec<&str> = joints.iter().map(String::as_str).collect();
+    let group = robot.planning_group(&joints, "hand", &BTreeMap::new()).expect("a group");
+    let arm = SixJointArm::recognise(&group).expect("a closed form");
+    let mut stream = Stream::of_job(1, b"robots", "six joints");
+    let (mut worst, mut counts) = (0.0f64, [0; 9]);
+    for _ in 0..20_000 {
+        let q = random_values(&group, &mut stream);
+        let target = group.forward(&q);
+        let found = arm.ways(&target);
+        counts[found.ways.len()] += 1;
+        let turned = |a: f64, b: f64| (a - b - 2.0 * PI * ((a - b) / (2.0 * PI)).round()).abs();
+        let away = |way: &[f64; 6]| way.iter().zip(&q).map(|(a, b)| turned(*a, *b)).fold(0.0, f64::max);
+        let nearest = found.ways.iter().map(away).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-5, "{q:?} is {nearest} from the nearest of {:?}", found.ways);
+        for way in &found.ways {
+            assert!(group.within_limits(way));
+            worst = worst.max(difference(&group.forward(way), &target));
+        }
+    }
+    println!("{counts:?} poses with 0 to 8 ways; at most {worst:.1e} off");
+    assert!(worst < 1e-6 && counts[0] == 0 && counts[8] > 0);
 }

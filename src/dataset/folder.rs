@@ -173,6 +173,10 @@ pub struct BadShard {
 pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetError> {
     let shards = folder.join(SHARDS);
     let mut scan = ShardScan::default();
+    let temporary = |path: &PathBuf| path.to_string_lossy().ends_with(TEMPORARY) && path.is_file();
+    // A run that was killed while it marked or closed the folder leaves its temporary files beside the shards' folder.
+    scan.leftovers
+        .extend(sorted_entries(folder)?.into_iter().filter(|path| temporary(path) && durable::is_leftover(path)));
     for path in sorted_entries(&shards)? {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if name.ends_with(TEMPORARY) {

@@ -11,7 +11,7 @@ use std::{
 use graspmill::{
     dataset::{DatasetReader, Selection, VerifyLevel, VerifyOptions, read_field, verify},
     geom::{EndEffector, Pose, PoseLabel, World, rotation_from_rpy},
-    ids::Product,
+    ids::{Digest, Product},
     sim::RobotModel,
 };
 use serde_json::Value;
@@ -79,14 +79,14 @@ fn json(verb: &[&str], folder: &Path) -> Value {
 }
 
 /// All files of a dataset but what its run tells about itself: name and content.
-fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+fn files(folder: &Path) -> Vec<(String, Digest)> {
     let mut files = Vec::new();
     for place in [folder.to_owned(), folder.join("shards")] {
         for entry in fs::read_dir(place).expect("a folder") {
             let path = entry.expect("an entry").path();
             let name = path.strip_prefix(folder).expect("below").display().to_string();
             if path.is_file() && name != "notes.json" {
-                files.push((name, fs::read(path).expect("a file")));
+                files.push((name, Digest::of(&fs::read(path).expect("a file"))));
             }
         }
     }
@@ -159,7 +159,7 @@ fn a_killed_run_resumes_to_the_same_bytes() {
             .stderr(Stdio::null())
             .spawn()
             .expect("graspmill starts");
-        thread::sleep(Duration::from_millis(15 + 12 * kill));
+        thread::sleep(Duration::from_millis(20 + 300 * kill));
         // On Unix this is SIGKILL: nothing is cleaned up.
         child.kill().expect("a kill");
         child.wait().expect("an end");
