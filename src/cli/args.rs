@@ -33,6 +33,9 @@ pub enum Command {
     Report(ReportArgs),
     /// Write samples in another format.
     Export(ExportArgs),
+    /// Ask a dataset.
+    #[command(subcommand)]
+    Query(QueryCommand),
     /// Look at meshes before a job uses them.
     #[command(subcommand)]
     Meshes(MeshesCommand),
@@ -162,6 +165,29 @@ pub enum ExportFormat {
     Binvox,
     /// Point clouds of occupied cells (PCD).
     Pcd,
+    /// Labels and field of a reachability dataset as raw float64 files, for GraspIt.
+    Graspit,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum QueryCommand {
+    /// How far end-effector poses are inside or outside the reachable set: distance, gradient, label, joint values.
+    Reach(ReachArgs),
+}
+
+#[derive(Args, Debug)]
+pub struct ReachArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// A pose of the target site, metres and radians (repeatable): `--pose 0.6,0.1,0.9,0,0.5,0.2`.
+    #[arg(long, value_name = "X,Y,Z,ROLL,PITCH,YAW", allow_hyphen_values = true)]
+    pub pose: Vec<String>,
+    /// A file of poses, six numbers a line; a first line of names (x, y, z, roll, pitch, yaw) may give another order.
+    #[arg(long, value_name = "FILE", required_unless_present = "pose")]
+    pub csv: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Subcommand, Debug)]

@@ -112,9 +112,11 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
         ExportFormat::Npy => Format::Npy { packed: !arguments.unpacked },
         ExportFormat::Binvox => Format::Binvox,
         ExportFormat::Pcd => Format::Pcd,
+        ExportFormat::Graspit => Format::Graspit,
     };
     let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;
-    printer.result(&format!("{} samples in {} files, in {}", summary.samples, summary.files, summary.folder.display()));
+    let what = if format == Format::Graspit { "poses" } else { "samples" };
+    printer.result(&format!("{} {what} in {} files, in {}", summary.samples, summary.files, summary.folder.display()));
     Ok(Exit::Complete)
 }
 

@@ -10,6 +10,7 @@ mod machine;
 mod meshes;
 mod printer;
 mod progress;
+mod query;
 #[cfg(feature = "sim")]
 mod robot;
 #[cfg(feature = "sim")]
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Cli, Command, MeshesCommand};
+use args::{Cli, Command, MeshesCommand, QueryCommand};
 use exit::{Exit, Failure};
 use printer::Printer;
 
@@ -56,6 +57,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Inspect(arguments) => dataset::inspect(arguments, printer),
         Command::Report(arguments) => dataset::report(arguments, printer),
         Command::Export(arguments) => dataset::export(arguments, printer),
+        Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
         Command::Verify(arguments) => verify::verify(arguments, printer),
         Command::Doctor(arguments) => doctor::doctor(arguments, printer),
         Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),

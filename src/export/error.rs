@@ -17,11 +17,18 @@ pub enum ExportError {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The dataset is of a product that has no such form.
-    #[error("a dataset of {product}: npy, binvox and pcd are of completion datasets alone")]
+    #[error("a dataset of {product}: {format} is of {of} datasets alone; {}", forms(*product))]
     OtherProduct {
         /// Its product.
         product: Product,
+        /// What was asked for.
+        format: &'static str,
+        /// The product that has it.
+        of: Product,
     },
+    /// A map is written as a whole.
+    #[error("graspit writes the whole grid of poses; leave out split, object and limit")]
+    WholeGrid,
     /// The output folder holds something.
     #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", path.display())]
     OutputExists {
@@ -76,6 +83,14 @@ impl ExportError {
     /// Wraps an I/O error with what was tried on which file.
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+/// The formats of a product.
+fn forms(product: Product) -> &'static str {
+    match product {
+        Product::Completion => "give --to npy, binvox or pcd",
+        Product::Reachability => "give --to graspit",
     }
 }
 

@@ -1,9 +1,10 @@
-//! Datasets in other formats: NumPy arrays, binvox grids, PCD point clouds.
+//! Datasets in other formats: NumPy arrays, binvox grids, PCD point clouds; reachability maps as GraspIt's files.
 //!
 //! An export is a view of a dataset, not a second truth: `export.json` in it names the root digest that it was made
 //! from, and `samples.csv` says which sample each row or file is.
 
 mod error;
+mod graspit;
 mod names;
 mod npy;
 mod pcd;
@@ -40,6 +41,9 @@ pub enum Format {
     /// `<object>/view_00003_x.pcd` (partial) and `..._y.pcd` (complete): occupied cells by index, as the data of the
     /// thesis has them; where depth or cloud is stored also `..._pc.pcd`: the seen points [m].
     Pcd,
+    /// `reach_data.full`, `.sdf`, `.dims`, `.mins`, `.step` and `.csv` of a reachability dataset, after the thesis's code;
+    /// their field is positive where reachable.
+    Graspit,
 }
 
 impl Format {
@@ -49,6 +53,7 @@ impl Format {
             Self::Npy { .. } => "npy",
             Self::Binvox => "binvox",
             Self::Pcd => "pcd",
+            Self::Graspit => "graspit",
         }
     }
 
@@ -71,6 +76,12 @@ impl Format {
                 "<stem>_x.pcd (partial), <stem>_y.pcd (complete): indices x, y, z of the occupied cells as float32; \
                  <stem>_pc.pcd: the seen points in camera axes [m], where stored; stems in samples.csv"
             }
+            Self::Graspit => {
+                "reach_data.full: 1 reachable, 0 not; reach_data.sdf: signed distance, POSITIVE where reachable (the \
+                 dataset's own field is negative there); both raw little-endian float64, C order over x, y, z, roll, \
+                 pitch, yaw. reach_data.dims, .mins, .step: cells, first centre and step of the six axes [m, rad]. \
+                 reach_data.csv: i x y z roll pitch yaw 0|1 a line, rotation Rz(yaw) Ry(pitch) Rx(roll)"
+            }
         }
     }
 }
@@ -91,7 +102,7 @@ pub struct ExportSelection {
 pub struct ExportSummary {
     /// The folder.
     pub folder: PathBuf,
-    /// Samples.
+    /// Samples; of a reachability dataset, poses.
     pub samples: u64,
     /// Files.
     pub files: u64,
@@ -112,9 +123,12 @@ pub fn export(
     selection: &ExportSelection,
 ) -> Result<ExportSummary, ExportError> {
     let reader = DatasetReader::open(folder)?;
+    if format == Format::Graspit {
+        return graspit::export(&reader, out, selection);
+    }
     let product = reader.manifest().product;
     if product != Product::Completion {
-        return Err(ExportError::OtherProduct { product });
+        return Err(ExportError::OtherProduct { product, format: format.name(), of: Product::Completion });
     }
     let assets = reader.assets()?.objects;
     let wanted = wanted_objects(&assets, &selection.objects)?;
@@ -218,6 +232,8 @@ impl Writer {
                     None => Ok(()),
                 }
             }
+            // Of another product: it has no samples, and `export` has turned aside before.
+            Format::Graspit => Ok(()),
         }
     }
 

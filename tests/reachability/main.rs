@@ -17,6 +17,9 @@ use graspmill::{
 use serde_json::Value;
 
 mod bad_input;
+mod looking;
+#[path = "../python/mod.rs"]
+mod python;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const ARM: [&str; 7] = [

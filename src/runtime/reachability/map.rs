@@ -108,7 +108,9 @@ pub struct ReachabilityMap {
     obstacles: Vec<(ObstacleId, Vec<u32>)>,
     next: u64,
     witnesses: Option<Vec<f64>>,
-    /// Reachable cells, without obstacles, before every `STRIDE`-th cell.
+    /// Reachable cells, without obstacles.
+    reachable: usize,
+    /// Those before every `STRIDE`-th cell.
     reachable_before: Vec<u32>,
     /// The grid's rotations, and the angle cells that mean each.
     rotations: Vec<(Rotation3<f64>, Vec<usize>)>,
@@ -140,12 +142,38 @@ impl ReachabilityMap {
             reachable_before.push(before);
             before += some.iter().filter(|label| **label == PoseLabel::Reachable).count() as u32;
         }
-        if let Some(witnesses) = &witnesses {
-            count("joint values of witnesses", witnesses.len(), before as usize * robot.joints.len())?;
-        }
         let (lookup, rotations) = (FieldLookup::new(&grid, metric), rotations(&grid));
-        let (clear, obstacles) = (None, Vec::new());
-        Ok(Self { robot, lookup, labels, distances, clear, obstacles, next: 0, witnesses, reachable_before, rotations })
+        let (clear, obstacles, next) = (None, Vec::new(), 0);
+        let mut map = Self {
+            robot,
+            lookup,
+            labels,
+            distances,
+            clear,
+            obstacles,
+            next,
+            witnesses: None,
+            reachable: before as usize,
+            reachable_before,
+            rotations,
+        };
+        witnesses.map_or(Ok(()), |witnesses| map.set_witnesses(witnesses))?;
+        Ok(map)
+    }
+
+    /// Joint values of each cell that is reachable without obstacles, in the order of the cells.
+    pub(super) fn set_witnesses(&mut self, witnesses: Vec<f64>) -> Result<(), InvalidMap> {
+        let (found, expected) = (witnesses.len(), self.reachable * self.robot.joints.len());
+        if found != expected {
+            return Err(InvalidMap::Count { what: "joint values of witnesses", found, expected });
+        }
+        self.witnesses = Some(witnesses);
+        Ok(())
+    }
+
+    /// Whether the map knows joint values of its reachable cells.
+    pub fn has_witnesses(&self) -> bool {
+        self.witnesses.is_some()
     }
 
     /// Whose poses they are.
@@ -329,7 +357,8 @@ impl ReachabilityMap {
         };
     }
 
-    fn clear_labels(&self) -> &[PoseLabel] {
+    /// Labels without obstacles.
+    pub(super) fn clear_labels(&self) -> &[PoseLabel] {
         self.clear.as_ref().map_or(&self.labels, |(labels, _)| labels)
     }
 

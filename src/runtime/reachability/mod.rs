@@ -4,6 +4,7 @@
 mod energy;
 mod map;
 mod obstacle;
+mod open;
 #[cfg(test)]
 mod tests;
 

@@ -1,0 +1,58 @@
+//! Maps out of datasets: the field at once, witnesses when they are asked for.
+
+use std::path::Path;
+
+use super::{ReachabilityMap, ReachabilityParts, RobotFacts};
+use crate::{
+    dataset::{DatasetError, DatasetReader, Selection, read_field},
+    geom::PoseLabel,
+    record::{FieldHeader, ReachabilityField},
+};
+
+const REMEDY: &str = "`graspmill verify` finds the damaged file; `run` the job again";
+
+impl ReachabilityMap {
+    /// The map of a reachability dataset, without witnesses: reads `field.mcap` and no other file, so that a robot needs
+    /// no more than that one.
+    ///
+    /// # Errors
+    /// When the folder has no field, or it is damaged.
+    pub fn open(folder: &Path) -> Result<Self, DatasetError> {
+        let ReachabilityField { header, labels, distances } = read_field(folder)?;
+        let FieldHeader { grid, metric, robot, joints, target, frame, .. } = header;
+        let robot = RobotFacts { robot, joints, target, frame };
+        Self::new(ReachabilityParts { grid, metric, labels, distances, witnesses: None, robot })
+            .map_err(|error| invalid(folder, error.to_string()))
+    }
+
+    /// Reads the joint values of all reachable cells out of the shards of the dataset that the map was opened from: 8
+    /// bytes a joint and reachable cell. Does nothing when the map has them.
+    ///
+    /// # Errors
+    /// When the dataset is not finished, a shard is missing or damaged, or the labels are those of another map.
+    pub fn read_witnesses(&mut self, folder: &Path) -> Result<(), DatasetError> {
+        if self.has_witnesses() {
+            return Ok(());
+        }
+        let reader = DatasetReader::open(folder)?;
+        let (angles, joints) = (self.grid().strides()[2], self.robot().joints.len());
+        let reachable = self.clear_labels().iter().filter(|label| **label == PoseLabel::Reachable).count();
+        let mut witnesses = Vec::with_capacity(reachable * joints);
+        let mut blocks = 0;
+        for sample in reader.iter(Selection::default()) {
+            let sample = sample?;
+            let block = sample.block()?;
+            let own = self.clear_labels().get(blocks * angles..(blocks + 1) * angles);
+            if own != Some(block.labels.as_slice()) || block.joints as usize != joints {
+                return Err(invalid(folder, format!("sample {} is not of this map's field", sample.index)));
+            }
+            witnesses.extend_from_slice(&block.witnesses);
+            blocks += 1;
+        }
+        self.set_witnesses(witnesses).map_err(|error| invalid(folder, error.to_string()))
+    }
+}
+
+fn invalid(folder: &Path, problem: String) -> DatasetError {
+    DatasetError::Invalid { path: folder.to_owned(), problem, remedy: REMEDY }
+}

@@ -1,0 +1,134 @@
+//! What people and planners get out of a dataset: answers, files for other programs.
+
+use std::{fs, path::Path};
+
+use graspmill::{
+    dataset::{DatasetReader, Selection, read_field},
+    geom::PoseLabel,
+    runtime::ReachabilityMap,
+};
+use serde_json::Value;
+
+use super::{ARM, Place, command, on, python};
+
+#[test]
+fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
+    let place = Place::new();
+    let data = place.run("data", &[]);
+    let mut map = ReachabilityMap::open(&data).expect("a map");
+    let field = read_field(&data).expect("a field");
+    assert_eq!((map.labels(), map.distances()), (field.labels.as_slice(), field.distances.as_slice()));
+    assert_eq!((map.robot().joints.as_slice(), map.has_witnesses()), (&ARM.map(str::to_owned)[..], false));
+    map.read_witnesses(&data).expect("witnesses");
+    let mut cell = 0;
+    for sample in DatasetReader::open(&data).expect("a dataset").iter(Selection::default()) {
+        let block = sample.expect("a sample").block().expect("a block");
+        for angle in 0..block.labels.len() {
+            assert_eq!(map.witness(cell), block.witness(angle), "cell {cell}");
+            cell += 1;
+        }
+    }
+    assert_eq!(cell, map.grid().cells());
+    // Witnesses of another robot's map, and of none.
+    let other = place.run("other", &["--set", "poses.z.from=0.6"]);
+    let error = ReachabilityMap::open(&other).expect("a map").read_witnesses(&data).unwrap_err().to_string();
+    assert!(error.contains("not of this map's field"), "{error}");
+    let error = ReachabilityMap::open(&place.path("nowhere")).err().expect("no map").to_string();
+    assert!(error.contains("field.mcap") && error.contains("run"), "{error}");
+}
+
+#[test]
+fn poses_are_asked_for_on_the_command_line_and_in_files() {
+    let place = Place::new();
+    let data = place.run("data", &[]);
+    let field = read_field(&data).expect("a field");
+    let (grid, labels) = (&field.header.grid, &field.labels);
+    let cell_of = |wanted| labels.iter().position(|label| *label == wanted).expect("a cell of each label");
+    let ask = |arguments: &[&str]| {
+        let done = command(&["query", "reach"]).arg(&data).args(arguments).output().expect("graspmill starts");
+        let [out, err] = [done.stdout, done.stderr].map(|bytes| String::from_utf8(bytes).expect("text"));
+        (done.status.code(), out, err)
+    };
+    let (free, never) = (cell_of(PoseLabel::Reachable), cell_of(PoseLabel::NoSolution));
+    let [free_text, never_text] = [free, never].map(|cell| grid.pose(cell).map(|value| value.to_string()).join(","));
+    let path = place.path("poses.csv");
+    fs::write(&path, format!("x,y,z,roll,pitch,yaw\n{never_text}\n-3,0.1,0.9,0,0.5,0.2\n")).expect("a file");
+    let (code, out, err) = ask(&["--pose", &free_text, "--csv", &path.display().to_string(), "--json"]);
+    assert_eq!(code, Some(0), "{err}");
+    let answers: Value = serde_json::from_str(&out).expect("JSON on stdout");
+    let [inside, outside, far] = answers["poses"].as_array().expect("poses").as_slice() else { panic!("{answers}") };
+    for (answer, cell) in [(inside, free), (outside, never)] {
+        assert_eq!((&answer["nearest"]["cell"], &answer["inside_grid"]), (&cell.into(), &true.into()), "{answer}");
+        assert_eq!(answer["nearest"]["label"], labels[cell].name());
+        let distance = answer["distance"].as_f64().expect("a distance");
+        assert!((distance - f64::from(field.distances[cell])).abs() < 1e-6, "{answer}");
+        assert_eq!(answer["gradient"].as_array().map(Vec::len), Some(6));
+    }
+    assert_eq!(inside["nearest"]["witness"].as_array().map(Vec::len), Some(ARM.len()));
+    assert!(outside["nearest"].get("witness").is_none());
+    assert_eq!((far["inside_grid"].as_bool(), &answers["unit"]), (Some(false), &"metres".into()));
+    assert!(far["distance"].as_f64() > Some(3.0), "{far}");
+
+    let (code, out, _) = ask(&["--pose=-3,0.1,0.9,0,0.5,0.2", "--pose", &free_text]);
+    assert!(code == Some(0) && out.contains("OUTSIDE THE GRID") && out.contains("elbow_flex_joint"), "{out}");
+    for (arguments, says) in [
+        (vec!["--pose", "1,2,3"], "--pose 1,2,3 (number 1): 3 values; give six numbers"),
+        (vec!["--pose", "1,2,3,0,0,north"], "yaw = 'north' is no finite number"),
+        (vec!["--csv", "missing.csv"], "missing.csv"),
+        (vec![], "--csv"),
+    ] {
+        let (code, out, err) = ask(&arguments);
+        assert!(code == Some(2) && out.is_empty() && err.contains(says), "{code:?} {err}");
+    }
+    fs::write(&path, "0.5,0,1,0,0,0\n0.5,0,1,0,0\n").expect("a file");
+    let (code, _, err) = ask(&["--csv", &path.display().to_string()]);
+    assert!(code == Some(2) && err.contains("poses.csv:2: 5 values"), "{err}");
+}
+
+#[test]
+fn numpy_reads_the_files_of_the_thesis() {
+    let place = Place::new();
+    let data = place.run("data", &["--set", "field.profile=thesis"]);
+    let out = place.path("graspit");
+    let done = command(&["export", "--to", "graspit", "--out"]).arg(&out).arg(&data).output().expect("it starts");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let field = read_field(&data).expect("a field");
+    let raw = place.path("raw");
+    let bytes: Vec<u8> = field.labels.iter().map(|label| *label as u8).collect();
+    fs::write(raw.with_extension("labels"), bytes).expect("a file");
+    let bytes: Vec<u8> = field.distances.iter().flat_map(|distance| distance.to_le_bytes()).collect();
+    fs::write(raw.with_extension("distances"), bytes).expect("a file");
+    let script = r#"
+import json, sys, numpy as np
+out, raw = sys.argv[1], sys.argv[2]
+row = lambda name: np.loadtxt(f"{out}/reach_data.{name}", delimiter=",")
+dims, mins, step = row("dims").astype(int), row("mins"), row("step")
+assert dims.tolist() == [3, 3, 4, 2, 4, 4], dims
+full = np.fromfile(out + "/reach_data.full").reshape(dims)
+sdf = np.fromfile(out + "/reach_data.sdf").reshape(dims)
+labels = np.fromfile(raw + ".labels", np.uint8).reshape(dims)
+assert np.array_equal(full, labels == 2)
+assert np.array_equal(sdf, -np.fromfile(raw + ".distances", "<f4").astype(float).reshape(dims))
+assert (sdf[full == 1] > 0).all() and (sdf[full == 0] < 0).all()
+rows = np.loadtxt(out + "/reach_data.csv")
+index = np.stack(np.unravel_index(np.arange(full.size), dims), axis=1)
+assert np.array_equal(rows[:, 0], np.arange(full.size)) and np.array_equal(rows[:, 7], full.ravel())
+assert np.allclose(rows[:, 1:7], mins + index * step, rtol=0, atol=1e-12)
+facts = json.load(open(out + "/export.json"))
+assert facts["sign"] == "positive where reachable" and facts["unit"] == "cells"
+print(int(full.sum()))
+"#;
+    let answer = python::run(python::PYTHON, |command| command.args(["-c", script]).arg(&out).arg(&raw));
+    let reachable = field.labels.iter().filter(|label| **label == PoseLabel::Reachable).count();
+    assert_eq!(answer.trim(), reachable.to_string());
+
+    let refused = |arguments: &[&str], folder: &Path| {
+        let done = on(&[&["export", "--out", "x"], arguments].concat(), folder);
+        assert_eq!(done.status.code(), Some(2));
+        String::from_utf8_lossy(&done.stderr).into_owned()
+    };
+    let said = refused(&["--to", "npy"], &data);
+    assert!(said.contains("reachability") && said.contains("give --to graspit"), "{said}");
+    let said = refused(&["--to", "graspit", "--limit", "3"], &data);
+    assert!(said.contains("leave out split"), "{said}");
+}
