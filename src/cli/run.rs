@@ -61,9 +61,11 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
         let summary = run::run(&task, &crew, &cancel, &listener).map_err(run_failure)?;
         if !summary.finished_before {
             notes(&crew, &summary, sides.as_ref(), began).write(&arguments.out)?;
-            if let Some(completion) = job.completion() {
-                run::preview(&arguments.out, completion, job.seed, &crew).map_err(run_failure)?;
+            match job.completion() {
+                Some(completion) => run::preview(&arguments.out, completion, job.seed, &crew),
+                None => run::map_preview(&arguments.out),
             }
+            .map_err(run_failure)?;
         }
         Ok(summary)
     });

@@ -28,6 +28,7 @@ mod index;
 mod layout;
 mod ledger;
 mod manifest;
+mod map_preview;
 #[cfg(test)]
 mod measure;
 mod merkle;
@@ -48,6 +49,7 @@ pub use folder::{
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow};
 pub use manifest::{Counts, FileEntry, Manifest, NumberClass, PoseCounts, ShardEntry};
+pub use map_preview::write_map_preview;
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};

@@ -17,10 +17,10 @@ use crate::{
     record::VoxelPair,
 };
 
-mod foxglove {
+pub(super) mod foxglove {
     include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
 }
-mod google {
+pub(super) mod google {
     pub mod protobuf {
         include!(concat!(env!("OUT_DIR"), "/google.protobuf.rs"));
     }
@@ -29,7 +29,7 @@ use foxglove::{CameraCalibration, FrameTransform, PackedElementField, PointCloud
 use google::protobuf::Timestamp;
 
 /// Name of the preview in a dataset's folder.
-const PREVIEW: &str = "preview.mcap";
+pub(super) const PREVIEW: &str = "preview.mcap";
 
 /// One sample of a preview.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,24 +72,41 @@ pub fn write_preview(folder: &Path, samples: &[PreviewSample]) -> Result<PathBuf
     temporary.publish(&file, folder, PREVIEW)
 }
 
-struct Preview<W: std::io::Write + Seek> {
+/// Messages of well-known schemas on their way to a file.
+pub(super) struct Preview<W: std::io::Write + Seek> {
     writer: mcap::Writer<W>,
+    descriptors: &'static [u8],
     channels: BTreeMap<&'static str, u16>,
 }
 
 impl<W: std::io::Write + Seek> Preview<W> {
-    fn write(
+    /// Begins a file whose schemas stand in this descriptor set.
+    pub(super) fn create(file: W, descriptors: &'static [u8]) -> mcap::McapResult<Self> {
+        let writer = WriteOptions::new()
+            .compression(Some(Compression::Zstd))
+            .compression_level(3)
+            .compression_threads(0)
+            .library("graspmill format 1")
+            .create(file)?;
+        Ok(Self { writer, descriptors, channels: BTreeMap::new() })
+    }
+
+    pub(super) fn finish(mut self) -> mcap::McapResult<()> {
+        self.writer.finish().map(|_| ())
+    }
+
+    /// Writes a message at a second of the preview's clock.
+    pub(super) fn write(
         &mut self,
         second: u64,
         topic: &'static str,
         schema: &str,
         message: &impl Message,
     ) -> mcap::McapResult<()> {
-        let descriptors: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin"));
         let channel_id = match self.channels.get(topic) {
             Some(id) => *id,
             None => {
-                let schema = self.writer.add_schema(schema, "protobuf", descriptors)?;
+                let schema = self.writer.add_schema(schema, "protobuf", self.descriptors)?;
                 let id = self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())?;
                 self.channels.insert(topic, id);
                 id
@@ -102,13 +119,7 @@ impl<W: std::io::Write + Seek> Preview<W> {
 }
 
 fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -> mcap::McapResult<()> {
-    let writer = WriteOptions::new()
-        .compression(Some(Compression::Zstd))
-        .compression_level(3)
-        .compression_threads(0)
-        .library("graspmill format 1")
-        .create(file)?;
-    let mut preview = Preview { writer, channels: BTreeMap::new() };
+    let mut preview = Preview::create(file, include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin")))?;
     for (second, PreviewSample { pair, depth }) in (0..).zip(samples) {
         let time = Some(Timestamp { seconds: second as i64, nanos: 0 });
         preview.write(
@@ -130,7 +141,7 @@ fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -
         preview.write(second, "/preview/partial", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.partial))?;
         preview.write(second, "/preview/complete", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.complete))?;
     }
-    preview.writer.finish().map(|_| ())
+    preview.finish()
 }
 
 fn transform<To: Frame, From: Frame>(time: Option<Timestamp>, pose: &Pose<To, From>, child: &str) -> FrameTransform {

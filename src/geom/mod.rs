@@ -22,7 +22,7 @@ mod views;
 pub use camera::{Intrinsics, InvalidIntrinsics};
 pub use field::{
     Axis, AxisUnit, FieldLookup, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid, PoseLabel, Proof,
-    signed_distance_standard, signed_distance_thesis,
+    approach_directions, signed_distance_standard, signed_distance_thesis,
 };
 pub use frames::{CameraCv, CameraGl, EndEffector, Frame, Object, Pose, World, rotation_from_rpy};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};

@@ -150,6 +150,53 @@ pub fn bar_chart(title: &str, bars: &[Bar]) -> String {
     svg
 }
 
+/// One row of [`stacked_rows`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct StackedRow {
+    /// Its name.
+    pub name: String,
+    /// The parts from the left: the page's name for a colour, and a count.
+    pub parts: Vec<(&'static str, u64)>,
+}
+
+/// Lying bars of several parts, with the count of the first part and its share of `whole`, which is what one row counts at
+/// most; bars are as long as the longest allows.
+pub fn stacked_rows(title: &str, rows: &[StackedRow], whole: u64) -> String {
+    const ROW: f64 = 18.0;
+    const NAMES: f64 = 76.0;
+    let sum = |row: &StackedRow| row.parts.iter().map(|(_, count)| count).sum::<u64>();
+    let most = rows.iter().map(sum).max().unwrap_or(0).max(1) as f64;
+    let mut svg = opening(title, WIDTH, ROW * rows.len() as f64 + 4.0);
+    for (place, row) in rows.iter().enumerate() {
+        let y = ROW * place as f64 + 2.0;
+        let middle = y + ROW * 0.62;
+        let _ = write!(
+            svg,
+            r#"<text x="{:.1}" y="{middle:.1}" text-anchor="end">{}</text>"#,
+            NAMES - 8.0,
+            escaped(&row.name)
+        );
+        let mut x = NAMES;
+        for (class, count) in &row.parts {
+            let width = *count as f64 / most * (WIDTH - NAMES - 110.0);
+            let height = ROW - 4.0;
+            let _ =
+                write!(svg, r#"<rect class="{class}" x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height}"/>"#);
+            x += width;
+        }
+        let first = row.parts.first().map_or(0, |(_, count)| *count);
+        let share = percent(first as f64 / whole.max(1) as f64);
+        let _ = write!(
+            svg,
+            r#"<text class="quiet" x="{:.1}" y="{middle:.1}">{} ({share})</text>"#,
+            x + 6.0,
+            grouped(first)
+        );
+    }
+    svg.push_str("</svg>");
+    svg
+}
+
 /// One column of [`columns`]: a name, what was kept and what was rejected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {

@@ -10,6 +10,7 @@ mod gallery;
 mod notes;
 mod page;
 pub mod picture;
+mod reach_report;
 mod reachability;
 mod report;
 mod sections;

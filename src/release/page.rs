@@ -1,4 +1,4 @@
-//! Text inside HTML.
+//! The page around a report, and text inside HTML.
 
 /// `text` with the characters that HTML and SVG give a meaning to spelled out.
 pub(super) fn escaped(text: &str) -> String {
@@ -14,6 +14,32 @@ pub(super) fn escaped(text: &str) -> String {
         }
     }
     out
+}
+
+/// A whole page that needs nothing outside it; the title is text, the body HTML.
+pub(super) fn shell(title: &str, body: &str) -> String {
+    format!(
+        concat!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n",
+            "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n",
+            "<meta name=\"color-scheme\" content=\"light dark\">\n",
+            "<title>{} · graspmill report</title>\n<style>\n{}</style></head>\n<body><main>\n{}\n</main></body></html>\n"
+        ),
+        escaped(title),
+        include_str!("report.css"),
+        body,
+    )
+}
+
+/// A size for people.
+pub(super) fn bytes_in_words(bytes: u64) -> String {
+    let value = bytes as f64;
+    match bytes {
+        0..10_000 => format!("{bytes} B"),
+        10_000..1_000_000 => format!("{:.1} kB", value / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", value / 1e6),
+        _ => format!("{:.2} GB", value / 1e9),
+    }
 }
 
 #[cfg(test)]

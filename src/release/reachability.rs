@@ -13,6 +13,7 @@ use crate::{
     dataset::{DatasetError, DatasetReader, NumberClass, PoseCounts, read_field},
     geom::{Axis, PoseLabel, Proof},
     ids::{Digest, JobDigest, ObjectId, Product},
+    record::ReachabilityField,
 };
 
 /// What a reachability dataset holds. `Display` is for people; serialised, it is for machines.
@@ -104,8 +105,10 @@ pub struct FieldFacts {
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
 pub fn inspect_reachability(folder: &Path) -> Result<ReachabilityFacts, DatasetError> {
-    let reader = DatasetReader::open(folder)?;
-    let field = read_field(folder)?;
+    facts_of(&DatasetReader::open(folder)?, &read_field(folder)?)
+}
+
+pub(super) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Result<ReachabilityFacts, DatasetError> {
     let (manifest, header) = (reader.manifest(), &field.header);
     let counts = manifest.counts.poses.clone().unwrap_or_default();
     let finite = |value: f64| value.is_finite().then_some(value);
@@ -117,7 +120,7 @@ pub fn inspect_reachability(folder: &Path) -> Result<ReachabilityFacts, DatasetE
         count: axis.count as u64,
     };
     Ok(ReachabilityFacts {
-        name: name_of(&reader)?,
+        name: name_of(reader)?,
         generator: manifest.generator.clone(),
         product: manifest.product,
         format_version: manifest.format_version,

@@ -8,13 +8,14 @@ use std::{
 use super::{
     card::card,
     notes::write_in_place,
-    page::escaped,
+    page::shell,
+    reach_report, reachability,
     sections::{distributions, header, how_to_check, job, objects, sample_in_words, speed, splits},
     survey::Survey,
 };
 use crate::{
-    dataset::{DatasetError, DatasetReader},
-    ids::ObjectId,
+    dataset::{DatasetError, DatasetReader, read_field},
+    ids::{ObjectId, Product},
 };
 
 /// What was written.
@@ -24,25 +25,35 @@ pub struct ReportSummary {
     pub path: PathBuf,
     /// Its size [bytes].
     pub bytes: u64,
-    /// Samples with pictures.
+    /// Samples with pictures; of a reachability dataset, cross-sections.
     pub shown: usize,
 }
 
 /// Writes the page of the finished dataset in `folder` to `out` (`report.html` in the folder when `None`).
 ///
-/// Reads the tables and the shards' ledgers, one at a time, and decodes the shown samples alone. The page depends on
+/// Reads the tables and the shards' ledgers, one at a time, and decodes the shown samples alone; of a reachability dataset,
+/// tables and field. The page depends on
 /// the dataset and on `notes.json`, not on clock, machine or path (but for a job without a name).
 ///
 /// # Errors
 /// When the dataset is not finished, a file is missing or damaged, or the page can't be written.
 pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, DatasetError> {
     let reader = DatasetReader::open(folder)?;
-    let survey = Survey::of(&reader)?;
-    let gallery = gallery(&reader, &survey)?;
-    let page = page(&survey, &gallery, &reader.job_text()?);
+    let (page, shown) = match reader.manifest().product {
+        Product::Completion => {
+            let survey = Survey::of(&reader)?;
+            let gallery = gallery(&reader, &survey)?;
+            (page(&survey, &gallery, &reader.job_text()?), survey.picks.len())
+        }
+        Product::Reachability => {
+            let field = read_field(folder)?;
+            let facts = reachability::facts_of(&reader, &field)?;
+            reach_report::page(&facts, &field, &reader.job_text()?)
+        }
+    };
     let path = out.map_or_else(|| folder.join("report.html"), Path::to_owned);
     write_in_place(&path, page.as_bytes())?;
-    Ok(ReportSummary { path, bytes: page.len() as u64, shown: survey.picks.len() })
+    Ok(ReportSummary { path, bytes: page.len() as u64, shown })
 }
 
 fn gallery(reader: &DatasetReader, survey: &Survey) -> Result<String, DatasetError> {
@@ -60,7 +71,6 @@ fn gallery(reader: &DatasetReader, survey: &Survey) -> Result<String, DatasetErr
 
 fn page(survey: &Survey, gallery: &str, job_text: &str) -> String {
     let facts = &survey.facts;
-    let title = escaped(&facts.name);
     let sections = [
         header(facts),
         how_to_check(facts),
@@ -79,15 +89,5 @@ fn page(survey: &Survey, gallery: &str, job_text: &str) -> String {
         speed(facts),
         job(job_text),
     ];
-    format!(
-        concat!(
-            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n",
-            "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n",
-            "<meta name=\"color-scheme\" content=\"light dark\">\n",
-            "<title>{} · graspmill report</title>\n<style>\n{}</style></head>\n<body><main>\n{}\n</main></body></html>\n"
-        ),
-        title,
-        include_str!("report.css"),
-        sections.join("\n"),
-    )
+    shell(&facts.name, &sections.join("\n"))
 }

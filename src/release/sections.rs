@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{
     Inspection, ObjectFacts, Spread,
     chart::{Bar, Column, Histogram, Ink, bar_chart, columns, grouped, percent, round_step, short},
-    page::escaped,
+    page::{bytes_in_words, escaped},
     picture::SLICE_COLOURS,
     survey::Survey,
     tally::Tally,
@@ -439,14 +439,4 @@ pub(super) fn job(text: &str) -> String {
         "<section id=\"job\"><h2>Job</h2><details><summary>The resolved job</summary><pre><code>{}</code></pre></details></section>",
         escaped(text)
     )
-}
-
-fn bytes_in_words(bytes: u64) -> String {
-    let value = bytes as f64;
-    match bytes {
-        0..10_000 => format!("{bytes} B"),
-        10_000..1_000_000 => format!("{:.1} kB", value / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", value / 1e6),
-        _ => format!("{:.2} GB", value / 1e9),
-    }
 }

@@ -153,8 +153,8 @@ fn of_completion(reader: &DatasetReader) -> Result<(), DatasetError> {
     }
     Err(DatasetError::Invalid {
         path: reader.folder().to_owned(),
-        problem: format!("a dataset of {product}: pictures and reports are of completion datasets alone so far"),
-        remedy: "`graspmill inspect` prints its facts",
+        problem: format!("a dataset of {product}, not of completion"),
+        remedy: "`graspmill inspect` prints the facts of either",
     })
 }
 

@@ -14,6 +14,6 @@ mod tables;
 pub use assets::{PreparedAssets, prepare_assets};
 pub use event::{Cancel, Event, Listener, Progress};
 pub use execute::{Crew, PilotRate, RunError, RunSummary, RunTask, pilot, run};
-pub use preview::preview;
+pub use preview::{map_preview, preview};
 pub use regenerate::{Difference, Regeneration, regenerate};
 pub use tables::dataset_header;

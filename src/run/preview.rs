@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Crew, RunError};
 use crate::{
-    dataset::{DatasetReader, preview_samples, write_preview},
+    dataset::{DatasetReader, preview_samples, read_field, write_map_preview, write_preview},
     job::CompletionJob,
     produce::{Producer, completion::CompletionWorker},
 };
@@ -30,5 +30,14 @@ pub fn preview(folder: &Path, job: &CompletionJob, seed: u64, crew: &Crew) -> Re
         }
     }
     write_preview(folder, &samples)?;
+    Ok(())
+}
+
+/// Writes `preview.mcap` into a finished reachability dataset: points and arrows in the well-known schemas.
+///
+/// # Errors
+/// When the field cannot be read or the file not be written.
+pub fn map_preview(folder: &Path) -> Result<(), RunError> {
+    write_map_preview(folder, &read_field(folder)?)?;
     Ok(())
 }

@@ -132,3 +132,124 @@ print(int(full.sum()))
     let said = refused(&["--to", "graspit", "--limit", "3"], &data);
     assert!(said.contains("leave out split"), "{said}");
 }
+
+#[test]
+fn a_report_is_one_page_with_every_count_and_every_arrow() {
+    let place = Place::new();
+    let data = place.run("data", &["--set", "name=a <b> & c"]);
+    let done = on(&["report"], &data);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let page = fs::read_to_string(data.join("report.html")).expect("a page");
+    assert!(page.len() < 1 << 20, "{} bytes", page.len());
+    for outside in ["http://", "https://", "<script", "url(", "<b>", "NaN", "inf"] {
+        assert!(!page.contains(outside), "the page has {outside}");
+    }
+    let manifest = DatasetReader::open(&data).expect("a dataset").manifest().clone();
+    let counts = manifest.counts.poses.clone().expect("counts of poses");
+    for part in [manifest.root.hex().as_str(), "a &lt;b&gt; &amp; c", "wrist_flex_joint", "searched only", "y = 0 m"] {
+        assert!(page.contains(part), "{part} is missing");
+    }
+    for label in PoseLabel::ALL {
+        assert!(page.contains(&counts.of_label(label).to_string()), "{label:?}");
+    }
+    // Four pitches and yaws: up, down and four level directions; of those, each section shows four as arrows. Where the
+    // poses of a direction have no solution, the arrow is red.
+    let field = read_field(&data).expect("a field");
+    let approaches = field.header.grid.approaches();
+    let sections: Vec<&str> = page.split("<figure class=\"section ").skip(1).collect();
+    assert!(sections.len() > 2 && sections[0].starts_with("upright"), "{}", sections.len());
+    let arrows = |class: &str| {
+        let start = sections[0].find(&format!("<g class=\"{class}\"><path class=\"stroke\" d=\"")).expect("a group");
+        // An arrow is one stroke of one step; rings have arcs.
+        sections[0][start..]
+            .split('"')
+            .nth(5)
+            .expect("a path")
+            .split('M')
+            .skip(1)
+            .filter(|mark| !mark.contains('a'))
+            .count()
+    };
+    let [_, ny, nz, ..] = field.header.grid.shape();
+    let middle = field.header.grid.axes()[1].nearest(0.0);
+    let mut expected = [0; 3];
+    for (position, labels) in field.labels.chunks(approaches.len()).enumerate() {
+        if position / nz % ny != middle {
+            continue;
+        }
+        // Straight down, ahead, back and straight up lie in the plane of x and z.
+        for direction in [0, 9, 13, 25] {
+            let of = labels.iter().zip(&approaches).filter(|(_, approach)| **approach == direction);
+            expected[of.map(|(label, _)| *label as usize).max().expect("poses of each direction")] += 1;
+        }
+    }
+    assert_eq!([arrows("pose-never"), arrows("pose-colliding"), arrows("pose-free")], expected);
+    let again = place.path("again.html");
+    let done = command(&["report", "--out"]).arg(&again).arg(&data).output().expect("graspmill starts");
+    assert!(done.status.success());
+    assert_eq!(fs::read_to_string(again).expect("a page"), page, "same bytes again");
+}
+
+#[test]
+fn a_report_of_nothing_reachable_stands() {
+    let place = Place::new();
+    let data = place.run("far", &["--set", "poses.x.from=4.0", "--set", "poses.x.to=4.6"]);
+    let done = on(&["report"], &data);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let page = fs::read_to_string(data.join("report.html")).expect("a page");
+    assert!(page.contains("all labels are alike") && !page.contains("NaN"), "no numbers without numbers");
+    let asked = on(&["query", "reach", "--json", "--pose", "4,0,1,0,0,0"], &data);
+    let answers: Value = serde_json::from_slice(&asked.stdout).expect("JSON on stdout");
+    assert!(answers["poses"][0]["distance"].is_null(), "{answers}");
+}
+
+#[test]
+fn a_preview_holds_a_point_for_each_reachable_position_and_arrows() {
+    let place = Place::new();
+    let data = place.run("data", &[]);
+    let field = read_field(&data).expect("a field");
+    let bytes: Vec<u8> = field.labels.iter().map(|label| *label as u8).collect();
+    let raw = place.path("labels");
+    fs::write(&raw, bytes).expect("a file");
+    let script = r#"
+import sys, numpy as np
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+labels = np.fromfile(sys.argv[2], np.uint8).reshape(36, 32)
+seen = {}
+for schema, channel, message, decoded in make_reader(
+        open(sys.argv[1], "rb"), decoder_factories=[DecoderFactory()]).iter_decoded_messages():
+    seen[channel.topic] = schema.name, decoded
+schema, cloud = seen["/preview/reachable"]
+assert schema == "foxglove.PointCloud" and cloud.frame_id == "world"
+points = np.frombuffer(cloud.data, [(n, "<f4") for n in ("x", "y", "z", "share")] + [("colour", "u1", 4)])
+assert points.itemsize == cloud.point_stride
+share = (labels == 2).mean(axis=1)
+assert np.allclose(points["share"], share[share > 0]) and (points["colour"][:, 3] == 255).all()
+place = np.stack(np.meshgrid([.4, .6, .8], [-.3, 0, .3], [.4, .6, .8, 1.], indexing="ij"), -1).reshape(-1, 3)
+assert np.allclose(np.stack([points[n] for n in "xyz"], 1), place[share > 0])
+schema, scene = seen["/preview/directions"]
+arrows = scene.entities[0].arrows
+assert schema == "foxglove.SceneUpdate" and len(scene.entities) == 1
+# Yaw pi/2 apart, pitch pi/2 apart: x axes along the axes of the world.
+yaw, pitch = [(np.arange(4) - 2) * np.pi / 2] * 2
+p, y = np.meshgrid(pitch, yaw, indexing="ij")
+axes = np.tile(np.stack([np.cos(p) * np.cos(y), np.cos(p) * np.sin(y), -np.sin(p)], -1).reshape(-1, 3), (2, 1))
+wanted = set()
+for at, row in zip(place, labels):
+    for axis in np.unique(axes.round(6) + 0.0, axis=0):
+        best = row[np.abs(axes - axis).max(axis=1) < 1e-3].max()
+        if best:
+            wanted.add((*(at.round(4) + 0.0), *(axis.round(4) + 0.0), int(best)))
+found = set()
+for arrow in arrows:
+    q, at = arrow.pose.orientation, arrow.pose.position
+    x = np.array([1 - 2 * (q.y**2 + q.z**2), 2 * (q.x * q.y + q.w * q.z), 2 * (q.x * q.z - q.w * q.y)])
+    found.add((*(np.round([at.x, at.y, at.z], 4) + 0.0), *(x.round(4) + 0.0), 2 if arrow.color.r == 0 else 1))
+assert found == wanted, (len(found), len(wanted), sorted(found ^ wanted)[:6])
+print(len(arrows) == len(found))
+"#;
+    let preview = data.join("preview.mcap");
+    let answer = python::run(python::PYTHON, |command| command.args(["-c", script]).arg(&preview).arg(&raw));
+    assert_eq!(answer.trim(), "True");
+}

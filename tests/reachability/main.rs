@@ -131,12 +131,9 @@ fn a_dataset_goes_through_every_verb() {
     let labels = facts["labels"].as_object().expect("counts");
     assert_eq!(labels.values().filter_map(Value::as_u64).sum::<u64>(), 1152);
     assert!(labels["reachable"].as_u64() > Some(100) && labels["no_solution"].as_u64() > Some(100), "{labels:?}");
-    for (verb, says) in [(vec!["report"], "graspmill inspect"), (vec!["export", "--to", "npy", "--out", "x"], "npy")] {
-        let refused = on(&verb, &data);
-        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-        assert!(!refused.status.success() && said.contains("reachability") && said.contains(says), "{said}");
-        assert!(!said.contains("panicked"), "{said}");
-    }
+    let refused = on(&["export", "--to", "npy", "--out", "x"], &data);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && said.contains("npy") && !said.contains("panicked"), "{said}");
     fs::write(place.path("job.toml"), place.job()).expect("a job file");
     assert_eq!(json(&["estimate"], &place.path("job.toml"))["samples"], 36);
     let again =

@@ -2,6 +2,7 @@
 //!
 //! A field is a slice of `f32`, one value a cell, shape and order those of its [`PoseGrid`]; negative inside.
 
+mod approach;
 mod fast_marching;
 #[cfg(test)]
 mod fixtures;
@@ -10,6 +11,7 @@ mod lookup;
 mod pose_grid;
 mod standard;
 
+pub use approach::approach_directions;
 pub use fast_marching::signed_distance_thesis;
 pub use label::{PoseLabel, Proof};
 pub use lookup::{FieldLookup, FieldMetric};

@@ -1,0 +1,69 @@
+//! From where end effectors come, told apart coarsely: for pictures and counts.
+
+use nalgebra::Vector3;
+
+use super::PoseGrid;
+use crate::geom::rotation_from_rpy;
+
+/// Directions 45 degrees apart in azimuth and in elevation, straight up and straight down once each: those that the grid
+/// of the thesis has, in order of elevation, then of azimuth; unit vectors.
+///
+/// An end effector approaches along the x axis of its target site.
+pub fn approach_directions() -> [Vector3<f64>; 26] {
+    std::array::from_fn(|place| {
+        let eighth = std::f64::consts::FRAC_PI_4;
+        let (elevation, azimuth) = match place {
+            0 => (-2.0, 0.0),
+            25 => (2.0, 0.0),
+            _ => (((place - 1) / 8) as f64 - 1.0, ((place - 1) % 8) as f64 - 4.0),
+        };
+        let (up, level) = libm::sincos(elevation * eighth);
+        let (y, x) = libm::sincos(azimuth * eighth);
+        Vector3::new(level * x, level * y, up)
+    })
+}
+
+impl PoseGrid {
+    /// The place in [`approach_directions`] that lies nearest to each orientation's approach (x) axis, in C order over
+    /// (roll, pitch, yaw); the first of several at the same angle.
+    pub fn approaches(&self) -> Vec<u8> {
+        let directions = approach_directions();
+        let nearest = |angle| {
+            let [_, _, _, roll, pitch, yaw] = self.pose(angle);
+            let approach = rotation_from_rpy(roll, pitch, yaw) * Vector3::x();
+            let mut best = (0, f64::NEG_INFINITY);
+            for (place, direction) in (0..).zip(&directions) {
+                let cosine = direction.dot(&approach);
+                // Rounding must not choose between equal ones.
+                if cosine > best.1 + 1e-9 {
+                    best = (place, cosine);
+                }
+            }
+            best.0
+        };
+        (0..self.strides()[2]).map(nearest).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::field::fixtures::fetch_grid;
+
+    /// Of 128 orientations, 16 look straight up and 16 straight down (8 yaws that turn about the approach axis, 2 rolls);
+    /// of every other direction there are 4.
+    #[test]
+    fn the_thesis_grid_has_these_and_no_others() {
+        let grid = fetch_grid();
+        let (directions, approaches) = (approach_directions(), grid.approaches());
+        let mut counts = [0; 26];
+        for (angle, approach) in approaches.iter().enumerate() {
+            let [_, _, _, roll, pitch, yaw] = grid.pose(angle);
+            let axis = rotation_from_rpy(roll, pitch, yaw) * Vector3::x();
+            assert!((axis - directions[usize::from(*approach)]).norm() < 1e-9, "{roll} {pitch} {yaw}");
+            counts[usize::from(*approach)] += 1;
+        }
+        assert_eq!((counts[0], counts[25]), (16, 16));
+        assert!(counts[1..25].iter().all(|count| *count == 4), "{counts:?}");
+    }
+}
