@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::triangle::{Triangle, squared_distance};
+use super::triangle::{Triangle, may_cross, squared_distance};
 
 /// Triangles a leaf, at most.
 const LEAF: usize = 4;
@@ -79,6 +79,11 @@ impl BoxTree {
                 self.approach(child, triangles, point, best);
             }
         }
+    }
+
+    /// Whether one of the triangles stands between two points, or just beside the line.
+    pub fn crosses(&self, triangles: &[Triangle], from: &Point3<f64>, to: &Point3<f64>) -> bool {
+        self.any_near(&from.inf(to), &from.sup(to), |place| may_cross(from, to, &triangles[place as usize]))
     }
 
     /// Whether `found` holds for a triangle whose group's box meets the box from `low` to `high`.

@@ -2,7 +2,10 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::triangle::{Triangle, squared_distance};
+use super::{
+    boxes::BoxTree,
+    triangle::{Triangle, squared_distance},
+};
 
 /// Points of a lattice, about.
 const POINTS: f64 = 120_000.0;
@@ -25,7 +28,8 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    pub fn new(triangles: &[Triangle]) -> Self {
+    /// Of triangles with their boxes.
+    pub fn new(triangles: &[Triangle], boxes: &BoxTree) -> Self {
         let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
         for corner in triangles.iter().flatten() {
             (low, high) = (low.inf(corner), high.sup(corner));
@@ -43,7 +47,7 @@ impl Lattice {
         };
         let side = counts.iter().max().copied().unwrap_or(1).next_power_of_two();
         lattice.fill(triangles, &(0..triangles.len() as u32).collect::<Vec<_>>(), [0; 3], side);
-        lattice.find_inside();
+        lattice.find_inside(triangles, boxes);
         lattice
     }
 
@@ -76,74 +80,60 @@ impl Lattice {
     }
 
     /// Turns the sign of every point that cannot be reached from the box's faces: from a point to its neighbour leads a way
-    /// when the balls of free space around both overlap, so that no gap narrower than the spacing lets anything in.
-    fn find_inside(&mut self) {
-        let [nx, ny, nz] = self.counts;
-        let free = |lattice: &Self, a: usize, b: usize| {
-            f64::from(lattice.distances[a]) + f64::from(lattice.distances[b]) > lattice.spacing + 2.0 * ROUNDING
+    /// when the balls of free space around both overlap, so that no gap narrower than the spacing lets anything in. Points
+    /// so near the surface that no way leads to them are on the side of a neighbour in sight, outside if both sides are.
+    fn find_inside(&mut self, triangles: &[Triangle], boxes: &BoxTree) {
+        let free = |a: usize, b: usize| {
+            f64::from(self.distances[a]) + f64::from(self.distances[b]) > self.spacing + 2.0 * ROUNDING
         };
+        let in_sight =
+            |a: usize, b: usize| !boxes.crosses(triangles, &self.point(self.cell_of(a)), &self.point(self.cell_of(b)));
         // A point of the outermost layer is outside when its ball of free space sticks out of the box.
-        let mut outside = vec![false; self.distances.len()];
-        let mut open = Vec::new();
-        for x in 0..nx {
-            for y in 0..ny {
-                for z in 0..nz {
-                    let point = self.point([x, y, z]);
-                    let to_face = (0..3).map(|axis| (point[axis] - self.low[axis]).min(self.high[axis] - point[axis]));
-                    let place = self.place([x, y, z]);
-                    if f64::from(self.distances[place]) > to_face.fold(f64::INFINITY, f64::min) + ROUNDING {
-                        outside[place] = true;
-                        open.push(place);
-                    }
-                }
-            }
-        }
-        let strides = [ny * nz, nz, 1];
-        while let Some(place) = open.pop() {
-            let cell = [place / strides[0], place / strides[1] % ny, place % nz];
-            for axis in 0..3 {
-                let mut visit = |next: usize| {
-                    if !outside[next] && free(self, place, next) {
-                        outside[next] = true;
-                        open.push(next);
-                    }
-                };
-                if cell[axis] > 0 {
-                    visit(place - strides[axis]);
-                }
-                if cell[axis] + 1 < self.counts[axis] {
-                    visit(place + strides[axis]);
-                }
-            }
-        }
-        // Unreached points beside the surface may lie on either side: only those with an unreached ball of a whole spacing
-        // around them, and what hangs together with them, are inside.
-        let mut inside = vec![false; outside.len()];
+        let sticks_out = |place: usize| {
+            let cell = self.cell_of(place);
+            let point = self.point(cell);
+            let to_face = (0..3).map(|axis| (point[axis] - self.low[axis]).min(self.high[axis] - point[axis]));
+            let outermost = (0..3).any(|axis| cell[axis] == 0 || cell[axis] + 1 == self.counts[axis]);
+            outermost && f64::from(self.distances[place]) > to_face.fold(f64::INFINITY, f64::min) + ROUNDING
+        };
+        let places = 0..self.distances.len();
+        let mut outside: Vec<bool> = places.clone().map(sticks_out).collect();
+        self.flood(&mut outside, free);
+        // What was not reached may be outside all the same, but not with a ball of a whole spacing around it.
         let deep = |place: usize| f64::from(self.distances[place]) > self.spacing + ROUNDING && !outside[place];
-        let mut open: Vec<usize> = (0..outside.len()).filter(|place| deep(*place)).collect();
-        open.iter().for_each(|place| inside[*place] = true);
-        while let Some(place) = open.pop() {
-            let cell = [place / strides[0], place / strides[1] % ny, place % nz];
-            for axis in 0..3 {
-                let mut visit = |next: usize| {
-                    if !inside[next] && free(self, place, next) {
-                        inside[next] = true;
-                        open.push(next);
-                    }
-                };
-                if cell[axis] > 0 {
-                    visit(place - strides[axis]);
-                }
-                if cell[axis] + 1 < self.counts[axis] {
-                    visit(place + strides[axis]);
-                }
-            }
-        }
+        let mut inside: Vec<bool> = places.map(deep).collect();
+        self.flood(&mut inside, free);
+        self.flood(&mut outside, |a, b| !inside[b] && in_sight(a, b));
+        self.flood(&mut inside, |a, b| !outside[b] && in_sight(a, b));
         for (distance, inside) in self.distances.iter_mut().zip(inside) {
             if inside {
                 *distance = -*distance;
             }
         }
+    }
+
+    /// Reaches from all that is reached every neighbour to which a way leads, and so on.
+    fn flood(&self, reached: &mut [bool], leads: impl Fn(usize, usize) -> bool) {
+        let strides = [self.counts[1] * self.counts[2], self.counts[2], 1];
+        let mut open: Vec<usize> = (0..reached.len()).filter(|place| reached[*place]).collect();
+        while let Some(place) = open.pop() {
+            let cell = self.cell_of(place);
+            for axis in 0..3 {
+                let before = (cell[axis] > 0).then(|| place - strides[axis]);
+                let after = (cell[axis] + 1 < self.counts[axis]).then(|| place + strides[axis]);
+                for next in before.into_iter().chain(after) {
+                    if !reached[next] && leads(place, next) {
+                        reached[next] = true;
+                        open.push(next);
+                    }
+                }
+            }
+        }
+    }
+
+    fn cell_of(&self, place: usize) -> [usize; 3] {
+        let [_, ny, nz] = self.counts;
+        [place / (ny * nz), place / nz % ny, place % nz]
     }
 
     fn point(&self, cell: [usize; 3]) -> Point3<f64> {
@@ -190,6 +180,16 @@ impl Lattice {
         stored < 0.0 && offset < distance - stored
     }
 
+    /// The lattice points around a point, two to each side, that are inside.
+    pub fn inside_near(&self, point: &Point3<f64>) -> impl Iterator<Item = Point3<f64>> {
+        let cell = self.cell(point);
+        let near = move |axis: usize| cell[axis].saturating_sub(2)..(cell[axis] + 3).min(self.counts[axis]);
+        near(0)
+            .flat_map(move |x| near(1).flat_map(move |y| near(2).map(move |z| [x, y, z])))
+            .filter(|cell| self.distances[self.place(*cell)] < 0.0)
+            .map(|cell| self.point(cell))
+    }
+
     /// The lattice point nearest to a point.
     pub fn cell(&self, point: &Point3<f64>) -> [usize; 3] {
         let place = (point - self.low) * self.inverse_spacing;
@@ -227,10 +227,7 @@ impl Lattice {
 
     /// Every lattice point that is known to be inside, with its depth [m].
     pub fn inside(&self) -> impl Iterator<Item = (Point3<f64>, f64)> {
-        let [_, ny, nz] = self.counts;
-        self.distances.iter().enumerate().filter(|(_, distance)| **distance < 0.0).map(move |(place, distance)| {
-            let cell = [place / (ny * nz), place / nz % ny, place % nz];
-            (self.point(cell), -f64::from(*distance) - ROUNDING)
-        })
+        let negative = self.distances.iter().enumerate().filter(|(_, distance)| **distance < 0.0);
+        negative.map(|(place, distance)| (self.point(self.cell_of(place)), -f64::from(*distance) - ROUNDING))
     }
 }

@@ -1,6 +1,6 @@
 //! One body, ready to be asked.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
@@ -71,6 +71,8 @@ pub(super) struct Solid {
     boxes: BoxTree,
     /// Balls of the inside: centre and radius, largest first.
     inner: Vec<(Point3<f64>, f64)>,
+    /// A corner of each part of the surface that hangs together.
+    shells: Vec<Point3<f64>>,
     /// The same surface for contacts with curved shapes.
     touch: TouchShape,
 }
@@ -86,10 +88,11 @@ impl Solid {
             triangles: (0..triangles.len() as u32).map(|place| [3 * place, 3 * place + 1, 3 * place + 2]).collect(),
         };
         let touch = TouchShape::new(&Shape::Mesh(Arc::new(mesh)))?;
-        let lattice = Lattice::new(&triangles);
-        let inner = inner_balls(&lattice);
         let (tree, boxes) = (SurfaceTree::new(&triangles), BoxTree::new(&triangles));
-        Ok(Self { triangles, lattice, tree, boxes, inner, touch })
+        let lattice = Lattice::new(&triangles, &boxes);
+        let inner = inner_balls(&lattice);
+        let shells = shells(&triangles);
+        Ok(Self { triangles, lattice, tree, boxes, inner, shells, touch })
     }
 
     /// The corners of the surface.
@@ -133,14 +136,32 @@ impl Solid {
                 return Contact::of_depth(self.depth_near(other, here_from_there, &node.centre));
             }
         }
-        // One may still be inside the other.
-        let inside = |one: &Self, ball: Option<&(Point3<f64>, f64)>, one_from_other: &IsometryMatrix3<f64>| {
-            ball.is_some_and(|(centre, radius)| one.lattice.bounds(&(one_from_other * centre)).1 < *radius)
-        };
-        if !overlap_tried && inside(self, other.inner.first(), here_from_there) {
-            return Contact::Overlap(self.overlap(other, here_from_there).unwrap_or(0.0));
+        // Of surfaces that don't touch a part may still be inside the other body.
+        let there_from_here = here_from_there.inverse();
+        let held = other.shells.iter().find_map(|corner| self.depth_of(&(here_from_there * corner)));
+        let holds = || self.shells.iter().find_map(|corner| other.depth_of(&(there_from_here * corner)));
+        match held.or_else(holds) {
+            Some(depth) => {
+                Contact::of_depth(self.overlap(other, here_from_there).map_or(depth, |most| most.max(depth)))
+            }
+            None => Contact::Apart,
         }
-        Contact::Apart
+    }
+
+    /// How far inside a point is, at least [m]; `None` for one that is not.
+    fn depth_of(&self, point: &Point3<f64>) -> Option<f64> {
+        let (away, signed) = self.lattice.bounds(point);
+        if signed < 0.0 {
+            return Some(-signed);
+        }
+        if away > 0.0 {
+            return None;
+        }
+        // So near the surface that a point of the lattice must be in sight.
+        let distance = self.boxes.squared_distance(&self.triangles, point).sqrt();
+        let inside = self.lattice.is_inside(point, distance)
+            || self.lattice.inside_near(point).any(|seen| !self.boxes.crosses(&self.triangles, point, &seen));
+        inside.then_some(distance)
     }
 
     /// How far `other` may be moved at least without ceasing to overlap [m], by balls inside it; `None` when they prove
@@ -191,13 +212,17 @@ impl Solid {
             if node.children.is_empty() {
                 let (point, _) = deepest(node.centre, depth);
                 let found = -self.signed_at_most(&point) - other.signed(&(there_from_here * point));
-                return match Contact::of_depth(found) {
-                    Contact::Touch if !other.touches(&self.touch, &there_from_here) => Contact::Apart,
-                    contact => contact,
-                };
+                match Contact::of_depth(found) {
+                    Contact::Touch if !other.touches(&self.touch, &there_from_here) => break,
+                    contact => return contact,
+                }
             }
         }
-        Contact::Apart
+        // Their surfaces are apart: of connected shapes one holds the other, or neither.
+        match self.depth_of(&centre) {
+            Some(depth) => Contact::of_depth(depth - other.signed(&(there_from_here * centre))),
+            None => Contact::Apart,
+        }
     }
 
     /// Signed distance at a point, exact where the sides are known, else that to the outside [m].
@@ -235,4 +260,28 @@ fn inner_balls(lattice: &Lattice) -> Vec<(Point3<f64>, f64)> {
         points.retain(|(point, _)| (point - centre).norm() > 0.8 * radius);
     }
     balls
+}
+
+/// A corner of each part of a surface that hangs together at its corners.
+fn shells(triangles: &[Triangle]) -> Vec<Point3<f64>> {
+    let key = |corner: &Point3<f64>| [corner.x, corner.y, corner.z].map(|value| (value + 0.0).to_bits());
+    let mut at_corner: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for (place, triangle) in triangles.iter().enumerate() {
+        triangle.iter().for_each(|corner| at_corner.entry(key(corner)).or_default().push(place));
+    }
+    let (mut found, mut seen) = (Vec::new(), vec![false; triangles.len()]);
+    for first in 0..triangles.len() {
+        if seen[first] {
+            continue;
+        }
+        found.push(triangles[first][0]);
+        let mut open = vec![first];
+        while let Some(place) = open.pop() {
+            if !std::mem::replace(&mut seen[place], true) {
+                let beside = triangles[place].iter().filter_map(|corner| at_corner.remove(&key(corner)));
+                open.extend(beside.flatten());
+            }
+        }
+    }
+    found
 }

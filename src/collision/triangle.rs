@@ -77,6 +77,22 @@ pub(super) fn touch(first: &Triangle, second: &Triangle) -> bool {
     !(coplanar && (e1.iter().any(|edge| apart(&n1.cross(edge))) || e2.iter().any(|edge| apart(&n2.cross(edge)))))
 }
 
+/// Whether a segment passes through a triangle, or nearly: what passes an edge within rounding counts.
+pub(super) fn may_cross(from: &Point3<f64>, to: &Point3<f64>, [a, b, c]: &Triangle) -> bool {
+    // Relative to one end: the numbers stay small where the triangle is near.
+    let (way, corners) = (to - from, [a, b, c].map(|corner| corner - from));
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(&(c - a));
+    let (here, there) = (-normal.dot(&a), normal.dot(&(way - a)));
+    let slack = 1e-12 * normal.norm() * (way.norm() + a.norm());
+    if here.min(there) > slack || here.max(there) < -slack {
+        return false;
+    }
+    let sides = [(a, b), (b, c), (c, a)].map(|(one, two)| way.dot(&one.cross(&two)));
+    let slack = 1e-12 * way.norm() * (a.norm_squared() + b.norm_squared() + c.norm_squared());
+    sides.iter().all(|side| *side >= -slack) || sides.iter().all(|side| *side <= slack)
+}
+
 fn span(axis: &Vector3<f64>, corners: &[Vector3<f64>; 3]) -> (f64, f64) {
     let [a, b, c] = corners.map(|corner| axis.dot(&corner));
     (a.min(b).min(c), a.max(b).max(c))
@@ -112,6 +128,11 @@ mod tests {
                 || edges(second).iter().any(|(from, to)| pierces(from, to, &first));
             prop_assert_eq!(touch(&first, &second), through);
             prop_assert_eq!(touch(&second, &first), through);
+        }
+
+        #[test]
+        fn a_segment_crosses_where_its_volumes_say(from in point(), to in point(), triangle in triangle()) {
+            prop_assert_eq!(may_cross(&from, &to, &triangle), pierces(&from, &to, &triangle));
         }
 
         #[test]

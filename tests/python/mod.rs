@@ -3,6 +3,7 @@
 use std::{path::Path, process::Command};
 
 /// Python with the packages of tests/requirements.txt.
+#[allow(dead_code, reason = "some tests ask the peers alone")]
 pub const PYTHON: &str = "venv/bin/python";
 
 /// What a program under `.deps/` prints. `arguments` fills in its command line; paths start at the root of the source.
