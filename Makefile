@@ -74,16 +74,17 @@ test-slow: setup robots deps-test $(PEERS)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked -- --ignored
 
 .PHONY: bench
-bench: setup ## criterion benches of the kernels
+bench: setup robot-fetch ## criterion benches of the kernels
 	$(CARGO) bench --locked
 
 .PHONY: bench-peers
-bench-peers: setup build $(PEERS)/.complete ## pairs a second beside ready-made chains, in one run
+bench-peers: setup robot-fetch build $(PEERS)/.complete ## pairs a second beside ready-made chains, in one run
 	$(CARGO) bench --locked --bench views -- 'view_16k/(depth|pair)$$'
 	$(CARGO) bench --locked --bench solid -- solid_256_of_scans
 	$(PEERS)/bin/python benches/peers.py --graspmill $(PROGRAM)
-	$(CARGO) bench --locked --bench reachability -- 'field/(query|standard/fetch$$|thesis|obstacle)'
+	$(CARGO) bench --locked --bench reachability -- 'field/(query|standard/fetch$$|thesis|obstacle)|labels|collision'
 	$(PEERS)/bin/python benches/peers_field.py
+	$(PEERS)/bin/python benches/peers_reach.py --graspmill $(PROGRAM)
 
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only

@@ -1,23 +1,32 @@
-//! Signed distance fields over the thesis's grid (12 x 22 x 20 x 2 x 8 x 8 poses), one thread.
+//! Labels of the thesis's grid (12 x 22 x 20 x 2 x 8 x 8 poses) and signed distance fields over it, one thread.
 //!
+//! `labels/kinematic`: all poses without collisions. `labels/meshes`, `labels/primitives`: with collisions, every 22nd
+//! position. `collision/...`: random configurations, all pairs; the meshes need `make robots`.
 //! `field/query`: value and gradient at 100,000 poses. `field/obstacle`: an obstacle in, to the new field, and out again.
 //! The fields are those of a few balls of poses.
 
 use std::{
+    collections::BTreeMap,
     f64::consts::{PI, TAU},
     hint::black_box,
+    path::Path,
     time::Duration,
 };
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use graspmill::{
+    collision::{Bodies, CollisionChecker},
     geom::{
         Axis, AxisUnit, FieldLookup, FieldMetric, METRES_PER_RADIAN, OccupancyGrid, Pose, PoseGrid, PoseLabel,
-        SimdLevel, signed_distance_standard, signed_distance_thesis,
+        SimdLevel, rotation_from_rpy, signed_distance_standard, signed_distance_thesis,
     },
+    kinematics::PlanningGroup,
+    produce::reachability::{LabelledPosition, PoseLabeller, Scratch},
     runtime::{EndEffectorVolume, Obstacle, ReachabilityMap, ReachabilityParts, RobotFacts},
     seed::Stream,
+    sim::RobotModel,
 };
+use nalgebra::IsometryMatrix3;
 
 /// The Fetch's grid, or one with so many steps in each of its own; roll keeps its two.
 fn grid(split: usize) -> PoseGrid {
@@ -147,5 +156,87 @@ fn obstacles(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, queries, fields, obstacles);
+const ARM: [&str; 7] = [
+    "shoulder_pan_joint",
+    "shoulder_lift_joint",
+    "upperarm_roll_joint",
+    "elbow_flex_joint",
+    "forearm_roll_joint",
+    "wrist_flex_joint",
+    "wrist_roll_joint",
+];
+const SCENES: [(&str, &str); 2] = [("meshes", "scenes/fetch_meshes.xml"), ("primitives", "scenes/fetch.xml")];
+
+fn fetch(scene: &str) -> (PlanningGroup, Bodies) {
+    let (model, none) = (RobotModel::open(Path::new(scene)).expect("the robot"), BTreeMap::new());
+    (model.planning_group(&ARM, "wrist_roll_link", &none).expect("the arm"), model.bodies(&ARM, &none).expect("bodies"))
+}
+
+fn labels_of_poses(criterion: &mut Criterion) {
+    let grid = grid(1);
+    let orientations = grid.shape()[3..].iter().product::<usize>();
+    let rotations: Vec<_> = (0..orientations)
+        .map(|cell| {
+            let [_, _, _, roll, pitch, yaw] = grid.pose(cell);
+            rotation_from_rpy(roll, pitch, yaw)
+        })
+        .collect();
+    let positions: Vec<[f64; 3]> = (0..grid.cells())
+        .step_by(orientations)
+        .map(|cell| {
+            let [x, y, z, ..] = grid.pose(cell);
+            [x, y, z]
+        })
+        .collect();
+    let mut group = criterion.benchmark_group("labels");
+    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    let mut bench = |name: &str, labeller: &PoseLabeller, step: usize| {
+        let (mut scratch, mut out) = (Scratch::default(), LabelledPosition::default());
+        group.throughput(Throughput::Elements((positions.len().div_ceil(step) * orientations) as u64));
+        group.bench_function(name, |bench| {
+            bench.iter(|| {
+                for position in positions.iter().step_by(step) {
+                    labeller.label(&mut scratch, black_box(*position), &mut out);
+                }
+            });
+        });
+    };
+    for (name, scene) in SCENES {
+        let (arm, bodies) = fetch(scene);
+        if name == "primitives" {
+            bench("kinematic", &PoseLabeller::of_parts(&arm, None, &rotations).expect("a closed form"), 1);
+        }
+        bench(name, &PoseLabeller::of_parts(&arm, Some(&bodies), &rotations).expect("shapes"), 22);
+    }
+    group.finish();
+}
+
+fn collisions(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("collision");
+    group.sample_size(10).measurement_time(Duration::from_secs(3)).throughput(Throughput::Elements(10_000));
+    for (name, scene) in SCENES {
+        let (arm, bodies) = fetch(scene);
+        let checker = CollisionChecker::new(&bodies).expect("shapes");
+        let mut draw = Stream::of_job(3, b"", "configurations");
+        let configurations: Vec<[IsometryMatrix3<f64>; 8]> = (0..10_000)
+            .map(|_| {
+                let limits = arm.joints().iter().map(|joint| joint.limits.map_or((-PI, PI), |l| (l.low, l.high)));
+                let q: Vec<f64> = limits.map(|(low, high)| draw.uniform(low, high)).collect();
+                let mut links = [IsometryMatrix3::identity(); 8];
+                arm.link_frames(&q, &mut links[1..]);
+                links
+            })
+            .collect();
+        group.bench_function(name, |bench| {
+            bench.iter(|| {
+                for links in &configurations {
+                    black_box(checker.check(0..bodies.pairs.len(), black_box(links)));
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, labels_of_poses, collisions, queries, fields, obstacles);
 criterion_main!(benches);
