@@ -17,6 +17,7 @@ use crate::{
     record::VoxelPair,
 };
 
+#[expect(clippy::enum_variant_names, reason = "Foxglove's names")]
 pub(super) mod foxglove {
     include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
 }

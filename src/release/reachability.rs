@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     dataset::{DatasetError, DatasetReader, NumberClass, PoseCounts, read_field},
-    geom::{Axis, PoseLabel, Proof},
+    geom::{Axis, AxisUnit, FieldMetric, PoseLabel, Proof},
     ids::{Digest, JobDigest, ObjectId, Product},
     record::ReachabilityField,
 };
@@ -83,6 +83,10 @@ pub struct AxisFacts {
     pub step: f64,
     /// Cells.
     pub count: u64,
+    /// `m` or `rad`.
+    pub unit: String,
+    /// Whether the cell after the last one is the first one.
+    pub periodic: bool,
 }
 
 /// Signed distances over a grid of poses, negative inside the reachable set.
@@ -92,6 +96,8 @@ pub struct FieldFacts {
     pub profile: String,
     /// `metres` or `cells`.
     pub unit: String,
+    /// Metres that count as much as one radian; `None` where cells are counted.
+    pub radian_weight: Option<f64>,
     /// Deepest inside; `None` where all labels are alike, since JSON has no infinity.
     pub least: Option<f64>,
     /// Farthest outside, likewise.
@@ -118,6 +124,8 @@ pub(super) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
         first: axis.first,
         step: axis.step,
         count: axis.count as u64,
+        unit: if axis.unit == AxisUnit::Metre { "m" } else { "rad" }.to_owned(),
+        periodic: axis.periodic,
     };
     Ok(ReachabilityFacts {
         name: name_of(reader)?,
@@ -142,6 +150,10 @@ pub(super) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
         field: FieldFacts {
             profile: header.profile().to_owned(),
             unit: header.unit().to_owned(),
+            radian_weight: match header.metric {
+                FieldMetric::Metres { rho } => Some(rho),
+                FieldMetric::Cells => None,
+            },
             least: finite(distances().fold(f64::INFINITY, f64::min)),
             most: finite(distances().fold(f64::NEG_INFINITY, f64::max)),
             mean: finite(distances().sum::<f64>() / field.distances.len() as f64),
@@ -174,8 +186,9 @@ impl fmt::Display for ReachabilityFacts {
         writeln!(f, "  group     {} -> {}, poses in {}", robot.joints.join(", "), robot.target, robot.frame)?;
         let [shards, bytes] = [self.shards, self.shard_bytes].map(grouped);
         writeln!(f, "  shards    {shards} with {bytes} bytes")?;
-        for AxisFacts { name, first, step, count } in &self.axes {
-            writeln!(f, "  {name:<8}  {count:>4} from {first:.4} in steps of {step:.4}")?;
+        for AxisFacts { name, first, step, count, unit, periodic } in &self.axes {
+            let wraps = if *periodic { ", all round" } else { "" };
+            writeln!(f, "  {name:<8}  {count:>4} from {first:.4} {unit} in steps of {step:.4} {unit}{wraps}")?;
         }
         writeln!(f, "\n{} poses at {} positions", grouped(self.poses), grouped(self.positions))?;
         let counts = PoseCounts { labels: self.labels.clone(), proofs: self.proofs.clone() };
@@ -184,8 +197,12 @@ impl fmt::Display for ReachabilityFacts {
         }
         match (field.least, field.most, field.mean) {
             (Some(least), Some(most), Some(mean)) => {
-                let FieldFacts { profile, unit, .. } = field;
-                writeln!(f, "\nfield ({profile}): {least:.4} to {most:.4} {unit}, mean {mean:.4}; negative inside")?;
+                let FieldFacts { profile, unit, radian_weight, .. } = field;
+                let weight = radian_weight.map_or_else(String::new, |rho| format!(", a radian counts {rho} m"));
+                writeln!(
+                    f,
+                    "\nfield ({profile}): {least:.4} to {most:.4} {unit}, mean {mean:.4}; negative inside{weight}"
+                )?;
             }
             _ => writeln!(f, "\nfield ({}): infinite, since all labels are alike", field.profile)?,
         }

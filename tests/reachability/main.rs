@@ -10,7 +10,7 @@ use std::{
 
 use graspmill::{
     dataset::{DatasetReader, Selection, VerifyLevel, VerifyOptions, read_field, verify},
-    geom::{EndEffector, Pose, PoseLabel, World, rotation_from_rpy},
+    geom::{EndEffector, METRES_PER_RADIAN, Pose, PoseLabel, World, rotation_from_rpy},
     ids::{Digest, Product},
     sim::RobotModel,
 };
@@ -128,6 +128,12 @@ fn a_dataset_goes_through_every_verb() {
     assert_eq!(verified["regenerated"]["differences"], Value::Array(Vec::new()));
     let facts = json(&["inspect"], &data);
     assert_eq!((&facts["poses"], &facts["positions"]), (&1152.into(), &36.into()));
+    assert_eq!((&facts["axes"][5]["unit"], &facts["axes"][5]["periodic"]), (&"rad".into(), &true.into()));
+    assert_eq!((&facts["axes"][0]["unit"], &facts["axes"][0]["periodic"]), (&"m".into(), &false.into()));
+    assert_eq!(
+        (&facts["field"]["radian_weight"], &facts["field"]["unit"]),
+        (&METRES_PER_RADIAN.into(), &"metres".into())
+    );
     let labels = facts["labels"].as_object().expect("counts");
     assert_eq!(labels.values().filter_map(Value::as_u64).sum::<u64>(), 1152);
     assert!(labels["reachable"].as_u64() > Some(100) && labels["no_solution"].as_u64() > Some(100), "{labels:?}");

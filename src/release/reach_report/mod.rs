@@ -122,7 +122,7 @@ fn how_to_check(facts: &ReachabilityFacts) -> String {
 
 /// The centre in the middle of an axis; of an angle, 0.
 fn middle(axis: &super::AxisFacts) -> String {
-    if ["roll", "pitch", "yaw"].contains(&axis.name.as_str()) {
+    if axis.unit == "rad" {
         return "0".to_owned();
     }
     short(axis.first + (axis.count / 2) as f64 * axis.step)
@@ -148,7 +148,7 @@ fn meaning(facts: &ReachabilityFacts) -> String {
     );
     html.push_str("<th>step</th></tr></thead><tbody>");
     for axis in &facts.axes {
-        let angle = ["roll", "pitch", "yaw"].contains(&axis.name.as_str());
+        let angle = axis.unit == "rad";
         let value = |value: f64| match angle {
             true => format!("{}°", short((value.to_degrees() * 1e6).round() / 1e6)),
             false => format!("{} m", short((value * 1e6).round() / 1e6)),
@@ -171,15 +171,16 @@ fn meaning(facts: &ReachabilityFacts) -> String {
 fn field_in_words(facts: &ReachabilityFacts) -> String {
     let field = &facts.field;
     let what = match field.profile.as_str() {
-        "standard" => "exact Euclidean distance between cell boxes, angles wrapping".to_owned(),
-        _ => "second-order fast marching, all axes equal, angles wrapping".to_owned(),
+        "standard" => "exact Euclidean distance between cell boxes, angles wrapping",
+        _ => "second-order fast marching, all axes equal, angles wrapping",
     };
+    let weight = field.radian_weight.map_or_else(String::new, |rho| format!("; a radian counts as {} m", short(rho)));
     let range = match (field.least, field.most, field.mean) {
         (Some(least), Some(most), Some(mean)) => format!("{least:.3} to {most:.3} {}, mean {mean:.3}", field.unit),
         _ => "infinite, since all labels are alike".to_owned(),
     };
     format!(
-        "signed distance to the border of the reachable set, negative inside: {range}. Profile {}: {what}.",
+        "signed distance to the border of the reachable set, negative inside: {range}. Profile {}: {what}{weight}.",
         field.profile
     )
 }

@@ -38,16 +38,14 @@ impl ReachabilityMap {
         let (angles, joints) = (self.grid().strides()[2], self.robot().joints.len());
         let reachable = self.clear_labels().iter().filter(|label| **label == PoseLabel::Reachable).count();
         let mut witnesses = Vec::with_capacity(reachable * joints);
-        let mut blocks = 0;
-        for sample in reader.iter(Selection::default()) {
+        for (position, sample) in reader.iter(Selection::default()).enumerate() {
             let sample = sample?;
             let block = sample.block()?;
-            let own = self.clear_labels().get(blocks * angles..(blocks + 1) * angles);
+            let own = self.clear_labels().get(position * angles..(position + 1) * angles);
             if own != Some(block.labels.as_slice()) || block.joints as usize != joints {
                 return Err(invalid(folder, format!("sample {} is not of this map's field", sample.index)));
             }
             witnesses.extend_from_slice(&block.witnesses);
-            blocks += 1;
         }
         self.set_witnesses(witnesses).map_err(|error| invalid(folder, error.to_string()))
     }
