@@ -20,6 +20,7 @@ use graspmill::{
         Axis, AxisUnit, FieldLookup, FieldMetric, METRES_PER_RADIAN, OccupancyGrid, Pose, PoseGrid, PoseLabel,
         SimdLevel, rotation_from_rpy, signed_distance_standard, signed_distance_thesis,
     },
+    job::Solver,
     kinematics::PlanningGroup,
     produce::reachability::{LabelledPosition, PoseLabeller, Scratch},
     runtime::{EndEffectorVolume, Obstacle, ReachabilityMap, ReachabilityParts, RobotFacts},
@@ -204,9 +205,13 @@ fn labels_of_poses(criterion: &mut Criterion) {
     for (name, scene) in SCENES {
         let (arm, bodies) = fetch(scene);
         if name == "primitives" {
-            bench("kinematic", &PoseLabeller::of_parts(&arm, None, &rotations).expect("a closed form"), 1);
+            bench(
+                "kinematic",
+                &PoseLabeller::of_parts(&arm, None, &rotations, Solver::Auto, 1).expect("a closed form"),
+                1,
+            );
         }
-        bench(name, &PoseLabeller::of_parts(&arm, Some(&bodies), &rotations).expect("shapes"), 22);
+        bench(name, &PoseLabeller::of_parts(&arm, Some(&bodies), &rotations, Solver::Auto, 1).expect("shapes"), 22);
     }
     group.finish();
 }
