@@ -29,6 +29,11 @@ use graspmill::{
 };
 use nalgebra::IsometryMatrix3;
 
+#[path = "../tests/fetch/mod.rs"]
+mod fetch;
+
+use fetch::ARM;
+
 /// The Fetch's grid, or one with so many steps in each of its own; roll keeps its two.
 fn grid(split: usize) -> PoseGrid {
     let (names, count) = (["x", "y", "z", "roll", "pitch", "yaw"], [12, 22, 20, 2, 8, 8]);
@@ -157,15 +162,6 @@ fn obstacles(criterion: &mut Criterion) {
     group.finish();
 }
 
-const ARM: [&str; 7] = [
-    "shoulder_pan_joint",
-    "shoulder_lift_joint",
-    "upperarm_roll_joint",
-    "elbow_flex_joint",
-    "forearm_roll_joint",
-    "wrist_flex_joint",
-    "wrist_roll_joint",
-];
 const SCENES: [(&str, &str); 2] = [("meshes", "scenes/fetch_meshes.xml"), ("primitives", "scenes/fetch.xml")];
 
 fn fetch(scene: &str) -> (PlanningGroup, Bodies) {

@@ -22,15 +22,10 @@ use mujoco_rs::wrappers::{
 };
 use nalgebra::{IsometryMatrix3, Rotation3};
 
-const ARM: [&str; 7] = [
-    "shoulder_pan_joint",
-    "shoulder_lift_joint",
-    "upperarm_roll_joint",
-    "elbow_flex_joint",
-    "forearm_roll_joint",
-    "wrist_flex_joint",
-    "wrist_roll_joint",
-];
+mod fetch;
+
+use fetch::ARM;
+
 const SITE: &str = "wrist_roll_link";
 
 fn fetch() -> RobotModel {

@@ -5,20 +5,12 @@ use std::{fs, path::Path};
 use graspmill::collision::Bodies;
 use serde_json::{Value, json};
 
+pub use crate::fetch::ARM;
 use crate::python;
 
 /// The Fetch out of its maker's meshes.
 pub const SCENE: &str = "scenes/fetch_meshes.xml";
 pub const SITE: &str = "wrist_roll_link";
-pub const ARM: [&str; 7] = [
-    "shoulder_pan_joint",
-    "shoulder_lift_joint",
-    "upperarm_roll_joint",
-    "elbow_flex_joint",
-    "forearm_roll_joint",
-    "wrist_flex_joint",
-    "wrist_roll_joint",
-];
 
 /// What was answered.
 pub struct Answer {

@@ -17,6 +17,8 @@ use graspmill::{
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Unit, Vector3};
 
 mod coal;
+#[path = "../fetch/mod.rs"]
+mod fetch;
 mod maps;
 #[path = "../python/mod.rs"]
 mod python;

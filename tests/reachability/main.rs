@@ -17,20 +17,15 @@ use graspmill::{
 use serde_json::Value;
 
 mod bad_input;
+#[path = "../fetch/mod.rs"]
+mod fetch;
 mod looking;
 #[path = "../python/mod.rs"]
 mod python;
 
+use fetch::ARM;
+
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-const ARM: [&str; 7] = [
-    "shoulder_pan_joint",
-    "shoulder_lift_joint",
-    "upperarm_roll_joint",
-    "elbow_flex_joint",
-    "forearm_roll_joint",
-    "wrist_flex_joint",
-    "wrist_roll_joint",
-];
 
 /// A folder with a robot and a job: 3 x 3 x 4 positions, 2 x 4 x 4 orientations.
 struct Place(tempfile::TempDir);
@@ -134,6 +129,7 @@ fn a_dataset_goes_through_every_verb() {
         (&facts["field"]["radian_weight"], &facts["field"]["unit"]),
         (&METRES_PER_RADIAN.into(), &"metres".into())
     );
+    assert_eq!((&facts["solver"], &facts["collisions"]), (&"auto".into(), &"exact".into()));
     let labels = facts["labels"].as_object().expect("counts");
     assert_eq!(labels.values().filter_map(Value::as_u64).sum::<u64>(), 1152);
     assert!(labels["reachable"].as_u64() > Some(100) && labels["no_solution"].as_u64() > Some(100), "{labels:?}");
