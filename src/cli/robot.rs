@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     collision::{Bodies, Body, Shape, TouchTest},
-    kinematics::{Joint, JointKind, PlanningGroup, SphericalWristArm},
+    kinematics::{ClosedForm, Joint, JointKind, PlanningGroup},
     seed::Stream,
     sim::{PairRule, RobotModel},
 };
@@ -96,7 +96,7 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
         digest: digest.to_string(),
         target: arguments.target.clone(),
         joints: group.joints().iter().map(joint_row).collect(),
-        no_closed_form: SphericalWristArm::recognise(&group).err().map(|reason| reason.to_string()),
+        no_closed_form: ClosedForm::recognise(&group).err().map(|reason| reason.to_string()),
         bodies: bodies.bodies.iter().map(|body| body_row(body, &group)).collect(),
         samples: arguments.samples,
         touch_at_rest,

@@ -4,6 +4,7 @@ mod closed_form;
 mod group;
 mod numeric;
 mod reach;
+mod recognise;
 mod six_joints;
 mod travel;
 
@@ -11,5 +12,6 @@ pub use closed_form::{BRANCHES, NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 pub use numeric::{MOST_JOINTS, Solution, SolverSettings, solve_numeric};
 pub use reach::{SelfMotion, Wrist};
+pub use recognise::ClosedForm;
 pub use six_joints::{SixJointArm, Ways};
-pub use travel::{Extents, Travel};
+pub use travel::{Extents, Stance, Travel};

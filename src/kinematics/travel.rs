@@ -55,6 +55,65 @@ impl Travel {
     }
 }
 
+/// A configuration of an arm, taken apart once for any number of intervals around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Stance<'a> {
+    motion: &'a SelfMotion,
+    q: [f64; 7],
+    /// The wrist's centre along (outward, side, axis) of the first joint at 0, its distance from the first axis [m], and its
+    /// direction about it [rad].
+    flat: Vector3<f64>,
+    radius: f64,
+    middle: f64,
+    /// The elbow's distance from the first axis, signed [m].
+    elbow_out: f64,
+    /// Sines between upper arm and forearm, and between forearm and last axis.
+    bend: f64,
+    last_bend: f64,
+}
+
+impl Stance<'_> {
+    /// How far the arm goes from here while its first joint takes any value from `low` to `high`, which hold its own, and
+    /// nothing changes between (see [`SelfMotion::end_points`]): an upper bound. Infinite where none is known.
+    pub fn travel(&self, [low, high]: [f64; 2]) -> Travel {
+        let SelfMotion { offset, upper, fore, .. } = *self.motion;
+        let Self { q, middle, radius, .. } = *self;
+        let first = (high - q[0]).max(q[0] - low);
+        // The wrist's coordinate along the arm's plane, from the shoulder: its range, and now.
+        let along = |value: f64| radius * libm::cos(value - middle) - offset;
+        let (mut least, mut most) = (along(low).min(along(high)), along(low).max(along(high)));
+        let passes = |angle: f64| angle + TURN * ((low - angle) / TURN).ceil() <= high;
+        if passes(middle) {
+            most = radius - offset;
+        }
+        if passes(middle + PI) {
+            least = -radius - offset;
+        }
+        let second = self.motion.second_travel(&q, &self.flat, [least, along(q[0]), most]);
+        // The elbow, and with it the forearm, whose other end rests.
+        let elbow = self.elbow_out.abs() * first + upper * second.min(2.0);
+        let chord = (0.5 * elbow / fore).min(1.0);
+        let tilt = 2.0 * libm::asin(chord);
+        let turned = first + second;
+        // A unit vector across two others turns by this much when they change by so much together.
+        let across = |change: f64, sine: f64| if change < sine { libm::asin(change / sine) } else { PI };
+        let third = across(turned * fore + elbow, self.bend * fore);
+        let elbow_twist = (tilt + across(turned.min(2.0) + tilt, self.bend)).min(2.0 * PI);
+        let last = across(tilt, self.last_bend);
+        Travel {
+            first,
+            second,
+            third,
+            elbow,
+            tilt,
+            elbow_twist,
+            forearm_twist: (tilt + last).min(2.0 * PI),
+            wrist: last,
+            offset,
+        }
+    }
+}
+
 impl SelfMotion {
     /// What [`Travel::of`] must know of a body: its points, or the corners of a hull around them, in its link's frame;
     /// links count from 1, 0 is the world (see `PlanningGroup::link_frames`).
@@ -82,53 +141,25 @@ impl SelfMotion {
         extents
     }
 
-    /// How far the arm goes from joint values `q` while its first joint takes any value from `low` to `high`, which hold
-    /// `q[0]`, and nothing changes between (see [`SelfMotion::end_points`]): an upper bound. Infinite where none is known.
-    pub fn travel(&self, wrist: &Wrist, q: &[f64; 7], [low, high]: [f64; 2]) -> Travel {
-        let first = (high - q[0]).max(q[0] - low);
+    /// The arm at joint values `q`, which bring its wrist to `wrist`: what [`Stance::travel`] starts from.
+    pub fn stance(&self, wrist: &Wrist, q: &[f64; 7]) -> Stance<'_> {
         let flat = self.flat(wrist);
-        let radius = flat.x.hypot(flat.y);
-        let middle = libm::atan2(flat.y, flat.x);
-        // The wrist's coordinate along the arm's plane, from the shoulder: its range, and now.
-        let along = |value: f64| radius * libm::cos(value - middle) - self.offset;
-        let (mut least, mut most) = (along(low).min(along(high)), along(low).max(along(high)));
-        let passes = |angle: f64| angle + TURN * ((low - angle) / TURN).ceil() <= high;
-        if passes(middle) {
-            most = radius - self.offset;
-        }
-        if passes(middle + PI) {
-            least = -radius - self.offset;
-        }
-        let second = self.second_travel(q, &flat, [least, along(q[0]), most]);
-        // The elbow, and with it the forearm, whose other end rests.
-        let elbow_out = self.offset + self.upper * self.lift_direction(q[1])[0];
-        let elbow = elbow_out.abs() * first + self.upper * second.min(2.0);
-        let chord = (0.5 * elbow / self.fore).min(1.0);
-        let tilt = 2.0 * libm::asin(chord);
-        // Directions of upper arm and forearm, as they are.
         let mut frames = [IsometryMatrix3::identity(); 7];
         self.arm.group().link_frames(q, &mut frames);
         let centre_of = |link: usize, home: &Point3<f64>| frames[link] * self.arm.home_in_link(link, home);
         let (shoulder, elbow_at) = (centre_of(0, &self.shoulder), centre_of(1, &self.arm.elbow()));
+        // Directions of upper arm and forearm, as they are.
         let upper_arm = (elbow_at - shoulder) / self.upper;
         let forearm = (wrist.centre - elbow_at) / self.fore;
-        let turned = first + second;
-        // A unit vector across two others turns by this much when they change by so much together.
-        let across = |change: f64, sine: f64| if change < sine { libm::asin(change / sine) } else { PI };
-        let bend = upper_arm.cross(&forearm).norm();
-        let third = across(turned * self.fore + elbow, bend * self.fore);
-        let elbow_twist = (tilt + across(turned.min(2.0) + tilt, bend)).min(2.0 * PI);
-        let last = across(tilt, forearm.cross(&wrist.ahead).norm());
-        Travel {
-            first,
-            second,
-            third,
-            elbow,
-            tilt,
-            elbow_twist,
-            forearm_twist: (tilt + last).min(2.0 * PI),
-            wrist: last,
-            offset: self.offset,
+        Stance {
+            motion: self,
+            q: *q,
+            flat,
+            radius: flat.x.hypot(flat.y),
+            middle: libm::atan2(flat.y, flat.x),
+            elbow_out: self.offset + self.upper * self.lift_direction(q[1])[0],
+            bend: upper_arm.cross(&forearm).norm(),
+            last_bend: forearm.cross(&wrist.ahead).norm(),
         }
     }
 

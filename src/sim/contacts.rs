@@ -13,12 +13,12 @@ use super::{
     error::RobotError,
     robot::{RobotModel, index},
 };
-use crate::collision::TouchTest;
+use crate::collision::{Bodies, TouchTest};
 
 /// Two bodies that MuJoCo finds in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Places in [`Bodies::bodies`](crate::collision::Bodies::bodies), the lower first.
+    /// Places in [`Bodies::bodies`], the lower first.
     pub bodies: [usize; 2],
     /// How far apart they are [m], by MuJoCo's measure: negative where they overlap.
     pub distance: f64,
@@ -80,6 +80,14 @@ impl RobotModel {
     /// # Errors
     /// When a pair touches, and as [`RobotModel::bodies`].
     pub fn check_rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<(), RobotError> {
+        self.bodies_at_rest(joints, fixed).map(drop)
+    }
+
+    /// [`RobotModel::bodies`] of a robot that stands free at rest: both for one reading of the meshes.
+    ///
+    /// # Errors
+    /// As [`RobotModel::check_rest`].
+    pub fn bodies_at_rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Bodies, RobotError> {
         let carried = self.carried(joints, fixed)?;
         let rest = self.rest_of(&carried)?;
         let mut frame = IsometryMatrix3::identity();
@@ -99,7 +107,7 @@ impl RobotModel {
                 let [first, second] = pair.map(|place| carried.bodies.bodies[place].name.clone());
                 Err(RobotError::Rest { path: self.path.clone(), first, second })
             }
-            None => Ok(()),
+            None => Ok(carried.bodies),
         }
     }
 }

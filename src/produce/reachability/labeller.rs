@@ -12,7 +12,7 @@ use crate::{
     collision::Bodies,
     geom::{EndEffector, NoSurface, Pose, PoseLabel, Proof, World, rotation_from_rpy},
     job::{self, ReachabilityJob, Robot, Solver},
-    kinematics::{NoClosedForm, PlanningGroup, SelfMotion, SixJointArm, Wrist},
+    kinematics::{ClosedForm, NoClosedForm, PlanningGroup, SelfMotion, Wrist},
     produce::ProduceError,
 };
 
@@ -218,21 +218,12 @@ fn wrists(motion: &SelfMotion, rotations: &[Rotation3<f64>]) -> (Vec<Wrist>, Vec
     (wrists, places)
 }
 
-enum ClosedForm {
-    Seven(Box<SelfMotion>),
-    Six(Box<SixJointArm>),
-}
-
 /// The closed form that a job asks for; `None` for the numeric solver.
 fn closed_form(group: &PlanningGroup, solver: Solver) -> Result<Option<ClosedForm>, NoClosedForm> {
-    let found = match (solver, group.len()) {
-        (Solver::Numeric, _) => return Ok(None),
-        (_, 6) => SixJointArm::recognise(group).map(|arm| ClosedForm::Six(Box::new(arm))),
-        _ => SelfMotion::new(group).map(|motion| ClosedForm::Seven(Box::new(motion))),
-    };
-    match (solver, found) {
-        (Solver::Auto, Err(_)) => Ok(None),
-        (_, found) => found.map(Some),
+    match solver {
+        Solver::Numeric => Ok(None),
+        Solver::Auto => Ok(ClosedForm::recognise(group).ok()),
+        Solver::ClosedForm => ClosedForm::recognise(group).map(Some),
     }
 }
 
@@ -242,10 +233,11 @@ fn read_robot(robot: &Robot, collides: bool) -> Result<(PlanningGroup, Bodies), 
     crate::sim::RobotModel::open(&robot.scene)
         .and_then(|model| {
             let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
-            let bodies = model.bodies(&joints, &robot.fixed)?;
-            if collides {
-                model.check_rest(&joints, &robot.fixed)?;
-            }
+            let bodies = if collides {
+                model.bodies_at_rest(&joints, &robot.fixed)?
+            } else {
+                model.bodies(&joints, &robot.fixed)?
+            };
             Ok((group, bodies))
         })
         .map_err(|error| ProduceError::NoLabeller { name: robot.name.clone(), why: error.to_string() })

@@ -11,7 +11,7 @@ use super::collisions::{Collisions, LastPair};
 use crate::{
     collision::Verdict,
     geom::{EndEffector, Pose, PoseLabel, Proof, World},
-    kinematics::{BRANCHES, Extents, SelfMotion, Wrist},
+    kinematics::{BRANCHES, Extents, SelfMotion, Stance, Wrist},
 };
 
 /// Pieces of a curve that are shorter are not cut again [rad]: nothing is proved of them.
@@ -128,12 +128,13 @@ impl RedundantArm {
             };
             let links = collisions.links(&q);
             let Verdict::Collides { pair, depth } = collisions.check(&links, last) else { return reachable(q) };
-            let mut half = self.ruled_out(wrist, &q, [low, high], pair, depth, collisions);
+            let stance = self.motion.stance(wrist, &q);
+            let mut half = self.ruled_out(&stance, &piece, pair, depth, collisions);
             let whole = 0.5 * (high - low);
             if half < whole && high - low < SHALLOW {
                 // Perhaps another pair overlaps by more.
                 for (pair, depth) in collisions.overlaps(&links, pair) {
-                    half = half.max(self.ruled_out(wrist, &q, [low, high], pair, depth, collisions));
+                    half = half.max(self.ruled_out(&stance, &piece, pair, depth, collisions));
                     if half >= whole {
                         break;
                     }
@@ -152,23 +153,17 @@ impl RedundantArm {
         (PoseLabel::Colliding, if proved { Proof::Swept } else { Proof::Searched })
     }
 
-    /// How far from `q` to both sides the two bodies of a pair, which overlap by `depth`, still do [rad].
-    fn ruled_out(
-        &self,
-        wrist: &Wrist,
-        q: &[f64; 7],
-        [low, high]: [f64; 2],
-        pair: usize,
-        depth: f64,
-        collisions: &Collisions,
-    ) -> f64 {
+    /// How far from the middle of a piece to both sides the two bodies of a pair, which overlap there by `depth`, still do
+    /// [rad].
+    fn ruled_out(&self, stance: &Stance, piece: &Piece, pair: usize, depth: f64, collisions: &Collisions) -> f64 {
         if depth <= 0.0 {
             return 0.0;
         }
+        let Piece { low, high, .. } = *piece;
+        let middle = 0.5 * (low + high);
         let bodies = collisions.checker().bodies_of(pair).map(|body| &self.extents[body]);
         let holds = |half: f64| {
-            let range = [(q[0] - half).max(low), (q[0] + half).min(high)];
-            let travel = self.motion.travel(wrist, q, range);
+            let travel = stance.travel([(middle - half).max(low), (middle + half).min(high)]);
             bodies.iter().map(|body| travel.of(body)).sum::<f64>() < depth
         };
         let whole = 0.5 * (high - low);
