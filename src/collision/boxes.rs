@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::triangle::{Triangle, may_cross, squared_distance};
+use super::triangle::{Triangle, bounds_of, may_cross, squared_distance};
 
 /// Triangles a leaf, at most.
 const LEAF: usize = 4;
@@ -33,10 +33,7 @@ impl BoxTree {
     }
 
     fn split(&mut self, triangles: &[Triangle], run: Range<usize>) {
-        let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
-        for corner in self.order[run.clone()].iter().flat_map(|place| &triangles[*place as usize]) {
-            (low, high) = (low.inf(corner), high.sup(corner));
-        }
+        let (low, high) = bounds_of(self.order[run.clone()].iter().map(|place| &triangles[*place as usize]));
         let node = self.nodes.len();
         self.nodes.push(Node { low, high, triangles: run.start as u32..run.end as u32, next: 0 });
         if run.len() > LEAF {

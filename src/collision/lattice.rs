@@ -4,12 +4,13 @@ use nalgebra::{Point3, Vector3};
 
 use super::{
     boxes::BoxTree,
-    triangle::{Triangle, squared_distance},
+    triangle::{Triangle, bounds_of, squared_distance},
 };
 
-/// Points of a lattice, about.
-const POINTS: f64 = 120_000.0;
-/// Smallest and largest spacing [m].
+/// Points of a lattice, about; a large body has more, so that its spacing stays under the greatest, but no more than the
+/// greatest count.
+const POINTS: [f64; 2] = [120_000.0, 4_000_000.0];
+/// Least and greatest spacing [m].
 const SPACINGS: [f64; 2] = [0.003, 0.012];
 /// What storing a distance as `f32` may cost, and more [m].
 const ROUNDING: f64 = 1e-6;
@@ -30,12 +31,10 @@ pub(super) struct Lattice {
 impl Lattice {
     /// Of triangles with their boxes.
     pub fn new(triangles: &[Triangle], boxes: &BoxTree) -> Self {
-        let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
-        for corner in triangles.iter().flatten() {
-            (low, high) = (low.inf(corner), high.sup(corner));
-        }
+        let (low, high) = bounds_of(triangles);
         let sides: Vector3<f64> = high - low;
-        let spacing = libm::cbrt(sides.product().max(1e-12) / POINTS).clamp(SPACINGS[0], SPACINGS[1]);
+        let spacing = POINTS.map(|points| libm::cbrt(sides.product().max(1e-12) / points));
+        let spacing = spacing[0].clamp(SPACINGS[0], SPACINGS[1]).max(spacing[1]);
         let counts = std::array::from_fn(|axis| (sides[axis] / spacing).ceil() as usize + 1);
         let mut lattice = Self {
             low,
@@ -165,12 +164,16 @@ impl Lattice {
     /// What is stored at the nearest point of the lattice, and how far that is [m].
     #[inline]
     fn nearest(&self, point: &Point3<f64>) -> (f64, f64) {
-        let place = (point - self.low) * self.inverse_spacing;
-        let index = |axis: usize| ((place[axis] + 0.5).max(0.0) as usize).min(self.counts[axis] - 1);
-        let cell = [index(0), index(1), index(2)];
+        let cell = self.cell(point);
         let stored = f64::from(self.distances[self.place(cell)]);
-        let offset = (place - Vector3::from(cell.map(|index| index as f64))).norm() * self.spacing + ROUNDING;
-        (stored, offset)
+        let beside = self.steps(point) - Vector3::from(cell.map(|index| index as f64));
+        (stored, beside.norm() * self.spacing + ROUNDING)
+    }
+
+    /// From the lattice's first point [steps].
+    #[inline]
+    fn steps(&self, point: &Point3<f64>) -> Vector3<f64> {
+        (point - self.low) * self.inverse_spacing
     }
 
     /// Whether a point whose distance to the surface is known [m] is inside for certain: no surface lies between it and a
@@ -191,9 +194,10 @@ impl Lattice {
     }
 
     /// The lattice point nearest to a point.
+    #[inline]
     pub fn cell(&self, point: &Point3<f64>) -> [usize; 3] {
-        let place = (point - self.low) * self.inverse_spacing;
-        std::array::from_fn(|axis| ((place[axis] + 0.5).max(0.0) as usize).min(self.counts[axis] - 1))
+        let steps = self.steps(point);
+        std::array::from_fn(|axis| ((steps[axis] + 0.5).max(0.0) as usize).min(self.counts[axis] - 1))
     }
 
     /// Climbs from a lattice point to one where `height` of (point, signed distance at most [m]) is greatest among its

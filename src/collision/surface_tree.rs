@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::triangle::{Triangle, squared_distance};
+use super::triangle::{Triangle, bounds_of, squared_distance};
 
-/// Sides of the smallest pieces [m]: a share of the mesh's longest side between these.
+/// Sides of the smallest pieces [m]: a share of the mesh's longest side between these, but never under [`DEEPEST`].
 const LEAF_SIDES: [f64; 2] = [0.005, 0.02];
 const LEAF_SHARE: f64 = 1.0 / 24.0;
+/// Least side of a piece as a share of the longest side: bounds the tree's depth, and with it what a search must remember.
+const DEEPEST: f64 = 1.0 / 256.0;
 
 /// An octree over the cubes that the surface passes.
 #[derive(Clone, Debug)]
@@ -42,13 +44,10 @@ struct Cube {
 
 impl SurfaceTree {
     pub fn new(triangles: &[Triangle]) -> Self {
-        let (mut low, mut high) = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
-        for corner in triangles.iter().flatten() {
-            (low, high) = (low.inf(corner), high.sup(corner));
-        }
+        let (low, high) = bounds_of(triangles);
         let longest = (high - low).amax();
         let half = 0.5 * longest + 1e-6;
-        let leaf = (longest * LEAF_SHARE).clamp(LEAF_SIDES[0], LEAF_SIDES[1]);
+        let leaf = (longest * LEAF_SHARE).clamp(LEAF_SIDES[0], LEAF_SIDES[1]).max(longest * DEEPEST);
         let mut tree = Self { nodes: Vec::new(), lists: Vec::new() };
         let centre = nalgebra::center(&low, &high);
         tree.nodes.push(Node { centre, radius: 0.5 * (high - low).norm() + 1e-6, children: 0..0, triangles: 0..0 });

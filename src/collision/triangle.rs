@@ -43,6 +43,13 @@ pub(super) fn bounds([a, b, c]: &Triangle) -> (Point3<f64>, Point3<f64>) {
     (a.inf(b).inf(c), a.sup(b).sup(c))
 }
 
+/// Least and greatest coordinates of many.
+pub(super) fn bounds_of<'a>(triangles: impl IntoIterator<Item = &'a Triangle>) -> (Point3<f64>, Point3<f64>) {
+    let nothing = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
+    let corners = triangles.into_iter().flatten();
+    corners.fold(nothing, |(low, high), corner| (low.inf(corner), high.sup(corner)))
+}
+
 /// Whether a triangle has an area that rounding does not drown.
 pub(super) fn has_area([a, b, c]: &Triangle) -> bool {
     let (ab, ac) = (b - a, c - a);

@@ -86,6 +86,23 @@ impl Robot {
     }
 }
 
+/// A hall's floor: a body as large as that has a tree no deeper, and a lattice no finer, than one of a robot's link.
+#[test]
+fn a_floor_of_thirty_metres_is_a_body_like_any_other() {
+    let body = |name: &str, link, half| {
+        let geometries = vec![Geometry { shape: Shape::Box { half }, link_from_shape: IsometryMatrix3::identity() }];
+        Body { name: name.to_owned(), link, geometries }
+    };
+    let bodies = vec![body("floor", 0, [15.0, 15.0, 0.05]), body("hand", 1, [0.05, 0.04, 0.03])];
+    let checker = CollisionChecker::new(&Bodies { bodies, pairs: vec![[0, 1], [1, 0]] }).expect("shapes");
+    for (height, x, touches) in [(0.0785, 14.0, true), (0.0815, 14.0, false), (0.0785, 15.1, false), (0.0, 0.0, true)] {
+        let links = [IsometryMatrix3::identity(), IsometryMatrix3::translation(x, -3.0, height)];
+        for pair in [0, 1] {
+            assert_eq!(checker.pair(pair, &links), touches, "{height} m up, {x} m out, pair {pair}");
+        }
+    }
+}
+
 /// A small part of a body that lies wholly inside another, at its wall or deep inside, while the rest is far away.
 #[test]
 fn what_lies_wholly_inside_is_found() {
