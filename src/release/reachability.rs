@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, fmt, path::Path};
 
 use serde::{Deserialize, Serialize};
+use toml::Value;
 
 use super::{
     RunNotes,
@@ -37,6 +38,10 @@ pub struct ReachabilityFacts {
     pub robot: RobotFacts,
     /// The six axes of the grid of poses.
     pub axes: Vec<AxisFacts>,
+    /// Who solves the inverse kinematics: `auto`, `closed_form`, `numeric`; empty when the job's text does not say.
+    pub solver: String,
+    /// What counts as a collision: `exact`, `mujoco`, `none`; empty when the job's text does not say.
+    pub collisions: String,
     /// Positions: samples.
     pub positions: u64,
     /// Poses in all.
@@ -70,6 +75,8 @@ pub struct RobotFacts {
     pub target: String,
     /// The frame that the poses are in.
     pub frame: String,
+    /// Other joints that the job holds at a value [rad or m].
+    pub fixed: BTreeMap<String, f64>,
 }
 
 /// One axis of a grid of poses.
@@ -116,6 +123,10 @@ pub fn inspect_reachability(folder: &Path) -> Result<ReachabilityFacts, DatasetE
 
 pub(super) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Result<ReachabilityFacts, DatasetError> {
     let (manifest, header) = (reader.manifest(), &field.header);
+    let job: toml::Table = reader.job_text()?.parse().unwrap_or_default();
+    let word = |key: &str| job.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
+    let fixed = job.get("robot").and_then(|robot| robot.get("fixed")).and_then(Value::as_table);
+    let fixed = fixed.into_iter().flatten().filter_map(|(joint, value)| Some((joint.clone(), value.as_float()?)));
     let counts = manifest.counts.poses.clone().unwrap_or_default();
     let finite = |value: f64| value.is_finite().then_some(value);
     let distances = || field.distances.iter().map(|distance| f64::from(*distance));
@@ -141,8 +152,11 @@ pub(super) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
             joints: header.joints.clone(),
             target: header.target.clone(),
             frame: header.frame.clone(),
+            fixed: fixed.collect(),
         },
         axes: header.grid.axes().iter().map(axis).collect(),
+        solver: word("solver"),
+        collisions: word("collisions"),
         positions: manifest.counts.samples,
         poses: counts.cells(),
         labels: counts.labels,
@@ -184,6 +198,10 @@ impl fmt::Display for ReachabilityFacts {
         writeln!(f, "  job       {}", self.job)?;
         writeln!(f, "  robot     {}, content {}", robot.name, robot.id.0.short())?;
         writeln!(f, "  group     {} -> {}, poses in {}", robot.joints.join(", "), robot.target, robot.frame)?;
+        for (joint, value) in &robot.fixed {
+            writeln!(f, "  fixed     {joint} = {value}")?;
+        }
+        writeln!(f, "  solver    {}, collisions {}", self.solver, self.collisions)?;
         let [shards, bytes] = [self.shards, self.shard_bytes].map(grouped);
         writeln!(f, "  shards    {shards} with {bytes} bytes")?;
         for AxisFacts { name, first, step, count, unit, periodic } in &self.axes {

@@ -17,7 +17,7 @@ use super::{
     sections,
 };
 use crate::{
-    geom::{FieldMetric, PoseLabel, Proof, approach_directions},
+    geom::{FieldMetric, PoseGrid, PoseLabel, Proof, approach_directions},
     record::ReachabilityField,
 };
 
@@ -56,13 +56,14 @@ fn header(facts: &ReachabilityFacts) -> String {
     let mut html = format!(
         concat!(
             "<header><p class=\"over\">graspmill reachability map</p><h1>{}</h1>",
-            "<p class=\"lead\">Which of {} poses the {} of {} reaches without a collision, and how far each is from the ",
+            "<p class=\"lead\">Which of {} poses the {} of {} reaches{}, and how far each is from the ",
             "border.</p><p class=\"digest\"><span class=\"quiet\">root digest</span> <code>{}</code></p><dl class=\"numbers\">"
         ),
         escaped(&facts.name),
         grouped(facts.poses),
         escaped(&facts.robot.target),
         escaped(&facts.robot.name),
+        if facts.collisions == "none" { " (collisions not looked at)" } else { " without a collision" },
         facts.root,
     );
     let share = |count: u64| percent(count as f64 / facts.poses.max(1) as f64);
@@ -131,9 +132,23 @@ fn middle(axis: &super::AxisFacts) -> String {
 /// Robot, group, grid and metric.
 fn meaning(facts: &ReachabilityFacts) -> String {
     let robot = &facts.robot;
+    let fixed: Vec<String> = robot.fixed.iter().map(|(joint, value)| format!("{} = {value}", escaped(joint))).collect();
     let rows = [
         ("robot", format!("{}, content <code>{}</code>", escaped(&robot.name), robot.id.0.short())),
         ("planning group", escaped(&robot.joints.join(", "))),
+        (
+            "other joints held at",
+            if fixed.is_empty() { "what the robot's file says".to_owned() } else { fixed.join(", ") },
+        ),
+        ("solver", escaped(&facts.solver)),
+        (
+            "collisions",
+            if facts.collisions == "none" {
+                "<strong>not looked at</strong>".to_owned()
+            } else {
+                escaped(&facts.collisions)
+            },
+        ),
         ("brought to the poses", format!("site {}; its x axis is the approach direction", escaped(&robot.target))),
         ("frame of the poses", escaped(&robot.frame)),
         ("rotation", "Rz(yaw) Ry(pitch) Rx(roll)".to_owned()),
@@ -207,13 +222,14 @@ fn sections_of(facts: &ReachabilityFacts, field: &ReachabilityField, census: &Ce
     let (least, most) = (finite().fold(0.0, f64::min), finite().fold(0.0, f64::max));
     let swatches: String = ORDER
         .iter()
+        .filter(|label| facts.collisions != "none" || **label != PoseLabel::Colliding)
         .map(|label| format!("<li><span class=\"swatch {}\"></span>{}</li>", class(*label), label_line(*label)))
         .collect();
     format!(
         concat!(
             "<section id=\"sections\"><h2>Cross-sections</h2><div class=\"sections\">{upright}<div>",
             "<p>Each cell has one mark for each direction from which the end effector can come: the arrow points the way ",
-            "the target's x axis does. A mark is coloured by its best pose, of all rolls about that direction.</p>",
+            "the target's x axis does. A mark is coloured by its best pose, of all rolls about that direction.{fewer}</p>",
             "<ul class=\"legend tall\">{swatches}</ul>{legend}",
             "<p>Beneath: the signed distance of the best orientation at each position (the least of all), ",
             "interpolated between positions, in bands of {band} {unit}. The dark line is its zero: inside it some orientation is ",
@@ -226,13 +242,21 @@ fn sections_of(facts: &ReachabilityFacts, field: &ReachabilityField, census: &Ce
         band = short(band),
         unit = escaped(&facts.field.unit),
         key = band_key(band, least, most),
+        fewer = match stride_of(grid, cuts) {
+            1 => String::new(),
+            stride => format!(" Marks stand at one position of {stride} along each axis."),
+        },
         rest = figures.collect::<String>(),
     )
 }
 
+fn stride_of(grid: &PoseGrid, cuts: &[Cut]) -> usize {
+    cuts.iter().map(|cut| cut.stride(grid)).max().unwrap_or(1)
+}
+
 fn label_line(label: PoseLabel) -> &'static str {
     match label {
-        PoseLabel::Reachable => "reachable: joint values without a collision are known",
+        PoseLabel::Reachable => "reachable: joint values are known",
         PoseLabel::Colliding => "colliding: joint values exist, but something touches with all of them",
         PoseLabel::NoSolution => "no solution: no joint values within their limits",
     }

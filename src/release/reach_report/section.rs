@@ -57,23 +57,32 @@ impl Cut {
         format!("{} = {} m", axis.name, short(at))
     }
 
+    /// Every how manyth position has a rose.
+    pub fn stride(self, grid: &PoseGrid) -> usize {
+        let ([right, up, _], _) = self.axes();
+        grid.shape()[right].max(grid.shape()[up]).div_ceil(MOST)
+    }
+
     /// The drawing as an `<svg>` element. `band` is the width of the field's bands, in its unit.
     pub fn svg(self, grid: &PoseGrid, census: &Census, band: f64) -> String {
         let ([right, up, _], sense) = self.axes();
         let count = [right, up].map(|axis| grid.shape()[axis]);
-        let stride = count[0].max(count[1]).div_ceil(MOST);
+        let stride = self.stride(grid);
         // A rose stands for a square of `stride` cells; they share its middle.
         let cell = SIDE / stride as f64;
         let [width, height] = count.map(|count| count as f64 * cell);
+        // Roses at the rim reach so far out of it.
+        let out = (SIDE - cell) / 2.0;
         let name = escaped(&self.name(grid));
         let mut svg = format!(
             concat!(
-                r#"<svg class="chart cut" viewBox="{} -8 {} {}" role="img" aria-label="cross-section {}">"#,
+                r#"<svg class="chart cut" viewBox="{} {} {} {}" role="img" aria-label="cross-section {}">"#,
                 "<title>cross-section {}</title>"
             ),
-            -MARGIN,
-            width + MARGIN + 8.0,
-            height + MARGIN,
+            -MARGIN - out,
+            -8.0 - out,
+            width + MARGIN + 8.0 + 2.0 * out,
+            height + MARGIN + 2.0 * out,
             name,
             name,
         );
@@ -136,6 +145,7 @@ impl Cut {
             if sense < 0.0 { width - place } else { place }
         };
         let from_top = |value: f64| height - ((value - along.first) / along.step + 0.5) * cell;
+        let out = (SIDE - cell) / 2.0;
         let every = |count: usize| count.div_ceil(12);
         let number = |value: f64| short((value * 1e6).round() / 1e6 + 0.0);
         for index in (0..across.count).step_by(every(across.count)) {
@@ -144,7 +154,7 @@ impl Cut {
                 svg,
                 r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
                 from_left(value),
-                height + 15.0,
+                height + out + 15.0,
                 number(value)
             );
         }
@@ -152,7 +162,8 @@ impl Cut {
             let value = along.centre(index);
             let _ = write!(
                 svg,
-                r#"<text x="-7" y="{:.1}" text-anchor="end">{}</text>"#,
+                r#"<text x="{:.1}" y="{:.1}" text-anchor="end">{}</text>"#,
+                -7.0 - out,
                 from_top(value) + 4.0,
                 number(value)
             );
@@ -164,10 +175,10 @@ impl Cut {
                 r#"<text class="quiet" transform="translate({:.1} {:.1}) rotate(-90)" text-anchor="middle">{} [m]</text>"#
             ),
             width / 2.0,
-            height + 31.0,
+            height + out + 31.0,
             across.name,
             if sense < 0.0 { ", growing to the left" } else { "" },
-            10.0 - MARGIN,
+            10.0 - MARGIN - out,
             height / 2.0,
             along.name,
         );
