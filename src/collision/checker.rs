@@ -6,10 +6,10 @@ use super::{
     Shape,
     body::{Bodies, Body},
     curved::Curved,
-    solid::{Contact, Solid},
+    solid::Solid,
     triangle::{self, Triangle},
 };
-use crate::geom::NoSurface;
+use crate::geom::{NoSurface, SimdLevel};
 
 /// What a configuration does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,20 +17,46 @@ pub enum Verdict {
     /// No pair touches.
     Free,
     /// A pair does.
-    Collides {
-        /// Its place in [`Bodies::pairs`].
-        pair: usize,
-        /// How far every point of the one body may move, seen from the other, without the two ceasing to overlap [m]: a
-        /// lower bound; 0 where only their surfaces are known to touch.
-        depth: f64,
-    },
+    Collides(Hit),
+}
+
+/// A pair that touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Its place in [`Bodies::pairs`].
+    pub pair: usize,
+    meeting: Meeting,
+}
+
+/// Two shapes of a pair that meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Meeting {
+    shapes: Shapes,
+    /// Near where, in the frame that the search had.
+    near: Point3<f64>,
+}
+
+/// What of the first body of a pair, and what of the second: all that is made of planes, or one curved shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shapes {
+    Planes,
+    PlanesAndCurved(usize),
+    CurvedAndPlanes(usize),
+    Curved(usize, usize),
 }
 
 /// Checks configurations of one robot; built once, used by any thread.
 pub struct CollisionChecker {
     bodies: Vec<Option<CheckedBody>>,
-    pairs: Vec<[usize; 2]>,
+    pairs: Vec<Pair>,
     links: Vec<usize>,
+}
+
+#[derive(Clone, Copy)]
+struct Pair {
+    bodies: [usize; 2],
+    /// Of the centres of balls around the two that meet, at most [m^2].
+    squared_reach: f64,
 }
 
 struct CheckedBody {
@@ -46,24 +72,38 @@ struct CheckedBody {
 pub type LinkFrames = [IsometryMatrix3<f64>];
 
 impl CollisionChecker {
-    /// Prepares every body that stands in a pair.
+    /// Prepares every body that stands in a pair, for the best instructions of this machine.
     ///
     /// # Errors
     /// When a body has a shape without a surface.
     pub fn new(bodies: &Bodies) -> Result<Self, NoSurface> {
+        Self::with_level(bodies, SimdLevel::detect())
+    }
+
+    /// [`CollisionChecker::new`] for a level of instructions: each gives the same answers.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_level(bodies: &Bodies, level: SimdLevel) -> Result<Self, NoSurface> {
+        let level = level.usable();
         let used = |place: usize| bodies.pairs.iter().any(|pair| pair.contains(&place));
         let prepared = bodies.bodies.iter().enumerate();
-        let prepared = prepared.map(|(place, body)| used(place).then(|| CheckedBody::new(body)).transpose());
+        let prepared = prepared.map(|(place, body)| used(place).then(|| CheckedBody::new(body, level)).transpose());
+        let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
+        let pair = |pair: &[usize; 2]| {
+            let reach: f64 = pair.iter().filter_map(|place| prepared[*place].as_ref()).map(|body| body.radius).sum();
+            Pair { bodies: *pair, squared_reach: reach * reach }
+        };
         Ok(Self {
-            bodies: prepared.collect::<Result<_, _>>()?,
-            pairs: bodies.pairs.clone(),
+            pairs: bodies.pairs.iter().map(pair).collect(),
+            bodies: prepared,
             links: bodies.bodies.iter().map(|body| body.link).collect(),
         })
     }
 
     /// The pairs, and the links that carry their bodies.
     pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
-        self.pairs.iter().map(|pair| pair.map(|body| self.links[body]))
+        self.pairs.iter().map(|pair| pair.bodies.map(|body| self.links[body]))
     }
 
     /// The link that carries each body (see [`Body::link`]).
@@ -73,7 +113,7 @@ impl CollisionChecker {
 
     /// The two bodies of a pair (places in [`Bodies::bodies`]).
     pub fn bodies_of(&self, pair: usize) -> [usize; 2] {
-        self.pairs[pair]
+        self.pairs[pair].bodies
     }
 
     /// Points in the frame of a body's link whose hull holds the body; none where it stands in no pair.
@@ -84,43 +124,56 @@ impl CollisionChecker {
     /// Whether one of the pairs given (places in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
     /// links in the world, the world itself first (see [`Body::link`]).
     pub fn check(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> Verdict {
-        for pair in pairs {
-            match self.contact(pair, links) {
-                Contact::Apart => {}
-                Contact::Touch => return Verdict::Collides { pair, depth: 0.0 },
-                Contact::Overlap(depth) => return Verdict::Collides { pair, depth },
+        let mut few = [Point3::origin(); 32];
+        let mut many = Vec::new();
+        let centres = if self.bodies.len() <= few.len() {
+            &mut few[..self.bodies.len()]
+        } else {
+            many.resize(self.bodies.len(), Point3::origin());
+            &mut many[..]
+        };
+        for (centre, body) in centres.iter_mut().zip(&self.bodies) {
+            if let Some(body) = body {
+                *centre = links[body.link] * body.centre;
             }
         }
-        Verdict::Free
+        let near = |pair: &usize| {
+            let Pair { bodies: [first, second], squared_reach } = self.pairs[*pair];
+            (centres[first] - centres[second]).norm_squared() <= squared_reach
+        };
+        let hit = pairs.into_iter().filter(near).find_map(|pair| self.hit(pair, links));
+        hit.map_or(Verdict::Free, Verdict::Collides)
     }
 
     /// Whether the two bodies of a pair (its place in [`Bodies::pairs`]) touch.
     pub fn pair(&self, pair: usize, links: &LinkFrames) -> bool {
-        self.contact(pair, links) != Contact::Apart
+        self.check([pair], links) != Verdict::Free
     }
 
-    fn contact(&self, pair: usize, links: &LinkFrames) -> Contact {
-        match self.near(pair, links) {
-            None => Contact::Apart,
-            Some((low, high)) => low.contact(high, &links[low.link].inv_mul(&links[high.link])),
-        }
+    /// The pair, if it touches.
+    fn hit(&self, pair: usize, links: &LinkFrames) -> Option<Hit> {
+        let [first, second] = self.bodies_of(pair).map(|place| self.bodies[place].as_ref());
+        let (first, second) = (first?, second?);
+        let meeting = first.meets(second, &links[first.link].inv_mul(&links[second.link]))?;
+        Some(Hit { pair, meeting })
     }
 
-    /// The bodies of a pair whose balls meet.
-    fn near(&self, pair: usize, links: &LinkFrames) -> Option<(&CheckedBody, &CheckedBody)> {
-        let [low, high] = self.pairs[pair].map(|place| self.bodies[place].as_ref());
-        let (low, high) = (low?, high?);
-        let between = links[low.link] * low.centre - links[high.link] * high.centre;
-        let reach = low.radius + high.radius;
-        (between.norm_squared() <= reach * reach).then_some((low, high))
+    /// How far every point of the one body of a pair may move, seen from the other, without the two ceasing to overlap [m]: a
+    /// lower bound; 0 where only their surfaces are known to touch. `links` are those of the check.
+    pub fn depth(&self, hit: &Hit, links: &LinkFrames) -> f64 {
+        let [first, second] = self.bodies_of(hit.pair).map(|place| self.bodies[place].as_ref());
+        let (Some(first), Some(second)) = (first, second) else { return 0.0 };
+        let depth = first.depth(second, &links[first.link].inv_mul(&links[second.link]), &hit.meeting);
+        // Rounding must not prove anything.
+        (depth - 1e-6).max(0.0)
     }
 }
 
 impl CheckedBody {
-    fn new(body: &Body) -> Result<Self, NoSurface> {
+    fn new(body: &Body, level: SimdLevel) -> Result<Self, NoSurface> {
         let curved: Vec<Curved> = body.geometries.iter().filter_map(Curved::new).collect();
         let triangles = triangles_of(body);
-        let solid = if triangles.is_empty() && !curved.is_empty() { None } else { Some(Solid::new(triangles)?) };
+        let solid = if triangles.is_empty() && !curved.is_empty() { None } else { Some(Solid::new(triangles, level)?) };
         let balls = solid.iter().map(Solid::ball).chain(curved.iter().map(Curved::ball));
         // A ball around the middle of all: not the smallest, but for one shape.
         let balls: Vec<_> = balls.collect();
@@ -135,27 +188,60 @@ impl CheckedBody {
         planes.chain(self.curved.iter().flat_map(Curved::corners))
     }
 
-    /// How this body stands to another, whose link's frame is seen from this one's.
-    fn contact(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Contact {
-        let planes = self.solid.iter().zip(&other.solid).map(|(one, two)| one.contact(two, here_from_there));
-        let mixed = self.solid.iter().flat_map(|solid| {
-            other.curved.iter().map(move |curved| solid.contact_with_curved(curved, here_from_there))
-        });
-        let there_from_here = here_from_there.inverse();
-        let mixed_back = other.solid.iter().flat_map(|solid| {
-            self.curved.iter().map(move |curved| solid.contact_with_curved(curved, &there_from_here))
-        });
-        let round =
-            self.curved.iter().flat_map(|one| other.curved.iter().map(move |two| one.contact(two, here_from_there)));
-        let mut touch = Contact::Apart;
-        for contact in planes.chain(mixed).chain(mixed_back).chain(round) {
-            match contact {
-                Contact::Overlap(_) => return contact,
-                Contact::Touch => touch = contact,
-                Contact::Apart => {}
+    /// Where this body meets another, whose link's frame is seen from this one's.
+    fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Meeting> {
+        let found = |shapes: Shapes| move |near: Point3<f64>| Meeting { shapes, near };
+        if let (Some(one), Some(two)) = (&self.solid, &other.solid)
+            && let Some(near) = one.meets(two, here_from_there)
+        {
+            return Some(found(Shapes::Planes)(near));
+        }
+        if let Some(solid) = &self.solid {
+            for (place, curved) in other.curved.iter().enumerate() {
+                if self.may_meet(curved, here_from_there)
+                    && let Some(near) = solid.meets_curved(curved, here_from_there)
+                {
+                    return Some(found(Shapes::PlanesAndCurved(place))(near));
+                }
             }
         }
-        touch
+        if let (Some(solid), false) = (&other.solid, self.curved.is_empty()) {
+            let there_from_here = here_from_there.inverse();
+            for (place, curved) in self.curved.iter().enumerate() {
+                if other.may_meet(curved, &there_from_here)
+                    && let Some(near) = solid.meets_curved(curved, &there_from_here)
+                {
+                    return Some(found(Shapes::CurvedAndPlanes(place))(near));
+                }
+            }
+        }
+        let pairs = self.curved.iter().enumerate();
+        pairs
+            .flat_map(|one| other.curved.iter().enumerate().map(move |two| (one, two)))
+            .find_map(|((i, one), (j, two))| one.meets(two, here_from_there).map(found(Shapes::Curved(i, j))))
+    }
+
+    /// Whether a curved shape's ball meets that of this body.
+    fn may_meet(&self, curved: &Curved, here_from_there: &IsometryMatrix3<f64>) -> bool {
+        let (centre, radius) = curved.ball();
+        let reach = self.radius + radius;
+        (here_from_there * centre - self.centre).norm_squared() <= reach * reach
+    }
+
+    /// How far the two overlap where they meet [m]; not above 0 where nothing is known.
+    fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, meeting: &Meeting) -> f64 {
+        let near = &meeting.near;
+        match (meeting.shapes, &self.solid, &other.solid) {
+            (Shapes::Planes, Some(one), Some(two)) => one.depth(two, here_from_there, near),
+            (Shapes::PlanesAndCurved(two), Some(one), _) => {
+                one.depth_with_curved(&other.curved[two], here_from_there, near)
+            }
+            (Shapes::CurvedAndPlanes(one), _, Some(two)) => {
+                two.depth_with_curved(&self.curved[one], &here_from_there.inverse(), near)
+            }
+            (Shapes::Curved(one, two), ..) => self.curved[one].depth(&other.curved[two], here_from_there, near),
+            _ => 0.0,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
-use super::{Geometry, Shape, solid::Contact};
+use super::{Geometry, Shape, boxes::BoxTree, near::Axis, parts::Bounds};
 use crate::geom::TouchShape;
 
 /// A shape with a round side, in the frame of its link.
@@ -41,18 +41,18 @@ impl Curved {
     pub fn signed(&self, point: &Point3<f64>) -> f64 {
         let point = self.shape_from_link * point;
         let Round { radius, half, flat } = self.round;
-        let side = point.x.hypot(point.y);
+        let side = length(point.x, point.y);
         if flat {
             let (out, up) = (side - radius, point.z.abs() - half);
-            return out.max(0.0).hypot(up.max(0.0)) + out.max(up).min(0.0);
+            return length(out.max(0.0), up.max(0.0)) + out.max(up).min(0.0);
         }
-        side.hypot((point.z.abs() - half).max(0.0)) - radius
+        length(side, (point.z.abs() - half).max(0.0)) - radius
     }
 
     /// A ball around the shape, in the link's frame.
     pub fn ball(&self) -> (Point3<f64>, f64) {
         let Round { radius, half, flat } = self.round;
-        let reach = if flat { radius.hypot(half) } else { radius + half };
+        let reach = if flat { length(radius, half) } else { radius + half };
         (self.link_from_shape * Point3::origin(), reach)
     }
 
@@ -66,22 +66,45 @@ impl Curved {
         })
     }
 
-    /// How this shape stands to another, whose link's frame is seen from this one's link.
-    pub fn contact(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Contact {
-        let place = here_from_there * other.link_from_shape;
-        if !self.touch.touches(&self.link_from_shape, &other.touch, &place) {
-            return Contact::Apart;
-        }
-        let there_from_here = here_from_there.inverse();
-        let depth = |point: &Point3<f64>| -self.signed(point) - other.signed(&(there_from_here * point));
-        let start = nalgebra::center(&self.ball().0, &(here_from_there * other.ball().0));
-        Contact::of_depth(deepest(start, depth).1)
+    /// The shape's axis with its radius, seen from another body whose frame is `here`.
+    pub fn axis(&self, here_from_link: &IsometryMatrix3<f64>) -> Axis {
+        let Round { radius, half, flat } = self.round;
+        Axis::new(&(self.shape_from_link * here_from_link.inverse()), radius, half, flat)
     }
 
-    /// Whether a body out of planes, placed in this shape's link's frame, touches it.
-    pub fn touches(&self, other: &TouchShape, here_from_there: &IsometryMatrix3<f64>) -> bool {
-        self.touch.touches(&self.link_from_shape, other, here_from_there)
+    /// Where this shape meets another, whose link's frame is seen from this one's link: a point of this one's link between
+    /// the two. `None` when they are apart.
+    pub fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
+        let place = here_from_there * other.link_from_shape;
+        let between = || nalgebra::center(&self.ball().0, &(here_from_there * other.ball().0));
+        self.touch.touches(&self.link_from_shape, &other.touch, &place).then(between)
     }
+
+    /// How far two shapes that meet near `here` overlap [m] (see `Solid::depth`).
+    pub fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, here: &Point3<f64>) -> f64 {
+        let there_from_here = here_from_there.inverse();
+        deepest(*here, |point| -self.signed(point) - other.signed(&(there_from_here * point))).1
+    }
+
+    /// Whether one of many triangles touches the shape, whose link's frame is seen from the triangles'.
+    pub fn touches(&self, triangles: &BoxTree, here_from_link: &IsometryMatrix3<f64>) -> bool {
+        let Round { radius, half, flat } = self.round;
+        let place = here_from_link * self.link_from_shape;
+        let axis: Vector3<f64> = place.rotation.matrix().column(2).into();
+        // A flat end is a disc: along a coordinate it reaches as far as its tilt lets it.
+        let side = axis.map(|along| {
+            let disc = if flat { radius * libm::sqrt((1.0 - along * along).max(0.0)) } else { radius };
+            half * along.abs() + disc + 1e-9
+        });
+        let centre = Point3::from(place.translation.vector);
+        let around = Bounds { low: centre - side, high: centre + side };
+        triangles.any_near(&around, |triangle| self.touch.touches_triangle(&place, triangle))
+    }
+}
+
+/// Of two sides at a right angle; unlike the system's `hypot`, the same bits everywhere.
+fn length(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
 }
 
 /// A pattern search for where a depth is greatest: the place, and the depth.

@@ -4,7 +4,9 @@ use nalgebra::{Point3, Vector3};
 
 use super::{
     boxes::BoxTree,
-    triangle::{Triangle, bounds_of, squared_distance},
+    near::Points,
+    parts::Bounds,
+    triangle::{Triangle, bounds_of},
 };
 
 /// Points of a lattice, about; a large body has more, so that its spacing stays under the greatest, but no more than the
@@ -31,7 +33,7 @@ pub(super) struct Lattice {
 impl Lattice {
     /// Of triangles with their boxes.
     pub fn new(triangles: &[Triangle], boxes: &BoxTree) -> Self {
-        let (low, high) = bounds_of(triangles);
+        let Bounds { low, high } = bounds_of(triangles);
         let sides: Vector3<f64> = high - low;
         let spacing = POINTS.map(|points| libm::cbrt(sides.product().max(1e-12) / points));
         let spacing = spacing[0].clamp(SPACINGS[0], SPACINGS[1]).max(spacing[1]);
@@ -44,49 +46,41 @@ impl Lattice {
             counts,
             distances: vec![0.0; counts.iter().product()],
         };
-        let side = counts.iter().max().copied().unwrap_or(1).next_power_of_two();
-        lattice.fill(triangles, &(0..triangles.len() as u32).collect::<Vec<_>>(), [0; 3], side);
-        lattice.find_inside(triangles, boxes);
+        lattice.fill(boxes);
+        lattice.find_inside(boxes);
         lattice
     }
 
-    /// Distances of the block of `side`^3 points from `first`: the triangle that is nearest to any of its points is among
-    /// those that are not much farther from its centre than the nearest one is.
-    fn fill(&mut self, triangles: &[Triangle], near: &[u32], first: [usize; 3], side: usize) {
-        if (0..3).any(|axis| first[axis] >= self.counts[axis]) {
-            return;
-        }
-        if side == 1 {
-            let point = self.point(first);
-            let nearest = near.iter().map(|place| squared_distance(&point, &triangles[*place as usize]));
-            let place = self.place(first);
-            self.distances[place] = nearest.fold(f64::INFINITY, f64::min).sqrt() as f32;
-            return;
-        }
-        let half = 0.5 * (side - 1) as f64 * self.spacing;
-        let centre = self.point(first) + Vector3::repeat(half);
-        let reach = half * 3f64.sqrt();
-        let distances: Vec<f64> =
-            near.iter().map(|place| squared_distance(&centre, &triangles[*place as usize]).sqrt()).collect();
-        let limit = distances.iter().copied().fold(f64::INFINITY, f64::min) + 2.0 * reach + ROUNDING;
-        let near: Vec<u32> =
-            near.iter().zip(&distances).filter(|(_, d)| **d <= limit).map(|(place, _)| *place).collect();
-        let step = side / 2;
-        for octant in 0..8 {
-            let corner = std::array::from_fn(|axis| first[axis] + step * (octant >> axis & 1));
-            self.fill(triangles, &near, corner, step);
+    /// The distance of every point. That of the one before it in its row, or in its layer where a row begins, bounds it.
+    fn fill(&mut self, boxes: &BoxTree) {
+        let rows = self.counts[0] * self.counts[1];
+        let mut at_row = f64::INFINITY;
+        for row in 0..rows {
+            let [x, y] = [row / self.counts[1], row % self.counts[1]];
+            if y == 0 {
+                at_row = f64::INFINITY;
+            }
+            let mut limit = at_row;
+            for z in 0..self.counts[2] {
+                let nearest = boxes.squared_distance_within(&self.point([x, y, z]), limit * limit).sqrt();
+                let place = self.place([x, y, z]);
+                self.distances[place] = nearest as f32;
+                limit = nearest + self.spacing + ROUNDING;
+                if z == 0 {
+                    at_row = limit;
+                }
+            }
         }
     }
 
     /// Turns the sign of every point that cannot be reached from the box's faces: from a point to its neighbour leads a way
     /// when the balls of free space around both overlap, so that no gap narrower than the spacing lets anything in. Points
     /// so near the surface that no way leads to them are on the side of a neighbour in sight, outside if both sides are.
-    fn find_inside(&mut self, triangles: &[Triangle], boxes: &BoxTree) {
+    fn find_inside(&mut self, boxes: &BoxTree) {
         let free = |a: usize, b: usize| {
             f64::from(self.distances[a]) + f64::from(self.distances[b]) > self.spacing + 2.0 * ROUNDING
         };
-        let in_sight =
-            |a: usize, b: usize| !boxes.crosses(triangles, &self.point(self.cell_of(a)), &self.point(self.cell_of(b)));
+        let in_sight = |a: usize, b: usize| !boxes.crosses(&self.point(self.cell_of(a)), &self.point(self.cell_of(b)));
         // A point of the outermost layer is outside when its ball of free space sticks out of the box.
         let sticks_out = |place: usize| {
             let cell = self.cell_of(place);
@@ -143,22 +137,25 @@ impl Lattice {
         (x * self.counts[1] + y) * self.counts[2] + z
     }
 
+    /// What a kernel needs of the lattice, or of every `step`-th of its points.
+    pub fn points(&self, step: usize) -> Points {
+        let counts = self.counts.map(|count| (count - 1) / step + 1);
+        let mut distances = Vec::with_capacity(counts.iter().product());
+        for x in 0..counts[0] {
+            for y in 0..counts[1] {
+                let row = (0..counts[2]).map(|z| self.distances[self.place([x * step, y * step, z * step])]);
+                distances.extend(row);
+            }
+        }
+        Points::new(self.low, self.high, self.spacing * step as f64, counts, distances, ROUNDING)
+    }
+
     /// Bounds at a point: at least so far from the surface, and signed distance at most so much [m].
     #[inline]
     pub fn bounds(&self, point: &Point3<f64>) -> (f64, f64) {
         let (stored, offset) = self.nearest(point);
         let beyond = (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros()).norm();
         (beyond.max(stored.abs() - offset), stored + offset)
-    }
-
-    /// Whether the surface is certainly farther from a point than this [m].
-    #[inline]
-    pub fn is_farther(&self, point: &Point3<f64>, distance: f64) -> bool {
-        let (stored, offset) = self.nearest(point);
-        stored.abs() - offset > distance || {
-            let beyond = (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros());
-            beyond.norm_squared() > distance * distance
-        }
     }
 
     /// What is stored at the nearest point of the lattice, and how far that is [m].

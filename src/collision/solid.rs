@@ -1,55 +1,40 @@
 //! One body, ready to be asked.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
-    Shape, Triangles,
     boxes::BoxTree,
     curved::{Curved, deepest},
     lattice::Lattice,
-    surface_tree::SurfaceTree,
+    near::{Points, View, lanes},
+    parts::Bounds,
+    surface_tree::{Below, Block, Leaf, MOST_OPEN, SurfaceTree},
     triangle::{self, Triangle},
 };
-use crate::geom::{NoSurface, TouchShape};
+use crate::geom::{NoSurface, SimdLevel};
 
+/// Of this many points of a lattice along each axis one is asked first.
+const COARSE: usize = 4;
+
+/// Triangles of a piece that are held against the other surface together.
+const AT_ONCE: usize = 6;
 /// Balls inside a body, at most.
 const INNER_BALLS: usize = 32;
 /// Radius of the smallest of them [m].
 const LEAST_BALL: f64 = 0.004;
 
-/// How two bodies stand to each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Contact {
-    /// They don't touch.
-    Apart,
-    /// Their surfaces touch.
-    Touch,
-    /// They overlap, and moving one by less than this [m] does not part them.
-    Overlap(f64),
-}
-
-impl Contact {
-    /// Of bodies that touch, and overlap by a depth that may not be known.
-    pub fn of_depth(depth: f64) -> Self {
-        // Rounding must not prove anything.
-        let depth = depth - 1e-6;
-        if depth > 0.0 { Self::Overlap(depth) } else { Self::Touch }
-    }
-}
-
-/// Places that are still to be looked at: of a tree with eight children a node, whose smallest cubes are a 256th of the
-/// largest at least.
-struct Stack {
-    places: [u32; 64],
+/// Blocks that are still to be looked at.
+struct Open {
+    places: [u32; MOST_OPEN],
     count: usize,
 }
 
-impl Stack {
-    /// With the root.
-    fn new() -> Self {
-        Self { places: [0; 64], count: 1 }
+impl Open {
+    /// With the root, if there is one.
+    fn new(tree: &SurfaceTree) -> Self {
+        Self { places: [0; MOST_OPEN], count: usize::from(!tree.blocks.is_empty()) }
     }
 
     fn push(&mut self, place: u32) {
@@ -67,14 +52,17 @@ impl Stack {
 pub(super) struct Solid {
     triangles: Vec<Triangle>,
     lattice: Lattice,
+    /// The lattice as kernels read it: few of its points, and all.
+    points: [Points; 2],
     tree: SurfaceTree,
     boxes: BoxTree,
     /// Balls of the inside: centre and radius, largest first.
     inner: Vec<(Point3<f64>, f64)>,
+    /// The same side by side.
+    inner_blocks: Vec<Block>,
     /// A corner of each part of the surface that hangs together.
     shells: Vec<Point3<f64>>,
-    /// The same surface for contacts with curved shapes.
-    touch: TouchShape,
+    level: SimdLevel,
 }
 
 impl Solid {
@@ -82,17 +70,18 @@ impl Solid {
     ///
     /// # Errors
     /// When there is none.
-    pub fn new(triangles: Vec<Triangle>) -> Result<Self, NoSurface> {
-        let mesh = Triangles {
-            corners: triangles.iter().flatten().copied().collect(),
-            triangles: (0..triangles.len() as u32).map(|place| [3 * place, 3 * place + 1, 3 * place + 2]).collect(),
-        };
-        let touch = TouchShape::new(&Shape::Mesh(Arc::new(mesh)))?;
-        let (tree, boxes) = (SurfaceTree::new(&triangles), BoxTree::new(&triangles));
+    pub fn new(triangles: Vec<Triangle>, level: SimdLevel) -> Result<Self, NoSurface> {
+        if triangles.is_empty() {
+            let reason = "no triangle has an area".to_owned();
+            return Err(NoSurface { triangles: 0, vertices: 0, reason });
+        }
+        let (tree, boxes) = (SurfaceTree::new(&triangles), BoxTree::new(&triangles, level));
         let lattice = Lattice::new(&triangles, &boxes);
         let inner = inner_balls(&lattice);
         let shells = shells(&triangles);
-        Ok(Self { triangles, lattice, tree, boxes, inner, shells, touch })
+        let points = [lattice.points(COARSE), lattice.points(1)];
+        let inner_blocks = Block::of_balls(&inner);
+        Ok(Self { triangles, lattice, points, tree, boxes, inner, inner_blocks, shells, level })
     }
 
     /// The corners of the surface.
@@ -102,74 +91,112 @@ impl Solid {
 
     /// A ball around the whole body.
     pub fn ball(&self) -> (Point3<f64>, f64) {
-        let root = &self.tree.nodes[0];
-        (root.centre, root.radius)
+        self.tree.ball
     }
 
-    /// How this body and `other`, whose frame is seen from this one's as `here_from_there`, stand to each other.
-    pub fn contact(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Contact {
-        let mut open = Stack::new();
-        let mut overlap_tried = false;
+    /// Where this body and `other`, whose frame is seen from this one's as `here_from_there`, meet: a point of the other's
+    /// frame near which their surfaces touch, or that lies inside both. `None` when they are apart.
+    pub fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
+        let [few, all] = &self.points;
+        let views = [few.view(here_from_there, &other.tree.ball), all.view(here_from_there, &other.tree.ball)];
+        let mut open = Open::new(&other.tree);
+        let mut balls_tried = false;
         while let Some(place) = open.pop() {
-            let node = &other.tree.nodes[place as usize];
-            let centre = here_from_there * node.centre;
-            if self.lattice.is_farther(&centre, node.radius) {
-                continue;
+            let block = &other.tree.blocks[place as usize];
+            let mut found = few.look(self.level, &views[0], block);
+            if found.near != 0 {
+                found = all.look(self.level, &views[1], block);
             }
-            for child in node.children.clone() {
-                open.push(child);
+            if let Some(lane) = lanes(found.inside).next() {
+                return Some(block.centre(lane));
             }
-            if !node.children.is_empty() {
-                continue;
-            }
-            // The surfaces are near each other. First what is proved easily.
-            if !overlap_tried {
-                overlap_tried = true;
-                if let Some(depth) = self.overlap(other, here_from_there) {
-                    return Contact::Overlap(depth);
+            // What reaches inside is looked at first: there the surfaces are likely to touch.
+            let (likely, others) = (found.near & found.reaching, found.near & !found.reaching);
+            for lane in lanes(likely).chain(lanes(others)) {
+                let Below::Leaf(leaf) = block.below[lane] else { continue };
+                if !std::mem::replace(&mut balls_tried, true)
+                    && let Some(centre) = self.reached_by_balls(other, &views[1])
+                {
+                    return Some(centre);
+                }
+                let leaf = &other.tree.leaves[leaf as usize];
+                if self.meets_leaf(other, leaf, here_from_there) {
+                    return Some(leaf.centre);
                 }
             }
-            // What lies outside of this ball is another leaf's.
-            let piece = (centre - Vector3::repeat(node.radius), centre + Vector3::repeat(node.radius));
-            let mut near = other.tree.triangles(node).iter().map(|place| &other.triangles[*place as usize]);
-            if near.any(|triangle| self.meets(&triangle.map(|corner| here_from_there * corner), &piece)) {
-                return Contact::of_depth(self.depth_near(other, here_from_there, &node.centre));
+            for lane in lanes(others).chain(lanes(likely)) {
+                if let Below::Block(below) = block.below[lane] {
+                    open.push(below);
+                }
             }
         }
-        // Of surfaces that don't touch a part may still be inside the other body.
+        // Of surfaces that don't touch a part may still be inside the other body: of this one's in the other, or, too near to
+        // this one's surface to be told from it so far, of the other's in this one.
         let there_from_here = here_from_there.inverse();
-        let held = other.shells.iter().find_map(|corner| self.depth_of(&(here_from_there * corner)));
-        let holds = || self.shells.iter().find_map(|corner| other.depth_of(&(there_from_here * corner)));
-        match held.or_else(holds) {
-            Some(depth) => {
-                Contact::of_depth(self.overlap(other, here_from_there).map_or(depth, |most| most.max(depth)))
-            }
-            None => Contact::Apart,
-        }
+        let own = self.shells.iter().map(|corner| there_from_here * corner).find(|corner| other.holds(corner));
+        let held = || other.shells.iter().find(|corner| self.holds(&(here_from_there * *corner))).copied();
+        own.or_else(|| if balls_tried { held() } else { None })
     }
 
-    /// How far inside a point is, at least [m]; `None` for one that is not.
-    fn depth_of(&self, point: &Point3<f64>) -> Option<f64> {
-        let (away, signed) = self.lattice.bounds(point);
-        if signed < 0.0 {
-            return Some(-signed);
+    /// The centre of a ball inside the other body that reaches inside this one.
+    fn reached_by_balls(&self, other: &Self, view: &View) -> Option<Point3<f64>> {
+        other.inner_blocks.iter().find_map(|block| {
+            let found = self.points[1].look(self.level, view, block);
+            lanes(found.reaching).next().map(|lane| block.centre(lane))
+        })
+    }
+
+    /// Whether a piece of the other's surface touches this one's.
+    fn meets_leaf(&self, other: &Self, leaf: &Leaf, here_from_there: &IsometryMatrix3<f64>) -> bool {
+        // What lies outside of this ball is another leaf's.
+        let (centre, side) = (here_from_there * leaf.centre, Vector3::repeat(leaf.radius));
+        let piece = Bounds { low: centre - side, high: centre + side };
+        other.tree.triangles(leaf).chunks(AT_ONCE).any(|places| {
+            let mut moved = [([Point3::origin(); 3], piece); AT_ONCE];
+            let mut count = 0;
+            for place in places {
+                let triangle = other.triangles[*place as usize].map(|corner| here_from_there * corner);
+                let bounds = triangle::bounds(&triangle);
+                if bounds.meets(&piece) {
+                    moved[count] = (triangle, bounds.shared(&piece));
+                    count += 1;
+                }
+            }
+            count > 0
+                && self.boxes.any_near(&piece, |own| {
+                    let bounds = triangle::bounds(own);
+                    moved[..count].iter().any(|(triangle, part)| bounds.meets(part) && triangle::touch(own, triangle))
+                })
+        })
+    }
+
+    /// How far one of two bodies that meet near `there` (see [`Solid::meets`]) may be moved at least without the two ceasing
+    /// to overlap [m].
+    pub fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>) -> f64 {
+        let by_balls = self.overlap(other, here_from_there);
+        if by_balls > 0.0 { by_balls } else { self.depth_near(other, here_from_there, there) }
+    }
+
+    /// Whether a point is inside.
+    fn holds(&self, point: &Point3<f64>) -> bool {
+        let (centre, radius) = self.tree.ball;
+        if (point - centre).norm_squared() > radius * radius {
+            return false;
         }
-        if away > 0.0 {
-            return None;
+        let (away, signed) = self.lattice.bounds(point);
+        if signed < 0.0 || away > 0.0 {
+            return signed < 0.0;
         }
         // So near the surface that a point of the lattice must be in sight.
-        let distance = self.boxes.squared_distance(&self.triangles, point).sqrt();
-        let inside = self.lattice.is_inside(point, distance)
-            || self.lattice.inside_near(point).any(|seen| !self.boxes.crosses(&self.triangles, point, &seen));
-        inside.then_some(distance)
+        let distance = self.boxes.squared_distance(point).sqrt();
+        self.lattice.is_inside(point, distance)
+            || self.lattice.inside_near(point).any(|seen| !self.boxes.crosses(point, &seen))
     }
 
-    /// How far `other` may be moved at least without ceasing to overlap [m], by balls inside it; `None` when they prove
-    /// nothing.
-    fn overlap(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<f64> {
+    /// How far `other` may be moved at least without ceasing to overlap [m], by balls inside it; 0 when they prove nothing.
+    fn overlap(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> f64 {
         let depth = |(centre, radius): &(Point3<f64>, f64)| radius - self.lattice.bounds(&(here_from_there * centre)).1;
-        let deepest = other.inner.iter().map(depth).fold(0.0, f64::max);
-        (deepest > 0.0).then_some(deepest)
+        other.inner.iter().map(depth).fold(0.0, f64::max)
     }
 
     /// How far the bodies overlap near a point of `other`'s surface [m], a lower bound: a point inside both, as deep in the
@@ -186,63 +213,41 @@ impl Solid {
         by_other.max(by_self)
     }
 
-    /// How this body stands to a curved shape, whose link's frame is seen from this one's as `here_from_there`.
-    pub fn contact_with_curved(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>) -> Contact {
-        let (centre, radius) = other.ball();
-        let centre = here_from_there * centre;
-        let there_from_here = here_from_there.inverse();
-        let depth = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
-        if self.lattice.is_farther(&centre, radius) {
-            // Far from the surface: on one side or the other.
-            return if self.lattice.bounds(&centre).1 < 0.0 {
-                Contact::Overlap(depth(&centre))
-            } else {
-                Contact::Apart
-            };
-        }
-        let mut open = Stack::new();
-        while let Some(place) = open.pop() {
-            let node = &self.tree.nodes[place as usize];
-            if other.signed(&(there_from_here * node.centre)) > node.radius {
-                continue;
-            }
-            for child in node.children.clone() {
-                open.push(child);
-            }
-            if node.children.is_empty() {
-                let (point, _) = deepest(node.centre, depth);
-                let found = -self.signed_at_most(&point) - other.signed(&(there_from_here * point));
-                match Contact::of_depth(found) {
-                    Contact::Touch if !other.touches(&self.touch, &there_from_here) => break,
-                    contact => return contact,
+    /// Where this body and a curved shape, whose link's frame is seen from this one's as `here_from_there`, meet: as
+    /// [`Solid::meets`], but a point of this body's frame.
+    pub fn meets_curved(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
+        let axis = other.axis(here_from_there);
+        let mut open = Open::new(&self.tree);
+        let mut near = None;
+        while let (Some(place), None) = (open.pop(), near) {
+            let block = &self.tree.blocks[place as usize];
+            for lane in lanes(axis.near(self.level, block)) {
+                match block.below[lane] {
+                    Below::Block(below) => open.push(below),
+                    Below::Leaf(leaf) => near = Some(self.tree.leaves[leaf as usize].centre),
                 }
             }
         }
-        // Their surfaces are apart: of connected shapes one holds the other, or neither.
-        match self.depth_of(&centre) {
-            Some(depth) => Contact::of_depth(depth - other.signed(&(there_from_here * centre))),
-            None => Contact::Apart,
+        if near.is_some() && other.touches(&self.boxes, here_from_there) {
+            return near;
         }
+        // Their surfaces are apart: of connected shapes this one holds the other, or neither.
+        let centre = here_from_there * other.ball().0;
+        self.holds(&centre).then_some(centre)
+    }
+
+    /// How far this body and a curved shape that meet near `here` overlap: as [`Solid::depth`].
+    pub fn depth_with_curved(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>, here: &Point3<f64>) -> f64 {
+        let there_from_here = here_from_there.inverse();
+        let depth = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
+        let (point, _) = deepest(*here, depth);
+        -self.signed_at_most(&point) - other.signed(&(there_from_here * point))
     }
 
     /// Signed distance at a point, exact where the sides are known, else that to the outside [m].
     fn signed_at_most(&self, point: &Point3<f64>) -> f64 {
-        let distance = self.boxes.squared_distance(&self.triangles, point).sqrt();
+        let distance = self.boxes.squared_distance(point).sqrt();
         if self.lattice.bounds(point).1 < 0.0 || self.lattice.is_inside(point, distance) { -distance } else { distance }
-    }
-
-    /// Whether a triangle touches the surface inside a box (low, high).
-    fn meets(&self, moved: &Triangle, (low, high): &(Point3<f64>, Point3<f64>)) -> bool {
-        let (from, to) = triangle::bounds(moved);
-        let (low, high) = (from.sup(low), to.inf(high));
-        if (0..3).any(|axis| low[axis] > high[axis]) {
-            return false;
-        }
-        self.boxes.any_near(&low, &high, |place| {
-            let own = &self.triangles[place as usize];
-            let (from, to) = triangle::bounds(own);
-            (0..3).all(|axis| from[axis] <= high[axis] && to[axis] >= low[axis]) && triangle::touch(own, moved)
-        })
     }
 }
 

@@ -1,39 +1,61 @@
-//! Balls around pieces of a surface, coarse to fine.
+//! Balls around pieces of a surface, coarse to fine, sixteen at a time.
 
 use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use super::triangle::{Triangle, bounds_of, squared_distance};
+use super::{
+    parts::{Bounds, around, part_size, parted},
+    triangle::{self, Triangle, bounds_of, squared_distance},
+};
 
-/// Sides of the smallest pieces [m]: a share of the mesh's longest side between these, but never under [`DEEPEST`].
-const LEAF_SIDES: [f64; 2] = [0.005, 0.02];
-const LEAF_SHARE: f64 = 1.0 / 24.0;
-/// Least side of a piece as a share of the longest side: bounds the tree's depth, and with it what a search must remember.
+/// Sides of the pieces [m]: a share of the mesh's longest side between these, but never under [`DEEPEST`].
+const LEAF_SIDES: [f64; 2] = [0.003, 0.01];
+const LEAF_SHARE: f64 = 1.0 / 48.0;
+/// Least side of a piece as a share of the longest side: bounds the pieces, and with them what a search must remember.
 const DEEPEST: f64 = 1.0 / 256.0;
+/// Balls of a block: the lanes of a kernel.
+pub(super) const LANES: usize = 16;
+/// Blocks that a search has to remember at most. A mesh passes fewer than 16^5 cubes of a 256th, and every level of the
+/// tree leaves no more than fifteen to be looked at later.
+pub(super) const MOST_OPEN: usize = 5 * LANES;
 
-/// An octree over the cubes that the surface passes.
+/// A tree of blocks over the cubes that the surface passes.
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceTree {
-    pub nodes: Vec<Node>,
+    /// The first is the root; empty only of an empty surface.
+    pub blocks: Vec<Block>,
+    pub leaves: Vec<Leaf>,
+    /// Around everything: centre and radius [m].
+    pub ball: (Point3<f64>, f64),
     /// Triangles of the leaves.
     lists: Vec<u32>,
 }
 
-/// A ball that holds all of the surface inside one cube.
+/// Balls side by side. A lane without one has a radius far below 0.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
-    pub centre: Point3<f64>,
-    pub radius: f64,
-    /// The smaller balls inside; empty for a leaf.
-    pub children: Range<u32>,
-    triangles: Range<u32>,
+#[repr(align(64))]
+pub(super) struct Block {
+    pub centres: [[f32; LANES]; 3],
+    pub radii: [f32; LANES],
+    /// What each ball holds.
+    pub below: [Below; LANES],
+    pub count: usize,
 }
 
-#[derive(Clone, Copy)]
-struct MeshBox {
-    low: Point3<f64>,
-    high: Point3<f64>,
+/// What a ball holds: a block of smaller ones, or a piece of the surface; by place.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Below {
+    Block(u32),
+    Leaf(u32),
+}
+
+/// A ball that holds all of the surface inside one cube.
+#[derive(Clone, Debug)]
+pub(super) struct Leaf {
+    pub centre: Point3<f64>,
+    pub radius: f64,
+    triangles: Range<u32>,
 }
 
 #[derive(Clone, Copy)]
@@ -42,53 +64,119 @@ struct Cube {
     half: f64,
 }
 
+/// A cube with surface: what of it lies in the mesh's box, and the triangles that reach into it.
+struct Piece {
+    bounds: Bounds,
+    triangles: Vec<u32>,
+}
+
 impl SurfaceTree {
     pub fn new(triangles: &[Triangle]) -> Self {
-        let (low, high) = bounds_of(triangles);
-        let longest = (high - low).amax();
-        let half = 0.5 * longest + 1e-6;
+        let bounds = bounds_of(triangles);
+        let longest = (bounds.high - bounds.low).amax();
         let leaf = (longest * LEAF_SHARE).clamp(LEAF_SIDES[0], LEAF_SIDES[1]).max(longest * DEEPEST);
-        let mut tree = Self { nodes: Vec::new(), lists: Vec::new() };
-        let centre = nalgebra::center(&low, &high);
-        tree.nodes.push(Node { centre, radius: 0.5 * (high - low).norm() + 1e-6, children: 0..0, triangles: 0..0 });
+        let (centre, radius) = bounds.ball();
+        let cube = Cube { centre, half: 0.5 * longest + 1e-6 };
         let all: Vec<u32> = (0..triangles.len() as u32).collect();
-        tree.split(triangles, 0, MeshBox { low, high }, Cube { centre, half }, &all, 0.5 * leaf);
+        let mut pieces = Vec::new();
+        cut(triangles, bounds, cube, &all, 0.5 * leaf, &mut pieces);
+        let mut tree =
+            Self { blocks: Vec::new(), leaves: Vec::new(), ball: (centre, radius + 1e-6), lists: Vec::new() };
+        if !pieces.is_empty() {
+            tree.hang(&mut pieces);
+        }
         tree
     }
 
-    /// Splits the cube of a node; of each part only what lies in the mesh's box (low, high) counts.
-    fn split(&mut self, triangles: &[Triangle], node: usize, mesh_box: MeshBox, cube: Cube, near: &[u32], leaf: f64) {
-        if cube.half <= leaf {
-            let first = self.lists.len() as u32;
-            self.lists.extend_from_slice(near);
-            self.nodes[node].triangles = first..self.lists.len() as u32;
-            return;
+    /// Makes a block over pieces, with all that hangs below; its place.
+    fn hang(&mut self, pieces: &mut [Piece]) -> u32 {
+        let place = self.blocks.len();
+        self.blocks.push(Block::empty());
+        let bounds_of = |piece: &Piece| piece.bounds;
+        let size = part_size(pieces.len(), LANES);
+        for (lane, pieces) in parted(pieces, size, &bounds_of).into_iter().enumerate() {
+            let bounds = around(pieces, &bounds_of);
+            let (centre, half_diagonal) = bounds.ball();
+            let reaches = pieces.iter().map(|piece| {
+                let (other, radius) = piece.bounds.ball();
+                (other - centre).norm() + radius
+            });
+            let radius = reaches.fold(0.0, f64::max).min(half_diagonal);
+            let below = match pieces {
+                [piece] => Below::Leaf(self.leaf(piece, centre, radius)),
+                _ => Below::Block(self.hang(pieces)),
+            };
+            self.blocks[place].put(lane, &centre, radius, below);
         }
-        let half = 0.5 * cube.half;
-        let mut parts = Vec::new();
-        for octant in 0..8u8 {
-            let side = |axis: u8| if octant >> axis & 1 == 0 { -half } else { half };
-            let part = Cube { centre: cube.centre + Vector3::new(side(0), side(1), side(2)), half };
-            let low = mesh_box.low.sup(&(part.centre - Vector3::repeat(half)));
-            let high = mesh_box.high.inf(&(part.centre + Vector3::repeat(half)));
-            let (centre, radius) = (nalgebra::center(&low, &high), 0.5 * (high - low).norm() + 1e-9);
-            let squared = radius * radius;
-            let inside = |place: &&u32| squared_distance(&centre, &triangles[**place as usize]) <= squared;
-            let near: Vec<u32> = near.iter().filter(inside).copied().collect();
-            if (0..3).all(|axis| low[axis] <= high[axis]) && !near.is_empty() {
-                parts.push((part, Node { centre, radius, children: 0..0, triangles: 0..0 }, near));
-            }
-        }
-        let first = self.nodes.len();
-        self.nodes[node].children = first as u32..(first + parts.len()) as u32;
-        self.nodes.extend(parts.iter().map(|(_, node, _)| node.clone()));
-        for (child, (part, _, near)) in (first..).zip(parts) {
-            self.split(triangles, child, mesh_box, part, &near, leaf);
-        }
+        place as u32
+    }
+
+    fn leaf(&mut self, piece: &Piece, centre: Point3<f64>, radius: f64) -> u32 {
+        let first = self.lists.len() as u32;
+        self.lists.extend_from_slice(&piece.triangles);
+        self.leaves.push(Leaf { centre, radius, triangles: first..self.lists.len() as u32 });
+        self.leaves.len() as u32 - 1
     }
 
     /// The triangles that reach into a leaf.
-    pub fn triangles(&self, node: &Node) -> &[u32] {
-        &self.lists[node.triangles.start as usize..node.triangles.end as usize]
+    pub fn triangles(&self, leaf: &Leaf) -> &[u32] {
+        &self.lists[leaf.triangles.start as usize..leaf.triangles.end as usize]
+    }
+}
+
+impl Block {
+    fn empty() -> Self {
+        Self { centres: [[0.0; LANES]; 3], radii: [-1e30; LANES], below: [Below::Leaf(0); LANES], count: 0 }
+    }
+
+    /// Of balls alone, sixteen a block.
+    pub fn of_balls(balls: &[(Point3<f64>, f64)]) -> Vec<Self> {
+        let block = |balls: &[(Point3<f64>, f64)]| {
+            let mut block = Self::empty();
+            let all = balls.iter().enumerate();
+            all.for_each(|(lane, (centre, radius))| block.put(lane, centre, *radius, Below::Leaf(0)));
+            block
+        };
+        balls.chunks(LANES).map(block).collect()
+    }
+
+    fn put(&mut self, lane: usize, centre: &Point3<f64>, radius: f64, below: Below) {
+        (0..3).for_each(|axis| self.centres[axis][lane] = centre[axis] as f32);
+        self.radii[lane] = radius as f32;
+        self.below[lane] = below;
+        self.count = lane + 1;
+    }
+
+    /// A ball's centre, rounded [m].
+    pub fn centre(&self, lane: usize) -> Point3<f64> {
+        Point3::from([0, 1, 2].map(|axis| f64::from(self.centres[axis][lane])))
+    }
+}
+
+/// Cuts a cube into the pieces of the surface that it holds; only what lies in the mesh's box counts.
+fn cut(triangles: &[Triangle], mesh: Bounds, cube: Cube, near: &[u32], leaf: f64, pieces: &mut Vec<Piece>) {
+    let half = 0.5 * cube.half;
+    for octant in 0..8u8 {
+        let side = |axis: u8| if octant >> axis & 1 == 0 { -half } else { half };
+        let part = Cube { centre: cube.centre + Vector3::new(side(0), side(1), side(2)), half };
+        let whole = Bounds { low: part.centre - Vector3::repeat(half), high: part.centre + Vector3::repeat(half) };
+        if !mesh.meets(&whole) {
+            continue;
+        }
+        let bounds = mesh.shared(&whole);
+        let (centre, radius) = bounds.ball();
+        let inside = |place: &&u32| {
+            let triangle = &triangles[**place as usize];
+            triangle::bounds(triangle).meets(&whole) && squared_distance(&centre, triangle) <= radius * radius
+        };
+        let near: Vec<u32> = near.iter().filter(inside).copied().collect();
+        if near.is_empty() {
+            continue;
+        }
+        if half <= leaf {
+            pieces.push(Piece { bounds, triangles: near });
+        } else {
+            cut(triangles, mesh, part, &near, leaf, pieces);
+        }
     }
 }

@@ -2,6 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::parts::Bounds;
+
 /// Three corners [m].
 pub(super) type Triangle = [Point3<f64>; 3];
 
@@ -38,16 +40,15 @@ pub(super) fn squared_distance(point: &Point3<f64>, [a, b, c]: &Triangle) -> f64
     (ap - ab * (vb * scale) - ac * (vc * scale)).norm_squared()
 }
 
-/// Least and greatest coordinates.
-pub(super) fn bounds([a, b, c]: &Triangle) -> (Point3<f64>, Point3<f64>) {
-    (a.inf(b).inf(c), a.sup(b).sup(c))
+/// The box of a triangle.
+pub(super) fn bounds([a, b, c]: &Triangle) -> Bounds {
+    Bounds { low: a.inf(b).inf(c), high: a.sup(b).sup(c) }
 }
 
-/// Least and greatest coordinates of many.
-pub(super) fn bounds_of<'a>(triangles: impl IntoIterator<Item = &'a Triangle>) -> (Point3<f64>, Point3<f64>) {
-    let nothing = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
-    let corners = triangles.into_iter().flatten();
-    corners.fold(nothing, |(low, high), corner| (low.inf(corner), high.sup(corner)))
+/// The box of many.
+pub(super) fn bounds_of<'a>(triangles: impl IntoIterator<Item = &'a Triangle>) -> Bounds {
+    let nothing = Bounds { low: Point3::from([f64::INFINITY; 3]), high: Point3::from([f64::NEG_INFINITY; 3]) };
+    triangles.into_iter().map(bounds).fold(nothing, Bounds::with)
 }
 
 /// Whether a triangle has an area that rounding does not drown.

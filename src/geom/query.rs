@@ -5,7 +5,7 @@ use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 use parry3d_f64::{
     math::{Matrix, Pose as ParryPose, Rotation, Vector},
     query::{PointQuery, Ray, RayCast, intersection_test},
-    shape::{Ball, Capsule, Cuboid, Cylinder, Shape as ParryShape, TriMesh as ParryMesh},
+    shape::{Ball, Capsule, Cuboid, Cylinder, Shape as ParryShape, TriMesh as ParryMesh, Triangle},
 };
 
 use super::{Shape, TriMesh};
@@ -120,6 +120,13 @@ impl TouchShape {
             if swap { [(other, other_place), (self, place)] } else { [(self, place), (other, other_place)] };
         let (first_place, second_place) = (first.placed(first_place), second.placed(second_place));
         intersection_test(&first_place, &*first.shape, &second_place, &*second.shape)
+            .is_ok_and(|found| found.intersecting)
+    }
+
+    /// Whether a solid, placed in the world, and a triangle [m] share a point.
+    pub fn touches_triangle(&self, place: &IsometryMatrix3<f64>, corners: &[Point3<f64>; 3]) -> bool {
+        let [a, b, c] = corners.map(|corner| to_glam(&corner.coords));
+        intersection_test(&self.placed(place), &*self.shape, &ParryPose::IDENTITY, &Triangle::new(a, b, c))
             .is_ok_and(|found| found.intersecting)
     }
 

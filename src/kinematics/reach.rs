@@ -210,7 +210,7 @@ impl SelfMotion {
             [0.070_737_2, -0.997_495],
         ];
         let flat = self.flat(wrist);
-        let radius = flat.x.hypot(flat.y);
+        let radius = flat.xy().norm();
         if radius < 1e-9 {
             return None;
         }
@@ -269,7 +269,7 @@ impl SelfMotion {
             }
         };
         let flat = self.flat(wrist);
-        let radius = flat.x.hypot(flat.y);
+        let radius = flat.xy().norm();
         let middle = libm::atan2(flat.y, flat.x);
         // Where the wrist's centre has this coordinate along the arm's plane.
         let along = |value: f64, put: &mut dyn FnMut(f64)| {
@@ -348,7 +348,7 @@ fn range_of_sinusoid(value: impl Fn(f64) -> f64, limits: Option<JointLimits>) ->
     let (start, quarter_on, half_on) = (value(0.0), value(quarter), value(2.0 * quarter));
     let (middle, b) = (0.5 * (start + half_on), 0.5 * (start - half_on));
     let c = quarter_on - middle;
-    let (top, swing) = (libm::atan2(c, b), b.hypot(c));
+    let (top, swing) = (libm::atan2(c, b), libm::hypot(b, c));
     let Some(JointLimits { low, high }) = limits else { return [middle - swing, middle + swing] };
     let holds = |angle: f64| angle + TURN * ((low - angle) / TURN).ceil() <= high;
     let (at_low, at_high) = (value(low), value(high));

@@ -97,7 +97,7 @@ impl SixJointArm {
         let along = one.along * one.along.dot(&to);
         let level = two.along.dot(&(self.wrist - one.through)) - two.along.dot(&along);
         let (a, b) = (two.along.dot(&(to - along)), -two.along.dot(&one.along.cross(&to)));
-        let swing = a.hypot(b);
+        let swing = libm::hypot(a, b);
         if swing < 1e-12 || level.abs() > swing * (1.0 + 1e-14) {
             return [None, None];
         }

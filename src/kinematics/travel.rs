@@ -155,7 +155,7 @@ impl SelfMotion {
             motion: self,
             q: *q,
             flat,
-            radius: flat.x.hypot(flat.y),
+            radius: flat.xy().norm(),
             middle: libm::atan2(flat.y, flat.x),
             elbow_out: self.offset + self.upper * self.lift_direction(q[1])[0],
             bend: upper_arm.cross(&forearm).norm(),
@@ -181,7 +181,7 @@ impl SelfMotion {
         let square = |value: f64| value * value;
         let constant = square(self.upper) - square(self.fore) + square(wrist.x) + square(wrist.y) + square(up)
             - square(self.offset);
-        let cosine = |along: f64| (constant - 2.0 * self.offset * along) / (2.0 * self.upper * along.hypot(up));
+        let cosine = |along: f64| (constant - 2.0 * self.offset * along) / (2.0 * self.upper * libm::hypot(along, up));
         let beside = |along: f64| libm::acos(cosine(along).clamp(-1.0, 1.0));
         let (mut narrow, mut wide) = (beside(least).min(beside(most)), beside(least).max(beside(most)));
         let turning = -2.0 * self.offset * square(up) / constant;
@@ -196,7 +196,7 @@ impl SelfMotion {
         for side in [1.0, -1.0] {
             let angle = to_wrist(now) + side * beside(now);
             let (sin, cos) = libm::sincos(angle);
-            if (sin - high).hypot(cos - out) < 1e-5 {
+            if libm::hypot(sin - high, cos - out) < 1e-5 {
                 let (least, most) = if side > 0.0 { (from + narrow, to + wide) } else { (from - wide, to - narrow) };
                 // With both sides alike, the arm may go on on either.
                 let reach = (most - angle).max(angle - least);

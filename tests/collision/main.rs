@@ -135,7 +135,8 @@ fn what_lies_wholly_inside_is_found() {
             }
             let checker = CollisionChecker::new(&Bodies { bodies, pairs: vec![[0, 1]] }).expect("shapes");
             let links = [at([0.0; 3], still), at([0.0; 3], still)];
-            let Verdict::Collides { depth, .. } = checker.check([0], &links) else { panic!("{shape:?} at {place:?}") };
+            let Verdict::Collides(hit) = checker.check([0], &links) else { panic!("{shape:?} at {place:?}") };
+            let depth = checker.depth(&hit, &links);
             let out = (0..3).map(|axis| walls[axis] - place[axis].abs()).fold(f64::INFINITY, f64::min) + reach;
             assert!(depth <= out, "{shape:?} at {place:?}: {depth}");
             let beside = [at([0.0; 3], still), at([0.0, 0.0, 1.0], still)];
@@ -168,7 +169,7 @@ fn pairs_touch_where_parry_says() {
             // All pairs at once: the first that touches.
             match robot.checker.check(0..robot.bodies.pairs.len(), &links) {
                 Verdict::Free => assert_eq!(first, None),
-                Verdict::Collides { pair, .. } => assert_eq!(first, Some(pair)),
+                Verdict::Collides(hit) => assert_eq!(first, Some(hit.pair)),
             }
             free += u32::from(first.is_none());
         }
@@ -191,7 +192,8 @@ fn bodies_overlap_by_the_depth_at_least() {
             let q = robot.configuration();
             let links = robot.links(&q);
             for pair in 0..robot.bodies.pairs.len() {
-                let Verdict::Collides { depth, .. } = robot.checker.check([pair], &links) else { continue };
+                let Verdict::Collides(hit) = robot.checker.check([pair], &links) else { continue };
+                let depth = robot.checker.depth(&hit, &links);
                 if depth == 0.0 {
                     touches += 1;
                     continue;

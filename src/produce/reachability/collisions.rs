@@ -58,8 +58,8 @@ impl Collisions {
         let first = last.0;
         let others = self.of_the_arm.iter().copied().filter(|pair| Some(*pair) != first);
         let verdict = self.checker.check(first.into_iter().chain(others), links);
-        if let Verdict::Collides { pair, .. } = verdict {
-            last.0 = Some(pair);
+        if let Verdict::Collides(hit) = verdict {
+            last.0 = Some(hit.pair);
         }
         verdict
     }
@@ -74,11 +74,10 @@ impl Collisions {
 
     /// All pairs but one that overlap, and by how much [m].
     pub fn overlaps(&self, links: &[IsometryMatrix3<f64>], but: usize) -> impl Iterator<Item = (usize, f64)> {
-        self.of_the_arm.iter().copied().filter(move |pair| *pair != but).filter_map(|pair| {
-            match self.checker.check([pair], links) {
-                Verdict::Collides { depth, .. } if depth > 0.0 => Some((pair, depth)),
-                _ => None,
-            }
+        let others = self.of_the_arm.iter().filter(move |pair| **pair != but);
+        others.filter_map(|pair| match self.checker.check([*pair], links) {
+            Verdict::Collides(hit) => Some((*pair, self.checker.depth(&hit, links))),
+            Verdict::Free => None,
         })
     }
 }

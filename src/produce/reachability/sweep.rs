@@ -127,7 +127,8 @@ impl RedundantArm {
                 continue;
             };
             let links = collisions.links(&q);
-            let Verdict::Collides { pair, depth } = collisions.check(&links, last) else { return reachable(q) };
+            let Verdict::Collides(hit) = collisions.check(&links, last) else { return reachable(q) };
+            let (pair, depth) = (hit.pair, collisions.checker().depth(&hit, &links));
             let stance = self.motion.stance(wrist, &q);
             let mut half = self.ruled_out(&stance, &piece, pair, depth, collisions);
             let whole = 0.5 * (high - low);

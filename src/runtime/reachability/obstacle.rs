@@ -50,7 +50,7 @@ impl EndEffectorVolume {
     pub fn with_capsule(mut self, ends: [Point3<f64>; 2], radius: f64) -> Self {
         let along = ends[1] - ends[0];
         let pieces = (along.norm() / (0.5 * radius)).ceil().max(1.0);
-        let radius = (0.5 * along.norm() / pieces).hypot(radius);
+        let radius = libm::hypot(0.5 * along.norm() / pieces, radius);
         for piece in 0..=pieces as usize {
             self.balls.push(Ball { centre: ends[0] + along * (piece as f64 / pieces), radius });
         }
