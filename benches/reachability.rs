@@ -17,8 +17,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use graspmill::{
     collision::{Bodies, CollisionChecker},
     geom::{
-        Axis, AxisUnit, FieldLookup, FieldMetric, METRES_PER_RADIAN, OccupancyGrid, Pose, PoseGrid, PoseLabel,
-        SimdLevel, rotation_from_rpy, signed_distance_standard, signed_distance_thesis,
+        Axis, AxisGrid, AxisUnit, EndEffector, FieldLookup, FieldMetric, HealPix, METRES_PER_RADIAN, OccupancyGrid,
+        Pose, PoseGrid, PoseLabel, SimdLevel, World, rotation_from_rpy, signed_distance_standard,
+        signed_distance_thesis,
     },
     job::Solver,
     kinematics::PlanningGroup,
@@ -35,7 +36,7 @@ mod fetch;
 use fetch::ARM;
 
 /// The Fetch's grid, or one with so many steps in each of its own; roll keeps its two.
-fn grid(split: usize) -> PoseGrid {
+fn grid(split: usize) -> AxisGrid {
     let (names, count) = (["x", "y", "z", "roll", "pitch", "yaw"], [12, 22, 20, 2, 8, 8]);
     let axis = |k: usize| {
         let count = if k == 3 { count[k] } else { split * count[k] };
@@ -46,11 +47,11 @@ fn grid(split: usize) -> PoseGrid {
         };
         Axis { name: names[k], unit, first, step, count, periodic: k > 2 }
     };
-    PoseGrid::new(std::array::from_fn(axis)).expect("a sound grid")
+    AxisGrid::new(std::array::from_fn(axis)).expect("a sound grid")
 }
 
 /// About a quarter of the cells, as balls of some steps.
-fn labels(grid: &PoseGrid, radius: f64) -> Vec<bool> {
+fn labels(grid: &AxisGrid, radius: f64) -> Vec<bool> {
     let mut draw = Stream::of_job(1, b"", "labels");
     let centres: Vec<[usize; 6]> = (0..8).map(|_| grid.coordinates(draw.below(grid.cells() as u64) as usize)).collect();
     let near = |cell: [usize; 6], centre: &[usize; 6]| {
@@ -60,8 +61,22 @@ fn labels(grid: &PoseGrid, radius: f64) -> Vec<bool> {
     (0..grid.cells()).map(|cell| centres.iter().any(|centre| near(grid.coordinates(cell), centre))).collect()
 }
 
+/// The grid of jobs/fetch-reachability-sphere.toml, and about a quarter of its cells: those in a ball, not from behind.
+fn on_sphere() -> (PoseGrid, Vec<bool>) {
+    let axes = *grid(1).axes();
+    let places = *axes.first_chunk().expect("six axes");
+    let grid = PoseGrid::on_sphere(places, HealPix::new(2).expect("a resolution"), 8).expect("a sound grid");
+    let inside = |cell: usize| {
+        let pose = Pose::<World, EndEffector>::from_xyz_rpy(grid.pose(cell));
+        let away = (pose.translation() - nalgebra::Vector3::new(0.5, 0.0, 0.8)).norm();
+        away < 0.9 && pose.rotation().matrix()[(0, 0)] > -0.3
+    };
+    let inside = (0..grid.cells()).map(inside).collect();
+    (grid, inside)
+}
+
 /// Poses all over the box of the grid.
-fn random_poses(grid: &PoseGrid, count: usize) -> Vec<[f64; 6]> {
+fn random_poses(grid: &AxisGrid, count: usize) -> Vec<[f64; 6]> {
     let mut draw = Stream::of_job(2, b"", "poses");
     let coordinate = |axis: &Axis, unit: f64| {
         let cells = if axis.periodic { axis.count } else { axis.count - 1 };
@@ -82,7 +97,7 @@ fn queries(criterion: &mut Criterion) {
         .collect();
     let mut group = criterion.benchmark_group("field/query");
     group.throughput(Throughput::Elements(100_000)).measurement_time(Duration::from_secs(3)).sample_size(30);
-    let lookup = FieldLookup::new(&grid, FieldMetric::Metres { rho: METRES_PER_RADIAN });
+    let lookup = FieldLookup::new(&grid.into(), FieldMetric::Metres { rho: METRES_PER_RADIAN });
     let mut bench = |name: &str, lookup: &FieldLookup, poses: &[[f64; 6]]| {
         group.bench_function(name, |bench| {
             bench.iter(|| {
@@ -98,6 +113,19 @@ fn queries(criterion: &mut Criterion) {
     for level in SimdLevel::available() {
         bench(&format!("random_{level}"), &lookup.clone().with_simd(level), &random);
     }
+    let (grid, inside) = on_sphere();
+    let metric = FieldMetric::Metres { rho: METRES_PER_RADIAN };
+    let (field, lookup) = (metric.signed_distance(&inside, &grid), FieldLookup::new(&grid, metric));
+    group.bench_function("random_of_directions", |bench| {
+        bench.iter(|| {
+            random.iter().for_each(|pose| {
+                black_box(lookup.value_and_gradient(&field, black_box(pose)));
+            });
+        });
+    });
+    group.bench_function("nearest_of_directions", |bench| {
+        bench.iter(|| random.iter().map(|pose| grid.nearest(*black_box(pose))).sum::<usize>());
+    });
     group.finish();
 }
 
@@ -111,6 +139,11 @@ fn fields(criterion: &mut Criterion) {
             bench.iter(|| black_box(signed_distance_standard(black_box(&labels), &grid, METRES_PER_RADIAN)));
         });
     }
+    let (directed, inside) = on_sphere();
+    let metric = FieldMetric::Metres { rho: METRES_PER_RADIAN };
+    group.bench_function("fetch_directions", |bench| {
+        bench.iter(|| black_box(metric.signed_distance(black_box(&inside), &directed)));
+    });
     group.finish();
     let mut group = criterion.benchmark_group("field/thesis");
     group.sample_size(10);
@@ -127,6 +160,7 @@ fn map_and_hand() -> (ReachabilityMap, EndEffectorVolume) {
     let label = |inside: &bool| if *inside { PoseLabel::Reachable } else { PoseLabel::NoSolution };
     let labels = inside.iter().map(label).collect();
     let robot = RobotFacts::default();
+    let grid = grid.into();
     let map = ReachabilityMap::new(ReachabilityParts { grid, metric, labels, distances, witnesses: None, robot })
         .expect("parts that fit");
     let palm = Pose::from_xyz_rpy([0.07, 0.0, 0.0, 0.0, 0.0, 0.0]);

@@ -6,7 +6,7 @@ use std::{
 };
 
 use graspmill::{
-    geom::{Axis, AxisUnit, METRES_PER_RADIAN, PoseGrid, signed_distance_standard, signed_distance_thesis},
+    geom::{Axis, AxisGrid, AxisUnit, HealPix, METRES_PER_RADIAN, signed_distance_standard, signed_distance_thesis},
     seed::Stream,
 };
 use python::PYTHON;
@@ -17,28 +17,28 @@ mod python;
 const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 
 /// Steps of 0.1 m; angles are one turn where `periodic` says so, else a quarter.
-fn grid(count: [usize; 6], periodic: [bool; 3]) -> PoseGrid {
+fn grid(count: [usize; 6], periodic: [bool; 3]) -> AxisGrid {
     let axis = |k: usize| {
         let (unit, periodic) = if k < 3 { (AxisUnit::Metre, false) } else { (AxisUnit::Radian, periodic[k - 3]) };
         let turn = if periodic { TAU } else { TAU / 4.0 };
         let (first, step) = if k < 3 { (0.0, 0.1) } else { (-PI, turn / count[k] as f64) };
         Axis { name: NAMES[k], unit, first, step, count: count[k], periodic }
     };
-    PoseGrid::new(std::array::from_fn(axis)).unwrap()
+    AxisGrid::new(std::array::from_fn(axis)).unwrap()
 }
 
 /// Steps in the metric of the standard profile [m].
-fn steps(grid: &PoseGrid) -> [f64; 6] {
+fn steps(grid: &AxisGrid) -> [f64; 6] {
     grid.axes().map(|axis| axis.step * if axis.unit == AxisUnit::Radian { METRES_PER_RADIAN } else { 1.0 })
 }
 
 struct Case {
-    grid: PoseGrid,
+    grid: AxisGrid,
     inside: Vec<bool>,
 }
 
 /// The same share of cells inside, cell by cell or as balls.
-fn cases(grids: &[PoseGrid], shares: &[f64]) -> Vec<Case> {
+fn cases(grids: &[AxisGrid], shares: &[f64]) -> Vec<Case> {
     let mut draw = Stream::of_job(1, b"", "labels");
     let mut cases = Vec::new();
     for grid in grids {
@@ -102,6 +102,31 @@ fn the_standard_distance_is_within_half_a_cell_of_scipy_centres() {
         }
     }
     println!("{} cases; at least {least_slack:.4} m nearer than the centres", cases.len());
+}
+
+/// No direction is farther from the pixel centres than the farthest vertex of their Voronoi cells.
+#[test]
+fn directions_cover_the_sphere_as_their_voronoi_vertices_say() {
+    let script = r#"
+import sys, numpy as np
+from scipy.spatial import SphericalVoronoi
+for line in sys.argv[1:]:
+    points = np.array(line.split(), float).reshape(-1, 3)
+    vertices = SphericalVoronoi(points, threshold=1e-9).vertices
+    print(np.arccos(np.clip(vertices @ points.T, -1, 1).max(1).min()))
+"#;
+    let healpixes: Vec<HealPix> = (1..=HealPix::MAX_NSIDE.min(10)).filter_map(HealPix::new).collect();
+    let text = |healpix: &HealPix| {
+        let numbers = healpix.directions().into_iter().flat_map(|direction| [direction.x, direction.y, direction.z]);
+        numbers.map(|number| number.to_string()).collect::<Vec<_>>().join(" ")
+    };
+    let lines: Vec<String> = healpixes.iter().map(text).collect();
+    let answer = python::run(PYTHON, |command| command.args(["-c", script]).args(&lines));
+    for (healpix, radius) in healpixes.iter().zip(answer.lines()) {
+        let radius: f64 = radius.parse().expect("a number");
+        assert!((healpix.covering_radius() - radius).abs() < 1e-6, "{healpix:?}: {radius}");
+    }
+    assert_eq!(answer.lines().count(), healpixes.len());
 }
 
 /// scikit-fmm comes as source only, so it stands with the peers of the benchmarks.

@@ -31,6 +31,9 @@ struct EstimateJson {
     threads: usize,
     pilot: PilotRate,
     refused_meshes: usize,
+    /// Of reachability: the most by which any rotation differs from the nearest orientation of the grid [rad].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    covering_radius: Option<f64>,
 }
 
 /// Says what a job would make and how long it would take here, from a pilot of a thousand samples.
@@ -55,24 +58,26 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
             threads: crew.threads,
             pilot: rate,
             refused_meshes: job.refused().len(),
+            covering_radius: job.reachability().map(|work| work.poses.covering().radius),
         })?;
     } else {
         let Estimate { objects, views, samples, shards, bytes, seconds } = estimate;
-        let (what, refused) = match &job.work {
+        let (what, more) = match &job.work {
             Work::Completion(_) => (
                 format!("{objects} objects x {views} views = {samples} samples"),
                 format!("{} meshes refused\n", job.refused().len()),
             ),
             Work::Reachability(work) => {
                 let (poses, orientations) = (work.poses.cells(), work.orientations());
-                (format!("{views} positions x {orientations} orientations = {poses} poses"), String::new())
+                let what = format!("{views} positions x {orientations} orientations = {poses} poses");
+                (what, format!("{}\n", work.poses.covering()))
             }
         };
         printer.result(&format!(
             "{what} in {shards} shards\n\
              about {:.1} MB on disk\n\
              about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample, {:.1} ms {}, over {} samples)\n\
-             {refused}job {}",
+             {more}job {}",
             bytes / 1e6,
             duration_text(std::time::Duration::from_secs_f64(seconds)),
             crew.threads,

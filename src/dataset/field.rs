@@ -21,7 +21,7 @@ use super::{
     shard_file::{MESSAGE_HEADER, MOST_CHUNK_BYTES, ShardFile, invalid, read_at, read_summary, records, unpack},
 };
 use crate::{
-    geom::PoseLabel,
+    geom::{PoseGrid, PoseLabel},
     ids::{Digest, JobDigest, Product},
     record::{self, FORMAT_VERSION, FieldHeader, ReachabilityBlock, ReachabilityField},
 };
@@ -55,14 +55,19 @@ pub(super) fn write_field(
         return Err(DatasetError::Invalid { path: folder.join(FIELD), problem, remedy: "take larger steps" });
     }
     let mut buffer = BufWriter::new(&file);
-    write_mcap(&mut buffer, job, &payload).map_err(DatasetError::mcap("writing", temporary.path()))?;
+    write_mcap(&mut buffer, job, header, &payload).map_err(DatasetError::mcap("writing", temporary.path()))?;
     buffer.flush().map_err(DatasetError::io("writing", temporary.path()))?;
     drop(buffer);
     temporary.publish(&file, folder, FIELD)?;
     Ok(digest)
 }
 
-fn write_mcap(file: &mut BufWriter<&File>, job: &JobDigest, payload: &[u8]) -> mcap::McapResult<()> {
+fn write_mcap(
+    file: &mut BufWriter<&File>,
+    job: &JobDigest,
+    header: &FieldHeader,
+    payload: &[u8],
+) -> mcap::McapResult<()> {
     let mut writer = WriteOptions::new()
         .compression(Some(Compression::Zstd))
         .compression_level(ZSTD_LEVEL)
@@ -71,14 +76,18 @@ fn write_mcap(file: &mut BufWriter<&File>, job: &JobDigest, payload: &[u8]) -> m
         .library(LIBRARY)
         .profile("graspmill")
         .create(file)?;
-    let facts = [
+    let mut facts = vec![
         ("format_version", FORMAT_VERSION.to_string()),
         ("product", Product::Reachability.to_string()),
         ("job", job.to_string()),
     ];
+    if let PoseGrid::Sphere(grid) = &header.grid {
+        facts.push(("directions", format!("healpix {}", grid.directions().nside())));
+        facts.push(("covering_radius", format!("{} rad", grid.covering_radius())));
+    }
     writer.write_metadata(&mcap::records::Metadata {
         name: "graspmill".to_owned(),
-        metadata: facts.map(|(key, value)| (key.to_owned(), value)).into(),
+        metadata: facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect(),
     })?;
     let descriptors = record::descriptors(Product::Reachability);
     let schema = writer.add_schema(ReachabilityField::SCHEMA, "protobuf", descriptors)?;

@@ -51,7 +51,7 @@ fn write_messages(file: impl std::io::Write + Seek, field: &ReachabilityField) -
 
 /// Every how manyth position along each axis, for at most so many.
 fn positions(grid: &PoseGrid, fits: impl Fn([usize; 3]) -> bool) -> impl Iterator<Item = [usize; 3]> {
-    let [nx, ny, nz, ..] = grid.shape();
+    let [nx, ny, nz] = grid.place_counts();
     let counts = |stride: usize| [nx, ny, nz].map(|count| count.div_ceil(stride));
     let stride = (1..=nx.max(ny).max(nz)).find(|stride| fits(counts(*stride))).unwrap_or(1);
     let along = move |count: usize| (0..count).step_by(stride);
@@ -59,11 +59,10 @@ fn positions(grid: &PoseGrid, fits: impl Fn([usize; 3]) -> bool) -> impl Iterato
 }
 
 /// The labels of a position, and where it is [m].
-fn labels_at(field: &ReachabilityField, [x, y, z]: [usize; 3]) -> (&[PoseLabel], Vector3<f64>) {
+fn labels_at(field: &ReachabilityField, place: [usize; 3]) -> (&[PoseLabel], Vector3<f64>) {
     let grid = &field.header.grid;
-    let first = grid.index([x, y, z, 0, 0, 0]);
-    let [x, y, z, ..] = grid.pose(first);
-    (&field.labels[first..first + grid.strides()[2]], Vector3::new(x, y, z))
+    let position = PoseGrid::position(grid.place_counts(), place);
+    (&field.labels[grid.cells_at(place)], grid.centre(position))
 }
 
 fn cloud(field: &ReachabilityField) -> PointCloud {
@@ -113,7 +112,7 @@ fn arrows(field: &ReachabilityField) -> SceneUpdate {
         positions(grid, |counts| counts.iter().all(|count| *count <= MOST_WITH_ARROWS)).collect();
     // Arrows of neighbours do not touch: they are a third of the way long.
     let apart = wanted.first().zip(wanted.get(1)).map_or(1, |(a, b)| b[2].abs_diff(a[2]).max(1));
-    let length = 0.36 * apart as f64 * grid.axes()[..3].iter().map(|axis| axis.step).fold(f64::INFINITY, f64::min);
+    let length = 0.36 * apart as f64 * grid.places().iter().map(|axis| axis.step).fold(f64::INFINITY, f64::min);
     let mut arrows = Vec::new();
     for place in wanted {
         let (labels, at) = labels_at(field, place);

@@ -29,6 +29,12 @@ pub enum ExportError {
     /// A map is written as a whole.
     #[error("graspit writes the whole grid of poses; leave out split, object and limit")]
     WholeGrid,
+    /// A map over directions in files that know six axes only.
+    #[error(
+        "graspit's files hold six axes, and this map has directions in place of pitch and yaw; export a map whose job gives \
+         `roll`, `pitch` and `yaw`, or read field.mcap"
+    )]
+    Directions,
     /// The output folder holds something.
     #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", path.display())]
     OutputExists {

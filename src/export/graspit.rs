@@ -5,9 +5,8 @@ use std::{io::Write, path::Path};
 use super::{ExportError, ExportSelection, ExportSummary, Format, target::Target};
 use crate::{
     dataset::{DatasetReader, read_field},
-    geom::{Axis, PoseLabel},
+    geom::{Axis, AxisGrid, PoseGrid, PoseLabel},
     ids::Product,
-    record::ReachabilityField,
 };
 
 /// Writes `reach_data.full`, `.sdf`, `.dims`, `.mins`, `.step` and `.csv`.
@@ -25,18 +24,19 @@ pub(super) fn export(
         return Err(ExportError::WholeGrid);
     }
     let field = read_field(reader.folder())?;
+    let PoseGrid::Axes(grid) = &field.header.grid else { return Err(ExportError::Directions) };
     let mut target = Target::create(out)?;
     let reachable = || field.labels.iter().map(|label| *label == PoseLabel::Reachable);
     doubles(&mut target, "reach_data.full", reachable().map(|reachable| f64::from(u8::from(reachable))))?;
     // Theirs is positive where ours is negative.
     doubles(&mut target, "reach_data.sdf", field.distances.iter().map(|distance| -f64::from(*distance)))?;
-    line(&mut target, "reach_data.dims", &field, |axis| axis.count.to_string())?;
-    line(&mut target, "reach_data.mins", &field, |axis| axis.first.to_string())?;
-    line(&mut target, "reach_data.step", &field, |axis| axis.step.to_string())?;
+    line(&mut target, "reach_data.dims", grid, |axis| axis.count.to_string())?;
+    line(&mut target, "reach_data.mins", grid, |axis| axis.first.to_string())?;
+    line(&mut target, "reach_data.step", grid, |axis| axis.step.to_string())?;
     let (mut file, path) = target.open("reach_data.csv")?;
     let failed = |error| ExportError::io("writing", &path)(error);
     for (cell, reachable) in reachable().enumerate() {
-        let [x, y, z, roll, pitch, yaw] = field.header.grid.pose(cell);
+        let [x, y, z, roll, pitch, yaw] = grid.pose(cell);
         writeln!(file, "{cell} {x} {y} {z} {roll} {pitch} {yaw} {}", u8::from(reachable)).map_err(failed)?;
     }
     file.flush().map_err(failed)?;
@@ -71,11 +71,6 @@ fn doubles(target: &mut Target, name: &str, values: impl Iterator<Item = f64>) -
 }
 
 /// One number an axis.
-fn line(
-    target: &mut Target,
-    name: &str,
-    field: &ReachabilityField,
-    number: impl Fn(&Axis) -> String,
-) -> Result<(), ExportError> {
-    target.write(name, (field.header.grid.axes().each_ref().map(number).join(",") + "\n").as_bytes())
+fn line(target: &mut Target, name: &str, grid: &AxisGrid, number: impl Fn(&Axis) -> String) -> Result<(), ExportError> {
+    target.write(name, (grid.axes().each_ref().map(number).join(",") + "\n").as_bytes())
 }

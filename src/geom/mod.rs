@@ -21,8 +21,9 @@ mod views;
 
 pub use camera::{Intrinsics, InvalidIntrinsics};
 pub use field::{
-    Axis, AxisUnit, FieldLookup, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid, PoseLabel, Proof,
-    approach_directions, signed_distance_standard, signed_distance_thesis,
+    Axis, AxisGrid, AxisUnit, Covering, FieldLookup, FieldMetric, HealPix, InvalidPoseGrid, METRES_PER_RADIAN,
+    PoseGrid, PoseLabel, Proof, SphereGrid, approach_directions, signed_distance_sphere, signed_distance_standard,
+    signed_distance_thesis,
 };
 pub use frames::{CameraCv, CameraGl, EndEffector, Frame, Object, Pose, World, rotation_from_rpy};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};

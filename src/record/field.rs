@@ -9,15 +9,15 @@ use super::{
     proto, wire,
 };
 use crate::{
-    geom::{
-        Axis, AxisUnit, FieldMetric, InvalidPoseGrid, PoseGrid, PoseLabel, signed_distance_standard,
-        signed_distance_thesis,
-    },
+    geom::{Axis, AxisUnit, FieldMetric, HealPix, InvalidPoseGrid, PoseGrid, PoseLabel},
     ids::{Digest, ObjectId},
 };
 
 const MESSAGE: &str = "ReachabilityField";
+/// The axes of a grid of six.
 const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
+/// The axes of a grid of directions.
+const ON_SPHERE: [&str; 5] = ["x", "y", "z", "direction", "roll"];
 /// Which side is negative, in words: two conventions are about.
 const SIGN: &str = "negative inside the reachable set";
 
@@ -60,13 +60,10 @@ impl FieldHeader {
     /// Signed distance of each cell to the border of the reachable set, negative inside, in the order of the grid.
     ///
     /// # Panics
-    /// When there is not one label a cell.
+    /// When there is not one label a cell, or the metric does not fit the grid.
     pub fn distances(&self, labels: &[PoseLabel]) -> Vec<f32> {
         let inside: Vec<bool> = labels.iter().map(|label| *label == PoseLabel::Reachable).collect();
-        match self.metric {
-            FieldMetric::Metres { rho } => signed_distance_standard(&inside, &self.grid, rho),
-            FieldMetric::Cells => signed_distance_thesis(&inside, &self.grid),
-        }
+        self.metric.signed_distance(&inside, &self.grid)
     }
 }
 
@@ -91,8 +88,8 @@ impl ReachabilityField {
     pub fn encode(&self, out: &mut Vec<u8>) {
         let FieldHeader { grid, metric, robot, robot_id, joints, target, frame } = &self.header;
         out.reserve(5 * grid.cells() + 1024);
-        for axis in grid.axes() {
-            wire::axis(out, 1, axis, unit_name(axis.unit));
+        for axis in grid.axes().iter() {
+            wire::axis(out, 1, axis, axis.unit.name());
         }
         wire::bytes(out, 2, robot.as_bytes());
         wire::bytes(out, 3, &robot_id.0.0);
@@ -119,6 +116,9 @@ impl ReachabilityField {
             .map_err(|error| RecordError::Protobuf { message: MESSAGE, problem: error.to_string() })?;
         let grid = grid(&field.axes)?;
         let metric = metric(&field)?;
+        if !metric.fits(&grid) {
+            named("profile", &field.profile, &["standard"])?;
+        }
         named("sign", &field.sign, &[SIGN])?;
         lengthy(MESSAGE, "robot_digest", 32, field.robot_digest.len())?;
         let robot_id = ObjectId(Digest(field.robot_digest.as_slice().try_into().unwrap_or_default()));
@@ -142,26 +142,42 @@ impl ReachabilityField {
     }
 }
 
-fn unit_name(unit: AxisUnit) -> &'static str {
-    match unit {
-        AxisUnit::Metre => "m",
-        AxisUnit::Radian => "rad",
-    }
-}
-
 fn grid(axes: &[proto::FieldAxis]) -> Result<PoseGrid, RecordError> {
-    lengthy(MESSAGE, "axes", NAMES.len(), axes.len())?;
-    let axis = |k: usize| {
-        let proto::FieldAxis { name, unit, first, step, count, periodic } = &axes[k];
-        let expected = if k < 3 { AxisUnit::Metre } else { AxisUnit::Radian };
-        named("axes.name", name, &NAMES[k..=k])?;
-        named("axes.unit", unit, &[unit_name(expected)])?;
+    let invalid = |problem: InvalidPoseGrid| RecordError::Grid { message: MESSAGE, problem };
+    let axis = |k: usize, name: &'static str| {
+        let proto::FieldAxis { name: found, unit, first, step, count, periodic } = &axes[k];
+        let expected = match name {
+            "x" | "y" | "z" => AxisUnit::Metre,
+            "direction" => AxisUnit::HealPix,
+            _ => AxisUnit::Radian,
+        };
+        named("axes.name", found, &[name])?;
+        named("axes.unit", unit, &[expected.name()])?;
         let (count, periodic) = (*count as usize, *periodic);
-        Ok(Axis { name: NAMES[k], unit: expected, first: *first, step: *step, count, periodic })
+        Ok(Axis { name, unit: expected, first: *first, step: *step, count, periodic })
     };
-    let [x, y, z, roll, pitch, yaw] = std::array::from_fn(axis);
-    let axes = [x?, y?, z?, roll?, pitch?, yaw?];
-    PoseGrid::new(axes).map_err(|problem: InvalidPoseGrid| RecordError::Grid { message: MESSAGE, problem })
+    if axes.len() == ON_SPHERE.len() {
+        let [x, y, z, direction, roll] = std::array::from_fn(|k| axis(k, ON_SPHERE[k]));
+        let (places, direction, roll) = ([x?, y?, z?], direction?, roll?);
+        let count = direction.count;
+        let allowed = "12 n^2 directions in ring order, n from 1 to 16";
+        let other = RecordError::Range { message: MESSAGE, field: "axes.count", value: count as f64, allowed };
+        let directions = HealPix::of_count(count).ok_or(other)?;
+        let grid = PoseGrid::on_sphere(places, directions, roll.count).map_err(invalid)?;
+        // Directions count from 0 by 1, rolls all round from -pi: nothing else is such a grid.
+        let same = grid.axes()[3..] == [direction, roll] && places.iter().all(|axis| !axis.periodic);
+        ranged(
+            MESSAGE,
+            "axes.first",
+            roll.first,
+            same,
+            "that of directions counted from 0 and rolls all round from -pi",
+        )?;
+        return Ok(grid);
+    }
+    lengthy(MESSAGE, "axes", NAMES.len(), axes.len())?;
+    let [x, y, z, roll, pitch, yaw] = std::array::from_fn(|k| axis(k, NAMES[k]));
+    PoseGrid::new([x?, y?, z?, roll?, pitch?, yaw?]).map_err(invalid)
 }
 
 fn metric(field: &proto::ReachabilityField) -> Result<FieldMetric, RecordError> {

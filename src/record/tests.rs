@@ -6,8 +6,8 @@ use prost::Message;
 
 use super::*;
 use crate::geom::{
-    Axis, AxisUnit, DepthCrop, FieldMetric, GridPlacement, Intrinsics, OccupancyGrid, Pose, PoseGrid, PoseLabel, Proof,
-    rotation_from_rpy,
+    Axis, AxisUnit, DepthCrop, FieldMetric, GridPlacement, HealPix, Intrinsics, OccupancyGrid, Pose, PoseGrid,
+    PoseLabel, Proof, rotation_from_rpy,
 };
 
 fn sample() -> impl Strategy<Value = SampleId> {
@@ -166,6 +166,36 @@ proptest! {
             let mut lying = generated.clone();
             lie(&mut lying);
             prop_assert!(ReachabilityField::decode(&lying.encode_to_vec()).is_err());
+        }
+    }
+
+    #[test]
+    fn a_field_over_directions_reads_back_and_lies_are_found(labels in prop::collection::vec(0..3u8, 48)) {
+        let labels: Vec<PoseLabel> = labels.into_iter().filter_map(PoseLabel::from_byte).collect();
+        let places = *field_header(false, String::new()).grid.places();
+        let places = places.map(|axis| crate::geom::Axis { count: 1, ..axis });
+        let grid = PoseGrid::on_sphere(places, HealPix::new(1).unwrap(), 4).unwrap();
+        let header = FieldHeader { grid, ..field_header(false, "arm".to_owned()) };
+        let field = ReachabilityField { distances: header.distances(&labels), header, labels };
+        let mut payload = Vec::new();
+        field.encode(&mut payload);
+        prop_assert_eq!(&ReachabilityField::decode(&payload).unwrap(), &field);
+        let generated = proto::ReachabilityField::decode(payload.as_slice()).unwrap();
+        prop_assert_eq!(generated.encode_to_vec(), payload);
+        let lies: [fn(&mut proto::ReachabilityField); 8] = [
+            |field| (field.profile, field.unit, field.radian_weight) = ("thesis".to_owned(), "cells".to_owned(), 0.0),
+            |field| field.axes[3].count = 13,
+            |field| field.axes[3].unit = "rad".to_owned(),
+            |field| field.axes[3].step = 2.0,
+            |field| field.axes[4].first = 0.0,
+            |field| field.axes[4].count = 0,
+            |field| field.axes[0].periodic = true,
+            |field| _ = field.axes.pop(),
+        ];
+        for (place, lie) in lies.into_iter().enumerate() {
+            let mut lying = generated.clone();
+            lie(&mut lying);
+            prop_assert!(ReachabilityField::decode(&lying.encode_to_vec()).is_err(), "lie {place}");
         }
     }
 

@@ -21,7 +21,7 @@ mod text;
 pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
 pub use notes::{RunNotes, Speed};
 pub use reachability::{
-    AxisFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability, pose_counts_in_words,
+    AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability, pose_counts_in_words,
 };
 pub use report::{ReportSummary, report};
 pub use tally::Spread;

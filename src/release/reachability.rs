@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     dataset::{DatasetError, DatasetReader, NumberClass, PoseCounts, read_field},
-    geom::{Axis, AxisUnit, FieldMetric, PoseLabel, Proof},
+    geom::{Axis, AxisUnit, Covering, FieldMetric, PoseLabel, Proof},
     ids::{Digest, JobDigest, ObjectId, Product},
     record::ReachabilityField,
 };
@@ -36,8 +36,10 @@ pub struct ReachabilityFacts {
     pub job: JobDigest,
     /// The robot.
     pub robot: RobotFacts,
-    /// The six axes of the grid of poses.
+    /// The axes of the grid of poses: x, y, z, then roll, pitch, yaw, or direction and roll.
     pub axes: Vec<AxisFacts>,
+    /// How well its orientations cover all rotations.
+    pub covering: CoveringFacts,
     /// Who solves the inverse kinematics: `auto`, `closed_form`, `numeric`; empty when the job's text does not say.
     pub solver: String,
     /// What counts as a collision: `exact`, `mujoco`, `none`; empty when the job's text does not say.
@@ -82,7 +84,7 @@ pub struct RobotFacts {
 /// One axis of a grid of poses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisFacts {
-    /// `x` to `yaw`.
+    /// `x` to `yaw`, or `direction`.
     pub name: String,
     /// Centre of cell 0 [m or rad].
     pub first: f64,
@@ -90,10 +92,23 @@ pub struct AxisFacts {
     pub step: f64,
     /// Cells.
     pub count: u64,
-    /// `m` or `rad`.
+    /// `m`, `rad`, or `healpix` for places in the ring order of HEALPix pixels.
     pub unit: String,
     /// Whether the cell after the last one is the first one.
     pub periodic: bool,
+}
+
+/// How well the orientations of a grid cover all rotations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoveringFacts {
+    /// The most by which any rotation differs from the nearest orientation [rad].
+    pub radius: f64,
+    /// The same of the directions of the target's x axis alone, where the grid is made of them [rad].
+    pub directions: Option<f64>,
+    /// How the radius is known.
+    pub method: String,
+    /// All of it, for people.
+    pub words: String,
 }
 
 /// Signed distances over a grid of poses, negative inside the reachable set.
@@ -135,7 +150,7 @@ pub(super) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
         first: axis.first,
         step: axis.step,
         count: axis.count as u64,
-        unit: if axis.unit == AxisUnit::Metre { "m" } else { "rad" }.to_owned(),
+        unit: axis.unit.name().to_owned(),
         periodic: axis.periodic,
     };
     Ok(ReachabilityFacts {
@@ -155,6 +170,11 @@ pub(super) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
             fixed: fixed.collect(),
         },
         axes: header.grid.axes().iter().map(axis).collect(),
+        covering: {
+            let covering = header.grid.covering();
+            let Covering { radius, directions, method } = covering;
+            CoveringFacts { radius, directions, method: method.to_owned(), words: covering.to_string() }
+        },
         solver: word("solver"),
         collisions: word("collisions"),
         positions: manifest.counts.samples,
@@ -205,9 +225,14 @@ impl fmt::Display for ReachabilityFacts {
         let [shards, bytes] = [self.shards, self.shard_bytes].map(grouped);
         writeln!(f, "  shards    {shards} with {bytes} bytes")?;
         for AxisFacts { name, first, step, count, unit, periodic } in &self.axes {
+            if unit == AxisUnit::HealPix.name() {
+                writeln!(f, "  {name:<9} {count:>4} of the x axis, HEALPix centres in ring order")?;
+                continue;
+            }
             let wraps = if *periodic { ", all round" } else { "" };
             writeln!(f, "  {name:<8}  {count:>4} from {first:.4} {unit} in steps of {step:.4} {unit}{wraps}")?;
         }
+        writeln!(f, "  covering  {}", self.covering.words)?;
         writeln!(f, "\n{} poses at {} positions", grouped(self.poses), grouped(self.positions))?;
         let counts = PoseCounts { labels: self.labels.clone(), proofs: self.proofs.clone() };
         for line in pose_counts_in_words(&counts) {

@@ -12,7 +12,7 @@ use std::{
 use graspmill::{
     collision::{CollisionChecker, Verdict},
     dataset::{DatasetReader, Selection, read_field},
-    geom::{EndEffector, Pose, PoseGrid, PoseLabel, Proof, World, rotation_from_rpy},
+    geom::{AxisGrid, EndEffector, Pose, PoseGrid, PoseLabel, Proof, World, rotation_from_rpy},
     kinematics::{PlanningGroup, SolverSettings, solve_numeric},
     seed::Stream,
     sim::RobotModel,
@@ -23,7 +23,7 @@ use crate::coal::{self, ARM, SCENE, SITE};
 
 /// A map as its dataset has it, a cell a place.
 struct Map {
-    grid: PoseGrid,
+    grid: AxisGrid,
     labels: Vec<PoseLabel>,
     proofs: Vec<Proof>,
     witnesses: Vec<Option<[f64; 7]>>,
@@ -40,7 +40,7 @@ impl Map {
         let mut run = Command::new(env!("CARGO_BIN_EXE_graspmill"));
         let done = run.arg("run").arg(job).arg("--out").arg(&data).output().expect("graspmill starts");
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let grid = read_field(&data).expect("a field").header.grid;
+        let PoseGrid::Axes(grid) = read_field(&data).expect("a field").header.grid else { panic!("six axes") };
         let mut map = Self { grid, labels: Vec::new(), proofs: Vec::new(), witnesses: Vec::new() };
         for sample in DatasetReader::open(&data).expect("a dataset").iter(Selection::default()) {
             let block = sample.expect("a sample").block().expect("a block");

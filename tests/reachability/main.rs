@@ -183,7 +183,8 @@ fn what_is_stored_is_what_the_robot_does() {
         (header.robot.as_str(), header.target.as_str(), header.frame.as_str()),
         ("fetch", "wrist_roll_link", "world")
     );
-    assert_eq!((header.grid.shape(), header.joints.as_slice()), ([3, 3, 4, 2, 4, 4], &ARM.map(str::to_owned)[..]));
+    assert_eq!(header.grid.shape(), [3, 3, 4, 2, 4, 4]);
+    assert_eq!(header.joints, ARM);
     assert_eq!(field.distances, header.distances(&field.labels));
     let robot = RobotModel::open(&place.path("fetch.xml")).expect("the robot");
     let (mut cell, mut reachable) = (0, 0);

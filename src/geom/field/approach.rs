@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::PoseGrid;
-use crate::geom::rotation_from_rpy;
 
 /// Directions 45 degrees apart in azimuth and in elevation, straight up and straight down once each: those that the grid
 /// of the thesis has, in order of elevation, then of azimuth; unit vectors.
@@ -24,13 +23,12 @@ pub fn approach_directions() -> [Vector3<f64>; 26] {
 }
 
 impl PoseGrid {
-    /// The place in [`approach_directions`] that lies nearest to each orientation's approach (x) axis, in C order over
-    /// (roll, pitch, yaw); the first of several at the same angle.
+    /// The place in [`approach_directions`] that lies nearest to each orientation's approach (x) axis, in the order of the
+    /// orientations; the first of several at the same angle.
     pub fn approaches(&self) -> Vec<u8> {
         let directions = approach_directions();
         let nearest = |angle| {
-            let [_, _, _, roll, pitch, yaw] = self.pose(angle);
-            let approach = rotation_from_rpy(roll, pitch, yaw) * Vector3::x();
+            let approach = self.rotation(angle) * Vector3::x();
             let mut best = (0, f64::NEG_INFINITY);
             for (place, direction) in (0..).zip(&directions) {
                 let cosine = direction.dot(&approach);
@@ -41,7 +39,7 @@ impl PoseGrid {
             }
             best.0
         };
-        (0..self.strides()[2]).map(nearest).collect()
+        (0..self.orientations()).map(nearest).collect()
     }
 }
 
@@ -54,13 +52,12 @@ mod tests {
     /// of every other direction there are 4.
     #[test]
     fn the_thesis_grid_has_these_and_no_others() {
-        let grid = fetch_grid();
+        let grid = PoseGrid::Axes(fetch_grid());
         let (directions, approaches) = (approach_directions(), grid.approaches());
         let mut counts = [0; 26];
         for (angle, approach) in approaches.iter().enumerate() {
-            let [_, _, _, roll, pitch, yaw] = grid.pose(angle);
-            let axis = rotation_from_rpy(roll, pitch, yaw) * Vector3::x();
-            assert!((axis - directions[usize::from(*approach)]).norm() < 1e-9, "{roll} {pitch} {yaw}");
+            let axis = grid.rotation(angle) * Vector3::x();
+            assert!((axis - directions[usize::from(*approach)]).norm() < 1e-9, "{:?}", grid.rpy(angle));
             counts[usize::from(*approach)] += 1;
         }
         assert_eq!((counts[0], counts[25]), (16, 16));

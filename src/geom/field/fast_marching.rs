@@ -11,7 +11,7 @@
 //!
 //! Because equal values are accepted together, sums are in a fixed order: last bits decide what is equal.
 
-use super::PoseGrid;
+use super::AxisGrid;
 use std::{cmp::Ordering, collections::BinaryHeap};
 
 /// Signed distance [cells] to the contour half-way between cells of different labels, by second-order fast marching.
@@ -23,7 +23,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 ///
 /// # Panics
 /// When `inside` has not one value a cell.
-pub fn signed_distance_thesis(inside: &[bool], grid: &PoseGrid) -> Vec<f32> {
+pub fn signed_distance_thesis(inside: &[bool], grid: &AxisGrid) -> Vec<f32> {
     assert_eq!(inside.len(), grid.cells(), "one label a cell");
     let mut march = March::next_to_contour(inside, grid);
     march.run();
@@ -82,7 +82,7 @@ struct March<'a> {
 
 impl<'a> March<'a> {
     /// Accepts the cells with a neighbour of the other label.
-    fn next_to_contour(inside: &'a [bool], grid: &PoseGrid) -> Self {
+    fn next_to_contour(inside: &'a [bool], grid: &AxisGrid) -> Self {
         let rings = std::array::from_fn(|k| {
             let axis = &grid.axes()[k];
             Ring { stride: grid.strides()[k] as u32, count: axis.count as u32, periodic: axis.periodic }

@@ -1,12 +1,12 @@
 //! Grids and label sets for the tests of this folder.
 
-use super::{Axis, AxisUnit, PoseGrid};
+use super::{Axis, AxisGrid, AxisUnit};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 
-pub(super) fn grid(first: [f64; 6], step: [f64; 6], count: [usize; 6], periodic: [bool; 6]) -> PoseGrid {
-    PoseGrid::new(std::array::from_fn(|k| Axis {
+pub(super) fn grid(first: [f64; 6], step: [f64; 6], count: [usize; 6], periodic: [bool; 6]) -> AxisGrid {
+    AxisGrid::new(std::array::from_fn(|k| Axis {
         name: NAMES[k],
         unit: if k < 3 { AxisUnit::Metre } else { AxisUnit::Radian },
         first: first[k],
@@ -17,8 +17,20 @@ pub(super) fn grid(first: [f64; 6], step: [f64; 6], count: [usize; 6], periodic:
     .unwrap()
 }
 
+/// Axes of position a tenth of a metre apart.
+pub(super) fn places(counts: [usize; 3]) -> [Axis; 3] {
+    std::array::from_fn(|k| Axis {
+        name: NAMES[k],
+        unit: AxisUnit::Metre,
+        first: -0.2,
+        step: 0.1,
+        count: counts[k],
+        periodic: false,
+    })
+}
+
 /// The thesis's grid of 675,840 poses.
-pub(super) fn fetch_grid() -> PoseGrid {
+pub(super) fn fetch_grid() -> AxisGrid {
     grid(
         [0.0, -1.1, 0.0, -PI, -PI, -PI],
         [0.1, 0.1, 0.1, PI, FRAC_PI_4, FRAC_PI_4],
@@ -28,7 +40,7 @@ pub(super) fn fetch_grid() -> PoseGrid {
 }
 
 /// 7,500 cells with uneven steps, and a pitch that does not wrap.
-pub(super) fn small_grid() -> PoseGrid {
+pub(super) fn small_grid() -> AxisGrid {
     grid(
         [0.2, -0.3, 1.0, -PI, -1.0, 0.1],
         [0.1, 0.07, 0.13, TAU / 5.0, 0.4, TAU / 6.0],
@@ -38,7 +50,7 @@ pub(super) fn small_grid() -> PoseGrid {
 }
 
 /// Small grids of every kind of axis: periodic ones of even and odd count, and single cells.
-pub(super) fn grids() -> Vec<PoseGrid> {
+pub(super) fn grids() -> Vec<AxisGrid> {
     let mixed = grid(
         [0.0; 6],
         [0.1, 0.2, 0.05, PI, TAU / 3.0, 0.3],
@@ -68,13 +80,13 @@ impl Draws {
 }
 
 /// Labels drawn cell by cell.
-pub(super) fn random_labels(grid: &PoseGrid, share: f64, seed: u64) -> Vec<bool> {
+pub(super) fn random_labels(grid: &AxisGrid, share: f64, seed: u64) -> Vec<bool> {
     let mut draws = Draws(seed);
     (0..grid.cells()).map(|_| draws.unit() < share).collect()
 }
 
 /// The union of a few balls in steps, about `radius` steps wide.
-pub(super) fn blob_labels(grid: &PoseGrid, balls: usize, radius: f64, seed: u64) -> Vec<bool> {
+pub(super) fn blob_labels(grid: &AxisGrid, balls: usize, radius: f64, seed: u64) -> Vec<bool> {
     let mut draws = Draws(seed);
     let centres: Vec<[usize; 6]> =
         (0..balls).map(|_| grid.coordinates((draws.unit() * grid.cells() as f64) as usize)).collect();

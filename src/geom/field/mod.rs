@@ -3,17 +3,31 @@
 //! A field is a slice of `f32`, one value a cell, shape and order those of its [`PoseGrid`]; negative inside.
 
 mod approach;
+mod axis_grid;
+mod axis_lookup;
+mod covering;
 mod fast_marching;
 #[cfg(test)]
 mod fixtures;
+mod healpix;
 mod label;
 mod lookup;
+mod metric;
 mod pose_grid;
+mod sphere;
+mod sphere_grid;
+mod sphere_lookup;
 mod standard;
 
 pub use approach::approach_directions;
+pub use axis_grid::{Axis, AxisGrid, AxisUnit, InvalidPoseGrid};
+pub use covering::Covering;
 pub use fast_marching::signed_distance_thesis;
+pub use healpix::HealPix;
 pub use label::{PoseLabel, Proof};
-pub use lookup::{FieldLookup, FieldMetric};
-pub use pose_grid::{Axis, AxisUnit, InvalidPoseGrid, PoseGrid};
+pub use lookup::FieldLookup;
+pub use metric::FieldMetric;
+pub use pose_grid::PoseGrid;
+pub use sphere::signed_distance_sphere;
+pub use sphere_grid::SphereGrid;
 pub use standard::{METRES_PER_RADIAN, signed_distance_standard};

@@ -1,297 +1,172 @@
-//! A regular grid of end-effector poses.
+//! A grid of end-effector poses, of either kind.
 
-use std::f64::consts::TAU;
+use std::borrow::Cow;
 
-/// Unit of an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AxisUnit {
-    /// Metre [m].
-    Metre,
-    /// Radian [rad].
-    Radian,
-}
+use nalgebra::{Rotation3, Vector3};
 
-/// One axis of a [`PoseGrid`]: cell i has its centre at `first + i * step` and reaches half a step to both sides.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
-    /// What the axis counts, such as `"yaw"`.
-    pub name: &'static str,
-    /// Unit of `first` and `step`.
-    pub unit: AxisUnit,
-    /// Centre of cell 0.
-    pub first: f64,
-    /// Distance of neighbouring centres, above zero.
-    pub step: f64,
-    /// Count of cells, at least one.
-    pub count: usize,
-    /// Whether the cell after the last one is cell 0; then `count * step` is 2 pi, so that no pose stands at both ends.
-    pub periodic: bool,
-}
+use super::{Axis, AxisGrid, AxisUnit, Covering, HealPix, InvalidPoseGrid, SphereGrid, covering};
+use crate::geom::rotation_from_rpy;
 
-impl Axis {
-    /// Centre of cell `index`.
-    pub fn centre(&self, index: usize) -> f64 {
-        self.first + index as f64 * self.step
-    }
-
-    /// Steps between two cells, the shorter way round on a periodic axis.
-    pub fn steps_between(&self, a: usize, b: usize) -> usize {
-        let apart = a.abs_diff(b);
-        if self.periodic { apart.min(self.count - apart) } else { apart }
-    }
-
-    /// A place [steps from the centre of cell 0] brought into 0..=count on a periodic axis.
-    ///
-    /// Rounding may give the count itself, which is the centre of cell 0 again.
-    #[inline]
-    pub(super) fn wrap(&self, place: f64) -> f64 {
-        let count = self.count as f64;
-        if !self.periodic || (0.0..count).contains(&place) {
-            return place;
-        }
-        let turns = place / count;
-        if turns.abs() > 1e6 {
-            return place.rem_euclid(count);
-        }
-        // Far faster than `rem_euclid`, and as good while a turn is much longer than its rounding.
-        let whole = turns as i32;
-        let whole = whole - i32::from(turns < f64::from(whole));
-        (place - f64::from(whole) * count).clamp(0.0, count)
-    }
-
-    /// The cell whose centre is nearest to a finite coordinate: wrapped on a periodic axis, clamped otherwise; the upper
-    /// one of two at the same distance.
-    pub fn nearest(&self, coordinate: f64) -> usize {
-        let index = (self.wrap((coordinate - self.first) / self.step) + 0.5).floor().max(0.0) as usize;
-        if self.periodic { index % self.count } else { index.min(self.count - 1) }
-    }
-
-    fn check(&self) -> Result<(), InvalidPoseGrid> {
-        let &Self { name, unit, first, step, count, periodic } = self;
-        if !first.is_finite() || !step.is_finite() {
-            return Err(InvalidPoseGrid::NotFinite { name, first, step });
-        }
-        if step <= 0.0 {
-            return Err(InvalidPoseGrid::StepNotPositive { name, step });
-        }
-        if count == 0 {
-            return Err(InvalidPoseGrid::NoCells { name });
-        }
-        if !(first + count as f64 * step).is_finite() {
-            return Err(InvalidPoseGrid::NotFinite { name, first, step });
-        }
-        let length = count as f64 * step;
-        // Job files write pi to ten digits or more.
-        if periodic && (unit != AxisUnit::Radian || (length - TAU).abs() > 1e-9 * TAU) {
-            return Err(InvalidPoseGrid::NotOneTurn { name, length });
-        }
-        Ok(())
-    }
-}
-
-/// Why six axes make no [`PoseGrid`].
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum InvalidPoseGrid {
-    /// A number is infinite or not a number.
-    #[error("axis {name}: first = {first} and step = {step}, and all centres, must be finite")]
-    NotFinite {
-        /// The axis.
-        name: &'static str,
-        /// As given.
-        first: f64,
-        /// As given.
-        step: f64,
-    },
-    /// The step is zero or negative.
-    #[error("axis {name}: step = {step} must be above zero")]
-    StepNotPositive {
-        /// The axis.
-        name: &'static str,
-        /// As given.
-        step: f64,
-    },
-    /// The axis is empty.
-    #[error("axis {name}: count = 0; an axis needs at least one cell")]
-    NoCells {
-        /// The axis.
-        name: &'static str,
-    },
-    /// A periodic axis does not close.
-    #[error("axis {name} is periodic, but count * step = {length} is not 2 pi rad; leave out one of the two ends")]
-    NotOneTurn {
-        /// The axis.
-        name: &'static str,
-        /// Count times step.
-        length: f64,
-    },
-    /// A position in radians or an angle in metres.
-    #[error("axis {name}: unit {unit:?}; x, y, z are in metres and roll, pitch, yaw in radians")]
-    WrongUnit {
-        /// The axis.
-        name: &'static str,
-        /// As given.
-        unit: AxisUnit,
-    },
-    /// More cells than a cell index can count.
-    #[error("more than {max} cells; take larger steps")]
-    TooManyCells {
-        /// The most there can be.
-        max: usize,
-    },
-}
-
-/// A grid of end-effector poses: six axes x, y, z, roll, pitch, yaw, rotation = Rz(yaw) Ry(pitch) Rx(roll).
+/// A grid of end-effector poses: cells of position, each with the same orientations.
 ///
-/// Cells are in C order: yaw varies fastest.
+/// Cells are in C order over x, y, z and orientation: a position's orientations lie side by side.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PoseGrid {
-    axes: [Axis; 6],
-    strides: [usize; 6],
-    inverse_steps: [f64; 6],
-    cells: usize,
+pub enum PoseGrid {
+    /// Every combination of six axes, as the thesis has it.
+    Axes(AxisGrid),
+    /// Positions, directions and roll: orientations spread evenly.
+    Sphere(SphereGrid),
+}
+
+impl From<AxisGrid> for PoseGrid {
+    fn from(grid: AxisGrid) -> Self {
+        Self::Axes(grid)
+    }
+}
+
+impl From<SphereGrid> for PoseGrid {
+    fn from(grid: SphereGrid) -> Self {
+        Self::Sphere(grid)
+    }
 }
 
 impl PoseGrid {
-    /// The most cells of a grid: indices, and sums of three of them, fit 32 bits.
-    pub const MAX_CELLS: usize = 1 << 30;
-
-    /// A grid of these axes, in the order x, y, z [m], roll, pitch, yaw [rad].
+    /// A grid of six axes, as [`AxisGrid::new`] says.
     ///
     /// # Errors
-    /// A number that is not finite, a step not above zero, an empty axis, a periodic axis that is not one turn, a wrong
-    /// unit, or more than [`Self::MAX_CELLS`] cells.
+    /// As there.
     pub fn new(axes: [Axis; 6]) -> Result<Self, InvalidPoseGrid> {
-        let mut strides = [1; 6];
-        let mut cells = 1_usize;
-        for k in (0..6).rev() {
-            axes[k].check()?;
-            let unit = if k < 3 { AxisUnit::Metre } else { AxisUnit::Radian };
-            if axes[k].unit != unit {
-                return Err(InvalidPoseGrid::WrongUnit { name: axes[k].name, unit: axes[k].unit });
-            }
-            strides[k] = cells;
-            cells = cells
-                .checked_mul(axes[k].count)
-                .filter(|cells| *cells <= Self::MAX_CELLS)
-                .ok_or(InvalidPoseGrid::TooManyCells { max: Self::MAX_CELLS })?;
+        AxisGrid::new(axes).map(Self::Axes)
+    }
+
+    /// A grid of positions, directions and roll, as [`SphereGrid::new`] says.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn on_sphere(places: [Axis; 3], directions: HealPix, rolls: usize) -> Result<Self, InvalidPoseGrid> {
+        SphereGrid::new(places, directions, rolls).map(Self::Sphere)
+    }
+
+    /// The axes x, y, z [m].
+    pub fn places(&self) -> &[Axis; 3] {
+        match self {
+            Self::Axes(grid) => grid.axes().first_chunk().expect("six axes begin with three"),
+            Self::Sphere(grid) => grid.places(),
         }
-        Ok(Self { axes, strides, inverse_steps: axes.map(|axis| 1.0 / axis.step), cells })
     }
 
-    /// The axes x, y, z, roll, pitch, yaw.
-    pub fn axes(&self) -> &[Axis; 6] {
-        &self.axes
+    /// Cells along x, y and z.
+    pub fn place_counts(&self) -> [usize; 3] {
+        self.places().map(|axis| axis.count)
     }
 
-    /// Cells along each axis.
-    pub fn shape(&self) -> [usize; 6] {
-        self.axes.map(|axis| axis.count)
+    /// Count of positions.
+    pub fn positions(&self) -> usize {
+        self.place_counts().iter().product()
     }
 
-    /// How far the index of a cell moves with one step along each axis.
-    pub fn strides(&self) -> [usize; 6] {
-        self.strides
-    }
-
-    /// One over each step: lookups multiply.
-    pub(super) fn inverse_steps(&self) -> [f64; 6] {
-        self.inverse_steps
+    /// Cells of one position.
+    pub fn orientations(&self) -> usize {
+        match self {
+            Self::Axes(grid) => grid.strides()[2],
+            Self::Sphere(grid) => grid.orientations(),
+        }
     }
 
     /// Count of cells.
     pub fn cells(&self) -> usize {
-        self.cells
+        self.positions() * self.orientations()
     }
 
-    /// Index of the cell with these coordinates, each below its axis's count.
-    pub fn index(&self, coordinates: [usize; 6]) -> usize {
-        debug_assert!((0..6).all(|k| coordinates[k] < self.axes[k].count));
-        (0..6).map(|k| coordinates[k] * self.strides[k]).sum()
+    /// All axes as files and people name them: x, y, z, then roll, pitch, yaw or direction (which counts directions), roll.
+    pub fn axes(&self) -> Cow<'_, [Axis]> {
+        match self {
+            Self::Axes(grid) => Cow::Borrowed(grid.axes()),
+            Self::Sphere(grid) => {
+                let [x, y, z] = *grid.places();
+                let count = grid.directions().count();
+                let direction =
+                    Axis { name: "direction", unit: AxisUnit::HealPix, first: 0.0, step: 1.0, count, periodic: false };
+                Cow::Owned(vec![x, y, z, direction, *grid.roll()])
+            }
+        }
     }
 
-    /// Coordinates of the cell with this index.
-    pub fn coordinates(&self, index: usize) -> [usize; 6] {
-        debug_assert!(index < self.cells);
-        std::array::from_fn(|k| index / self.strides[k] % self.axes[k].count)
+    /// Cells along each of [`Self::axes`].
+    pub fn shape(&self) -> Vec<usize> {
+        self.axes().iter().map(|axis| axis.count).collect()
+    }
+
+    /// Index of a position in C order over x, y, z.
+    pub fn position([_, ny, nz]: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
+        (x * ny + y) * nz + z
+    }
+
+    /// The cells of a position, by its places along x, y and z.
+    pub fn cells_at(&self, place: [usize; 3]) -> std::ops::Range<usize> {
+        let first = Self::position(self.place_counts(), place) * self.orientations();
+        first..first + self.orientations()
+    }
+
+    /// Roll, pitch, yaw of an orientation [rad].
+    pub fn rpy(&self, orientation: usize) -> [f64; 3] {
+        match self {
+            Self::Axes(grid) => {
+                let [.., roll, pitch, yaw] = grid.pose(orientation);
+                [roll, pitch, yaw]
+            }
+            Self::Sphere(grid) => grid.rpy(orientation),
+        }
+    }
+
+    /// Rotation of an orientation.
+    pub fn rotation(&self, orientation: usize) -> Rotation3<f64> {
+        let [roll, pitch, yaw] = self.rpy(orientation);
+        rotation_from_rpy(roll, pitch, yaw)
+    }
+
+    /// Where a position is [m].
+    pub fn centre(&self, position: usize) -> Vector3<f64> {
+        let [_, ny, nz] = self.place_counts();
+        let place = [position / (ny * nz), position / nz % ny, position % nz];
+        Vector3::from(std::array::from_fn::<f64, 3, _>(|k| self.places()[k].centre(place[k])))
     }
 
     /// Pose at the centre of a cell: x, y, z [m], roll, pitch, yaw [rad].
-    pub fn pose(&self, index: usize) -> [f64; 6] {
-        let coordinates = self.coordinates(index);
-        std::array::from_fn(|k| self.axes[k].centre(coordinates[k]))
+    pub fn pose(&self, cell: usize) -> [f64; 6] {
+        let ([x, y, z], [roll, pitch, yaw]) =
+            (self.centre(cell / self.orientations()).into(), self.rpy(cell % self.orientations()));
+        [x, y, z, roll, pitch, yaw]
     }
 
-    /// Index of the cell nearest to a finite pose, axis by axis: wrapped on periodic axes, clamped on the others.
+    /// Index of the cell nearest to a finite pose; positions are clamped.
     ///
-    /// Of the numbers that mean one rotation only those given are looked up.
+    /// Of six axes: axis by axis, wrapped on periodic ones; of the numbers that mean one rotation only those given are
+    /// looked up. Of directions: by the angle between the rotations.
     pub fn nearest(&self, pose: [f64; 6]) -> usize {
-        self.index(std::array::from_fn(|k| self.axes[k].nearest(pose[k])))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{super::fixtures::*, *};
-    use std::f64::consts::PI;
-
-    #[test]
-    fn the_fetch_grid_has_its_count_and_order() {
-        let grid = fetch_grid();
-        assert_eq!(grid.cells(), 675_840);
-        assert_eq!(grid.strides(), [56_320, 2_560, 128, 64, 8, 1]);
-        assert_eq!(grid.index([1, 2, 3, 1, 4, 5]), 56_320 + 2 * 2_560 + 3 * 128 + 64 + 4 * 8 + 5);
-    }
-
-    #[test]
-    fn index_coordinates_and_pose_agree() {
-        let grid = small_grid();
-        for index in 0..grid.cells() {
-            let coordinates = grid.coordinates(index);
-            assert_eq!(grid.index(coordinates), index);
-            assert_eq!(grid.nearest(grid.pose(index)), index);
-            let pose = grid.pose(index);
-            let turned = std::array::from_fn(|k| if grid.axes()[k].periodic { pose[k] - 3.0 * TAU } else { pose[k] });
-            assert_eq!(grid.nearest(turned), index);
+        match self {
+            Self::Axes(grid) => grid.nearest(pose),
+            Self::Sphere(grid) => {
+                let [x, y, z, roll, pitch, yaw] = pose;
+                let place = [0, 1, 2].map(|k| grid.places()[k].nearest([x, y, z][k]));
+                let orientation = grid.nearest_orientation(&rotation_from_rpy(roll, pitch, yaw));
+                Self::position(self.place_counts(), place) * grid.orientations() + orientation
+            }
         }
     }
 
-    #[test]
-    fn nearest_wraps_angles_and_clamps_positions() {
-        let grid = fetch_grid();
-        let cell = |pose| grid.coordinates(grid.nearest(pose));
-        assert_eq!(cell([-5.0, 9.0, 0.26, 0.0, PI - 0.1, PI + 0.1]), [0, 21, 3, 1, 0, 0]);
-        assert_eq!(cell([0.54, -1.1, 7.0, 1.5 * PI, -PI - 0.5, 1e9 * TAU]), [5, 0, 19, 1, 7, 4]);
-    }
-
-    #[test]
-    fn every_defect_has_its_error() {
-        let with = |k: usize, change: &dyn Fn(&mut Axis)| {
-            let mut axes = *fetch_grid().axes();
-            change(&mut axes[k]);
-            PoseGrid::new(axes)
-        };
-        for step in [0.0, -0.0, -0.1] {
-            assert_eq!(with(1, &|axis| axis.step = step), Err(InvalidPoseGrid::StepNotPositive { name: "y", step }));
+    /// How well the orientations cover all rotations: of six axes by branch and bound over all rotations, which takes a
+    /// moment; of directions a bound in closed form ([`SphereGrid::covering_radius`]).
+    pub fn covering(&self) -> Covering {
+        match self {
+            Self::Axes(grid) => {
+                let (radius, method) = (covering::of_axes(grid), "by branch and bound, to 0.01 deg");
+                Covering { radius, directions: None, method }
+            }
+            Self::Sphere(grid) => {
+                let (radius, method) = (grid.covering_radius(), "a bound in closed form");
+                Covering { radius, directions: Some(grid.directions().covering_radius()), method }
+            }
         }
-        assert_eq!(with(4, &|axis| axis.count = 0), Err(InvalidPoseGrid::NoCells { name: "pitch" }));
-        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(matches!(with(0, &|axis| axis.first = bad), Err(InvalidPoseGrid::NotFinite { name: "x", .. })));
-            assert!(matches!(with(5, &|axis| axis.step = bad), Err(InvalidPoseGrid::NotFinite { name: "yaw", .. })));
-        }
-        assert!(matches!(with(2, &|axis| axis.step = 1e308), Err(InvalidPoseGrid::NotFinite { name: "z", .. })));
-        for count in [1, 7, 9] {
-            let length = count as f64 * PI / 4.0;
-            assert_eq!(with(5, &|axis| axis.count = count), Err(InvalidPoseGrid::NotOneTurn { name: "yaw", length }));
-        }
-        assert!(with(5, &|axis| axis.step = (1e10 * axis.step).round() / 1e10).is_ok(), "pi / 4 to ten digits");
-        assert!(matches!(with(0, &|axis| axis.periodic = true), Err(InvalidPoseGrid::NotOneTurn { name: "x", .. })));
-        assert_eq!(
-            with(2, &|axis| axis.unit = AxisUnit::Radian),
-            Err(InvalidPoseGrid::WrongUnit { name: "z", unit: AxisUnit::Radian })
-        );
-        assert!(matches!(with(0, &|axis| axis.count = 1 << 40), Err(InvalidPoseGrid::TooManyCells { .. })));
-        assert!(matches!(with(0, &|axis| axis.count = usize::MAX), Err(InvalidPoseGrid::TooManyCells { .. })));
-        let text = with(1, &|axis| axis.step = -0.1).unwrap_err().to_string();
-        assert_eq!(text, "axis y: step = -0.1 must be above zero");
     }
 }

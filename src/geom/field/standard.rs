@@ -4,7 +4,7 @@
 //! a cell. Felzenszwalb and Huttenlocher, "Distance transforms of sampled functions" (2012), take the lower envelope;
 //! axes of 2 to 48 cells are faster by trying every cell.
 
-use super::{FieldMetric, PoseGrid};
+use super::{Axis, AxisGrid, FieldMetric};
 use crate::geom::{SimdLevel, kernel};
 
 /// Metres that count as much as one radian: 45 deg as much as 0.1 m.
@@ -25,7 +25,7 @@ const LANES: usize = 16;
 ///
 /// # Panics
 /// When `inside` has not one value a cell or `rho` is not finite and above zero.
-pub fn signed_distance_standard(inside: &[bool], grid: &PoseGrid, rho: f64) -> Vec<f32> {
+pub fn signed_distance_standard(inside: &[bool], grid: &AxisGrid, rho: f64) -> Vec<f32> {
     assert_eq!(inside.len(), grid.cells(), "one label a cell");
     assert!(rho.is_finite() && rho > 0.0, "rho = {rho} m/rad must be finite and above zero");
     let mut result = vec![0.0_f32; grid.cells()];
@@ -47,8 +47,7 @@ pub fn signed_distance_standard(inside: &[bool], grid: &PoseGrid, rho: f64) -> V
 }
 
 /// Square of the gap between the centre of a cell and the box of the cell so many steps away [m^2].
-fn squared_gaps(grid: &PoseGrid, axis: usize, rho: f64) -> Vec<f64> {
-    let axis = &grid.axes()[axis];
+fn squared_gaps(axis: &Axis, rho: f64) -> Vec<f64> {
     let step = FieldMetric::Metres { rho }.scale(axis.unit, axis.step) * axis.step;
     (0..axis.count)
         .map(|apart| {
@@ -59,7 +58,7 @@ fn squared_gaps(grid: &PoseGrid, axis: usize, rho: f64) -> Vec<f64> {
 }
 
 /// What every pass over a grid needs.
-struct Transform {
+pub(super) struct Transform {
     counts: [usize; 6],
     strides: [usize; 6],
     gaps: [Vec<f64>; 6],
@@ -67,16 +66,43 @@ struct Transform {
 }
 
 impl Transform {
-    fn new(grid: &PoseGrid, rho: f64) -> Self {
-        let gaps = std::array::from_fn(|axis| squared_gaps(grid, axis, rho));
+    fn new(grid: &AxisGrid, rho: f64) -> Self {
+        let gaps = grid.axes().each_ref().map(|axis| squared_gaps(axis, rho));
         Self { counts: grid.shape(), strides: grid.strides(), gaps, simd: SimdLevel::detect() }
+    }
+
+    /// Along positions alone, each with so many orientations side by side.
+    pub(super) fn of_places(places: &[Axis; 3], orientations: usize) -> Self {
+        let [nx, ny, nz] = places.each_ref().map(|axis| axis.count);
+        let [x, y, z] = places.each_ref().map(|axis| squared_gaps(axis, 1.0));
+        Self {
+            counts: [nx, ny, nz, 1, 1, orientations],
+            strides: [ny * nz * orientations, nz * orientations, orientations, orientations, orientations, 1],
+            gaps: [x, y, z, Vec::new(), Vec::new(), Vec::new()],
+            simd: SimdLevel::detect(),
+        }
+    }
+
+    /// Transforms along z, y and x, in place.
+    pub(super) fn run_places(&self, squares: &mut [f64]) {
+        let tiles = &mut self.tiles();
+        for slab in squares.chunks_exact_mut(self.strides[0]) {
+            for block in slab.chunks_exact_mut(self.strides[1]) {
+                self.along(block, 2, tiles);
+            }
+            self.along(slab, 1, tiles);
+        }
+        self.along(squares, 0, tiles);
+    }
+
+    fn tiles(&self) -> Vec<[f64; LANES]> {
+        vec![[0.0; LANES]; 2 * self.gaps.iter().map(Vec::len).fold(1, usize::max)]
     }
 
     /// Transforms along every axis, in place: yaw, pitch, roll and z while the cells of one x and y are in the processor's
     /// cache, then y, then x.
     fn run(&self, squares: &mut [f64]) {
-        let longest = self.counts.iter().copied().fold(1, usize::max);
-        let tiles = &mut vec![[0.0; LANES]; 2 * longest];
+        let tiles = &mut self.tiles();
         for slab in squares.chunks_exact_mut(self.strides[0]) {
             for block in slab.chunks_exact_mut(self.strides[1]) {
                 // Lines of one value are their own transform.
@@ -156,7 +182,7 @@ mod tests {
     use super::{super::fixtures::*, *};
 
     /// The distance by its definition: over all boxes of the other label.
-    fn by_definition(inside: &[bool], grid: &PoseGrid, rho: f64) -> Vec<f64> {
+    fn by_definition(inside: &[bool], grid: &AxisGrid, rho: f64) -> Vec<f64> {
         let cells: Vec<[usize; 6]> = (0..grid.cells()).map(|cell| grid.coordinates(cell)).collect();
         let gap = |k: usize, a: usize, b: usize| {
             let axis = &grid.axes()[k];
@@ -183,7 +209,7 @@ mod tests {
             .collect()
     }
 
-    fn label_sets(grid: &PoseGrid) -> Vec<Vec<bool>> {
+    fn label_sets(grid: &AxisGrid) -> Vec<Vec<bool>> {
         let mut one = vec![false; grid.cells()];
         one[grid.cells() / 3] = true;
         let all_but_one = one.iter().map(|label| !label).collect();

@@ -6,7 +6,7 @@ use toml::Value;
 
 use super::{Text, relative_to};
 use crate::{
-    geom::{Axis, FieldMetric},
+    geom::{Axis, FieldMetric, PoseGrid},
     job::{
         checked::{Collisions, ReachabilityJob, Robot, Solver},
         discover,
@@ -30,12 +30,20 @@ impl Text {
         self.key("solver", solver);
         self.key("collisions", collisions);
         self.section("poses");
-        let (places, turns) = poses.axes().split_at(3);
-        for axis in places {
+        for axis in poses.places() {
             self.key(axis.name, span(axis));
         }
-        for axis in turns {
-            self.key(axis.name, axis.count as i64);
+        match poses {
+            PoseGrid::Axes(grid) => {
+                for axis in &grid.axes()[3..] {
+                    self.key(axis.name, axis.count as i64);
+                }
+            }
+            PoseGrid::Sphere(grid) => {
+                self.key(grid.roll().name, grid.roll().count as i64);
+                let nside = Value::from(i64::from(grid.directions().nside()));
+                self.key("directions", Value::Table([("healpix".to_owned(), nside)].into_iter().collect()));
+            }
         }
         self.section("field");
         match metric {

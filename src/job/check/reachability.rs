@@ -196,7 +196,9 @@ fn blame(error: &InvalidPoseGrid) -> (String, &'static str) {
         InvalidPoseGrid::NotOneTurn { name, .. } | InvalidPoseGrid::WrongUnit { name, .. } => {
             (format!("poses.{name}"), "cells in a turn")
         }
-        InvalidPoseGrid::TooManyCells { .. } => ("poses".to_owned(), "fewer poses"),
+        InvalidPoseGrid::TooManyOrientations { .. } | InvalidPoseGrid::TooManyCells { .. } => {
+            ("poses".to_owned(), "fewer poses")
+        }
     }
 }
 

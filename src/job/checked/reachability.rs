@@ -26,14 +26,14 @@ pub struct ReachabilityJob {
 }
 
 impl ReachabilityJob {
-    /// Cells of the grid's three axes of position.
+    /// Positions of the grid.
     pub fn positions(&self) -> u32 {
-        self.poses.shape()[..3].iter().map(|count| *count as u32).product()
+        self.poses.positions() as u32
     }
 
-    /// Cells of the grid's three axes of orientation: those of one position.
+    /// Cells of one position.
     pub fn orientations(&self) -> u32 {
-        self.poses.shape()[3..].iter().map(|count| *count as u32).product()
+        self.poses.orientations() as u32
     }
 }
 

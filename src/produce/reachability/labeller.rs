@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     collision::Bodies,
-    geom::{EndEffector, NoSurface, Pose, PoseLabel, Proof, World, rotation_from_rpy},
+    geom::{EndEffector, NoSurface, Pose, PoseLabel, Proof, World},
     job::{self, ReachabilityJob, Robot, Solver},
     kinematics::{ClosedForm, NoClosedForm, PlanningGroup, SelfMotion, Wrist},
     produce::ProduceError,
@@ -98,11 +98,7 @@ impl PoseLabeller {
     pub fn new(job: &ReachabilityJob, seed: u64) -> Result<Self, ProduceError> {
         let refused = |why: String| ProduceError::NoLabeller { name: job.robot.scene.display().to_string(), why };
         let (group, bodies) = read_robot(&job.robot, job.collisions != job::Collisions::None)?;
-        let rotation = |cell: u32| {
-            let [_, _, _, roll, pitch, yaw] = job.poses.pose(cell as usize);
-            rotation_from_rpy(roll, pitch, yaw)
-        };
-        let rotations: Vec<_> = (0..job.orientations()).map(rotation).collect();
+        let rotations: Vec<_> = (0..job.poses.orientations()).map(|place| job.poses.rotation(place)).collect();
         let bodies = match job.collisions {
             job::Collisions::None => None,
             job::Collisions::Exact => Some(&bodies),

@@ -62,8 +62,7 @@ impl Producer for ReachabilityWorker<'_> {
 
     fn produce(&mut self, view: ViewId) -> Result<(SampleId, Outcome), ProduceError> {
         let Self { job, labeller, scratch, labelled, block, payload, .. } = self;
-        let [x, y, z, ..] = job.poses.pose(view.0 as usize * job.orientations() as usize);
-        labeller.label(scratch, [x, y, z], labelled);
+        labeller.label(scratch, job.poses.centre(view.0 as usize).into(), labelled);
         block.sample = SampleId::of_object(job.robot.id, view);
         // The lists change places, so that both keep their memory.
         std::mem::swap(&mut block.labels, &mut labelled.labels);

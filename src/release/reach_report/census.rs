@@ -29,7 +29,7 @@ impl Census {
     pub fn of(field: &ReachabilityField) -> Self {
         let grid = &field.header.grid;
         let approaches = grid.approaches();
-        let height_cells = grid.shape()[2];
+        let height_cells = grid.place_counts()[2];
         let mut census = Self { positions: Vec::new(), heights: vec![[0; 3]; height_cells], directions: [[0; 3]; 26] };
         let blocks = field.labels.chunks(approaches.len()).zip(field.distances.chunks(approaches.len()));
         for (place, (labels, distances)) in blocks.enumerate() {

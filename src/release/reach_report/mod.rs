@@ -17,7 +17,7 @@ use super::{
     sections,
 };
 use crate::{
-    geom::{FieldMetric, PoseGrid, PoseLabel, Proof, approach_directions},
+    geom::{AxisUnit, FieldMetric, PoseGrid, PoseLabel, Proof, approach_directions},
     record::ReachabilityField,
 };
 
@@ -45,7 +45,7 @@ pub(super) fn page(facts: &ReachabilityFacts, field: &ReachabilityField, job_tex
 
 fn cuts(field: &ReachabilityField, census: &Census) -> Vec<Cut> {
     let grid = &field.header.grid;
-    let upright = Cut::Upright(grid.axes()[1].nearest(0.0));
+    let upright = Cut::Upright(grid.places()[1].nearest(0.0));
     let mut cuts = vec![upright];
     cuts.extend(census.middle_heights(LEVELS).into_iter().rev().map(Cut::Level));
     cuts
@@ -113,7 +113,7 @@ fn how_to_check(facts: &ReachabilityFacts) -> String {
             "graspmill export . --to graspit --out ../g  # raw float64, csv</code></pre>",
             "<p class=\"quiet\">Made by {generator}, format {format}. Job <code>{job}</code>.</p></section>"
         ),
-        pose = facts.axes.iter().map(middle).collect::<Vec<_>>().join(","),
+        pose = facts.axes[..3].iter().map(middle).chain(["0,0,0".to_owned()]).collect::<Vec<_>>().join(","),
         root = facts.root,
         generator = escaped(&facts.generator),
         format = facts.format_version,
@@ -121,11 +121,8 @@ fn how_to_check(facts: &ReachabilityFacts) -> String {
     )
 }
 
-/// The centre in the middle of an axis; of an angle, 0.
+/// The centre in the middle of an axis.
 fn middle(axis: &super::AxisFacts) -> String {
-    if axis.unit == "rad" {
-        return "0".to_owned();
-    }
     short(axis.first + (axis.count / 2) as f64 * axis.step)
 }
 
@@ -152,6 +149,7 @@ fn meaning(facts: &ReachabilityFacts) -> String {
         ("brought to the poses", format!("site {}; its x axis is the approach direction", escaped(&robot.target))),
         ("frame of the poses", escaped(&robot.frame)),
         ("rotation", "Rz(yaw) Ry(pitch) Rx(roll)".to_owned()),
+        ("covering", escaped(&facts.covering.words)),
         ("field", field_in_words(facts)),
     ];
     let mut html = String::from("<section id=\"meaning\"><h2>What it maps</h2><table><tbody>");
@@ -163,6 +161,14 @@ fn meaning(facts: &ReachabilityFacts) -> String {
     );
     html.push_str("<th>step</th></tr></thead><tbody>");
     for axis in &facts.axes {
+        if axis.unit == AxisUnit::HealPix.name() {
+            let (name, count) = (escaped(&axis.name), axis.count);
+            let _ = write!(
+                html,
+                "<tr><td>{name}</td><td>{count}</td><td colspan=\"3\">of the x axis: HEALPix centres in ring order</td></tr>"
+            );
+            continue;
+        }
         let angle = axis.unit == "rad";
         let value = |value: f64| match angle {
             true => format!("{}°", short((value.to_degrees() * 1e6).round() / 1e6)),
@@ -185,7 +191,9 @@ fn meaning(facts: &ReachabilityFacts) -> String {
 
 fn field_in_words(facts: &ReachabilityFacts) -> String {
     let field = &facts.field;
+    let directed = facts.axes.iter().any(|axis| axis.unit == AxisUnit::HealPix.name());
     let what = match field.profile.as_str() {
+        _ if directed => "exact distance between cells, by metres and the angle between rotations",
         "standard" => "exact Euclidean distance between cell boxes, angles wrapping",
         _ => "second-order fast marching, all axes equal, angles wrapping",
     };
@@ -203,7 +211,7 @@ fn field_in_words(facts: &ReachabilityFacts) -> String {
 fn sections_of(facts: &ReachabilityFacts, field: &ReachabilityField, census: &Census, cuts: &[Cut]) -> String {
     let grid = &field.header.grid;
     let band = match field.header.metric {
-        FieldMetric::Metres { .. } => (grid.axes()[0].step / 2.0).max(0.025),
+        FieldMetric::Metres { .. } => (grid.places()[0].step / 2.0).max(0.025),
         FieldMetric::Cells => 0.5,
     };
     let mut figures = cuts.iter().map(|cut| {
@@ -276,7 +284,7 @@ fn counts(facts: &ReachabilityFacts, field: &ReachabilityField, census: &Census)
             ink: if *proof == Proof::Searched { Ink::Reject } else { Ink::Neutral },
         })
         .collect();
-    let axis = &field.header.grid.axes()[2];
+    let axis = &field.header.grid.places()[2];
     let heights: Vec<StackedRow> = (census.heights.iter().enumerate().rev())
         .map(|(cell, counts)| StackedRow {
             name: format!("{:.2} m", axis.centre(cell) + 0.0),

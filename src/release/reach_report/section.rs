@@ -51,7 +51,7 @@ impl Cut {
     pub fn name(self, grid: &PoseGrid) -> String {
         let ([_, _, across], _) = self.axes();
         let (Self::Level(cell) | Self::Upright(cell)) = self;
-        let axis = &grid.axes()[across];
+        let axis = &grid.places()[across];
         // Rounding of `first + index * step` is nobody's business here.
         let at = (axis.centre(cell) * 1e6).round() / 1e6 + 0.0;
         format!("{} = {} m", axis.name, short(at))
@@ -60,13 +60,13 @@ impl Cut {
     /// Every how manyth position has a rose.
     pub fn stride(self, grid: &PoseGrid) -> usize {
         let ([right, up, _], _) = self.axes();
-        grid.shape()[right].max(grid.shape()[up]).div_ceil(MOST)
+        grid.place_counts()[right].max(grid.place_counts()[up]).div_ceil(MOST)
     }
 
     /// The drawing as an `<svg>` element. `band` is the width of the field's bands, in its unit.
     pub fn svg(self, grid: &PoseGrid, census: &Census, band: f64) -> String {
         let ([right, up, _], sense) = self.axes();
-        let count = [right, up].map(|axis| grid.shape()[axis]);
+        let count = [right, up].map(|axis| grid.place_counts()[axis]);
         let stride = self.stride(grid);
         // A rose stands for a square of `stride` cells; they share its middle.
         let cell = SIDE / stride as f64;
@@ -117,17 +117,16 @@ impl Cut {
 
     /// Index of a position in C order over x, y, z.
     fn position(self, grid: &PoseGrid, right: usize, up: usize) -> usize {
-        let [_, ny, nz, ..] = grid.shape();
-        let [x, y, z] = match self {
+        let place = match self {
             Self::Level(z) => [up, right, z],
             Self::Upright(y) => [right, y, up],
         };
-        (x * ny + y) * nz + z
+        PoseGrid::position(grid.place_counts(), place)
     }
 
     fn plane(self, grid: &PoseGrid, census: &Census) -> Plane {
         let ([right, up, _], sense) = self.axes();
-        let shape = [right, up].map(|axis| grid.shape()[axis]);
+        let shape = [right, up].map(|axis| grid.place_counts()[axis]);
         let mut values = Vec::with_capacity(shape[0] * shape[1]);
         for column in 0..shape[0] {
             let place = if sense < 0.0 { shape[0] - 1 - column } else { column };
@@ -139,7 +138,7 @@ impl Cut {
     /// Numbers along both axes, and where the frame of the poses has its origin.
     fn scales(self, svg: &mut String, grid: &PoseGrid, [width, height]: [f64; 2], cell: f64) {
         let ([right, up, _], sense) = self.axes();
-        let [across, along] = [right, up].map(|axis| &grid.axes()[axis]);
+        let [across, along] = [right, up].map(|axis| &grid.places()[axis]);
         let from_left = |value: f64| {
             let place = ((value - across.first) / across.step + 0.5) * cell;
             if sense < 0.0 { width - place } else { place }

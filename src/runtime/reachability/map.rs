@@ -5,9 +5,7 @@ use std::{cmp::Ordering, collections::BTreeMap};
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::{Ball, EndEffectorVolume, Obstacle};
-use crate::geom::{
-    FieldLookup, FieldMetric, PoseGrid, PoseLabel, rotation_from_rpy, signed_distance_standard, signed_distance_thesis,
-};
+use crate::geom::{FieldLookup, FieldMetric, PoseGrid, PoseLabel};
 
 /// Cells between two counts of the reachable ones before.
 const STRIDE: usize = 64;
@@ -55,6 +53,9 @@ pub enum InvalidMap {
         /// As it must be.
         expected: usize,
     },
+    /// Cells as the unit of a grid of directions.
+    #[error("a grid of directions has no distances in cells; measure in metres (profile `standard`)")]
+    Metric,
     /// A distance with the other label's sign.
     #[error("cell {cell}: distance {distance} of a cell that is {}; it must be negative where reachable and nowhere else", label.name())]
     Sign {
@@ -112,7 +113,7 @@ pub struct ReachabilityMap {
     reachable: usize,
     /// Those before every `STRIDE`-th cell.
     reachable_before: Vec<u32>,
-    /// The grid's rotations, and the angle cells that mean each.
+    /// The grid's rotations, and the orientations that mean each.
     rotations: Vec<(Rotation3<f64>, Vec<usize>)>,
 }
 
@@ -129,6 +130,9 @@ impl ReachabilityMap {
         let count = |what, found, expected| {
             if found == expected { Ok(()) } else { Err(InvalidMap::Count { what, found, expected }) }
         };
+        if !metric.fits(&grid) {
+            return Err(InvalidMap::Metric);
+        }
         count("labels", labels.len(), grid.cells())?;
         count("distances", distances.len(), grid.cells())?;
         for (cell, (label, distance)) in labels.iter().zip(&distances).enumerate() {
@@ -222,14 +226,20 @@ impl ReachabilityMap {
     }
 
     /// Whether a pose lies in the box of the grid's cells: within half a step of a centre on every axis that does not wrap.
+    /// Directions are all round.
     pub fn is_in_grid(&self, pose: &[f64; 6]) -> bool {
-        self.grid().axes().iter().zip(pose).all(|(axis, coordinate)| {
+        let axes = match self.grid() {
+            PoseGrid::Axes(grid) => &grid.axes()[..],
+            PoseGrid::Sphere(grid) => &grid.places()[..],
+        };
+        let inside = axes.iter().zip(pose).all(|(axis, coordinate)| {
             let place = (coordinate - axis.first) / axis.step;
-            coordinate.is_finite() && (axis.periodic || (-0.5..=axis.count as f64 - 0.5).contains(&place))
-        })
+            axis.periodic || (-0.5..=axis.count as f64 - 0.5).contains(&place)
+        });
+        inside && pose.iter().all(|coordinate| coordinate.is_finite())
     }
 
-    /// The cell nearest to a pose, axis by axis; `None` for a pose that is not finite.
+    /// The cell nearest to a pose, as [`PoseGrid::nearest`] says; `None` for a pose that is not finite.
     pub fn nearest_cell(&self, pose: &[f64; 6]) -> Option<NearestCell<'_>> {
         if !pose.iter().all(|coordinate| coordinate.is_finite()) {
             return None;
@@ -284,7 +294,7 @@ impl ReachabilityMap {
     ) -> ObstacleId {
         let mut blocked = self.touching(obstacle, end_effector.balls());
         if self.witnesses.is_some() {
-            let angles = self.angles();
+            let angles = self.grid().orientations();
             let mut balls = Vec::new();
             let mut passes = |cell: usize| {
                 balls.clear();
@@ -293,7 +303,7 @@ impl ReachabilityMap {
                     !balls.iter().any(|ball| obstacle.touches(&ball.centre, ball.radius))
                 })
             };
-            for position in 0..self.grid().cells() / angles {
+            for position in 0..self.grid().positions() {
                 for (_, alike) in &self.rotations {
                     let cells = alike.iter().map(|angle| position * angles + angle);
                     if !cells.clone().any(&mut passes) {
@@ -351,10 +361,7 @@ impl ReachabilityMap {
             self.labels[*cell as usize] = PoseLabel::Colliding;
         }
         let inside: Vec<bool> = self.labels.iter().map(|label| *label == PoseLabel::Reachable).collect();
-        self.distances = match self.lookup.metric() {
-            FieldMetric::Metres { rho } => signed_distance_standard(&inside, self.lookup.grid(), rho),
-            FieldMetric::Cells => signed_distance_thesis(&inside, self.lookup.grid()),
-        };
+        self.distances = self.lookup.metric().signed_distance(&inside, self.lookup.grid());
     }
 
     /// Labels without obstacles.
@@ -367,32 +374,27 @@ impl ReachabilityMap {
         self.clear_labels()[cell] == PoseLabel::Reachable
     }
 
-    /// Cells of one position.
-    fn angles(&self) -> usize {
-        self.grid().strides()[2]
-    }
-
     /// The cells, reachable without obstacles, at which a ball touches the obstacle, in order.
     fn touching(&self, obstacle: &Obstacle, balls: &[Ball]) -> Vec<u32> {
-        let (grid, angles, bounds) = (self.grid(), self.angles(), obstacle.bounds());
-        let [_, ny, nz, ..] = grid.shape();
-        let mut touched = vec![false; grid.cells() / angles];
+        let (grid, angles, bounds) = (self.grid(), self.grid().orientations(), obstacle.bounds());
+        let counts = grid.place_counts();
+        let mut touched = vec![false; grid.positions()];
         let (mut positions, mut blocked) = (Vec::new(), Vec::new());
         for (rotation, alike) in &self.rotations {
             for Ball { centre, radius } in balls {
                 let away = rotation * centre.coords;
                 // Positions at which the ball may reach the obstacle's box, a little more for rounding.
                 let [xs, ys, zs] = [0, 1, 2].map(|k| {
-                    let (axis, reach) = (&grid.axes()[k], radius + 1e-9);
+                    let (axis, reach) = (&grid.places()[k], radius + 1e-9);
                     let place = |world: f64| (world - away[k] - axis.first) / axis.step;
                     let first = place(bounds.min[k] - reach).ceil().max(0.0) as usize;
                     first..(place(bounds.max[k] + reach).floor() + 1.0).clamp(0.0, axis.count as f64) as usize
                 });
-                let centre = |k: usize, index: usize| grid.axes()[k].centre(index);
+                let centre = |k: usize, index: usize| grid.places()[k].centre(index);
                 for x in xs {
                     for y in ys.clone() {
                         for z in zs.clone() {
-                            let position = (x * ny + y) * nz + z;
+                            let position = PoseGrid::position(counts, [x, y, z]);
                             let place = Point3::from(Vector3::new(centre(0, x), centre(1, y), centre(2, z)) + away);
                             if !touched[position] && obstacle.touches(&place, *radius) {
                                 touched[position] = true;
@@ -413,13 +415,12 @@ impl ReachabilityMap {
     }
 }
 
-/// The rotations of a grid, and the angle cells (index in roll, pitch, yaw) that mean each: one computed rotation for all,
+/// The rotations of a grid, and the orientations that mean each: one computed rotation for all,
 /// so that they are judged alike.
 fn rotations(grid: &PoseGrid) -> Vec<(Rotation3<f64>, Vec<usize>)> {
     let mut found: BTreeMap<[i32; 9], (Rotation3<f64>, Vec<usize>)> = BTreeMap::new();
-    for angle in 0..grid.strides()[2] {
-        let [_, _, _, roll, pitch, yaw] = grid.pose(angle);
-        let rotation = rotation_from_rpy(roll, pitch, yaw);
+    for angle in 0..grid.orientations() {
+        let rotation = grid.rotation(angle);
         let mut rounded = rotation.matrix().iter().map(|entry| (entry * 1e6).round() as i32);
         let key = std::array::from_fn(|_| rounded.next().unwrap_or_default());
         found.entry(key).or_insert((rotation, Vec::new())).1.push(angle);

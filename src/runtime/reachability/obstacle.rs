@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::geom::{
-    Aabb, Axis, AxisUnit, EndEffector, MeshQuery, NoSurface, Object, OccupancyGrid, Pose, PoseGrid, TriMesh, World,
+    Aabb, Axis, AxisGrid, AxisUnit, EndEffector, MeshQuery, NoSurface, Object, OccupancyGrid, Pose, TriMesh, World,
     signed_distance_standard,
 };
 
@@ -206,7 +206,7 @@ impl Occupied {
                 periodic: false,
             }
         };
-        let poses = PoseGrid::new(std::array::from_fn(axis)).ok()?;
+        let poses = AxisGrid::new(std::array::from_fn(axis)).ok()?;
         let clearance = signed_distance_standard(&inside, &poses, 1.0);
         (low[0] <= high[0]).then(|| Self { grid: grid.clone(), cell, clearance, low, high })
     }

@@ -35,7 +35,7 @@ impl ReachabilityMap {
             return Ok(());
         }
         let reader = DatasetReader::open(folder)?;
-        let (angles, joints) = (self.grid().strides()[2], self.robot().joints.len());
+        let (angles, joints) = (self.grid().orientations(), self.robot().joints.len());
         let reachable = self.clear_labels().iter().filter(|label| **label == PoseLabel::Reachable).count();
         let mut witnesses = Vec::with_capacity(reachable * joints);
         for (position, sample) in reader.iter(Selection::default()).enumerate() {

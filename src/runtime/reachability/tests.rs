@@ -7,8 +7,8 @@ use proptest::{collection::vec, prelude::*};
 
 use super::*;
 use crate::geom::{
-    Axis, AxisUnit, EndEffector, FieldMetric, METRES_PER_RADIAN, Object, OccupancyGrid, Pose, PoseGrid, PoseLabel,
-    TriMesh, World, signed_distance_standard, signed_distance_thesis,
+    Axis, AxisUnit, EndEffector, FieldMetric, HealPix, METRES_PER_RADIAN, Object, OccupancyGrid, Pose, PoseGrid,
+    PoseLabel, TriMesh, World,
 };
 
 const METRES: FieldMetric = FieldMetric::Metres { rho: METRES_PER_RADIAN };
@@ -26,6 +26,11 @@ fn grid(angles: [usize; 3]) -> PoseGrid {
         periodic: k > 2,
     }))
     .unwrap()
+}
+
+/// The same positions with directions and roll.
+fn on_sphere(nside: u32, rolls: usize) -> PoseGrid {
+    PoseGrid::on_sphere(*grid([1, 1, 1]).places(), HealPix::new(nside).unwrap(), rolls).unwrap()
 }
 
 /// Reachable within a ball, but not from behind: the same for all cells that mean one pose.
@@ -50,10 +55,7 @@ fn parts(grid: &PoseGrid, metric: FieldMetric) -> ReachabilityParts {
 
 fn field(grid: &PoseGrid, labels: &[PoseLabel], metric: FieldMetric) -> Vec<f32> {
     let inside: Vec<bool> = labels.iter().map(|label| *label == PoseLabel::Reachable).collect();
-    match metric {
-        FieldMetric::Metres { rho } => signed_distance_standard(&inside, grid, rho),
-        FieldMetric::Cells => signed_distance_thesis(&inside, grid),
-    }
+    metric.signed_distance(&inside, grid)
 }
 
 fn bits(map: &ReachabilityMap) -> (Vec<PoseLabel>, Vec<u32>) {
@@ -157,14 +159,50 @@ fn poses_outside_and_poses_that_are_none() {
 
 #[test]
 fn reachable_cells_have_their_own_witness() {
-    let grid = grid([2, 4, 4]);
-    let map = ReachabilityMap::new(parts(&grid, METRES)).unwrap();
-    for cell in 0..grid.cells() {
-        let pose = grid.pose(cell);
-        let witness = map.nearest_cell(&pose).unwrap().witness;
-        let expected = (map.labels()[cell] == PoseLabel::Reachable).then_some(&pose[..3]);
-        assert_eq!(witness, expected);
+    for grid in [grid([2, 4, 4]), on_sphere(2, 4)] {
+        let map = ReachabilityMap::new(parts(&grid, METRES)).unwrap();
+        for cell in 0..grid.cells() {
+            let pose = grid.pose(cell);
+            let witness = map.nearest_cell(&pose).unwrap().witness;
+            let expected = (map.labels()[cell] == PoseLabel::Reachable).then_some(&pose[..3]);
+            assert_eq!(witness, expected);
+        }
     }
+}
+
+/// Away from the border a map over directions says what is reachable, whatever numbers the pose is written in.
+#[test]
+fn directions_answer_as_six_axes_do() {
+    let grid = on_sphere(3, 8);
+    let map = ReachabilityMap::new(parts(&grid, METRES)).unwrap();
+    let (mut draw, mut inside, mut outside) = (0.5_f64, 0, 0);
+    for _ in 0..4_000 {
+        let pose: [f64; 6] = std::array::from_fn(|k| {
+            draw = (draw * 997.0 + 0.123).fract();
+            if k < 3 { FIRST[k] + draw * [0.4, 0.5, 0.3][k] } else { (draw - 0.5) * 4.0 * PI }
+        });
+        let (value, gradient) = map.distance_and_gradient(&pose);
+        let twin = [pose[0], pose[1], pose[2], pose[3] + PI, PI - pose[4], pose[5] + PI];
+        let (other, slopes) = map.distance_and_gradient(&twin);
+        assert!((value - other).abs() < 1e-9);
+        let signs = [1.0, 1.0, 1.0, 1.0, -1.0, 1.0];
+        assert!((0..6).all(|k| (gradient[k] - signs[k] * slopes[k]).abs() < 1e-6), "{gradient:?} {slopes:?}");
+        let seen = Pose::<World, EndEffector>::from_xyz_rpy(pose);
+        let near = (seen.translation() - Vector3::new(0.35, 0.0, 0.2)).norm();
+        let ahead = seen.rotation().matrix()[(0, 0)];
+        if near < 0.12 && ahead > 0.1 {
+            assert!(value < 0.0, "{pose:?}: {value}");
+            inside += 1;
+        } else if near > 0.34 || ahead < -0.7 {
+            assert!(value > 0.0, "{pose:?}: {value}");
+            outside += 1;
+        }
+        assert!(map.is_in_grid(&pose));
+    }
+    assert!(inside > 50 && outside > 300, "{inside} {outside}");
+    let cells = FieldMetric::Cells;
+    let refused = ReachabilityMap::new(ReachabilityParts { metric: cells, ..parts(&grid, METRES) }).err().unwrap();
+    assert_eq!(refused, InvalidMap::Metric);
 }
 
 #[test]
@@ -276,12 +314,13 @@ proptest! {
     /// Obstacles by boxes, in any order, against masks and fields from scratch.
     #[test]
     fn boxes_are_as_from_scratch(
+        directed in any::<bool>(),
         boxes in vec((places(), [-3.0..3.0, -1.5..1.5, -3.0..3.0], [0.01..0.2, 0.01..0.2, 0.01..0.2]), 1..4),
         cells in any::<bool>(),
         remove in any::<prop::sample::Index>(),
     ) {
-        let metric = if cells { FieldMetric::Cells } else { METRES };
-        let (grid, hand) = (grid([2, 4, 4]), hand());
+        let metric = if cells && !directed { FieldMetric::Cells } else { METRES };
+        let (grid, hand) = (if directed { on_sphere(1, 4) } else { grid([2, 4, 4]) }, hand());
         let mut map = ReachabilityMap::new(parts(&grid, metric)).unwrap();
         let clear = bits(&map);
         let scratch = |boxes: &[(Pose<World, Object>, [f64; 3])]| {
