@@ -61,6 +61,7 @@ fn every_job_file_is_a_job_of_its_size() {
         ("builtin", 33, 726),
         ("fetch-reachability-halfstep", 1, 42_240),
         ("fetch-reachability-meshes", 1, 5280),
+        ("fetch-reachability-sphere", 1, 5280),
         ("fetch-reachability", 1, 5280),
         ("fetch-torso-reachability", 1, 5280),
         ("quickstart", 18, 726),

@@ -82,6 +82,62 @@ fn the_grid_of_the_thesis_has_its_count() {
 }
 
 #[test]
+fn directions_take_the_place_of_pitch_and_yaw() {
+    let directed = FETCH.replace("pitch = 8\nyaw = 8", "directions = { healpix = 2 }");
+    let read = |overrides: &[&str]| read_with(&directed, overrides, &|_| Vec::new());
+    let job = read(&["poses.roll=8"]).unwrap_or_else(|errors| panic!("{}", errors.render()));
+    let job = job.resolve(Vec::new()).expect("nothing is left to be read");
+    let poses = &work(&job).poses;
+    assert_eq!((poses.shape(), poses.cells()), (vec![12, 22, 20, 48, 8], 2_027_520));
+    assert_eq!((job.views(), job.shard_samples), (5280, 170));
+    let covering = poses.covering().to_string();
+    assert!(covering.starts_with("no rotation is more than 32.5 deg from an orientation"), "{covering}");
+    let text = job.to_toml(Path::new("jobs"));
+    let again = read_with(&text, &[], &|_| Vec::new()).unwrap_or_else(|errors| panic!("{}", errors.render()));
+    let again = again.resolve(Vec::new()).expect("nothing is left to be read");
+    assert!(again == job && again.digest() == job.digest(), "{text}");
+    for other in ["poses.roll=9", "poses.directions.healpix=3"] {
+        let other = read(&["poses.roll=8", other]).expect("a job").resolve(Vec::new()).expect("a job");
+        assert_ne!(other.digest(), job.digest());
+    }
+}
+
+#[test]
+fn mistakes_about_directions_are_shown_at_once() {
+    let directed = FETCH.replace("yaw = 8", "directions = { healpix = 2 }");
+    let found = mistakes(&directed, &["field.profile=thesis", "poses.x.step=0"]);
+    let found: Vec<(&str, &str)> = found.iter().map(|(_, key, code)| (key.as_str(), *code)).collect();
+    assert_eq!(
+        found,
+        [("poses.pitch", "contradiction"), ("field.profile", "contradiction"), ("poses.x.step", "senseless")]
+    );
+    let said =
+        |text: &str, overrides: &[&str]| read_with(text, overrides, &|_| Vec::new()).expect_err("mistakes").render();
+    let both = said(&directed, &["field.profile=thesis"]);
+    for part in
+        ["contradicts `poses.directions`: directions are pitch and yaw in one", "`field.profile = \"standard\"`"]
+    {
+        assert!(both.contains(part), "{part} is not in\n{both}");
+    }
+    let neither = FETCH.replace("pitch = 8\nyaw = 8\n", "");
+    assert_eq!(
+        mistakes(&neither, &[]).into_iter().map(|(_, key, code)| (key, code)).collect::<Vec<_>>(),
+        [("poses.pitch".to_owned(), "missing"), ("poses.yaw".to_owned(), "missing")]
+    );
+    assert!(said(&neither, &[]).contains("directions = { healpix = 2 }"), "{}", said(&neither, &[]));
+    let directed = directed.replace("pitch = 8\n", "");
+    for (change, part) in [
+        ("poses.directions.healpix=0", "from 1 to 16"),
+        ("poses.directions.healpix=17", "from 1 to 16"),
+        ("poses.directions={ fibonacci = 100 }", "unknown key `fibonacci`"),
+        ("poses.roll=400", "more than 16384 orientations"),
+    ] {
+        let said = said(&directed, &[change]);
+        assert!(said.contains(part), "{change}: {part} is not in\n{said}");
+    }
+}
+
+#[test]
 fn the_thesis_profile_counts_in_cells() {
     assert_eq!(work(&job(&["profile=thesis"])).metric, FieldMetric::Cells);
     assert_eq!(work(&job(&["profile=thesis", "field.profile=standard"])).metric, FieldMetric::Metres { rho: 0.127 });

@@ -5,13 +5,13 @@ use std::{collections::BTreeMap, f64::consts::TAU, path::Path as FilePath};
 use super::Checker;
 use crate::{
     assets::Description,
-    geom::{Axis, AxisUnit, FieldMetric, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid},
+    geom::{Axis, AxisUnit, FieldMetric, HealPix, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid},
     ids::{Digest, ObjectId},
     job::{
         checked::{Profile, ReachabilityJob, Robot},
         document::Path,
         errors::Problem,
-        spec::reachability::{FieldSpec, PosesSpec, ReachabilitySpec, RobotSpec, SpanSpec},
+        spec::reachability::{DirectionsSpec, FieldSpec, PosesSpec, ReachabilitySpec, RobotSpec, SpanSpec},
     },
 };
 
@@ -62,7 +62,8 @@ pub(in crate::job) fn reachability(
 ) -> Option<ReachabilityJob> {
     let robot = spec.robot.as_ref().and_then(|robot| read_robot(checker, robot, folder, robots));
     let poses = spec.poses.as_ref().and_then(|poses| grid(checker, poses));
-    let metric = metric(checker, &spec.field);
+    let directed = spec.poses.as_ref().is_some_and(|poses| poses.directions.is_some());
+    let metric = metric(checker, &spec.field, directed);
     Some(ReachabilityJob { robot: robot?, poses: poses?, solver: spec.solver, collisions: spec.collisions, metric })
 }
 
@@ -126,7 +127,37 @@ fn report(checker: &mut Checker<'_>, robot: &Robot, fault: RobotFault) {
     checker.fail(&path, Problem::NotFound { what: what.to_owned(), detail: message }, help);
 }
 
+/// Which orientations every position has.
+enum Turns {
+    /// Cells of roll, pitch and yaw.
+    Axes([u32; 3]),
+    /// Directions, and cells of roll.
+    Sphere(HealPix, u32),
+}
+
+fn turns(checker: &mut Checker<'_>, spec: &PosesSpec) -> Option<Turns> {
+    let &PosesSpec { roll, pitch, yaw, directions, .. } = spec;
+    if let Some(DirectionsSpec { healpix }) = directions {
+        for (key, _) in [("poses.pitch", pitch), ("poses.yaw", yaw)].iter().filter(|(_, given)| given.is_some()) {
+            checker.contradiction(
+                key,
+                "poses.directions",
+                "directions are pitch and yaw in one; leave one of them out",
+            );
+        }
+        let directions = HealPix::new(healpix).expect("the schema asks for a resolution from 1 to 16");
+        return (pitch.is_none() && yaw.is_none()).then_some(Turns::Sphere(directions, roll));
+    }
+    for (key, _) in [("pitch", pitch), ("yaw", yaw)].iter().filter(|(_, given)| given.is_none()) {
+        let expected = "a whole number from 1 to 4096 [cells]".to_owned();
+        let help = "give `pitch` and `yaw`, or `directions = { healpix = 2 }` in their place";
+        checker.fail(&Path::of("poses").key(key), Problem::Missing { expected }, Some(help.to_owned()));
+    }
+    Some(Turns::Axes([roll, pitch?, yaw?]))
+}
+
 fn grid(checker: &mut Checker<'_>, spec: &PosesSpec) -> Option<PoseGrid> {
+    let turns = turns(checker, spec);
     let span = |name: &'static str, span: &SpanSpec| Axis {
         name,
         unit: AxisUnit::Metre,
@@ -143,18 +174,14 @@ fn grid(checker: &mut Checker<'_>, spec: &PosesSpec) -> Option<PoseGrid> {
         count: count as usize,
         periodic: true,
     };
-    let axes = [
-        span("x", &spec.x),
-        span("y", &spec.y),
-        span("z", &spec.z),
-        turn("roll", spec.roll),
-        turn("pitch", spec.pitch),
-        turn("yaw", spec.yaw),
-    ];
+    let places = [span("x", &spec.x), span("y", &spec.y), span("z", &spec.z)];
+    let [x, y, z] = places;
+    let of_turns = |[roll, pitch, yaw]: [u32; 3]| [x, y, z, turn("roll", roll), turn("pitch", pitch), turn("yaw", yaw)];
     // One axis at a time among others that are fine: all mistakes at once.
+    let axes = of_turns([1; 3]);
     let fine = axes.map(|axis| Axis { first: 0.0, step: 1.0, count: 1, periodic: false, ..axis });
     let before = checker.errors.len();
-    for k in 0..axes.len() {
+    for k in 0..places.len() {
         let mut alone = fine;
         alone[k] = axes[k];
         if let Err(error) = PoseGrid::new(alone) {
@@ -162,10 +189,12 @@ fn grid(checker: &mut Checker<'_>, spec: &PosesSpec) -> Option<PoseGrid> {
             checker.senseless(&key, expected, error.to_string());
         }
     }
-    if checker.errors.len() > before {
-        return None;
-    }
-    match PoseGrid::new(axes) {
+    let turns = turns.filter(|_| checker.errors.len() == before)?;
+    let grid = match turns {
+        Turns::Axes(counts) => PoseGrid::new(of_turns(counts)),
+        Turns::Sphere(directions, rolls) => PoseGrid::on_sphere(places, directions, rolls as usize),
+    };
+    match grid {
         Ok(grid) if grid.cells() <= MOST_POSES => Some(grid),
         Ok(grid) => {
             checker.senseless("poses", format!("at most {MOST_POSES} poses"), format!("{}", grid.cells()));
@@ -196,19 +225,24 @@ fn blame(error: &InvalidPoseGrid) -> (String, &'static str) {
         InvalidPoseGrid::NotOneTurn { name, .. } | InvalidPoseGrid::WrongUnit { name, .. } => {
             (format!("poses.{name}"), "cells in a turn")
         }
-        InvalidPoseGrid::TooManyOrientations { .. } | InvalidPoseGrid::TooManyCells { .. } => {
-            ("poses".to_owned(), "fewer poses")
+        InvalidPoseGrid::TooManyOrientations { .. } => {
+            ("poses.directions".to_owned(), "a lower resolution or fewer cells of roll")
         }
+        InvalidPoseGrid::TooManyCells { .. } => ("poses".to_owned(), "fewer poses"),
     }
 }
 
-fn metric(checker: &mut Checker<'_>, spec: &FieldSpec) -> FieldMetric {
+fn metric(checker: &mut Checker<'_>, spec: &FieldSpec, directed: bool) -> FieldMetric {
     match spec.profile {
         Profile::Standard => FieldMetric::Metres { rho: spec.radian_weight.unwrap_or(METRES_PER_RADIAN) },
         Profile::Thesis => {
             if spec.radian_weight.is_some() {
                 let other = "field.profile = \"thesis\"";
                 checker.contradiction("field.radian_weight", other, "the thesis's field counts cells");
+            }
+            if directed {
+                let because = "the thesis's field counts cells along six axes; take `field.profile = \"standard\"`";
+                checker.contradiction("field.profile", "poses.directions", because);
             }
             FieldMetric::Cells
         }

@@ -14,7 +14,8 @@ pub struct ReachabilitySpec {
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub robot: Option<RobotSpec>,
-    /// The poses: every combination of six axes, R = Rz(yaw) Ry(pitch) Rx(roll).
+    /// The poses: every combination of six axes, or of three axes of position, directions and roll. R = Rz(yaw) Ry(pitch)
+    /// Rx(roll).
     #[schemars(required)]
     pub poses: Option<PosesSpec>,
     /// What finds joint values.
@@ -51,7 +52,8 @@ pub struct RobotSpec {
     pub content: Option<String>,
 }
 
-/// The axes of the grid of poses, in the world's frame of the robot's description.
+/// The grid of poses, in the world's frame of the robot's description: positions along x, y and z, and at each the same
+/// orientations: either `roll`, `pitch` and `yaw` or `directions` and `roll`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PosesSpec {
@@ -64,15 +66,28 @@ pub struct PosesSpec {
     /// Positions along the world's z axis.
     #[schemars(extend("examples" = [{ "from": 0.0, "to": 2.0, "step": 0.1 }]))]
     pub z: SpanSpec,
-    /// Cells in a full turn about the x axis, the first at -pi.
+    /// Cells in a full turn about the target's x axis, the first at -pi.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "cells", "examples" = [2]))]
     pub roll: u32,
-    /// Cells in a full turn about the y axis, the first at -pi.
+    /// Cells in a full turn about the y axis, the first at -pi. With `yaw`, unless `directions` are given.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "cells", "examples" = [8]))]
-    pub pitch: u32,
-    /// Cells in a full turn about the z axis, the first at -pi.
+    pub pitch: Option<u32>,
+    /// Cells in a full turn about the z axis, the first at -pi. With `pitch`, unless `directions` are given.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "cells", "examples" = [8]))]
-    pub yaw: u32,
+    pub yaw: Option<u32>,
+    /// In place of `pitch` and `yaw`: the ways that the target's x axis points, spread evenly over the sphere.
+    #[schemars(extend("examples" = [{ "healpix": 2 }]))]
+    pub directions: Option<DirectionsSpec>,
+}
+
+/// Directions spread evenly over the sphere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DirectionsSpec {
+    /// Resolution n of HEALPix: its 12 n^2 pixel centres in ring order, 48 at 2. The largest angle from any direction to the
+    /// nearest of them is 48.2, 23.6, 15.6, 11.7 degrees at 1, 2, 3, 4.
+    #[schemars(range(min = 1, max = 16), extend("examples" = [2]))]
+    pub healpix: u32,
 }
 
 /// Positions in equal steps.

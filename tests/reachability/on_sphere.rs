@@ -1,0 +1,120 @@
+//! Maps over directions and roll: every verb, and what such a map cannot be.
+
+use std::{collections::BTreeMap, fs, path::PathBuf};
+
+use graspmill::{
+    dataset::{DatasetReader, Selection, read_field},
+    geom::{EndEffector, Pose, PoseGrid, PoseLabel, World},
+    runtime::ReachabilityMap,
+    sim::RobotModel,
+};
+use serde_json::Value;
+
+use super::{ARM, Place, command, files, json, on, root};
+
+/// The job of a place, with 12 directions and 6 rolls: 3 x 3 x 4 x 72 poses.
+fn place() -> Place {
+    let place = Place::new();
+    let job = place.job().replace("roll = 2\npitch = 4\nyaw = 4\n", "directions = { healpix = 1 }\nroll = 6\n");
+    fs::write(place.path("job.toml"), job).expect("a job file");
+    place
+}
+
+fn data(place: &Place) -> PathBuf {
+    place.run("data", &["--threads", "1"])
+}
+
+#[test]
+fn threads_change_no_byte_and_shards_no_root() {
+    let place = place();
+    let first = data(&place);
+    assert_eq!(files(&place.run("second", &["--threads", "2"])), files(&first));
+    assert_eq!(root(&place.run("other", &["--set", "shards.positions=36"])), root(&first));
+    assert_ne!(root(&place.run("finer", &["--set", "poses.roll=7"])), root(&first));
+}
+
+#[test]
+fn every_verb_knows_directions() {
+    let place = place();
+    let data = data(&place);
+    let verified = json(&["verify", "--regenerate", "9"], &data);
+    assert_eq!((&verified["intact"], &verified["regenerated"]["samples"]), (&true.into(), &9.into()));
+    assert_eq!(verified["regenerated"]["differences"], Value::Array(Vec::new()));
+    let facts = json(&["inspect"], &data);
+    assert_eq!((&facts["poses"], &facts["positions"]), (&2592.into(), &36.into()));
+    let axes = facts["axes"].as_array().expect("axes");
+    let named: Vec<(&str, u64, &str)> = axes
+        .iter()
+        .map(|axis| {
+            let text = |key: &str| axis[key].as_str().expect("text");
+            (text("name"), axis["count"].as_u64().expect("a count"), text("unit"))
+        })
+        .collect();
+    assert_eq!(named[3..], [("direction", 12, "healpix"), ("roll", 6, "rad")]);
+    let radius = facts["covering"]["radius"].as_f64().expect("a radius").to_degrees();
+    assert!((radius - 56.29).abs() < 0.01, "{radius}");
+    assert!((facts["covering"]["directions"].as_f64().expect("a radius").to_degrees() - 48.19).abs() < 0.01);
+    let text = |verb: &str, of: &std::path::Path| {
+        let done = on(&[verb], of);
+        assert!(done.status.success(), "{verb}: {}", String::from_utf8_lossy(&done.stderr));
+        String::from_utf8(done.stdout).expect("text")
+    };
+    let words = "no rotation is more than 56.3 deg from an orientation";
+    assert!(text("inspect", &data).contains(words) && text("inspect", &data).contains("12 of the x axis"));
+    assert!(text("estimate", &place.path("job.toml")).contains(words));
+    assert!(json(&["estimate"], &place.path("job.toml"))["covering_radius"].as_f64() > Some(0.98));
+    text("report", &data);
+    let page = fs::read_to_string(data.join("report.html")).expect("a page");
+    assert!(page.contains(words) && page.contains("HEALPix") && !page.contains("NaN"));
+    assert!(data.join("preview.mcap").exists());
+    let refused = command(&["export", "--to", "graspit", "--out"]).arg(place.path("g")).arg(&data).output();
+    let refused = refused.expect("graspmill starts");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && said.contains("directions") && !place.path("g").exists(), "{said}");
+    let never = place.path("never");
+    let mut thesis = command(&["run", "--set", "field.profile=thesis", "--out"]);
+    let thesis = thesis.arg(&never).arg(place.path("job.toml")).output().expect("graspmill starts");
+    let said = String::from_utf8_lossy(&thesis.stderr).into_owned();
+    assert!(thesis.status.code() == Some(2) && said.contains("field.profile") && !never.exists(), "{said}");
+}
+
+/// Cells are position, direction, roll; each witness brings the robot to its cell, and a query finds it there.
+#[test]
+fn what_is_stored_is_what_the_robot_does() {
+    let place = place();
+    let data = data(&place);
+    let field = read_field(&data).expect("a field");
+    let header = &field.header;
+    assert!(matches!(&header.grid, PoseGrid::Sphere(_)));
+    assert_eq!(header.grid.shape(), [3, 3, 4, 12, 6]);
+    assert_eq!(field.distances, header.distances(&field.labels));
+    let robot = RobotModel::open(&place.path("fetch.xml")).expect("the robot");
+    let mut map = ReachabilityMap::open(&data).expect("a map");
+    map.read_witnesses(&data).expect("witnesses");
+    let (mut cell, mut counts) = (0, BTreeMap::new());
+    for sample in DatasetReader::open(&data).expect("a dataset").iter(Selection::default()) {
+        let block = sample.expect("a sample").block().expect("a block");
+        for orientation in 0..block.labels.len() {
+            *counts.entry(block.labels[orientation]).or_insert(0) += 1;
+            let nearest = map.nearest_cell(&header.grid.pose(cell)).expect("a cell");
+            assert_eq!((nearest.cell, nearest.witness), (cell, block.witness(orientation)));
+            assert!((map.distance(&header.grid.pose(cell)) - f64::from(field.distances[cell])).abs() < 1e-9);
+            if let Some(witness) = block.witness(orientation) {
+                let wanted = Pose::<World, EndEffector>::from_xyz_rpy(header.grid.pose(cell));
+                let values: Vec<(&str, f64)> = ARM.into_iter().zip(witness.iter().copied()).collect();
+                let found = robot.site_pose(&header.target, &values).expect("a pose");
+                let off = wanted.to_rows().into_iter().zip(found.to_rows()).map(|(a, b)| (a - b).abs());
+                assert!(off.fold(0.0, f64::max) < 1e-6, "cell {cell}");
+            }
+            cell += 1;
+        }
+    }
+    assert_eq!(cell, header.grid.cells());
+    assert!(PoseLabel::ALL.iter().all(|label| counts.get(label) > Some(&20)), "{counts:?}");
+    let free = field.labels.iter().position(|label| *label == PoseLabel::Reachable).expect("a reachable cell");
+    let pose = header.grid.pose(free).map(|value| value.to_string()).join(",");
+    let asked = command(&["query", "reach", "--json"]).arg(&data).arg(format!("--pose={pose}")).output();
+    let answers: Value = serde_json::from_slice(&asked.expect("graspmill starts").stdout).expect("JSON on stdout");
+    assert_eq!(answers["poses"][0]["nearest"]["cell"], free);
+    assert_eq!(answers["poses"][0]["nearest"]["witness"].as_array().map(Vec::len), Some(ARM.len()));
+}
