@@ -133,7 +133,7 @@ fn mistakes_about_directions_are_shown_at_once() {
         ("poses.roll=400", "more than 16384 orientations"),
     ] {
         let said = said(&directed, &[change]);
-        assert!(said.contains(part), "{change}: {part} is not in\n{said}");
+        assert!(said.contains(part) && said.contains("1 error"), "{change}: {part} is not in\n{said}");
     }
 }
 

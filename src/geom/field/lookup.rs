@@ -12,6 +12,7 @@ pub struct FieldLookup {
 }
 
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a map has one, and no step more to it")]
 enum Kind {
     Axes(AxisLookup),
     Sphere(SphereLookup),

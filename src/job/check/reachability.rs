@@ -148,6 +148,10 @@ fn turns(checker: &mut Checker<'_>, spec: &PosesSpec) -> Option<Turns> {
         let directions = HealPix::new(healpix).expect("the schema asks for a resolution from 1 to 16");
         return (pitch.is_none() && yaw.is_none()).then_some(Turns::Sphere(directions, roll));
     }
+    // Directions that are none were reported: pitch and yaw are not what is missing.
+    if checker.wrong.iter().any(|wrong| Path::of("poses.directions").holds(wrong)) {
+        return None;
+    }
     for (key, _) in [("pitch", pitch), ("yaw", yaw)].iter().filter(|(_, given)| given.is_none()) {
         let expected = "a whole number from 1 to 4096 [cells]".to_owned();
         let help = "give `pitch` and `yaw`, or `directions = { healpix = 2 }` in their place";
