@@ -1,16 +1,23 @@
-//! Maps over directions and roll: every verb, and what such a map cannot be.
+//! Maps over directions and roll: every verb, what such a map cannot be, and whether it answers better.
 
-use std::{collections::BTreeMap, fs, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
 
 use graspmill::{
     dataset::{DatasetReader, Selection, read_field},
-    geom::{EndEffector, Pose, PoseGrid, PoseLabel, World},
+    geom::{EndEffector, Pose, PoseGrid, PoseLabel, World, super_fibonacci},
+    job::Solver,
+    produce::reachability::{LabelledPosition, PoseLabeller, Scratch},
     runtime::ReachabilityMap,
+    seed::Stream,
     sim::RobotModel,
 };
 use serde_json::Value;
 
-use super::{ARM, Place, command, files, json, on, root};
+use super::{ARM, Place, ROOT, command, files, json, on, root};
 
 /// The job of a place, with 12 directions and 6 rolls: 3 x 3 x 4 x 72 poses.
 fn place() -> Place {
@@ -117,4 +124,64 @@ fn what_is_stored_is_what_the_robot_does() {
     let answers: Value = serde_json::from_slice(&asked.expect("graspmill starts").stdout).expect("JSON on stdout");
     assert_eq!(answers["poses"][0]["nearest"]["cell"], free);
     assert_eq!(answers["poses"][0]["nearest"]["witness"].as_array().map(Vec::len), Some(ARM.len()));
+}
+
+/// How often a map tells wrongly whether a pose is reachable, and the error of each kind.
+#[derive(Default)]
+struct Wrong {
+    /// Poses that are not reachable and count as such, by the sign of the distance.
+    falsely_in: u32,
+    /// Poses that are reachable and do not count as such.
+    falsely_out: u32,
+    /// Nearest cells with another label.
+    cells: u32,
+}
+
+/// The thesis's grid and the even one with the same positions, at rotations and positions between all cells, against the
+/// labeller's own answer there.
+#[test]
+#[ignore = "slow: make test-slow"]
+fn evenly_spread_orientations_answer_better() {
+    const POSITIONS: usize = 600;
+    let place = Place::new();
+    let maps = ["fetch-reachability", "fetch-reachability-sphere"].map(|name| {
+        let (job, out) = (Path::new(ROOT).join(format!("jobs/{name}.toml")), place.path(name));
+        let done = command(&["run", "--progress", "none", "--out"]).arg(&out).arg(job).output().expect("it starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        ReachabilityMap::open(&out).expect("a map")
+    });
+    let rotations: Vec<_> = (0..61).map(|index| super_fibonacci(index, 61)).collect();
+    let (robot, fixed) = (RobotModel::open(&place.path("fetch.xml")).expect("the robot"), BTreeMap::new());
+    let group = robot.planning_group(&ARM, "wrist_roll_link", &fixed).expect("an arm");
+    let bodies = robot.bodies(&ARM, &fixed).expect("bodies");
+    let labeller = PoseLabeller::of_parts(&group, Some(&bodies), &rotations, Solver::ClosedForm, 1).expect("an arm");
+    let (mut scratch, mut truth, mut draw) =
+        (Scratch::default(), LabelledPosition::default(), Stream::of_job(1, b"", "poses"));
+    let (mut wrong, mut poses, mut reachable) = ([Wrong::default(), Wrong::default()], 0, 0);
+    for _ in 0..POSITIONS {
+        let at = [draw.unit() * 1.1, draw.unit() * 2.1 - 1.1, draw.unit() * 1.9];
+        labeller.label(&mut scratch, at, &mut truth);
+        for (rotation, label) in rotations.iter().zip(&truth.labels) {
+            let pose = Pose::<World, EndEffector>::new(*rotation, at.into()).xyz_rpy();
+            let inside = *label == PoseLabel::Reachable;
+            (poses, reachable) = (poses + 1, reachable + u32::from(inside));
+            for (map, wrong) in maps.iter().zip(&mut wrong) {
+                let said = map.distance(&pose) < 0.0;
+                wrong.falsely_in += u32::from(said && !inside);
+                wrong.falsely_out += u32::from(!said && inside);
+                let cell = map.nearest_cell(&pose).expect("a cell").label == PoseLabel::Reachable;
+                wrong.cells += u32::from(cell != inside);
+            }
+        }
+    }
+    for (map, wrong) in ["six axes", "directions"].iter().zip(&wrong) {
+        let Wrong { falsely_in, falsely_out, cells } = wrong;
+        println!(
+            "{map}: of {poses} poses, {reachable} of them reachable, {falsely_in} falsely in, {falsely_out} falsely out; \
+             {cells} nearest cells with another label"
+        );
+    }
+    let [axes, directions] = wrong;
+    assert!(directions.falsely_in + directions.falsely_out < axes.falsely_in + axes.falsely_out);
+    assert!(directions.cells < axes.cells);
 }

@@ -157,7 +157,8 @@ mod tests {
             // A quarter turn about z carries the directions onto themselves.
             let radius = covering_radius(&rotations, [TAU / rolls as f64, FRAC_PI_2]);
             println!("nside {nside}, {rolls} rolls: {:.2} deg, {:.2} at most", radius.to_degrees(), bound.to_degrees());
-            assert!(radius <= bound + TOLERANCE && radius > 0.7 * bound, "{nside} {rolls}: {radius} {bound}");
+            let least = if rolls % 4 == 0 { bound - 1e-9 } else { 0.7 * bound };
+            assert!((least..bound + TOLERANCE).contains(&radius), "{nside} {rolls}: {radius} {bound}");
             let seen = sampled(&grid, 2_000);
             assert!(seen <= radius, "{seen} {radius}");
         }

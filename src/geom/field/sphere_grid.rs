@@ -93,24 +93,22 @@ impl SphereGrid {
     /// The orientation nearest to a rotation, by the angle between the two.
     pub fn nearest_orientation(&self, rotation: &Rotation3<f64>) -> usize {
         let (direction, side) = (rotation.matrix().column(0).into_owned(), rotation.matrix().column(1).into_owned());
-        // The cosine of half the angle from a direction: the most that any roll can give.
-        let most = |frame: &Matrix3<f64>| libm::sqrt((0.5 * (1.0 + frame.column(0).dot(&direction))).max(0.0));
+        // The squared cosine of half the angle between two rotations is that of the swing, times that of the turn: no roll
+        // gives more than the first.
+        let most = |frame: &Matrix3<f64>| 0.5 * (1.0 + frame.column(0).dot(&direction));
         let with_roll = |place: usize, most: f64| {
             let turn = turn_about(&self.frames[place], &direction, &side);
             let roll = self.roll.nearest(turn);
-            (place * self.roll.count + roll, most * libm::cos(0.5 * (turn - self.roll.centre(roll))).abs())
+            let cosine = libm::cos(0.5 * (turn - self.roll.centre(roll)));
+            (place * self.roll.count + roll, most * cosine * cosine)
         };
-        let ahead = |(best, cosine), (place, next)| if next > cosine { (place, next) } else { (best, cosine) };
+        let ahead = |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
         let bounds = || self.frames.iter().map(most).enumerate();
-        let (place, bound) = bounds().fold((0, -1.0), ahead);
-        let first = with_roll(place, bound);
-        let rest = bounds().filter(|(place_of, _)| *place_of != place);
-        let best = rest.fold(
-            first,
-            |best, (place, bound)| {
-                if bound > best.1 { ahead(best, with_roll(place, bound)) } else { best }
-            },
-        );
+        let (nearest, bound) = bounds().fold((0, -1.0), ahead);
+        let first = with_roll(nearest, bound);
+        let best = bounds().fold(first, |best, (place, bound)| {
+            if bound > best.1 && place != nearest { ahead(best, with_roll(place, bound)) } else { best }
+        });
         best.0
     }
 
@@ -119,7 +117,8 @@ impl SphereGrid {
     /// A swing about an axis square to its x axis brings any rotation's x axis onto the nearest direction, by no more than
     /// the directions' covering radius rho; then a turn about that direction, by no more than half a step h, ends at an
     /// orientation. Two turns about axes square to each other make one by theta with cos(theta / 2) = cos(rho / 2)
-    /// cos(h / 2). Another direction may be nearer in all: this is a bound, mostly a few degrees above the truth.
+    /// cos(h / 2). That is a bound, since another direction may be nearer in all; with a multiple of four rolls it is the
+    /// truth, since the four directions around a pole then have the same rolls.
     pub fn covering_radius(&self) -> f64 {
         let half = |angle: f64| libm::cos(0.5 * angle);
         2.0 * libm::acos(half(self.directions.covering_radius()) * half(0.5 * self.roll.step))

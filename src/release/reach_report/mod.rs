@@ -250,9 +250,18 @@ fn sections_of(facts: &ReachabilityFacts, field: &ReachabilityField, census: &Ce
         band = short(band),
         unit = escaped(&facts.field.unit),
         key = band_key(band, least, most),
-        fewer = match stride_of(grid, cuts) {
-            1 => String::new(),
-            stride => format!(" Marks stand at one position of {stride} along each axis."),
+        fewer = {
+            let directed = match grid {
+                PoseGrid::Axes(_) => String::new(),
+                PoseGrid::Sphere(grid) => {
+                    let count = grid.directions().count();
+                    format!(" The {count} directions of this map count for the nearest of these 26.")
+                }
+            };
+            match stride_of(grid, cuts) {
+                1 => directed,
+                stride => format!("{directed} Marks stand at one position of {stride} along each axis."),
+            }
         },
         rest = figures.collect::<String>(),
     )
