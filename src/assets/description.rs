@@ -20,6 +20,25 @@ pub struct DescriptionError {
     pub source: io::Error,
 }
 
+impl DescriptionError {
+    /// How to mend it.
+    pub fn remedy(&self) -> &'static str {
+        match (self.source.kind(), &self.by) {
+            (io::ErrorKind::NotFound, Some(_)) => missing_remedy(&self.path),
+            (io::ErrorKind::NotFound, None) => "check the path: it starts at the job file's folder",
+            _ => "see that the file can be read",
+        }
+    }
+}
+
+/// How to get a file that a robot's description names.
+pub fn missing_remedy(file: &Path) -> &'static str {
+    let parts: Vec<_> = file.components().map(|part| part.as_os_str()).collect();
+    let fetched =
+        parts.windows(2).any(|pair| pair[0] == ".deps" && ["fetch", "panda"].iter().any(|name| pair[1] == *name));
+    if fetched { "run `make robots`, which fetches it" } else { "check meshdir and the file's name" }
+}
+
 fn named_by(by: Option<&Path>) -> String {
     by.map(|by| format!(", named by {}", by.display())).unwrap_or_default()
 }

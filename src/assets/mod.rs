@@ -21,7 +21,7 @@ mod weld;
 
 pub use built_in::{DEFAULT_BUILT_INS, built_in_names, built_in_source, half_shape_names};
 pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, check_report};
-pub use description::{Description, DescriptionError};
+pub use description::{Description, DescriptionError, missing_remedy};
 pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
 pub use prepare::prepare;
 pub use read::read_triangles;

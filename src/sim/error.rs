@@ -63,7 +63,7 @@ pub enum RobotError {
         message: String,
     },
     /// A file that the description names is not there.
-    #[error("{}: {} is not there; {}", path.display(), file.display(), missing_remedy(file))]
+    #[error("{}: {} is not there; {}", path.display(), file.display(), crate::assets::missing_remedy(file))]
     Missing {
         /// The robot.
         path: PathBuf,
@@ -198,14 +198,6 @@ pub enum RobotError {
         /// What is wrong.
         source: crate::kinematics::InvalidGroup,
     },
-}
-
-/// How to get a file that a robot's description names.
-fn missing_remedy(file: &std::path::Path) -> &'static str {
-    let parts: Vec<_> = file.components().map(|part| part.as_os_str()).collect();
-    let fetched =
-        parts.windows(2).any(|pair| pair[0] == ".deps" && ["fetch", "panda"].iter().any(|name| pair[1] == *name));
-    if fetched { "run `make robots`, which fetches it" } else { "check meshdir and the file's name" }
 }
 
 fn list(names: &[String]) -> String {

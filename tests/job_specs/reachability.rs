@@ -185,6 +185,19 @@ resolution = 40
     }
 }
 
+/// A robot whose meshes are a package that was not fetched.
+#[test]
+fn a_missing_package_is_named_with_the_command_that_fetches_it() {
+    let folder = tempfile::tempdir().expect("a scratch folder");
+    let scene = folder.path().join("robot.xml");
+    let text = r#"<mujoco><asset><mesh file=".deps/panda/none.stl"/></asset></mujoco>"#;
+    std::fs::write(&scene, text).expect("the scene is written");
+    let change = format!("robot.scene={}", scene.display());
+    assert_eq!(mistakes(FETCH, &[&change]).iter().map(|found| found.2).collect::<Vec<_>>(), ["not_found"]);
+    let said = read_with(FETCH, &[&change], &|_| Vec::new()).expect_err("a mistake").render();
+    assert!(said.contains("none.stl") && said.contains("run `make robots`, which fetches it"), "{said}");
+}
+
 #[test]
 fn what_is_missing_or_too_much_is_said() {
     assert_eq!(

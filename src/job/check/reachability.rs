@@ -93,7 +93,7 @@ fn read_robot(
         Ok(description) => description,
         Err(error) => {
             let problem = Problem::NotFound { what: "robot".to_owned(), detail: error.to_string() };
-            checker.fail(&Path::of("robot.scene"), problem, None);
+            checker.fail(&Path::of("robot.scene"), problem, Some(error.remedy().to_owned()));
             return None;
         }
     };
