@@ -10,7 +10,7 @@ mod travel;
 
 pub use closed_form::{BRANCHES, NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
-pub use numeric::{MOST_JOINTS, Solution, SolverSettings, solve_numeric};
+pub use numeric::{Descent, MOST_JOINTS, Solution, SolverSettings, descend, solve_numeric};
 pub use reach::{SelfMotion, Wrist};
 pub use recognise::ClosedForm;
 pub use six_joints::{SixJointArm, Ways};

@@ -36,6 +36,9 @@ pub struct Solution {
     pub orientation: f64,
 }
 
+/// The share by which a step has to lower the squared error while that is large.
+const SLOW: f64 = 1e-5;
+
 /// Most joints of a group that is solved: the solver works on the stack.
 pub const MOST_JOINTS: usize = 16;
 
@@ -50,6 +53,33 @@ pub fn solve_numeric(
     start: &[f64],
     settings: &SolverSettings,
 ) -> Option<Solution> {
+    let Descent { q, position, orientation, solved } = descend(group, target, start, settings);
+    solved.then(|| Solution { q: q[..group.len()].to_vec(), position, orientation })
+}
+
+/// Where a descent ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Descent {
+    /// Joint values within the limits; those beyond the group's count are 0.
+    pub q: [f64; MOST_JOINTS],
+    /// What is left of the position's error [m].
+    pub position: f64,
+    /// What is left of the orientation's error [rad].
+    pub orientation: f64,
+    /// Whether that is within the settings.
+    pub solved: bool,
+}
+
+/// [`solve_numeric`], with the end of a descent that leads elsewhere too.
+///
+/// # Panics
+/// As [`solve_numeric`].
+pub fn descend(
+    group: &PlanningGroup,
+    target: &Pose<World, EndEffector>,
+    start: &[f64],
+    settings: &SolverSettings,
+) -> Descent {
     let count = group.len();
     let mut q = [0.0; MOST_JOINTS];
     q[..count].copy_from_slice(start);
@@ -58,18 +88,26 @@ pub fn solve_numeric(
     let mut next_columns = columns;
     let mut error = pose_error(&group.forward_and_columns(&q[..count], &mut columns[..count]), target);
     let mut damping = 1e-3;
-    for _ in 0..settings.steps {
+    let end = |q, error: &Vector6<f64>| {
         let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
-        if position <= settings.position && orientation <= settings.orientation {
-            return Some(Solution { q: q[..count].to_vec(), position, orientation });
+        let solved = position <= settings.position && orientation <= settings.orientation;
+        Descent { q, position, orientation, solved }
+    };
+    for _ in 0..settings.steps {
+        let here = end(q, &error);
+        if here.solved {
+            return here;
         }
         let mut next = q;
-        step(group, &mut next[..count], &columns[..count], &error, damping * error.norm_squared() + 1e-14)?;
+        let damped = damping * error.norm_squared() + 1e-14;
+        if step(group, &mut next[..count], &columns[..count], &error, damped).is_none() {
+            break;
+        }
         let next_pose = group.forward_and_columns(&next[..count], &mut next_columns[..count]);
         let next_error = pose_error(&next_pose, target);
         if next_error.norm_squared() < error.norm_squared() {
             // Hardly better far from the target: this valley ends here.
-            let stuck = next_error.norm_squared() > (1.0 - 1e-5) * error.norm_squared() && error.norm_squared() > 1e-8;
+            let stuck = next_error.norm_squared() > (1.0 - SLOW) * error.norm_squared() && error.norm_squared() > 1e-8;
             (q, columns, error) = (next, next_columns, next_error);
             damping = (damping * 0.3).max(1e-6);
             if stuck {
@@ -82,7 +120,7 @@ pub fn solve_numeric(
             }
         }
     }
-    None
+    Descent { solved: false, ..end(q, &error) }
 }
 
 fn clamp(group: &PlanningGroup, q: &mut [f64]) {

@@ -20,6 +20,7 @@ mod bad_input;
 #[path = "../fetch/mod.rs"]
 mod fetch;
 mod looking;
+mod misses;
 mod on_sphere;
 #[path = "../python/mod.rs"]
 mod python;

@@ -2,48 +2,65 @@
 //!
 //! Nothing that is not found is proved, but for poses beyond the length of the arm.
 
-use nalgebra::{Point3, UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
 use super::collisions::{Collisions, LastPair};
 use crate::{
     collision::Verdict,
     geom::{EndEffector, Pose, PoseLabel, Proof, World},
-    kinematics::{JointKind, PlanningGroup, SolverSettings, solve_numeric},
+    kinematics::{JointKind, MOST_JOINTS, PlanningGroup, SolverSettings, descend},
     seed::Stream,
 };
 
 /// Configurations whose poses are known.
-const KNOWN: usize = 200_000;
+const KNOWN: usize = 1_000_000;
 /// Side of the cells that they are found by [m].
-const CELL: f64 = 0.15;
+const CELL: f32 = 0.1;
 /// What a radian counts when poses are compared [m].
-const METRES_PER_RADIAN: f64 = 0.25;
-/// Starts near the pose, and starts anywhere.
+const METRES_PER_RADIAN: f32 = 0.25;
+/// Starts at every pose: near it, and anywhere.
 const NEAR_STARTS: usize = 12;
-const FAR_STARTS: usize = 40;
+const FAR_STARTS: usize = 20;
+/// Where no descent ended nearer than this [m, rad together], no more are tried.
+const HOPELESS: f64 = 0.5;
+/// Starts beside the best ends: how many ends, how often, and how far away [rad or m].
+const ENDS: usize = 4;
+const BESIDE_STARTS: usize = 24;
+const BESIDE: f64 = 0.4;
+/// More starts near the pose and anywhere.
+const MORE_NEAR_STARTS: usize = 36;
+const MORE_FAR_STARTS: usize = 40;
 /// Starts anywhere, once ways were found but all collide.
-const FREE_STARTS: usize = 120;
+const FREE_STARTS: usize = 60;
+/// Steps of a descent: those that lead to the pose hardly ever take more.
+const STEPS: u32 = 50;
 
 /// An arm without a closed form, and what it may collide with.
 pub(super) struct SearchedArm {
     group: PlanningGroup,
     collisions: Option<Collisions>,
     known: Vec<Known>,
+    /// Joint values of the known configurations.
+    values: Vec<f32>,
     /// Low corner, cells along each axis, and where the configurations of each cell begin in `known`.
-    low: Point3<f64>,
+    low: [f32; 3],
     counts: [usize; 3],
     begins: Vec<usize>,
     /// The same starts for every pose.
     starts: Vec<Vec<f64>>,
+    /// Ways from an end of a descent to a start beside it.
+    beside: Vec<Vec<f64>>,
     /// From the first joint to the end effector, at most [m].
     length: f64,
 }
 
-/// A configuration and its pose.
+/// A configuration and its pose, in single precision: a start needs no more.
 struct Known {
-    position: Point3<f64>,
-    rotation: UnitQuaternion<f64>,
-    q: Vec<f64>,
+    position: [f32; 3],
+    /// A unit quaternion.
+    rotation: [f32; 4],
+    /// Where its joint values begin.
+    q: u32,
 }
 
 impl SearchedArm {
@@ -55,28 +72,38 @@ impl SearchedArm {
             };
             group.joints().iter().map(range).map(|(low, high)| stream.uniform(low, high)).collect()
         };
-        let starts = (0..FAR_STARTS + FREE_STARTS).map(|_| any()).collect();
+        let starts = (0..FAR_STARTS + MORE_FAR_STARTS + FREE_STARTS).map(|_| any()).collect();
+        let mut values = Vec::with_capacity(KNOWN * group.len());
         let mut known: Vec<Known> = (0..KNOWN)
             .map(|_| {
                 let q = any();
                 let pose = group.forward(&q);
-                let rotation = UnitQuaternion::from_rotation_matrix(pose.rotation());
-                Known { position: Point3::from(*pose.translation()), rotation, q }
+                let (position, rotation) = single(&pose);
+                let begins = values.len() as u32;
+                values.extend(q.iter().map(|value| *value as f32));
+                Known { position, rotation, q: begins }
             })
             .collect();
-        let low = known.iter().fold(Point3::from([f64::INFINITY; 3]), |low, known| low.inf(&known.position));
-        let high = known.iter().fold(Point3::from([f64::NEG_INFINITY; 3]), |high, known| high.sup(&known.position));
+        let mut stream = Stream::of_job(seed, b"", "inverse kinematics, beside");
+        let mut beside = || (0..group.len()).map(|_| stream.uniform(-BESIDE, BESIDE)).collect();
+        let beside = (0..BESIDE_STARTS).map(|_| beside()).collect();
+        let low: [f32; 3] =
+            std::array::from_fn(|axis| known.iter().map(|known| known.position[axis]).fold(f32::INFINITY, f32::min));
+        let high: [f32; 3] = std::array::from_fn(|axis| {
+            known.iter().map(|known| known.position[axis]).fold(f32::NEG_INFINITY, f32::max)
+        });
         let counts = std::array::from_fn(|axis| ((high[axis] - low[axis]) / CELL) as usize + 1);
         let [_, ny, nz] = counts;
-        let cell = |position: &Point3<f64>| {
+        let cell = |position: &[f32; 3]| {
             let at = |axis: usize| (((position[axis] - low[axis]) / CELL) as usize).min(counts[axis] - 1);
             (at(0) * ny + at(1)) * nz + at(2)
         };
-        known.sort_by_key(|known| cell(&known.position));
+        known.sort_by_cached_key(|known| cell(&known.position));
         let mut begins = vec![0; counts.iter().product::<usize>() + 1];
         known.iter().for_each(|known| begins[cell(&known.position) + 1] += 1);
         (1..begins.len()).for_each(|place| begins[place] += begins[place - 1]);
-        Self { length: length(group), group: group.clone(), collisions, known, low, counts, begins, starts }
+        let length = length(group);
+        Self { group: group.clone(), collisions, known, values, low, counts, begins, starts, beside, length }
     }
 
     /// The label of a pose; the witness of a reachable one is appended.
@@ -90,71 +117,150 @@ impl SearchedArm {
         if (target.translation() - base).norm() > self.length {
             return (PoseLabel::NoSolution, Proof::Bound);
         }
+        let mut search =
+            Search { arm: self, target, near: self.near(target), place: 0, ends: Vec::new(), found: false };
         if self.collisions.as_ref().is_some_and(|collisions| collisions.hand_collides(target)) {
-            // Whether there is a way at all is asked of fewer starts: none is free.
-            let found =
-                self.near(target).into_iter().chain(self.far()).any(|start| self.descend(target, start).is_some());
-            return if found { (PoseLabel::Colliding, Proof::Swept) } else { (PoseLabel::NoSolution, Proof::Searched) };
+            // Whether there is a way at all is asked: none is free.
+            return match search.next() {
+                Some(_) => (PoseLabel::Colliding, Proof::Swept),
+                None => (PoseLabel::NoSolution, Proof::Searched),
+            };
         }
-        let mut found = false;
-        let more = self.starts[FAR_STARTS..].iter().map(Vec::as_slice);
-        for (place, start) in self.near(target).into_iter().chain(self.far()).chain(more).enumerate() {
-            if place >= NEAR_STARTS + FAR_STARTS && !found {
-                break;
+        let free = search.find(|q| {
+            let Some(collisions) = &self.collisions else { return true };
+            collisions.check(&collisions.links(&q[..self.group.len()]), last) == Verdict::Free
+        });
+        match free {
+            Some(q) => {
+                witness.extend(&q[..self.group.len()]);
+                (PoseLabel::Reachable, Proof::Witness)
             }
-            let Some(q) = self.descend(target, start) else { continue };
-            found = true;
-            let free = self
-                .collisions
-                .as_ref()
-                .is_none_or(|collisions| collisions.check(&collisions.links(&q), last) == Verdict::Free);
-            if free {
-                witness.extend(q);
-                return (PoseLabel::Reachable, Proof::Witness);
-            }
+            None if search.found => (PoseLabel::Colliding, Proof::Searched),
+            None => (PoseLabel::NoSolution, Proof::Searched),
         }
-        (if found { PoseLabel::Colliding } else { PoseLabel::NoSolution }, Proof::Searched)
     }
 
-    fn descend(&self, target: &Pose<World, EndEffector>, start: &[f64]) -> Option<Vec<f64>> {
-        solve_numeric(&self.group, target, start, &SolverSettings::default()).map(|solution| solution.q)
-    }
-
-    fn far(&self) -> impl Iterator<Item = &[f64]> {
-        self.starts[..FAR_STARTS].iter().map(Vec::as_slice)
-    }
-
-    /// Known configurations whose poses are nearest, nearest first.
-    fn near(&self, target: &Pose<World, EndEffector>) -> Vec<&[f64]> {
-        let position = Point3::from(*target.translation());
-        let rotation = UnitQuaternion::from_rotation_matrix(target.rotation());
+    /// Known configurations whose poses are nearest, nearest first: where their joint values begin.
+    fn near(&self, target: &Pose<World, EndEffector>) -> Vec<u32> {
+        const COUNT: usize = NEAR_STARTS + MORE_NEAR_STARTS;
+        let (position, rotation) = single(target);
         let range = |axis: usize| {
             let at = ((position[axis] - self.low[axis]) / CELL).floor();
-            let last = self.counts[axis] as f64 - 1.0;
+            let last = self.counts[axis] as f32 - 1.0;
             (at - 1.0).clamp(0.0, last) as usize..=(at + 1.0).clamp(0.0, last) as usize
         };
-        let mut best: Vec<(f64, &Known)> = Vec::with_capacity(NEAR_STARTS + 1);
+        let mut best: Vec<(f32, u32)> = Vec::with_capacity(COUNT + 1);
         for x in range(0) {
             for y in range(1) {
-                for z in range(2) {
-                    let cell = (x * self.counts[1] + y) * self.counts[2] + z;
-                    for known in &self.known[self.begins[cell]..self.begins[cell + 1]] {
-                        let way: Vector3<f64> = known.position - position;
-                        // Twice the sine of half the angle between the rotations, squared.
-                        let cosine = known.rotation.coords.dot(&rotation.coords).abs().min(1.0);
-                        let turn = 4.0 * (1.0 - cosine * cosine);
-                        let apart = way.norm_squared() + METRES_PER_RADIAN * METRES_PER_RADIAN * turn;
-                        if best.len() < NEAR_STARTS || apart < best[NEAR_STARTS - 1].0 {
-                            let place = best.partition_point(|(other, _)| *other <= apart);
-                            best.insert(place, (apart, known));
-                            best.truncate(NEAR_STARTS);
-                        }
+                let row = (x * self.counts[1] + y) * self.counts[2];
+                let cells = range(2);
+                for known in &self.known[self.begins[row + cells.start()]..self.begins[row + cells.end() + 1]] {
+                    let way = [0, 1, 2].map(|axis| known.position[axis] - position[axis]);
+                    let apart = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+                    // Twice the sine of half the angle between the rotations, squared.
+                    let [a, b] = [&known.rotation, &rotation];
+                    let cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+                    let turn = 4.0 * (1.0 - cosine * cosine);
+                    let apart = apart + METRES_PER_RADIAN * METRES_PER_RADIAN * turn;
+                    if best.len() < COUNT || apart < best[COUNT - 1].0 {
+                        let place = best.partition_point(|(other, _)| *other <= apart);
+                        best.insert(place, (apart, known.q));
+                        best.truncate(COUNT);
                     }
                 }
             }
         }
-        best.into_iter().map(|(_, known)| known.q.as_slice()).collect()
+        best.into_iter().map(|(_, q)| q).collect()
     }
+}
+
+/// A pose's position [m] and unit quaternion in single precision.
+fn single(pose: &Pose<World, EndEffector>) -> ([f32; 3], [f32; 4]) {
+    let rotation = UnitQuaternion::from_rotation_matrix(pose.rotation()).coords;
+    ((*pose.translation()).map(|value| value as f32).into(), rotation.map(|value| value as f32).into())
+}
+
+/// The ways to one pose, one descent after the other. How long it goes on depends on what it has seen: not long where no
+/// descent ended near the pose.
+struct Search<'a> {
+    arm: &'a SearchedArm,
+    target: &'a Pose<World, EndEffector>,
+    near: Vec<u32>,
+    /// Starts tried.
+    place: usize,
+    /// The best ends [m, rad together] that are no way, best first.
+    ends: Vec<(f64, [f64; MOST_JOINTS])>,
+    found: bool,
+}
+
+impl Search<'_> {
+    /// The start of that place; `None` when enough were tried.
+    fn start(&self, place: usize) -> Option<[f64; MOST_JOINTS]> {
+        let arm = self.arm;
+        let (near, more_near) = self.near.split_at(NEAR_STARTS.min(self.near.len()));
+        let (far, more_far) = arm.starts.split_at(FAR_STARTS);
+        let mut start = [0.0; MOST_JOINTS];
+        let mut place = place;
+        let mut known = |places: &[u32], place: usize| {
+            let begins = places[place] as usize;
+            let values = &arm.values[begins..begins + arm.group.len()];
+            start.iter_mut().zip(values).for_each(|(to, from)| *to = f64::from(*from));
+            Some(start)
+        };
+        // Each stage takes its places off.
+        if place < near.len() {
+            return known(near, place);
+        }
+        place -= near.len();
+        if place < FAR_STARTS {
+            return Some(padded(&far[place]));
+        }
+        place -= FAR_STARTS;
+        if !self.found && self.ends.first().is_none_or(|(off, _)| *off > HOPELESS) {
+            return None;
+        }
+        if place < more_near.len() {
+            return known(more_near, place);
+        }
+        place -= more_near.len();
+        if place < BESIDE_STARTS && !self.ends.is_empty() {
+            let (_, end) = &self.ends[place % self.ends.len()];
+            let beside = padded(&arm.beside[place]);
+            return Some(std::array::from_fn(|joint| end[joint] + beside[joint]));
+        }
+        place = place.saturating_sub(BESIDE_STARTS);
+        if place >= MORE_FAR_STARTS && !self.found {
+            return None;
+        }
+        more_far.get(place).map(|values| padded(values))
+    }
+}
+
+impl Iterator for Search<'_> {
+    type Item = [f64; MOST_JOINTS];
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let settings = SolverSettings { steps: STEPS, ..SolverSettings::default() };
+        loop {
+            let start = self.start(self.place)?;
+            self.place += 1;
+            let end = descend(&self.arm.group, self.target, &start[..self.arm.group.len()], &settings);
+            if end.solved {
+                self.found = true;
+                return Some(end.q);
+            }
+            let off = end.position + end.orientation;
+            let place = self.ends.partition_point(|(other, _)| *other <= off);
+            if place < ENDS {
+                self.ends.insert(place, (off, end.q));
+                self.ends.truncate(ENDS);
+            }
+        }
+    }
+}
+
+fn padded(values: &[f64]) -> [f64; MOST_JOINTS] {
+    std::array::from_fn(|joint| values.get(joint).copied().unwrap_or(0.0))
 }
 
 /// From the first joint's origin to the end effector, at most [m]: all links in one line.
