@@ -9,6 +9,7 @@ use std::{
 };
 
 use graspmill::{
+    assets::Description,
     collision::{Bodies, TouchTest},
     geom::{EndEffector, Pose, Shape, Triangles, World, rotation_from_rpy},
     kinematics::{Joint, PlanningGroup, SelfMotion, SixJointArm, SolverSettings, SphericalWristArm, solve_numeric},
@@ -391,7 +392,9 @@ fn a_robots_digest_is_its_content() {
         let write = |name: &str, text: &str| fs::write(folder.join(name), text).expect("written");
         write(
             "arm.xml",
-            &format!("<mujoco><worldbody><body><joint name='j' range='-1 1'/>{arm}</body></worldbody></mujoco>"),
+            &format!(
+                "<mujoco><worldbody><body><joint name='j' range='-1 1'/><site name='s'/>{arm}</body></worldbody></mujoco>"
+            ),
         );
         let obj = |corner: &str| format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv {corner}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
         write("parts/hit.obj", &obj(corner));
@@ -401,12 +404,22 @@ fn a_robots_digest_is_its_content() {
             r#"<mujoco><compiler meshdir="parts"/><asset><mesh file="hit.obj"/><mesh file="seen.obj"/></asset>
             <include file="arm.xml"/></mujoco>"#,
         );
-        open(folder.join("robot.xml").to_str().expect("a path")).digest().expect("a digest")
+        let path = folder.join("robot.xml");
+        let done = std::process::Command::new(env!("CARGO_BIN_EXE_graspmill"))
+            .args(["robot", "check", "--json", "--joints", "j", "--target", "s", "--samples", "10"])
+            .arg(&path)
+            .output()
+            .expect("graspmill starts");
+        let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
+        let printed = report["digest"].as_str().expect("a digest").to_owned();
+        // What a dataset calls the robot.
+        assert_eq!(printed, Description::read(&path).expect("the description").digest.to_string());
+        printed
     };
     let arm = "<geom type='mesh' mesh='hit'/><geom type='mesh' mesh='seen' contype='0' conaffinity='0'/>";
     let one = digest("one", arm, "0 0 1", "0 0 1");
     assert_eq!(digest("two", arm, "0 0 1", "0 0 1"), one);
-    assert_eq!(digest("seen", arm, "0 0 1", "0 0 2"), one);
+    assert_ne!(digest("seen", arm, "0 0 1", "0 0 2"), one);
     assert_ne!(digest("mesh", arm, "0 0 1.5", "0 0 1"), one);
     assert_ne!(digest("arm", &format!("{arm}<geom size='0.1'/>"), "0 0 1", "0 0 1"), one);
 }

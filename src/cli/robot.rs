@@ -14,6 +14,7 @@ use super::{
     printer::Printer,
 };
 use crate::{
+    assets::Description,
     collision::{Bodies, Body, Shape, TouchTest},
     kinematics::{ClosedForm, Joint, JointKind, PlanningGroup},
     seed::Stream,
@@ -74,7 +75,7 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
     let group = robot.planning_group(&joints, &arguments.target, &fixed).map_err(wrong)?;
     let (bodies, rules) = robot.pairs(&joints, &fixed).map_err(wrong)?;
     let rest = robot.rest(&joints, &fixed).map_err(wrong)?;
-    let digest = robot.digest().map_err(wrong)?;
+    let digest = Description::read(&arguments.scene).map_err(|error| Failure::new(Exit::BadSpec, error))?.digest;
     let test = TouchTest::new(&bodies)
         .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.scene.display())))?;
     let pairs: Vec<[usize; 2]> = rules.iter().map(|(pair, _)| *pair).collect();

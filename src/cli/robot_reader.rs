@@ -57,7 +57,6 @@ fn fault(robot: &Robot, error: &RobotError) -> RobotFault {
         | RobotError::MeshInline { .. }
         | RobotError::Geom { .. }
         | RobotError::Pairs { .. }
-        | RobotError::Unreadable { .. }
         | RobotError::Surface { .. }
         | RobotError::Rest { .. }
         | RobotError::Branches { .. } => (RobotKey::Scene, Vec::new()),

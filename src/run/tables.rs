@@ -75,10 +75,13 @@ fn field_header(job: &ReachabilityJob) -> FieldHeader {
     }
 }
 
-/// What numbers of MuJoCo's depend on.
+/// What numbers of MuJoCo's depend on, and whose verdict it is.
 #[cfg(feature = "sim")]
 fn physics() -> BTreeMap<String, String> {
-    sim_facts().platform(None)
+    let facts = sim_facts();
+    let mut platform = facts.platform(None);
+    platform.insert("mujoco".to_owned(), facts.version);
+    platform
 }
 
 /// Such a job is refused before it is run.

@@ -1,6 +1,6 @@
 //! MuJoCo's own verdict on which bodies of a robot touch, and what touches at rest.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use mujoco_rs::wrappers::{
     mj_data::MjData,
@@ -28,8 +28,8 @@ pub struct Contact {
 ///
 /// MuJoCo collides convex hulls of meshes, so it finds contacts where the meshes themselves have none, and takes the frame of
 /// a mesh from that of its body's inertia where the two agree to a millionth.
-pub struct ContactWorker<'a> {
-    data: MjData<&'a MjModel>,
+pub struct ContactWorker {
+    data: MjData<Arc<MjModel>>,
     carried: Carried,
     /// Of each joint of the group, its place among MuJoCo's coordinates.
     addresses: Vec<usize>,
@@ -40,13 +40,9 @@ impl RobotModel {
     ///
     /// # Errors
     /// As [`RobotModel::bodies`].
-    pub fn contact_worker(
-        &self,
-        joints: &[&str],
-        fixed: &BTreeMap<String, f64>,
-    ) -> Result<ContactWorker<'_>, RobotError> {
+    pub fn contact_worker(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<ContactWorker, RobotError> {
         let carried = self.carried(joints, fixed)?;
-        let mut data = MjData::new(&self.model);
+        let mut data = MjData::new(Arc::clone(&self.model));
         let address = |name: &str| Ok(index(self.model.jnt_qposadr()[self.joint(name)?]));
         for (name, value) in fixed {
             data.qpos_mut()[address(name)?] = *value;
@@ -83,6 +79,22 @@ impl RobotModel {
         self.bodies_at_rest(joints, fixed).map(drop)
     }
 
+    /// Whether MuJoCo finds the robot free at rest, its meshes as convex hulls.
+    ///
+    /// # Errors
+    /// When a pair is in contact, and as [`RobotModel::bodies`].
+    pub fn check_rest_by_contacts(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<(), RobotError> {
+        let rest = self.rest(joints, fixed)?;
+        let mut worker = self.contact_worker(joints, fixed)?;
+        match worker.contacts(&rest).into_iter().find(|contact| contact.distance <= 0.0) {
+            Some(contact) => {
+                let [first, second] = contact.bodies.map(|place| worker.carried.bodies.bodies[place].name.clone());
+                Err(RobotError::Rest { path: self.path.clone(), first, second })
+            }
+            None => Ok(()),
+        }
+    }
+
     /// [`RobotModel::bodies`] of a robot that stands free at rest: both for one reading of the meshes.
     ///
     /// # Errors
@@ -112,7 +124,7 @@ impl RobotModel {
     }
 }
 
-impl ContactWorker<'_> {
+impl ContactWorker {
     /// The pairs of bodies of different links in contact at joint values `q` [rad or m], from the world outward: each once,
     /// at its least distance, sorted.
     ///
@@ -140,5 +152,14 @@ impl ContactWorker<'_> {
             }
         }
         found.into_iter().map(|(bodies, distance)| Contact { bodies, distance }).collect()
+    }
+
+    /// Whether no two bodies of different links touch or overlap at joint values `q` [rad or m]; what MuJoCo's margins
+    /// find before that does not count.
+    ///
+    /// # Panics
+    /// As [`ContactWorker::contacts`].
+    pub fn is_free(&mut self, q: &[f64]) -> bool {
+        self.contacts(q).iter().all(|contact| contact.distance > 0.0)
     }
 }

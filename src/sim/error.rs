@@ -80,16 +80,6 @@ pub enum RobotError {
         /// What is wrong.
         source: Box<crate::assets::MeshRefusal>,
     },
-    /// A file that the description names cannot be read.
-    #[error("{}: {} cannot be read: {reason}", path.display(), file.display())]
-    Unreadable {
-        /// The robot.
-        path: PathBuf,
-        /// What it names.
-        file: PathBuf,
-        /// The system's words.
-        reason: String,
-    },
     /// A mesh has no surface.
     #[error("{}: {source}", path.display())]
     Surface {

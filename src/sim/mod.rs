@@ -16,7 +16,6 @@ pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod bodies;
 mod contacts;
-mod content;
 mod depth;
 mod error;
 mod ffi;

@@ -3,6 +3,7 @@
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use mujoco_rs::{
@@ -24,7 +25,7 @@ use crate::{
 /// A robot's description, compiled by MuJoCo.
 pub struct RobotModel {
     pub(super) path: PathBuf,
-    pub(super) model: MjModel,
+    pub(super) model: Arc<MjModel>,
     /// Of each mesh, in the model's order.
     pub(super) meshes: Vec<MeshFile>,
 }
@@ -55,7 +56,7 @@ impl RobotModel {
         // Contacts are what a robot is opened for.
         model.opt_mut().disableflags &= !(mjtDisableBit::mjDSBL_CONTACT as i32);
         let meshes = (0..model.mesh_pathadr().len()).map(|mesh| mesh_file(&spec, &model, mesh)).collect();
-        Ok(Self { path: path.to_owned(), model, meshes })
+        Ok(Self { path: path.to_owned(), model: Arc::new(model), meshes })
     }
 
     /// The joints between the world and a site, as a planning group; those named in `fixed` [rad or m], and all others
@@ -110,7 +111,7 @@ impl RobotModel {
     /// When a name is not there.
     pub fn site_pose(&self, site: &str, values: &[(&str, f64)]) -> Result<Pose<World, EndEffector>, RobotError> {
         let site = self.site(site)?;
-        let mut data = MjData::new(&self.model);
+        let mut data = MjData::new(&*self.model);
         for (name, value) in values {
             let joint = self.joint(name)?;
             data.qpos_mut()[index(self.model.jnt_qposadr()[joint])] = *value;

@@ -10,7 +10,7 @@ use std::{
 
 use graspmill::{
     dataset::{DatasetReader, Selection, VerifyLevel, VerifyOptions, read_field, verify},
-    geom::{EndEffector, METRES_PER_RADIAN, Pose, PoseLabel, World, rotation_from_rpy},
+    geom::{EndEffector, METRES_PER_RADIAN, Pose, PoseLabel, Proof, World, rotation_from_rpy},
     ids::{Digest, Product},
     sim::RobotModel,
 };
@@ -211,6 +211,54 @@ fn what_is_stored_is_what_the_robot_does() {
     assert_eq!(cell, header.grid.cells());
     let counts = reader.manifest().counts.poses.clone().expect("counts of poses");
     assert_eq!((counts.cells(), counts.of_label(PoseLabel::Reachable)), (cell as u64, reachable));
+}
+
+/// Labels, proofs and the joint values of reachable poses, cell by cell.
+fn cells(folder: &Path) -> Vec<(PoseLabel, Proof, Option<Vec<f64>>)> {
+    let mut cells = Vec::new();
+    for sample in DatasetReader::open(folder).expect("a dataset").iter(Selection::default()) {
+        let block = sample.expect("a sample").block().expect("a block");
+        let each = block.labels.iter().zip(&block.proofs).enumerate();
+        cells.extend(each.map(|(place, (label, proof))| (*label, *proof, block.witness(place).map(<[f64]>::to_vec))));
+    }
+    cells
+}
+
+/// MuJoCo's verdict on the primitive Fetch: nearly ours, and never said to be more than a search.
+#[test]
+fn mujocos_contacts_decide_where_a_job_says_so() {
+    let place = Place::new();
+    let finer = ["--set", "poses.pitch=8", "--set", "poses.yaw=8", "--threads"];
+    let by_mujoco = [&["--set", "collisions=mujoco"][..], &finer].concat();
+    let theirs = place.run("theirs", &[&by_mujoco[..], &["1"]].concat());
+    assert_eq!(files(&place.run("again", &[&by_mujoco[..], &["2"]].concat())), files(&theirs));
+    let ours = place.run("ours", &[&finer[..], &["2"]].concat());
+    assert_eq!(json(&["inspect"], &theirs)["collisions"], "mujoco");
+    assert_eq!(json(&["verify", "--regenerate", "5"], &theirs)["regenerated"]["samples"], 5);
+    let manifest = DatasetReader::open(&theirs).expect("a dataset").manifest().clone();
+    assert_eq!(manifest.platform["mujoco"], "3.17.0", "{:?}", manifest.platform);
+    let robot = RobotModel::open(&place.path("fetch.xml")).expect("the robot");
+    let mut worker = robot.contact_worker(&ARM, &std::collections::BTreeMap::new()).expect("a worker");
+    let (mut ways, mut apart, mut differ) = (0, 0, 0);
+    let (ours, theirs) = (cells(&ours), cells(&theirs));
+    for ((label, _, way), (their_label, their_proof, their_way)) in ours.iter().zip(&theirs) {
+        let proofs = match their_label {
+            PoseLabel::NoSolution => &[Proof::Bound, Proof::IntervalEnds][..],
+            PoseLabel::Colliding => &[Proof::Searched],
+            PoseLabel::Reachable => &[Proof::Witness],
+        };
+        assert!(proofs.contains(their_proof), "{their_label:?} by {their_proof:?}");
+        // Kinematics is the same.
+        assert_eq!(*label == PoseLabel::NoSolution, *their_label == PoseLabel::NoSolution);
+        assert!(their_way.iter().all(|way| worker.is_free(way)));
+        if let Some(way) = way {
+            ways += 1;
+            apart += usize::from(!worker.is_free(way));
+        }
+        differ += usize::from(label != their_label);
+    }
+    println!("{ways} ways that are free by shapes; {apart} of them are not by MuJoCo; {differ} labels differ");
+    assert!(ways > 1000 && apart * 1000 <= ways && differ * 1000 <= ours.len());
 }
 
 /// Every byte of the field, and every forty-first of a shard.

@@ -5,6 +5,7 @@
 
 use std::{
     f64::consts::{FRAC_PI_2, PI},
+    fs,
     sync::{
         Mutex,
         atomic::{AtomicUsize, Ordering},
@@ -25,13 +26,13 @@ use graspmill::{
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Unit, Vector3};
 
 /// Positions along each axis: a slab through the first axis.
-const ALONG: [usize; 3] = [12, 2, 12];
+const ALONG: [usize; 3] = [10, 2, 10];
 /// Distinct rotations: 8 pitches, 8 yaws.
 const TURNS: usize = 64;
 /// Random starts at a cell that is said to have no way. All such cells beside one with a way are looked at, and one in
 /// `SHARE` of the others, which then stands for as many.
-const RESTARTS: usize = 100;
-const SHARE: usize = 10;
+const RESTARTS: usize = 2_000;
+const SHARE: usize = 20;
 /// Forward-kinematics samples an arm, and how many of them are kept for each cell.
 const SAMPLES: usize = 2_000_000;
 const KEPT: usize = 16;
@@ -101,7 +102,7 @@ impl Cells {
         let ends: [(f64, f64); 3] = std::array::from_fn(|axis| {
             let mut along: Vec<f64> = places.iter().map(|place| place[axis]).collect();
             along.sort_by(f64::total_cmp);
-            (along[along.len() / 20], along[along.len() * 19 / 20])
+            (along[along.len() / 5], along[along.len() * 4 / 5])
         });
         let step = (ends[0].1 - ends[0].0) / (ALONG[0] - 1) as f64;
         let low = [ends[0].0, -0.4 * step, ends[2].0];
@@ -185,6 +186,12 @@ struct Counts {
     labelling: Duration,
 }
 
+/// What this thread has worked so far; other programs' load is not in it.
+fn time_on_a_core() -> Duration {
+    let text = fs::read_to_string("/proc/thread-self/schedstat").expect("Linux's count");
+    Duration::from_nanos(text.split(' ').next().and_then(|first| first.parse().ok()).expect("nanoseconds"))
+}
+
 /// Cells in turn on all threads; what comes of each, in order.
 fn on_all_threads<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(count)));
@@ -214,9 +221,9 @@ fn measure(group: &PlanningGroup) -> Counts {
     let labeller = PoseLabeller::of_parts(group, None, &cells.rotations, Solver::Auto, 1).expect("a labeller");
     let labelled = on_all_threads(cells.positions.len(), |position| {
         let mut labelled = LabelledPosition::default();
-        let start = Instant::now();
+        let start = time_on_a_core();
         labeller.label(&mut Scratch::default(), cells.positions[position], &mut labelled);
-        (labelled, start.elapsed())
+        (labelled, time_on_a_core() - start)
     });
     let mut counts = Counts { labelling: labelled.iter().map(|(_, took)| *took).sum(), ..Counts::default() };
     let (mut reachable, mut none) = (vec![false; labelled.len() * TURNS], Vec::new());

@@ -23,6 +23,9 @@ pub(super) struct Collisions {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastPair(Option<usize>);
 
+/// What one thread asks whether joint values are free by MuJoCo's contacts.
+pub(super) type Free<'a> = &'a mut dyn FnMut(&[f64]) -> bool;
+
 impl Collisions {
     /// # Errors
     /// When a shape has no surface.

@@ -1,6 +1,6 @@
 //! One pose of an arm with a handful of ways to it: each is looked at.
 
-use super::collisions::{Collisions, LastPair};
+use super::collisions::{Collisions, Free, LastPair};
 use crate::{
     collision::Verdict,
     geom::{EndEffector, Pose, PoseLabel, Proof, World},
@@ -18,11 +18,12 @@ impl FiniteArm {
         Self { arm, collisions }
     }
 
-    /// The label of a pose; the witness of a reachable one is appended.
+    /// The label of a pose; the witness of a reachable one is appended. `contacts` decides what is free where it is there.
     pub fn solve(
         &self,
         target: &Pose<World, EndEffector>,
         last: &mut LastPair,
+        mut contacts: Option<Free>,
         witness: &mut Vec<f64>,
     ) -> (PoseLabel, Proof) {
         let found = self.arm.ways(target);
@@ -31,10 +32,10 @@ impl FiniteArm {
         if found.ways.is_empty() {
             return (PoseLabel::NoSolution, proof);
         }
-        let free = found.ways.iter().find(|way| {
-            self.collisions
-                .as_ref()
-                .is_none_or(|collisions| collisions.check_all(&collisions.links(way.as_slice()), last) == Verdict::Free)
+        let free = found.ways.iter().find(|way| match (&mut contacts, &self.collisions) {
+            (Some(free), _) => free(way.as_slice()),
+            (None, Some(collisions)) => collisions.check_all(&collisions.links(way.as_slice()), last) == Verdict::Free,
+            (None, None) => true,
         });
         match free {
             Some(way) => {

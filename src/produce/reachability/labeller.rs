@@ -3,7 +3,8 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::{
-    collisions::{Collisions, LastPair},
+    collisions::{Collisions, Free, LastPair},
+    contacts::Contacts,
     finite::FiniteArm,
     search::SearchedArm,
     sweep::{RedundantArm, SweepScratch},
@@ -21,6 +22,8 @@ pub struct PoseLabeller {
     arm: Arm,
     joints: usize,
     orientations: Vec<Orientation>,
+    /// `Some` where MuJoCo decides what collides.
+    contacts: Option<Contacts>,
 }
 
 /// How ways to a pose are found.
@@ -46,9 +49,11 @@ struct Orientation {
     twin: usize,
 }
 
-/// What one thread works in.
-#[derive(Debug, Default)]
+/// What one thread works in, for one labeller.
+#[derive(Default)]
 pub struct Scratch {
+    /// What the thread asks of MuJoCo, from the first position on.
+    free: Option<Box<dyn FnMut(&[f64]) -> bool + Send>>,
     last: LastPair,
     reached: Vec<Reached>,
     /// Where the witness of each orientation begins.
@@ -97,14 +102,10 @@ impl PoseLabeller {
     /// When the robot cannot be read, its arm cannot be solved as the job asks, or it collides at rest.
     pub fn new(job: &ReachabilityJob, seed: u64) -> Result<Self, ProduceError> {
         let refused = |why: String| ProduceError::NoLabeller { name: job.robot.scene.display().to_string(), why };
-        let (group, bodies) = read_robot(&job.robot, job.collisions != job::Collisions::None)?;
+        let (group, bodies, contacts) = read_robot(&job.robot, job.collisions)?;
         let rotations: Vec<_> = (0..job.poses.orientations()).map(|place| job.poses.rotation(place)).collect();
-        let bodies = match job.collisions {
-            job::Collisions::None => None,
-            job::Collisions::Exact => Some(&bodies),
-            job::Collisions::Mujoco => return Err(refused("`collisions = \"mujoco\"` is not there yet".to_owned())),
-        };
-        Self::of_parts(&group, bodies, &rotations, job.solver, seed).map_err(|error| refused(error.to_string()))
+        let labeller = Self::of_parts(&group, bodies.as_ref(), &rotations, job.solver, seed);
+        Ok(Self { contacts, ..labeller.map_err(|error| refused(error.to_string()))? })
     }
 
     /// For an arm and what it may collide with; `bodies` is `None` where collisions don't count. `seed` is that of the
@@ -134,7 +135,7 @@ impl PoseLabeller {
             Some(ClosedForm::Six(arm)) => Arm::Finite(Box::new(FiniteArm::new(*arm, collisions))),
             None => Arm::Searched(Box::new(SearchedArm::new(group, collisions, seed))),
         };
-        Ok(Self { arm, joints: group.len(), orientations })
+        Ok(Self { arm, joints: group.len(), orientations, contacts: None })
     }
 
     /// Joints of the planning group: values of a witness.
@@ -156,6 +157,9 @@ impl PoseLabeller {
             scratch.reached.clear();
             scratch.reached.extend(wrists.iter().map(reach));
         }
+        if let (Some(contacts), None) = (&self.contacts, &scratch.free) {
+            scratch.free = Some(contacts.worker());
+        }
         scratch.begins.clear();
         for (place, orientation) in self.orientations.iter().enumerate() {
             scratch.begins.push(witnesses.len());
@@ -169,17 +173,23 @@ impl PoseLabeller {
                 continue;
             }
             let target: Pose<World, EndEffector> = Pose::new(orientation.rotation, position);
+            let free: Option<Free> = scratch.free.as_mut().map(|free| &mut **free as Free);
             let (label, proof) = match &self.arm {
                 Arm::Redundant { arm, wrists, places } => match scratch.reached[places[place]] {
                     Reached::TooFar => (PoseLabel::NoSolution, Proof::Bound),
                     Reached::No => (PoseLabel::NoSolution, Proof::IntervalEnds),
                     Reached::Yes(first) => {
                         let wrist = placed(&wrists[places[place]], position);
-                        arm.solve(&target, &wrist, first, &mut scratch.last, &mut scratch.sweep, witnesses)
+                        match free {
+                            Some(free) => {
+                                arm.solve_in_steps(&target, &wrist, first, free, &mut scratch.sweep.ends, witnesses)
+                            }
+                            None => arm.solve(&target, &wrist, first, &mut scratch.last, &mut scratch.sweep, witnesses),
+                        }
                     }
                 },
-                Arm::Finite(arm) => arm.solve(&target, &mut scratch.last, witnesses),
-                Arm::Searched(arm) => arm.solve(&target, &mut scratch.last, witnesses),
+                Arm::Finite(arm) => arm.solve(&target, &mut scratch.last, free, witnesses),
+                Arm::Searched(arm) => arm.solve(&target, &mut scratch.last, free, witnesses),
             };
             labels.push(label);
             proofs.push(proof);
@@ -223,24 +233,29 @@ fn closed_form(group: &PlanningGroup, solver: Solver) -> Result<Option<ClosedFor
     }
 }
 
+/// The planning group, and what decides collisions: bodies, or MuJoCo, or neither.
+type ReadRobot = (PlanningGroup, Option<Bodies>, Option<Contacts>);
+
 #[cfg(feature = "sim")]
-fn read_robot(robot: &Robot, collides: bool) -> Result<(PlanningGroup, Bodies), ProduceError> {
+fn read_robot(robot: &Robot, collisions: job::Collisions) -> Result<ReadRobot, ProduceError> {
     let joints: Vec<&str> = robot.joints.iter().map(String::as_str).collect();
     crate::sim::RobotModel::open(&robot.scene)
         .and_then(|model| {
             let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
-            let bodies = if collides {
-                model.bodies_at_rest(&joints, &robot.fixed)?
-            } else {
-                model.bodies(&joints, &robot.fixed)?
-            };
-            Ok((group, bodies))
+            match collisions {
+                job::Collisions::None => Ok((group, None, None)),
+                job::Collisions::Exact => Ok((group, Some(model.bodies_at_rest(&joints, &robot.fixed)?), None)),
+                job::Collisions::Mujoco => {
+                    model.check_rest_by_contacts(&joints, &robot.fixed)?;
+                    Ok((group, None, Some(Contacts::new(model, robot))))
+                }
+            }
         })
         .map_err(|error| ProduceError::NoLabeller { name: robot.name.clone(), why: error.to_string() })
 }
 
 #[cfg(not(feature = "sim"))]
-fn read_robot(robot: &Robot, _collides: bool) -> Result<(PlanningGroup, Bodies), ProduceError> {
+fn read_robot(robot: &Robot, _collisions: job::Collisions) -> Result<ReadRobot, ProduceError> {
     let why = "this build has no simulator to read a robot with (feature `sim`)".to_owned();
     Err(ProduceError::NoLabeller { name: robot.name.clone(), why })
 }

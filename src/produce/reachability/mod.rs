@@ -4,6 +4,7 @@
 //! orientations. Who decides a label is [`PoseLabeller`], which all threads share.
 
 mod collisions;
+mod contacts;
 mod finite;
 mod labeller;
 mod search;

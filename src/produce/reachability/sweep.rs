@@ -7,7 +7,7 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use super::collisions::{Collisions, LastPair};
+use super::collisions::{Collisions, Free, LastPair};
 use crate::{
     collision::Verdict,
     geom::{EndEffector, Pose, PoseLabel, Proof, World},
@@ -20,6 +20,9 @@ const SHORTEST: f64 = 1e-3;
 const SHALLOW: f64 = 0.05;
 /// Configurations that are looked at for one pose, at most; what is left by then is not proved.
 const MOST_CHECKS: usize = 5_000;
+
+/// Where MuJoCo decides, configurations stand at most this far apart in the first joint [rad].
+const STEP: f64 = 0.02;
 
 /// An arm of seven joints with its free joint, and what it may collide with.
 pub(super) struct RedundantArm {
@@ -152,6 +155,37 @@ impl RedundantArm {
             pieces.push(Piece { low: middle + half, high, branch });
         }
         (PoseLabel::Colliding, if proved { Proof::Swept } else { Proof::Searched })
+    }
+
+    /// [`RedundantArm::solve`] by a verdict that knows no depth: nothing is proved between the configurations that are
+    /// looked at, one every [`STEP`] of the first joint on every branch, and one at least in each of its intervals.
+    pub fn solve_in_steps(
+        &self,
+        target: &Pose<World, EndEffector>,
+        wrist: &Wrist,
+        first: f64,
+        free: Free,
+        ends: &mut Vec<f64>,
+        witness: &mut Vec<f64>,
+    ) -> (PoseLabel, Proof) {
+        self.motion.end_points(wrist, ends);
+        let steps = ends.windows(2).flat_map(|pair| {
+            let [low, wide] = [pair[0], pair[1] - pair[0]];
+            let count = libm::ceil(wide / STEP) as usize;
+            (0..count).map(move |place| low + wide * (place as f64 + 0.5) / count as f64)
+        });
+        let mut found = false;
+        for value in [first].into_iter().chain(steps) {
+            for q in self.motion.arm().branches(target, value).into_iter().flatten() {
+                found = true;
+                if free(&q) {
+                    witness.extend(q);
+                    return (PoseLabel::Reachable, Proof::Witness);
+                }
+            }
+        }
+        // Without a way: a single value of the first joint, lost to rounding.
+        if found { (PoseLabel::Colliding, Proof::Searched) } else { (PoseLabel::NoSolution, Proof::IntervalEnds) }
     }
 
     /// How far from the middle of a piece to both sides the two bodies of a pair, which overlap there by `depth`, still do
