@@ -34,6 +34,9 @@ pub fn faults(robot: &Robot) -> Vec<RobotFault> {
     match model.planning_group(&joints, target, &robot.fixed) {
         Err(error) => vec![fault(robot, &error)],
         Ok(group) => {
+            if let Err(error) = model.resting_frame(&robot.frame, &joints, &robot.fixed) {
+                return vec![fault(robot, &error)];
+            }
             let outward: Vec<String> = group.joints().iter().map(|joint| joint.name.clone()).collect();
             let message = format!("its joints from the base outward are {}", outward.join(", "));
             let fault = RobotFault { key: RobotKey::Joints(None), message, present: Vec::new() };
@@ -61,6 +64,8 @@ fn fault(robot: &Robot, error: &RobotError) -> RobotFault {
         | RobotError::Rest { .. }
         | RobotError::Branches { .. } => (RobotKey::Scene, Vec::new()),
         RobotError::NoSite { present, .. } => (RobotKey::Target, present.clone()),
+        RobotError::NoFrame { present, .. } => (RobotKey::Frame, present.clone()),
+        RobotError::FrameMoves { .. } => (RobotKey::Frame, Vec::new()),
         RobotError::NoJoint { name, present, .. } => (joint(name), present.clone()),
         RobotError::NotMoved { joint: name, moving, .. } => (joint(name), moving.clone()),
         RobotError::Kind { joint: name, .. } => (joint(name), Vec::new()),

@@ -35,3 +35,17 @@ pub struct Bodies {
     /// child, none that the description excludes.
     pub pairs: Vec<[usize; 2]>,
 }
+
+impl Bodies {
+    /// The same bodies seen from another frame that stands still: that becomes the world, the frame of link 0.
+    #[must_use]
+    pub fn seen_from(mut self, world_from_frame: &IsometryMatrix3<f64>) -> Self {
+        let frame_from_world = world_from_frame.inverse();
+        for body in self.bodies.iter_mut().filter(|body| body.link == 0) {
+            for geometry in &mut body.geometries {
+                geometry.link_from_shape = frame_from_world * geometry.link_from_shape;
+            }
+        }
+        self
+    }
+}

@@ -30,7 +30,7 @@ pub use check::{RobotFault, RobotKey, RobotReader, SceneReader, no_robots, no_sc
 pub use checked::{
     Channels, Collisions, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject,
     ModelChoice, PackageFile, Pivot, Profile, ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings,
-    SubsetSize, Truth, Work,
+    SubsetSize, Truth, WORLD, Work,
 };
 pub use draft::{CompletionDraft, FoundMesh, JobDraft, JobText, Surroundings, WorkDraft, default_shard_samples};
 pub use errors::{JobError, JobErrors, Place, Problem};

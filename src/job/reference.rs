@@ -86,6 +86,7 @@ const ORDER: &[&str] = &[
     "scene",
     "joints",
     "target",
+    "frame",
     "fixed",
     "content",
 ];

@@ -130,6 +130,14 @@ impl PlanningGroup {
         Ok(Self { parts })
     }
 
+    /// The same arm seen from another frame that stands still: that becomes the world.
+    #[must_use]
+    pub fn seen_from(mut self, world_from_frame: &IsometryMatrix3<f64>) -> Self {
+        let first = &mut self.parts.joints[0].origin;
+        *first = world_from_frame.inverse() * *first;
+        self
+    }
+
     /// The joints from the world outward.
     pub fn joints(&self) -> &[Joint] {
         &self.parts.joints

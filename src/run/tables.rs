@@ -71,7 +71,7 @@ fn field_header(job: &ReachabilityJob) -> FieldHeader {
         robot_id: job.robot.id,
         joints: job.robot.joints.clone(),
         target: job.robot.target.clone(),
-        frame: "world".to_owned(),
+        frame: job.robot.frame.clone(),
     }
 }
 

@@ -158,6 +158,26 @@ pub enum RobotError {
         /// The names that there are.
         present: Vec<String>,
     },
+    /// No body and no site has a name.
+    #[error("{}: no body or site {name:?}", path.display())]
+    NoFrame {
+        /// The robot.
+        path: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        present: Vec<String>,
+    },
+    /// A frame that has to stand still does not.
+    #[error("{}: {name:?} is moved by joint {joint:?}; the frame of poses has to stand still", path.display())]
+    FrameMoves {
+        /// The robot.
+        path: PathBuf,
+        /// The body or site.
+        name: String,
+        /// The first joint of the group that moves it.
+        joint: String,
+    },
     /// A joint of the group is not between the world and the target.
     #[error("{}: joint {joint:?} does not move site {site:?}; those that do: {}", path.display(), list(moving))]
     NotMoved {

@@ -104,6 +104,46 @@ impl RobotModel {
         PlanningGroup::new(parts).map_err(|source| RobotError::Group { path: self.path.clone(), source })
     }
 
+    /// Where a body, or else a site, that stands still has its frame in the world, with the joints as in
+    /// [`RobotModel::planning_group`]. The world itself is the body `world`.
+    ///
+    /// # Errors
+    /// When nothing has the name, a joint of the group moves it, or a joint cannot be read.
+    pub fn resting_frame(
+        &self,
+        name: &str,
+        joints: &[&str],
+        fixed: &BTreeMap<String, f64>,
+    ) -> Result<IsometryMatrix3<f64>, RobotError> {
+        let model = &self.model;
+        let site = || {
+            let site = self.named(MjtObjBase::mjOBJ_SITE, name)?;
+            let body_from_site = isometry(&model.site_pos()[site], &model.site_quat()[site]);
+            Some((index(model.site_bodyid()[site]), body_from_site))
+        };
+        let body = self.named(MjtObjBase::mjOBJ_BODY, name).map(|body| (body, IsometryMatrix3::identity()));
+        let (mut body, body_from_frame) = body.or_else(site).ok_or_else(|| {
+            let mut present = self.names(MjtObjBase::mjOBJ_BODY, model.body_parentid().len());
+            present.extend(self.names(MjtObjBase::mjOBJ_SITE, model.site_bodyid().len()));
+            RobotError::NoFrame { path: self.path.clone(), name: name.to_owned(), present }
+        })?;
+        let mut bodies = Vec::new();
+        while body != 0 {
+            bodies.push(body);
+            body = index(model.body_parentid()[body]);
+        }
+        let (mut frame, mut chain) = (IsometryMatrix3::identity(), Vec::new());
+        for body in bodies.into_iter().rev() {
+            self.pass_through(body, joints, fixed, &mut frame, &mut chain)?;
+        }
+        match chain.into_iter().next() {
+            Some(Joint { name: joint, .. }) => {
+                Err(RobotError::FrameMoves { path: self.path.clone(), name: name.to_owned(), joint })
+            }
+            None => Ok(frame * body_from_frame),
+        }
+    }
+
     /// MuJoCo's own forward kinematics: where a site is at these joint values [rad or m], every other joint where the
     /// description has it.
     ///

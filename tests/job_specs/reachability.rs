@@ -260,6 +260,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_labels_depend_on() {
         vec![],
         vec!["profile=thesis", "solver=numeric", "collisions=none"],
         vec!["poses.x={from=0.05,to=1.1,step=0.07}", "robot.fixed={torso_lift_joint=0.1}", "field.radian_weight=0.3"],
+        vec!["robot.frame=base_link"],
     ] {
         let job = job(&overrides);
         let text = job.to_toml(Path::new("jobs"));
@@ -283,6 +284,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_labels_depend_on() {
         "solver=numeric",
         "field.profile=thesis",
         "robot.target=tool",
+        "robot.frame=base_link",
         "robot.fixed={torso_lift_joint=0.1}",
         "robot.scene=../scenes/single_view.xml",
     ] {

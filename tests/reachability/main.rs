@@ -261,6 +261,49 @@ fn mujocos_contacts_decide_where_a_job_says_so() {
     assert!(ways > 1000 && apart * 1000 <= ways && differ * 1000 <= ours.len());
 }
 
+/// The poses of a grid in the torso's frame are those of the same grid beside it in the world's.
+#[test]
+fn poses_are_in_the_frame_that_a_job_names() {
+    let place = Place::new();
+    let world = place.run("world", &["--set", "robot.frame=world"]);
+    assert_eq!(root(&place.run("unsaid", &[])), root(&world));
+    let spans = |[x, y, z]: [f64; 3]| {
+        [("x", 0.4 - x, 1.0 - x), ("y", -0.3 - y, 0.4 - y), ("z", 0.4 - z, 1.2 - z)].map(|(axis, from, to)| {
+            format!("poses.{axis}={{from={from},to={to},step={}}}", if axis == "y" { 0.3 } else { 0.2 })
+        })
+    };
+    let origin = [-0.086875, 0.0, 0.37743];
+    let [x, y, z] = spans(origin);
+    for collisions in ["exact", "mujoco", "none"] {
+        let collide = format!("collisions={collisions}");
+        let more = ["--set", &x, "--set", &y, "--set", &z, "--set", "robot.frame=torso_lift_link", "--set", &collide];
+        let torso = place.run(&format!("torso {collisions}"), &more);
+        let world = place.run(&format!("world {collisions}"), &["--set", &collide]);
+        let header = read_field(&torso).expect("a field").header;
+        assert_eq!(header.frame, "torso_lift_link");
+        let (seen, plain) = (cells(&torso), cells(&world));
+        let alike = seen.iter().zip(&plain).filter(|(one, other)| one.0 == other.0).count();
+        assert!(seen.len() == plain.len() && alike * 100 >= 99 * seen.len(), "{alike} of {}", seen.len());
+        let robot = RobotModel::open(&place.path("fetch.xml")).expect("the robot");
+        for (cell, (_, _, way)) in seen.iter().enumerate() {
+            let Some(way) = way else { continue };
+            let values: Vec<(&str, f64)> = ARM.into_iter().zip(way.iter().copied()).collect();
+            let found = robot.site_pose(&header.target, &values).expect("a pose");
+            let wanted = nalgebra::Vector3::from_fn(|axis, _| header.grid.pose(cell)[axis] + origin[axis]);
+            assert!((found.translation() - wanted).norm() < 1e-6, "cell {cell}");
+        }
+    }
+    let wrong = |frame: &str| {
+        let frame = format!("robot.frame={frame}");
+        let done = command(&["run"]).arg(place.path("job.toml")).args(["--set", &frame, "--out", "x"]).output();
+        let done = done.expect("graspmill starts");
+        assert_eq!(done.status.code(), Some(2));
+        String::from_utf8_lossy(&done.stderr).into_owned()
+    };
+    assert!(wrong("torso_lift_lnk").contains("did you mean `torso_lift_link`?"));
+    assert!(wrong("forearm_roll_link").contains("is moved by joint \"shoulder_pan_joint\""));
+}
+
 /// Every byte of the field, and every forty-first of a shard.
 #[test]
 fn a_flipped_byte_is_found() {

@@ -8,7 +8,7 @@ use super::{Text, relative_to};
 use crate::{
     geom::{Axis, FieldMetric, PoseGrid},
     job::{
-        checked::{Collisions, ReachabilityJob, Robot, Solver},
+        checked::{Collisions, ReachabilityJob, Robot, Solver, WORLD},
         discover,
     },
 };
@@ -70,9 +70,13 @@ impl Text {
     }
 
     fn group_keys(&mut self, robot: &Robot) {
-        let Robot { scene: _, name: _, id: _, joints, target, fixed } = robot;
+        let Robot { scene: _, name: _, id: _, joints, target, frame, fixed } = robot;
         self.list("joints", joints.iter().map(|joint| Value::from(joint.as_str())));
         self.key("target", target.as_str());
+        // Older jobs had no such key: their digests stay.
+        if frame != WORLD {
+            self.key("frame", frame.as_str());
+        }
         let fixed = fixed.iter().map(|(name, value)| (name.clone(), Value::from(*value)));
         self.key("fixed", Value::Table(fixed.collect()));
     }

@@ -8,7 +8,7 @@ use crate::{
     geom::{Axis, AxisUnit, FieldMetric, HealPix, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid},
     ids::{Digest, ObjectId},
     job::{
-        checked::{Profile, ReachabilityJob, Robot},
+        checked::{Profile, ReachabilityJob, Robot, WORLD},
         document::Path,
         errors::Problem,
         spec::reachability::{DirectionsSpec, FieldSpec, PosesSpec, ReachabilitySpec, RobotSpec, SpanSpec},
@@ -43,6 +43,8 @@ pub enum RobotKey {
     Joints(Option<usize>),
     /// `robot.target`.
     Target,
+    /// `robot.frame`.
+    Frame,
     /// One of `robot.fixed`.
     Fixed(String),
 }
@@ -106,7 +108,8 @@ fn read_robot(
         checker.fail(&Path::of("robot.content"), Problem::Senseless { expected, found }, Some(help));
     }
     let (joints, target) = (spec.joints.clone(), spec.target.clone());
-    let robot = Robot { scene, name, id: ObjectId(digest), joints, target, fixed };
+    let frame = spec.frame.clone().unwrap_or_else(|| WORLD.to_owned());
+    let robot = Robot { scene, name, id: ObjectId(digest), joints, target, frame, fixed };
     robots(&robot).into_iter().for_each(|fault| report(checker, &robot, fault));
     (checker.errors.len() == before).then_some(robot)
 }
@@ -118,6 +121,7 @@ fn report(checker: &mut Checker<'_>, robot: &Robot, fault: RobotFault) {
     let (path, what, wanted) = match &key {
         RobotKey::Scene => (Path::of("robot.scene"), "robot", None),
         RobotKey::Target => (Path::of("robot.target"), "target", Some(robot.target.as_str())),
+        RobotKey::Frame => (Path::of("robot.frame"), "frame", Some(robot.frame.as_str())),
         RobotKey::Joints(None) => (joints, "planning group", None),
         RobotKey::Joints(Some(index)) => (joints.index(*index), "joint", robot.joints.get(*index).map(String::as_str)),
         RobotKey::Fixed(name) => (Path::of("robot.fixed").key(name), "joint", Some(name.as_str())),

@@ -7,7 +7,7 @@ pub use completion::{
     Channels, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, JobObject, ModelChoice,
     PackageFile, Pivot, Renderer, SceneCamera, SplitSettings, SubsetSize, Truth,
 };
-pub use reachability::{Collisions, ReachabilityJob, Robot, Solver};
+pub use reachability::{Collisions, ReachabilityJob, Robot, Solver, WORLD};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -15,7 +15,7 @@ use crate::{
 pub struct ReachabilityJob {
     /// The robot.
     pub robot: Robot,
-    /// The poses, in the world's frame of its description.
+    /// The poses, in the robot's frame.
     pub poses: PoseGrid,
     /// What finds joint values.
     pub solver: Solver,
@@ -50,9 +50,14 @@ pub struct Robot {
     pub joints: Vec<String>,
     /// The site that is brought to the poses.
     pub target: String,
+    /// The body or site that stands still whose frame the poses are in; MuJoCo's name of the world's body is [`WORLD`].
+    pub frame: String,
     /// Values of joints that stand still [rad or m], by name.
     pub fixed: BTreeMap<String, f64>,
 }
+
+/// The frame of poses where a job names none.
+pub const WORLD: &str = "world";
 
 /// What finds joint values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

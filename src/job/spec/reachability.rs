@@ -43,6 +43,9 @@ pub struct RobotSpec {
     /// The site that is brought to the poses.
     #[schemars(length(min = 1), extend("examples" = ["wrist_roll_link"]))]
     pub target: String,
+    /// The body or site whose frame the poses are in; it has to stand still. Without it, the world.
+    #[schemars(length(min = 1), extend("examples" = ["base_link"]))]
+    pub frame: Option<String>,
     /// Values of joints that stand still, by name: radians, or metres where they slide. Joints named nowhere stand where
     /// the description has them.
     #[schemars(extend("examples" = [{ "torso_lift_joint": 0.1 }]))]
@@ -52,18 +55,18 @@ pub struct RobotSpec {
     pub content: Option<String>,
 }
 
-/// The grid of poses, in the world's frame of the robot's description: positions along x, y and z, and at each the same
-/// orientations: either `roll`, `pitch` and `yaw` or `directions` and `roll`.
+/// The grid of poses, in the frame of `robot.frame`: positions along x, y and z, and at each the same orientations: either
+/// `roll`, `pitch` and `yaw` or `directions` and `roll`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PosesSpec {
-    /// Positions along the world's x axis.
+    /// Positions along the frame's x axis.
     #[schemars(extend("examples" = [{ "from": 0.0, "to": 1.2, "step": 0.1 }]))]
     pub x: SpanSpec,
-    /// Positions along the world's y axis.
+    /// Positions along the frame's y axis.
     #[schemars(extend("examples" = [{ "from": -1.1, "to": 1.1, "step": 0.1 }]))]
     pub y: SpanSpec,
-    /// Positions along the world's z axis.
+    /// Positions along the frame's z axis.
     #[schemars(extend("examples" = [{ "from": 0.0, "to": 2.0, "step": 0.1 }]))]
     pub z: SpanSpec,
     /// Cells in a full turn about the target's x axis, the first at -pi.

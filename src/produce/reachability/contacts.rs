@@ -5,8 +5,12 @@ pub(super) use with_mujoco::Contacts;
 #[cfg(not(feature = "sim"))]
 pub(super) use without::Contacts;
 
+/// What one thread asks: whether joint values are free.
+pub(super) type Ask = Box<dyn FnMut(&[f64]) -> bool + Send>;
+
 #[cfg(feature = "sim")]
 mod with_mujoco {
+    use super::Ask;
     use crate::{job::Robot, sim::RobotModel};
 
     /// A robot whose contacts MuJoCo is asked for; shared by all threads.
@@ -20,8 +24,8 @@ mod with_mujoco {
             Self { model, robot: robot.clone() }
         }
 
-        /// What one thread asks: whether a configuration is free.
-        pub fn worker(&self) -> Box<dyn FnMut(&[f64]) -> bool + Send> {
+        /// For one thread.
+        pub fn worker(&self) -> Ask {
             let joints: Vec<&str> = self.robot.joints.iter().map(String::as_str).collect();
             let worker = self.model.contact_worker(&joints, &self.robot.fixed);
             let mut worker = worker.expect("the robot gave its planning group for these names");
@@ -32,11 +36,13 @@ mod with_mujoco {
 
 #[cfg(not(feature = "sim"))]
 mod without {
+    use super::Ask;
+
     /// Nobody to ask.
     pub(in super::super) enum Contacts {}
 
     impl Contacts {
-        pub fn worker(&self) -> Box<dyn FnMut(&[f64]) -> bool + Send> {
+        pub fn worker(&self) -> Ask {
             match *self {}
         }
     }

@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 
 use super::{
     collisions::{Collisions, Free, LastPair},
-    contacts::Contacts,
+    contacts::{Ask, Contacts},
     finite::FiniteArm,
     search::SearchedArm,
     sweep::{RedundantArm, SweepScratch},
@@ -53,7 +53,7 @@ struct Orientation {
 #[derive(Default)]
 pub struct Scratch {
     /// What the thread asks of MuJoCo, from the first position on.
-    free: Option<Box<dyn FnMut(&[f64]) -> bool + Send>>,
+    free: Option<Ask>,
     last: LastPair,
     reached: Vec<Reached>,
     /// Where the witness of each orientation begins.
@@ -242,9 +242,16 @@ fn read_robot(robot: &Robot, collisions: job::Collisions) -> Result<ReadRobot, P
     crate::sim::RobotModel::open(&robot.scene)
         .and_then(|model| {
             let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
+            let frame = model.resting_frame(&robot.frame, &joints, &robot.fixed)?;
+            // Where the poses are in the world's frame, every bit stays as it is.
+            let elsewhere = (robot.frame != job::WORLD).then_some(frame);
+            let group = elsewhere.iter().fold(group, PlanningGroup::seen_from);
             match collisions {
                 job::Collisions::None => Ok((group, None, None)),
-                job::Collisions::Exact => Ok((group, Some(model.bodies_at_rest(&joints, &robot.fixed)?), None)),
+                job::Collisions::Exact => {
+                    let bodies = model.bodies_at_rest(&joints, &robot.fixed)?;
+                    Ok((group, Some(elsewhere.iter().fold(bodies, Bodies::seen_from)), None))
+                }
                 job::Collisions::Mujoco => {
                     model.check_rest_by_contacts(&joints, &robot.fixed)?;
                     Ok((group, None, Some(Contacts::new(model, robot))))
