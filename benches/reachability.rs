@@ -241,7 +241,12 @@ fn labels_of_poses(criterion: &mut Criterion) {
                 1,
             );
         }
-        bench(name, &PoseLabeller::of_parts(&arm, Some(&bodies), &rotations, Solver::Auto, 1).expect("shapes"), 22);
+        bench(
+            name,
+            &PoseLabeller::of_parts(&arm, Some((&bodies, SimdLevel::detect())), &rotations, Solver::Auto, 1)
+                .expect("shapes"),
+            22,
+        );
     }
     group.finish();
 }

@@ -82,7 +82,7 @@ impl<'j> Workshop<'j> {
         Ok(match &job.work {
             Work::Completion(work) => Self::Completion { job: work, seed: job.seed, level },
             Work::Reachability(work) => {
-                Self::Reachability { job: work, labeller: Box::new(PoseLabeller::new(work, job.seed)?) }
+                Self::Reachability { job: work, labeller: Box::new(PoseLabeller::new(work, job.seed, level)?) }
             }
         })
     }

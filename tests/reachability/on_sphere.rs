@@ -8,7 +8,7 @@ use std::{
 
 use graspmill::{
     dataset::{DatasetReader, Selection, read_field},
-    geom::{EndEffector, Pose, PoseGrid, PoseLabel, World, super_fibonacci},
+    geom::{EndEffector, Pose, PoseGrid, PoseLabel, SimdLevel, World, super_fibonacci},
     job::Solver,
     produce::reachability::{LabelledPosition, PoseLabeller, Scratch},
     runtime::ReachabilityMap,
@@ -154,7 +154,9 @@ fn evenly_spread_orientations_answer_better() {
     let (robot, fixed) = (RobotModel::open(&place.path("fetch.xml")).expect("the robot"), BTreeMap::new());
     let group = robot.planning_group(&ARM, "wrist_roll_link", &fixed).expect("an arm");
     let bodies = robot.bodies(&ARM, &fixed).expect("bodies");
-    let labeller = PoseLabeller::of_parts(&group, Some(&bodies), &rotations, Solver::ClosedForm, 1).expect("an arm");
+    let labeller =
+        PoseLabeller::of_parts(&group, Some((&bodies, SimdLevel::detect())), &rotations, Solver::ClosedForm, 1)
+            .expect("an arm");
     let (mut scratch, mut truth, mut draw) =
         (Scratch::default(), LabelledPosition::default(), Stream::of_job(1, b"", "poses"));
     let (mut wrong, mut poses, mut reachable) = ([Wrong::default(), Wrong::default()], 0, 0);

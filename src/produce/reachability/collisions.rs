@@ -4,7 +4,7 @@ use nalgebra::IsometryMatrix3;
 
 use crate::{
     collision::{Bodies, CollisionChecker, Verdict},
-    geom::{EndEffector, NoSurface, Pose, World},
+    geom::{EndEffector, NoSurface, Pose, SimdLevel, World},
     kinematics::PlanningGroup,
 };
 
@@ -29,8 +29,8 @@ pub(super) type Free<'a> = &'a mut dyn FnMut(&[f64]) -> bool;
 impl Collisions {
     /// # Errors
     /// When a shape has no surface.
-    pub fn new(group: &PlanningGroup, bodies: &Bodies) -> Result<Self, NoSurface> {
-        let checker = CollisionChecker::new(bodies)?;
+    pub fn new(group: &PlanningGroup, bodies: &Bodies, level: SimdLevel) -> Result<Self, NoSurface> {
+        let checker = CollisionChecker::with_level(bodies, level)?;
         let last = group.len();
         let resting = |links: [usize; 2]| links == [0, last] || links == [last, 0];
         let pairs: Vec<[usize; 2]> = checker.pairs().collect();

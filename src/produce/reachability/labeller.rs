@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     collision::Bodies,
-    geom::{EndEffector, NoSurface, Pose, PoseLabel, Proof, World},
+    geom::{EndEffector, NoSurface, Pose, PoseLabel, Proof, SimdLevel, World},
     job::{self, ReachabilityJob, Robot, Solver},
     kinematics::{ClosedForm, NoClosedForm, PlanningGroup, SelfMotion, Wrist},
     produce::ProduceError,
@@ -100,27 +100,28 @@ impl PoseLabeller {
     ///
     /// # Errors
     /// When the robot cannot be read, its arm cannot be solved as the job asks, or it collides at rest.
-    pub fn new(job: &ReachabilityJob, seed: u64) -> Result<Self, ProduceError> {
+    pub fn new(job: &ReachabilityJob, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
         let refused = |why: String| ProduceError::NoLabeller { name: job.robot.scene.display().to_string(), why };
         let (group, bodies, contacts) = read_robot(&job.robot, job.collisions)?;
         let rotations: Vec<_> = (0..job.poses.orientations()).map(|place| job.poses.rotation(place)).collect();
-        let labeller = Self::of_parts(&group, bodies.as_ref(), &rotations, job.solver, seed);
+        let labeller =
+            Self::of_parts(&group, bodies.as_ref().map(|bodies| (bodies, level)), &rotations, job.solver, seed);
         Ok(Self { contacts, ..labeller.map_err(|error| refused(error.to_string()))? })
     }
 
-    /// For an arm and what it may collide with; `bodies` is `None` where collisions don't count. `seed` is that of the
-    /// numeric solver's starts.
+    /// For an arm and what it may collide with, and the instructions to check that with; `bodies` is `None` where collisions
+    /// don't count. `seed` is that of the numeric solver's starts.
     ///
     /// # Errors
     /// Says why the arm has no closed form, or which shape has no surface.
     pub fn of_parts(
         group: &PlanningGroup,
-        bodies: Option<&Bodies>,
+        bodies: Option<(&Bodies, SimdLevel)>,
         rotations: &[Rotation3<f64>],
         solver: Solver,
         seed: u64,
     ) -> Result<Self, NoLabeller> {
-        let collisions = bodies.map(|bodies| Collisions::new(group, bodies)).transpose()?;
+        let collisions = bodies.map(|(bodies, level)| Collisions::new(group, bodies, level)).transpose()?;
         let mut orientations: Vec<Orientation> = Vec::with_capacity(rotations.len());
         for (place, rotation) in rotations.iter().enumerate() {
             let same = |other: &Orientation| (other.rotation.matrix() - rotation.matrix()).amax() < SAME;
