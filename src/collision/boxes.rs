@@ -69,12 +69,8 @@ impl BoxTree {
         place as u32
     }
 
-    /// Squared distance from a point to the nearest of the triangles [m^2].
-    pub fn squared_distance(&self, point: &Point3<f64>) -> f64 {
-        self.squared_distance_within(point, f64::INFINITY)
-    }
-
-    /// The same where that is less than `limit`, else `limit`: the sooner found the smaller that is.
+    /// Squared distance from a point to the nearest of the triangles [m^2] where that is less than `limit`, else `limit`: the
+    /// sooner found the smaller that is.
     pub fn squared_distance_within(&self, point: &Point3<f64>, limit: f64) -> f64 {
         let mut best = limit;
         if !self.blocks.is_empty() {
@@ -209,7 +205,7 @@ mod tests {
                 let meeting = triangles.iter().filter(|triangle| triangle::bounds(triangle).meets(&bounds));
                 let meeting = sorted(meeting.map(key).collect());
                 for tree in &trees {
-                    assert_eq!(tree.squared_distance(&point), nearest);
+                    assert_eq!(tree.squared_distance_within(&point, f64::INFINITY), nearest);
                     assert_eq!(tree.squared_distance_within(&point, 1.5 * nearest), nearest);
                     assert_eq!(tree.squared_distance_within(&point, 0.5 * nearest), 0.5 * nearest);
                     let mut met = Vec::new();

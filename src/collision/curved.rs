@@ -83,7 +83,7 @@ impl Curved {
     /// How far two shapes that meet near `here` overlap [m] (see `Solid::depth`).
     pub fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, here: &Point3<f64>) -> f64 {
         let there_from_here = here_from_there.inverse();
-        deepest(*here, |point| -self.signed(point) - other.signed(&(there_from_here * point))).1
+        deepest(*here, STEPS, |point| -self.signed(point) - other.signed(&(there_from_here * point))).1
     }
 
     /// Whether one of many triangles touches the shape, whose link's frame is seen from the triangles'.
@@ -107,11 +107,20 @@ fn length(a: f64, b: f64) -> f64 {
     (a * a + b * b).sqrt()
 }
 
+/// First and last step of a pattern search [m].
+pub(super) const STEPS: [f64; 2] = [0.032, 0.001];
+/// The same where the place is known roughly.
+pub(super) const FINE_STEPS: [f64; 2] = [0.004, 0.00025];
+
 /// A pattern search for where a depth is greatest: the place, and the depth.
-pub(super) fn deepest(start: Point3<f64>, depth: impl Fn(&Point3<f64>) -> f64) -> (Point3<f64>, f64) {
+pub(super) fn deepest(
+    start: Point3<f64>,
+    [first, last]: [f64; 2],
+    depth: impl Fn(&Point3<f64>) -> f64,
+) -> (Point3<f64>, f64) {
     let mut best = (start, depth(&start));
-    let mut step = 0.032;
-    while step > 0.0009 {
+    let mut step = first;
+    while step >= last {
         let mut next = best;
         for axis in 0..3 {
             for way in [step, -step] {

@@ -158,6 +158,12 @@ impl Lattice {
         (beyond.max(stored.abs() - offset), stored + offset)
     }
 
+    /// Distance to the surface at a point, whichever side it is on: at most so much [m].
+    pub fn distance_at_most(&self, point: &Point3<f64>) -> f64 {
+        let (stored, offset) = self.nearest(point);
+        stored.abs() + offset
+    }
+
     /// What is stored at the nearest point of the lattice, and how far that is [m].
     #[inline]
     fn nearest(&self, point: &Point3<f64>) -> (f64, f64) {

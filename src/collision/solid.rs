@@ -6,7 +6,7 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
     boxes::BoxTree,
-    curved::{Curved, deepest},
+    curved::{Curved, FINE_STEPS, STEPS, deepest},
     lattice::Lattice,
     near::{Points, View, lanes},
     parts::Bounds,
@@ -18,6 +18,17 @@ use crate::geom::{NoSurface, SimdLevel};
 /// Of this many points of a lattice along each axis one is asked first.
 const COARSE: usize = 4;
 
+/// How long a depth is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Care {
+    /// A few microseconds: what lattices know.
+    Short,
+    /// Tens of microseconds: what exact distances say.
+    Long,
+}
+
+/// A depth by balls that is not looked for any further [m].
+const ENOUGH: f64 = 0.02;
 /// Triangles of a piece that are held against the other surface together.
 const AT_ONCE: usize = 6;
 /// Balls inside a body, at most.
@@ -171,10 +182,25 @@ impl Solid {
     }
 
     /// How far one of two bodies that meet near `there` (see [`Solid::meets`]) may be moved at least without the two ceasing
-    /// to overlap [m].
-    pub fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>) -> f64 {
+    /// to overlap [m]; `care` is how long that is looked for.
+    pub fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>, care: Care) -> f64 {
         let by_balls = self.overlap(other, here_from_there);
-        if by_balls > 0.0 { by_balls } else { self.depth_near(other, here_from_there, there) }
+        if by_balls > ENOUGH {
+            return by_balls;
+        }
+        let there_from_here = here_from_there.inverse();
+        let depth = |here: &Point3<f64>| -self.signed_at_most(here) - other.signed_at_most(&(there_from_here * here));
+        let points = self.deep_points(other, here_from_there, &there_from_here, there);
+        let deep = points.map(|point| (depth(&point), point));
+        let (found, point) = if deep[0].0 >= deep[1].0 { deep[0] } else { deep[1] };
+        let found = if care == Care::Long { deepest(point, FINE_STEPS, depth).1 } else { found };
+        by_balls.max(found)
+    }
+
+    /// Distance to the surface [m], exact: what the lattice says of it keeps the search short.
+    fn distance(&self, point: &Point3<f64>) -> f64 {
+        let most = self.lattice.distance_at_most(point);
+        self.boxes.squared_distance_within(point, most * most).sqrt()
     }
 
     /// Whether a point is inside.
@@ -188,7 +214,7 @@ impl Solid {
             return signed < 0.0;
         }
         // So near the surface that a point of the lattice must be in sight.
-        let distance = self.boxes.squared_distance(point).sqrt();
+        let distance = self.distance(point);
         self.lattice.is_inside(point, distance)
             || self.lattice.inside_near(point).any(|seen| !self.boxes.crosses(point, &seen))
     }
@@ -199,18 +225,22 @@ impl Solid {
         other.inner.iter().map(depth).fold(0.0, f64::max)
     }
 
-    /// How far the bodies overlap near a point of `other`'s surface [m], a lower bound: a point inside both, as deep in the
-    /// one as the balls around it fit, and in the other likewise.
-    fn depth_near(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>) -> f64 {
-        let below = |one: &Self, two: &Self, two_from_one: &IsometryMatrix3<f64>, start: &Point3<f64>| {
+    /// Two points that lie deep in both bodies, seen from this one: those that climbing the lattice of the one and the other
+    /// leads to from near a point of `other`'s surface.
+    fn deep_points(
+        &self,
+        other: &Self,
+        here_from_there: &IsometryMatrix3<f64>,
+        there_from_here: &IsometryMatrix3<f64>,
+        there: &Point3<f64>,
+    ) -> [Point3<f64>; 2] {
+        let climb = |one: &Self, two: &Self, two_from_one: &IsometryMatrix3<f64>, start: &Point3<f64>| {
             let height = |point: &Point3<f64>, own: f64| -own - two.lattice.bounds(&(two_from_one * point)).1;
-            let (_, point) = one.lattice.climb(one.lattice.cell(start), height);
-            -one.signed_at_most(&point) - two.signed_at_most(&(two_from_one * point))
+            one.lattice.climb(one.lattice.cell(start), height).1
         };
-        let there_from_here = here_from_there.inverse();
-        let by_other = below(other, self, here_from_there, there);
-        let by_self = below(self, other, &there_from_here, &(here_from_there * there));
-        by_other.max(by_self)
+        let by_other = climb(other, self, here_from_there, there);
+        let by_self = climb(self, other, there_from_here, &(here_from_there * there));
+        [here_from_there * by_other, by_self]
     }
 
     /// Where this body and a curved shape, whose link's frame is seen from this one's as `here_from_there`, meet: as
@@ -237,16 +267,23 @@ impl Solid {
     }
 
     /// How far this body and a curved shape that meet near `here` overlap: as [`Solid::depth`].
-    pub fn depth_with_curved(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>, here: &Point3<f64>) -> f64 {
+    pub fn depth_with_curved(
+        &self,
+        other: &Curved,
+        here_from_there: &IsometryMatrix3<f64>,
+        here: &Point3<f64>,
+        care: Care,
+    ) -> f64 {
         let there_from_here = here_from_there.inverse();
-        let depth = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
-        let (point, _) = deepest(*here, depth);
-        -self.signed_at_most(&point) - other.signed(&(there_from_here * point))
+        let bound = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
+        let depth = |point: &Point3<f64>| -self.signed_at_most(point) - other.signed(&(there_from_here * point));
+        let (point, _) = deepest(*here, STEPS, bound);
+        if care == Care::Long { deepest(point, FINE_STEPS, depth).1 } else { depth(&point) }
     }
 
     /// Signed distance at a point, exact where the sides are known, else that to the outside [m].
     fn signed_at_most(&self, point: &Point3<f64>) -> f64 {
-        let distance = self.boxes.squared_distance(point).sqrt();
+        let distance = self.distance(point);
         if self.lattice.bounds(point).1 < 0.0 || self.lattice.is_inside(point, distance) { -distance } else { distance }
     }
 }

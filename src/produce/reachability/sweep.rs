@@ -18,8 +18,10 @@ use crate::{
 const SHORTEST: f64 = 1e-3;
 /// In pieces shorter than this the deepest pair is looked for, in longer ones the first is good enough [rad].
 const SHALLOW: f64 = 0.05;
+/// How often a depth is looked for with care in vain before that is left off for the pose.
+const PATIENCE: u32 = 32;
 /// Configurations that are looked at for one pose, at most; what is left by then is not proved.
-const MOST_CHECKS: usize = 5_000;
+const MOST_CHECKS: usize = 1_200;
 
 /// Where MuJoCo decides, configurations stand at most this far apart in the first joint [rad].
 const STEP: f64 = 0.02;
@@ -117,7 +119,7 @@ impl RedundantArm {
             // A single value of the first joint, lost to rounding.
             return (PoseLabel::NoSolution, Proof::IntervalEnds);
         }
-        let (mut checks, mut proved) = (0, true);
+        let (mut checks, mut proved, mut patience) = (0, true, PATIENCE);
         while let Some(piece) = pieces.pop() {
             let Piece { low, high, branch } = piece;
             checks += 1;
@@ -135,6 +137,13 @@ impl RedundantArm {
             let stance = self.motion.stance(wrist, &q);
             let mut half = self.ruled_out(&stance, &piece, pair, depth, collisions);
             let whole = 0.5 * (high - low);
+            if half < whole && high - low < SHALLOW && patience > 0 {
+                let careful = collisions.checker().careful_depth(&hit, &links);
+                let longer = self.ruled_out(&stance, &piece, pair, careful, collisions);
+                // Where two surfaces only graze each other care finds nothing, again and again.
+                patience -= u32::from(longer <= half);
+                half = half.max(longer);
+            }
             if half < whole && high - low < SHALLOW {
                 // Perhaps another pair overlaps by more.
                 for (pair, depth) in collisions.overlaps(&links, pair) {
