@@ -102,6 +102,12 @@ fn in_words(label: PoseLabel) -> &'static str {
 }
 
 fn how_to_check(facts: &ReachabilityFacts) -> String {
+    // The thesis's files have six axes.
+    let export = if facts.axes.iter().any(|axis| axis.name == "direction") {
+        ""
+    } else {
+        "\ngraspmill export . --to graspit --out ../g  # raw float64, csv"
+    };
     format!(
         concat!(
             "<section id=\"check\"><h2>Check it, ask it, make it again</h2><pre><code>",
@@ -109,12 +115,12 @@ fn how_to_check(facts: &ReachabilityFacts) -> String {
             "graspmill verify . --regenerate 64 --seed 1 # labels 64 random positions again and compares them\n",
             "graspmill query reach . --pose {pose}  # x,y,z [m], roll,pitch,yaw [rad]\n",
             "graspmill run job.toml --out ../again       # makes all of it again\n",
-            "graspmill digest ../again                   # {root}\n",
-            "graspmill export . --to graspit --out ../g  # raw float64, csv</code></pre>",
+            "graspmill digest ../again                   # {root}{export}</code></pre>",
             "<p class=\"quiet\">Made by {generator}, format {format}. Job <code>{job}</code>.</p></section>"
         ),
         pose = facts.axes[..3].iter().map(middle).chain(["0,0,0".to_owned()]).collect::<Vec<_>>().join(","),
         root = facts.root,
+        export = export,
         generator = escaped(&facts.generator),
         format = facts.format_version,
         job = facts.job,
