@@ -124,25 +124,18 @@ impl CollisionChecker {
     /// Whether one of the pairs given (places in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
     /// links in the world, the world itself first (see [`Body::link`]).
     pub fn check(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> Verdict {
-        let mut few = [Point3::origin(); 32];
-        let mut many = Vec::new();
-        let centres = if self.bodies.len() <= few.len() {
-            &mut few[..self.bodies.len()]
-        } else {
-            many.resize(self.bodies.len(), Point3::origin());
-            &mut many[..]
-        };
-        for (centre, body) in centres.iter_mut().zip(&self.bodies) {
-            if let Some(body) = body {
-                *centre = links[body.link] * body.centre;
-            }
-        }
-        let near = |pair: &usize| {
+        self.hits(pairs, links).next().map_or(Verdict::Free, Verdict::Collides)
+    }
+
+    /// Those of the pairs given that touch, in this order; each is looked at when it is asked for.
+    pub fn hits(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> impl Iterator<Item = Hit> {
+        let centre = |body: &CheckedBody| links[body.link] * body.centre;
+        let centres: Vec<_> = self.bodies.iter().map(|body| body.as_ref().map_or(Point3::origin(), centre)).collect();
+        let near = move |pair: &usize| {
             let Pair { bodies: [first, second], squared_reach } = self.pairs[*pair];
             (centres[first] - centres[second]).norm_squared() <= squared_reach
         };
-        let hit = pairs.into_iter().filter(near).find_map(|pair| self.hit(pair, links));
-        hit.map_or(Verdict::Free, Verdict::Collides)
+        pairs.into_iter().filter(near).filter_map(|pair| self.hit(pair, links))
     }
 
     /// Whether the two bodies of a pair (its place in [`Bodies::pairs`]) touch.

@@ -77,10 +77,7 @@ impl Collisions {
 
     /// All pairs but one that overlap, and by how much [m].
     pub fn overlaps(&self, links: &[IsometryMatrix3<f64>], but: usize) -> impl Iterator<Item = (usize, f64)> {
-        let others = self.of_the_arm.iter().filter(move |pair| **pair != but);
-        others.filter_map(|pair| match self.checker.check([*pair], links) {
-            Verdict::Collides(hit) => Some((*pair, self.checker.depth(&hit, links))),
-            Verdict::Free => None,
-        })
+        let others = self.of_the_arm.iter().copied().filter(move |pair| *pair != but);
+        self.checker.hits(others, links).map(|hit| (hit.pair, self.checker.depth(&hit, links)))
     }
 }
