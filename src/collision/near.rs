@@ -2,7 +2,7 @@
 //! loop of all collision checks.
 #![expect(unsafe_code, reason = "gathers without bounds checks: the hot path of every configuration")]
 
-use nalgebra::{IsometryMatrix3, Point3};
+use nalgebra::{IsometryMatrix3, Matrix3, Point3, Vector3};
 
 use super::surface_tree::{Block, LANES};
 use crate::geom::{
@@ -72,13 +72,10 @@ impl Points {
 
     /// How another body is seen, all of whose balls lie in the one given (centre and radius [m], its own frame).
     pub fn view(&self, here_from_there: &IsometryMatrix3<f64>, ball: &(Point3<f64>, f64)) -> View {
-        let (turn, shift) = (here_from_there.rotation.matrix(), here_from_there.translation.vector);
-        let rows = [0, 1, 2].map(|axis| {
-            let row = [turn[(axis, 0)], turn[(axis, 1)], turn[(axis, 2)], shift[axis] - self.low[axis]];
-            row.map(|value| (value * self.inverse_spacing) as f32)
-        });
+        let shift = here_from_there.translation.vector - self.low.coords;
+        let rows = rows(here_from_there.rotation.matrix(), &shift, self.inverse_spacing);
         // Six roundings of numbers no larger than these, each of less than 6e-8 of it.
-        let largest = (shift - self.low.coords).amax() + ball.0.coords.norm() + ball.1;
+        let largest = shift.amax() + ball.0.coords.norm() + ball.1;
         let scale = self.inverse_spacing as f32;
         View { rows, scale, slack: self.rounding + 2e-6 * (largest * self.inverse_spacing) as f32 }
     }
@@ -86,9 +83,16 @@ impl Points {
     /// Looks at the balls of a block.
     pub fn look(&self, level: SimdLevel, view: &View, block: &Block) -> Found {
         let Found { near, inside, reaching } = look(level, self, view, block);
-        let held = (1 << block.count) - 1;
+        let held = block.held();
         Found { near: near & held, inside: inside & held, reaching: reaching & held }
     }
+}
+
+/// Rows of a rotation with a shift at their ends, for a kernel in units of which `scale` are a metre.
+fn rows(turn: &Matrix3<f64>, shift: &Vector3<f64>, scale: f64) -> [[f32; 4]; 3] {
+    [0, 1, 2].map(|axis| {
+        [turn[(axis, 0)], turn[(axis, 1)], turn[(axis, 2)], shift[axis]].map(|value| (value * scale) as f32)
+    })
 }
 
 /// The places of the bits that are set.
@@ -117,8 +121,7 @@ impl Axis {
     /// Around z from `-half` to `half` [m], with flat or round ends, in a frame that is seen from another body's.
     pub fn new(shape_from_there: &IsometryMatrix3<f64>, radius: f64, half: f64, flat: bool) -> Self {
         let (turn, shift) = (shape_from_there.rotation.matrix(), shape_from_there.translation.vector);
-        let rows = [0, 1, 2]
-            .map(|axis| [turn[(axis, 0)], turn[(axis, 1)], turn[(axis, 2)], shift[axis]].map(|value| value as f32));
+        let rows = rows(turn, &shift, 1.0);
         // As in `Points::view`; a ball that matters is no farther than the shape is long.
         let slack = 2e-6 * (2.0 * shift.norm() + radius + half);
         let end = if flat { half } else { half + radius };
@@ -129,7 +132,7 @@ impl Axis {
 
     /// The balls of a block that reach into it, a bit each.
     pub fn near(&self, level: SimdLevel, block: &Block) -> u32 {
-        around(level, self, block) & ((1 << block.count) - 1)
+        around(level, self, block) & block.held()
     }
 }
 
@@ -196,7 +199,7 @@ fn balls<L: Lanes>(l: L, points: &Points, view: &View, block: &Block) -> Found {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Rotation3, Vector3};
+    use nalgebra::Rotation3;
 
     use super::*;
     use crate::{collision::surface_tree::Below, seed::Stream};

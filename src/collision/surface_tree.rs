@@ -147,6 +147,11 @@ impl Block {
         self.count = lane + 1;
     }
 
+    /// The lanes that hold a ball, a bit each.
+    pub fn held(&self) -> u32 {
+        (1 << self.count) - 1
+    }
+
     /// A ball's centre, rounded [m].
     pub fn centre(&self, lane: usize) -> Point3<f64> {
         Point3::from([0, 1, 2].map(|axis| f64::from(self.centres[axis][lane])))
