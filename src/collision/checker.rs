@@ -68,6 +68,9 @@ struct CheckedBody {
     curved: Vec<Curved>,
 }
 
+/// By how much less deep two bodies count, so that rounding proves nothing [m].
+const MARGIN: f64 = 1e-6;
+
 /// Where the links of a configuration are: what one check needs of it.
 pub type LinkFrames = [IsometryMatrix3<f64>];
 
@@ -152,22 +155,14 @@ impl CollisionChecker {
     }
 
     /// How far every point of the one body of a pair may move, seen from the other, without the two ceasing to overlap [m]: a
-    /// lower bound; 0 where only their surfaces are known to touch. `links` are those of the check.
-    pub fn depth(&self, hit: &Hit, links: &LinkFrames) -> f64 {
-        self.depth_with(hit, links, Care::Short)
-    }
-
-    /// [`CollisionChecker::depth`], looked for ten times as long: nearer to the most that can be said.
-    pub fn careful_depth(&self, hit: &Hit, links: &LinkFrames) -> f64 {
-        self.depth_with(hit, links, Care::Long)
-    }
-
-    fn depth_with(&self, hit: &Hit, links: &LinkFrames, care: Care) -> f64 {
+    /// lower bound; 0 where only their surfaces are known to touch. `links` are those of the check. The search ends when more
+    /// than `enough` is known [m].
+    pub fn depth(&self, hit: &Hit, links: &LinkFrames, care: Care, enough: f64) -> f64 {
         let [first, second] = self.bodies_of(hit.pair).map(|place| self.bodies[place].as_ref());
         let (Some(first), Some(second)) = (first, second) else { return 0.0 };
-        let depth = first.depth(second, &links[first.link].inv_mul(&links[second.link]), &hit.meeting, care);
-        // Rounding must not prove anything.
-        (depth - 1e-6).max(0.0)
+        let here_from_there = links[first.link].inv_mul(&links[second.link]);
+        let depth = first.depth(second, &here_from_there, &hit.meeting, care, enough + MARGIN);
+        (depth - MARGIN).max(0.0)
     }
 }
 
@@ -231,17 +226,24 @@ impl CheckedBody {
     }
 
     /// How far the two overlap where they meet [m]; not above 0 where nothing is known.
-    fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, meeting: &Meeting, care: Care) -> f64 {
+    fn depth(
+        &self,
+        other: &Self,
+        here_from_there: &IsometryMatrix3<f64>,
+        meeting: &Meeting,
+        care: Care,
+        enough: f64,
+    ) -> f64 {
         let near = &meeting.near;
         match (meeting.shapes, &self.solid, &other.solid) {
-            (Shapes::Planes, Some(one), Some(two)) => one.depth(two, here_from_there, near, care),
+            (Shapes::Planes, Some(one), Some(two)) => one.depth(two, here_from_there, near, care, enough),
             (Shapes::PlanesAndCurved(two), Some(one), _) => {
-                one.depth_with_curved(&other.curved[two], here_from_there, near, care)
+                one.depth_with_curved(&other.curved[two], here_from_there, near, care, enough)
             }
             (Shapes::CurvedAndPlanes(one), _, Some(two)) => {
-                two.depth_with_curved(&self.curved[one], &here_from_there.inverse(), near, care)
+                two.depth_with_curved(&self.curved[one], &here_from_there.inverse(), near, care, enough)
             }
-            (Shapes::Curved(one, two), ..) => self.curved[one].depth(&other.curved[two], here_from_there, near),
+            (Shapes::Curved(one, two), ..) => self.curved[one].depth(&other.curved[two], here_from_there, near, enough),
             _ => 0.0,
         }
     }

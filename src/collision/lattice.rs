@@ -204,14 +204,19 @@ impl Lattice {
     }
 
     /// Climbs from a lattice point to one where `height` of (point, signed distance at most [m]) is greatest among its
-    /// neighbours; the height there, and the point.
-    pub fn climb(&self, mut cell: [usize; 3], height: impl Fn(&Point3<f64>, f64) -> f64) -> (f64, Point3<f64>) {
+    /// neighbours, or more than `enough`; the height there, and the point.
+    pub fn climb(
+        &self,
+        mut cell: [usize; 3],
+        enough: f64,
+        height: impl Fn(&Point3<f64>, f64) -> f64,
+    ) -> (f64, Point3<f64>) {
         let at = |cell: [usize; 3]| {
             let point = self.point(cell);
             (height(&point, f64::from(self.distances[self.place(cell)]) + ROUNDING), point)
         };
         let mut best = at(cell);
-        loop {
+        while best.0 <= enough {
             let mut next = None;
             for axis in 0..3 {
                 for forward in [true, false] {
@@ -227,9 +232,10 @@ impl Lattice {
             }
             match next {
                 Some(beside) => cell = beside,
-                None => return best,
+                None => break,
             }
         }
+        best
     }
 
     /// Every lattice point that is known to be inside, with its depth [m].

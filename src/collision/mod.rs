@@ -22,4 +22,5 @@ mod triangle;
 pub use crate::geom::{Shape, Triangles};
 pub use body::{Bodies, Body, Geometry};
 pub use checker::{CollisionChecker, Hit, LinkFrames, Verdict};
+pub use solid::Care;
 pub use touch::TouchTest;

@@ -20,7 +20,7 @@ const COARSE: usize = 4;
 
 /// How long a depth is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Care {
+pub enum Care {
     /// A few microseconds: what lattices know.
     Short,
     /// Tens of microseconds: what exact distances say.
@@ -182,18 +182,33 @@ impl Solid {
     }
 
     /// How far one of two bodies that meet near `there` (see [`Solid::meets`]) may be moved at least without the two ceasing
-    /// to overlap [m]; `care` is how long that is looked for.
-    pub fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, there: &Point3<f64>, care: Care) -> f64 {
+    /// to overlap [m]; `care` is how long that is looked for, but never on when it is known to be more than `enough`.
+    pub fn depth(
+        &self,
+        other: &Self,
+        here_from_there: &IsometryMatrix3<f64>,
+        there: &Point3<f64>,
+        care: Care,
+        enough: f64,
+    ) -> f64 {
         let by_balls = self.overlap(other, here_from_there);
-        if by_balls > ENOUGH {
+        if by_balls > enough.min(ENOUGH) {
             return by_balls;
         }
         let there_from_here = here_from_there.inverse();
         let depth = |here: &Point3<f64>| -self.signed_at_most(here) - other.signed_at_most(&(there_from_here * here));
-        let points = self.deep_points(other, here_from_there, &there_from_here, there);
-        let deep = points.map(|point| (depth(&point), point));
+        // Lattices lead to a point that is deep in both bodies, once that of the one and once that of the other.
+        let by_other = other.climb_with(self, here_from_there, there, enough);
+        if by_other.0 > enough {
+            return by_other.0;
+        }
+        let by_self = self.climb_with(other, &there_from_here, &(here_from_there * there), enough);
+        if by_self.0 > enough {
+            return by_self.0;
+        }
+        let deep = [here_from_there * by_other.1, by_self.1].map(|point| (depth(&point), point));
         let (found, point) = if deep[0].0 >= deep[1].0 { deep[0] } else { deep[1] };
-        let found = if care == Care::Long { deepest(point, FINE_STEPS, depth).1 } else { found };
+        let found = if care == Care::Long { deepest(point, FINE_STEPS, enough, depth).1 } else { found };
         by_balls.max(found)
     }
 
@@ -225,22 +240,17 @@ impl Solid {
         other.inner.iter().map(depth).fold(0.0, f64::max)
     }
 
-    /// Two points that lie deep in both bodies, seen from this one: those that climbing the lattice of the one and the other
-    /// leads to from near a point of `other`'s surface.
-    fn deep_points(
+    /// Where climbing this body's lattice from near `start` leads to, with the height that lattices know of: how deep a point
+    /// lies in this body and in `other` together [m].
+    fn climb_with(
         &self,
         other: &Self,
-        here_from_there: &IsometryMatrix3<f64>,
-        there_from_here: &IsometryMatrix3<f64>,
-        there: &Point3<f64>,
-    ) -> [Point3<f64>; 2] {
-        let climb = |one: &Self, two: &Self, two_from_one: &IsometryMatrix3<f64>, start: &Point3<f64>| {
-            let height = |point: &Point3<f64>, own: f64| -own - two.lattice.bounds(&(two_from_one * point)).1;
-            one.lattice.climb(one.lattice.cell(start), height).1
-        };
-        let by_other = climb(other, self, here_from_there, there);
-        let by_self = climb(self, other, there_from_here, &(here_from_there * there));
-        [here_from_there * by_other, by_self]
+        other_from_here: &IsometryMatrix3<f64>,
+        start: &Point3<f64>,
+        enough: f64,
+    ) -> (f64, Point3<f64>) {
+        let height = |point: &Point3<f64>, own: f64| -own - other.lattice.bounds(&(other_from_here * point)).1;
+        self.lattice.climb(self.lattice.cell(start), enough, height)
     }
 
     /// Where this body and a curved shape, whose link's frame is seen from this one's as `here_from_there`, meet: as
@@ -258,12 +268,28 @@ impl Solid {
                 }
             }
         }
-        if near.is_some() && other.touches(&self.boxes, here_from_there) {
-            return near;
+        if near.is_some() {
+            let held = self.deepest_ball(other, here_from_there);
+            if held.is_some() || other.touches(&self.boxes, here_from_there) {
+                return held.or(near);
+            }
         }
         // Their surfaces are apart: of connected shapes this one holds the other, or neither.
         let centre = here_from_there * other.ball().0;
         self.holds(&centre).then_some(centre)
+    }
+
+    /// The centre of the ball inside this body that a curved shape reaches into by most.
+    fn deepest_ball(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
+        let there_from_here = here_from_there.inverse();
+        let mut best = (0.0, None);
+        for (centre, radius) in &self.inner {
+            let depth = radius - other.signed(&(there_from_here * centre));
+            if depth > best.0 {
+                best = (depth, Some(*centre));
+            }
+        }
+        best.1
     }
 
     /// How far this body and a curved shape that meet near `here` overlap: as [`Solid::depth`].
@@ -273,12 +299,17 @@ impl Solid {
         here_from_there: &IsometryMatrix3<f64>,
         here: &Point3<f64>,
         care: Care,
+        enough: f64,
     ) -> f64 {
         let there_from_here = here_from_there.inverse();
         let bound = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
         let depth = |point: &Point3<f64>| -self.signed_at_most(point) - other.signed(&(there_from_here * point));
-        let (point, _) = deepest(*here, STEPS, bound);
-        if care == Care::Long { deepest(point, FINE_STEPS, depth).1 } else { depth(&point) }
+        let (point, least) = deepest(*here, STEPS, enough, bound);
+        match care {
+            _ if least > enough => least,
+            Care::Short => depth(&point),
+            Care::Long => deepest(point, FINE_STEPS, enough, depth).1,
+        }
     }
 
     /// Signed distance at a point, exact where the sides are known, else that to the outside [m].

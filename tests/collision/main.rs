@@ -9,7 +9,7 @@ use std::{
 };
 
 use graspmill::{
-    collision::{Bodies, Body, CollisionChecker, Geometry, Shape, TouchTest, Verdict},
+    collision::{Bodies, Body, Care, CollisionChecker, Geometry, Shape, TouchTest, Verdict},
     kinematics::{Joint, PlanningGroup},
     seed::Stream,
     sim::RobotModel,
@@ -136,7 +136,7 @@ fn what_lies_wholly_inside_is_found() {
             let checker = CollisionChecker::new(&Bodies { bodies, pairs: vec![[0, 1]] }).expect("shapes");
             let links = [at([0.0; 3], still), at([0.0; 3], still)];
             let Verdict::Collides(hit) = checker.check([0], &links) else { panic!("{shape:?} at {place:?}") };
-            let depth = checker.depth(&hit, &links);
+            let depth = checker.depth(&hit, &links, Care::Short, f64::INFINITY);
             let out = (0..3).map(|axis| walls[axis] - place[axis].abs()).fold(f64::INFINITY, f64::min) + reach;
             assert!(depth <= out, "{shape:?} at {place:?}: {depth}");
             let beside = [at([0.0; 3], still), at([0.0, 0.0, 1.0], still)];
@@ -193,7 +193,7 @@ fn bodies_overlap_by_the_depth_at_least() {
             let links = robot.links(&q);
             for pair in 0..robot.bodies.pairs.len() {
                 let Verdict::Collides(hit) = robot.checker.check([pair], &links) else { continue };
-                let depth = robot.checker.depth(&hit, &links);
+                let depth = robot.checker.depth(&hit, &links, Care::Short, f64::INFINITY);
                 if depth == 0.0 {
                     touches += 1;
                     continue;

@@ -3,7 +3,7 @@
 use nalgebra::IsometryMatrix3;
 
 use crate::{
-    collision::{Bodies, CollisionChecker, Verdict},
+    collision::{Bodies, CollisionChecker, Hit, Verdict},
     geom::{EndEffector, NoSurface, Pose, SimdLevel, World},
     kinematics::PlanningGroup,
 };
@@ -75,9 +75,9 @@ impl Collisions {
         }
     }
 
-    /// All pairs but one that overlap, and by how much [m].
-    pub fn overlaps(&self, links: &[IsometryMatrix3<f64>], but: usize) -> impl Iterator<Item = (usize, f64)> {
+    /// All pairs but one that touch; each is looked at when it is asked for.
+    pub fn others(&self, links: &[IsometryMatrix3<f64>], but: usize) -> impl Iterator<Item = Hit> {
         let others = self.of_the_arm.iter().copied().filter(move |pair| *pair != but);
-        self.checker.hits(others, links).map(|hit| (hit.pair, self.checker.depth(&hit, links)))
+        self.checker.hits(others, links)
     }
 }

@@ -9,7 +9,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 
 use super::collisions::{Collisions, Free, LastPair};
 use crate::{
-    collision::Verdict,
+    collision::{Care, CollisionChecker, Hit, LinkFrames, Verdict},
     geom::{EndEffector, Pose, PoseLabel, Proof, World},
     kinematics::{BRANCHES, Extents, SelfMotion, Stance, Wrist},
 };
@@ -20,6 +20,8 @@ const SHORTEST: f64 = 1e-3;
 const SHALLOW: f64 = 0.05;
 /// How often a depth is looked for with care in vain before that is left off for the pose.
 const PATIENCE: u32 = 32;
+/// What rules out no more than this to both sides rules out nothing [rad].
+const NOTHING: f64 = 1e-5;
 /// Configurations that are looked at for one pose, at most; what is left by then is not proved.
 const MOST_CHECKS: usize = 1_200;
 
@@ -39,6 +41,15 @@ pub(super) struct RedundantArm {
 pub(super) struct SweepScratch {
     pieces: BinaryHeap<Piece>,
     pub ends: Vec<f64>,
+}
+
+/// A configuration that collides, in the middle of a piece.
+struct Middle<'a> {
+    arm: &'a RedundantArm,
+    checker: &'a CollisionChecker,
+    links: &'a LinkFrames,
+    stance: Stance<'a>,
+    piece: Piece,
 }
 
 /// A piece of one branch's curve, in values of the first joint [rad]. The widest comes first.
@@ -120,48 +131,48 @@ impl RedundantArm {
             return (PoseLabel::NoSolution, Proof::IntervalEnds);
         }
         let (mut checks, mut proved, mut patience) = (0, true, PATIENCE);
+        // Where two surfaces only touch and no other pair does, nothing around is ever proved, and all that is left is to look
+        // for a way.
+        let mut provable = true;
         while let Some(piece) = pieces.pop() {
             let Piece { low, high, branch } = piece;
             checks += 1;
             if checks > MOST_CHECKS {
                 return (PoseLabel::Colliding, Proof::Searched);
             }
-            let middle = 0.5 * (low + high);
-            let Some(q) = arm.branch(target, middle, branch) else {
+            let Some(q) = arm.branch(target, piece.middle(), branch) else {
                 proved &= high - low < SHORTEST;
                 continue;
             };
             let links = collisions.links(&q);
             let Verdict::Collides(hit) = collisions.check(&links, last) else { return reachable(q) };
-            let (pair, depth) = (hit.pair, collisions.checker().depth(&hit, &links));
             let stance = self.motion.stance(wrist, &q);
-            let mut half = self.ruled_out(&stance, &piece, pair, depth, collisions);
-            let whole = 0.5 * (high - low);
-            if half < whole && high - low < SHALLOW && patience > 0 {
-                let careful = collisions.checker().careful_depth(&hit, &links);
-                let longer = self.ruled_out(&stance, &piece, pair, careful, collisions);
-                // Where two surfaces only graze each other care finds nothing, again and again.
-                patience -= u32::from(longer <= half);
-                half = half.max(longer);
-            }
-            if half < whole && high - low < SHALLOW {
-                // Perhaps another pair overlaps by more.
-                for (pair, depth) in collisions.overlaps(&links, pair) {
-                    half = half.max(self.ruled_out(&stance, &piece, pair, depth, collisions));
-                    if half >= whole {
-                        break;
-                    }
+            let middle = Middle { arm: self, checker: collisions.checker(), links: &links, stance, piece };
+            let mut half = middle.ruled_out(&hit, Care::Short);
+            if provable && high - low < SHALLOW {
+                let mut others = collisions.others(&links, hit.pair);
+                while half < piece.half()
+                    && let Some(other) = others.next()
+                {
+                    half = half.max(middle.ruled_out(&other, Care::Short));
+                }
+                if half < piece.half() && patience > 0 {
+                    let longer = middle.ruled_out(&hit, Care::Long);
+                    // Where two surfaces only graze each other care finds nothing, again and again.
+                    patience -= u32::from(longer <= half);
+                    half = half.max(longer);
+                    provable = half > 0.0;
                 }
             }
-            if half >= whole {
+            if half >= piece.half() {
                 continue;
             }
             if high - low < SHORTEST {
                 proved = false;
                 continue;
             }
-            pieces.push(Piece { low, high: middle - half, branch });
-            pieces.push(Piece { low: middle + half, high, branch });
+            pieces.push(Piece { low, high: piece.middle() - half, branch });
+            pieces.push(Piece { low: piece.middle() + half, high, branch });
         }
         (PoseLabel::Colliding, if proved { Proof::Swept } else { Proof::Searched })
     }
@@ -196,29 +207,46 @@ impl RedundantArm {
         // Without a way: a single value of the first joint, lost to rounding.
         if found { (PoseLabel::Colliding, Proof::Searched) } else { (PoseLabel::NoSolution, Proof::IntervalEnds) }
     }
+}
 
-    /// How far from the middle of a piece to both sides the two bodies of a pair, which overlap there by `depth`, still do
-    /// [rad].
-    fn ruled_out(&self, stance: &Stance, piece: &Piece, pair: usize, depth: f64, collisions: &Collisions) -> f64 {
-        if depth <= 0.0 {
-            return 0.0;
+impl Piece {
+    fn middle(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+
+    fn half(&self) -> f64 {
+        0.5 * (self.high - self.low)
+    }
+}
+
+impl Middle<'_> {
+    /// How far from the middle to both sides a pair that touches there still does [rad]; all of the piece's half is enough.
+    fn ruled_out(&self, hit: &Hit, care: Care) -> f64 {
+        let whole = self.piece.half();
+        let all = self.travel(hit, whole);
+        let depth = self.checker.depth(hit, self.links, care, all);
+        if all < depth {
+            return whole;
         }
-        let Piece { low, high, .. } = *piece;
-        let middle = 0.5 * (low + high);
-        let bodies = collisions.checker().bodies_of(pair).map(|body| &self.extents[body]);
-        let holds = |half: f64| {
-            let travel = stance.travel([(middle - half).max(low), (middle + half).min(high)]);
-            bodies.iter().map(|body| travel.of(body)).sum::<f64>() < depth
-        };
-        let whole = 0.5 * (high - low);
         let mut half = whole;
         // The bound is tried at halves only: a little more may hold.
-        while !holds(half) {
+        while depth > 0.0 {
             half *= 0.5;
-            if half < 0.01 * SHORTEST {
-                return 0.0;
+            if half < NOTHING {
+                break;
+            }
+            if self.travel(hit, half) < depth {
+                let more = 1.5 * half;
+                return if self.travel(hit, more) < depth { more } else { half };
             }
         }
-        if half < whole && holds(1.5 * half) { 1.5 * half } else { half }
+        0.0
+    }
+
+    /// How far the bodies of a pair go together, at most, up to `half` from the middle to both sides [m].
+    fn travel(&self, hit: &Hit, half: f64) -> f64 {
+        let (Piece { low, high, .. }, middle) = (self.piece, self.piece.middle());
+        let travel = self.stance.travel([(middle - half).max(low), (middle + half).min(high)]);
+        self.checker.bodies_of(hit.pair).map(|body| travel.of(&self.arm.extents[body])).iter().sum()
     }
 }
