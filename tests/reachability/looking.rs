@@ -134,6 +134,23 @@ print(int(full.sum()))
 }
 
 #[test]
+#[ignore = "slow: needs rerun-sdk (100 MB)"]
+fn rerun_draws_the_reachable_positions() {
+    let place = Place::new();
+    let preview = place.run("data", &[]).join("preview.mcap");
+    let (preview, out) = (preview.to_str().expect("UTF-8"), place.path("preview.rrd"));
+    let out = out.to_str().expect("UTF-8");
+    let rerun = |arguments: &[&str]| python::run("peers/bin/rerun", |command| command.args(arguments));
+    rerun(&["analytics", "disable"]);
+    rerun(&["mcap", "check", preview]);
+    rerun(&["mcap", "convert", preview, "-o", out]);
+    let printed = rerun(&["rrd", "print", "-vv", out]);
+    for kind in ["Points3D:positions", "Points3D:colors"] {
+        assert!(printed.contains(kind), "no {kind} in {printed}");
+    }
+}
+
+#[test]
 fn a_report_is_one_page_with_every_count_and_every_arrow() {
     let place = Place::new();
     let data = place.run("data", &["--set", "name=a <b> & c"]);
