@@ -43,6 +43,15 @@ pub(super) struct SweepScratch {
     pub ends: Vec<f64>,
 }
 
+/// What is still hoped for of one pose.
+struct Hope {
+    /// That all of it can be ruled out: not where two surfaces only touch and no other pair overlaps. Then nothing around is
+    /// ever proved, and all that is left is to look for a way.
+    provable: bool,
+    /// How often care may still find nothing.
+    patience: u32,
+}
+
 /// A configuration that collides, in the middle of a piece.
 struct Middle<'a> {
     arm: &'a RedundantArm,
@@ -130,10 +139,7 @@ impl RedundantArm {
             // A single value of the first joint, lost to rounding.
             return (PoseLabel::NoSolution, Proof::IntervalEnds);
         }
-        let (mut checks, mut proved, mut patience) = (0, true, PATIENCE);
-        // Where two surfaces only touch and no other pair does, nothing around is ever proved, and all that is left is to look
-        // for a way.
-        let mut provable = true;
+        let (mut checks, mut proved, mut hope) = (0, true, Hope { provable: true, patience: PATIENCE });
         while let Some(piece) = pieces.pop() {
             let Piece { low, high, branch } = piece;
             checks += 1;
@@ -148,22 +154,7 @@ impl RedundantArm {
             let Verdict::Collides(hit) = collisions.check(&links, last) else { return reachable(q) };
             let stance = self.motion.stance(wrist, &q);
             let middle = Middle { arm: self, checker: collisions.checker(), links: &links, stance, piece };
-            let mut half = middle.ruled_out(&hit, Care::Short);
-            if provable && high - low < SHALLOW {
-                let mut others = collisions.others(&links, hit.pair);
-                while half < piece.half()
-                    && let Some(other) = others.next()
-                {
-                    half = half.max(middle.ruled_out(&other, Care::Short));
-                }
-                if half < piece.half() && patience > 0 {
-                    let longer = middle.ruled_out(&hit, Care::Long);
-                    // Where two surfaces only graze each other care finds nothing, again and again.
-                    patience -= u32::from(longer <= half);
-                    half = half.max(longer);
-                    provable = half > 0.0;
-                }
-            }
+            let half = middle.ruled_out_by_any(&hit, collisions, &mut hope);
             if half >= piece.half() {
                 continue;
             }
@@ -220,6 +211,30 @@ impl Piece {
 }
 
 impl Middle<'_> {
+    /// How far from the middle to both sides everything is ruled out [rad]: by the pair that was found, and in short pieces by
+    /// whichever pair rules out most.
+    fn ruled_out_by_any(&self, hit: &Hit, collisions: &Collisions, hope: &mut Hope) -> f64 {
+        let whole = self.piece.half();
+        let mut half = self.ruled_out(hit, Care::Short);
+        if !hope.provable || 2.0 * whole >= SHALLOW {
+            return half;
+        }
+        let mut others = collisions.others(self.links, hit.pair);
+        while half < whole
+            && let Some(other) = others.next()
+        {
+            half = half.max(self.ruled_out(&other, Care::Short));
+        }
+        if half < whole && hope.patience > 0 {
+            let longer = self.ruled_out(hit, Care::Long);
+            // Where two surfaces only graze each other care finds nothing, again and again.
+            hope.patience -= u32::from(longer <= half);
+            half = half.max(longer);
+            hope.provable = half > 0.0;
+        }
+        half
+    }
+
     /// How far from the middle to both sides a pair that touches there still does [rad]; all of the piece's half is enough.
     fn ruled_out(&self, hit: &Hit, care: Care) -> f64 {
         let whole = self.piece.half();
@@ -228,17 +243,14 @@ impl Middle<'_> {
         if all < depth {
             return whole;
         }
-        let mut half = whole;
         // The bound is tried at halves only: a little more may hold.
-        while depth > 0.0 {
-            half *= 0.5;
-            if half < NOTHING {
-                break;
-            }
+        let mut half = if depth > 0.0 { 0.5 * whole } else { 0.0 };
+        while half >= NOTHING {
             if self.travel(hit, half) < depth {
                 let more = 1.5 * half;
                 return if self.travel(hit, more) < depth { more } else { half };
             }
+            half *= 0.5;
         }
         0.0
     }
