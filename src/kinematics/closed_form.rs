@@ -168,24 +168,47 @@ impl SphericalWristArm {
     /// Sets of one place in the array hang together as `first` changes. Where a whole family of values does it, as with
     /// aligned roll axes, one of the family is found.
     pub fn branches(&self, target: &Pose<World, EndEffector>, first: f64) -> [Option<[f64; 7]>; BRANCHES] {
-        self.solve(target, first, |_| true)
+        let mut found = [None; BRANCHES];
+        self.visit(
+            target,
+            first,
+            |_| true,
+            |branch, way| {
+                found[branch] = Some(way);
+                None::<()>
+            },
+        );
+        found
+    }
+
+    /// What `found` makes of the first of [`SphericalWristArm::branches`] of which it makes something; no branch after that
+    /// is solved.
+    pub fn find_branch<T>(
+        &self,
+        target: &Pose<World, EndEffector>,
+        first: f64,
+        mut found: impl FnMut([f64; 7]) -> Option<T>,
+    ) -> Option<T> {
+        self.visit(target, first, |_| true, |_, way| found(way))
     }
 
     /// One of [`SphericalWristArm::branches`], by its place.
     pub fn branch(&self, target: &Pose<World, EndEffector>, first: f64, branch: usize) -> Option<[f64; 7]> {
         // Each bit of the place is one choice.
-        self.solve(target, first, |bit| branch & bit.0 == bit.1)[branch]
+        let wanted = |bit: (usize, usize)| branch & bit.0 == bit.1;
+        self.visit(target, first, wanted, |place, way| (place == branch).then_some(way))
     }
 
-    /// The branches whose choices are wanted: of a bit of the place, and its value there.
-    fn solve(
+    /// Visits, by their places, the branches whose choices are wanted (a bit of the place, and its value there), until one
+    /// visit comes back with something.
+    fn visit<T>(
         &self,
         target: &Pose<World, EndEffector>,
         first: f64,
         wanted: impl Fn((usize, usize)) -> bool,
-    ) -> [Option<[f64; 7]>; BRANCHES] {
-        let mut found = [None; BRANCHES];
-        let Some(first) = self.settle(0, first) else { return found };
+        mut visit: impl FnMut(usize, [f64; 7]) -> Option<T>,
+    ) -> Option<T> {
+        let first = self.settle(0, first)?;
         let whole = target.isometry() * self.end_effector_from_world;
         // What joints 2 to 7 have to do.
         let rest = self.motion(0, -first) * whole;
@@ -203,12 +226,16 @@ impl SphericalWristArm {
                 let turn = self.motion(3, -fourth) * self.motion(2, -third) * after_second;
                 let wrists = self.solve_wrist(&turn);
                 for (wrist_place, wrist) in wrists.into_iter().enumerate() {
-                    found[4 * place + 2 * pair_place + wrist_place] =
-                        wrist.map(|[fifth, sixth, seventh]| [first, second, third, fourth, fifth, sixth, seventh]);
+                    let Some([fifth, sixth, seventh]) = wrist else { continue };
+                    let way = [first, second, third, fourth, fifth, sixth, seventh];
+                    let result = visit(4 * place + 2 * pair_place + wrist_place, way);
+                    if result.is_some() {
+                        return result;
+                    }
                 }
             }
         }
-        found
+        None
     }
 
     /// The last three joints: a rotation about the wrist's centre.

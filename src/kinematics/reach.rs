@@ -164,7 +164,7 @@ impl SelfMotion {
         // The middles first: a way there keeps from its limits.
         let middles = ends.windows(2).filter(|pair| pair[1] > pair[0]).map(|pair| 0.5 * (pair[0] + pair[1]));
         let values = quick.into_iter().chain(middles).chain(ends.iter().copied());
-        values.into_iter().find_map(|first| self.arm.branches(target, first).into_iter().flatten().next())
+        values.into_iter().find_map(|first| self.arm.find_branch(target, first, Some))
     }
 
     /// A value of the first joint that allows the pose [rad]; `None` when none does. `ends` is scratch.

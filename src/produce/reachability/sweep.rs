@@ -116,16 +116,15 @@ impl RedundantArm {
             (PoseLabel::Reachable, Proof::Witness)
         };
         let Some(collisions) = &self.collisions else {
-            let way = arm.branches(target, first).into_iter().flatten().next();
+            let way = arm.find_branch(target, first, Some);
             return way.map_or((PoseLabel::NoSolution, Proof::Searched), reachable);
         };
         if collisions.hand_collides(target) {
             return (PoseLabel::Colliding, Proof::Swept);
         }
-        for q in arm.branches(target, first).into_iter().flatten() {
-            if collisions.check(&collisions.links(&q), last) == Verdict::Free {
-                return reachable(q);
-            }
+        let mut free = |q: [f64; 7]| (collisions.check(&collisions.links(&q), last) == Verdict::Free).then_some(q);
+        if let Some(q) = arm.find_branch(target, first, &mut free) {
+            return reachable(q);
         }
         let SweepScratch { pieces, ends } = scratch;
         self.motion.end_points(wrist, ends);
