@@ -389,20 +389,32 @@ fn roots_and_turns(polynomial: &[f64]) -> Vec<f64> {
     let slope: Vec<f64> = (1..polynomial.len()).map(|power| power as f64 * polynomial[power]).collect();
     let mut points = if slope.len() > 1 { roots_and_turns(&slope) } else { vec![-1.0, 1.0] };
     points.sort_by(f64::total_cmp);
-    let value = |t: f64| polynomial.iter().rev().fold(0.0, |sum, factor| sum * t + factor);
+    let at = |factors: &[f64], t: f64| factors.iter().rev().fold(0.0, |sum, factor| sum * t + factor);
     let mut roots = Vec::new();
     for pair in points.windows(2) {
         let (mut low, mut high) = (pair[0], pair[1]);
-        let rising = value(low) < 0.0;
-        if (value(high) < 0.0) == rising {
+        let rising = at(polynomial, low) < 0.0;
+        if (at(polynomial, high) < 0.0) == rising {
             continue;
         }
-        // The polynomial is monotonic here.
+        // The polynomial is monotonic here: Newton's steps, or the middle where one leads out of what is left.
+        let mut root = 0.5 * (low + high);
         for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if (value(middle) < 0.0) == rising { low = middle } else { high = middle }
+            let value = at(polynomial, root);
+            if (value < 0.0) == rising {
+                low = root
+            } else {
+                high = root
+            }
+            let step = root - value / at(&slope, root);
+            let next = if low < step && step < high { step } else { 0.5 * (low + high) };
+            let settled = (next - root).abs() < 1e-16;
+            root = next;
+            if settled {
+                break;
+            }
         }
-        roots.push(0.5 * (low + high));
+        roots.push(root);
     }
     points.extend(roots);
     points
