@@ -130,6 +130,30 @@ impl TouchShape {
             .is_ok_and(|found| found.intersecting)
     }
 
+    /// How far a point lies outside of a solid's surface [m], negative inside; of a mesh, how far from its surface.
+    pub fn distance(&self, place: &IsometryMatrix3<f64>, point: &Point3<f64>) -> f64 {
+        self.shape.distance_to_point(&self.placed(place), to_glam(&point.coords), false)
+    }
+
+    /// Where a ray from outside meets the surface first, at most `reach` away [m]: how far, and the outward normal.
+    pub fn first_hit(
+        &self,
+        place: &IsometryMatrix3<f64>,
+        origin: &Point3<f64>,
+        direction: &Unit<Vector3<f64>>,
+        reach: f64,
+    ) -> Option<(f64, Unit<Vector3<f64>>)> {
+        let ray = Ray::new(to_glam(&origin.coords), to_glam(direction));
+        let hit = self.shape.cast_ray_and_get_normal(&self.placed(place), &ray, reach, true)?;
+        let normal = Unit::new_normalize(from_glam(hit.normal));
+        Some((hit.time_of_impact, if normal.dot(direction) > 0.0 { -normal } else { normal }))
+    }
+
+    /// A ball around the shape placed in the world: its centre and radius [m].
+    pub fn ball(&self, place: &IsometryMatrix3<f64>) -> (Point3<f64>, f64) {
+        (place * self.centre, self.radius)
+    }
+
     /// A place as parry has it, whose cylinders stand along y.
     fn placed(&self, place: &IsometryMatrix3<f64>) -> ParryPose {
         let turn = place.rotation.matrix();
@@ -243,6 +267,26 @@ mod tests {
         let still = IsometryMatrix3::identity();
         assert!(!room.touches(&still, &block, &still));
         assert!(room.touches(&still, &block, &at(0.95, 0.0, 0.0, 0.0, 0.0, 0.0)));
+    }
+
+    /// A cylinder lying along x, by hand: distances from inside and outside, and rays from above.
+    #[test]
+    fn solids_have_distances_and_are_hit() {
+        let lying = at(0.0, 0.0, 1.0, 0.0, std::f64::consts::FRAC_PI_2, 0.0);
+        for shape in [Shape::Cylinder { radius: 0.2, half: 0.5 }, Shape::Capsule { radius: 0.2, half: 0.5 }] {
+            let solid = TouchShape::new(&shape).unwrap();
+            for (point, distance) in
+                [([0.1, 0.0, 1.5], 0.3), ([0.0, 0.05, 1.0], -0.15), ([-0.3, 0.0, 0.8], 0.0), ([0.0, 0.5, 1.0], 0.3)]
+            {
+                let found = solid.distance(&lying, &Point3::from(point));
+                assert!((found - distance).abs() < 1e-12, "{shape:?} {point:?}: {found}");
+            }
+            let (far, normal) =
+                solid.first_hit(&lying, &Point3::new(0.2, 0.12, 3.0), &-Vector3::z_axis(), 9.0).unwrap();
+            assert!((far - (2.0 - 0.16)).abs() < 1e-6, "{shape:?}: {far}");
+            assert!((normal.into_inner() - Vector3::new(0.0, 0.6, 0.8)).norm() < 1e-5, "{shape:?}: {normal:?}");
+            assert_eq!(solid.first_hit(&lying, &Point3::new(0.2, 0.12, 3.0), &Vector3::z_axis(), 9.0), None);
+        }
     }
 
     #[test]

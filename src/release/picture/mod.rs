@@ -1,4 +1,4 @@
-//! A small software drawing room: occupancy grids, slices and depth crops as PNG, no display needed.
+//! A small software drawing room: occupancy grids, slices, depth crops and solids as PNG, no display needed.
 //!
 //! Pictures stand in camera axes as everywhere: x right, y down, +z away from the camera.
 
@@ -8,11 +8,13 @@ mod colour;
 mod depth;
 mod png_file;
 mod slices;
+mod solids;
 mod voxels;
 
 pub use colour::{Colour, Oklab, depth_colours};
 pub use depth::{DepthRange, colour_bar, depth_picture, height_map};
 pub use slices::{SLICE_COLOURS, SliceColours, Slices, centre_of_mass};
+pub use solids::{Solid, SolidView, solid_picture};
 pub use voxels::{Eye, VoxelPainter};
 
 /// An image with straight (not premultiplied) alpha. Shape (height, width), row-major.
