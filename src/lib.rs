@@ -8,11 +8,13 @@
 //!
 //! [`geom`] is pure maths; [`assets`] reads and mends meshes; [`voxel`] and [`render`] hold the kernels;
 //! `produce` makes samples of them; `run` schedules; [`record`] and [`dataset`] are the format; [`runtime`] reads it
-//! back without a simulator. ARCHITECTURE.md says more.
+//! back without a simulator. [`kinematics`], [`collision`] and [`hand`] know robots and hands without one.
+//! ARCHITECTURE.md says more.
 
 pub mod collision;
 pub mod dataset;
 pub mod geom;
+pub mod hand;
 pub mod ids;
 pub mod kinematics;
 pub mod record;

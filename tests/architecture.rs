@@ -20,7 +20,8 @@ const USES: &[(&str, &[&str])] = &[
     ("plan", &["job", "ids", "seed", "geom", "voxel"]),
     ("kinematics", &["geom"]),
     ("collision", &["geom", "kinematics"]),
-    ("sim", &["ids", "geom", "assets", "kinematics", "collision"]),
+    ("hand", &["geom", "kinematics"]),
+    ("sim", &["ids", "geom", "assets", "kinematics", "collision", "hand"]),
     (
         "produce",
         &[
@@ -57,6 +58,7 @@ const USES: &[(&str, &[&str])] = &[
             "plan",
             "kinematics",
             "collision",
+            "hand",
             "sim",
             "produce",
             "run",

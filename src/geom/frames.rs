@@ -37,6 +37,10 @@ frames! {
     CameraGl = "camera_gl";
     /// The frame of a robot that is brought to a pose: the target site of a planning group [m].
     EndEffector = "end_effector";
+    /// A hand's base: the frame of its description [m].
+    HandBase = "hand_base";
+    /// Where a hand takes hold from: the origin on its palm, +z out of the palm towards what it grasps [m].
+    Approach = "approach";
 }
 
 /// A rigid motion that maps coordinates in `From` to coordinates in `To`; translation in metres.

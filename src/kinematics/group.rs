@@ -38,6 +38,21 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// Whether the joint can be used: finite numbers, and a range where it has limits or slides.
+    pub(super) fn check(&self) -> Result<(), InvalidGroup> {
+        let name = || self.name.clone();
+        let origin = self.origin.translation.vector.iter().chain(self.origin.rotation.matrix().iter());
+        let limits = self.limits.iter().flat_map(|limits| [limits.low, limits.high]);
+        if !origin.chain(self.axis.iter()).copied().chain(limits).all(f64::is_finite) {
+            return Err(InvalidGroup::NotFinite { name: name() });
+        }
+        match self.limits {
+            Some(JointLimits { low, high }) if low >= high => Err(InvalidGroup::NoRange { name: name(), low, high }),
+            None if self.kind == JointKind::Prismatic => Err(InvalidGroup::Endless { name: name() }),
+            _ => Ok(()),
+        }
+    }
+
     /// The motion of this joint at a value, in the joint's frame.
     pub fn motion(&self, value: f64) -> IsometryMatrix3<f64> {
         match self.kind {
@@ -112,21 +127,7 @@ impl PlanningGroup {
         if parts.joints.is_empty() {
             return Err(InvalidGroup::NoJoint);
         }
-        for joint in &parts.joints {
-            let name = || joint.name.clone();
-            let origin = joint.origin.translation.vector.iter().chain(joint.origin.rotation.matrix().iter());
-            let limits = joint.limits.iter().flat_map(|limits| [limits.low, limits.high]);
-            if !origin.chain(joint.axis.iter()).copied().chain(limits).all(f64::is_finite) {
-                return Err(InvalidGroup::NotFinite { name: name() });
-            }
-            match joint.limits {
-                Some(JointLimits { low, high }) if low >= high => {
-                    return Err(InvalidGroup::NoRange { name: name(), low, high });
-                }
-                None if joint.kind == JointKind::Prismatic => return Err(InvalidGroup::Endless { name: name() }),
-                _ => {}
-            }
-        }
+        parts.joints.iter().try_for_each(Joint::check)?;
         Ok(Self { parts })
     }
 

@@ -1,4 +1,4 @@
-//! Arms without a simulator: planning groups, forward and inverse kinematics.
+//! Arms and hands without a simulator: planning groups, forward and inverse kinematics, trees of joints.
 
 mod closed_form;
 mod group;
@@ -7,6 +7,7 @@ mod reach;
 mod recognise;
 mod six_joints;
 mod travel;
+mod tree;
 
 pub use closed_form::{BRANCHES, NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
@@ -15,3 +16,4 @@ pub use reach::{SelfMotion, Wrist};
 pub use recognise::ClosedForm;
 pub use six_joints::{SixJointArm, Ways};
 pub use travel::{Extents, Stance, Travel};
+pub use tree::{JointTree, TreeJoint};
