@@ -62,6 +62,7 @@ fn fault(robot: &Robot, error: &RobotError) -> RobotFault {
         | RobotError::Pairs { .. }
         | RobotError::Surface { .. }
         | RobotError::Rest { .. }
+        | RobotError::Unnamed { .. }
         | RobotError::Branches { .. } => (RobotKey::Scene, Vec::new()),
         RobotError::NoSite { present, .. } => (RobotKey::Target, present.clone()),
         RobotError::NoFrame { present, .. } => (RobotKey::Frame, present.clone()),

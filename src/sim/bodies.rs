@@ -26,11 +26,22 @@ use crate::{
 pub(super) struct Carried {
     pub(super) bodies: Bodies,
     /// All pairs of bodies that move against each other, and why they are checked or not.
-    rules: Vec<([usize; 2], PairRule)>,
+    pub(super) rules: Vec<([usize; 2], PairRule)>,
     /// The group's joints, from the world outward.
     pub(super) chain: Vec<Joint>,
     /// Of each geom of the model, its place in `bodies`; `None` for what is only seen.
     pub(super) place_of_geom: Vec<Option<usize>>,
+}
+
+/// Which link carries what, for some joints of a description.
+pub(super) struct Places {
+    /// Of each body of the model: the link that carries it (0 stands still, link k is moved by the k-th joint), and its frame
+    /// seen from the link's.
+    pub(super) of_body: Vec<(usize, IsometryMatrix3<f64>)>,
+    /// The joints, each after the one that carries it.
+    pub(super) chain: Vec<Joint>,
+    /// Of each joint the link that carries it.
+    pub(super) carried_by: Vec<usize>,
 }
 
 /// Why a pair of bodies that move against each other is checked, or not.
@@ -86,14 +97,24 @@ impl RobotModel {
     }
 
     pub(super) fn carried(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Carried, RobotError> {
-        let model = &self.model;
         for name in joints.iter().copied().chain(fixed.keys().map(String::as_str)) {
             self.joint(name)?;
         }
-        if !model.pair_geom1().is_empty() {
+        if !self.model.pair_geom1().is_empty() {
             return Err(RobotError::Pairs { path: self.path.clone() });
         }
-        let (places, chain) = self.places(joints, fixed)?;
+        let places = self.places(joints, fixed)?;
+        if let Some(branch) = (1..places.chain.len()).find(|joint| places.carried_by[*joint] != *joint) {
+            let [joint, before] = [branch, branch - 1].map(|joint| places.chain[joint].name.clone());
+            return Err(RobotError::Branches { path: self.path.clone(), joint, before });
+        }
+        self.carried_at(places)
+    }
+
+    /// The bodies that links carry; links may branch.
+    pub(super) fn carried_at(&self, places: Places) -> Result<Carried, RobotError> {
+        let model = &self.model;
+        let Places { of_body: places, chain, .. } = places;
         let mut meshes = BTreeMap::new();
         let (mut parts, mut bodies) = (Vec::<Part>::new(), Vec::<Body>::new());
         let mut place_of_geom = vec![None; model.geom_type().len()];
@@ -124,32 +145,23 @@ impl RobotModel {
         Ok(Carried { bodies: Bodies { bodies, pairs }, rules, chain, place_of_geom })
     }
 
-    /// Of each body the link that carries it, and its frame seen from the link's; and the group's joints.
-    #[expect(clippy::type_complexity, reason = "named at the call")]
-    fn places(
-        &self,
-        joints: &[&str],
-        fixed: &BTreeMap<String, f64>,
-    ) -> Result<(Vec<(usize, IsometryMatrix3<f64>)>, Vec<Joint>), RobotError> {
+    /// Of each body the link that carries it, and its frame seen from the link's; and the joints named, with what carries
+    /// each. Joints may branch.
+    pub(super) fn places(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Places, RobotError> {
         let model = &self.model;
-        let mut chain: Vec<Joint> = Vec::new();
-        let mut places = vec![(0, IsometryMatrix3::identity())];
+        let mut found =
+            Places { of_body: vec![(0, IsometryMatrix3::identity())], chain: Vec::new(), carried_by: Vec::new() };
         // Parents come before their children.
         for body in 1..model.body_parentid().len() {
-            let (mut link, mut frame) = places[index(model.body_parentid()[body])];
-            let before = chain.len();
-            self.pass_through(body, joints, fixed, &mut frame, &mut chain)?;
-            if chain.len() > before {
-                if link != before {
-                    let name = |joint: &Joint| joint.name.clone();
-                    let (joint, before) = (name(&chain[before]), name(&chain[before - 1]));
-                    return Err(RobotError::Branches { path: self.path.clone(), joint, before });
-                }
-                link = chain.len();
+            let (mut link, mut frame) = found.of_body[index(model.body_parentid()[body])];
+            self.pass_through(body, joints, fixed, &mut frame, &mut found.chain)?;
+            while found.carried_by.len() < found.chain.len() {
+                found.carried_by.push(link);
+                link = found.carried_by.len();
             }
-            places.push((link, frame));
+            found.of_body.push((link, frame));
         }
-        Ok((places, chain))
+        Ok(found)
     }
 
     /// MuJoCo's own rules ("Computation", "Collision detection: selection").
@@ -265,7 +277,7 @@ impl RobotModel {
     }
 
     /// A body's name, or its number where it has none.
-    fn body_name(&self, body: usize) -> String {
+    pub(super) fn body_name(&self, body: usize) -> String {
         match self.model.id_to_name(MjtObjBase::mjOBJ_BODY, body) {
             Some(name) if !name.is_empty() => name.to_owned(),
             _ => format!("body {body}"),

@@ -200,6 +200,14 @@ pub enum RobotError {
         /// Its kind.
         kind: &'static str,
     },
+    /// A joint of a hand has no name.
+    #[error("{}: a joint of body {body:?} has no name; give it one", path.display())]
+    Unnamed {
+        /// The hand.
+        path: PathBuf,
+        /// The body.
+        body: String,
+    },
     /// The joints make no planning group.
     #[error("{}: {source}", path.display())]
     Group {
@@ -207,6 +215,44 @@ pub enum RobotError {
         path: PathBuf,
         /// What is wrong.
         source: crate::kinematics::InvalidGroup,
+    },
+}
+
+/// Why a description and its table make no hand, or no hand that closes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum HandError {
+    /// MJCF that cannot be read.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// A table that is wrong or does not fit.
+    #[error(transparent)]
+    Table(#[from] crate::hand::HandTableError),
+    /// A coupling that is not read.
+    #[error("{}: <equality>: joint {joint:?} {reason}", path.display())]
+    Coupling {
+        /// The hand.
+        path: PathBuf,
+        /// The joint that follows.
+        joint: String,
+        /// What is wrong, and the remedy.
+        reason: &'static str,
+    },
+    /// An object that a hand cannot close on yet.
+    #[error("a hand closes on boxes, balls, capsules and cylinders; this object is a mesh")]
+    MeshObject,
+    /// An object without shapes, or a shape or place that is not a finite one.
+    #[error("the object to close on: {reason}")]
+    Object {
+        /// What is wrong.
+        reason: String,
+    },
+    /// A posture of another length, or outside the joints' ranges.
+    #[error("the posture {posture:?} does not fit: {} values within {ranges:?}", ranges.len())]
+    Posture {
+        /// The posture asked for.
+        posture: Vec<f64>,
+        /// The driven joints' ranges.
+        ranges: Vec<[f64; 2]>,
     },
 }
 

@@ -54,7 +54,8 @@ pub(super) fn libc_version() -> String {
 }
 
 /// MuJoCo cannot go on after an error and ends the process with exit code 1 once this returns. Shards in work keep their
-/// temporary names, so nothing half written is taken for finished. Warnings concern stepping, which is not used yet.
+/// temporary names, so nothing half written is taken for finished. Warnings are counted in MuJoCo's own state: whoever steps
+/// reads them there.
 fn report_fatal(message: &MjLogMessage) {
     if message.level() == MjtLogLevel::mjLOG_ERROR {
         // The process ends here: no printer will come by to pick this up.

@@ -1,10 +1,13 @@
 //! MuJoCo: the only room that names it. A scene's camera, depth of one object by MuJoCo's own rays or renderer,
-//! and of robots planning groups, what can collide, and MuJoCo's contacts.
+//! of robots planning groups, what can collide, and MuJoCo's contacts, and of hands their description and how they close.
 //!
 //! A [`SimModel`] is one object before the camera of `scenes/single_view.xml`, compiled once and shared; a [`SimWorker`]
 //! is what one thread needs to look at it. Both ways of looking agree with our rasteriser (`tests/depth_oracles.rs`),
 //! and neither is of class `exact`: the compiler's choice of inertial frame and the rays run through the C library's
 //! maths (class `physics`), the renderer's pixels are the driver's (class `colour`).
+//!
+//! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that stands still, compiled once and shared, a
+//! [`HandWorker`] what one thread needs to move it. Stepping is of class `physics`.
 //!
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
@@ -15,19 +18,25 @@
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod bodies;
+mod closing;
 mod contacts;
 mod depth;
 mod error;
 mod ffi;
 mod gl;
+mod hand;
+mod hand_sim;
 mod probe;
 mod robot;
 mod scene;
 
 pub use bodies::PairRule;
+pub use closing::{Command, HandWorker, Instability, LinkTouch, Run, RunEnd, Unstable};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::{Inertia, SimModel, SimWorker};
-pub use error::{GlError, RobotError, SceneError, SimError};
+pub use error::{GlError, HandError, RobotError, SceneError, SimError};
+pub use hand::HandModel;
+pub use hand_sim::HandSim;
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;

@@ -25,6 +25,8 @@ use crate::{
 /// A robot's description, compiled by MuJoCo.
 pub struct RobotModel {
     pub(super) path: PathBuf,
+    /// The name that the description gives itself.
+    pub(super) name: String,
     pub(super) model: Arc<MjModel>,
     /// Of each mesh, in the model's order.
     pub(super) meshes: Vec<MeshFile>,
@@ -56,7 +58,8 @@ impl RobotModel {
         // Contacts are what a robot is opened for.
         model.opt_mut().disableflags &= !(mjtDisableBit::mjDSBL_CONTACT as i32);
         let meshes = (0..model.mesh_pathadr().len()).map(|mesh| mesh_file(&spec, &model, mesh)).collect();
-        Ok(Self { path: path.to_owned(), model: Arc::new(model), meshes })
+        let name = spec.modelname().to_owned();
+        Ok(Self { path: path.to_owned(), name, model: Arc::new(model), meshes })
     }
 
     /// The joints between the world and a site, as a planning group; those named in `fixed` [rad or m], and all others

@@ -1,0 +1,485 @@
+//! A hand that moves: motors limited by torque, clutches that open, contacts with an object that stands still.
+
+use std::{collections::BTreeSet, sync::Arc};
+
+use mujoco_rs::{
+    mujoco_c::mjtWarning,
+    wrappers::{mj_data::MjData, mj_model::MjModel},
+};
+use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
+
+use super::{
+    error::HandError,
+    hand_sim::{HandSim, STEP, Servo, is_finite, quaternion},
+};
+use crate::hand::{Driven, Motor};
+
+/// A motor speeds up with this share of what stops it: started at once, it would feel its own gears as an obstacle.
+const START: f64 = 0.2;
+
+/// A motor that stands starts again when what holds it falls below this share of its torque.
+const HOLDS: f64 = 0.95;
+
+/// A clutch opens when its joint was stopped for so many steps: what an impact does is over by then.
+const STEPS_TO_OPEN: u32 = 10;
+
+/// A joint that moves by less than its motor would in this time [s] stands: contacts creep for ever.
+const STANDING: f64 = 0.0005;
+
+/// The hand has come to rest when it stood for so many steps, each motor at times.
+const STEPS_AT_REST: u32 = 25;
+
+/// What a motor is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Stay where it is.
+    Hold,
+    /// To the posture of the closed hand, and with an open clutch on to the limit of what it moves; a joint that does not
+    /// close the hand stays.
+    Close,
+    /// To the posture of the opened hand.
+    Open,
+    /// To an angle, brought within the joint's range [rad or m].
+    To(f64),
+}
+
+/// A link that presses on the object, at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkTouch {
+    /// The link; 0 is the base.
+    pub link: usize,
+    /// On the object's surface, seen from the hand's base [m].
+    pub point: Point3<f64>,
+    /// Out of the object, seen from the hand's base.
+    pub normal: Unit<Vector3<f64>>,
+    /// From the object to the link [m]: negative where they overlap.
+    pub distance: f64,
+    /// With which the two press on each other along the normal [N].
+    pub force: f64,
+}
+
+/// MuJoCo left the numbers that can be trusted: nothing after this step counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unstable in step {step}: {kind:?}")]
+pub struct Unstable {
+    /// The step, counted from 1 at the start of the run.
+    pub step: u32,
+    /// What MuJoCo found.
+    pub kind: Instability,
+}
+
+/// What went wrong inside a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Instability {
+    /// A position that is not finite or absurdly large.
+    Position,
+    /// A velocity.
+    Velocity,
+    /// An acceleration.
+    Acceleration,
+    /// A control.
+    Control,
+    /// No room for all contacts or constraints, or an inertia without inverse.
+    Room,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunEnd {
+    /// Every motor has arrived or is stopped, and nothing moves.
+    AtRest,
+    /// The steps were used up.
+    TimedOut,
+    /// The numbers blew up.
+    Unstable(Unstable),
+}
+
+/// What one run came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// How it ended.
+    pub end: RunEnd,
+    /// Steps since the start.
+    pub steps: u32,
+    /// Values of all joints [rad or m], in the order of the hand's tree.
+    pub joints: Vec<f64>,
+    /// The motors, one a driven joint.
+    pub motors: Vec<Motor>,
+    /// What presses on the object.
+    pub touches: Vec<LinkTouch>,
+    /// Pairs of links that press on each other, the lower first.
+    pub self_touches: Vec<[usize; 2]>,
+}
+
+/// A motor on its way.
+#[derive(Clone, Copy, Debug)]
+struct Drive {
+    motor: Motor,
+    /// Its speed now, with sign.
+    speed: f64,
+    /// Which way it turned last: 1, -1, or 0 at the start.
+    direction: f64,
+    /// For how many steps it has stood: it has arrived and its joints with it, or its torque holds it.
+    stood: u32,
+    /// How many steps ago it stood last.
+    since_stood: u32,
+}
+
+/// A joint as a motor moves it now.
+struct Moved {
+    joint: usize,
+    /// How far it goes for a unit of the motor.
+    rate: f64,
+    /// What stops the motor [N m or N].
+    torque: f64,
+}
+
+/// What one thread needs to move a hand; its state is its own.
+pub struct HandWorker {
+    sim: Arc<HandSim>,
+    data: MjData<Arc<MjModel>>,
+    drives: Vec<Drive>,
+    /// What the servos are told, one a joint of the tree.
+    wanted: Vec<f64>,
+    /// What the servos did in the last step [N m or N].
+    torques: Vec<f64>,
+    steps: u32,
+    /// Where the joints were when one of them moved last.
+    stood_at: Vec<f64>,
+    /// For how many steps they have stood.
+    steps_at_rest: u32,
+}
+
+impl HandWorker {
+    /// A worker whose hand stands opened, the object at the hand's base until [`HandWorker::start`].
+    pub fn new(sim: &Arc<HandSim>) -> Self {
+        let data = MjData::new(Arc::clone(&sim.model));
+        let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
+        let (sim, drives) = (Arc::clone(sim), Vec::new());
+        let mut worker = Self { sim, data, drives, wanted, torques, steps: 0, stood_at, steps_at_rest: 0 };
+        worker.place(&worker.sim.hand.opened(), &IsometryMatrix3::identity());
+        worker
+    }
+
+    /// A new run: everything as if it were the first, the hand still in a posture, the object at a place seen from the hand's
+    /// base.
+    ///
+    /// # Errors
+    /// When the posture has another length or is out of range, or the place is not finite.
+    pub fn start(&mut self, posture: &[f64], base_from_object: &IsometryMatrix3<f64>) -> Result<(), HandError> {
+        let ranges: Vec<[f64; 2]> = self.sim.hand.driven().iter().map(Driven::range).collect();
+        let fits = |(value, [low, high]): (&f64, &[f64; 2])| (low..=high).contains(&value);
+        if posture.len() != ranges.len() || !posture.iter().zip(&ranges).all(fits) {
+            return Err(HandError::Posture { posture: posture.to_vec(), ranges });
+        }
+        if !is_finite(base_from_object) {
+            return Err(HandError::Object { reason: "its place is not finite".into() });
+        }
+        self.place(posture, base_from_object);
+        Ok(())
+    }
+
+    fn place(&mut self, posture: &[f64], base_from_object: &IsometryMatrix3<f64>) {
+        self.data.reset();
+        (self.steps, self.steps_at_rest) = (0, 0);
+        self.drives.clear();
+        let at = |angle: &f64| {
+            let motor = Motor::engaged(*angle);
+            Drive { motor, speed: 0.0, direction: 0.0, stood: STEPS_AT_REST, since_stood: 0 }
+        };
+        self.drives.extend(posture.iter().map(at));
+        self.tell_servos();
+        for (servo, value) in self.sim.servos.iter().zip(&self.wanted) {
+            self.data.qpos_mut()[servo.address] = *value;
+        }
+        self.torques.fill(0.0);
+        self.stood_at = self.joints();
+        self.data.mocap_pos_mut()[0] = base_from_object.translation.vector.into();
+        self.data.mocap_quat_mut()[0] = quaternion(base_from_object);
+        self.data.forward();
+    }
+
+    /// One step of 2 ms.
+    ///
+    /// # Errors
+    /// When MuJoCo warns: the state is worth nothing until the next [`HandWorker::start`].
+    ///
+    /// # Panics
+    /// When there is not one command a driven joint.
+    pub fn step(&mut self, commands: &[Command]) -> Result<(), Unstable> {
+        assert_eq!(commands.len(), self.drives.len(), "one command a driven joint");
+        let sim = Arc::clone(&self.sim);
+        for ((place, driven), command) in sim.hand.driven().iter().enumerate().zip(commands) {
+            let before = self.drives[place];
+            let after = self.turned(driven, before, *command);
+            let since_stood = if after.stood > 0 { 0 } else { before.since_stood.saturating_add(1) };
+            self.drives[place] = Drive { since_stood, ..after };
+        }
+        self.tell_servos();
+        for (torque, (servo, wanted)) in self.torques.iter_mut().zip(sim.servos.iter().zip(&self.wanted)) {
+            let (at, speed) = (self.data.qpos()[servo.address], self.data.qvel()[servo.dof]);
+            *torque = servo.stiffness * (wanted - at) - servo.damping * speed;
+        }
+        self.data.step();
+        self.steps += 1;
+        if let Some(kind) = self.instability() {
+            return Err(Unstable { step: self.steps, kind });
+        }
+        self.watch_for_rest();
+        Ok(())
+    }
+
+    /// Counts for how long no joint has moved.
+    fn watch_for_rest(&mut self) {
+        let at = |joint: usize| self.data.qpos()[self.sim.servos[joint].address];
+        let stands = |driven: &Driven| {
+            let followers = driven.followers.iter().map(|follower| follower.joint);
+            let least = STANDING * driven.speed;
+            followers.chain([driven.joint]).all(|joint| (at(joint) - self.stood_at[joint]).abs() < least)
+        };
+        if self.sim.hand.driven().iter().all(stands) {
+            self.steps_at_rest = self.steps_at_rest.saturating_add(1);
+        } else {
+            self.stood_at = self.joints();
+            self.steps_at_rest = 0;
+        }
+    }
+
+    /// Steps with the same commands until the hand comes to rest, at most so many.
+    ///
+    /// # Panics
+    /// As [`HandWorker::step`].
+    pub fn run(&mut self, commands: &[Command], most_steps: u32) -> Run {
+        self.steps_at_rest = 0;
+        let mut end = RunEnd::TimedOut;
+        for _ in 0..most_steps {
+            if let Err(unstable) = self.step(commands) {
+                end = RunEnd::Unstable(unstable);
+                break;
+            }
+            if self.is_at_rest() {
+                end = RunEnd::AtRest;
+                break;
+            }
+        }
+        Run {
+            end,
+            steps: self.steps,
+            joints: self.joints(),
+            motors: self.motors(),
+            touches: self.touches(),
+            self_touches: self.self_touches(),
+        }
+    }
+
+    /// Closes the hand: every joint that closes it until it is closed or stopped.
+    pub fn close(&mut self, most_steps: u32) -> Run {
+        self.run(&vec![Command::Close; self.drives.len()], most_steps)
+    }
+
+    /// Whether every motor has arrived or is stopped, and nothing has moved for 50 ms.
+    pub fn is_at_rest(&self) -> bool {
+        self.steps_at_rest >= STEPS_AT_REST && self.drives.iter().all(|drive| drive.since_stood < STEPS_AT_REST)
+    }
+
+    /// Values of all joints [rad or m], in the order of the hand's tree.
+    pub fn joints(&self) -> Vec<f64> {
+        self.sim.servos.iter().map(|servo| self.data.qpos()[servo.address]).collect()
+    }
+
+    /// The motors, one a driven joint.
+    pub fn motors(&self) -> Vec<Motor> {
+        self.drives.iter().map(|drive| drive.motor).collect()
+    }
+
+    /// Torque of each joint's servo in the last step [N m or N], in the order of the hand's tree.
+    pub fn torques(&self) -> &[f64] {
+        &self.torques
+    }
+
+    /// What presses on the object, in MuJoCo's order. The base is not among it: MuJoCo looks for no contacts between two
+    /// bodies that stand still.
+    pub fn touches(&self) -> Vec<LinkTouch> {
+        let mut found = Vec::new();
+        for (place, contact) in self.data.contact().iter().enumerate() {
+            let sides = contact.geom.map(|geom| self.link_of(geom));
+            let (link, object_first) = match sides {
+                [Some(Some(link)), Some(None)] => (link, false),
+                [Some(None), Some(Some(link))] => (link, true),
+                _ => continue,
+            };
+            // From the first geom to the second; the point lies half way between the two surfaces.
+            let along = Vector3::from_column_slice(&contact.frame[..3]);
+            let normal = if object_first { along } else { -along };
+            let point = Point3::from(contact.pos) - normal * (contact.dist / 2.0);
+            let force = self.data.contact_force(place)[0];
+            let normal = Unit::new_unchecked(normal);
+            found.push(LinkTouch { link, point, normal, distance: contact.dist, force });
+        }
+        found
+    }
+
+    /// Pairs of links that press on each other, the lower first, sorted.
+    pub fn self_touches(&self) -> Vec<[usize; 2]> {
+        let mut found = BTreeSet::new();
+        for contact in self.data.contact() {
+            if let [Some(Some(one)), Some(Some(other))] = contact.geom.map(|geom| self.link_of(geom)) {
+                found.insert([one.min(other), one.max(other)]);
+            }
+        }
+        found.into_iter().collect()
+    }
+
+    /// The description's touch sensors by name, and the normal force that each feels [N].
+    pub fn touch_sensors(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.sim.touch_sensors.iter().map(|(name, address)| (name.as_str(), self.data.sensordata()[*address]))
+    }
+
+    /// The link of a geom: `Some(None)` is the object.
+    fn link_of(&self, geom: i32) -> Option<Option<usize>> {
+        usize::try_from(geom).ok().map(|geom| self.sim.link_of_geom[geom])
+    }
+
+    /// Where a motor is after another step, before the joints move.
+    fn turned(&self, driven: &Driven, drive: Drive, command: Command) -> Drive {
+        let motor = drive.motor;
+        let [low, high] = driven.range();
+        let target = match command {
+            Command::Hold => motor.angle,
+            Command::Close => driven.closed_angle(motor),
+            Command::Open => driven.opened,
+            Command::To(angle) => angle.max(low).min(high),
+        };
+        let way = target - motor.angle;
+        let arrived = way == 0.0 || way.is_nan();
+        if arrived && drive.stood >= STEPS_AT_REST {
+            return Drive { speed: 0.0, ..drive };
+        }
+        let direction = if arrived { drive.direction } else { way.signum() };
+        let stood = if direction == drive.direction { drive.stood } else { 0 };
+        if let Some(angle) = self.stop(driven, Drive { stood, ..drive }, direction) {
+            let motor = driven.turned(motor, angle);
+            // The clutch opens only on the way to the closed hand.
+            let closes = direction == driven.closing_sign();
+            let stopped = direction * self.torques[driven.joint] >= HOLDS * driven.torque && stood >= STEPS_TO_OPEN;
+            let opens = closes && stopped && driven.breakaway.is_some() && motor.released.is_none();
+            return if opens {
+                Drive { motor: driven.stopped(motor), speed: 0.0, direction, stood: 0, ..drive }
+            } else {
+                Drive { motor, speed: 0.0, direction, stood: stood.saturating_add(1), ..drive }
+            };
+        }
+        if arrived {
+            let stood = if self.have_followed(driven, motor) { stood + 1 } else { 0 };
+            return Drive { motor, speed: 0.0, direction, stood, ..drive };
+        }
+        let change = STEP * self.acceleration(driven, motor);
+        let speed = (direction * driven.speed).max(drive.speed - change).min(drive.speed + change);
+        let step = speed * STEP;
+        let arrives = step * direction >= way.abs();
+        let motor = driven.turned(motor, if arrives { target } else { motor.angle + step });
+        Drive { motor, speed: if arrives { 0.0 } else { speed }, direction, stood: 0, ..drive }
+    }
+
+    /// Where a motor stands that a joint's torque has stopped on its way; `None` while it moves freely.
+    ///
+    /// A servo that lags while it moves would be wound up by the lag when it is stopped. The motor is put where its spring
+    /// holds the torque and no more, until it has stood for a while: from then on its gears hold what they have reached.
+    fn stop(&self, driven: &Driven, Drive { motor, stood, .. }: Drive, way: f64) -> Option<f64> {
+        let stops = moved(driven, motor).filter_map(|Moved { joint, rate, torque }| {
+            let pushes = self.torques[joint] * way * rate.signum();
+            if pushes >= torque && stood < STEPS_AT_REST {
+                let Servo { stiffness, address, .. } = self.sim.servos[joint];
+                let held = self.data.qpos()[address] + way * rate.signum() * torque / stiffness;
+                return Some(motor.angle + (held - self.wanted[joint]) / rate);
+            }
+            (stood > 0 && pushes >= HOLDS * torque).then_some(motor.angle)
+        });
+        // Of several the one that holds the motor back most.
+        stops.min_by(|a, b| (way * a).total_cmp(&(way * b)))
+    }
+
+    /// How fast a motor may speed up.
+    fn acceleration(&self, driven: &Driven, motor: Motor) -> f64 {
+        let of = |Moved { joint, rate, torque }: Moved| START * torque / (self.sim.servos[joint].inertia * rate.abs());
+        moved(driven, motor).map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether the joints that a motor moves are where it has them, but for what the servos give way by at their torque.
+    fn have_followed(&self, driven: &Driven, motor: Motor) -> bool {
+        moved(driven, motor).all(|Moved { joint, torque, .. }| {
+            let Servo { stiffness, address, .. } = self.sim.servos[joint];
+            (self.wanted[joint] - self.data.qpos()[address]).abs() * stiffness < torque
+        })
+    }
+
+    /// Joint values of the motors, as the servos' controls.
+    fn tell_servos(&mut self) {
+        let motors: Vec<Motor> = self.drives.iter().map(|drive| drive.motor).collect();
+        self.sim.hand.joint_values(&motors, &mut self.wanted);
+        for (servo, value) in self.sim.servos.iter().zip(&self.wanted) {
+            self.data.ctrl_mut()[servo.control] = *value;
+        }
+    }
+
+    fn instability(&self) -> Option<Instability> {
+        let kinds = [
+            (mjtWarning::mjWARN_BADQPOS, Instability::Position),
+            (mjtWarning::mjWARN_BADQVEL, Instability::Velocity),
+            (mjtWarning::mjWARN_BADQACC, Instability::Acceleration),
+            (mjtWarning::mjWARN_BADCTRL, Instability::Control),
+            (mjtWarning::mjWARN_CONTACTFULL, Instability::Room),
+            (mjtWarning::mjWARN_CNSTRFULL, Instability::Room),
+            (mjtWarning::mjWARN_INERTIA, Instability::Room),
+        ];
+        kinds.into_iter().find(|(warning, _)| self.data.warning()[*warning as usize].number > 0).map(|(_, kind)| kind)
+    }
+}
+
+/// What a motor moves now: with an open clutch one follower alone.
+fn moved(driven: &Driven, motor: Motor) -> impl Iterator<Item = Moved> {
+    let own = Moved { joint: driven.joint, rate: 1.0, torque: driven.torque };
+    let followers = driven.followers.iter().enumerate().map(move |(place, follower)| {
+        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == place);
+        let rate = match (alone, motor.released) {
+            (Some(breakaway), Some(_)) => breakaway.ratio,
+            _ => follower.ratio,
+        };
+        let torque = alone.map_or(driven.torque, |breakaway| breakaway.torque);
+        (Moved { joint: follower.joint, rate, torque }, alone.is_some())
+    });
+    let all = std::iter::once((own, false)).chain(followers);
+    all.filter(move |(moved, alone)| moved.rate != 0.0 && (*alone || motor.released.is_none())).map(|(moved, _)| moved)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::{collision::Geometry, geom::Shape, sim::HandModel};
+
+    /// Numbers that blow up are told, and the next run is as good as new.
+    #[test]
+    fn instability_is_caught_and_forgotten() {
+        let model = HandModel::open(Path::new("scenes/barrett_bh8_280.xml")).expect("the hand");
+        let ball = Geometry { shape: Shape::Sphere { radius: 0.03 }, link_from_shape: IsometryMatrix3::identity() };
+        let sim = Arc::new(HandSim::new(&model, &[ball]).expect("a simulation"));
+        let place = IsometryMatrix3::translation(0.0, 0.0, 0.13);
+        let close = |worker: &mut HandWorker| {
+            worker.start(&[0.0; 4], &place).expect("a posture");
+            worker.close(3000)
+        };
+        let mut worker = HandWorker::new(&sim);
+        let before = close(&mut worker);
+        assert_eq!(before.end, RunEnd::AtRest);
+        for (velocity, kind) in [(f64::NAN, Instability::Velocity), (1e12, Instability::Velocity)] {
+            worker.start(&[0.0; 4], &place).expect("a posture");
+            worker.step(&[Command::Close; 4]).expect("stable");
+            worker.data.qvel_mut()[1] = velocity;
+            let run = worker.close(100);
+            assert_eq!(run.end, RunEnd::Unstable(Unstable { step: 2, kind }));
+            assert_eq!(close(&mut worker), before);
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Hands out of MJCF and the table beside it.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use mujoco_rs::wrappers::mj_model::{MjtEq, MjtJoint, MjtObjBase};
+
+use super::{
+    bodies::{PairRule, Places},
+    error::{HandError, RobotError},
+    robot::{RobotModel, index, isometry},
+};
+use crate::{
+    collision::Bodies,
+    hand::{Coupling, Hand, HandTable, Mount, Skeleton},
+    kinematics::{JointTree, TreeJoint},
+};
+
+/// A hand's description, compiled by MuJoCo, and what its table says.
+pub struct HandModel {
+    pub(super) robot: RobotModel,
+    pub(super) hand: Arc<Hand>,
+}
+
+impl HandModel {
+    /// Reads an MJCF file and the table beside it: the same name with `.toml`. The table's own path does as well.
+    ///
+    /// # Errors
+    /// When MuJoCo refuses the one, or the other is wrong or does not fit.
+    pub fn open(path: &Path) -> Result<Self, HandError> {
+        let description = description_of(path);
+        let robot = RobotModel::open(&description)?;
+        let table = HandTable::read(&HandTable::beside(&description))?;
+        let hand = table.hand(robot.skeleton()?)?;
+        Ok(Self { robot, hand: Arc::new(hand) })
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.hand
+    }
+
+    /// The description.
+    pub fn path(&self) -> &Path {
+        &self.robot.path
+    }
+
+    /// Sum of all masses [kg].
+    pub fn mass(&self) -> f64 {
+        self.robot.model.body_mass().iter().sum()
+    }
+
+    /// What of the hand can collide, carried by the links of its tree of joints, and all pairs of bodies that move against
+    /// each other, with why each is checked or not.
+    ///
+    /// # Errors
+    /// When a mesh can't be read, or a geom is a plane, an ellipsoid, a height field or a distance field.
+    #[expect(clippy::type_complexity, reason = "a list of pairs")]
+    pub fn bodies(&self) -> Result<(Bodies, Vec<([usize; 2], PairRule)>), RobotError> {
+        let carried = self.robot.carried_at(self.robot.all_places()?)?;
+        Ok((carried.bodies, carried.rules))
+    }
+}
+
+/// The MJCF file that a path stands for.
+fn description_of(path: &Path) -> PathBuf {
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        path.with_extension("xml")
+    } else {
+        path.to_owned()
+    }
+}
+
+impl RobotModel {
+    /// Joints, couplings and named frames of a hand.
+    ///
+    /// # Errors
+    /// When a joint has no name or is a ball or free joint, or a coupling is not linear.
+    pub(super) fn skeleton(&self) -> Result<Skeleton, HandError> {
+        let model = &self.model;
+        let places = self.all_places()?;
+        let couplings = self.couplings(&places)?;
+        let mount = |body: i32, body_from_frame| {
+            let (link, link_from_body) = places.of_body[index(body)];
+            Mount { link, link_from_frame: link_from_body * body_from_frame }
+        };
+        let named = |kind, count: usize| {
+            (0..count)
+                .filter_map(move |id| Some((id, model.id_to_name(kind, id)?)))
+                .filter(|(_, name)| !name.is_empty())
+        };
+        let sites: BTreeMap<String, Mount> = named(MjtObjBase::mjOBJ_SITE, model.site_bodyid().len())
+            .map(|(site, name)| {
+                let body_from_site = isometry(&model.site_pos()[site], &model.site_quat()[site]);
+                (name.to_owned(), mount(model.site_bodyid()[site], body_from_site))
+            })
+            .collect();
+        let bodies = named(MjtObjBase::mjOBJ_BODY, model.body_parentid().len())
+            .map(|(body, name)| (name.to_owned(), mount(body as i32, nalgebra::IsometryMatrix3::identity())))
+            .collect();
+        // Of several bodies welded together the first; the world counts where nothing stands on it.
+        let first = |link: usize| (1..places.of_body.len()).find(|body| places.of_body[*body].0 == link).unwrap_or(0);
+        let links = (0..=places.chain.len()).map(|link| self.body_name(first(link))).collect();
+        let joints = places.chain.into_iter().zip(places.carried_by);
+        let joints = joints.map(|(joint, carried_by)| TreeJoint { joint, carried_by }).collect();
+        let tree = JointTree::new(joints).map_err(|source| RobotError::Group { path: self.path.clone(), source })?;
+        Ok(Skeleton { name: self.name.clone(), tree, links, couplings, sites, bodies })
+    }
+
+    /// Every hinge and slide, and which link carries which body.
+    pub(super) fn all_places(&self) -> Result<Places, RobotError> {
+        let count = self.model.jnt_type().len();
+        let names: Vec<&str> = (0..count).map(|joint| self.joint_name(joint)).collect();
+        for (joint, name) in names.iter().enumerate() {
+            let kind = match self.model.jnt_type()[joint] {
+                MjtJoint::mjJNT_BALL => "ball",
+                MjtJoint::mjJNT_FREE => "free",
+                _ if name.is_empty() => {
+                    let body = self.body_name(index(self.model.jnt_bodyid()[joint]));
+                    return Err(RobotError::Unnamed { path: self.path.clone(), body });
+                }
+                _ => continue,
+            };
+            return Err(RobotError::Kind { path: self.path.clone(), joint: (*name).to_owned(), kind });
+        }
+        self.places(&names, &BTreeMap::new())
+    }
+
+    fn joint_name(&self, joint: usize) -> &str {
+        self.model.id_to_name(MjtObjBase::mjOBJ_JOINT, joint).unwrap_or_default()
+    }
+
+    /// What `<equality><joint>` says. MuJoCo's polynomial is about the joints' reference values.
+    fn couplings(&self, places: &Places) -> Result<Vec<Coupling>, HandError> {
+        let model = &self.model;
+        let mut found: Vec<Coupling> = Vec::new();
+        for (equality, kind) in model.eq_type().iter().enumerate() {
+            if *kind != MjtEq::mjEQ_JOINT || !model.eq_active0()[equality] {
+                continue;
+            }
+            let joint = index(model.eq_obj1id()[equality]);
+            let refused = |reason| HandError::Coupling {
+                path: self.path.clone(),
+                joint: self.joint_name(joint).to_owned(),
+                reason,
+            };
+            let Ok(follows) = usize::try_from(model.eq_obj2id()[equality]) else {
+                return Err(refused("is held at a value; take the joint out instead"));
+            };
+            let [constant, ratio, curve @ ..] = model.eq_data()[equality];
+            if curve[..3].iter().any(|term| *term != 0.0) {
+                return Err(refused("follows by a curve; only polycoef=\"OFFSET RATIO 0 0 0\" is read"));
+            }
+            if found.iter().any(|known| known.joint == joint) {
+                return Err(refused("follows two joints"));
+            }
+            let at_rest = |joint: usize| model.qpos0()[index(model.jnt_qposadr()[joint])];
+            let offset = at_rest(joint) + constant - ratio * at_rest(follows);
+            found.push(Coupling { joint, follows, ratio, offset });
+        }
+        if let Some(chained) = found.iter().find(|one| found.iter().any(|other| other.joint == one.follows)) {
+            return Err(HandError::Coupling {
+                path: self.path.clone(),
+                joint: self.joint_name(chained.joint).to_owned(),
+                reason: "follows a joint that itself follows one; couple both to the one that is driven",
+            });
+        }
+        // From MuJoCo's numbers of joints to places in the tree.
+        let place = |joint: usize| {
+            places.chain.iter().position(|known| known.name == self.joint_name(joint)).expect("every joint is there")
+        };
+        Ok(found
+            .into_iter()
+            .map(|coupling| Coupling { joint: place(coupling.joint), follows: place(coupling.follows), ..coupling })
+            .collect())
+    }
+}

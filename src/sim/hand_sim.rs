@@ -1,0 +1,238 @@
+//! A hand and an object that stands still, compiled for stepping.
+//!
+//! MuJoCo moves every joint by a position servo; the coupling is in what the servos are told ([`super::closing`]), not in
+//! equality constraints, so that a clutch can open while the simulation runs and the same controls replay in plain MuJoCo.
+//! The description's own actuators are switched off, its couplings taken out.
+
+use std::sync::Arc;
+
+use mujoco_rs::{
+    mujoco_c::{mjtCone, mjtDisableBit, mjtIntegrator},
+    wrappers::{
+        mj_editing::{MjSpec, MjtLimited, PositionConfig, SpecElement, SpecItem},
+        mj_model::{MjModel, MjtEq, MjtGeomBase, MjtObjBase, MjtSensor},
+    },
+};
+use nalgebra::{IsometryMatrix3, UnitQuaternion};
+
+use super::{
+    error::{HandError, RobotError},
+    hand::HandModel,
+    robot::index,
+};
+use crate::{collision::Geometry, geom::Shape, hand::Hand, kinematics::JointKind};
+
+/// Length of a step [s]. Half of it and a tenth of the labels of grasps stay the same: it is part of the method.
+pub(super) const STEP: f64 = 0.002;
+
+/// How far a servo is off at its joint's torque [rad].
+const SAG: f64 = 0.0025;
+
+/// The same for a slide [m].
+const SLIDE_SAG: f64 = 0.000_25;
+
+/// A servo's own frequency times the step. Its stiffness acts a step late: beyond 1 it would swing.
+const STIFFNESS_OF_A_STEP: f64 = 0.3;
+
+/// Contacts [s, ratio]: as hard as two steps allow. A fingertip sinks in by 0.2 mm.
+const CONTACT_SOLREF: [f64; 2] = [0.004, 1.0];
+const CONTACT_SOLIMP: [f64; 5] = [0.95, 0.995, 0.0005, 0.5, 2.0];
+
+/// The group that the description's own actuators are put into, to be switched off.
+const OWN_ACTUATORS: i32 = 30;
+
+/// The body that the hand closes on.
+const OBJECT: &str = "graspmill object";
+
+/// What moves one joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Servo {
+    /// Among MuJoCo's controls.
+    pub(super) control: usize,
+    /// Among its coordinates.
+    pub(super) address: usize,
+    /// Among its velocities.
+    pub(super) dof: usize,
+    /// Torque a unit of error.
+    pub(super) stiffness: f64,
+    /// Torque a unit of speed.
+    pub(super) damping: f64,
+    /// What it has to move, about [kg m^2 or kg].
+    pub(super) inertia: f64,
+}
+
+/// A hand and an object that stands still, compiled. Shared by threads; each makes its own [`super::HandWorker`].
+#[derive(Debug)]
+pub struct HandSim {
+    pub(super) hand: Arc<Hand>,
+    pub(super) model: Arc<MjModel>,
+    /// Of each joint of the hand's tree.
+    pub(super) servos: Vec<Servo>,
+    /// Of each geom of the model the hand's link, or `None` for a geom of the object.
+    pub(super) link_of_geom: Vec<Option<usize>>,
+    /// Names of the description's touch sensors, and where their values are.
+    pub(super) touch_sensors: Vec<(String, usize)>,
+}
+
+impl HandSim {
+    /// Compiles the hand with an object out of shapes, placed in the object's frame.
+    ///
+    /// # Errors
+    /// When the object has no shape, a mesh, or a number that is not finite, or MuJoCo refuses it.
+    pub fn new(model: &HandModel, object: &[Geometry]) -> Result<Self, HandError> {
+        check(object)?;
+        let refused = |error: mujoco_rs::error::MjEditError| {
+            HandError::from(RobotError::Refused { path: model.robot.path.clone(), message: error.to_string() })
+        };
+        let mut spec = MjSpec::from_xml(&model.robot.path).map_err(refused)?;
+        let hand = Arc::clone(&model.hand);
+        for actuator in spec.actuator_iter_mut() {
+            actuator.set_group(OWN_ACTUATORS);
+        }
+        for equality in spec.equality_iter_mut().filter(|equality| equality.type_() == MjtEq::mjEQ_JOINT) {
+            equality.set_active(false);
+        }
+        // Their controls would be of the wrong length.
+        for key in spec.key_iter_mut() {
+            key.set_ctrl(&[]);
+        }
+        let gains = add_servos(&mut spec, &hand).map_err(refused)?;
+        add_object(&mut spec, object);
+        let mut compiled = spec.compile().map_err(refused)?;
+        set_options(&mut compiled);
+        let servos = servos(&compiled, &hand, &gains);
+        let places = model.robot.all_places()?;
+        let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
+        // The object's body comes last: the description's bodies keep their numbers.
+        let link_of = |body: &i32| (index(*body) != object_body).then(|| places.of_body[index(*body)].0);
+        let link_of_geom = compiled.geom_bodyid().iter().map(link_of).collect();
+        let touch_sensors = (0..compiled.sensor_type().len())
+            .filter(|sensor| compiled.sensor_type()[*sensor] == MjtSensor::mjSENS_TOUCH)
+            .map(|sensor| {
+                let name = compiled.id_to_name(MjtObjBase::mjOBJ_SENSOR, sensor).unwrap_or_default().to_owned();
+                (name, index(compiled.sensor_adr()[sensor]))
+            })
+            .collect();
+        Ok(Self { hand, model: Arc::new(compiled), servos, link_of_geom, touch_sensors })
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &Hand {
+        &self.hand
+    }
+}
+
+fn check(object: &[Geometry]) -> Result<(), HandError> {
+    let wrong = |reason: String| Err(HandError::Object { reason });
+    if object.is_empty() {
+        return wrong("it has no shape".into());
+    }
+    for geometry in object {
+        let sizes = match &geometry.shape {
+            Shape::Box { half } => half.to_vec(),
+            Shape::Sphere { radius } => vec![*radius],
+            Shape::Capsule { radius, half } | Shape::Cylinder { radius, half } => vec![*radius, *half],
+            Shape::Mesh(_) => return Err(HandError::MeshObject),
+        };
+        if !sizes.iter().all(|size| size.is_finite() && *size > 0.0) {
+            return wrong(format!("{:?} has a size that is not above 0", geometry.shape));
+        }
+        if !is_finite(&geometry.link_from_shape) {
+            return wrong("the place of a shape is not finite".into());
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn is_finite(place: &IsometryMatrix3<f64>) -> bool {
+    place.translation.vector.iter().chain(place.rotation.matrix().iter()).all(|number| number.is_finite())
+}
+
+/// Stiffness of each joint's servo, and the joint's inertia at least.
+fn add_servos(spec: &mut MjSpec, hand: &Hand) -> Result<Vec<f64>, mujoco_rs::error::MjEditError> {
+    let mut gains = vec![0.0; hand.tree().len()];
+    for driven in hand.driven() {
+        let alone = driven.breakaway.map(|breakaway| (driven.followers[breakaway.follower].joint, breakaway.torque));
+        for joint in driven.followers.iter().map(|follower| follower.joint).chain([driven.joint]) {
+            let torque = alone.filter(|(follower, _)| *follower == joint).map_or(driven.torque, |(_, torque)| torque);
+            let slides = hand.tree().joints()[joint].joint.kind == JointKind::Prismatic;
+            gains[joint] = torque / if slides { SLIDE_SAG } else { SAG };
+        }
+    }
+    // A gear multiplies its motor's inertia: what a stiff servo needs to be stable in steps is what it would have.
+    let inertia = |stiffness: f64| stiffness * (STEP / STIFFNESS_OF_A_STEP).powi(2);
+    for joint in spec.joint_iter_mut() {
+        if let Some(place) = hand.tree().joint_named(joint.name()) {
+            joint.set_armature(joint.armature().max(inertia(gains[place])));
+        }
+    }
+    for (joint, stiffness) in hand.tree().joints().iter().zip(&gains) {
+        let servo = spec.add_actuator();
+        servo.with_name(&format!("graspmill {}", joint.joint.name));
+        servo.set_trntype(mujoco_rs::wrappers::mj_model::MjtTrn::mjTRN_JOINT);
+        servo.set_target(&joint.joint.name);
+        servo.set_to_position(PositionConfig { kp: *stiffness, dampratio: Some(1.0), ..PositionConfig::default() })?;
+        servo.set_ctrllimited(MjtLimited::mjLIMITED_FALSE);
+        servo.set_forcelimited(MjtLimited::mjLIMITED_FALSE);
+        servo.set_group(0);
+    }
+    Ok(gains)
+}
+
+fn add_object(spec: &mut MjSpec, object: &[Geometry]) {
+    let body = spec.world_body_mut().add_body();
+    body.with_name(OBJECT).set_mocap(true);
+    for Geometry { shape, link_from_shape } in object {
+        let geom = body.add_geom();
+        let (kind, size) = match shape {
+            Shape::Box { half } => (MjtGeomBase::mjGEOM_BOX, *half),
+            Shape::Sphere { radius } => (MjtGeomBase::mjGEOM_SPHERE, [*radius, 0.0, 0.0]),
+            Shape::Capsule { radius, half } => (MjtGeomBase::mjGEOM_CAPSULE, [*radius, *half, 0.0]),
+            Shape::Cylinder { radius, half } => (MjtGeomBase::mjGEOM_CYLINDER, [*radius, *half, 0.0]),
+            Shape::Mesh(_) => unreachable!("checked"),
+        };
+        geom.set_type(kind);
+        *geom.size_mut() = size;
+        *geom.pos_mut() = link_from_shape.translation.vector.into();
+        *geom.quat_mut() = quaternion(link_from_shape);
+    }
+}
+
+/// MuJoCo's order: w first.
+pub(super) fn quaternion(place: &IsometryMatrix3<f64>) -> [f64; 4] {
+    let turn = UnitQuaternion::from_rotation_matrix(&place.rotation);
+    [turn.w, turn.i, turn.j, turn.k]
+}
+
+/// The settings that held most grasps with least penetration; a pyramid for the friction cone, or impratio 1, would turn most
+/// labels.
+fn set_options(model: &mut MjModel) {
+    let option = model.opt_mut();
+    option.timestep = STEP;
+    option.integrator = mjtIntegrator::mjINT_IMPLICITFAST as i32;
+    option.cone = mjtCone::mjCONE_ELLIPTIC as i32;
+    option.impratio = 10.0;
+    option.noslip_iterations = 5;
+    option.gravity = [0.0; 3];
+    option.disableactuator = 1 << OWN_ACTUATORS;
+    let needed = mjtDisableBit::mjDSBL_CONTACT as i32
+        | mjtDisableBit::mjDSBL_ACTUATION as i32
+        | mjtDisableBit::mjDSBL_LIMIT as i32
+        | mjtDisableBit::mjDSBL_SENSOR as i32;
+    option.disableflags &= !needed;
+    model.geom_solref_mut().fill(CONTACT_SOLREF);
+    model.geom_solimp_mut().fill(CONTACT_SOLIMP);
+}
+
+fn servos(model: &MjModel, hand: &Hand, gains: &[f64]) -> Vec<Servo> {
+    let servo = |(joint, stiffness): (&crate::kinematics::TreeJoint, &f64)| {
+        let name = &joint.joint.name;
+        let id = model.name_to_id(MjtObjBase::mjOBJ_JOINT, name).expect("the hand's joints are the model's");
+        let control = model.name_to_id(MjtObjBase::mjOBJ_ACTUATOR, &format!("graspmill {name}")).expect("added");
+        // MuJoCo has turned the ratio of damping into a gain.
+        let damping = -model.actuator_biasprm()[control][2];
+        let [address, dof] = [model.jnt_qposadr()[id], model.jnt_dofadr()[id]].map(index);
+        Servo { control, address, dof, stiffness: *stiffness, damping, inertia: model.dof_m0()[dof] }
+    };
+    hand.tree().joints().iter().zip(gains).map(servo).collect()
+}
