@@ -43,6 +43,10 @@ pub enum Command {
     #[cfg(feature = "sim")]
     #[command(subcommand)]
     Robot(RobotCommand),
+    /// Look at a hand before a job uses it.
+    #[cfg(feature = "sim")]
+    #[command(subcommand)]
+    Hand(HandCommand),
     /// Print the JSON Schema of job files, for editors.
     Schema,
     /// What this machine can do, and why not.
@@ -233,6 +237,29 @@ pub struct RobotCheckArgs {
     /// Random configurations to look at.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub samples: u64,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(feature = "sim")]
+#[derive(Subcommand, Debug)]
+pub enum HandCommand {
+    /// Say what drives a hand, what follows, where it touches, and which of its bodies hit each other; draw it.
+    Check(HandCheckArgs),
+}
+
+#[cfg(feature = "sim")]
+#[derive(Args, Debug)]
+pub struct HandCheckArgs {
+    /// The hand (MJCF); its table lies beside it, with the same name and `.toml`.
+    pub hand: PathBuf,
+    /// Random postures to look at.
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub samples: u64,
+    /// Draw the hand opened, half closed and closed into this folder; made if absent.
+    #[arg(long, value_name = "DIR")]
+    pub picture: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

@@ -5,9 +5,13 @@ mod dataset;
 mod doctor;
 mod estimate;
 mod exit;
+#[cfg(feature = "sim")]
+mod hand;
 mod jobs;
 mod machine;
 mod meshes;
+#[cfg(feature = "sim")]
+mod pairs;
 mod printer;
 mod progress;
 mod query;
@@ -63,6 +67,8 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),
         #[cfg(feature = "sim")]
         Command::Robot(args::RobotCommand::Check(arguments)) => robot::check(arguments, printer),
+        #[cfg(feature = "sim")]
+        Command::Hand(args::HandCommand::Check(arguments)) => hand::check(arguments, printer),
         Command::Schema => jobs::schema(printer),
         Command::Digest(arguments) => dataset::digest(arguments, printer),
     }

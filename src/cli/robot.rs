@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     f64::consts::PI,
-    fmt::{self, Display, Write},
+    fmt::{self, Display},
 };
 
 use serde::Serialize;
@@ -11,14 +11,15 @@ use serde::Serialize;
 use super::{
     args::RobotCheckArgs,
     exit::{Exit, Failure},
+    pairs::{self, PairRow},
     printer::Printer,
 };
 use crate::{
     assets::Description,
-    collision::{Bodies, Body, Shape, TouchTest},
+    collision::{Body, TouchTest},
     kinematics::{ClosedForm, Joint, JointKind, PlanningGroup},
     seed::Stream,
-    sim::{PairRule, RobotModel},
+    sim::RobotModel,
 };
 
 /// All that was found.
@@ -57,15 +58,6 @@ struct BodyRow {
     triangles: usize,
 }
 
-#[derive(Serialize)]
-struct PairRow {
-    bodies: [String; 2],
-    /// `checked`, or why it is not: `adjacent`, `excluded` or `masked`.
-    rule: &'static str,
-    /// Samples in which the two touch.
-    touches: u64,
-}
-
 /// Looks at a robot.
 pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
     let wrong = |error| Failure::new(Exit::BadSpec, error);
@@ -83,15 +75,10 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
     let counts = test.count(&group, &pairs, (0..arguments.samples).map(|_| anywhere(&group, &mut stream)));
     let at_rest = test.count(&group, &bodies.pairs, [rest]);
     let touching = bodies.pairs.iter().zip(at_rest).filter(|(_, count)| *count > 0);
-    let touch_at_rest = touching.map(|(pair, _)| names(&bodies, *pair)).collect();
-    let rows = rules.iter().zip(&counts).map(|((pair, rule), touches)| PairRow {
-        bodies: names(&bodies, *pair),
-        rule: word(*rule),
-        touches: *touches,
-    });
-    let pairs: Vec<PairRow> = rows.collect();
-    let idle =
-        pairs.iter().filter(|pair| pair.is_checked() && (pair.touches == 0 || pair.touches == arguments.samples));
+    let touch_at_rest = touching.map(|(pair, _)| pairs::names(&bodies, *pair)).collect();
+    let pairs = PairRow::all(&bodies, &rules, &counts);
+    let samples = arguments.samples;
+    let idle = |pair: &&PairRow| pair.always_touches(samples) || pair.never_touches(samples);
     let report = Report {
         scene: arguments.scene.display().to_string(),
         digest: digest.to_string(),
@@ -101,7 +88,7 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
         bodies: bodies.bodies.iter().map(|body| body_row(body, &group)).collect(),
         samples: arguments.samples,
         touch_at_rest,
-        exclude: if arguments.samples == 0 { Vec::new() } else { idle.map(exclude).collect() },
+        exclude: pairs.iter().filter(idle).map(PairRow::exclude).collect(),
         pairs,
     };
     if arguments.json {
@@ -136,19 +123,6 @@ fn anywhere(group: &PlanningGroup, stream: &mut Stream) -> Vec<f64> {
     group.joints().iter().map(range).map(|[low, high]| stream.uniform(low, high)).collect()
 }
 
-fn names(bodies: &Bodies, pair: [usize; 2]) -> [String; 2] {
-    pair.map(|place| bodies.bodies[place].name.clone())
-}
-
-fn word(rule: PairRule) -> &'static str {
-    match rule {
-        PairRule::Checked => "checked",
-        PairRule::Adjacent => "adjacent",
-        PairRule::Excluded => "excluded",
-        PairRule::Masked => "masked",
-    }
-}
-
 fn joint_row(joint: &Joint) -> JointRow {
     JointRow {
         name: joint.name.clone(),
@@ -158,35 +132,9 @@ fn joint_row(joint: &Joint) -> JointRow {
 }
 
 fn body_row(body: &Body, group: &PlanningGroup) -> BodyRow {
-    let (mut kinds, mut triangles) = (BTreeMap::new(), 0);
-    for geometry in &body.geometries {
-        let kind = match &geometry.shape {
-            Shape::Box { .. } => "box",
-            Shape::Sphere { .. } => "ball",
-            Shape::Capsule { .. } => "capsule",
-            Shape::Cylinder { .. } => "cylinder",
-            Shape::Mesh(mesh) => {
-                triangles += mesh.triangles.len();
-                "mesh"
-            }
-        };
-        *kinds.entry(kind).or_insert(0) += 1;
-    }
-    let shapes = kinds.into_iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", ");
+    let (shapes, triangles) = pairs::shapes(body);
     let moved_by = body.link.checked_sub(1).map(|joint| group.joints()[joint].name.clone());
     BodyRow { name: body.name.clone(), moved_by, shapes, triangles }
-}
-
-/// A body of several sorts of geoms is excluded by its plain name.
-fn exclude(pair: &PairRow) -> String {
-    let [one, other] = pair.bodies.each_ref().map(|name| name.split(" (contype").next().unwrap_or_default());
-    format!("<exclude body1=\"{one}\" body2=\"{other}\"/>")
-}
-
-impl PairRow {
-    fn is_checked(&self) -> bool {
-        self.rule == "checked"
-    }
 }
 
 impl Display for Report {
@@ -210,22 +158,7 @@ impl Display for Report {
             writeln!(f, "  {:24} {moved:32} {}{triangles}", body.name, body.shapes)?;
         }
         writeln!(f, "\npairs, in {} random configurations", self.samples)?;
-        let of_rule = |rule: &'static str| self.pairs.iter().filter(move |pair| pair.rule == rule);
-        let checked = |touch: fn(u64, u64) -> bool| {
-            of_rule("checked").filter(move |pair| self.samples > 0 && touch(pair.touches, self.samples))
-        };
-        list(f, "adjacent, never checked", of_rule("adjacent").map(Self::plain))?;
-        list(f, "kept apart by contype and conaffinity", of_rule("masked").map(Self::plain))?;
-        list(f, "always touch", checked(|touches, all| touches == all).map(Self::plain))?;
-        list(f, "never touch", checked(|touches, _| touches == 0).map(Self::plain))?;
-        let share = |pair: &PairRow| {
-            format!("{} {:.2} %", Self::plain(pair), 100.0 * pair.touches as f64 / self.samples.max(1) as f64)
-        };
-        list(f, "touch sometimes", checked(|touches, all| touches > 0 && touches < all).map(share))?;
-        let excluded = of_rule("excluded").count();
-        writeln!(f, "  excluded by the scene: {excluded}")?;
-        let hidden = of_rule("excluded").filter(|pair| pair.touches > 0 && pair.touches < self.samples);
-        list(f, "excluded, but touch sometimes", hidden.map(share))?;
+        pairs::write_pairs(f, &self.pairs, self.samples)?;
         match self.touch_at_rest.as_slice() {
             [] => writeln!(f, "\nat rest nothing touches")?,
             pairs => {
@@ -233,28 +166,6 @@ impl Display for Report {
                 writeln!(f, "\nat rest these touch, and a job would be refused: {}", pairs.join("; "))?;
             }
         }
-        if !self.exclude.is_empty() {
-            writeln!(f, "\nto check only what matters, put this into the scene:\n  <contact>")?;
-            self.exclude.iter().try_for_each(|line| writeln!(f, "    {line}"))?;
-            writeln!(f, "  </contact>")?;
-        }
-        Ok(())
+        pairs::write_excludes(f, &self.exclude)
     }
-}
-
-impl Report {
-    fn plain(pair: &PairRow) -> String {
-        pair.bodies.join(" - ")
-    }
-}
-
-/// A heading and its items, one a line; nothing where there are none.
-fn list(f: &mut fmt::Formatter<'_>, heading: &str, items: impl Iterator<Item = String>) -> fmt::Result {
-    let mut text = String::new();
-    let mut count = 0;
-    for item in items {
-        writeln!(text, "    {item}")?;
-        count += 1;
-    }
-    if count == 0 { Ok(()) } else { write!(f, "  {heading}: {count}\n{text}") }
 }

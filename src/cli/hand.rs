@@ -1,0 +1,380 @@
+//! `graspmill hand check`: what a hand's description and its table say, and how the hand looks.
+
+use std::{
+    f64::consts::PI,
+    fmt::{self, Display},
+    fs,
+    path::{Path, PathBuf},
+};
+
+use nalgebra::{IsometryMatrix3, Point3};
+use serde::Serialize;
+
+use super::{
+    args::HandCheckArgs,
+    exit::{Exit, Failure},
+    pairs::{self, PairRow},
+    printer::Printer,
+};
+use crate::{
+    collision::{Bodies, Shape, TouchTest},
+    geom::TouchShape,
+    hand::{Driven, Follower, Hand, Motor},
+    kinematics::JointKind,
+    release::picture::{Colour, Picture, Solid, SolidView, solid_picture},
+    seed::Stream,
+    sim::HandModel,
+};
+
+/// A contact farther from its link's surface than this is a mistake of the description [m].
+const ON_SURFACE: f64 = 1e-6;
+
+/// Side of each view of a picture [px].
+const SIDE: u32 = 480;
+
+/// All that was found.
+#[derive(Serialize)]
+struct Report {
+    description: String,
+    name: String,
+    /// Sum of all masses [kg].
+    mass: f64,
+    links: Vec<String>,
+    driven: Vec<DrivenRow>,
+    /// The approach frame in the opened hand, seen from the base: the top three rows of its 4x4 matrix [m].
+    approach: [f64; 12],
+    contacts: Vec<ContactRow>,
+    /// The width between the pads, opened and closed [m]; `None` where a width means nothing.
+    width: Option<[f64; 2]>,
+    eigengrasps: Vec<EigengraspRow>,
+    samples: u64,
+    pairs: Vec<PairRow>,
+    /// Pairs that touch in the opened hand.
+    touch_opened: Vec<[String; 2]>,
+    /// MJCF that keeps the pairs that always touch from pushing each other apart.
+    exclude: Vec<String>,
+    pictures: Vec<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct DrivenRow {
+    name: String,
+    joint: String,
+    /// `rad` or `m`.
+    unit: &'static str,
+    limits: [f64; 2],
+    opened: f64,
+    /// `None` for a joint that does not close the hand.
+    closed: Option<f64>,
+    /// A second.
+    speed: f64,
+    /// [N m] or [N].
+    torque: f64,
+    followers: Vec<FollowerRow>,
+}
+
+#[derive(Serialize)]
+struct FollowerRow {
+    joint: String,
+    ratio: f64,
+    /// For a unit of the motor, once the driven joint is stopped; `None` where it stops, too.
+    after_breakaway: Option<f64>,
+    /// What stops it then [N m] or [N].
+    torque: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ContactRow {
+    name: String,
+    link: String,
+    /// In the opened hand, seen from the base [m].
+    point: [f64; 3],
+    normal: [f64; 3],
+    /// How far outside of its link's surface it lies [m], negative inside.
+    off_surface: f64,
+}
+
+#[derive(Serialize)]
+struct EigengraspRow {
+    direction: Vec<f64>,
+    /// Amplitudes that keep every driven joint within its range, the others at 0.
+    range: [f64; 2],
+}
+
+/// The hand's shapes with their search trees, and where they sit on their links.
+struct Shapes {
+    /// Link, shape, and the shape's frame seen from the link's.
+    shapes: Vec<(usize, TouchShape, IsometryMatrix3<f64>)>,
+}
+
+/// Looks at a hand.
+pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let model = HandModel::open(&arguments.hand).map_err(|error| Failure::new(Exit::BadSpec, error))?;
+    let hand = model.hand();
+    let (bodies, rules) = model.bodies().map_err(|error| Failure::new(Exit::BadSpec, error))?;
+    let no_surface = |error| Failure::message(Exit::BadSpec, format!("{}: {error}", model.path().display()));
+    let test = TouchTest::new(&bodies).map_err(no_surface)?;
+    let shapes = Shapes::new(&bodies).map_err(no_surface)?;
+    let mut stream = Stream::of_job(0, b"", "hand check");
+    let (mut counts, mut values) = (vec![0; rules.len()], vec![0.0; hand.tree().len()]);
+    for _ in 0..arguments.samples {
+        let motors: Vec<Motor> = hand.driven().iter().map(|driven| anywhere(driven, &mut stream)).collect();
+        hand.joint_values(&motors, &mut values);
+        let frames = hand.link_frames(&values);
+        for (count, (pair, _)) in counts.iter_mut().zip(&rules) {
+            *count += u64::from(test.touches(*pair, &frames));
+        }
+    }
+    let frames = hand.link_frames(&hand.posture_values(&hand.opened()));
+    let touching = bodies.pairs.iter().filter(|pair| test.touches(**pair, &frames));
+    let pairs = PairRow::all(&bodies, &rules, &counts);
+    let report = Report {
+        description: model.path().display().to_string(),
+        name: hand.name().to_owned(),
+        mass: model.mass(),
+        links: hand.links().to_vec(),
+        driven: hand.driven().iter().map(|driven| driven_row(hand, driven)).collect(),
+        approach: hand.approach_pose(&frames).to_rows(),
+        contacts: (0..hand.contacts().len()).map(|contact| contact_row(hand, contact, &frames, &shapes)).collect(),
+        width: widths(hand),
+        eigengrasps: eigengrasps(hand),
+        samples: arguments.samples,
+        touch_opened: touching.map(|pair| pairs::names(&bodies, *pair)).collect(),
+        exclude: pairs.iter().filter(|pair| pair.always_touches(arguments.samples)).map(PairRow::exclude).collect(),
+        pairs,
+        pictures: match &arguments.picture {
+            Some(folder) => draw(hand, &shapes, folder)?,
+            None => Vec::new(),
+        },
+    };
+    if arguments.json {
+        printer.json(&report)?
+    } else {
+        printer.result(&report.to_string())
+    }
+    Ok(Exit::Complete)
+}
+
+/// A motor somewhere on its way; where there is a clutch, as often open as shut.
+fn anywhere(driven: &Driven, stream: &mut Stream) -> Motor {
+    let [low, high] = driven.range();
+    let motor = Motor::engaged(stream.uniform(low, high));
+    match driven.breakaway {
+        Some(_) if stream.uniform(0.0, 1.0) < 0.5 => {
+            let stopped = driven.stopped(motor);
+            let on = stopped.angle + stream.uniform(0.0, 1.0) * (driven.closed_angle(stopped) - stopped.angle);
+            driven.turned(stopped, on)
+        }
+        _ => motor,
+    }
+}
+
+fn joint_name(hand: &Hand, joint: usize) -> String {
+    hand.tree().joints()[joint].joint.name.clone()
+}
+
+fn driven_row(hand: &Hand, driven: &Driven) -> DrivenRow {
+    let follower = |(place, follower): (usize, &Follower)| {
+        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == place);
+        FollowerRow {
+            joint: joint_name(hand, follower.joint),
+            ratio: follower.ratio,
+            after_breakaway: alone.map(|breakaway| breakaway.ratio),
+            torque: alone.map(|breakaway| breakaway.torque),
+        }
+    };
+    let slides = hand.tree().joints()[driven.joint].joint.kind == JointKind::Prismatic;
+    DrivenRow {
+        name: driven.name.clone(),
+        joint: joint_name(hand, driven.joint),
+        unit: if slides { "m" } else { "rad" },
+        limits: driven.range(),
+        opened: driven.opened,
+        closed: driven.closed,
+        speed: driven.speed,
+        torque: driven.torque,
+        followers: driven.followers.iter().enumerate().map(follower).collect(),
+    }
+}
+
+fn contact_row(hand: &Hand, contact: usize, frames: &[IsometryMatrix3<f64>], shapes: &Shapes) -> ContactRow {
+    let (point, normal) = hand.contact_in_base(contact, frames);
+    let contact = &hand.contacts()[contact];
+    ContactRow {
+        name: contact.name.clone(),
+        link: hand.links()[contact.link].clone(),
+        point: point.into(),
+        normal: normal.into_inner().into(),
+        off_surface: shapes.off_surface(contact.link, &contact.point),
+    }
+}
+
+fn widths(hand: &Hand) -> Option<[f64; 2]> {
+    let width = |posture: Vec<f64>| hand.width(&hand.link_frames(&hand.posture_values(&posture)));
+    Some([width(hand.opened())?, width(hand.closed())?])
+}
+
+fn eigengrasps(hand: &Hand) -> Vec<EigengraspRow> {
+    let directions = hand.eigengrasps().map(|grasps| grasps.directions.clone()).unwrap_or_default();
+    let row = |(place, direction)| EigengraspRow { direction, range: hand.amplitude_range(place) };
+    directions.into_iter().enumerate().map(row).collect()
+}
+
+impl Shapes {
+    fn new(bodies: &Bodies) -> Result<Self, crate::geom::NoSurface> {
+        let all = bodies.bodies.iter().flat_map(|body| body.geometries.iter().map(|geometry| (body.link, geometry)));
+        let built = all.map(|(link, geometry)| Ok((link, TouchShape::new(&geometry.shape)?, geometry.link_from_shape)));
+        Ok(Self { shapes: built.collect::<Result<_, _>>()? })
+    }
+
+    /// How far outside of a link's surface a point of it lies [m].
+    fn off_surface(&self, link: usize, point: &Point3<f64>) -> f64 {
+        let of_link = self.shapes.iter().filter(|(carrier, ..)| *carrier == link);
+        of_link.map(|(_, shape, place)| shape.distance(place, point)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The shapes at these link frames, links in steps of blue and grey.
+    fn placed(&self, frames: &[IsometryMatrix3<f64>]) -> Vec<Solid<'_>> {
+        const COLOURS: [Colour; 3] =
+            [Colour([0xc4, 0xc9, 0xd0]), Colour([0x7f, 0xa9, 0xcf]), Colour([0x3f, 0x78, 0xb0])];
+        self.shapes
+            .iter()
+            .map(|(link, shape, place)| {
+                let base_from_link = if *link == 0 { IsometryMatrix3::identity() } else { frames[link - 1] };
+                let colour = COLOURS[if *link == 0 { 0 } else { 1 + link % 2 }];
+                Solid { shape, place: base_from_link * place, colour }
+            })
+            .collect()
+    }
+}
+
+/// The hand opened, half closed (joints that do not close it at the middle of their range) and closed, each seen from
+/// the side, from above a corner, and from above the palm, the contacts as orange balls.
+fn draw(hand: &Hand, shapes: &Shapes, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    fs::create_dir_all(folder)?;
+    let ball = TouchShape::new(&Shape::Sphere { radius: 0.002 })?;
+    let half = |driven: &Driven| {
+        let [low, high] = driven.range();
+        driven.closed.map_or((low + high) / 2.0, |closed| (driven.opened + closed) / 2.0)
+    };
+    let half: Vec<f64> = hand.driven().iter().map(half).collect();
+    let mut written = Vec::new();
+    for (name, posture) in [("opened", hand.opened()), ("half_closed", half), ("closed", hand.closed())] {
+        let frames = hand.link_frames(&hand.posture_values(&posture));
+        let mut solids = shapes.placed(&frames);
+        solids.extend((0..hand.contacts().len()).map(|contact| {
+            let place = hand.contact_in_base(contact, &frames).0.coords;
+            Solid {
+                shape: &ball,
+                place: IsometryMatrix3::translation(place.x, place.y, place.z),
+                colour: Colour::COMPLETE,
+            }
+        }));
+        let path = folder.join(format!("{name}.png"));
+        fs::write(&path, picture(&solids).to_png())?;
+        written.push(path);
+    }
+    Ok(written)
+}
+
+/// Three views beside each other on white, all of the same scale.
+fn picture(solids: &[Solid<'_>]) -> Picture {
+    let balls: Vec<_> = solids.iter().map(|solid| solid.shape.ball(&solid.place)).collect();
+    let side = |sign: f64| -> [f64; 3] {
+        let end = |axis: usize| {
+            let reach = balls.iter().map(|(centre, radius)| sign * centre[axis] + radius);
+            sign * reach.fold(f64::NEG_INFINITY, f64::max)
+        };
+        std::array::from_fn(end)
+    };
+    let (low, high) = (Point3::from(side(-1.0)), Point3::from(side(1.0)));
+    let extent = 1.02 * (high - low).norm() / f64::sqrt(1.5);
+    let middle = nalgebra::center(&low, &high);
+    let views = [(0.0, 0.0), (-0.25 * PI, 0.2 * PI), (0.0, 0.49 * PI)];
+    let mut sheet = Picture::filled(SIDE * views.len() as u32, SIDE, [255; 4]);
+    for (place, (azimuth, elevation)) in views.into_iter().enumerate() {
+        let view = SolidView { azimuth, elevation, middle, extent };
+        let drawn = solid_picture(solids, &view, SIDE);
+        for row in 0..SIDE {
+            for column in 0..SIDE {
+                let [r, g, b, alpha] = drawn.at(column, row);
+                let over = |channel: u8| {
+                    ((u32::from(channel) * u32::from(alpha) + 255 * (255 - u32::from(alpha))) / 255) as u8
+                };
+                let target = (row * sheet.width + place as u32 * SIDE + column) as usize;
+                sheet.pixels[target] = [over(r), over(g), over(b), 255];
+            }
+        }
+    }
+    sheet
+}
+
+impl Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} ({}), {:.3} kg", self.description, self.name, self.mass)?;
+        writeln!(f, "\ndriven")?;
+        self.driven.iter().try_for_each(|driven| write!(f, "{driven}"))?;
+        let [ax, _, az, x, bx, _, bz, y, cx, _, cz, z] = self.approach.map(tidy);
+        writeln!(f, "\nframes\n  base                     the description's world")?;
+        writeln!(f, "  approach                 at ({x}, {y}, {z}) m, z ({az}, {bz}, {cz}), x ({ax}, {bx}, {cx})")?;
+        if let Some([opened, closed]) = self.width {
+            writeln!(f, "  width                    {:.1} mm opened, {:.1} mm closed", 1e3 * opened, 1e3 * closed)?;
+        }
+        writeln!(f, "\ncontacts, in the opened hand")?;
+        for contact in &self.contacts {
+            let ([x, y, z], [nx, ny, nz]) = (contact.point.map(tidy), contact.normal.map(tidy));
+            write!(f, "  {:24} {:16} ({x}, {y}, {z}) m, normal ({nx}, {ny}, {nz})", contact.name, contact.link)?;
+            match contact.off_surface {
+                off if off.abs() <= ON_SURFACE => writeln!(f)?,
+                off if off.is_infinite() => writeln!(f, "; its link has no shape")?,
+                off if off > 0.0 => writeln!(f, "; {:.2} mm outside of its link: move it to the surface", 1e3 * off)?,
+                off => writeln!(f, "; {:.2} mm inside its link: move it to the surface", -1e3 * off)?,
+            }
+        }
+        if !self.eigengrasps.is_empty() {
+            writeln!(f, "\neigengrasps")?;
+        }
+        for EigengraspRow { direction, range: [low, high] } in &self.eigengrasps {
+            writeln!(f, "  {direction:?}, amplitude {low:.3} .. {high:.3}")?;
+        }
+        writeln!(f, "\npairs, in {} random postures, clutches open and shut", self.samples)?;
+        pairs::write_pairs(f, &self.pairs, self.samples)?;
+        match self.touch_opened.as_slice() {
+            [] => writeln!(f, "\nopened, nothing touches")?,
+            pairs => {
+                let pairs: Vec<_> = pairs.iter().map(|[one, other]| format!("{one} and {other}")).collect();
+                writeln!(f, "\nopened, these touch: {}", pairs.join("; "))?;
+            }
+        }
+        pairs::write_excludes(f, &self.exclude)?;
+        if !self.pictures.is_empty() {
+            writeln!(f)?;
+        }
+        self.pictures.iter().try_for_each(|picture| writeln!(f, "{}", picture.display()))
+    }
+}
+
+impl Display for DrivenRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, joint, unit, limits: [low, high], opened, speed, torque, .. } = self;
+        let force = if *unit == "m" { "N" } else { "N m" };
+        let closed = self.closed.map_or("does not close the hand".to_owned(), |closed| format!("closed {closed:.4}"));
+        writeln!(f, "  {name:24} {joint}: {low:.4} .. {high:.4} {unit}, opened {opened:.4}, {closed}")?;
+        writeln!(f, "  {:24} {speed} {unit}/s, stopped by {torque} {force}", "")?;
+        for follower in &self.followers {
+            write!(f, "  {:24} {} follows at {:.4}", "", follower.joint, follower.ratio)?;
+            match (follower.after_breakaway, follower.torque) {
+                (Some(ratio), Some(torque)) => {
+                    writeln!(f, "; when {joint} is stopped, goes on at {ratio:.4} until {torque} {force}")?;
+                }
+                _ => writeln!(f)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// To a micrometre, without a sign of zero.
+fn tidy(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6 + 0.0
+}

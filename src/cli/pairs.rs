@@ -1,0 +1,131 @@
+//! Pairs of bodies that move against each other: how often they touch, and what is said of it.
+
+use std::{
+    collections::BTreeMap,
+    fmt::{self, Write},
+};
+
+use serde::Serialize;
+
+use crate::{
+    collision::{Bodies, Body, Shape},
+    sim::PairRule,
+};
+
+/// Two bodies and how often they touch.
+#[derive(Serialize)]
+pub struct PairRow {
+    /// Their names.
+    pub bodies: [String; 2],
+    /// `checked`, or why it is not: `adjacent`, `excluded` or `masked`.
+    pub rule: &'static str,
+    /// Samples in which the two touch.
+    pub touches: u64,
+}
+
+impl PairRow {
+    /// Rows of all pairs, with how often each touches.
+    pub fn all(bodies: &Bodies, rules: &[([usize; 2], PairRule)], counts: &[u64]) -> Vec<Self> {
+        let row = |((pair, rule), touches): (&([usize; 2], PairRule), &u64)| Self {
+            bodies: names(bodies, *pair),
+            rule: word(*rule),
+            touches: *touches,
+        };
+        rules.iter().zip(counts).map(row).collect()
+    }
+
+    /// MJCF that keeps this pair from being checked. A body of several sorts of geoms is excluded by its plain name.
+    pub fn exclude(&self) -> String {
+        let [one, other] = self.bodies.each_ref().map(|name| name.split(" (contype").next().unwrap_or_default());
+        format!("<exclude body1=\"{one}\" body2=\"{other}\"/>")
+    }
+
+    /// Whether it is checked, and touches in all samples.
+    pub fn always_touches(&self, samples: u64) -> bool {
+        self.is_checked() && samples > 0 && self.touches == samples
+    }
+
+    /// Whether it is checked, and touches in no sample.
+    pub fn never_touches(&self, samples: u64) -> bool {
+        self.is_checked() && samples > 0 && self.touches == 0
+    }
+
+    fn is_checked(&self) -> bool {
+        self.rule == "checked"
+    }
+
+    fn plain(&self) -> String {
+        self.bodies.join(" - ")
+    }
+}
+
+/// Names of a pair's bodies.
+pub fn names(bodies: &Bodies, pair: [usize; 2]) -> [String; 2] {
+    pair.map(|place| bodies.bodies[place].name.clone())
+}
+
+/// A body's shapes by kind, as `2 box, 1 mesh`, and the triangles of its meshes.
+pub fn shapes(body: &Body) -> (String, usize) {
+    let (mut kinds, mut triangles) = (BTreeMap::new(), 0);
+    for geometry in &body.geometries {
+        let kind = match &geometry.shape {
+            Shape::Box { .. } => "box",
+            Shape::Sphere { .. } => "ball",
+            Shape::Capsule { .. } => "capsule",
+            Shape::Cylinder { .. } => "cylinder",
+            Shape::Mesh(mesh) => {
+                triangles += mesh.triangles.len();
+                "mesh"
+            }
+        };
+        *kinds.entry(kind).or_insert(0) += 1;
+    }
+    (kinds.into_iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", "), triangles)
+}
+
+fn word(rule: PairRule) -> &'static str {
+    match rule {
+        PairRule::Checked => "checked",
+        PairRule::Adjacent => "adjacent",
+        PairRule::Excluded => "excluded",
+        PairRule::Masked => "masked",
+    }
+}
+
+/// What the pairs do, rule by rule.
+pub fn write_pairs(f: &mut fmt::Formatter<'_>, pairs: &[PairRow], samples: u64) -> fmt::Result {
+    let of_rule = |rule: &'static str| pairs.iter().filter(move |pair| pair.rule == rule);
+    list(f, "adjacent, never checked", of_rule("adjacent").map(PairRow::plain))?;
+    list(f, "kept apart by contype and conaffinity", of_rule("masked").map(PairRow::plain))?;
+    list(f, "always touch", pairs.iter().filter(|pair| pair.always_touches(samples)).map(PairRow::plain))?;
+    list(f, "never touch", pairs.iter().filter(|pair| pair.never_touches(samples)).map(PairRow::plain))?;
+    let share = |pair: &PairRow| {
+        format!("{} {:.2} %", PairRow::plain(pair), 100.0 * pair.touches as f64 / samples.max(1) as f64)
+    };
+    let sometimes = |pair: &&PairRow| pair.touches > 0 && pair.touches < samples;
+    list(f, "touch sometimes", of_rule("checked").filter(sometimes).map(share))?;
+    let excluded = of_rule("excluded").count();
+    writeln!(f, "  excluded by the scene: {excluded}")?;
+    list(f, "excluded, but touch sometimes", of_rule("excluded").filter(sometimes).map(share))
+}
+
+/// A heading and its items, one a line; nothing where there are none.
+fn list(f: &mut fmt::Formatter<'_>, heading: &str, items: impl Iterator<Item = String>) -> fmt::Result {
+    let mut text = String::new();
+    let mut count = 0;
+    for item in items {
+        writeln!(text, "    {item}")?;
+        count += 1;
+    }
+    if count == 0 { Ok(()) } else { write!(f, "  {heading}: {count}\n{text}") }
+}
+
+/// The lines that the scene should have.
+pub fn write_excludes(f: &mut fmt::Formatter<'_>, exclude: &[String]) -> fmt::Result {
+    if exclude.is_empty() {
+        return Ok(());
+    }
+    writeln!(f, "\nto check only what matters, put this into the scene:\n  <contact>")?;
+    exclude.iter().try_for_each(|line| writeln!(f, "    {line}"))?;
+    writeln!(f, "  </contact>")
+}
