@@ -24,6 +24,9 @@ profile = "kinect-v1"
 [channels]
 depth = "f32"
 
+[touch]
+random_rays = true
+
 [shards]
 samples = 32
 "#;

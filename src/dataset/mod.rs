@@ -51,7 +51,7 @@ pub use ledger::{Fate, Ledger, LedgerRow};
 pub use manifest::{Counts, FileEntry, Manifest, NumberClass, PoseCounts, ShardEntry};
 pub use map_preview::write_map_preview;
 pub use preview::{PreviewSample, preview_samples, write_preview};
-pub use reader::{DatasetReader, Sample, Samples, Selection};
+pub use reader::{DatasetReader, Sample, Samples, Selection, TouchedPair};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
 pub use split::{ObjectSplit, Split, SplitTable};
 pub use verify::{Problem, VerifyLevel, VerifyOptions, VerifyProgress, VerifyReport, verify};

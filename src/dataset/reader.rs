@@ -14,8 +14,12 @@ use super::{
     shard_file::{ShardFile, StoredMessage, invalid},
 };
 use crate::{
+    geom::OccupancyGrid,
     ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
-    record::{Channel, Cloud, Coverage, Depth, Implicit, ReachabilityBlock, RecordError, Tsdf, Visibility, VoxelPair},
+    record::{
+        Channel, Cloud, Coverage, Depth, Implicit, ReachabilityBlock, RecordError, TactileContacts, Tsdf, Visibility,
+        VoxelPair,
+    },
 };
 
 /// A finished dataset, open for reading; any number of threads may read at once.
@@ -125,6 +129,15 @@ impl DatasetReader {
             || Err(invalid(&self.shard(shard)?.path, format!("sample {index} is in the index, not in the shard"))),
             |sample| Ok(Some(sample)),
         )
+    }
+
+    /// Reads the sample of an id, as [`DatasetReader::sample`]; `None` also when the dataset does not know it. Samples of
+    /// one id in two datasets, say pairs here and another kind of touch there, are joined so.
+    ///
+    /// # Errors
+    /// When its shard is missing or damaged.
+    pub fn sample_of(&self, id: &SampleId) -> Result<Option<Sample>, DatasetError> {
+        self.find(id).map_or(Ok(None), |index| self.sample(index))
     }
 
     /// Reads a selection in order, one chunk at a time.
@@ -296,6 +309,37 @@ impl Sample {
         self.decoded(Channel::Implicit, Implicit::decode)
     }
 
+    /// Contacts of every kind of touch that is stored, by channel.
+    ///
+    /// # Errors
+    /// When a payload is no valid record.
+    pub fn touch(&self) -> Result<Vec<(Channel, TactileContacts)>, DatasetError> {
+        let stored = self.payloads.iter().filter(|(channel, _)| channel.is_touch());
+        stored
+            .map(|(channel, payload)| Ok((*channel, TactileContacts::decode(payload)?)))
+            .collect::<Result<_, _>>()
+            .map_err(|source| self.broken(source))
+    }
+
+    /// The pair joined with all touch of the sample; `None` when no touch is stored.
+    ///
+    /// # Errors
+    /// When a payload is no valid record, or contacts do not fit the pair.
+    pub fn touched(&self) -> Result<Option<TouchedPair>, DatasetError> {
+        let touch = self.touch()?;
+        if touch.is_empty() {
+            return Ok(None);
+        }
+        let pair = self.pair()?;
+        let mut tactile = OccupancyGrid::new(pair.grid.resolution);
+        for (_, contacts) in &touch {
+            contacts.check_beside(&pair).map_err(|source| self.broken(source))?;
+            tactile = tactile.either(&contacts.tactile());
+        }
+        let partial_or_tactile = pair.partial.either(&tactile);
+        Ok(Some(TouchedPair { pair, touch, tactile, partial_or_tactile }))
+    }
+
     /// Labels, proofs and witnesses of the poses at one position.
     ///
     /// # Errors
@@ -317,6 +361,19 @@ impl Sample {
     fn broken(&self, source: RecordError) -> DatasetError {
         DatasetError::Record { path: self.shard.clone(), index: self.index, source }
     }
+}
+
+/// What a visual-tactile network is trained on: seen, touched, both, and the whole solid, on the pair's grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TouchedPair {
+    /// Partial and complete grid, camera, poses.
+    pub pair: VoxelPair,
+    /// Contacts of each kind of touch.
+    pub touch: Vec<(Channel, TactileContacts)>,
+    /// Cells that hold a contact of any kind.
+    pub tactile: OccupancyGrid,
+    /// Cells that were seen or touched: the network's input.
+    pub partial_or_tactile: OccupancyGrid,
 }
 
 /// Samples of a selection, one chunk in memory at a time; ends after the first error.

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     ids::{Digest, JobDigest, Product, SampleId, SampleIndex, ShardId},
-    record::{self, Channel, FORMAT_VERSION, SampleFacts},
+    record::{Channel, FORMAT_VERSION, SampleFacts},
 };
 
 /// Uncompressed bytes after which a chunk is closed, at the next end of a sample.
@@ -348,7 +348,7 @@ fn begin(
     })?;
     let mut channel_ids = Vec::new();
     for channel in &header.channels {
-        let schema = writer.add_schema(channel.schema_name(), "protobuf", record::descriptors(header.product))?;
+        let schema = writer.add_schema(channel.schema_name(), "protobuf", channel.descriptors())?;
         channel_ids.push(writer.add_channel(schema, channel.topic(), "protobuf", &BTreeMap::new())?);
     }
     Ok((writer, channel_ids))

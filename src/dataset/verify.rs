@@ -24,7 +24,7 @@ use super::{
 use crate::{
     geom::PoseLabel,
     ids::{Digest, Product, SampleIndex, ShardId},
-    record::{self, Channel, PairFacts, ReachabilityField, SampleFacts},
+    record::{Channel, Checker, PairFacts, ReachabilityField, SampleFacts},
 };
 
 /// How much to check.
@@ -444,7 +444,7 @@ fn check_ledger(context: &Context, entry: &ShardEntry, ledger: &Ledger, findings
 
 /// Every chunk of a shard against its ledger; the count of payloads that were checked.
 fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: &mut Findings) -> u64 {
-    let mut payloads = 0;
+    let (mut payloads, mut checker) = (0, Checker::default());
     // Every kept sample has each channel once, in order: the messages that must come.
     let mut expected = (ledger.rows.iter())
         .filter_map(|row| if let Fate::Kept(digests) = &row.fate { Some((row, digests)) } else { None })
@@ -468,7 +468,7 @@ fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: 
                     match expected.next_if(fits) {
                         Some((row, _, digest)) => {
                             payloads += 1;
-                            check_payload(context, row, &message, &digest, findings);
+                            check_payload(context, row, &message, &digest, &mut checker, findings);
                         }
                         None => findings.push(
                             place(message.index, message.channel),
@@ -500,6 +500,7 @@ fn check_payload(
     row: &LedgerRow,
     message: &StoredMessage,
     digest: &Digest,
+    checker: &mut Checker,
     findings: &mut Findings,
 ) {
     let at = || place(message.index, message.channel);
@@ -507,13 +508,17 @@ fn check_payload(
     if calculated != *digest {
         findings.push(at(), format!("payload digest: saved {}, calculated {}", digest.short(), calculated.short()));
     }
-    match record::check(message.channel, &message.payload) {
-        Ok((sample, facts)) => {
-            if let Some(facts) = facts {
+    match checker.check(message.channel, &message.payload) {
+        Ok(checked) => {
+            if let Some(facts) = checked.facts {
                 check_facts(context, row, &facts, &at(), findings);
             }
-            if sample != row.sample {
-                findings.push(at(), format!("it is of sample {sample}, the ledger says {}", row.sample));
+            if checked.sample != row.sample {
+                findings.push(at(), format!("it is of sample {}, the ledger says {}", checked.sample, row.sample));
+            }
+            if context.options.partial_inside_complete && checked.touched_outside_complete > 0 {
+                let count = checked.touched_outside_complete;
+                findings.push(at(), format!("{count} contacts stand in cells that are not in complete"));
             }
         }
         Err(error) => findings.push(at(), error.to_string()),

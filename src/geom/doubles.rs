@@ -11,6 +11,12 @@ pub(crate) trait Doubles: Copy {
     fn add(self, a: Self::D, b: Self::D) -> Self::D;
     fn sub(self, a: Self::D, b: Self::D) -> Self::D;
     fn mul(self, a: Self::D, b: Self::D) -> Self::D;
+    fn div(self, a: Self::D, b: Self::D) -> Self::D;
+    /// The smaller one; `b` where one is NaN.
+    fn min(self, a: Self::D, b: Self::D) -> Self::D;
+    /// The larger one; `b` where one is NaN.
+    fn max(self, a: Self::D, b: Self::D) -> Self::D;
+    fn load(self, from: &[f32; 4]) -> Self::D;
     /// The lower halves of both, and the upper halves: `[a0, a1, b0, b1]` and `[a2, a3, b2, b3]`.
     fn halves(self, a: Self::D, b: Self::D) -> [Self::D; 2];
     /// The even lanes of both by turns, and the odd ones: `[a0, b0, a2, b2]` and `[a1, b1, a3, b3]`.
@@ -51,6 +57,22 @@ impl Doubles for Scalar {
     #[inline(always)]
     fn mul(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
         each(a, b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        each(a, b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        each(a, b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        each(a, b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32; 4]) -> [f64; 4] {
+        from.map(f64::from)
     }
     #[inline(always)]
     fn halves(self, a: [f64; 4], b: [f64; 4]) -> [[f64; 4]; 2] {
@@ -109,6 +131,22 @@ mod x86 {
                 #[inline(always)]
                 fn mul(self, a: __m256d, b: __m256d) -> __m256d {
                     unsafe { _mm256_mul_pd(a, b) }
+                }
+                #[inline(always)]
+                fn div(self, a: __m256d, b: __m256d) -> __m256d {
+                    unsafe { _mm256_div_pd(a, b) }
+                }
+                #[inline(always)]
+                fn min(self, a: __m256d, b: __m256d) -> __m256d {
+                    unsafe { _mm256_min_pd(a, b) }
+                }
+                #[inline(always)]
+                fn max(self, a: __m256d, b: __m256d) -> __m256d {
+                    unsafe { _mm256_max_pd(a, b) }
+                }
+                #[inline(always)]
+                fn load(self, from: &[f32; 4]) -> __m256d {
+                    unsafe { _mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr())) }
                 }
                 #[inline(always)]
                 fn halves(self, a: __m256d, b: __m256d) -> [__m256d; 2] {

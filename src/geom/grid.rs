@@ -116,6 +116,16 @@ impl OccupancyGrid {
         words + rest.iter().zip(other_rest).map(|(a, b)| (a & b).count_ones()).sum::<u32>()
     }
 
+    /// Cells occupied in either of two grids of the same resolution.
+    ///
+    /// # Panics
+    /// If the resolutions differ.
+    pub fn either(&self, other: &Self) -> Self {
+        assert_eq!(self.resolution, other.resolution, "grids of one sample share their resolution");
+        let bits = self.bits.iter().zip(&other.bits).map(|(a, b)| a | b).collect();
+        Self { resolution: self.resolution, bits }
+    }
+
     /// The occupied cells in C order.
     pub fn cells(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         let n = self.resolution;

@@ -1,6 +1,7 @@
 //! Pure maths: frames and poses, camera, images, grids, fields over poses, meshes. No I/O, no threads, no random numbers.
 
 mod camera;
+#[cfg_attr(not(feature = "factory"), allow(dead_code, reason = "some of its users are producers"))]
 mod doubles;
 mod field;
 mod frames;
@@ -17,6 +18,8 @@ mod query;
 mod render_mesh;
 mod shape;
 mod simd;
+#[cfg(feature = "factory")]
+mod triangle_tree;
 mod views;
 
 pub use camera::{Intrinsics, InvalidIntrinsics};
@@ -40,4 +43,5 @@ pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternio
 pub(crate) use {
     lanes::{Affine, Lanes, each_of},
     render_mesh::Facing,
+    triangle_tree::{Ray, TriangleTree},
 };

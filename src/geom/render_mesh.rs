@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{CameraCv, Object, Pose, TriMesh};
+use super::{Affine, CameraCv, Lanes, Object, Pose, SimdLevel, TriMesh, each_of, kernel};
 
 /// A triangle mesh as arrays of coordinates, its triangles in clusters that lie and face together.
 ///
@@ -151,6 +151,16 @@ impl RenderMesh {
         std::array::from_fn(|row| [rotation[(row, 0)], rotation[(row, 1)], rotation[(row, 2)], centre[row]])
     }
 
+    /// The box of all vertices in the camera's axes: lower and upper ends along x, y and z [m], good to a few times 1e-7
+    /// of the box's size.
+    pub(crate) fn reach(&self, level: SimdLevel, camera_from_object: &Pose<CameraCv, Object>) -> [[f64; 2]; 3] {
+        let rows = self.rows(camera_from_object);
+        let single = rows.map(|[a, b, c, _]| [a as f32, b as f32, c as f32, 0.0]);
+        let mut ends = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
+        reach(level, &self.positions, &single, &mut ends);
+        std::array::from_fn(|axis| ends[axis].map(|end| rows[axis][3] + f64::from(end)))
+    }
+
     /// Lists the clusters that may face a camera at `eye` (relative to the middle of the box [m]), in order.
     pub(crate) fn facing(&self, eye: &Vector3<f64>, list: &mut Vec<Facing>) {
         list.clear();
@@ -219,6 +229,36 @@ impl Cluster {
             return None;
         }
         Some(Facing { cluster: index, ray: v, away: 127.0 * (self.radius + 1e-4 * distance) + 0.88 * distance })
+    }
+}
+
+kernel! {
+    /// Lowest and highest value of each row over all positions.
+    fn reach(positions: &[Vec<f32>; 3], rows: &[[f32; 4]; 3], ends: &mut [[f32; 2]; 3]) = reach_body;
+}
+
+#[inline(always)]
+fn reach_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], rows: &[[f32; 4]; 3], ends: &mut [[f32; 2]; 3]) {
+    let rows = each_of!([0, 1, 2], row => Affine::new(l, rows[row]));
+    let mut low = each_of!([0, 1, 2], axis => l.splat(ends[axis][0]));
+    let mut high = each_of!([0, 1, 2], axis => l.splat(ends[axis][1]));
+    let [xs, ys, zs] = each_of!([&positions[0], &positions[1], &positions[2]], axis => axis.as_chunks::<16>().0);
+    for ((x, y), z) in xs.iter().zip(ys).zip(zs) {
+        let (x, y, z) = (l.load(x), l.load(y), l.load(z));
+        for axis in 0..3 {
+            let value = rows[axis].at(l, x, y, z);
+            low[axis] = l.min(low[axis], value);
+            high[axis] = l.max(high[axis], value);
+        }
+    }
+    for axis in 0..3 {
+        let mut lanes = [[0.0; 16]; 2];
+        l.store(low[axis], &mut lanes[0]);
+        l.store(high[axis], &mut lanes[1]);
+        ends[axis] = [
+            lanes[0].into_iter().fold(f32::INFINITY, f32::min),
+            lanes[1].into_iter().fold(f32::NEG_INFINITY, f32::max),
+        ];
     }
 }
 

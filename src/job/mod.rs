@@ -29,8 +29,8 @@ mod spec;
 pub use check::{RobotFault, RobotKey, RobotReader, SceneReader, no_robots, no_scenes};
 pub use checked::{
     Channels, Collisions, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobObject,
-    ModelChoice, PackageFile, Pivot, Profile, ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings,
-    SubsetSize, Truth, WORLD, Work,
+    ModelChoice, PackageFile, Pivot, Profile, RandomRays, RayTarget, ReachabilityJob, Renderer, Robot, SceneCamera,
+    Solver, SplitSettings, SubsetSize, Touch, Truth, WORLD, Work,
 };
 pub use draft::{CompletionDraft, FoundMesh, JobDraft, JobText, Surroundings, WorkDraft, default_shard_samples};
 pub use errors::{JobError, JobErrors, Place, Problem};

@@ -9,12 +9,17 @@ use super::{
 };
 use crate::{geom::OccupancyGrid, ids::SampleId};
 
-fn broken(message: &'static str) -> impl FnOnce(prost::DecodeError) -> RecordError {
+pub(super) fn broken(message: &'static str) -> impl FnOnce(prost::DecodeError) -> RecordError {
     move |error| RecordError::Protobuf { message, problem: error.to_string() }
 }
 
 /// Little-endian f32 out of a bytes field; every value must be finite.
-fn floats(message: &'static str, field: &'static str, data: &[u8], each: usize) -> Result<Vec<f32>, RecordError> {
+pub(super) fn floats(
+    message: &'static str,
+    field: &'static str,
+    data: &[u8],
+    each: usize,
+) -> Result<Vec<f32>, RecordError> {
     lengthy(message, field, data.len() / (4 * each) * (4 * each), data.len())?;
     let values: Vec<f32> =
         data.chunks_exact(4).map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])).collect();
@@ -25,7 +30,7 @@ fn floats(message: &'static str, field: &'static str, data: &[u8], each: usize) 
 }
 
 /// (n, 3) little-endian f32 out of a bytes field.
-fn triples(message: &'static str, field: &'static str, data: &[u8]) -> Result<Vec<[f32; 3]>, RecordError> {
+pub(super) fn triples(message: &'static str, field: &'static str, data: &[u8]) -> Result<Vec<[f32; 3]>, RecordError> {
     Ok(floats(message, field, data, 3)?.chunks_exact(3).map(|xyz| [xyz[0], xyz[1], xyz[2]]).collect())
 }
 

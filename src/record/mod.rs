@@ -1,6 +1,7 @@
 //! What is on disk: records, their protobuf codec and schema, the format's number.
 //!
-//! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/reachability.proto`). Encoding is written by hand, in tag
+//! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/touch.proto`,
+//! `proto/reachability.proto`). Encoding is written by hand, in tag
 //! order, straight from the record's own memory; decoding goes through the generated types and then checks every
 //! length, range and count, so that a decoded record can be trusted. Names of objects, paths, clocks and sample
 //! indices never enter a payload: the same sample has the same bytes in every dataset.
@@ -14,6 +15,7 @@ mod field;
 mod pair;
 #[cfg(test)]
 mod tests;
+mod touch;
 mod wire;
 
 pub(crate) mod proto {
@@ -27,6 +29,7 @@ pub use error::RecordError;
 pub use facts::{BlockFacts, PairFacts, SampleFacts};
 pub use field::{FieldHeader, ReachabilityField};
 pub use pair::VoxelPair;
+pub use touch::{TactileContacts, TouchContact};
 
 use crate::ids::{Digest, ObjectId, Product, SampleId, ViewId};
 
@@ -50,13 +53,15 @@ pub enum Channel {
     Coverage,
     /// [`Implicit`]: samples for implicit networks.
     Implicit,
+    /// [`TactileContacts`] of random rays from the far side.
+    TouchRays,
     /// [`ReachabilityBlock`]: labels, proofs and witnesses of one position; every reachability sample has one.
     Block,
 }
 
 impl Channel {
     /// Every channel, in the order in which a sample's messages are written.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Pair,
         Self::Visibility,
         Self::Depth,
@@ -64,6 +69,7 @@ impl Channel {
         Self::Tsdf,
         Self::Coverage,
         Self::Implicit,
+        Self::TouchRays,
         Self::Block,
     ];
 
@@ -76,9 +82,15 @@ impl Channel {
             | Self::Cloud
             | Self::Tsdf
             | Self::Coverage
-            | Self::Implicit => Product::Completion,
+            | Self::Implicit
+            | Self::TouchRays => Product::Completion,
             Self::Block => Product::Reachability,
         }
+    }
+
+    /// Whether its messages are [`TactileContacts`]; each kind of touch has a channel of its own.
+    pub fn is_touch(self) -> bool {
+        self == Self::TouchRays
     }
 
     /// The channel that every sample of a product has; the facts of a sample are counted in it.
@@ -99,6 +111,7 @@ impl Channel {
             Self::Tsdf => "/completion/tsdf",
             Self::Coverage => "/completion/coverage",
             Self::Implicit => "/completion/implicit",
+            Self::TouchRays => "/completion/touch_rays",
             Self::Block => "/reachability/block",
         }
     }
@@ -118,7 +131,16 @@ impl Channel {
             Self::Tsdf => "graspmill.Tsdf",
             Self::Coverage => "graspmill.Coverage",
             Self::Implicit => "graspmill.Implicit",
+            Self::TouchRays => "graspmill.TactileContacts",
             Self::Block => "graspmill.ReachabilityBlock",
+        }
+    }
+
+    /// The `FileDescriptorSet` of its message: the schema that a shard carries for it.
+    pub fn descriptors(self) -> &'static [u8] {
+        match self {
+            Self::TouchRays => include_bytes!(concat!(env!("OUT_DIR"), "/touch.bin")),
+            other => descriptors(other.product()),
         }
     }
 
@@ -128,7 +150,7 @@ impl Channel {
     }
 }
 
-/// The `FileDescriptorSet` of a product's messages: the schema that each of its shards carries.
+/// The `FileDescriptorSet` of the messages that every dataset of a product has.
 pub fn descriptors(product: Product) -> &'static [u8] {
     match product {
         Product::Completion => include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin")),
@@ -136,29 +158,60 @@ pub fn descriptors(product: Product) -> &'static [u8] {
     }
 }
 
-/// Checks `payload` as [`VoxelPair::decode`] and its siblings do, and says whose it is; of a leading channel also its
-/// facts.
-///
-/// # Errors
-/// When the payload is no valid record of that channel.
-pub fn check(channel: Channel, payload: &[u8]) -> Result<(SampleId, Option<SampleFacts>), RecordError> {
-    let sample = match channel {
-        Channel::Pair => {
-            let pair = VoxelPair::decode(payload)?;
-            return Ok((pair.sample, Some(pair.facts().into())));
+/// Checks the payloads of a sample one after the other, as [`VoxelPair::decode`] and its siblings do, and what stands
+/// beside a pair against the pair.
+#[derive(Debug, Default)]
+pub struct Checker {
+    /// The pair of the sample.
+    pair: Option<VoxelPair>,
+}
+
+/// What a payload says that its sample's ledger row says too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checked {
+    /// Whose it is.
+    pub sample: SampleId,
+    /// Of a leading channel.
+    pub facts: Option<SampleFacts>,
+    /// Of touch: contacts in the grid in cells that the pair's complete grid lacks.
+    pub touched_outside_complete: u32,
+}
+
+impl Checker {
+    /// Checks the next payload; those of a sample come in the order of their channels.
+    ///
+    /// # Errors
+    /// When the payload is no valid record of that channel, or does not fit the pair of its sample.
+    pub fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<Checked, RecordError> {
+        let checked = |sample| Ok(Checked { sample, facts: None, touched_outside_complete: 0 });
+        match channel {
+            Channel::Pair => {
+                self.pair = None;
+                let pair = self.pair.insert(VoxelPair::decode(payload)?);
+                Ok(Checked { facts: Some(pair.facts().into()), ..checked(pair.sample)? })
+            }
+            Channel::Block => {
+                let block = ReachabilityBlock::decode(payload)?;
+                Ok(Checked { facts: Some(block.facts().into()), ..checked(block.sample)? })
+            }
+            Channel::TouchRays => {
+                let touch = TactileContacts::decode(payload)?;
+                let Some(pair) = self.pair.as_ref().filter(|pair| pair.sample == touch.sample) else {
+                    return checked(touch.sample);
+                };
+                touch.check_beside(pair)?;
+                let cells = touch.contacts.iter().filter_map(|contact| contact.cell);
+                let touched_outside_complete = cells.filter(|cell| !pair.complete.get(*cell)).count() as u32;
+                Ok(Checked { touched_outside_complete, ..checked(touch.sample)? })
+            }
+            Channel::Visibility => checked(Visibility::decode(payload)?.sample),
+            Channel::Depth => checked(Depth::decode(payload)?.sample),
+            Channel::Cloud => checked(Cloud::decode(payload)?.sample),
+            Channel::Tsdf => checked(Tsdf::decode(payload)?.sample),
+            Channel::Coverage => checked(Coverage::decode(payload)?.sample),
+            Channel::Implicit => checked(Implicit::decode(payload)?.sample),
         }
-        Channel::Block => {
-            let block = ReachabilityBlock::decode(payload)?;
-            return Ok((block.sample, Some(block.facts().into())));
-        }
-        Channel::Visibility => Visibility::decode(payload)?.sample,
-        Channel::Depth => Depth::decode(payload)?.sample,
-        Channel::Cloud => Cloud::decode(payload)?.sample,
-        Channel::Tsdf => Tsdf::decode(payload)?.sample,
-        Channel::Coverage => Coverage::decode(payload)?.sample,
-        Channel::Implicit => Implicit::decode(payload)?.sample,
-    };
-    Ok((sample, None))
+    }
 }
 
 fn sample_from_proto(message: &'static str, sample: Option<proto::SampleId>) -> Result<SampleId, RecordError> {

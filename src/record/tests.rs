@@ -53,6 +53,50 @@ fn pair() -> impl Strategy<Value = VoxelPair> {
     )
 }
 
+/// Rays of which some touch something, inside and outside the grid of [`beside`].
+fn touch() -> impl Strategy<Value = TactileContacts> {
+    let ray = (any::<bool>(), prop::array::uniform3(-0.3..0.3f32), prop::array::uniform3(0.1..1.0f64), any::<bool>());
+    (sample(), prop::collection::vec(ray, 1..50)).prop_map(|(sample, rays)| {
+        let mut touch = TactileContacts { resolution: 7, probes: rays.len() as u32, ..TactileContacts::none(sample) };
+        for (probe, (hits, position, normal, visible)) in (0..).zip(rays) {
+            if !hits {
+                touch.misses.push(position);
+                continue;
+            }
+            let normal = Vector3::from(normal).normalize().map(|part| part as f32).into();
+            // The grid's anchor is (0.5, 0.5, 0.45) of 7 cells, its centre the origin.
+            let at: Vec<f64> = position
+                .iter()
+                .zip([3.5, 3.5, 3.15])
+                .map(|(x, anchor)| (f64::from(*x) / 0.05 + anchor).floor())
+                .collect();
+            let inside = at.iter().all(|index| (0.0..7.0).contains(index));
+            let cell = inside.then(|| [at[0] as u32, at[1] as u32, at[2] as u32]);
+            touch.contacts.push(TouchContact { probe, position, normal, distance: 0.25, visible, cell });
+        }
+        touch
+    })
+}
+
+/// A pair whose grid those contacts stand on.
+fn beside(sample: SampleId) -> VoxelPair {
+    let grid = OccupancyGrid::new(7);
+    VoxelPair {
+        sample,
+        grid: GridPlacement { resolution: 7, centre: Point3::origin(), cell_size: 0.05 },
+        camera: Intrinsics { width: 640, height: 480, fx: 554.3, fy: 554.3, cx: 320.0, cy: 240.0, near: 0.1 },
+        camera_from_object: Pose::identity(),
+        world_from_object: Pose::identity(),
+        world_from_camera: Pose::identity(),
+        partial: grid.clone(),
+        complete: grid,
+        partial_cells: 0,
+        complete_cells: 0,
+        both_cells: 0,
+        solid_share: 0.0,
+    }
+}
+
 /// Cells of every label with some proof that fits, and a witness for each reachable one.
 fn block() -> impl Strategy<Value = ReachabilityBlock> {
     let cell = (0..3u8, 0..4u8, prop::array::uniform3(-7.0..7.0));
@@ -99,6 +143,63 @@ proptest! {
         prop_assert_eq!(&VoxelPair::decode(&payload).unwrap(), &pair);
         let generated = proto::VoxelPair::decode(payload.as_slice()).unwrap();
         prop_assert_eq!(generated.encode_to_vec(), payload);
+    }
+
+    #[test]
+    fn touch_reads_back_and_has_the_generated_encoders_bytes(touch in touch()) {
+        let mut payload = Vec::new();
+        touch.encode(&mut payload);
+        prop_assert_eq!(&TactileContacts::decode(&payload).unwrap(), &touch);
+        let generated = proto::TactileContacts::decode(payload.as_slice()).unwrap();
+        prop_assert_eq!(generated.encode_to_vec(), payload);
+        prop_assert_eq!(touch.check_beside(&beside(touch.sample)), Ok(()));
+        let inside: std::collections::BTreeSet<_> = touch.contacts.iter().filter_map(|contact| contact.cell).collect();
+        prop_assert_eq!(touch.tactile().cells().collect::<Vec<_>>(), inside.into_iter().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn touch_that_contradicts_itself_or_its_pair_is_refused(touch in touch(), place in any::<prop::sample::Index>()) {
+        let mut payload = Vec::new();
+        touch.encode(&mut payload);
+        let generated = proto::TactileContacts::decode(payload.as_slice()).unwrap();
+        let lies: [fn(&mut proto::TactileContacts); 6] = [
+            |touch| touch.outside += 1,
+            |touch| touch.probes += 1,
+            |touch| touch.misses.extend([0; 12]),
+            |touch| touch.normals.extend([0; 12]),
+            |touch| touch.visible.push(1),
+            |touch| touch.resolution = 0,
+        ];
+        for (number, lie) in lies.into_iter().enumerate() {
+            let mut lying = generated.clone();
+            lie(&mut lying);
+            prop_assert!(TactileContacts::decode(&lying.encode_to_vec()).is_err(), "lie {number}");
+        }
+        let count = touch.contacts.len();
+        prop_assume!(count > 0);
+        let place = place.index(count);
+        let lies: [fn(&mut proto::TactileContacts, usize); 5] = [
+            |touch, place| touch.normals[12 * place..12 * place + 4].copy_from_slice(&2f32.to_le_bytes()),
+            |touch, place| touch.distances[4 * place..4 * place + 4].copy_from_slice(&(-1f32).to_le_bytes()),
+            |touch, place| touch.probe[place] = touch.probes,
+            |touch, place| touch.visible[place] = 2,
+            |touch, place| touch.cells[place] = 344,
+        ];
+        for (number, lie) in lies.into_iter().enumerate() {
+            let mut lying = generated.clone();
+            lie(&mut lying, place);
+            prop_assert!(TactileContacts::decode(&lying.encode_to_vec()).is_err(), "lie {number} at {place}");
+        }
+        let mut moved = touch.clone();
+        let cell = &mut moved.contacts[place].cell;
+        *cell = match *cell {
+            // Two cells on, or from outside into the middle.
+            Some([x, y, z]) => Some([(x + 2) % 7, y, z]),
+            None => Some([3, 3, 3]),
+        };
+        prop_assert!(moved.check_beside(&beside(touch.sample)).is_err());
+        let other = VoxelPair { grid: GridPlacement { resolution: 8, ..beside(touch.sample).grid }, ..beside(touch.sample) };
+        prop_assert!(touch.check_beside(&other).is_err());
     }
 
     #[test]
@@ -202,7 +303,7 @@ proptest! {
     #[test]
     fn no_bytes_make_a_decoder_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         for channel in Channel::ALL {
-            let _ = check(channel, &bytes);
+            let _ = Checker::default().check(channel, &bytes);
         }
         let _ = ReachabilityField::decode(&bytes);
     }
@@ -280,7 +381,9 @@ fn every_channel_has_its_topic_and_its_message() {
         assert_eq!(Channel::from_topic(channel.topic()), Some(channel));
         let product = channel.product();
         assert_eq!(channel.topic(), format!("/{product}/{}", channel.name()));
-        assert!(text(product).contains(channel.schema_name().trim_start_matches("graspmill.")));
+        let descriptors = String::from_utf8_lossy(channel.descriptors()).into_owned();
+        assert!(descriptors.contains(channel.schema_name().trim_start_matches("graspmill.")));
+        assert!(!descriptors.contains("Topic /"), "comments must not stand in shards");
     }
     assert_eq!(Channel::from_topic("/completion/colour"), None);
     for product in Product::ALL {
@@ -288,6 +391,7 @@ fn every_channel_has_its_topic_and_its_message() {
         assert!(!text(product).contains("Topic /"), "comments must not stand in shards");
     }
     assert!(!text(Product::Completion).contains("Reachability"), "one product's shards must not change with another's");
+    assert!(!text(Product::Completion).contains("Tactile"), "shards without touch must not change with it");
     assert!(text(Product::Reachability).contains("ReachabilityField"));
 }
 

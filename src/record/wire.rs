@@ -71,6 +71,32 @@ pub(super) fn floats(out: &mut Vec<u8>, field: u32, values: &[f32]) {
     }
 }
 
+/// [`floats`] one by one.
+pub(super) fn singles(out: &mut Vec<u8>, field: u32, values: impl ExactSizeIterator<Item = f32>) {
+    if values.len() > 0 {
+        bytes_header(out, field, 4 * values.len());
+        out.extend(values.flat_map(f32::to_le_bytes));
+    }
+}
+
+/// [`floats`] three by three.
+pub(super) fn triples(out: &mut Vec<u8>, field: u32, values: impl ExactSizeIterator<Item = [f32; 3]>) {
+    if values.len() > 0 {
+        bytes_header(out, field, 12 * values.len());
+        values.for_each(|[x, y, z]| [x, y, z].iter().for_each(|value| out.extend_from_slice(&value.to_le_bytes())));
+    }
+}
+
+/// A packed `repeated uint32`.
+pub(super) fn uint32s(out: &mut Vec<u8>, field: u32, values: impl ExactSizeIterator<Item = u32> + Clone) {
+    if values.len() > 0 {
+        // Seven bits a byte; 0 takes one, too.
+        let length = values.clone().map(|value| (38 - (value | 1).leading_zeros()) as usize / 7).sum();
+        bytes_header(out, field, length);
+        values.for_each(|value| varint(out, u64::from(value)));
+    }
+}
+
 /// A packed `repeated double`.
 pub(super) fn doubles(out: &mut Vec<u8>, field: u32, values: &[f64]) {
     if !values.is_empty() {

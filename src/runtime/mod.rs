@@ -4,7 +4,7 @@
 
 mod reachability;
 
-pub use crate::dataset::{DatasetReader, Manifest, Sample, Samples, Selection, Split, SplitTable};
+pub use crate::dataset::{DatasetReader, Manifest, Sample, Samples, Selection, Split, SplitTable, TouchedPair};
 pub use reachability::{
     ArmCover, Ball, EndEffectorVolume, EnergyForm, InvalidMap, InvalidObstacle, NearestCell, Obstacle, ObstacleId,
     Ranked, ReachabilityMap, ReachabilityParts, RobotFacts, grasp_energy,

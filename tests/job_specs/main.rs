@@ -7,8 +7,8 @@ use graspmill::{
     geom::ViewSet,
     ids::{Digest, ObjectId},
     job::{
-        CompletionDraft, CompletionJob, Distance, Job, JobDraft, JobErrors, JobText, Robot, RobotFault, Surroundings,
-        Truth, no_scenes,
+        CompletionDraft, CompletionJob, Distance, Job, JobDraft, JobErrors, JobText, RandomRays, RayTarget, Robot,
+        RobotFault, Surroundings, Truth, no_scenes,
     },
 };
 
@@ -108,6 +108,11 @@ fn the_thesis_profile_is_a_set_of_defaults_and_each_switch_can_be_set_alone() {
     assert_eq!(thesis.views, ViewSet::thesis());
     assert!(thesis.drop_index_zero && thesis.solid_with_surface && !thesis.channels.visibility);
     assert_eq!((thesis.truth, thesis.gate.min_overlap), (Truth::LowerCorners, 0.8));
+    assert_eq!((&thesis.touch.random_rays, &settings(MINIMAL, &[]).touch.random_rays), (&None, &None));
+    for (text, target) in [(profile.as_str(), RayTarget::Cells), (MINIMAL, RayTarget::Mesh)] {
+        let rays = settings(text, &["touch.random_rays=true"]).touch.random_rays;
+        assert_eq!(rays, Some(RandomRays { count: 40, target }));
+    }
     let mixed = settings(MINIMAL, &["grid.drop_index_zero=true"]);
     assert!(mixed.drop_index_zero && !mixed.solid_with_surface);
     let mended = settings(&profile, &["truth.rule=any_overlap"]);
@@ -209,6 +214,20 @@ fn syntax_errors_and_odd_numbers_are_mistakes_too() {
 }
 
 #[test]
+fn mistakes_in_touch_say_what_was_meant() {
+    for (line, parts) in [
+        ("touch.rays=100", ["touch.random_rays", "`random_rays = true` beside `rays`"]),
+        ("touch={random_rays=true, rays=0}", ["touch.rays", "from 1 to 100000"]),
+        ("touch={random_rays=true, ray_target='meshes'}", ["touch.ray_target", "did you mean `mesh`?"]),
+        ("touch={random_ray=true}", ["touch.random_ray", "did you mean `random_rays`?"]),
+        ("touch.random_rays=40", ["touch.random_rays", "true or false"]),
+    ] {
+        let text = read(MINIMAL, &[line]).expect_err(line).render();
+        assert!(parts.iter().all(|part| text.contains(part)) && text.contains("--set:1"), "{line}\n{text}");
+    }
+}
+
+#[test]
 fn a_misspelt_form_is_one_mistake_and_not_the_lack_of_another_form() {
     let errors = read("views = { evn = 6 }\n[[objects]]\nbuilt_in = [\"*\"]", &[]).expect_err("no such form");
     let text = errors.render();
@@ -250,6 +269,14 @@ fn every_form_of_every_setting() {
         ("split.training_subsets=[3, 2]", false),
         ("channels.depth=u16", true),
         ("channels={depth='u16', depth_step=0.00001}", false),
+        ("touch.random_rays=true", true),
+        ("touch={random_rays=true, rays=100, ray_target='cells'}", true),
+        ("touch={random_rays=false, rays=100}", true),
+        ("touch.rays=100", false),
+        ("touch={random_rays=true, rays=0}", false),
+        ("touch={random_rays=true, ray_target='voxels'}", false),
+        ("touch.random_rays=40", false),
+        ("touch={random_ray=true}", false),
         ("truth={rule='fraction', fraction=0.5}", true),
         ("truth.rule=fraction", false),
         ("shards.samples=100", true),
@@ -281,6 +308,7 @@ fn a_resolved_job_reads_back_as_the_same_job() {
             "truth={rule='fraction',fraction=0.3}",
         ],
         vec!["views={quaternions_wxyz=[[1,2,3,4]]}", "distance={fit=0.5}", "channels.implicit=true"],
+        vec!["touch={random_rays=true,rays=7,ray_target='cells'}"],
     ] {
         let job = resolve(read(MINIMAL, &overrides).expect("a job"));
         let text = job.to_toml(Path::new("jobs"));
@@ -296,10 +324,25 @@ fn a_resolved_job_reads_back_as_the_same_job() {
 fn the_digest_names_what_data_depend_on_and_nothing_else() {
     let digest = |overrides: &[&str]| resolve(read(MINIMAL, overrides).expect("a job")).digest();
     let plain = digest(&[]);
-    for same in ["name=other", "shards.samples=10", "profile=standard", "camera.horizontal_fov=1.047"] {
+    // The digest that this job had before there was touch.
+    assert_eq!(plain.0.hex(), "08380bfc9afa179dead7a38838596abf4771d225997809f1b4741703def7fb68");
+    for same in [
+        "touch.random_rays=false",
+        "name=other",
+        "shards.samples=10",
+        "profile=standard",
+        "camera.horizontal_fov=1.047",
+    ] {
         assert_eq!(digest(&[same]), plain, "{same}");
     }
-    for other in ["seed=1", "grid.resolution=41", "split.test_models=1", "channels.cloud=true", "distance=1.1"] {
+    for other in [
+        "seed=1",
+        "grid.resolution=41",
+        "split.test_models=1",
+        "channels.cloud=true",
+        "distance=1.1",
+        "touch.random_rays=true",
+    ] {
         assert_ne!(digest(&[other]), plain, "{other}");
     }
     let settings = |overrides: &[&str]| resolve(read(MINIMAL, overrides).expect("a job")).sample_settings();

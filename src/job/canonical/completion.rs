@@ -10,8 +10,8 @@ use crate::{
     geom::ViewSet,
     job::{
         checked::{
-            Channels, Completion, DepthFormat, Distance, JobObject, ModelChoice, Pivot, Renderer, SplitSettings,
-            SubsetSize, Truth,
+            Channels, Completion, DepthFormat, Distance, JobObject, ModelChoice, Pivot, RandomRays, RayTarget,
+            Renderer, SplitSettings, SubsetSize, Touch, Truth,
         },
         discover, pattern,
     },
@@ -33,6 +33,7 @@ impl Text {
             truth,
             gate,
             channels,
+            touch,
         } = completion;
         self.key(
             "pivot",
@@ -83,6 +84,7 @@ impl Text {
         self.key("min_partial_cells", i64::from(gate.min_partial_cells));
         self.key("min_overlap", gate.min_overlap);
         self.channels(channels);
+        self.touch(touch);
     }
 
     fn views(&mut self, views: &ViewSet) {
@@ -144,6 +146,22 @@ impl Text {
             self.key("implicit_surface", i64::from(implicit.surface));
             self.key("implicit_space", i64::from(implicit.space));
         }
+    }
+
+    /// Nothing without touch: such jobs keep the text, and the digest, that they had before there was any.
+    fn touch(&mut self, touch: &Touch) {
+        let Touch { random_rays } = touch;
+        let Some(RandomRays { count, target }) = random_rays else { return };
+        self.section("touch");
+        self.key("random_rays", true);
+        self.key("rays", i64::from(*count));
+        self.key(
+            "ray_target",
+            match target {
+                RayTarget::Mesh => "mesh",
+                RayTarget::Cells => "cells",
+            },
+        );
     }
 
     pub(super) fn split(&mut self, split: &SplitSettings) {

@@ -95,6 +95,8 @@ pub struct Completion {
     pub gate: Gate,
     /// What is stored beside partial and complete.
     pub channels: Channels,
+    /// What is touched.
+    pub touch: Touch,
 }
 
 /// The point that an object is turned about, and that stands at the stated distance.
@@ -182,6 +184,31 @@ pub struct ImplicitSamples {
     pub surface: u32,
     /// Points in the grid's box, with signed distance.
     pub space: u32,
+}
+
+/// Kinds of touch that go with each pair.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Touch {
+    /// Rays at random places.
+    pub random_rays: Option<RandomRays>,
+}
+
+/// Rays from the object's far side towards the camera, along its optical axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RandomRays {
+    /// Rays a view, at least 1.
+    pub count: u32,
+    /// What they meet.
+    pub target: RayTarget,
+}
+
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayTarget {
+    /// The mesh.
+    Mesh,
+    /// `thesis` quirk: cells of the complete grid, at their lower corners.
+    Cells,
 }
 
 /// Who trains and who tests.

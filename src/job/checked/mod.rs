@@ -5,7 +5,7 @@ mod reachability;
 
 pub use completion::{
     Channels, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, JobObject, ModelChoice,
-    PackageFile, Pivot, Renderer, SceneCamera, SplitSettings, SubsetSize, Truth,
+    PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, Truth,
 };
 pub use reachability::{Collisions, ReachabilityJob, Robot, Solver, WORLD};
 use schemars::JsonSchema;

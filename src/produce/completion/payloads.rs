@@ -5,8 +5,8 @@ use std::mem;
 use super::worker::CompletionObject;
 use crate::{
     geom::{DepthCrop, OccupancyGrid},
-    job::{Channels, Completion, DepthFormat},
-    record::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Tsdf, Visibility, VoxelPair},
+    job::{Completion, DepthFormat},
+    record::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair},
     seed::Stream,
     voxel::{
         ViewGrids,
@@ -22,6 +22,7 @@ pub(super) struct Payloads {
     tsdf: Vec<i16>,
     coverage: Vec<u8>,
     implicit: ImplicitPoints,
+    touch: Option<TactileContacts>,
 }
 
 /// A made view.
@@ -34,7 +35,8 @@ pub(super) struct Made<'a> {
 }
 
 /// The channels that a job stores, in the order in which they are written.
-pub fn channels_of(channels: &Channels) -> Vec<Channel> {
+pub fn channels_of(settings: &Completion) -> Vec<Channel> {
+    let channels = &settings.channels;
     let stored = |channel: &Channel| match channel {
         Channel::Pair => true,
         Channel::Visibility => channels.visibility,
@@ -43,20 +45,22 @@ pub fn channels_of(channels: &Channels) -> Vec<Channel> {
         Channel::Tsdf => channels.tsdf.is_some(),
         Channel::Coverage => channels.coverage,
         Channel::Implicit => channels.implicit.is_some(),
+        Channel::TouchRays => settings.touch.random_rays.is_some(),
         Channel::Block => false,
     };
     Channel::ALL.into_iter().filter(stored).collect()
 }
 
 impl Payloads {
-    pub(super) fn new(channels: &Channels) -> Self {
+    pub(super) fn new(settings: &Completion) -> Self {
         Self {
-            stored: channels_of(channels).into_iter().map(|channel| (channel, Vec::new())).collect(),
+            stored: channels_of(settings).into_iter().map(|channel| (channel, Vec::new())).collect(),
             free: OccupancyGrid::default(),
             cloud: Vec::new(),
             tsdf: Vec::new(),
             coverage: Vec::new(),
             implicit: ImplicitPoints::default(),
+            touch: None,
         }
     }
 
@@ -100,6 +104,20 @@ impl Payloads {
                     let blocks = object.coverage.as_ref().expect("an object has blocks where the job stores coverage");
                     blocks.coverage(&object.kernel.solid, pose, grid, &mut self.coverage);
                     Coverage::encode_parts(sample, grid.resolution, &self.coverage, payload);
+                }
+                Channel::TouchRays => {
+                    let (Some(rays), Some(surface)) = (settings.touch.random_rays, &object.touch) else { continue };
+                    let mut stream = Stream::of_sample(made.seed, sample, "touch");
+                    let touch = self.touch.get_or_insert_with(|| TactileContacts::none(*sample));
+                    surface.random_rays(
+                        &object.kernel.render,
+                        rays,
+                        pair,
+                        settings.drop_index_zero,
+                        &mut stream,
+                        touch,
+                    );
+                    touch.encode(payload);
                 }
                 // No channel of this product.
                 Channel::Block => {}

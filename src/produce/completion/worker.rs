@@ -8,6 +8,7 @@ use super::{
     depth::DepthSource,
     payloads::{Made, Payloads},
     scene::{camera_from_world, distance, pivot_point, world_from_object},
+    touch::TouchSurface,
 };
 use crate::{
     assets::{self, AssetRecord, InsideMethod, PreparedMesh, Winding},
@@ -61,6 +62,8 @@ pub struct CompletionObject {
     /// For the channels that want them.
     pub(super) coverage: Option<CoverageBlocks>,
     pub(super) surface: Option<Surface>,
+    /// For touch, where the job wants it.
+    pub(super) touch: Option<TouchSurface>,
 }
 
 /// Why a view gave no pair.
@@ -86,6 +89,7 @@ pub struct CompletionWorker<'j> {
     job: &'j CompletionJob,
     settings: &'j Completion,
     seed: u64,
+    level: SimdLevel,
     /// The object that was loaded last, and its place in the job.
     loaded: Option<(usize, CompletionObject)>,
     rasteriser: Rasteriser,
@@ -109,13 +113,14 @@ impl<'j> CompletionWorker<'j> {
             job,
             settings,
             seed,
+            level,
             loaded: None,
             rasteriser: Rasteriser::new(level),
             grids: ViewGrids::new(level),
             sensor: SensorScratch::default(),
             crop: DepthCrop::default(),
             pair: empty_pair(settings),
-            payloads: Payloads::new(&settings.channels),
+            payloads: Payloads::new(settings),
         })
     }
 
@@ -135,6 +140,7 @@ impl<'j> CompletionWorker<'j> {
         Ok(CompletionObject::new(
             prepared,
             self.settings,
+            self.level,
             #[cfg(feature = "sim")]
             sim,
         ))
@@ -255,7 +261,12 @@ impl Producer for CompletionWorker<'_> {
 }
 
 impl CompletionObject {
-    fn new(prepared: PreparedMesh, settings: &Completion, #[cfg(feature = "sim")] sim: SimObject) -> Self {
+    fn new(
+        prepared: PreparedMesh,
+        settings: &Completion,
+        level: SimdLevel,
+        #[cfg(feature = "sim")] sim: SimObject,
+    ) -> Self {
         let PreparedMesh { mesh, record } = prepared;
         let lower = Point3::from(record.lower);
         let bounds = Aabb { min: lower, max: lower + nalgebra::Vector3::from(record.extents) };
@@ -270,6 +281,7 @@ impl CompletionObject {
             sim,
             coverage: channels.coverage.then(|| CoverageBlocks::new(&solid)),
             surface: wants_surface.then(|| Surface::new(&mesh)),
+            touch: settings.touch.random_rays.map(|_| TouchSurface::new(&mesh, level)),
             kernel: SolidObject::new(
                 &mesh,
                 solid,

@@ -5,7 +5,6 @@ mod cloud;
 mod coverage;
 mod implicit;
 mod surface;
-mod tree;
 mod tsdf;
 
 pub use cloud::point_cloud;

@@ -2,8 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::tree::Tree;
-use crate::geom::{SolidGrid, TriMesh};
+use crate::geom::{SolidGrid, TriMesh, TriangleTree};
 
 /// No neighbour across an edge.
 const NONE: u32 = u32::MAX;
@@ -17,7 +16,7 @@ pub struct Surface {
     neighbours: Vec<[u32; 3]>,
     /// Angle-weighted sums of the normals around each vertex.
     vertex_normals: Vec<[f32; 3]>,
-    tree: Tree,
+    tree: TriangleTree,
     /// Sums of triangle areas up to and with each triangle [m^2].
     areas: Vec<f64>,
 }
@@ -46,7 +45,7 @@ enum Feature {
 impl Surface {
     /// Prepares a mesh. Its winding decides the sign next to the surface, so it should turn outward.
     pub fn new(mesh: &TriMesh) -> Self {
-        let (tree, order) = Tree::new(mesh);
+        let (tree, order) = TriangleTree::new(mesh);
         let triangles: Vec<[u32; 3]> = order.iter().map(|t| mesh.triangles[*t as usize]).collect();
         let mut surface = Self {
             vertices: mesh.vertices.clone(),
