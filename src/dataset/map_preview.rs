@@ -5,14 +5,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use super::{
     DatasetError,
     durable::Temporary,
     preview::{
-        PREVIEW, Preview,
-        foxglove::{self, ArrowPrimitive, Color, PackedElementField, PointCloud, SceneEntity, SceneUpdate},
+        PREVIEW, Preview, arrow,
+        foxglove::{self, Color, PackedElementField, PointCloud, SceneEntity, SceneUpdate},
         google::protobuf::Timestamp,
     },
 };
@@ -138,21 +138,4 @@ fn arrows(field: &ReachabilityField) -> SceneUpdate {
         ..SceneEntity::default()
     };
     SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
-}
-
-/// It begins at a position and points along x of its pose.
-fn arrow(at: &Vector3<f64>, direction: &Vector3<f64>, length: f64, color: Color) -> ArrowPrimitive {
-    // Straight back: any half turn will do.
-    let turn = UnitQuaternion::rotation_between(&Vector3::x(), direction)
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
-    let (turn, place) = (turn.coords, foxglove::Vector3 { x: at.x, y: at.y, z: at.z });
-    let orientation = foxglove::Quaternion { x: turn.x, y: turn.y, z: turn.z, w: turn.w };
-    ArrowPrimitive {
-        pose: Some(foxglove::Pose { position: Some(place), orientation: Some(orientation) }),
-        shaft_length: 0.65 * length,
-        shaft_diameter: 0.08 * length,
-        head_length: 0.35 * length,
-        head_diameter: 0.22 * length,
-        color: Some(color),
-    }
 }

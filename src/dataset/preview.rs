@@ -14,7 +14,7 @@ use super::{DatasetError, DatasetReader, Selection, durable::Temporary};
 use crate::{
     geom::{DepthCrop, Frame, GridPlacement, OccupancyGrid, Pose},
     ids::SampleIndex,
-    record::VoxelPair,
+    record::{TouchContact, VoxelPair},
 };
 
 #[expect(clippy::enum_variant_names, reason = "Foxglove's names")]
@@ -26,7 +26,10 @@ pub(super) mod google {
         include!(concat!(env!("OUT_DIR"), "/google.protobuf.rs"));
     }
 }
-use foxglove::{CameraCalibration, FrameTransform, PackedElementField, PointCloud, Quaternion, RawImage, Vector3};
+use foxglove::{
+    ArrowPrimitive, CameraCalibration, Color, FrameTransform, PackedElementField, PointCloud, Quaternion, RawImage,
+    SceneEntity, SceneUpdate, Vector3,
+};
 use google::protobuf::Timestamp;
 
 /// Name of the preview in a dataset's folder.
@@ -39,6 +42,8 @@ pub struct PreviewSample {
     pub pair: VoxelPair,
     /// The depth image that the pair came from, where it is stored or was made again.
     pub depth: Option<DepthCrop>,
+    /// Where the object was touched, where that is stored.
+    pub contacts: Vec<TouchContact>,
 }
 
 /// `count` kept samples spread over a dataset, with the stored depth where there is any.
@@ -52,14 +57,20 @@ pub fn preview_samples(reader: &DatasetReader, count: u32) -> Result<Vec<Preview
     for place in 0..count {
         // The middle of each of `count` equal runs.
         if let Some(sample) = reader.sample(kept[(2 * place + 1) * kept.len() / (2 * count)])? {
-            samples.push(PreviewSample { pair: sample.pair()?, depth: sample.depth()?.map(|depth| depth.crop) });
+            let contacts = sample.touch()?.into_iter().flat_map(|(_, touch)| touch.contacts).collect();
+            samples.push(PreviewSample {
+                pair: sample.pair()?,
+                depth: sample.depth()?.map(|depth| depth.crop),
+                contacts,
+            });
         }
     }
     Ok(samples)
 }
 
 /// Writes `preview.mcap` into a folder: sample k at k seconds, on the topics `/preview/partial`, `/preview/complete`
-/// (cell centres, in the camera's frame), `/preview/depth` (16 bit, millimetres), `/preview/camera` and `/preview/tf`
+/// (cell centres, in the camera's frame), `/preview/touch` where touch is stored (an arrow along the normal at each contact:
+/// green, or orange where the camera sees it), `/preview/depth` (16 bit, millimetres), `/preview/camera` and `/preview/tf`
 /// (world -> camera, world -> object).
 ///
 /// # Errors
@@ -120,8 +131,14 @@ impl<W: std::io::Write + Seek> Preview<W> {
 }
 
 fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -> mcap::McapResult<()> {
-    let mut preview = Preview::create(file, include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin")))?;
-    for (second, PreviewSample { pair, depth }) in (0..).zip(samples) {
+    // Previews without touch carry the schema, and keep the bytes, that they had before there was any.
+    let touched = samples.iter().any(|sample| !sample.contacts.is_empty());
+    let (plain, scene): (&[u8], &[u8]) = (
+        include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin")),
+        include_bytes!(concat!(env!("OUT_DIR"), "/foxglove_scene.bin")),
+    );
+    let mut preview = Preview::create(file, if touched { scene } else { plain })?;
+    for (second, PreviewSample { pair, depth, contacts }) in (0..).zip(samples) {
         let time = Some(Timestamp { seconds: second as i64, nanos: 0 });
         preview.write(
             second,
@@ -141,6 +158,9 @@ fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -
         }
         preview.write(second, "/preview/partial", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.partial))?;
         preview.write(second, "/preview/complete", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.complete))?;
+        if touched {
+            preview.write(second, "/preview/touch", "foxglove.SceneUpdate", &touch(time, &pair.grid, contacts))?;
+        }
     }
     preview.finish()
 }
@@ -187,6 +207,48 @@ fn image(time: Option<Timestamp>, pair: &VoxelPair, depth: &DepthCrop) -> RawIma
         step: 2 * width,
         data,
         frame_id: "camera".to_owned(),
+    }
+}
+
+/// An arrow at each contact, three cells long; it takes the place of the sample's before.
+fn touch(time: Option<Timestamp>, grid: &GridPlacement, contacts: &[TouchContact]) -> SceneUpdate {
+    let arrows = contacts.iter().map(|contact| {
+        let color = match contact.visible {
+            false => Color { r: 0.0, g: 0.62, b: 0.45, a: 1.0 },
+            true => Color { r: 0.84, g: 0.37, b: 0.0, a: 1.0 },
+        };
+        let [position, normal] = [contact.position, contact.normal].map(|v| nalgebra::Vector3::from(v.map(f64::from)));
+        arrow(&position, &normal, 3.0 * grid.cell_size, color)
+    });
+    let entity = SceneEntity {
+        timestamp: time,
+        frame_id: "camera".to_owned(),
+        id: "touch".to_owned(),
+        arrows: arrows.collect(),
+        ..SceneEntity::default()
+    };
+    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
+}
+
+/// It begins at a place and points along x of its pose.
+pub(super) fn arrow(
+    at: &nalgebra::Vector3<f64>,
+    direction: &nalgebra::Vector3<f64>,
+    length: f64,
+    color: Color,
+) -> ArrowPrimitive {
+    // Straight back: any half turn will do.
+    let turn = UnitQuaternion::rotation_between(&nalgebra::Vector3::x(), direction)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), std::f64::consts::PI));
+    let (turn, place) = (turn.coords, Vector3 { x: at.x, y: at.y, z: at.z });
+    let orientation = Quaternion { x: turn.x, y: turn.y, z: turn.z, w: turn.w };
+    ArrowPrimitive {
+        pose: Some(foxglove::Pose { position: Some(place), orientation: Some(orientation) }),
+        shaft_length: 0.65 * length,
+        shaft_diameter: 0.08 * length,
+        head_length: 0.35 * length,
+        head_diameter: 0.22 * length,
+        color: Some(color),
     }
 }
 

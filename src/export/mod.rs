@@ -30,16 +30,17 @@ use crate::{
 /// What to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// `partial.npy` and `complete.npy`, one row a sample.
+    /// `partial.npy` and `complete.npy`, with touch also `tactile.npy`, one row a sample.
     Npy {
         /// Bits as stored, uint8 of shape (samples, resolution^3 / 8), for
         /// `numpy.unpackbits(..., axis=1, bitorder="little")`; otherwise bool of shape (samples, n, n, n).
         packed: bool,
     },
-    /// `<object>/view_00003_partial.binvox` and `..._complete.binvox`.
+    /// `<object>/view_00003_partial.binvox` and `..._complete.binvox`, with touch also `..._tactile.binvox`.
     Binvox,
     /// `<object>/view_00003_x.pcd` (partial) and `..._y.pcd` (complete): occupied cells by index, as the data of the
-    /// thesis has them; where depth or cloud is stored also `..._pc.pcd`: the seen points [m].
+    /// thesis has them; where depth or cloud is stored also `..._pc.pcd`: the seen points [m]; with touch `..._t.pcd`, the
+    /// touched cells by index, and `..._tc.pcd`, the contacts with their normals [m].
     Pcd,
     /// `reach_data.full`, `.sdf`, `.dims`, `.mins`, `.step` and `.csv` of a reachability dataset, after the thesis's code;
     /// their field is positive where reachable.
@@ -61,20 +62,22 @@ impl Format {
     fn layout(self) -> &'static str {
         match self {
             Self::Npy { packed: true } => {
-                "partial.npy, complete.npy: uint8 (samples, n^3 / 8), in the order of samples.csv; \
+                "partial.npy, complete.npy, with touch tactile.npy: uint8 (samples, n^3 / 8), in the order of samples.csv; \
                  numpy.unpackbits(rows, axis=1, bitorder='little')[:, :n**3].reshape(-1, n, n, n) is indexed \
                  [sample, x, y, z]"
             }
             Self::Npy { packed: false } => {
-                "partial.npy, complete.npy: bool (samples, n, n, n), indexed [sample, x, y, z], in the order of samples.csv"
+                "partial.npy, complete.npy, with touch tactile.npy: bool (samples, n, n, n), indexed [sample, x, y, z], in \
+                 the order of samples.csv"
             }
             Self::Binvox => {
-                "<stem>_partial.binvox, <stem>_complete.binvox; stems in samples.csv; translate is the grid's lower \
+                "<stem>_partial.binvox, <stem>_complete.binvox, with touch <stem>_tactile.binvox; stems in samples.csv; translate is the grid's lower \
                  corner and scale its side, in camera axes [m]"
             }
             Self::Pcd => {
                 "<stem>_x.pcd (partial), <stem>_y.pcd (complete): indices x, y, z of the occupied cells as float32; \
-                 <stem>_pc.pcd: the seen points in camera axes [m], where stored; stems in samples.csv"
+                 <stem>_pc.pcd: the seen points in camera axes [m], where stored; with touch <stem>_t.pcd: indices of \
+                 the touched cells, <stem>_tc.pcd: contacts and normals in camera axes [m]; stems in samples.csv"
             }
             Self::Graspit => {
                 "reach_data.full: 1 reachable, 0 not; reach_data.sdf: signed distance, POSITIVE where reachable (the \
@@ -208,18 +211,27 @@ struct Writer {
 impl Writer {
     fn sample(&mut self, sample: &Sample, name: &str, split: &str, target: &mut Target) -> Result<(), ExportError> {
         let pair = sample.pair()?;
+        let touched = sample.touched()?;
+        let tactile = touched.as_ref().map(|touched| &touched.tactile);
         let stem = self.stem(&pair);
         self.table.row(sample.index, &pair, name, split, &stem)?;
         match self.format {
             Format::Npy { packed } => {
                 let arrays = match &mut self.arrays {
                     Some(arrays) => arrays,
-                    None => self.arrays.insert(PairArrays::create(target, self.samples, pair.grid.resolution, packed)?),
+                    None => {
+                        let resolution = pair.grid.resolution;
+                        let arrays = PairArrays::create(target, self.samples, resolution, packed, tactile.is_some())?;
+                        self.arrays.insert(arrays)
+                    }
                 };
-                arrays.push(sample.index, &pair)
+                arrays.push(sample.index, &pair, tactile)
             }
             Format::Binvox => {
-                for (kind, grid) in [("partial", &pair.partial), ("complete", &pair.complete)] {
+                let grids =
+                    [("partial", Some(&pair.partial)), ("complete", Some(&pair.complete)), ("tactile", tactile)];
+                for (kind, grid) in grids {
+                    let Some(grid) = grid else { continue };
                     target.write(&format!("{stem}_{kind}.binvox"), &in_camera_axes(grid, &pair.grid).to_bytes())?;
                 }
                 Ok(())
@@ -227,6 +239,11 @@ impl Writer {
             Format::Pcd => {
                 target.write(&format!("{stem}_x.pcd"), &pcd::of_cells(&pair.partial))?;
                 target.write(&format!("{stem}_y.pcd"), &pcd::of_cells(&pair.complete))?;
+                if let Some(touched) = &touched {
+                    let contacts = touched.touch.iter().flat_map(|(_, touch)| touch.contacts.iter().copied());
+                    target.write(&format!("{stem}_t.pcd"), &pcd::of_cells(&touched.tactile))?;
+                    target.write(&format!("{stem}_tc.pcd"), &pcd::of_contacts(&contacts.collect::<Vec<_>>()))?;
+                }
                 match seen_points(sample, &pair)? {
                     Some(points) => target.write(&format!("{stem}_pc.pcd"), &pcd::of_points(&points)),
                     None => Ok(()),

@@ -23,16 +23,22 @@ fn head(kind: &str, shape: &[u64]) -> Vec<u8> {
     bytes
 }
 
-/// `partial.npy` and `complete.npy` while they grow.
+/// `partial.npy` and `complete.npy`, and `tactile.npy` of touch, while they grow.
 pub(super) struct PairArrays {
     resolution: u32,
     packed: bool,
-    files: [(BufWriter<File>, PathBuf); 2],
+    files: Vec<(BufWriter<File>, PathBuf)>,
     row: Vec<u8>,
 }
 
 impl PairArrays {
-    pub fn create(target: &mut Target, samples: u64, resolution: u32, packed: bool) -> Result<Self, ExportError> {
+    pub fn create(
+        target: &mut Target,
+        samples: u64,
+        resolution: u32,
+        packed: bool,
+        touched: bool,
+    ) -> Result<Self, ExportError> {
         let n = u64::from(resolution);
         let head = match packed {
             true => head("|u1", &[samples, OccupancyGrid::bytes_for(resolution) as u64]),
@@ -43,15 +49,27 @@ impl PairArrays {
             file.write_all(&head).map_err(ExportError::io("writing", &path))?;
             Ok::<_, ExportError>((file, path))
         };
-        Ok(Self { resolution, packed, files: [begun("partial.npy")?, begun("complete.npy")?], row: Vec::new() })
+        let mut files = vec![begun("partial.npy")?, begun("complete.npy")?];
+        if touched {
+            files.push(begun("tactile.npy")?);
+        }
+        Ok(Self { resolution, packed, files, row: Vec::new() })
     }
 
-    pub fn push(&mut self, index: SampleIndex, pair: &VoxelPair) -> Result<(), ExportError> {
+    /// Adds a sample; `tactile` where the arrays were begun with touch.
+    pub fn push(
+        &mut self,
+        index: SampleIndex,
+        pair: &VoxelPair,
+        tactile: Option<&OccupancyGrid>,
+    ) -> Result<(), ExportError> {
         let (found, expected) = (pair.grid.resolution, self.resolution);
         if found != expected {
             return Err(ExportError::OtherResolution { index, found, expected });
         }
-        for ((file, path), grid) in self.files.iter_mut().zip([&pair.partial, &pair.complete]) {
+        for ((file, path), grid) in
+            self.files.iter_mut().zip([&pair.partial, &pair.complete].into_iter().chain(tactile))
+        {
             let bytes = if self.packed {
                 grid.bytes()
             } else {

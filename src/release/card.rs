@@ -9,9 +9,9 @@ use super::{
     picture::{DepthRange, Eye, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture, height_map},
 };
 use crate::{
-    dataset::{DatasetError, Sample, Split},
+    dataset::{DatasetError, Sample, Split, TouchedPair},
     geom::DepthCrop,
-    record::VoxelPair,
+    record::{TouchContact, VoxelPair},
 };
 
 /// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
@@ -39,6 +39,9 @@ pub(super) fn card(sample: &Sample, pick: &Pick, object: &str, split: Option<Spl
     ] {
         html.push_str(&panel(&image(&picture.with_few_colours(), name, object), name, hint));
     }
+    if let Some(touched) = sample.touched()? {
+        html.push_str(&touch_panels(&touched, object, &behind));
+    }
     let zoom = (SIDE / pair.grid.resolution).max(1);
     let slices = Slices::new(partial, complete, free.as_ref(), centre_of_mass(complete), zoom);
     for (picture, name, hint) in [
@@ -50,6 +53,26 @@ pub(super) fn card(sample: &Sample, pick: &Pick, object: &str, split: Option<Spl
     }
     html.push_str("</div></article>\n");
     Ok(html)
+}
+
+/// What was touched, from behind: cells beside the seen ones, and contacts on the whole solid.
+fn touch_panels(touched: &TouchedPair, object: &str, behind: &VoxelPainter) -> String {
+    let TouchedPair { pair, touch, tactile, .. } = touched;
+    let cells = behind.draw_touched(&pair.partial, None, tactile);
+    let mut points = behind.draw(Some(&pair.partial), Some(&pair.complete));
+    let (lower, cell) = (pair.grid.lower_corner(), pair.grid.cell_size);
+    let place =
+        |contact: &TouchContact| std::array::from_fn(|axis| (f64::from(contact.position[axis]) - lower[axis]) / cell);
+    behind.dot(&mut points, touch.iter().flat_map(|(_, contacts)| &contacts.contacts).map(place));
+    let count: usize = touch.iter().map(|(_, contacts)| contacts.contacts.len()).sum();
+    let mut html = String::new();
+    for (picture, name, hint) in [
+        (cells, "Partial and touch, from behind", format!("green: {} touched cells", tactile.count())),
+        (points, "Touch points, from behind", format!("{count} contacts on the solid")),
+    ] {
+        html.push_str(&panel(&image(&picture.with_few_colours(), name, object), name, &hint));
+    }
+    html
 }
 
 fn heading(pair: &VoxelPair, pick: &Pick, object: &str, split: Option<Split>) -> String {

@@ -18,7 +18,7 @@ mod survey;
 mod tally;
 mod text;
 
-pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
+pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, TouchFacts, inspect};
 pub use notes::{RunNotes, Speed};
 pub use reachability::{
     AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability, pose_counts_in_words,

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use super::{
-    Inspection, ObjectFacts, Spread,
+    Inspection, ObjectFacts, Spread, TouchFacts,
     chart::{Bar, Column, Histogram, Ink, bar_chart, columns, grouped, percent, round_step, short},
     page::{bytes_in_words, escaped},
-    picture::SLICE_COLOURS,
+    picture::{Colour, SLICE_COLOURS},
     survey::Survey,
     tally::Tally,
 };
@@ -38,6 +38,9 @@ pub(super) fn header(facts: &Inspection) -> String {
     }
     if let Some(speed) = &facts.notes.speed {
         numbers.push(("samples a second", grouped(speed.rate().round() as u64)));
+    }
+    if let Some(touch) = &facts.touch {
+        numbers.push(("contacts a sample", format!("{:.1}", TouchFacts::share(touch.contacts, touch.samples))));
     }
     for (name, value) in numbers {
         let _ = write!(html, "<div><dt>{name}</dt><dd>{value}</dd></div>");
@@ -114,10 +117,12 @@ pub(super) fn sample_in_words(facts: &Inspection) -> String {
         anchor,
     );
     let colours = SLICE_COLOURS;
-    let stored = facts.channels.iter().any(|channel| channel == "visibility");
+    let has = |name: &str| facts.channels.iter().any(|channel| channel == name);
+    let (stored, touched) = (has("visibility"), facts.touch.is_some());
     for (colour, name) in [
         (Some(colours.partial), "partial: seen by the camera"),
         (Some(colours.complete), "complete: solid, not seen"),
+        (touched.then_some(Colour::TOUCHED), "touched (in the pictures from behind)"),
         (stored.then_some(colours.free), "seen to be free"),
         (Some(colours.unseen), if stored { "not solid, not seen" } else { "not solid (what is free is not stored)" }),
         (Some(colours.wrong), "seen outside the solid (an error in standard data)"),
@@ -159,6 +164,14 @@ fn channel_rows(channel: &str, n: u32) -> Vec<(&'static str, String, &'static st
         "implicit" => {
             vec![("implicit", "points, normals, distances".to_owned(), "samples of the surface and of space [m]")]
         }
+        "touch_rays" => vec![
+            (
+                "contacts",
+                "(contacts, ...)".to_owned(),
+                "where rays from behind met the object: point [m], outward normal, distance [m], which ray, seen or not",
+            ),
+            ("tactile", grid("bits"), "cells that hold a contact, same grid"),
+        ],
         _ => Vec::new(),
     }
 }
@@ -210,6 +223,9 @@ pub(super) fn distributions(survey: &Survey) -> String {
         ));
         html.push_str("</div>");
         html.push_str(&spreads(facts));
+    }
+    if let Some(touch) = &facts.touch {
+        let _ = write!(html, "<h3>Touch</h3><pre><code>{}</code></pre>", escaped(touch.to_string().trim_start()));
     }
     html.push_str("<h3>Rejected samples</h3>");
     if facts.rejected.is_empty() {

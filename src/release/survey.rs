@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Map, Value};
 
 use super::{
-    Inspection, ObjectFacts, RunNotes, Setup, SplitFacts,
+    Inspection, ObjectFacts, RunNotes, Setup, SplitFacts, TouchFacts,
     gallery::{Candidates, Pick},
     tally::Tally,
 };
@@ -132,6 +132,7 @@ impl Survey {
             seen_ratio: pass.ratio.spread(),
             solid_share: pass.solid.spread(),
             cut_off: pass.solid.count_between(0.0, 0.99),
+            touch: TouchFacts::of(reader)?,
             splits: splits.collect(),
             training_subsets: reader.splits().training_subsets.clone(),
             leaking_geometry: leaking_geometry(reader, &assets.objects),

@@ -17,7 +17,7 @@ use graspmill::{
 };
 use nalgebra::{Point3, Vector3};
 
-
+mod looking;
 #[path = "../views/meshes.rs"]
 #[allow(dead_code, reason = "the other tests want the scans, too")]
 mod meshes;

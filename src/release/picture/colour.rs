@@ -21,6 +21,8 @@ impl Colour {
     pub const PARTIAL: Self = Self([0x00, 0x72, 0xb2]);
     /// The whole solid: orange of the same set.
     pub const COMPLETE: Self = Self([0xe6, 0x9f, 0x00]);
+    /// What was touched: bluish green of the same set.
+    pub const TOUCHED: Self = Self([0x00, 0x9e, 0x73]);
     /// What should not be: reddish purple of the same set.
     pub const WRONG: Self = Self([0xcc, 0x79, 0xa7]);
 

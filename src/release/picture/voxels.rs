@@ -45,6 +45,7 @@ pub struct VoxelPainter {
 const EMPTY: u8 = 0;
 const COMPLETE: u8 = 1;
 const PARTIAL: u8 = 2;
+const TOUCHED: u8 = 3;
 
 /// Cells with an empty border of one, and what fills them.
 struct Cells {
@@ -107,12 +108,49 @@ impl VoxelPainter {
     /// # Panics
     /// If the two grids differ in resolution.
     pub fn draw(&self, partial: Option<&OccupancyGrid>, complete: Option<&OccupancyGrid>) -> Picture {
-        let cells = Cells::new(partial, complete);
-        let ramps = [Colour::COMPLETE, Colour::PARTIAL].map(ramp);
+        self.draw_cells(&Cells::new(partial, complete, None))
+    }
+
+    /// As [`VoxelPainter::draw`], with the cells of `tactile` in green over both.
+    ///
+    /// # Panics
+    /// If the grids differ in resolution.
+    pub fn draw_touched(
+        &self,
+        partial: &OccupancyGrid,
+        complete: Option<&OccupancyGrid>,
+        tactile: &OccupancyGrid,
+    ) -> Picture {
+        self.draw_cells(&Cells::new(Some(partial), complete, Some(tactile)))
+    }
+
+    /// Puts a dot on a picture of this painter at each place on the grid [cells], whatever stands before it.
+    pub fn dot(&self, picture: &mut Picture, places: impl Iterator<Item = [f64; 3]>) {
+        let Colour(ink) = Colour::TOUCHED;
+        let pixels = self.scale / f64::from(FINE);
+        let radius = (0.45 * pixels).clamp(2.5, 6.0);
+        for place in places.map(Vector3::from) {
+            let half = f64::from(self.side) / 2.0;
+            let x = (place.dot(&self.right) - self.middle[0]) * pixels + half;
+            let y = (place.dot(&self.down) - self.middle[1]) * pixels + half;
+            let span = |middle: f64| (middle - radius - 1.0).max(0.0) as u32..(middle + radius + 2.0).max(0.0) as u32;
+            for (row, column) in span(y).flat_map(|row| span(x).map(move |column| (row, column))) {
+                let away = (f64::from(column) + 0.5 - x).hypot(f64::from(row) + 0.5 - y);
+                if away <= radius && row < picture.height && column < picture.width {
+                    // A pale rim, so that dots stand out from each other and from their ground.
+                    let [r, g, b] = if away > radius - 1.0 { [250, 250, 250] } else { ink };
+                    picture.pixels[(row * picture.width + column) as usize] = [r, g, b, 255];
+                }
+            }
+        }
+    }
+
+    fn draw_cells(&self, cells: &Cells) -> Picture {
+        let ramps = [Colour::COMPLETE, Colour::PARTIAL, Colour::TOUCHED].map(ramp);
         let mut canvas = Canvas::new(self.side * FINE);
-        for face in self.faces_back_to_front(&cells) {
+        for face in self.faces_back_to_front(cells) {
             let fill = cells.fill[cells.place(face.cell)];
-            self.paint(&mut canvas, &cells, &face, &ramps[usize::from(fill - 1)]);
+            self.paint(&mut canvas, cells, &face, &ramps[usize::from(fill - 1)]);
         }
         canvas.outline(self.scale);
         canvas.smooth()
@@ -220,11 +258,11 @@ fn ramp(colour: Colour) -> [[u8; 3]; 256] {
 }
 
 impl Cells {
-    fn new(partial: Option<&OccupancyGrid>, complete: Option<&OccupancyGrid>) -> Self {
+    fn new(partial: Option<&OccupancyGrid>, complete: Option<&OccupancyGrid>, tactile: Option<&OccupancyGrid>) -> Self {
         let resolution = partial.or(complete).map_or(1, OccupancyGrid::resolution);
         let n = resolution as usize + 2;
         let mut cells = Self { n, fill: vec![EMPTY; n * n * n] };
-        for (grid, fill) in [(complete, COMPLETE), (partial, PARTIAL)] {
+        for (grid, fill) in [(complete, COMPLETE), (partial, PARTIAL), (tactile, TOUCHED)] {
             let Some(grid) = grid else { continue };
             assert_eq!(grid.resolution(), resolution, "grids of one sample share their resolution");
             for cell in grid.cells() {

@@ -1,0 +1,110 @@
+//! What readers, exports, pictures and verification make of touch.
+
+use std::{collections::BTreeMap, fs, path::PathBuf, process::Command};
+
+use graspmill::{
+    dataset::{VerifyLevel, VerifyOptions, verify},
+    export::{ExportSelection, Format, export},
+    release::{TouchFacts, inspect, report},
+    runtime::{DatasetReader, Selection},
+};
+
+use crate::{
+    python::{self, PYTHON},
+    run,
+};
+
+const JOB: &str = r#"
+name = "touch looked at"
+seed = 2
+views = { even = 12 }
+
+[[objects]]
+built_in = ["cup-01", "bowl-01"]
+
+[touch]
+random_rays = true
+rays = 60
+"#;
+
+#[test]
+fn touch_is_read_checked_exported_and_drawn() {
+    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("touch");
+    let _ = fs::remove_dir_all(&out);
+    fs::create_dir_all(&out).expect("a folder");
+    run(&out, JOB, "data", &[]);
+    let data = out.join("data");
+    let reader = DatasetReader::open(&data).expect("a dataset");
+    let mut sums = TouchFacts::default();
+    let mut first = None;
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let touched = sample.touched().expect("sound records").expect("touch is stored");
+        let (pair, touch) = (&touched.pair, &touched.touch[0].1);
+        assert_eq!((touch.sample, touch.probes), (sample.id, 60));
+        assert_eq!(
+            reader.sample_of(&sample.id).expect("read").expect("kept").touched().expect("sound"),
+            Some(touched.clone())
+        );
+        assert_eq!(touched.tactile, touch.tactile());
+        assert_eq!(touched.tactile.count_both(&pair.complete), touched.tactile.count());
+        let both = pair.partial.count() + touched.tactile.count() - pair.partial.count_both(&touched.tactile);
+        assert_eq!(touched.partial_or_tactile.count(), both);
+        sums.samples += 1;
+        sums.probes += 60;
+        sums.contacts += touch.contacts.len() as u64;
+        sums.visible += u64::from(touch.visible());
+        sums.outside += u64::from(touch.outside());
+        sums.cells += u64::from(touched.tactile.count());
+        sums.cells_in_partial += u64::from(touched.tactile.count_both(&pair.partial));
+        first.get_or_insert(touched);
+    }
+    let first = first.expect("a sample");
+    let options = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: true, threads: 1 };
+    assert!(verify(&data, options, |_| {}).expect("a manifest").is_intact());
+    let again = Command::new(env!("CARGO_BIN_EXE_graspmill"))
+        .args(["verify", "--regenerate", "24"])
+        .arg(&data)
+        .output()
+        .expect("the program");
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stdout));
+
+    let facts = inspect(&data).expect("facts");
+    assert_eq!(facts.touch, Some(sums));
+    assert!(facts.to_string().contains("of 60.0 probes a sample"), "{facts}");
+    let page = fs::read_to_string(report(&data, None).expect("a report").path).expect("a page");
+    for part in ["Touch points, from behind", "Partial and touch, from behind", "in sight of the camera", "tactile"] {
+        assert!(page.contains(part), "{part} is missing");
+    }
+
+    let bytes = fs::read(data.join("preview.mcap")).expect("a preview");
+    let mut topics = BTreeMap::new();
+    for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
+        let message = message.expect("a message");
+        let schema = message.channel.schema.as_ref().expect("a schema").name.clone();
+        *topics.entry((message.channel.topic.clone(), schema)).or_insert(0) += 1;
+    }
+    assert_eq!(topics[&("/preview/touch".to_owned(), "foxglove.SceneUpdate".to_owned())], 12);
+
+    let all = ExportSelection::default();
+    export(&data, Format::Npy { packed: true }, &out.join("npy"), &all).expect("arrays");
+    export(&data, Format::Pcd, &out.join("pcd"), &all).expect("clouds");
+    export(&data, Format::Binvox, &out.join("binvox"), &all).expect("grids");
+    let script = r#"
+import sys, numpy as np
+from pathlib import Path
+out = Path(sys.argv[1])
+grids = {kind: np.load(out / f"npy/{kind}.npy") for kind in ["partial", "complete", "tactile"]}
+assert len({grid.shape for grid in grids.values()}) == 1
+assert not (grids["tactile"] & ~grids["complete"]).any()
+clouds = sorted(out.glob("pcd/*/*_tc.pcd"))
+head, data = clouds[0].read_bytes().split(b"DATA binary\n")
+assert b"FIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\n" in head
+rows = np.frombuffer(data, "<f4").reshape(-1, 6)
+assert np.allclose(np.linalg.norm(rows[:, 3:], axis=1), 1, atol=1e-6)
+print(len(clouds), len(list(out.glob("binvox/*/*_tactile.binvox"))), len(list(out.glob("pcd/*/*_t.pcd"))), int(np.unpackbits(grids["tactile"]).sum()))
+"#;
+    let text = python::run(PYTHON, |command| command.args(["-c", script]).arg(&out));
+    assert_eq!(text.trim(), format!("24 24 24 {}", sums.cells));
+    assert!(first.tactile.count() > 0);
+}
