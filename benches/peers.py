@@ -5,6 +5,7 @@ Pairs: depth, partial 40^3 and complete 40^3 of a view, by
   - MuJoCo's GL depth (EGL, no multisampling) with numpy grids, truth looked up in a VTK 256^3 solid,
   - Open3D's ray casting in the object's box, on one thread, with numpy grids and its own occupancy for the truth.
 Depth alone: graspmill's z-buffer (from `cargo bench --bench views`) beside MuJoCo GL, Embree (embreex) and Open3D.
+Touch: graspmill's pairs a second with 40 rays a view beside its own without.
 Solid 256^3: graspmill's (from `cargo bench --bench solid`) beside VTK (pyvista), and parry from the same bench.
 
 Ratios are what counts: all are taken in one run on one machine. `make bench-peers` installs what it needs.
@@ -173,12 +174,13 @@ class Open3dChain:
         return partial, complete.reshape(N, N, N)
 
 
-def graspmill_rate(program: str, scans: list[Path]) -> dict:
+def graspmill_rate(program: str, scans: list[Path], *settings: str) -> dict:
     """The summary of a run over the scans on one thread."""
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "job.toml"
         job.write_text(JOB.format(include=", ".join(f'"{scan.name}"' for scan in scans)))
         command = [program, "run", str(job), "--out", f"{folder}/data", "--threads", "1", "--progress", "none", "--json"]
+        command += [word for setting in settings for word in ("--set", setting)]
         done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
         return json.loads(done.stdout)
 
@@ -230,6 +232,11 @@ def main() -> int:
     for name in ("pair, MuJoCo GL + numpy", "pair, Open3D + numpy"):
         time_each = clock.median(name)
         print(f"{name:34} {1e3 * time_each:9.3f} {1 / time_each:10.0f} {time_each / ours:23.1f}x")
+    # By turns, and the quickest of each: the machine has other things to do as well.
+    turns = [graspmill_rate(options.graspmill, scans, f"touch.random_rays={rays}") for rays in ("false", "true") * 5]
+    without, with_rays = (min(turn["seconds"] / turn["samples"] for turn in turns[start::2]) for start in (0, 1))
+    name = "graspmill with 40 rays of touch"
+    print(f"{name:34} {1e3 * with_rays:9.3f} {1 / with_rays:10.0f} {1 - without / with_rays:22.1%} fewer pairs/s")
     for title, bench, names in (
         ("depth", "view_16k/depth", [name for name in clock.times if name.startswith("depth")]),
         ("solid 256^3", "solid_256_of_scans/crossings", ["VTK solid 256^3", "parry solid 256^3"]),

@@ -9,11 +9,15 @@ use std::{collections::HashMap, hint::black_box, time::Duration};
 use criterion::{Criterion, criterion_group, criterion_main};
 use graspmill::{
     geom::{CameraCv, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, SimdLevel, TriMesh, ViewSet},
+    ids::{Digest, ObjectId, SampleId, ViewId},
+    job::{RandomRays, RayTarget},
+    produce::completion::TouchSurface,
+    record::{TactileContacts, VoxelPair},
     render::{Rasteriser, SensorModel},
     seed::Stream,
     voxel::{InsideTest, SolidObject, Truth, ViewGrids, solid_occupancy},
 };
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use scans::{average, scans};
 
 const VIEWS: u32 = 44;
@@ -187,5 +191,52 @@ fn larger_meshes(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, scans_of_16k, larger_meshes);
+/// Forty rays of touch, their lines of sight and their record.
+fn touch(criterion: &mut Criterion) {
+    let sample = SampleId::of_object(ObjectId(Digest([1; 32])), ViewId(0));
+    let grid = GridPlacement { resolution: 40, centre: Point3::new(0.0, 0.0, 1.0), cell_size: 0.004 };
+    let pair = |camera_from_object: &Pose<CameraCv, Object>| VoxelPair {
+        sample,
+        grid,
+        camera: Bench::new().camera,
+        camera_from_object: *camera_from_object,
+        world_from_object: Pose::identity(),
+        world_from_camera: Pose::identity(),
+        partial: OccupancyGrid::new(40),
+        complete: OccupancyGrid::new(40),
+        partial_cells: 0,
+        complete_cells: 0,
+        both_cells: 0,
+        solid_share: 1.0,
+    };
+    let meshes = scans();
+    let surfaces: Vec<TouchSurface> = meshes.iter().map(|mesh| TouchSurface::new(mesh, SimdLevel::detect())).collect();
+    let subjects: Vec<Subject> = meshes.iter().map(|mesh| Subject::new(mesh, Truth::AnyOverlap)).collect();
+    let views: Vec<_> = subjects
+        .iter()
+        .zip(&surfaces)
+        .flat_map(|(subject, surface)| {
+            subject.poses.iter().map(move |pose| (&subject.object.render, surface, pair(pose)))
+        })
+        .collect();
+    let rays = RandomRays { count: 40, target: RayTarget::Mesh };
+    let (mut touch, mut payload) = (TactileContacts::none(sample), Vec::new());
+    let mut group = criterion.benchmark_group("view_16k");
+    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    group.bench_function("touch_40_rays", |bencher| {
+        average(bencher, &views, |(render, surface, pair)| {
+            let mut stream = Stream::of_sample(1, &sample, "touch");
+            surface.random_rays(render, rays, pair, false, &mut stream, &mut touch);
+            payload.clear();
+            touch.encode(&mut payload);
+            black_box(&payload);
+        });
+    });
+    group.bench_function("touch_surface_of_a_scan", |bencher| {
+        average(bencher, &meshes, |mesh| drop(black_box(TouchSurface::new(mesh, SimdLevel::detect()))));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, scans_of_16k, larger_meshes, touch);
 criterion_main!(benches);
