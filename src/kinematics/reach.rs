@@ -384,13 +384,25 @@ impl Quadratic {
     }
 }
 
+/// Powers of the polynomials here, at most.
+const DEGREE: usize = 4;
+
 /// Roots of a polynomial (lowest power first) in -1 to 1, its turning points there, and both ends.
 fn roots_and_turns(polynomial: &[f64]) -> Vec<f64> {
-    let slope: Vec<f64> = (1..polynomial.len()).map(|power| power as f64 * polynomial[power]).collect();
-    let mut points = if slope.len() > 1 { roots_and_turns(&slope) } else { vec![-1.0, 1.0] };
-    points.sort_by(f64::total_cmp);
+    let mut slope: [f64; DEGREE] = std::array::from_fn(|power| (power + 1) as f64);
+    let slope = &mut slope[..polynomial.len() - 1];
+    slope.iter_mut().zip(&polynomial[1..]).for_each(|(power, factor)| *power *= factor);
+    let mut points = if slope.len() > 1 {
+        roots_and_turns(slope)
+    } else {
+        // Room for the roots of this and of all slopes above.
+        let mut ends = Vec::with_capacity(2 + DEGREE * (DEGREE + 1) / 2);
+        ends.extend([-1.0, 1.0]);
+        ends
+    };
+    points.sort_unstable_by(f64::total_cmp);
     let at = |factors: &[f64], t: f64| factors.iter().rev().fold(0.0, |sum, factor| sum * t + factor);
-    let mut roots = Vec::new();
+    let (mut roots, mut count) = ([0.0; DEGREE], 0);
     for pair in points.windows(2) {
         let (mut low, mut high) = (pair[0], pair[1]);
         let rising = at(polynomial, low) < 0.0;
@@ -406,7 +418,7 @@ fn roots_and_turns(polynomial: &[f64]) -> Vec<f64> {
             } else {
                 high = root
             }
-            let step = root - value / at(&slope, root);
+            let step = root - value / at(slope, root);
             let next = if low < step && step < high { step } else { 0.5 * (low + high) };
             let settled = (next - root).abs() < 1e-16;
             root = next;
@@ -414,9 +426,13 @@ fn roots_and_turns(polynomial: &[f64]) -> Vec<f64> {
                 break;
             }
         }
-        roots.push(root);
+        // No polynomial has more roots than powers, but for what rounding makes of a zero one.
+        if count < DEGREE {
+            roots[count] = root;
+            count += 1;
+        }
     }
-    points.extend(roots);
+    points.extend_from_slice(&roots[..count]);
     points
 }
 
