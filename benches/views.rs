@@ -2,17 +2,20 @@
 //!
 //! The larger meshes are scans with every triangle cut into 4, 16 and 64: the same silhouettes with more triangles.
 
+#[path = "../tests/empty_pair/mod.rs"]
+mod empty_pair;
 mod scans;
 
 use std::{collections::HashMap, hint::black_box, time::Duration};
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use empty_pair::empty_pair;
 use graspmill::{
     geom::{CameraCv, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, SimdLevel, TriMesh, ViewSet},
     ids::{Digest, ObjectId, SampleId, ViewId},
     job::{RandomRays, RayTarget},
     produce::completion::TouchSurface,
-    record::{TactileContacts, VoxelPair},
+    record::TactileContacts,
     render::{Rasteriser, SensorModel},
     seed::Stream,
     voxel::{InsideTest, SolidObject, Truth, ViewGrids, solid_occupancy},
@@ -195,20 +198,7 @@ fn larger_meshes(criterion: &mut Criterion) {
 fn touch(criterion: &mut Criterion) {
     let sample = SampleId::of_object(ObjectId(Digest([1; 32])), ViewId(0));
     let grid = GridPlacement { resolution: 40, centre: Point3::new(0.0, 0.0, 1.0), cell_size: 0.004 };
-    let pair = |camera_from_object: &Pose<CameraCv, Object>| VoxelPair {
-        sample,
-        grid,
-        camera: Bench::new().camera,
-        camera_from_object: *camera_from_object,
-        world_from_object: Pose::identity(),
-        world_from_camera: Pose::identity(),
-        partial: OccupancyGrid::new(40),
-        complete: OccupancyGrid::new(40),
-        partial_cells: 0,
-        complete_cells: 0,
-        both_cells: 0,
-        solid_share: 1.0,
-    };
+    let camera = Bench::new().camera;
     let meshes = scans();
     let surfaces: Vec<TouchSurface> = meshes.iter().map(|mesh| TouchSurface::new(mesh, SimdLevel::detect())).collect();
     let subjects: Vec<Subject> = meshes.iter().map(|mesh| Subject::new(mesh, Truth::AnyOverlap)).collect();
@@ -216,7 +206,10 @@ fn touch(criterion: &mut Criterion) {
         .iter()
         .zip(&surfaces)
         .flat_map(|(subject, surface)| {
-            subject.poses.iter().map(move |pose| (&subject.object.render, surface, pair(pose)))
+            subject
+                .poses
+                .iter()
+                .map(move |pose| (&subject.object.render, surface, empty_pair(sample, grid, camera, *pose)))
         })
         .collect();
     let rays = RandomRays { count: 40, target: RayTarget::Mesh };

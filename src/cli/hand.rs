@@ -17,9 +17,9 @@ use super::{
     printer::Printer,
 };
 use crate::{
-    collision::{Bodies, Shape, TouchTest},
+    collision::{Bodies, Geometry, Shape, TouchTest},
     geom::TouchShape,
-    hand::{Driven, Follower, Hand, Motor},
+    hand::{Driven, Follower, Hand, Motor, Mount},
     kinematics::JointKind,
     release::picture::{Colour, Picture, Solid, SolidView, solid_picture},
     seed::Stream,
@@ -103,8 +103,7 @@ struct EigengraspRow {
 
 /// The hand's shapes with their search trees, and where they sit on their links.
 struct Shapes {
-    /// Link, shape, and the shape's frame seen from the link's.
-    shapes: Vec<(usize, TouchShape, IsometryMatrix3<f64>)>,
+    shapes: Vec<(Mount, TouchShape)>,
 }
 
 /// Looks at a hand.
@@ -223,26 +222,26 @@ fn eigengrasps(hand: &Hand) -> Vec<EigengraspRow> {
 impl Shapes {
     fn new(bodies: &Bodies) -> Result<Self, crate::geom::NoSurface> {
         let all = bodies.bodies.iter().flat_map(|body| body.geometries.iter().map(|geometry| (body.link, geometry)));
-        let built = all.map(|(link, geometry)| Ok((link, TouchShape::new(&geometry.shape)?, geometry.link_from_shape)));
+        let mount = |link, geometry: &Geometry| Mount { link, link_from_frame: geometry.link_from_shape };
+        let built = all.map(|(link, geometry)| Ok((mount(link, geometry), TouchShape::new(&geometry.shape)?)));
         Ok(Self { shapes: built.collect::<Result<_, _>>()? })
     }
 
     /// How far outside of a link's surface a point of it lies [m].
     fn off_surface(&self, link: usize, point: &Point3<f64>) -> f64 {
-        let of_link = self.shapes.iter().filter(|(carrier, ..)| *carrier == link);
-        of_link.map(|(_, shape, place)| shape.distance(place, point)).fold(f64::INFINITY, f64::min)
+        let of_link = self.shapes.iter().filter(|(mount, _)| mount.link == link);
+        of_link.map(|(mount, shape)| shape.distance(&mount.link_from_frame, point)).fold(f64::INFINITY, f64::min)
     }
 
     /// The shapes at these link frames, links in steps of blue and grey.
-    fn placed(&self, frames: &[IsometryMatrix3<f64>]) -> Vec<Solid<'_>> {
+    fn placed(&self, hand: &Hand, frames: &[IsometryMatrix3<f64>]) -> Vec<Solid<'_>> {
         const COLOURS: [Colour; 3] =
             [Colour([0xc4, 0xc9, 0xd0]), Colour([0x7f, 0xa9, 0xcf]), Colour([0x3f, 0x78, 0xb0])];
         self.shapes
             .iter()
-            .map(|(link, shape, place)| {
-                let base_from_link = if *link == 0 { IsometryMatrix3::identity() } else { frames[link - 1] };
-                let colour = COLOURS[if *link == 0 { 0 } else { 1 + link % 2 }];
-                Solid { shape, place: base_from_link * place, colour }
+            .map(|(mount, shape)| {
+                let colour = COLOURS[if mount.link == 0 { 0 } else { 1 + mount.link % 2 }];
+                Solid { shape, place: hand.base_from(mount, frames), colour }
             })
             .collect()
     }
@@ -261,7 +260,7 @@ fn draw(hand: &Hand, shapes: &Shapes, folder: &Path) -> Result<Vec<PathBuf>, Fai
     let mut written = Vec::new();
     for (name, posture) in [("opened", hand.opened()), ("half_closed", half), ("closed", hand.closed())] {
         let frames = hand.link_frames(&hand.posture_values(&posture));
-        let mut solids = shapes.placed(&frames);
+        let mut solids = shapes.placed(hand, &frames);
         solids.extend((0..hand.contacts().len()).map(|contact| {
             let place = hand.contact_in_base(contact, &frames).0.coords;
             Solid {

@@ -26,6 +26,12 @@ impl GridPlacement {
         [0.5 * n, 0.5 * n, 0.45 * n]
     }
 
+    /// Grid coordinates of a point in `CameraCv` [m]: cell (x, y, z) reaches from (x, y, z) to one more along each axis.
+    pub fn coordinates_of(&self, point: [f64; 3]) -> [f64; 3] {
+        let anchor = self.anchor();
+        std::array::from_fn(|axis| (point[axis] - self.centre[axis]) / self.cell_size + anchor[axis])
+    }
+
     /// The grid's lower corner, in `CameraCv` [m].
     pub fn lower_corner(&self) -> Point3<f64> {
         let anchor = self.anchor();

@@ -9,10 +9,7 @@ use super::{
     pair::{lengthy, ranged, resolution},
     proto, sample_from_proto, wire,
 };
-use crate::{
-    geom::{GridPlacement, OccupancyGrid},
-    ids::SampleId,
-};
+use crate::{geom::OccupancyGrid, ids::SampleId};
 
 const MESSAGE: &str = "TactileContacts";
 /// How far a contact may stand outside its cell [cells]: positions are kept in single precision.
@@ -162,7 +159,7 @@ impl TactileContacts {
         let (n, found) = (grid.resolution, self.resolution);
         ranged(MESSAGE, "resolution", f64::from(found), found == n, "that of the pair")?;
         for (place, contact) in self.contacts.iter().enumerate() {
-            let at = grid_coordinates(grid, contact.position);
+            let at = grid.coordinates_of(contact.position.map(f64::from));
             let fits = match contact.cell {
                 Some(cell) => at.iter().zip(cell).all(|(at, index)| {
                     let within = at - f64::from(index);
@@ -174,10 +171,4 @@ impl TactileContacts {
         }
         Ok(())
     }
-}
-
-/// Place of a point in `CameraCv` [m] on a grid [cells].
-fn grid_coordinates(grid: &GridPlacement, position: [f32; 3]) -> [f64; 3] {
-    let anchor = grid.anchor();
-    std::array::from_fn(|axis| (f64::from(position[axis]) - grid.centre[axis]) / grid.cell_size + anchor[axis])
 }

@@ -5,10 +5,7 @@
 use std::{fs, path::Path, process::Command};
 
 use graspmill::{
-    geom::{
-        CameraCv, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, RenderMesh, SimdLevel, TriMesh,
-        rotation_from_rpy,
-    },
+    geom::{CameraCv, GridPlacement, Intrinsics, Object, Pose, RenderMesh, SimdLevel, TriMesh, rotation_from_rpy},
     ids::{Digest, ObjectId, SampleId, ViewId},
     job::{RandomRays, RayTarget},
     produce::completion::TouchSurface,
@@ -17,6 +14,10 @@ use graspmill::{
 };
 use nalgebra::{Point3, Vector3};
 
+use empty_pair::empty_pair;
+
+#[path = "../empty_pair/mod.rs"]
+mod empty_pair;
 mod looking;
 #[path = "../views/meshes.rs"]
 #[allow(dead_code, reason = "the other tests want the scans, too")]
@@ -45,20 +46,9 @@ fn sample() -> SampleId {
 
 /// A pair of empty grids of cells 2 mm wide about a point.
 fn pair(camera_from_object: Pose<CameraCv, Object>, centre: Point3<f64>) -> VoxelPair {
-    VoxelPair {
-        sample: sample(),
-        grid: GridPlacement { resolution: 40, centre, cell_size: 0.002 },
-        camera: Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("a camera"),
-        camera_from_object,
-        world_from_object: Pose::identity(),
-        world_from_camera: Pose::identity(),
-        partial: OccupancyGrid::new(40),
-        complete: OccupancyGrid::new(40),
-        partial_cells: 0,
-        complete_cells: 0,
-        both_cells: 0,
-        solid_share: 1.0,
-    }
+    let grid = GridPlacement { resolution: 40, centre, cell_size: 0.002 };
+    let camera = Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("a camera");
+    empty_pair(sample(), grid, camera, camera_from_object)
 }
 
 fn touch(mesh: &TriMesh, closed: bool, rays: RandomRays, pair: &VoxelPair, level: SimdLevel) -> TactileContacts {

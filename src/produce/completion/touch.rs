@@ -149,9 +149,7 @@ fn single(point: &Point3<f64>) -> [f32; 3] {
 
 /// The cell of a point in `CameraCv` [m]; `None` outside the grid.
 fn cell_of(grid: &GridPlacement, position: [f32; 3]) -> Option<[u32; 3]> {
-    let (anchor, n) = (grid.anchor(), f64::from(grid.resolution));
-    let cell: [f64; 3] = std::array::from_fn(|axis| {
-        ((f64::from(position[axis]) - grid.centre[axis]) / grid.cell_size + anchor[axis]).floor()
-    });
+    let n = f64::from(grid.resolution);
+    let cell = grid.coordinates_of(position.map(f64::from)).map(f64::floor);
     cell.iter().all(|index| (0.0..n).contains(index)).then(|| cell.map(|index| index as u32))
 }

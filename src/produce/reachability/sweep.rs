@@ -134,7 +134,7 @@ impl RedundantArm {
             let open = (0..BRANCHES).filter(|branch| middle[*branch].is_some());
             pieces.extend(open.map(|branch| Piece { low: pair[0], high: pair[1], branch }));
         }
-        if pieces.is_empty() && arm.branches(target, first) == [None; BRANCHES] {
+        if pieces.is_empty() && arm.find_branch(target, first, Some).is_none() {
             // A single value of the first joint, lost to rounding.
             return (PoseLabel::NoSolution, Proof::IntervalEnds);
         }
