@@ -19,7 +19,7 @@ mod shells;
 mod table;
 mod weld;
 
-pub use built_in::{DEFAULT_BUILT_INS, built_in_names, built_in_source, half_shape_names};
+pub use built_in::{DEFAULT_BUILT_INS, HalfShape, NoHalfShape, built_in_names, built_in_source};
 pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, check_report};
 pub use description::{Description, DescriptionError, missing_remedy};
 pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};

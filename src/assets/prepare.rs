@@ -361,11 +361,12 @@ fn length(metres: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assets::{built_in_names, built_in_source, half_shape_names};
+    use crate::assets::{HalfShape, built_in_names, built_in_source};
 
     #[test]
     fn every_built_in_shape_is_watertight_and_needs_no_repair() {
-        let names = built_in_names(8 * 16).chain(half_shape_names());
+        let halves = [None, Some(20), Some(300)].into_iter().flat_map(HalfShape::all).map(|shape| shape.to_string());
+        let names = built_in_names(8 * 16).chain(halves);
         for name in names.chain([
             "mug-04@16k".to_owned(),
             "can-01@16k".to_owned(),
@@ -388,6 +389,22 @@ mod tests {
                 6_000
             };
             assert!((wanted..wanted * 3 / 2).contains(&record.triangles), "{name}: {}", record.triangles);
+        }
+    }
+
+    #[test]
+    fn a_name_without_a_shape_is_refused_and_told_what_there_is() {
+        for (name, problem) in [
+            ("spoon-01", "no built-in shape is called spoon-01"),
+            ("can-1", "can-1: shapes count -01, -02, ..."),
+            ("can-01@10", "the triangles after @ are 500 to 4000000"),
+            ("half-cube-egg", "half-cube-egg: half-shapes are called half-FRONT-BACK, each of sphere, cube, diamond"),
+            ("half-cube-cube-301mm@16k", "half-cube-cube-301mm: the size of a half-shape is 20 to 300"),
+        ] {
+            let refusal = prepare(&built_in_source(name)).unwrap_err();
+            assert_eq!((refusal.file.as_str(), refusal.reason.as_str()), (name, "unknown_built_in"));
+            assert!(refusal.problem.contains(problem), "{name}: {}", refusal.problem);
+            assert!(refusal.remedy.contains("half-FRONT-BACK-80mm"), "{}", refusal.remedy);
         }
     }
 }

@@ -10,7 +10,7 @@ use super::{
     pattern,
     spec::completion::{BuiltInSpec, ObjectsSpec},
 };
-use crate::assets;
+use crate::assets::{self, HalfShape};
 
 /// The names that an entry asks for, in its order, with its `triangles`; each is a shape that can be made.
 pub(super) fn shapes(
@@ -34,7 +34,8 @@ pub(super) fn shapes(
 }
 
 fn named(checker: &mut Checker<'_>, wanted: &[String], path: &Path, default_set: &[String]) -> Vec<String> {
-    let default: Vec<String> = default_set.iter().cloned().chain(assets::half_shape_names()).collect();
+    let half_shapes = HalfShape::all(None).map(|shape| shape.to_string());
+    let default: Vec<String> = default_set.iter().cloned().chain(half_shapes).collect();
     let mut names = Vec::new();
     for (index, wanted) in wanted.iter().enumerate() {
         let before = names.len();
@@ -73,5 +74,5 @@ fn is_shape(name: &str) -> bool {
         let number: Option<u32> = number.parse().ok().filter(|parsed| *parsed > 0 && format!("{parsed:02}") == number);
         number.is_some() && families().iter().any(|known| known == family)
     });
-    in_series || assets::half_shape_names().any(|half| half == shape)
+    in_series || shape.parse::<HalfShape>().is_ok()
 }

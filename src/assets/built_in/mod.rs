@@ -1,13 +1,16 @@
 //! Built-in shapes: a household set made by formula, so that a job needs no download.
 //!
 //! A name says everything: `can-03` is the third can, `can-03@16k` the same can in at least 16,000 triangles. Every shape is a
-//! single watertight surface in metres, z up, standing on z = 0 with its main axis on z; the half-shapes stand around the
-//! origin instead. The numbers of a shape are drawn from its own stream, so that asking for more shapes changes none.
+//! single watertight surface in metres, z up, standing on z = 0 with its main axis on z; half-shapes ([`HalfShape`]) stand
+//! around the origin instead. The numbers of a shape are drawn from its own stream, so that asking for more shapes changes none.
 
+mod halves;
 mod lathe;
 mod solids;
 mod tools;
 mod tube;
+
+pub use halves::{HalfShape, NoHalfShape};
 
 use super::{MeshOrigin, MeshSource, Refuse, ScaleRule, SizeRule, mend, read::RawMesh};
 use crate::seed::Stream;
@@ -20,7 +23,7 @@ const TRIANGLES: std::ops::RangeInclusive<usize> = 500..=4_000_000;
 
 /// Names of the first `count` household shapes: families in turn, so that any number is a mixture.
 ///
-/// The half-shapes ([`half_shape_names`]) are apart.
+/// The half-shapes ([`HalfShape`]) are apart.
 pub fn built_in_names(count: usize) -> impl Iterator<Item = String> {
     (0..count).map(|place| {
         let (number, family) = (place / FAMILIES.len(), &FAMILIES[place % FAMILIES.len()]);
@@ -30,12 +33,6 @@ pub fn built_in_names(count: usize) -> impl Iterator<Item = String> {
 
 /// How many household shapes a job gets that does not say.
 pub const DEFAULT_BUILT_INS: usize = 24;
-
-/// Names of the nine conjoined half-shapes of thesis ch. 6, `half-FRONT-BACK`.
-pub fn half_shape_names() -> impl Iterator<Item = String> {
-    let halves = || solids::HALVES.iter().map(|(name, _)| *name);
-    halves().flat_map(move |front| halves().map(move |back| format!("half-{front}-{back}")))
-}
 
 /// The source of a built-in shape; whether the name is known shows when it is prepared.
 pub fn built_in_source(name: &str) -> MeshSource {
@@ -81,9 +78,8 @@ pub(super) fn make(name: &str) -> Result<RawMesh, Refuse> {
     let unknown = |problem: String| {
         let families: Vec<&str> = FAMILIES.iter().map(|family| family.name).collect();
         let remedy = format!(
-            "write FAMILY-NN or FAMILY-NN@16k with a family of {}; or half-FRONT-BACK of {}",
+            "write FAMILY-NN or FAMILY-NN@16k with a family of {}; or half-FRONT-BACK or half-FRONT-BACK-80mm",
             families.join(", "),
-            solids::HALVES.map(|(name, _)| name).join(", ")
         );
         Refuse::new("unknown_built_in", problem, remedy)
     };
@@ -104,8 +100,8 @@ pub(super) fn make(name: &str) -> Result<RawMesh, Refuse> {
     let no_such = || unknown(format!("no built-in shape is called {shape}"));
     let (family, rest) = shape.split_once('-').ok_or_else(no_such)?;
     let surface = if family == "half" {
-        let (front, back) = rest.split_once('-').ok_or_else(no_such)?;
-        solids::conjoined(front, back, triangles).ok_or_else(no_such)?
+        let half: HalfShape = shape.parse().map_err(|error| unknown(format!("{shape}: {error}")))?;
+        half.surface(triangles)
     } else {
         let family = FAMILIES.iter().find(|known| known.name == family).ok_or_else(no_such)?;
         let number = rest.parse::<u32>().ok().filter(|&number| number > 0 && format!("{number:02}") == rest);
@@ -155,5 +151,18 @@ impl Surface {
             let has_area = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
             self.faces.extend(faces.into_iter().filter(has_area));
         }
+    }
+}
+
+#[cfg(test)]
+impl Surface {
+    /// Enclosed volume [m^3].
+    fn volume(&self) -> f64 {
+        let corner = |vertex: u32| nalgebra::Vector3::from(self.positions[vertex as usize]);
+        let part = |face: &[u32; 3]| {
+            let [a, b, c] = face.map(corner);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        self.faces.iter().map(part).sum()
     }
 }

@@ -1,4 +1,4 @@
-//! Boxes, superquadrics and the conjoined half-shapes of thesis ch. 6.
+//! Boxes and superquadrics.
 
 use std::f64::consts::{PI, TAU};
 
@@ -84,121 +84,13 @@ fn sized_superquadric(axes: [f64; 3], [meridian, around]: [f64; 2], triangles: u
     surface
 }
 
-/// Section of a half-shape: distance from the axis in a direction of the middle plane, as a share of half its size.
-type Section = fn((f64, f64)) -> f64;
-
-/// The halves of thesis ch. 6 by name, with their section in the middle plane.
-pub(super) const HALVES: [(&str, Section); 3] = [
-    ("sphere", |_| 1.0),
-    ("cube", |(sin, cos)| 1.0 / libm::fmax(libm::fabs(sin), libm::fabs(cos))),
-    ("diamond", |(sin, cos)| 1.0 / (libm::fabs(sin) + libm::fabs(cos))),
-];
-
-/// Diameter of the sphere, side of the cube, diagonal of the diamond [m].
-const HALF_SHAPE_SIZE: f64 = 0.1;
-
-/// Two halves joined in the plane x = 0; the front one lies at x < 0, towards a head-on camera that looks along +x.
-pub(super) fn conjoined(front: &str, back: &str, triangles: usize) -> Option<Surface> {
-    let half = |name: &str| HALVES.iter().find(|(known, _)| *known == name).copied();
-    let (front, back) = (half(front)?, half(back)?);
-    // A column every 1/columns of a turn, a multiple of 8 so that the corners of cube and diamond are hit.
-    let columns = libm::ceil(libm::sqrt(triangles as f64) / 8.0) as usize * 8;
-    let rows = triangles.div_ceil(4 * columns) + 1;
-    let directions: Vec<(f64, f64)> = (0..columns).map(|column| direction(column, columns)).collect();
-    let mut surface = Surface::default();
-    let front_rim = half_rows(&mut surface, front, -1.0, &directions, rows, None);
-    // Where both sections reach equally far the rims share the vertex.
-    let shared = |column: usize| {
-        let same = libm::fabs((front.1)(directions[column]) - (back.1)(directions[column])) < 1e-12;
-        same.then(|| front_rim[column])
-    };
-    let shared: Vec<Option<u32>> = (0..columns).map(shared).collect();
-    let back_rim = half_rows(&mut surface, back, 1.0, &directions, rows, Some(&shared));
-    surface.join(&front_rim, &back_rim);
-    Some(surface)
-}
-
-/// sin and cos of a column, exact at the eighths of a turn where the corners are.
-fn direction(column: usize, columns: usize) -> (f64, f64) {
-    const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    const EIGHTHS: [(f64, f64); 8] = [
-        (0.0, 1.0),
-        (DIAGONAL, DIAGONAL),
-        (1.0, 0.0),
-        (DIAGONAL, -DIAGONAL),
-        (0.0, -1.0),
-        (-DIAGONAL, -DIAGONAL),
-        (-1.0, 0.0),
-        (-DIAGONAL, DIAGONAL),
-    ];
-    match (8 * column).is_multiple_of(columns) {
-        true => EIGHTHS[8 * column / columns],
-        false => libm::sincos(TAU * column as f64 / columns as f64),
-    }
-}
-
-/// The rows of one half from its tip to the rim in the middle plane; returns the rim.
-fn half_rows(
-    surface: &mut Surface,
-    (name, section): (&str, Section),
-    side: f64,
-    directions: &[(f64, f64)],
-    rows: usize,
-    shared: Option<&[Option<u32>]>,
-) -> Vec<u32> {
-    let size = HALF_SHAPE_SIZE / 2.0;
-    // Height over the middle plane and share of the section, from the tip (0) to the rim (1).
-    let place = |t: f64| match name {
-        "sphere" => {
-            let (sin, cos) = libm::sincos(t * PI / 2.0);
-            (cos, sin)
-        }
-        "cube" if t < 0.5 => (1.0, 2.0 * t),
-        "cube" => (2.0 - 2.0 * t, 1.0),
-        _ => (1.0 - t, t),
-    };
-    let rows = rows / 2 * 2 + 2;
-    let mut last: Vec<u32> = surface.row([[side * size, 0.0, 0.0]]).collect();
-    for row in 1..=rows {
-        let (height, share) = place(row as f64 / rows as f64);
-        let at = |&(sin, cos): &(f64, f64)| {
-            let radius = size * share * section((sin, cos));
-            [if row == rows { 0.0 } else { side * size * height }, radius * cos, radius * sin]
-        };
-        let next: Vec<u32> = directions
-            .iter()
-            .enumerate()
-            .map(|(column, direction)| match shared.and_then(|shared| shared[column]) {
-                Some(vertex) if row == rows => vertex,
-                _ => surface.row([at(direction)]).start,
-            })
-            .collect();
-        if side < 0.0 {
-            surface.join(&last, &next);
-        } else {
-            surface.join(&next, &last);
-        }
-        last = next;
-    }
-    last
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn volume(surface: &Surface) -> f64 {
-        let corner = |vertex: u32| nalgebra::Vector3::from(surface.positions[vertex as usize]);
-        let part = |face: &[u32; 3]| {
-            let [a, b, c] = face.map(corner);
-            a.dot(&b.cross(&c)) / 6.0
-        };
-        surface.faces.iter().map(part).sum()
-    }
-
     #[test]
     fn a_box_has_the_volume_of_its_sides() {
-        assert!((volume(&sized_cuboid([0.03, 0.11, 0.2], 5000)) / (0.03 * 0.11 * 0.2) - 1.0).abs() < 1e-12);
+        assert!((sized_cuboid([0.03, 0.11, 0.2], 5000).volume() / (0.03 * 0.11 * 0.2) - 1.0).abs() < 1e-12);
     }
 
     /// 2 a b c e f B(e/2 + 1, e) B(f/2, f/2) (Jaklic, Leonardis, Solina 2000, "Segmentation and recovery of superquadrics",
@@ -208,31 +100,10 @@ mod tests {
         let beta = |x: f64, y: f64| (libm::lgamma(x) + libm::lgamma(y) - libm::lgamma(x + y)).exp();
         for [e, f] in [[1.0, 1.0], [0.4, 1.0], [1.6, 0.5], [0.7, 1.3]] {
             let wanted = 2.0 * 0.03 * 0.05 * 0.02 * e * f * beta(e / 2.0 + 1.0, e) * beta(f / 2.0, f / 2.0);
-            let error = |triangles| volume(&sized_superquadric([0.03, 0.05, 0.02], [e, f], triangles)) / wanted - 1.0;
+            let error = |triangles| sized_superquadric([0.03, 0.05, 0.02], [e, f], triangles).volume() / wanted - 1.0;
             // An inscribed surface falls short, by less the finer it is.
             let (coarse, fine) = (error(4_000), error(64_000));
             assert!(coarse.abs() < 6e-3 && fine.abs() < 0.3 * coarse.abs(), "{e} {f}: {coarse} {fine}");
-        }
-    }
-
-    #[test]
-    fn half_shapes_have_half_of_each_volume() {
-        let size: f64 = HALF_SHAPE_SIZE;
-        let whole = |name: &str| match name {
-            "sphere" => PI / 6.0 * size.powi(3),
-            "cube" => size.powi(3),
-            _ => size.powi(3) / 6.0,
-        };
-        for (front, _) in HALVES {
-            for (back, _) in HALVES {
-                let wanted = (whole(front) + whole(back)) / 2.0;
-                let found = volume(&conjoined(front, back, 20_000).unwrap());
-                let round = [front, back].contains(&"sphere");
-                assert!(
-                    (found / wanted - 1.0).abs() < if round { 1e-3 } else { 1e-12 },
-                    "{front} {back} {found} {wanted}"
-                );
-            }
         }
     }
 }
