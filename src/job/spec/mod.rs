@@ -4,6 +4,7 @@
 //! Keys with a default are plain values here, since the profile's file fills them in before a job is read; an `Option`
 //! is a key without a default. `x-unit` is the unit of a number.
 
+pub mod built_in;
 pub mod completion;
 pub mod reachability;
 
