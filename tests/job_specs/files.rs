@@ -64,6 +64,7 @@ fn every_job_file_is_a_job_of_its_size() {
         ("fetch-reachability-sphere", 1, 5280),
         ("fetch-reachability", 1, 5280),
         ("fetch-torso-reachability", 1, 5280),
+        ("half-shapes", 36, 1),
         ("quickstart", 18, 726),
         ("release-608", 608, 726),
         ("sensor-kinect", 32, 500),

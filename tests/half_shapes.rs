@@ -1,0 +1,182 @@
+//! Half-shapes (thesis ch. 6) head-on: which backs no camera in front can tell apart, counted over datasets of the program.
+#![cfg(feature = "factory")]
+#![expect(clippy::print_stdout, reason = "figures for the log")]
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    process::Command,
+};
+
+use graspmill::{
+    dataset::DatasetReader,
+    geom::{DepthCrop, GridPlacement},
+    ids::{SampleId, ViewId},
+    record::{Visibility, VoxelPair},
+};
+
+/// Fronts, and the backs that nobody sees behind them.
+const UNSEEN: [(&str, &[&str]); 3] =
+    [("cube", &["cube", "diamond", "sphere"]), ("diamond", &["diamond"]), ("sphere", &["diamond", "sphere"])];
+
+/// What the camera saw of a shape, and what it is.
+struct Seen {
+    pair: VoxelPair,
+    depth: DepthCrop,
+    visibility: Visibility,
+}
+
+/// Size [mm] and front -> back -> what was seen.
+type Shapes = BTreeMap<(u32, String), BTreeMap<String, Seen>>;
+
+/// The shapes of `jobs/half-shapes.toml` with these settings on top.
+fn shapes(settings: &[&str]) -> Shapes {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("half-shapes");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(["run", "jobs/half-shapes.toml", "--out"]).arg(&folder);
+    command.args(settings.iter().flat_map(|setting| ["--set", setting])).args(["--progress", "none"]);
+    let output = command.output().expect("the program");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let reader = DatasetReader::open(&folder).expect("a dataset");
+    let mut shapes = Shapes::new();
+    for row in reader.assets().expect("its objects").objects {
+        let sample = reader.sample_of(&SampleId::of_object(row.object, ViewId(0))).expect("a sound shard");
+        let sample = sample.unwrap_or_else(|| panic!("{} is kept", row.name));
+        // half-FRONT-BACK-80mm, and @16k where triangles were asked for.
+        let parts: Vec<&str> = row.name.split(['-', '@']).collect();
+        let millimetres = parts[3].strip_suffix("mm").and_then(|size| size.parse().ok()).expect("a size");
+        let seen = Seen {
+            pair: sample.pair().expect("a pair"),
+            depth: sample.depth().expect("sound depth").expect("depth is stored").crop,
+            visibility: sample.visibility().expect("sound visibility").expect("visibility is stored"),
+        };
+        let backs = shapes.entry((millimetres, parts[1].to_owned())).or_default();
+        assert!(backs.insert(parts[2].to_owned(), seen).is_none(), "{} is there once", row.name);
+    }
+    assert!(!shapes.is_empty() && shapes.values().all(|backs| backs.len() == 3), "every front has every back");
+    shapes
+}
+
+/// What of two samples is equal bit for bit: depth image, placement of the grid, partial grid, cells seen to be free.
+fn equal_parts(a: &Seen, b: &Seen) -> [bool; 4] {
+    let place = |crop: &DepthCrop| [crop.left, crop.top, crop.width, crop.height];
+    let bits = |crop: &DepthCrop| crop.depth.iter().map(|depth| depth.to_bits()).collect::<Vec<_>>();
+    let grid = |grid: &GridPlacement| [grid.centre.x, grid.centre.y, grid.centre.z, grid.cell_size].map(f64::to_bits);
+    [
+        place(&a.depth) == place(&b.depth) && bits(&a.depth) == bits(&b.depth),
+        grid(&a.pair.grid) == grid(&b.pair.grid),
+        a.pair.partial == b.pair.partial,
+        a.visibility.free == b.visibility.free,
+    ]
+}
+
+/// Pixels with a return in one of two images alone.
+fn pixels_of_one(a: &Seen, b: &Seen) -> usize {
+    let differ = |&(column, row): &(u32, u32)| a.depth.at(column, row).is_nan() != b.depth.at(column, row).is_nan();
+    pixels(a).filter(differ).count()
+}
+
+/// All pixels (column, row) of the camera.
+fn pixels(seen: &Seen) -> impl Iterator<Item = (u32, u32)> {
+    let (width, height) = (seen.pair.camera.width, seen.pair.camera.height);
+    (0..height).flat_map(move |row| (0..width).map(move |column| (column, row)))
+}
+
+/// The same by closed forms. Of a back and of a diamond in front no part shows beyond the rim in the middle plane; of a cube
+/// in front its face is all that shows, of a sphere the disc of its tangents from the eye. Radii of spheres are taken `roundness`
+/// times.
+fn pixels_of_one_by_formula(millimetres: u32, front: &str, backs: [&str; 2], seen: &Seen, roundness: f64) -> usize {
+    let VoxelPair { camera, camera_from_object, .. } = &seen.pair;
+    let (radius, distance) = (f64::from(millimetres) / 2000.0, camera_from_object.translation().z);
+    let rim = camera.fx * radius / distance;
+    let within = |half: &str, radius: f64, x: f64, y: f64| match half {
+        "cube" => x.abs().max(y.abs()) <= radius,
+        "diamond" => x.abs() + y.abs() <= radius,
+        _ => x.hypot(y) <= radius * roundness,
+    };
+    let of_front = match front {
+        "cube" => camera.fx * radius / (distance - radius),
+        "diamond" => rim,
+        _ => rim / (1.0 - (radius / distance).powi(2)).sqrt(),
+    };
+    let differ = |&(column, row): &(u32, u32)| {
+        let [x, y] = [f64::from(column) + 0.5 - camera.cx, f64::from(row) + 0.5 - camera.cy];
+        let [a, b] = backs.map(|back| within(back, rim, x, y));
+        a != b && !within(front, of_front, x, y)
+    };
+    pixels(seen).filter(differ).count()
+}
+
+/// The cells of `grid` that hold a point of the image; the grid has no end here.
+fn cells(seen: &Seen, grid: &GridPlacement) -> BTreeSet<[i64; 3]> {
+    let cell = |(column, row)| {
+        let depth = seen.depth.at(column, row);
+        let point = seen.pair.camera.unproject(f64::from(column) + 0.5, f64::from(row) + 0.5, f64::from(depth));
+        (!depth.is_nan()).then(|| grid.coordinates_of(point.coords.into()).map(|index| index.floor() as i64))
+    };
+    pixels(seen).filter_map(cell).collect()
+}
+
+/// Holds every two backs of one front against each other. Of those that differ, prints the pixels and the cells that one of
+/// them alone has (a cell count each).
+fn compare(title: &str, shapes: &Shapes) {
+    println!("{title}\n{:>5} {:8} {:18} {:>7} {:>8}  cells", "mm", "front", "backs", "pixels", "formula");
+    let (mut equal, mut different) = (0, 0);
+    for ((millimetres, front), backs) in shapes {
+        let front = front.as_str();
+        let unseen = UNSEEN.iter().find(|(name, _)| *name == front).expect("a front").1;
+        let backs: Vec<(&str, &Seen)> = backs.iter().map(|(back, seen)| (back.as_str(), seen)).collect();
+        for (place, (first, a)) in backs.iter().enumerate() {
+            for (second, b) in &backs[place + 1..] {
+                let what = format!("{millimetres:>5} {front:8} {:18}", format!("{first}, {second}"));
+                let parts = equal_parts(a, b);
+                if unseen.contains(first) && unseen.contains(second) {
+                    assert_eq!(parts, [true; 4], "{what}: depth, placement, partial, free");
+                    assert_ne!(a.pair.complete, b.pair.complete, "{what}: the solids differ");
+                    equal += 1;
+                    continue;
+                }
+                different += 1;
+                // Placements may be equal: they follow from the outermost points alone.
+                assert!(!parts[0] && !parts[2] && !parts[3], "{what}: {parts:?}");
+                let pixels = pixels_of_one(a, b);
+                let by_formula =
+                    |roundness| pixels_of_one_by_formula(*millimetres, front, [first, second], a, roundness);
+                // Facets of a sphere lie inside it: between 48 meridians and 14 parallels a half, the fewest here, by
+                // 1 - cos(pi / 48) cos(pi / 56) at most.
+                let [formula, within] = [1.0, 0.996].map(by_formula);
+                // In one placement for both; the samples' own differ.
+                let [in_first, in_second] = [a, b].map(|seen| cells(seen, &a.pair.grid));
+                let alone = [in_first.difference(&in_second).count(), in_second.difference(&in_first).count()];
+                println!("{what} {pixels:7} {formula:8}  {alone:?}");
+                assert!(pixels > 0 && alone.iter().sum::<usize>() > 0, "{what}: a camera tells them apart");
+                let expected = formula.min(within)..=formula.max(within);
+                assert!(expected.contains(&pixels), "{what}: {pixels} pixels, {expected:?} by formula");
+            }
+        }
+    }
+    println!("{equal} equal, {different} different");
+    let sizes = shapes.len() / UNSEEN.len();
+    assert_eq!((equal, different), (4 * sizes, 5 * sizes));
+}
+
+#[test]
+fn the_job_has_exactly_the_ambiguous_pairs() {
+    let shapes = shapes(&[]);
+    let sizes: BTreeSet<u32> = shapes.keys().map(|(millimetres, _)| *millimetres).collect();
+    assert_eq!(sizes, BTreeSet::from([60, 80, 100, 120]));
+    compare("jobs/half-shapes.toml", &shapes);
+}
+
+/// From the smallest size to the largest, near and far, coarse and fine: rounding is never the same twice.
+#[test]
+fn so_has_every_other_size_distance_and_mesh() {
+    let sizes = "half_shapes_mm = [20, 33, 59, 77, 101, 149, 213, 299, 300]";
+    for (distance, triangles) in [("0.5", 6000), ("0.8371", 2000), ("{ fit = 0.6 }", 16_000)] {
+        let objects = format!("objects=[{{ built_in = {{ {sizes} }}, triangles = {triangles} }}]");
+        let distance = format!("distance={distance}");
+        let shapes =
+            shapes(&[&objects, &distance, "split.test_models=0", "gate.min_partial_cells=1", "camera.near=0.01"]);
+        compare(&format!("{triangles} triangles, {distance}"), &shapes);
+    }
+}
