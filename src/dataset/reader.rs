@@ -316,7 +316,7 @@ impl Sample {
     pub fn touch(&self) -> Result<Vec<(Channel, TactileContacts)>, DatasetError> {
         let stored = self.payloads.iter().filter(|(channel, _)| channel.is_touch());
         stored
-            .map(|(channel, payload)| Ok((*channel, TactileContacts::decode(payload)?)))
+            .map(|(channel, payload)| Ok((*channel, TactileContacts::decode_of(*channel, payload)?)))
             .collect::<Result<_, _>>()
             .map_err(|source| self.broken(source))
     }

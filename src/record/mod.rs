@@ -1,6 +1,6 @@
 //! What is on disk: records, their protobuf codec and schema, the format's number.
 //!
-//! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/touch.proto`,
+//! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/touch.proto`, `proto/hand.proto`,
 //! `proto/reachability.proto`). Encoding is written by hand, in tag
 //! order, straight from the record's own memory; decoding goes through the generated types and then checks every
 //! length, range and count, so that a decoded record can be trusted. Names of objects, paths, clocks and sample
@@ -12,12 +12,14 @@ mod depth;
 mod error;
 mod facts;
 mod field;
+mod hand;
 mod pair;
 #[cfg(test)]
 mod tests;
 mod touch;
 mod wire;
 
+#[allow(dead_code, reason = "TactileContacts is read as HandContacts, which has its fields")]
 pub(crate) mod proto {
     include!(concat!(env!("OUT_DIR"), "/graspmill.rs"));
 }
@@ -28,6 +30,7 @@ pub use depth::{Depth, DepthCoding};
 pub use error::RecordError;
 pub use facts::{BlockFacts, PairFacts, SampleFacts};
 pub use field::{FieldHeader, ReachabilityField};
+pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
 pub use pair::VoxelPair;
 pub use touch::{TactileContacts, TouchContact};
 
@@ -55,13 +58,17 @@ pub enum Channel {
     Implicit,
     /// [`TactileContacts`] of random rays from the far side.
     TouchRays,
+    /// [`TactileContacts`] of a hand that feels its way over what the camera did not see.
+    TouchExploration,
+    /// [`TactileContacts`] of a hand that takes hold once.
+    TouchGrasp,
     /// [`ReachabilityBlock`]: labels, proofs and witnesses of one position; every reachability sample has one.
     Block,
 }
 
 impl Channel {
     /// Every channel, in the order in which a sample's messages are written.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Pair,
         Self::Visibility,
         Self::Depth,
@@ -70,6 +77,8 @@ impl Channel {
         Self::Coverage,
         Self::Implicit,
         Self::TouchRays,
+        Self::TouchExploration,
+        Self::TouchGrasp,
         Self::Block,
     ];
 
@@ -83,14 +92,21 @@ impl Channel {
             | Self::Tsdf
             | Self::Coverage
             | Self::Implicit
-            | Self::TouchRays => Product::Completion,
+            | Self::TouchRays
+            | Self::TouchExploration
+            | Self::TouchGrasp => Product::Completion,
             Self::Block => Product::Reachability,
         }
     }
 
     /// Whether its messages are [`TactileContacts`]; each kind of touch has a channel of its own.
     pub fn is_touch(self) -> bool {
-        self == Self::TouchRays
+        self == Self::TouchRays || self.is_touch_by_hand()
+    }
+
+    /// Whether its [`TactileContacts`] have a [`HandTouch`].
+    pub fn is_touch_by_hand(self) -> bool {
+        matches!(self, Self::TouchExploration | Self::TouchGrasp)
     }
 
     /// The channel that every sample of a product has; the facts of a sample are counted in it.
@@ -112,6 +128,8 @@ impl Channel {
             Self::Coverage => "/completion/coverage",
             Self::Implicit => "/completion/implicit",
             Self::TouchRays => "/completion/touch_rays",
+            Self::TouchExploration => "/completion/touch_exploration",
+            Self::TouchGrasp => "/completion/touch_grasp",
             Self::Block => "/reachability/block",
         }
     }
@@ -132,6 +150,7 @@ impl Channel {
             Self::Coverage => "graspmill.Coverage",
             Self::Implicit => "graspmill.Implicit",
             Self::TouchRays => "graspmill.TactileContacts",
+            Self::TouchExploration | Self::TouchGrasp => "graspmill.HandContacts",
             Self::Block => "graspmill.ReachabilityBlock",
         }
     }
@@ -140,6 +159,7 @@ impl Channel {
     pub fn descriptors(self) -> &'static [u8] {
         match self {
             Self::TouchRays => include_bytes!(concat!(env!("OUT_DIR"), "/touch.bin")),
+            Self::TouchExploration | Self::TouchGrasp => include_bytes!(concat!(env!("OUT_DIR"), "/hand.bin")),
             other => descriptors(other.product()),
         }
     }
@@ -194,8 +214,8 @@ impl Checker {
                 let block = ReachabilityBlock::decode(payload)?;
                 Ok(Checked { facts: Some(block.facts().into()), ..checked(block.sample)? })
             }
-            Channel::TouchRays => {
-                let touch = TactileContacts::decode(payload)?;
+            Channel::TouchRays | Channel::TouchExploration | Channel::TouchGrasp => {
+                let touch = TactileContacts::decode_of(channel, payload)?;
                 let Some(pair) = self.pair.as_ref().filter(|pair| pair.sample == touch.sample) else {
                     return checked(touch.sample);
                 };

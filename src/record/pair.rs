@@ -78,9 +78,9 @@ impl VoxelPair {
         let sample = sample_from_proto(MESSAGE, pair.sample)?;
         let grid = placement(pair.grid)?;
         let camera = intrinsics(pair.camera)?;
-        let camera_from_object = pose("camera_from_object", &pair.camera_from_object)?;
-        let world_from_object: Pose<World, Object> = pose("world_from_object", &pair.world_from_object)?;
-        let world_from_camera: Pose<World, CameraCv> = pose("world_from_camera", &pair.world_from_camera)?;
+        let camera_from_object = pose(MESSAGE, "camera_from_object", &pair.camera_from_object)?;
+        let world_from_object: Pose<World, Object> = pose(MESSAGE, "world_from_object", &pair.world_from_object)?;
+        let world_from_camera: Pose<World, CameraCv> = pose(MESSAGE, "world_from_camera", &pair.world_from_camera)?;
         let chained = (world_from_camera * camera_from_object).to_rows();
         let error = largest_difference(&chained, &world_from_object.to_rows());
         if error > POSE_TOLERANCE {
@@ -189,22 +189,23 @@ fn intrinsics(camera: Option<proto::Camera>) -> Result<Intrinsics, RecordError> 
     Ok(Intrinsics { width, height, fx, fy, cx, cy, near })
 }
 
-fn pose<To: Frame, From: Frame>(field: &'static str, rows: &[f64]) -> Result<Pose<To, From>, RecordError> {
-    let rows: &[f64; 12] = rows.try_into().map_err(|_| RecordError::Length {
-        message: MESSAGE,
-        field,
-        expected: 12,
-        found: rows.len(),
-    })?;
+/// A rigid motion out of its twelve numbers.
+pub(super) fn pose<To: Frame, From: Frame>(
+    message: &'static str,
+    field: &'static str,
+    rows: &[f64],
+) -> Result<Pose<To, From>, RecordError> {
+    let rows: &[f64; 12] =
+        rows.try_into().map_err(|_| RecordError::Length { message, field, expected: 12, found: rows.len() })?;
     if let Some(value) = rows.iter().find(|value| !value.is_finite()) {
-        return Err(RecordError::Range { message: MESSAGE, field, value: *value, allowed: "finite" });
+        return Err(RecordError::Range { message, field, value: *value, allowed: "finite" });
     }
     let pose = Pose::from_rows(rows);
     let rotation = pose.rotation().matrix();
     let error =
         (rotation * rotation.transpose() - Matrix3::identity()).amax().max((rotation.determinant() - 1.0).abs());
     if error > POSE_TOLERANCE {
-        return Err(RecordError::Rotation { message: MESSAGE, field, error });
+        return Err(RecordError::Rotation { message, field, error });
     }
     Ok(pose)
 }

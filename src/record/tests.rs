@@ -78,6 +78,37 @@ fn touch() -> impl Strategy<Value = TactileContacts> {
     })
 }
 
+/// A hand of three links whose approaches made those contacts.
+fn hand_touch() -> impl Strategy<Value = TactileContacts> {
+    let felt = (0..3u32, 0.0..50.0f32, -2e-3..1e-3f32);
+    let approach = (prop::array::uniform6(-3.0..3.0f64), prop::array::uniform2(-1.0..2.5f64), any::<bool>());
+    (touch(), "[a-z ü]{0,9}", prop::collection::vec(felt, 50), prop::collection::vec(approach, 50)).prop_map(
+        |(mut touch, hand, felt, approaches)| {
+            let ends = |touched: bool, other: bool| match (touched, other) {
+                (true, false) => ApproachEnd::AtRest,
+                (true, true) => ApproachEnd::TimedOut,
+                (false, false) => ApproachEnd::Missed,
+                (false, true) => ApproachEnd::Unstable,
+            };
+            let touches = |probe| touch.contacts.iter().any(|contact| contact.probe == probe);
+            let approaches = (0..touch.probes).zip(approaches).map(|(probe, (pose, joints, other))| Approach {
+                camera_from_hand: Pose::from_xyz_rpy(pose),
+                joints: joints.to_vec(),
+                end: ends(touches(probe), other),
+            });
+            let felt = felt.into_iter().take(touch.contacts.len());
+            touch.hand = Some(HandTouch {
+                hand,
+                links: ["palm", "", "tip"].map(str::to_owned).to_vec(),
+                joints: ["spread", "finger"].map(str::to_owned).to_vec(),
+                felt: felt.map(|(link, force, gap)| Felt { link, force, gap }).collect(),
+                approaches: approaches.collect(),
+            });
+            touch
+        },
+    )
+}
+
 /// A pair whose grid those contacts stand on.
 fn beside(sample: SampleId) -> VoxelPair {
     let grid = OccupancyGrid::new(7);
@@ -200,6 +231,71 @@ proptest! {
         prop_assert!(moved.check_beside(&beside(touch.sample)).is_err());
         let other = VoxelPair { grid: GridPlacement { resolution: 8, ..beside(touch.sample).grid }, ..beside(touch.sample) };
         prop_assert!(touch.check_beside(&other).is_err());
+    }
+
+    #[test]
+    fn touch_by_a_hand_reads_back_and_adds_fields_alone(touch in hand_touch()) {
+        let (mut payload, mut plain) = (Vec::new(), Vec::new());
+        touch.encode(&mut payload);
+        prop_assert_eq!(&TactileContacts::decode(&payload).unwrap(), &touch);
+        let generated = proto::HandContacts::decode(payload.as_slice()).unwrap();
+        prop_assert_eq!(&generated.encode_to_vec(), &payload);
+        // What random rays would have: the same bytes, and nothing behind them.
+        TactileContacts { hand: None, ..touch.clone() }.encode(&mut plain);
+        prop_assert!(payload.starts_with(&plain) && payload.len() > plain.len());
+        prop_assert_eq!(proto::TactileContacts::decode(payload.as_slice()).unwrap().encode_to_vec(), plain.clone());
+        for channel in [Channel::TouchExploration, Channel::TouchGrasp] {
+            prop_assert_eq!(&TactileContacts::decode_of(channel, &payload).unwrap(), &touch);
+            let missing = RecordError::Missing { message: "HandContacts", field: "ends" };
+            prop_assert_eq!(TactileContacts::decode_of(channel, &plain), Err(missing));
+        }
+        prop_assert!(TactileContacts::decode_of(Channel::TouchRays, &plain).is_ok());
+        prop_assert!(TactileContacts::decode_of(Channel::TouchRays, &payload).is_err());
+    }
+
+    #[test]
+    fn touch_by_a_hand_that_contradicts_itself_is_refused(touch in hand_touch(), place in any::<prop::sample::Index>()) {
+        let mut payload = Vec::new();
+        touch.encode(&mut payload);
+        let generated = proto::HandContacts::decode(payload.as_slice()).unwrap();
+        let refused = |lie: &dyn Fn(&mut proto::HandContacts)| {
+            let mut lying = generated.clone();
+            lie(&mut lying);
+            TactileContacts::decode(&lying.encode_to_vec()).is_err()
+        };
+        let approach = place.index(touch.probes as usize);
+        let lies: [&dyn Fn(&mut proto::HandContacts); 11] = [
+            &|touch| touch.links.clear(),
+            &|touch| touch.joints.push("third".to_owned()),
+            &|touch| touch.link.push(0),
+            &|touch| touch.forces.extend([0; 4]),
+            &|touch| touch.gaps.extend([0; 3]),
+            &|touch| _ = touch.ends.pop(),
+            &|touch| touch.ends[approach] = 4,
+            &|touch| _ = touch.camera_from_hand.pop(),
+            &|touch| touch.camera_from_hand[12 * approach + 5] += 0.1,
+            &|touch| touch.joint_values[2 * approach] = f64::NAN,
+            &|touch| (touch.ends, touch.camera_from_hand, touch.joint_values) = Default::default(),
+        ];
+        for (number, lie) in lies.into_iter().enumerate() {
+            prop_assert!(refused(lie), "lie {}", number);
+        }
+        let count = touch.contacts.len();
+        prop_assume!(count > 0);
+        let place = place.index(count);
+        let barren = touch.contacts[place].probe as usize;
+        let float = |bytes: &mut Vec<u8>, value: f32| bytes[4 * place..][..4].copy_from_slice(&value.to_le_bytes());
+        let lies: [&dyn Fn(&mut proto::HandContacts); 6] = [
+            &|touch| touch.link[place] = 3,
+            &|touch| float(&mut touch.forces, -1e-3),
+            &|touch| float(&mut touch.forces, f32::INFINITY),
+            &|touch| float(&mut touch.gaps, f32::NAN),
+            &|touch| touch.ends[barren] = ApproachEnd::Missed as u8,
+            &|touch| touch.ends[barren] = ApproachEnd::Unstable as u8,
+        ];
+        for (number, lie) in lies.into_iter().enumerate() {
+            prop_assert!(refused(lie), "lie {} at {}", number, place);
+        }
     }
 
     #[test]
@@ -392,6 +488,8 @@ fn every_channel_has_its_topic_and_its_message() {
     }
     assert!(!text(Product::Completion).contains("Reachability"), "one product's shards must not change with another's");
     assert!(!text(Product::Completion).contains("Tactile"), "shards without touch must not change with it");
+    let of_rays = String::from_utf8_lossy(Channel::TouchRays.descriptors()).into_owned();
+    assert!(!of_rays.contains("Hand"), "shards of rays must not change with touch by hands");
     assert!(text(Product::Reachability).contains("ReachabilityField"));
 }
 

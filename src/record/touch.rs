@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use prost::Message;
 
 use super::{
-    RecordError, VoxelPair,
+    Channel, HandTouch, RecordError, VoxelPair,
     channels::{broken, floats, triples},
     pair::{lengthy, ranged, resolution},
     proto, sample_from_proto, wire,
@@ -20,13 +20,13 @@ const MOST_PROBES: u32 = 1 << 20;
 /// One place where something touched the object, in `CameraCv`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TouchContact {
-    /// Which probe: of random rays the ray, counted from 0.
+    /// Which probe, counted from 0: of random rays the ray, of a hand its approach.
     pub probe: u32,
     /// Where [m].
     pub position: [f32; 3],
     /// Outward unit normal of the surface there.
     pub normal: [f32; 3],
-    /// How far the probe came from where it started [m].
+    /// How far the probe came from where it started [m]; a hand, until it touched first.
     pub distance: f32,
     /// Whether nothing of the object stands between the contact and the camera.
     pub visible: bool,
@@ -47,14 +47,16 @@ pub struct TactileContacts {
     pub probes: u32,
     /// In the order of the probes.
     pub contacts: Vec<TouchContact>,
-    /// Where each probe started that touched nothing, in their order, in `CameraCv` [m].
+    /// Where each probe started that touched nothing, in their order, in `CameraCv` [m]; of a hand, its palm.
     pub misses: Vec<[f32; 3]>,
+    /// What a hand felt besides; `None` where something else touched.
+    pub hand: Option<HandTouch>,
 }
 
 impl TactileContacts {
     /// No contact, to be filled.
     pub fn none(sample: SampleId) -> Self {
-        Self { sample, resolution: 1, probes: 0, contacts: Vec::new(), misses: Vec::new() }
+        Self { sample, resolution: 1, probes: 0, contacts: Vec::new(), misses: Vec::new(), hand: None }
     }
 
     /// Cells that hold a contact, on the pair's grid.
@@ -91,15 +93,18 @@ impl TactileContacts {
         wire::uint32s(out, 9, contacts.iter().map(|contact| number(contact.cell)));
         wire::uint32(out, 10, self.outside());
         wire::triples(out, 11, self.misses.iter().copied());
+        self.hand.iter().for_each(|hand| hand.encode(out));
     }
 
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range or not finite, or a normal is not of unit length.
+    /// When lengths do not fit each other, a number is out of range or not finite, a normal is not of unit length, the pose
+    /// of a hand is no rigid motion, or an approach that missed or blew up has a contact.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
-        let touch = proto::TactileContacts::decode(payload).map_err(broken(MESSAGE))?;
-        let sample = sample_from_proto(MESSAGE, touch.sample)?;
+        // What a hand adds has numbers of its own: the fields up to 11 are those of TactileContacts.
+        let mut touch = proto::HandContacts::decode(payload).map_err(broken(MESSAGE))?;
+        let sample = sample_from_proto(MESSAGE, touch.sample.take())?;
         let n = resolution(MESSAGE, touch.resolution)?;
         let probes = touch.probes;
         ranged(MESSAGE, "probes", f64::from(probes), (1..=MOST_PROBES).contains(&probes), "1 to 1048576")?;
@@ -141,12 +146,29 @@ impl TactileContacts {
         }
         let misses = triples(MESSAGE, "misses", &touch.misses)?;
         lengthy(MESSAGE, "misses", probes as usize - touching, misses.len())?;
-        let read = Self { sample, resolution: n, probes, contacts, misses };
+        let hand = HandTouch::decode(&touch, probes, &contacts)?;
+        let read = Self { sample, resolution: n, probes, contacts, misses, hand };
         if read.outside() != touch.outside {
             let (stated, counted) = (touch.outside, read.outside());
             return Err(RecordError::Count { message: MESSAGE, field: "outside", stated, counted });
         }
         Ok(read)
+    }
+
+    /// Reads and checks a payload of a channel of touch: those of hands say what the hand felt, no other does.
+    ///
+    /// # Errors
+    /// As [`TactileContacts::decode`].
+    pub fn decode_of(channel: Channel, payload: &[u8]) -> Result<Self, RecordError> {
+        let read = Self::decode(payload)?;
+        match &read.hand {
+            None if channel.is_touch_by_hand() => Err(RecordError::Missing { message: "HandContacts", field: "ends" }),
+            Some(hand) if !channel.is_touch_by_hand() => {
+                let (expected, found) = (0, hand.approaches.len());
+                Err(RecordError::Length { message: MESSAGE, field: "ends", expected, found })
+            }
+            _ => Ok(read),
+        }
     }
 
     /// Holds the contacts against the pair of their sample: each stands in the cell that it names, and one that names

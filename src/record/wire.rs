@@ -105,6 +105,15 @@ pub(super) fn doubles(out: &mut Vec<u8>, field: u32, values: &[f64]) {
     }
 }
 
+/// [`doubles`] one by one.
+pub(super) fn doubles_of(out: &mut Vec<u8>, field: u32, values: impl Iterator<Item = f64> + Clone) {
+    let count = values.clone().count();
+    if count > 0 {
+        bytes_header(out, field, 8 * count);
+        out.extend(values.flat_map(f64::to_le_bytes));
+    }
+}
+
 /// A nested message shorter than 128 bytes, so that its length is one byte, known afterwards.
 fn short_message(out: &mut Vec<u8>, field: u32, write: impl FnOnce(&mut Vec<u8>)) {
     key(out, field, LENGTH);

@@ -46,7 +46,7 @@ pub fn channels_of(settings: &Completion) -> Vec<Channel> {
         Channel::Coverage => channels.coverage,
         Channel::Implicit => channels.implicit.is_some(),
         Channel::TouchRays => settings.touch.random_rays.is_some(),
-        Channel::Block => false,
+        Channel::TouchExploration | Channel::TouchGrasp | Channel::Block => false,
     };
     Channel::ALL.into_iter().filter(stored).collect()
 }
@@ -119,8 +119,8 @@ impl Payloads {
                     );
                     touch.encode(payload);
                 }
-                // No channel of this product.
-                Channel::Block => {}
+                // No job asks for a hand, and blocks are of another product.
+                Channel::TouchExploration | Channel::TouchGrasp | Channel::Block => {}
                 Channel::Implicit => {
                     let counts = settings.channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
                     let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");

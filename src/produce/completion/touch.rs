@@ -59,6 +59,7 @@ impl TouchSurface {
         (out.sample, out.resolution, out.probes) = (pair.sample, pair.grid.resolution, rays.count);
         out.contacts.clear();
         out.misses.clear();
+        out.hand = None;
         match rays.target {
             RayTarget::Mesh => {
                 let reach = render.reach(self.level, camera_from_object);
