@@ -1,6 +1,6 @@
 //! `graspmill run`.
 
-use std::time::Instant;
+use std::{collections::BTreeMap, time::Instant};
 
 use serde::Serialize;
 
@@ -14,8 +14,8 @@ use super::{
     words,
 };
 use crate::{
-    dataset::{Counts, Manifest, PoseCounts},
-    ids::Product,
+    dataset::{Counts, Manifest, NumberClass, PoseCounts},
+    ids::{Digest, Product},
     plan::Sides,
     release::{RunNotes, Speed, pose_counts_in_words},
     run::{self, Crew, Event, RunSummary, RunTask},
@@ -27,6 +27,7 @@ struct RunReport<'a> {
     dataset: String,
     product: Product,
     root: String,
+    classes: &'a BTreeMap<NumberClass, Digest>,
     finished_before: bool,
     samples: u64,
     kept: u64,
@@ -105,6 +106,7 @@ fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds
         dataset: arguments.out.display().to_string(),
         product: *product,
         root: manifest.root.hex(),
+        classes: &manifest.classes,
         finished_before: *finished_before,
         samples: counts.samples,
         kept: counts.kept,
@@ -155,6 +157,10 @@ fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) ->
         lines.push(format!("{} meshes were refused:", counts.refused_meshes));
     }
     lines.extend(manifest.warnings.iter().map(|warning| format!("warning: {warning}")));
+    // Of one class alone, the root over all says it.
+    if manifest.classes.len() > 1 {
+        lines.extend(manifest.classes.iter().map(|(class, root)| format!("{} {root}", class.name())));
+    }
     lines.push(format!("root {}", manifest.root));
     lines.join("\n")
 }

@@ -21,10 +21,11 @@ use super::{
     layout::{ASSETS, JOB, MANIFEST, REJECTS, SHARDS, SPLITS, files_of},
     merkle::{self, Tree},
     read_mark,
+    roots::{ClassChannels, Leaf, Roots},
     shard_file::{ShardFile, invalid},
 };
 use crate::{
-    ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex},
+    ids::{Digest, JobDigest, ObjectId, Product},
     record::{Channel, FORMAT_VERSION, FieldHeader, SampleFacts},
 };
 
@@ -39,6 +40,8 @@ pub struct DatasetHeader {
     pub job_text: String,
     /// How equal the numbers of its channels are on two machines.
     pub class: NumberClass,
+    /// Channels whose numbers are of another class, where they are stored.
+    pub channel_classes: BTreeMap<Channel, NumberClass>,
     /// What the numbers of class physics and colour depend on; empty for exact ones.
     pub platform: BTreeMap<String, String>,
     /// The asset table: one JSON object a row, each with at least `object` (64 hexadecimal digits) and `name`. Paths
@@ -50,6 +53,13 @@ pub struct DatasetHeader {
     pub tables: ProductTables,
     /// Things a user should know.
     pub warnings: Vec<String>,
+}
+
+impl DatasetHeader {
+    fn classes_of(&self, channels: &[Channel]) -> ClassChannels {
+        let of = |channel| self.channel_classes.get(&channel).copied().unwrap_or(self.class);
+        ClassChannels::new(channels, self.class, of)
+    }
 }
 
 /// What the files of one product say.
@@ -78,8 +88,8 @@ impl ProductTables {
 }
 
 /// Closes a dataset whose shards are all done: checks that every sample index is accounted for once, writes the index
-/// and the tables, and the manifest last. Reads the shards' ledgers only, one at a time, and keeps 56 bytes a sample; the
-/// field of a reachability dataset is made of all blocks and stands in memory (14 bytes a cell).
+/// and the tables, and the manifest last. Reads the shards' ledgers only, one at a time, and keeps 64 bytes a sample and
+/// class; the field of a reachability dataset is made of all blocks and stands in memory (14 bytes a cell).
 ///
 /// Equal shards and headers give equal files. A dataset that is already closed is closed again.
 ///
@@ -108,33 +118,28 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     if !missing.is_empty() {
         return Err(DatasetError::MissingShards { shards: mark.shards, missing });
     }
-    let mut pass = Pass::begin(folder, &mark, &objects, splits.as_ref())?;
+    let mut pass = Pass::begin(folder, &mark, &objects, splits.as_ref(), header)?;
     for done in scan.done.values() {
         pass.shard(&ShardFile::open(&done.path)?, done.digest, done.bytes)?;
     }
     pass.complete()?;
-    let Pass { index, rejects, sums, channels, leaves, .. } = pass;
+    let Pass { index, rejects, sums, channels, classes, leaves, .. } = pass;
     rejects.finish(folder)?;
     index.map_or(Ok(()), |index| index.finish(folder))?;
-    let (samples_root, rejects_root) = roots(leaves, &objects)?;
+    let roots = Roots::new(leaves, &classes, &objects)?;
     let field = match &header.tables {
         ProductTables::Completion { .. } => None,
         ProductTables::Reachability { field } => Some(write_field(folder, &header.job, field, &sums.shards)?),
     };
-    let root = merkle::dataset_root(
-        &[(header.class.name(), samples_root)],
-        &rejects_root,
-        &asset_tree(&header.assets),
-        field.as_ref(),
-        &header.job,
-    );
+    let root = roots.dataset(&asset_tree(&header.assets), field.as_ref(), &header.job);
     write_tables(folder, header, splits.as_ref())?;
     let manifest = Manifest {
         format_version: FORMAT_VERSION,
         generator: header.generator.clone(),
         product: mark.product,
         root,
-        classes: BTreeMap::from([(header.class, samples_root)]),
+        classes: roots.classes,
+        class_topics: classes.topics(),
         platform: header.platform.clone(),
         job: header.job,
         topics: channels.iter().map(|channel| channel.topic().to_owned()).collect(),
@@ -216,54 +221,6 @@ pub(super) fn asset_names(folder: &Path, assets: &[serde_json::Value]) -> Result
     Ok(objects)
 }
 
-/// A sample's leaf of the root, small: objects by rank, sorting as `SampleId` does.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Leaf {
-    object: u32,
-    instance: u32,
-    view: u32,
-    camera: u32,
-    index: u64,
-    kept: bool,
-    digest: Digest,
-}
-
-impl Leaf {
-    pub fn new(rank: u32, row: &LedgerRow, channels: &[Channel]) -> Self {
-        let SampleId { instance, view, camera, .. } = row.sample;
-        let digest = match &row.fate {
-            Fate::Kept(digests) => {
-                let mut payloads: Vec<_> = channels.iter().map(|channel| channel.topic()).zip(digests).collect();
-                payloads.sort_unstable_by_key(|(topic, _)| *topic);
-                merkle::sample_leaf(&row.sample, payloads)
-            }
-            Fate::Rejected { reason, detail } => merkle::reject_leaf(&row.sample, reason, detail),
-        };
-        let kept = matches!(row.fate, Fate::Kept(_));
-        Self { object: rank, instance, view: view.0, camera, index: row.index.0, kept, digest }
-    }
-}
-
-/// Roots over the kept samples and over the rejects.
-pub(super) fn roots(mut leaves: Vec<Leaf>, objects: &Objects) -> Result<(Digest, Digest), DatasetError> {
-    leaves.sort_unstable();
-    let key = |leaf: &Leaf| (leaf.object, leaf.instance, leaf.view, leaf.camera);
-    if let Some(pair) = leaves.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])) {
-        let object = objects.keys().nth(pair[0].object as usize).map_or_else(String::new, |object| object.0.short());
-        let Leaf { instance, view, camera, .. } = pair[0];
-        return Err(DatasetError::DuplicateSample {
-            id: format!("{object}.{instance}.{view}.{camera}"),
-            first: SampleIndex(pair[0].index),
-            second: SampleIndex(pair[1].index),
-        });
-    }
-    let (mut samples, mut rejects) = (Tree::default(), Tree::default());
-    for leaf in leaves {
-        if leaf.kept { &mut samples } else { &mut rejects }.push(leaf.digest);
-    }
-    Ok((samples.root(), rejects.root()))
-}
-
 /// Counts that grow with each shard.
 #[derive(Default)]
 struct Sums {
@@ -281,7 +238,9 @@ struct Pass<'a> {
     /// Opened with the first ledger, which names the channels.
     index: Option<IndexWriter>,
     rejects: Rejects,
+    header: &'a DatasetHeader,
     channels: Vec<Channel>,
+    classes: ClassChannels,
     leaves: Vec<Leaf>,
     sums: Sums,
 }
@@ -292,6 +251,7 @@ impl<'a> Pass<'a> {
         mark: &'a RunMark,
         objects: &'a Objects,
         splits: Option<&'a SplitTable>,
+        header: &'a DatasetHeader,
     ) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, REJECTS)?;
         Ok(Self {
@@ -301,7 +261,9 @@ impl<'a> Pass<'a> {
             folder,
             index: None,
             rejects: Rejects { out: BufWriter::new(file), temporary },
+            header,
             channels: Vec::new(),
+            classes: header.classes_of(&[]),
             leaves: Vec::with_capacity(mark.samples as usize),
             sums: Sums::default(),
         })
@@ -312,6 +274,7 @@ impl<'a> Pass<'a> {
         self.belongs(&ledger).map_err(|problem| invalid(&shard.path, problem))?;
         if self.index.is_none() {
             self.channels.clone_from(&ledger.channels);
+            self.classes = self.header.classes_of(&ledger.channels);
             self.index = Some(IndexWriter::create(self.folder, self.mark.product, &ledger.channels)?);
         }
         let mut kept = 0;
@@ -373,7 +336,7 @@ impl<'a> Pass<'a> {
         let (rank, name, hex) = self.objects.get(&row.sample.subject).ok_or_else(|| unknown("asset table"))?;
         let split = self.splits.map(|splits| splits.of(&row.sample).ok_or_else(|| unknown("split table")));
         let split: Option<Split> = split.transpose()?;
-        self.leaves.push(Leaf::new(*rank, row, &self.channels));
+        self.leaves.extend(Leaf::of_row(*rank, row, &self.classes));
         match &row.fate {
             Fate::Kept(_) => {
                 if let Some(split) = split {

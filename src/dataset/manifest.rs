@@ -55,6 +55,9 @@ pub struct Manifest {
     pub root: Digest,
     /// Digest of the samples of each class of numbers.
     pub classes: BTreeMap<NumberClass, Digest>,
+    /// Topics of each class; empty where there is one class alone.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub class_topics: BTreeMap<NumberClass, Vec<String>>,
     /// What the numbers of class physics and colour depend on; empty for exact ones.
     pub platform: BTreeMap<String, String>,
     /// The job.
@@ -186,6 +189,17 @@ impl Manifest {
         self.topics.iter().filter_map(|topic| Channel::from_topic(topic)).collect()
     }
 
+    /// The class of a channel's numbers; `None` of one that is not stored.
+    pub fn class_of(&self, channel: Channel) -> Option<NumberClass> {
+        let of = |(class, topics): (&NumberClass, &Vec<String>)| {
+            topics.iter().any(|topic| topic == channel.topic()).then_some(*class)
+        };
+        match self.class_topics.is_empty() {
+            true => self.topics.iter().find(|topic| *topic == channel.topic()).and(self.classes.keys().next().copied()),
+            false => self.class_topics.iter().find_map(of),
+        }
+    }
+
     /// Path of a shard's file.
     pub fn shard_path(&self, folder: &Path, shard: usize) -> PathBuf {
         folder.join(super::layout::SHARDS).join(&self.shards[shard].file)
@@ -209,6 +223,7 @@ impl Manifest {
         {
             return refuse(format!("the topics are not those of {} in order, {} first", self.product, leading.topic()));
         }
+        self.check_classes().map_err(|problem| invalid(path, problem))?;
         let mut next = 0;
         for (place, shard) in self.shards.iter().enumerate() {
             let named = ShardName::parse(&shard.file);
@@ -245,6 +260,26 @@ impl Manifest {
         let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
         if names != files_of(self.product) {
             return refuse(format!("it names the files {names:?}"));
+        }
+        Ok(())
+    }
+
+    /// Each topic is of one class; `Err` says in words which is not.
+    fn check_classes(&self) -> Result<(), String> {
+        let named: Vec<&NumberClass> = self.class_topics.keys().collect();
+        let classes: Vec<&NumberClass> = self.classes.keys().collect();
+        match classes.len() {
+            0 => return Err("it names no class of numbers".to_owned()),
+            1 if named.is_empty() => return Ok(()),
+            _ if named != classes || classes.len() == 1 => {
+                return Err(format!("it has roots of {classes:?} and topics of {named:?}"));
+            }
+            _ => {}
+        }
+        let mut topics: Vec<&String> = self.class_topics.values().flatten().collect();
+        topics.sort_by_key(|topic| Channel::from_topic(topic));
+        if topics != self.topics.iter().collect::<Vec<_>>() || self.class_topics.values().any(Vec::is_empty) {
+            return Err(format!("its classes are of the topics {topics:?}, it has {:?}", self.topics));
         }
         Ok(())
     }

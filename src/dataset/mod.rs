@@ -34,6 +34,7 @@ mod measure;
 mod merkle;
 mod preview;
 mod reader;
+mod roots;
 mod shard;
 mod shard_file;
 mod split;

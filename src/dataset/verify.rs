@@ -11,14 +11,14 @@ use std::{
 };
 
 use super::{
-    DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest, ShardEntry,
+    DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest, NumberClass, ShardEntry,
     durable::TEMPORARY,
     error::{REMAKE, REWRITE},
     field,
-    finish::{Leaf, asset_names, asset_tree, roots},
+    finish::{Objects, asset_names, asset_tree},
     folder::{hash_file, sorted_entries},
     layout::{ASSETS, FIELD, SHARDS},
-    merkle,
+    roots::{ClassChannels, Leaf, Roots},
     shard_file::{ShardFile, StoredMessage},
 };
 use crate::{
@@ -117,7 +117,8 @@ impl VerifyReport {
     }
 }
 
-/// Checks a finished dataset; damage is in the report, not an error. Memory: a chunk a thread, 56 bytes a sample.
+/// Checks a finished dataset; damage is in the report, not an error. Memory: a chunk a thread, 64 bytes a sample and
+/// class.
 ///
 /// # Errors
 /// When there is no readable manifest, or the operating system refuses to list the folder.
@@ -161,36 +162,55 @@ pub fn verify(
         intact_shards += u32::from(shard.problems.is_empty());
         problems.extend(shard.problems);
         leaves = match (leaves, shard.ledger, &ranks) {
-            (Some(mut leaves), Some(ledger), Some(ranks)) => {
-                let known = ledger.rows.iter().map(|row| {
-                    ranks.get(&row.sample.subject).map(|(rank, _, _)| Leaf::new(*rank, row, &ledger.channels))
-                });
-                known.collect::<Option<Vec<_>>>().map(|more| {
-                    leaves.extend(more);
-                    leaves
-                })
-            }
+            (Some(leaves), Some(ledger), Some(ranks)) => with_leaves_of(leaves, &ledger, &manifest, ranks),
             _ => None,
         };
     }
     let field = check_field(&context, intact_shards, &mut problems);
     let mut calculated = None;
     if let (Some(leaves), Some(ranks), Ok(assets), Ok(field)) = (leaves, &ranks, &assets, field) {
-        match roots(leaves, ranks) {
-            Ok((samples, rejects)) => {
-                let classes: Vec<_> = manifest.classes.keys().map(|class| (class.name(), samples)).collect();
-                let root = merkle::dataset_root(&classes, &rejects, &asset_tree(assets), field.as_ref(), &manifest.job);
+        match Roots::new(leaves, &classes_of(&manifest.channels(), &manifest), ranks) {
+            Ok(roots) => {
+                let root = roots.dataset(&asset_tree(assets), field.as_ref(), &manifest.job);
                 calculated = Some(root);
-                if root != manifest.root {
-                    let what = format!("root digest: saved {}, calculated {}", manifest.root.short(), root.short());
-                    problems.push(whole("manifest.json", what, REWRITE));
-                }
+                compare_roots(&manifest, &roots, &root, &mut problems);
             }
             Err(error) => problems.push(whole("manifest.json", error.to_string(), REWRITE)),
         }
     }
     let product = manifest.product;
     Ok(VerifyReport { product, saved: manifest.root, calculated, checked, payloads, intact_shards, problems, notes })
+}
+
+/// The class of each of a ledger's channels, as the manifest says it.
+fn classes_of(channels: &[Channel], manifest: &Manifest) -> ClassChannels {
+    let main = manifest.class_of(Channel::leading(manifest.product)).unwrap_or(NumberClass::Exact);
+    ClassChannels::new(channels, main, |channel| manifest.class_of(channel).unwrap_or(main))
+}
+
+/// Takes the rows of a ledger; `None` when one's object is unknown.
+fn with_leaves_of(mut leaves: Vec<Leaf>, ledger: &Ledger, manifest: &Manifest, ranks: &Objects) -> Option<Vec<Leaf>> {
+    let channels = classes_of(&ledger.channels, manifest);
+    for row in &ledger.rows {
+        let (rank, _, _) = ranks.get(&row.sample.subject)?;
+        leaves.extend(Leaf::of_row(*rank, row, &channels));
+    }
+    Some(leaves)
+}
+
+/// The root over all, and that of each class.
+fn compare_roots(manifest: &Manifest, roots: &Roots, root: &Digest, problems: &mut Vec<Problem>) {
+    let mut compare = |what: &str, saved: &Digest, calculated: Option<&Digest>| {
+        if calculated != Some(saved) {
+            let calculated = calculated.map_or_else(|| "none".to_owned(), Digest::short);
+            let what = format!("{what}: saved {}, calculated {calculated}", saved.short());
+            problems.push(whole("manifest.json", what, REWRITE));
+        }
+    };
+    compare("root digest", &manifest.root, Some(root));
+    for (class, saved) in &manifest.classes {
+        compare(&format!("digest of class {}", class.name()), saved, roots.classes.get(class));
+    }
 }
 
 /// The field against the shards' blocks and itself, where the product has one: the digest of its payload. `Err` when it

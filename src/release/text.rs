@@ -12,6 +12,9 @@ impl fmt::Display for Inspection {
         let rejected = self.rejected.values().sum::<u64>();
         writeln!(f, "{}: {}, format {}, made by {}", self.name, self.product, self.format_version, self.generator)?;
         writeln!(f, "  root      {}", self.root)?;
+        for (class, root) in &self.classes {
+            writeln!(f, "  {:<9} {root}", class.name())?;
+        }
         writeln!(f, "  job       {}", self.job)?;
         let [planned, kept, lost] = [self.planned, self.kept, rejected].map(grouped);
         writeln!(f, "  samples   {planned} planned = {kept} kept + {lost} rejected")?;

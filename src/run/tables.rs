@@ -43,6 +43,7 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
         job: job.digest(),
         job_text: job.to_toml(folder),
         class,
+        channel_classes: BTreeMap::new(),
         platform,
         assets,
         refused: job.refused().iter().map(json).collect(),

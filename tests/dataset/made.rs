@@ -9,7 +9,10 @@ use graspmill::{
     },
     geom::{GridPlacement, Intrinsics, OccupancyGrid, Pose, rotation_from_rpy},
     ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
-    record::{Channel, PairFacts, Visibility, VoxelPair},
+    record::{
+        Approach, ApproachEnd, Channel, Felt, HandTouch, PairFacts, TactileContacts, TouchContact, Visibility,
+        VoxelPair,
+    },
 };
 use nalgebra::{Point3, Vector3};
 
@@ -23,12 +26,15 @@ pub struct Made {
     /// Every so many samples one is rejected.
     pub reject_every: u64,
     pub channels: Vec<Channel>,
+    /// Of what class touch by hands is.
+    pub hands: NumberClass,
 }
 
 impl Default for Made {
     fn default() -> Self {
         let channels = vec![Channel::Pair, Channel::Visibility];
-        Self { objects: 3, views: 11, shard_samples: 8, resolution: 40, reject_every: 7, channels }
+        let hands = NumberClass::Physics;
+        Self { objects: 3, views: 11, shard_samples: 8, resolution: 40, reject_every: 7, channels, hands }
     }
 }
 
@@ -83,6 +89,7 @@ impl Made {
                 match channel {
                     Channel::Pair => pair.encode(&mut payload),
                     Channel::Visibility => Visibility::encode_parts(&id, &free(&pair), &mut payload),
+                    channel if channel.is_touch() => touch(*channel, &pair).encode(&mut payload),
                     other => unimplemented!("{other:?}"),
                 }
                 writer.write(place, &id, *channel, &payload).unwrap();
@@ -105,6 +112,9 @@ impl Made {
             job: job(),
             job_text: "seed = 1\n".to_owned(),
             class: NumberClass::Exact,
+            channel_classes: [Channel::TouchExploration, Channel::TouchGrasp]
+                .map(|channel| (channel, self.hands))
+                .into(),
             platform: Default::default(),
             assets: (0..self.objects).map(asset).collect(),
             refused: vec![],
@@ -168,6 +178,40 @@ pub fn pair(sample: SampleId, salt: u64, resolution: u32) -> VoxelPair {
         complete_cells,
         solid_share: 0.99,
     }
+}
+
+/// Every seventh cell of the far side, touched in its middle; a hand's first approach of three finds them, the second
+/// nothing, and the third blows up.
+pub fn touch(channel: Channel, pair: &VoxelPair) -> TactileContacts {
+    let (n, lower) = (pair.grid.resolution, pair.grid.lower_corner());
+    let first = if channel == Channel::TouchExploration { 0 } else { 3 };
+    let mut touch = TactileContacts { resolution: n, probes: 3, ..TactileContacts::none(pair.sample) };
+    for [x, y, z] in pair.complete.cells().filter(|[x, y, z]| (x + 3 * y) % 7 == first && *z > n / 2) {
+        let middle = lower + Vector3::from([x, y, z].map(|index| f64::from(index) + 0.5)) * pair.grid.cell_size;
+        touch.contacts.push(TouchContact {
+            probe: 0,
+            position: middle.coords.map(|part| part as f32).into(),
+            normal: [0.0, 0.0, 1.0],
+            distance: 0.01,
+            visible: x == 0,
+            cell: Some([x, y, z]),
+        });
+    }
+    let missed = if touch.contacts.is_empty() { 3 } else { 2 };
+    touch.misses = vec![[0.0, 0.0, 1.0]; missed];
+    if channel.is_touch_by_hand() {
+        let felt = (0..touch.contacts.len() as u32).map(|k| Felt { link: k % 2, force: k as f32, gap: -1e-5 });
+        let ends = [ApproachEnd::AtRest, ApproachEnd::Missed, ApproachEnd::Unstable];
+        let approach = |end| Approach { camera_from_hand: Pose::identity(), joints: vec![0.1], end };
+        touch.hand = Some(HandTouch {
+            hand: "claw".to_owned(),
+            links: vec!["palm".to_owned(), "tip".to_owned()],
+            joints: vec!["finger".to_owned()],
+            felt: felt.collect(),
+            approaches: ends.map(approach).to_vec(),
+        });
+    }
+    touch
 }
 
 pub fn free(pair: &VoxelPair) -> OccupancyGrid {

@@ -1,5 +1,6 @@
 //! The format, from the outside.
 
+mod classes;
 mod damage;
 mod golden;
 mod made;

@@ -133,6 +133,7 @@ impl Shelf {
             job,
             job_text: "name = \"shelf\"\nseed = 1\n".to_owned(),
             class: NumberClass::Exact,
+            channel_classes: Default::default(),
             platform: Default::default(),
             assets: SHAPES.iter().map(asset).collect(),
             refused: vec![serde_json::json!({

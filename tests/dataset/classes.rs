@@ -1,0 +1,163 @@
+//! Datasets whose channels are of two classes of numbers: a root each.
+
+use std::{fs, path::Path};
+
+use graspmill::{
+    dataset::{DatasetReader, Fate, Manifest, NumberClass, Selection, VerifyLevel, VerifyOptions, verify},
+    geom::OccupancyGrid,
+    ids::Digest,
+    record::{Channel, TactileContacts},
+};
+
+use crate::made::{Made, names, pair, touch};
+
+const FULL: VerifyOptions = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: true, threads: 1 };
+
+fn made(channels: &[Channel]) -> Made {
+    Made { resolution: 12, channels: channels.to_vec(), ..Made::default() }
+}
+
+const PLAIN: [Channel; 3] = [Channel::Pair, Channel::Visibility, Channel::TouchRays];
+const BOTH: [Channel; 5] =
+    [Channel::Pair, Channel::Visibility, Channel::TouchRays, Channel::TouchExploration, Channel::TouchGrasp];
+
+/// The digest of some topics of all samples, as docs/format.md says it.
+fn root_of(reader: &DatasetReader, topics: &[&str]) -> Digest {
+    let mut leaves = Vec::new();
+    for shard in 0..reader.manifest().shards.len() {
+        let ledger = reader.ledger(shard).unwrap();
+        for row in &ledger.rows {
+            let Fate::Kept(digests) = &row.fate else { continue };
+            let mut payloads: Vec<_> = ledger.channels.iter().map(|channel| channel.topic()).zip(digests).collect();
+            payloads.retain(|(topic, _)| topics.contains(topic));
+            payloads.sort();
+            let id = row.sample.to_bytes();
+            let words = payloads.iter().flat_map(|(topic, digest)| [topic.as_bytes(), &digest.0]);
+            leaves.push((id, Digest::of_parts([b"sample".as_slice(), &id].into_iter().chain(words))));
+        }
+    }
+    leaves.sort_by_key(|(id, _)| *id);
+    let mut level: Vec<Digest> = leaves.into_iter().map(|(_, leaf)| leaf).collect();
+    while level.len() > 1 {
+        let node = |pair: &[Digest]| match pair {
+            [left, right] => Digest::of_parts([b"node".as_slice(), &left.0, &right.0]),
+            single => single[0],
+        };
+        level = level.chunks(2).map(node).collect();
+    }
+    level[0]
+}
+
+#[test]
+fn each_class_has_the_root_of_its_topics_alone() {
+    let (plain, both) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    made(&PLAIN).finish(plain.path());
+    made(&BOTH).finish(both.path());
+    let (plain, both) = (DatasetReader::open(plain.path()).unwrap(), DatasetReader::open(both.path()).unwrap());
+    let (one, two) = (plain.manifest(), both.manifest());
+    let hands = ["/completion/touch_exploration", "/completion/touch_grasp"];
+    let rest = ["/completion/pair", "/completion/visibility", "/completion/touch_rays"];
+    assert_eq!(one.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact]);
+    assert!(one.class_topics.is_empty());
+    assert_eq!(two.classes[&NumberClass::Exact], one.classes[&NumberClass::Exact], "hands change no other class");
+    assert_eq!(two.classes[&NumberClass::Exact], root_of(&both, &rest));
+    assert_eq!(two.classes[&NumberClass::Physics], root_of(&both, &hands));
+    assert_eq!(two.class_topics[&NumberClass::Exact], rest);
+    assert_eq!(two.class_topics[&NumberClass::Physics], hands);
+    assert_eq!(two.class_of(Channel::TouchGrasp), Some(NumberClass::Physics));
+    assert_eq!((two.class_of(Channel::Pair), two.class_of(Channel::Cloud)), (Some(NumberClass::Exact), None));
+    assert_eq!((one.class_of(Channel::Pair), one.class_of(Channel::TouchGrasp)), (Some(NumberClass::Exact), None));
+    for reader in [&plain, &both] {
+        let report = verify(reader.folder(), FULL, |_| {}).unwrap();
+        assert!(report.is_intact(), "{:?}", report.problems);
+        assert_eq!(report.calculated, Some(reader.manifest().root));
+    }
+}
+
+/// What the words of docs/format.md leave out for datasets of one class.
+#[test]
+fn one_class_leaves_no_trace_of_the_others() {
+    let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    // Hands whose class is that of all else, and a class of channels that are not stored.
+    let single = Made { hands: NumberClass::Exact, ..made(&BOTH) };
+    single.finish(one.path());
+    made(&PLAIN).finish(other.path());
+    for folder in [one.path(), other.path()] {
+        let text = fs::read_to_string(folder.join("manifest.json")).unwrap();
+        assert!(!text.contains("class_topics") && !text.contains("physics"), "{text}");
+    }
+    let reader = DatasetReader::open(one.path()).unwrap();
+    let topics = BOTH.map(Channel::topic);
+    assert_eq!(reader.manifest().classes[&NumberClass::Exact], root_of(&reader, &topics));
+}
+
+fn change(folder: &Path, from: &str, to: &str) {
+    let path = folder.join("manifest.json");
+    let text = fs::read_to_string(&path).unwrap();
+    assert_eq!(text.matches(from).count(), 1, "{from}");
+    fs::write(path, text.replace(from, to)).unwrap();
+}
+
+#[test]
+fn a_root_that_is_not_its_classs_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    made(&BOTH).finish(folder.path());
+    let saved = Manifest::read(folder.path()).unwrap().classes[&NumberClass::Physics];
+    change(folder.path(), &saved.hex(), &Digest::of(b"other").hex());
+    let report = verify(folder.path(), FULL, |_| {}).unwrap();
+    let what: Vec<&str> = report.problems.iter().map(|problem| problem.what.as_str()).collect();
+    let expected =
+        format!("digest of class physics: saved {}, calculated {}", Digest::of(b"other").short(), saved.short());
+    assert_eq!(what, [expected]);
+}
+
+#[test]
+fn a_manifest_that_forgets_a_topics_class_is_refused() {
+    for (from, to) in [
+        (",\n      \"/completion/touch_grasp\"\n    ]", "\n    ]"),
+        ("\"class_topics\"", "\"warnings\": [], \"class_topics\""),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        made(&BOTH).finish(folder.path());
+        change(folder.path(), from, to);
+        assert!(Manifest::read(folder.path()).is_err(), "{to}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    made(&BOTH).finish(folder.path());
+    let path = folder.path().join("manifest.json");
+    let mut manifest: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    manifest.as_object_mut().unwrap().remove("class_topics");
+    fs::write(&path, manifest.to_string()).unwrap();
+    let error = Manifest::read(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("it has roots of [Exact, Physics] and topics of []"), "{error}");
+}
+
+#[test]
+fn all_kinds_of_touch_of_a_sample_are_joined() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = made(&BOTH);
+    made.finish(folder.path());
+    assert_eq!(names(&folder.path().join("shards")).len(), made.mark().shards as usize);
+    let reader = DatasetReader::open(folder.path()).unwrap();
+    let (mut samples, mut cells) = (0, 0);
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.unwrap();
+        let touched = sample.touched().unwrap().expect("touch is stored");
+        let pair = pair(sample.id, sample.index.0, made.resolution);
+        let kinds: Vec<(Channel, TactileContacts)> =
+            [Channel::TouchRays, Channel::TouchExploration, Channel::TouchGrasp]
+                .map(|channel| (channel, touch(channel, &pair)))
+                .to_vec();
+        let mut tactile = OccupancyGrid::new(made.resolution);
+        let cells_of = kinds.iter().flat_map(|(_, touch)| touch.contacts.iter().filter_map(|contact| contact.cell));
+        cells_of.for_each(|cell| tactile.set(cell));
+        assert_eq!(touched.touch, kinds);
+        assert_eq!(touched.partial_or_tactile, pair.partial.either(&tactile));
+        // Rays and exploration touch other cells: each kind adds its own.
+        assert_eq!(tactile.count(), kinds[0].1.tactile().count() + kinds[1].1.tactile().count());
+        assert_eq!((&touched.tactile, &touched.pair), (&tactile, &pair));
+        (samples, cells) = (samples + 1, cells + tactile.count());
+    }
+    assert_eq!(samples, reader.manifest().counts.kept);
+    assert!(cells > 0);
+}
