@@ -128,8 +128,8 @@ impl fmt::Display for Product {
 }
 
 digest_id! {
-    /// A subject by content: the digest of an object's prepared mesh (metres, repaired), or of a robot's description,
-    /// whatever file it came from.
+    /// A subject by content: the digest of an object's prepared mesh (metres, repaired), or of the description of a robot or
+    /// a hand, whatever file it came from.
     ObjectId
 }
 digest_id! {

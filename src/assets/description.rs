@@ -25,11 +25,17 @@ impl DescriptionError {
     pub fn remedy(&self) -> &'static str {
         match (self.source.kind(), &self.by) {
             (io::ErrorKind::NotFound, Some(_)) => missing_remedy(&self.path),
+            (io::ErrorKind::NotFound, None) if self.path.extension().is_some_and(|ending| ending == TABLE) => {
+                "a hand's table stands beside its description under the same name: docs/hands.md"
+            }
             (io::ErrorKind::NotFound, None) => "check the path: it starts at the job file's folder",
             _ => "see that the file can be read",
         }
     }
 }
+
+/// Ending of a hand's table.
+const TABLE: &str = "toml";
 
 /// How to get a file that a robot's description names.
 pub fn missing_remedy(file: &Path) -> &'static str {
@@ -66,6 +72,20 @@ impl Description {
         let parts = walk.digests.iter().map(|digest| digest.0.as_slice());
         let digest = Digest::of_parts([b"graspmill description".as_slice()].into_iter().chain(parts));
         Ok(Self { name: walk.name.unwrap_or_else(|| "MuJoCo Model".to_owned()), digest })
+    }
+}
+
+impl Description {
+    /// Reads a hand's MJCF file and what it names, and the table beside it, which has the same name and ends in `.toml`.
+    ///
+    /// # Errors
+    /// When a file can't be read.
+    pub fn of_hand(path: &Path) -> Result<Self, DescriptionError> {
+        let Self { name, digest } = Self::read(path)?;
+        let table = path.with_extension(TABLE);
+        let bytes = fs::read(&table).map_err(|source| DescriptionError { path: table, by: None, source })?;
+        let digest = Digest::of_parts([b"graspmill hand".as_slice(), &digest.0, &Digest::of(&bytes).0]);
+        Ok(Self { name, digest })
     }
 }
 
@@ -228,6 +248,19 @@ mod tests {
         write(folders[1].path(), MAIN, b"a");
         fs::write(folders[1].path().join("parts/b.stl"), "B").unwrap();
         assert_ne!(digest(1).unwrap(), first, "another mesh of an included file");
+        fs::write(folders[1].path().join("parts/b.stl"), "b").unwrap();
+        let hand = |place: usize| Description::of_hand(&folders[place].path().join("robot.xml"));
+        let error = hand(1).unwrap_err();
+        assert!(error.to_string().contains("robot.toml") && error.remedy().contains("docs/hands.md"), "{error}");
+        folders.iter().for_each(|folder| fs::write(folder.path().join("robot.toml"), "x = 1").unwrap());
+        let with_table = hand(0).unwrap();
+        assert_eq!((&with_table.name, hand(1).unwrap()), (&first.name, with_table.clone()), "another folder");
+        assert_ne!(with_table.digest, first.digest);
+        fs::write(folders[1].path().join("robot.toml"), "x = 2").unwrap();
+        assert_ne!(hand(1).unwrap(), with_table, "another table");
+        fs::write(folders[1].path().join("parts/b.stl"), "B").unwrap();
+        fs::write(folders[1].path().join("robot.toml"), "x = 1").unwrap();
+        assert_ne!(hand(1).unwrap(), with_table, "another mesh of a hand");
         fs::remove_file(folders[1].path().join("parts/b.stl")).unwrap();
         let error = digest(1).unwrap_err().to_string();
         assert!(error.contains("b.stl") && error.contains("arm.xml"), "{error}");

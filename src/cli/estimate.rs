@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     ids::Product,
-    job::{Estimate, Work, expected_bytes},
+    job::{Estimate, Work, expected_bytes, seconds_of_hands},
     run::{Crew, PilotRate, pilot},
 };
 
@@ -29,7 +29,11 @@ struct EstimateJson {
     estimate: Estimate,
     core_hours: f64,
     threads: usize,
+    /// Of one thread, without hands.
     pilot: PilotRate,
+    /// What hands are expected to add to a sample [s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hand_seconds_per_sample: Option<f64>,
     refused_meshes: usize,
     /// Of reachability: the most by which any rotation differs from the nearest orientation of the grid [rad].
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -42,10 +46,11 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
     let cancel = machine::cancel_on_signals()?;
     let open = jobs::open(&arguments.job, &crew, &cancel, &|_| {})?;
     let (job, plan) = (&open.job, &open.plan);
-    let rate = pilot(job, plan, PILOT_SAMPLES, crew.level, &cancel).map_err(run_failure)?;
+    let rate = pilot(&job.without_hands(), plan, PILOT_SAMPLES, crew.level, &cancel).map_err(run_failure)?;
     let subjects = job.subjects() as f64;
-    let core_seconds =
-        plan.samples as f64 * rate.seconds_per_sample * (1.0 + WRITING) + 2.0 * subjects * rate.seconds_per_subject;
+    let of_hands = seconds_of_hands(job);
+    let per_sample = rate.seconds_per_sample * (1.0 + WRITING) + of_hands;
+    let core_seconds = plan.samples as f64 * per_sample + 2.0 * subjects * rate.seconds_per_subject;
     let wall = core_seconds / crew.threads as f64;
     let bytes = expected_bytes(job, rate.raw_bytes_per_sample);
     let rate_per_second = plan.samples as f64 / wall.max(f64::MIN_POSITIVE);
@@ -57,6 +62,7 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
             core_hours: core_seconds / 3600.0,
             threads: crew.threads,
             pilot: rate,
+            hand_seconds_per_sample: (of_hands > 0.0).then_some(of_hands),
             refused_meshes: job.refused().len(),
             covering_radius: job.reachability().map(|work| work.poses.covering().radius),
         })?;
@@ -73,10 +79,14 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
                 (what, format!("{}\n", work.poses.covering()))
             }
         };
+        let of_hands = match of_hands > 0.0 {
+            true => format!(" and {:.0} ms of hands, which the pilot leaves out", 1e3 * of_hands),
+            false => String::new(),
+        };
         printer.result(&format!(
             "{what} in {shards} shards\n\
              about {:.1} MB on disk\n\
-             about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample, {:.1} ms {}, over {} samples)\n\
+             about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample{of_hands}, {:.1} ms {}, over {} samples)\n\
              {more}job {}",
             bytes / 1e6,
             duration_text(std::time::Duration::from_secs_f64(seconds)),

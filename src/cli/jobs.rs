@@ -84,6 +84,10 @@ pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
         robots: &super::robot_reader::faults,
         #[cfg(not(feature = "sim"))]
         robots: &job::no_robots,
+        #[cfg(feature = "sim")]
+        hands: &hand_fault,
+        #[cfg(not(feature = "sim"))]
+        hands: &job::no_hands,
     };
     JobDraft::read(text, &surroundings).map_err(|errors| job_failure(&errors))
 }
@@ -93,6 +97,12 @@ fn scene_camera(camera: &job::SceneCamera) -> Result<crate::geom::Intrinsics, St
     crate::sim::scene_camera(&camera.scene, &camera.camera)
         .map(|(intrinsics, _)| intrinsics)
         .map_err(|error| error.to_string())
+}
+
+/// Whether the simulator takes the hand.
+#[cfg(feature = "sim")]
+fn hand_fault(hand: &job::JobHand) -> Result<(), String> {
+    crate::sim::HandModel::open(&hand.scene).map(drop).map_err(|error| error.to_string())
 }
 
 fn job_failure(errors: &JobErrors) -> Failure {

@@ -55,7 +55,7 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
         let reader = DatasetReader::open(folder)?;
         if open.digest != reader.manifest().job {
             let message = format!(
-                "{}: its meshes, robot or settings give job {}, the manifest says {}: samples cannot be made again here",
+                "{}: its meshes, robot, hand or settings give job {}, the manifest says {}: samples cannot be made again here",
                 job_file.display(),
                 open.digest.0.short(),
                 reader.manifest().job.0.short()

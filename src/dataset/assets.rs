@@ -10,19 +10,22 @@ use super::{
 };
 use crate::ids::ObjectId;
 
-/// `assets.json`: the objects, sorted by id, and the meshes that could not be used.
+/// `assets.json`: the objects, sorted by id, the hands that touched, and the meshes that could not be used.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct AssetTable {
     /// One row an object.
     pub objects: Vec<AssetRow>,
+    /// One row a hand; empty without touch by hands.
+    #[serde(default)]
+    pub hands: Vec<AssetRow>,
     /// Refused meshes, in any form.
     pub refused: Vec<serde_json::Value>,
 }
 
-/// One object: what every row has, and whatever else is known about it.
+/// One object, or one hand: what every row has, and whatever else is known about it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct AssetRow {
-    /// The object by content.
+    /// The object, or the hand, by content.
     pub object: ObjectId,
     /// Its name in the job.
     pub name: String,

@@ -47,6 +47,8 @@ pub struct DatasetHeader {
     /// The asset table: one JSON object a row, each with at least `object` (64 hexadecimal digits) and `name`. Paths
     /// and clocks must not stand in it: it is part of the root digest.
     pub assets: Vec<serde_json::Value>,
+    /// The hands that touched, in rows like those of the objects and part of the root digest like them.
+    pub hands: Vec<serde_json::Value>,
     /// Meshes that could not be used, in any form.
     pub refused: Vec<serde_json::Value>,
     /// What its product has beside.
@@ -108,6 +110,7 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
         return Err(DatasetError::Invalid { path: folder.to_owned(), problem, remedy: "give another --out" });
     }
     let objects = asset_names(folder, &header.assets)?;
+    asset_names(folder, &header.hands)?;
     let splits = match &header.tables {
         ProductTables::Completion { splits } => Some(splits.clone().checked(&folder.join(SPLITS))?),
         ProductTables::Reachability { .. } => None,
@@ -131,7 +134,7 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
         ProductTables::Completion { .. } => None,
         ProductTables::Reachability { field } => Some(write_field(folder, &header.job, field, &sums.shards)?),
     };
-    let root = roots.dataset(&asset_tree(&header.assets), field.as_ref(), &header.job);
+    let root = roots.dataset(&asset_tree(header.assets.iter().chain(&header.hands)), field.as_ref(), &header.job);
     write_tables(folder, header, splits.as_ref())?;
     let manifest = Manifest {
         format_version: FORMAT_VERSION,
@@ -167,13 +170,20 @@ fn pretty(value: &impl Serialize) -> String {
 }
 
 fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTable>) -> Result<(), DatasetError> {
-    let mut objects = header.assets.clone();
-    objects.sort_by_key(object_of);
-    let assets = serde_json::json!({
+    let sorted = |rows: &[serde_json::Value]| {
+        let mut rows = rows.to_vec();
+        rows.sort_by_key(object_of);
+        rows
+    };
+    let mut assets = serde_json::json!({
         "format_version": FORMAT_VERSION,
-        "objects": objects,
+        "objects": sorted(&header.assets),
         "refused": header.refused,
     });
+    // Tables without hands keep the text that they had before there were any.
+    if !header.hands.is_empty() {
+        assets["hands"] = sorted(&header.hands).into();
+    }
     durable::write_file(folder, ASSETS, pretty(&assets).as_bytes())?;
     if let Some(splits) = splits {
         durable::write_file(folder, SPLITS, pretty(splits).as_bytes())?;
@@ -183,8 +193,8 @@ fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTabl
 }
 
 /// Root over the rows of the asset table, in order of their objects.
-pub(super) fn asset_tree(assets: &[serde_json::Value]) -> Digest {
-    let mut rows: Vec<_> = assets.iter().map(|row| (object_of(row), merkle::canonical_json(row))).collect();
+pub(super) fn asset_tree<'a>(assets: impl Iterator<Item = &'a serde_json::Value>) -> Digest {
+    let mut rows: Vec<_> = assets.map(|row| (object_of(row), merkle::canonical_json(row))).collect();
     rows.sort();
     let mut tree = Tree::default();
     rows.iter().for_each(|(_, row)| tree.push(merkle::asset_leaf(row)));

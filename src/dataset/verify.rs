@@ -140,7 +140,7 @@ pub fn verify(
         }
     };
     let assets = read_assets(folder);
-    let ranks = assets.as_ref().ok().and_then(|rows| asset_names(folder, rows).ok());
+    let ranks = assets.as_ref().ok().and_then(|rows| asset_names(folder, &rows.objects).ok());
     if let Err(what) = &assets {
         problems.push(whole(ASSETS, what.clone(), REWRITE));
     }
@@ -171,7 +171,11 @@ pub fn verify(
     if let (Some(leaves), Some(ranks), Ok(assets), Ok(field)) = (leaves, &ranks, &assets, field) {
         match Roots::new(leaves, &classes_of(&manifest.channels(), &manifest), ranks) {
             Ok(roots) => {
-                let root = roots.dataset(&asset_tree(assets), field.as_ref(), &manifest.job);
+                let root = roots.dataset(
+                    &asset_tree(assets.objects.iter().chain(&assets.hands)),
+                    field.as_ref(),
+                    &manifest.job,
+                );
                 calculated = Some(root);
                 compare_roots(&manifest, &roots, &root, &mut problems);
             }
@@ -277,13 +281,17 @@ fn check_files(folder: &Path, manifest: &Manifest) -> Vec<Problem> {
     problems
 }
 
-fn read_assets(folder: &Path) -> Result<Vec<serde_json::Value>, String> {
-    #[derive(serde::Deserialize)]
-    struct Assets {
-        objects: Vec<serde_json::Value>,
-    }
+/// The rows of the asset table that stand in the root.
+#[derive(serde::Deserialize)]
+struct AssetRows {
+    objects: Vec<serde_json::Value>,
+    #[serde(default)]
+    hands: Vec<serde_json::Value>,
+}
+
+fn read_assets(folder: &Path) -> Result<AssetRows, String> {
     let text = fs::read(folder.join(ASSETS)).map_err(|error| error.to_string())?;
-    serde_json::from_slice::<Assets>(&text).map(|assets| assets.objects).map_err(|error| error.to_string())
+    serde_json::from_slice(&text).map_err(|error| error.to_string())
 }
 
 fn check_foreign(

@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    check::{self, Checker, RobotReader, SceneReader},
+    check::{self, Checker, HandReader, RobotReader, SceneReader},
     checked::{Completion, PackageFile, Profile, ReachabilityJob, SplitSettings},
     decode::{self, Decoded},
     discover,
@@ -55,6 +55,8 @@ pub struct Surroundings<'a> {
     pub scenes: &'a SceneReader<'a>,
     /// Reads robots; [`no_robots`](super::no_robots) where there is no simulator.
     pub robots: &'a RobotReader<'a>,
+    /// Tries hands; [`no_hands`](super::no_hands) where there is no simulator.
+    pub hands: &'a HandReader<'a>,
 }
 
 /// A checked job whose meshes are found but not yet read.
@@ -163,7 +165,7 @@ fn completion(
     folder: &Path,
     surroundings: &Surroundings<'_>,
 ) -> Result<Worked, JobErrors> {
-    let settings = check::completion(&mut checker, spec, folder, surroundings.scenes);
+    let settings = check::completion(&mut checker, spec, folder, surroundings.scenes, surroundings.hands);
     let split = check::split(&mut checker, &spec.split);
     let found = discover::discover(&mut checker, &spec.objects, folder, surroundings);
     let mut errors = checker.errors;

@@ -42,6 +42,17 @@ impl Estimate {
     }
 }
 
+/// Processor time of one approach of a hand, or of taking hold once [s]. A pilot has no hands, so that it stays short.
+const SECONDS_AN_APPROACH: f64 = 0.05;
+/// About what an approach takes on disk: a pose and some eight joints in double precision, and four contacts of 42 bytes.
+const BYTES_AN_APPROACH: f64 = 330.0;
+
+/// About how much processor time hands add to a sample [s]; 0 without touch by hands.
+pub fn seconds_of_hands(job: &Job) -> f64 {
+    let by_hand = job.completion().and_then(|job| job.settings.touch.by_hand.as_ref());
+    by_hand.map_or(0.0, |touch| SECONDS_AN_APPROACH * f64::from(touch.approaches()))
+}
+
 /// About how many bytes a stored sample takes, its part of a field included. A guess for planning: when a job has run, its
 /// own figure is better. `raw` is the size of a payload before compression, as a pilot measured it [bytes].
 pub fn expected_bytes(job: &Job, raw: f64) -> f64 {
@@ -74,5 +85,10 @@ fn bytes_of_pair(completion: &Completion) -> f64 {
         .map_or(0.0, |points| (f64::from(points.surface) * 24.0 + f64::from(points.space) * 16.0) / 1.1);
     // Coordinates at random hardly shrink: of 40 rays about 24 touch something, 33 bytes each, 12 else.
     bytes += completion.touch.random_rays.map_or(0.0, |rays| 60.0 + 26.0 * f64::from(rays.count));
+    let by_hand = completion.touch.by_hand.as_ref();
+    bytes += by_hand.map_or(0.0, |touch| {
+        let kinds = f64::from(u8::from(touch.exploration.is_some()) + u8::from(touch.grasp));
+        100.0 * kinds + BYTES_AN_APPROACH * f64::from(touch.approaches())
+    });
     bytes
 }

@@ -77,10 +77,13 @@ impl<'j> Workshop<'j> {
     /// Prepares what the job's producers share.
     ///
     /// # Errors
-    /// When the job's robot is gone, another one than when the job was resolved, or cannot be worked with.
+    /// When the job's robot or hand is gone, another one than when the job was resolved, or cannot be worked with.
     pub fn new(job: &'j Job, level: SimdLevel) -> Result<Self, ProduceError> {
         Ok(match &job.work {
-            Work::Completion(work) => Self::Completion { job: work, seed: job.seed, level },
+            Work::Completion(work) => {
+                work.settings.touch.by_hand.as_ref().map_or(Ok(()), |touch| completion::check_hand(&touch.hand))?;
+                Self::Completion { job: work, seed: job.seed, level }
+            }
             Work::Reachability(work) => {
                 Self::Reachability { job: work, labeller: Box::new(PoseLabeller::new(work, job.seed, level)?) }
             }
@@ -139,6 +142,32 @@ pub enum ProduceError {
         found: ObjectId,
         /// Content when the job was resolved.
         expected: ObjectId,
+    },
+    /// A hand's description or table that was there when the job was resolved can't be read any more.
+    #[error("{source}; it was there when this run began: put it back and run again")]
+    HandGone {
+        /// Which file, and why not.
+        source: DescriptionError,
+    },
+    /// A hand is another one than when the job was resolved.
+    #[error(
+        "{name}: changed while the run went on: content {found:?}, expected {expected:?}; put it back, or run into a new folder"
+    )]
+    HandChanged {
+        /// Its description.
+        name: String,
+        /// Content now.
+        found: ObjectId,
+        /// Content when the job was resolved.
+        expected: ObjectId,
+    },
+    /// The hand cannot touch as the job says.
+    #[error("{name}: {why}")]
+    NoTouch {
+        /// The hand's description.
+        name: String,
+        /// Why not, and the remedy.
+        why: String,
     },
     /// The robot cannot be worked with as the job says.
     #[error("{name}: {why}")]

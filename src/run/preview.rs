@@ -20,7 +20,9 @@ const SAMPLES: u32 = 12;
 pub fn preview(folder: &Path, job: &CompletionJob, seed: u64, crew: &Crew) -> Result<(), RunError> {
     let reader = DatasetReader::open(folder)?;
     let mut samples = preview_samples(&reader, SAMPLES)?;
-    let mut worker = CompletionWorker::new(job, seed, crew.level)?;
+    // Depth does not need what hands felt, which takes long to make.
+    let job = job.without_hands();
+    let mut worker = CompletionWorker::new(&job, seed, crew.level)?;
     for sample in samples.iter_mut().filter(|sample| sample.depth.is_none()) {
         let id = sample.pair.sample;
         if let Some(object) = job.objects.iter().position(|object| object.id() == id.subject) {

@@ -9,14 +9,16 @@ use crate::sim::{gl_facts, sim_facts};
 use crate::{
     dataset::{DatasetHeader, NumberClass, ObjectSplit, ProductTables, Split, SplitTable as StoredSplits},
     ids::ViewId,
-    job::{Collisions, CompletionJob, Job, ReachabilityJob, Renderer, Work},
+    job::{Collisions, Completion, CompletionJob, Job, ReachabilityJob, Renderer, Work},
     plan::{LeakReport, ModelRole, SampleRole, Sides, SplitTable},
+    produce::completion::channels_of,
     record::FieldHeader,
 };
 
 /// The tables of the dataset that `job` makes in `folder`; `sides` are those of a completion job.
 pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> DatasetHeader {
     let mut warnings = job.notes.clone();
+    let (mut hands, mut channel_classes) = (Vec::new(), BTreeMap::new());
     let (class, platform, assets, tables) = match &job.work {
         Work::Completion(work) => {
             let class = match work.settings.renderer {
@@ -24,10 +26,17 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
                 Renderer::MujocoRay => NumberClass::Physics,
                 Renderer::MujocoGl => NumberClass::Colour,
             };
+            if let Some(touch) = &work.settings.touch.by_hand {
+                hands.push(serde_json::json!({ "object": touch.hand.id, "name": touch.hand.name }));
+                // Contacts are placed on the grid of the pair: they are no more equal than that is.
+                let of_hands = class.max(NumberClass::Physics);
+                let channels = channels_of(&work.settings).into_iter().filter(|channel| channel.is_touch_by_hand());
+                channel_classes.extend(channels.map(|channel| (channel, of_hands)));
+            }
             let assets = work.objects.iter().map(|object| json(&object.asset)).collect();
             let splits = sides.map(|sides| stored_splits(work, &sides.splits)).unwrap_or_default();
             add_warnings(work, sides, &mut warnings);
-            (class, platform(work.settings.renderer), assets, ProductTables::Completion { splits })
+            (class, platform(&work.settings), assets, ProductTables::Completion { splits })
         }
         Work::Reachability(work) => {
             let field = Box::new(field_header(work));
@@ -43,9 +52,10 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
         job: job.digest(),
         job_text: job.to_toml(folder),
         class,
-        channel_classes: BTreeMap::new(),
+        channel_classes,
         platform,
         assets,
+        hands,
         refused: job.refused().iter().map(json).collect(),
         tables,
         warnings,
@@ -92,16 +102,16 @@ fn physics() -> BTreeMap<String, String> {
 }
 
 /// What the numbers depend on beside our own code; empty for class `exact`.
-fn platform(renderer: Renderer) -> BTreeMap<String, String> {
-    match renderer {
-        Renderer::Raster => BTreeMap::new(),
+fn platform(settings: &Completion) -> BTreeMap<String, String> {
+    match settings.renderer {
+        Renderer::Raster if settings.touch.by_hand.is_none() => BTreeMap::new(),
         #[cfg(feature = "sim")]
-        Renderer::MujocoRay => sim_facts().platform(None),
+        Renderer::Raster | Renderer::MujocoRay => sim_facts().platform(None),
         #[cfg(feature = "sim")]
         Renderer::MujocoGl => sim_facts().platform(gl_facts().ok().as_ref()),
         // Such a job is refused before it is run.
         #[cfg(not(feature = "sim"))]
-        Renderer::MujocoRay | Renderer::MujocoGl => BTreeMap::new(),
+        _ => BTreeMap::new(),
     }
 }
 

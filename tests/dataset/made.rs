@@ -117,6 +117,7 @@ impl Made {
                 .into(),
             platform: Default::default(),
             assets: (0..self.objects).map(asset).collect(),
+            hands: vec![],
             refused: vec![],
             tables: ProductTables::Completion {
                 splits: SplitTable { training_subsets: vec![1], objects: (0..self.objects).map(split).collect() },

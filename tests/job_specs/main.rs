@@ -13,6 +13,7 @@ use graspmill::{
 };
 
 mod files;
+mod hands;
 #[path = "../python/mod.rs"]
 mod python;
 mod reachability;
@@ -24,6 +25,7 @@ fn surroundings(packages: &str) -> Surroundings<'static> {
         built_in: built_in_names(DEFAULT_BUILT_INS).collect(),
         scenes: &no_scenes,
         robots: &any_robot,
+        hands: &|_| Ok(()),
     }
 }
 
@@ -311,6 +313,11 @@ fn every_form_of_every_setting() {
         ("touch={random_rays=true, ray_target='voxels'}", false),
         ("touch.random_rays=40", false),
         ("touch={random_ray=true}", false),
+        ("touch={grasp=true, hand={scene='../scenes/parallel_gripper.xml'}}", true),
+        ("touch={exploration=true, approaches=2, hand={scene='../scenes/parallel_gripper.xml'}}", true),
+        ("touch={exploration=true, approaches=1001, hand={scene='../scenes/parallel_gripper.xml'}}", false),
+        ("touch={exploration=true, hand={}}", false),
+        ("touch={grasp=true}", false),
         ("truth={rule='fraction', fraction=0.5}", true),
         ("truth.rule=fraction", false),
         ("shards.samples=100", true),

@@ -10,8 +10,8 @@ use crate::{
     geom::ViewSet,
     job::{
         checked::{
-            Channels, Completion, DepthFormat, Distance, JobObject, ModelChoice, Pivot, RandomRays, RayTarget,
-            Renderer, SplitSettings, SubsetSize, Touch, Truth,
+            Channels, Completion, DepthFormat, Distance, JobHand, JobObject, ModelChoice, Pivot, RandomRays, RayTarget,
+            Renderer, SplitSettings, SubsetSize, Touch, TouchByHand, Truth,
         },
         discover, pattern,
     },
@@ -150,18 +150,38 @@ impl Text {
 
     /// Nothing without touch: such jobs keep the text, and the digest, that they had before there was any.
     fn touch(&mut self, touch: &Touch) {
-        let Touch { random_rays } = touch;
-        let Some(RandomRays { count, target }) = random_rays else { return };
-        self.section("touch");
-        self.key("random_rays", true);
-        self.key("rays", i64::from(*count));
-        self.key(
-            "ray_target",
-            match target {
-                RayTarget::Mesh => "mesh",
-                RayTarget::Cells => "cells",
-            },
-        );
+        let Touch { random_rays, by_hand } = touch;
+        if random_rays.is_some() || by_hand.is_some() {
+            self.section("touch");
+        }
+        if let Some(RandomRays { count, target }) = random_rays {
+            self.key("random_rays", true);
+            self.key("rays", i64::from(*count));
+            self.key(
+                "ray_target",
+                match target {
+                    RayTarget::Mesh => "mesh",
+                    RayTarget::Cells => "cells",
+                },
+            );
+        }
+        if let Some(TouchByHand { hand: _, exploration, grasp }) = by_hand {
+            self.key("exploration", exploration.is_some());
+            if let Some(approaches) = exploration {
+                self.key("approaches", i64::from(*approaches));
+            }
+            self.key("grasp", *grasp);
+        }
+    }
+
+    /// The hand that touches, with its file where there is a folder to see it from.
+    pub(super) fn hand(&mut self, touch: &Touch, folder: Option<&Path>) {
+        let Some(TouchByHand { hand: JobHand { scene, name: _, id }, .. }) = &touch.by_hand else { return };
+        self.section("touch.hand");
+        if let Some(folder) = folder {
+            self.key("scene", discover::with_slashes(&relative_to(scene, folder)));
+        }
+        self.key("content", id.0.hex());
     }
 
     pub(super) fn split(&mut self, split: &SplitSettings) {

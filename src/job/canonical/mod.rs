@@ -43,6 +43,7 @@ impl Job {
         match &self.work {
             Work::Completion(job) => {
                 text.completion(&job.settings);
+                text.hand(&job.settings.touch, Some(folder));
                 text.split(&job.split);
                 text.section("shards");
                 text.key("samples", i64::from(self.shard_samples));
@@ -59,7 +60,7 @@ impl Job {
     }
 
     /// Names the job by everything that data or split depend on: settings, seed, objects by name and content, or the
-    /// robot by content. Not by its name, paths, profile (every switch is a setting), shard size, threads or clock.
+    /// robot by content, and the hand that touches by content. Not by its name, paths, profile (every switch is a setting), shard size, threads or clock.
     pub fn digest(&self) -> JobDigest {
         let mut text = Text(format!("{CANONICAL_FORM}\n"));
         self.settings(&mut text);
@@ -91,7 +92,10 @@ impl Job {
         }
         text.key("seed", self.seed as i64);
         match &self.work {
-            Work::Completion(job) => text.completion(&job.settings),
+            Work::Completion(job) => {
+                text.completion(&job.settings);
+                text.hand(&job.settings.touch, None);
+            }
             Work::Reachability(job) => {
                 text.reachability(job);
                 text.group(&job.robot);

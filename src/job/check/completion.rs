@@ -4,19 +4,22 @@ use std::path::PathBuf;
 
 use nalgebra::{Matrix3, Rotation3};
 
-use super::Checker;
+use super::{
+    Checker,
+    touch::{HandReader, touch},
+};
 use crate::{
     geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy},
     job::{
         checked::{
-            Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, ModelChoice, RandomRays, RayTarget,
-            Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, Truth,
+            Channels, Completion, DepthFormat, Distance, Gate, ImplicitSamples, ModelChoice, Renderer, SceneCamera,
+            SplitSettings, SubsetSize, Truth,
         },
         document::Path,
         errors::Problem,
         spec::completion::{
             AngleUnit, AnglesSpec, CameraSpec, ChannelsSpec, CompletionSpec, DepthSpec, DistanceSpec, Ends, ModelsSpec,
-            NamedViews, RayTargetSpec, RendererSpec, SplitSpec, SubsetSpec, TouchSpec, TruthRule, ViewsSpec,
+            NamedViews, RendererSpec, SplitSpec, SubsetSpec, TruthRule, ViewsSpec,
         },
     },
     render::SensorModel,
@@ -44,6 +47,7 @@ pub(in crate::job) fn completion(
     spec: &CompletionSpec,
     folder: &std::path::Path,
     scenes: &SceneReader<'_>,
+    hands: &HandReader<'_>,
 ) -> Completion {
     let (camera, scene) = camera(checker, &spec.camera, folder, scenes);
     let distance = distance(checker, spec.distance, camera.near);
@@ -71,7 +75,7 @@ pub(in crate::job) fn completion(
         truth: truth(checker, spec),
         gate,
         channels: channels(checker, &spec.channels, &distance),
-        touch: touch(checker, &spec.touch),
+        touch: touch(checker, &spec.touch, folder, hands),
     }
 }
 
@@ -311,20 +315,6 @@ fn channels(checker: &mut Checker<'_>, spec: &ChannelsSpec, distance: &Distance)
         coverage: spec.coverage,
         implicit: spec.implicit.then_some(implicit),
     }
-}
-
-fn touch(checker: &mut Checker<'_>, spec: &TouchSpec) -> Touch {
-    // Rays that are counted and never sent are a slip; with `random_rays = false` written they are meant.
-    let idle = ["rays", "ray_target"].into_iter().find(|key| checker.document.has(&format!("touch.{key}")));
-    if let (Some(key), false, false) = (idle, spec.random_rays, checker.document.has("touch.random_rays")) {
-        let problem = Problem::Missing { expected: format!("`random_rays = true` beside `{key}`") };
-        checker.fail(&Path::of("touch.random_rays"), problem, None);
-    }
-    let target = match spec.ray_target {
-        RayTargetSpec::Mesh => RayTarget::Mesh,
-        RayTargetSpec::Cells => RayTarget::Cells,
-    };
-    Touch { random_rays: spec.random_rays.then_some(RandomRays { count: spec.rays, target }) }
 }
 
 /// The split; names are still patterns.

@@ -2,15 +2,23 @@
 
 mod completion;
 mod reachability;
+mod touch;
+
+use std::path::Path as FilePath;
 
 pub use completion::{SceneReader, no_scenes};
 pub(super) use completion::{completion, split};
 pub(super) use reachability::reachability;
 pub use reachability::{RobotFault, RobotKey, RobotReader, no_robots};
+pub use touch::{HandReader, no_hands};
 
 use super::{
     document::{Document, Path},
     errors::{JobError, Problem},
+};
+use crate::{
+    assets::{Description, DescriptionError},
+    ids::Digest,
 };
 
 /// Collects mistakes, each key once.
@@ -39,4 +47,31 @@ impl Checker<'_> {
         let problem = Problem::Contradiction { other: other.to_owned(), because: because.to_owned() };
         self.fail(&Path::of(key), problem, None);
     }
+}
+
+/// What a description of `what` is that stands at `key`, where it can be read, held against the content that the job pins.
+fn described(
+    checker: &mut Checker<'_>,
+    key: &str,
+    what: &str,
+    scene: &FilePath,
+    read: Result<Description, DescriptionError>,
+    pinned: Option<&str>,
+) -> Option<Description> {
+    let description = match read {
+        Ok(description) => description,
+        Err(error) => {
+            let problem = Problem::NotFound { what: what.to_owned(), detail: error.to_string() };
+            checker.fail(&Path::of(key).key("scene"), problem, Some(error.remedy().to_owned()));
+            return None;
+        }
+    };
+    let digest = description.digest;
+    if let Some(pinned) = pinned.and_then(Digest::from_hex).filter(|pinned| *pinned != digest) {
+        let expected = format!("a {what} of content {}", pinned.short());
+        let found = format!("{}: {} has changed", digest.short(), scene.display());
+        let help = "restore its files, or take `content` out of the job for a new dataset".to_owned();
+        checker.fail(&Path::of(key).key("content"), Problem::Senseless { expected, found }, Some(help));
+    }
+    Some(description)
 }

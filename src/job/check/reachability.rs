@@ -2,11 +2,11 @@
 
 use std::{collections::BTreeMap, f64::consts::TAU, path::Path as FilePath};
 
-use super::Checker;
+use super::{Checker, described};
 use crate::{
     assets::Description,
     geom::{Axis, AxisUnit, FieldMetric, HealPix, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid},
-    ids::{Digest, ObjectId},
+    ids::ObjectId,
     job::{
         checked::{Profile, ReachabilityJob, Robot, WORLD},
         document::Path,
@@ -91,22 +91,8 @@ fn read_robot(
         checker.fail(&Path::of("robot.fixed").key(name), problem, None);
     }
     let scene = crate::job::discover::tidy(&folder.join(&spec.scene));
-    let Description { name, digest } = match Description::read(&scene) {
-        Ok(description) => description,
-        Err(error) => {
-            let problem = Problem::NotFound { what: "robot".to_owned(), detail: error.to_string() };
-            checker.fail(&Path::of("robot.scene"), problem, Some(error.remedy().to_owned()));
-            return None;
-        }
-    };
-    if let Some(pinned) = spec.content.as_deref().and_then(Digest::from_hex)
-        && pinned != digest
-    {
-        let expected = format!("a robot of content {}", pinned.short());
-        let found = format!("{}: {} has changed", digest.short(), scene.display());
-        let help = "restore its files, or take `content` out of the job for a new dataset".to_owned();
-        checker.fail(&Path::of("robot.content"), Problem::Senseless { expected, found }, Some(help));
-    }
+    let Description { name, digest } =
+        described(checker, "robot", "robot", &scene, Description::read(&scene), spec.content.as_deref())?;
     let (joints, target) = (spec.joints.clone(), spec.target.clone());
     let frame = spec.frame.clone().unwrap_or_else(|| WORLD.to_owned());
     let robot = Robot { scene, name, id: ObjectId(digest), joints, target, frame, fixed };

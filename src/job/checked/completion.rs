@@ -26,6 +26,15 @@ pub struct CompletionJob {
     pub split: SplitSettings,
 }
 
+impl CompletionJob {
+    /// The same job without touch by hands, which changes no other channel of its samples.
+    pub fn without_hands(&self) -> Self {
+        let mut job = self.clone();
+        job.settings.touch.by_hand = None;
+        job
+    }
+}
+
 /// The camera of an MJCF scene that gave the numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneCamera {
@@ -191,6 +200,37 @@ pub struct ImplicitSamples {
 pub struct Touch {
     /// Rays at random places.
     pub random_rays: Option<RandomRays>,
+    /// By a hand.
+    pub by_hand: Option<TouchByHand>,
+}
+
+/// Touch by a hand; of its two kinds one at least.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TouchByHand {
+    /// The hand.
+    pub hand: JobHand,
+    /// Feeling over what the camera did not see: so many approaches a view, at least 1; `None` without.
+    pub exploration: Option<u32>,
+    /// Taking hold once.
+    pub grasp: bool,
+}
+
+impl TouchByHand {
+    /// Approaches a view, of both kinds.
+    pub fn approaches(&self) -> u32 {
+        self.exploration.unwrap_or(0) + u32::from(self.grasp)
+    }
+}
+
+/// A hand that a job names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobHand {
+    /// Its description, an MJCF file; its table stands beside it.
+    pub scene: PathBuf,
+    /// Its name in the description, for people.
+    pub name: String,
+    /// Description and table by content, with all that the description includes, whatever their place.
+    pub id: ObjectId,
 }
 
 /// Rays from the object's far side towards the camera, along its optical axis.

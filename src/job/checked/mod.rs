@@ -4,8 +4,9 @@ mod completion;
 mod reachability;
 
 pub use completion::{
-    Channels, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, JobObject, ModelChoice,
-    PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, Truth,
+    Channels, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, JobHand, JobObject, ModelChoice,
+    PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, TouchByHand,
+    Truth,
 };
 pub use reachability::{Collisions, ReachabilityJob, Robot, Solver, WORLD};
 use schemars::JsonSchema;
@@ -61,6 +62,15 @@ impl Job {
             Work::Completion(_) => Product::Completion,
             Work::Reachability(_) => Product::Reachability,
         }
+    }
+
+    /// The same job without touch by hands.
+    pub fn without_hands(&self) -> Self {
+        let mut job = self.clone();
+        if let Work::Completion(work) = &mut job.work {
+            work.settings.touch.by_hand = None;
+        }
+        job
     }
 
     /// Count of subjects: objects, or the one robot.

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::built_in::BuiltInSpec;
+use super::{built_in::BuiltInSpec, touch::TouchSpec};
 use crate::job::checked::Pivot;
 
 /// A job that makes shape-completion pairs: which objects, seen how, become which samples.
@@ -545,33 +545,6 @@ pub enum DepthSpec {
     F32,
     /// Steps of `depth_step` as 16-bit integers, 0 = no return.
     U16,
-}
-
-/// Touch that goes with each pair, of what the camera did not see.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TouchSpec {
-    /// Rays from the object's far side towards the camera, along its optical axis, at random places of the object's box:
-    /// where each meets the object first.
-    #[schemars(extend("examples" = [true]))]
-    pub random_rays: bool,
-    /// With `random_rays`: how many for each view.
-    #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "rays"))]
-    pub rays: u32,
-    /// With `random_rays`: what a ray meets.
-    #[schemars(extend("examples" = ["mesh"]))]
-    pub ray_target: RayTargetSpec,
-}
-
-/// What a ray of touch meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RayTargetSpec {
-    /// The mesh's own triangles.
-    Mesh,
-    /// Quirk of the thesis: cells of the complete grid. A ray runs along a column of cells and stops at the lower corner of
-    /// the first occupied one.
-    Cells,
 }
 
 /// The files of the dataset.

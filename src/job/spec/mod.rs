@@ -7,6 +7,7 @@
 pub mod built_in;
 pub mod completion;
 pub mod reachability;
+pub mod touch;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -5,11 +5,13 @@
 //! -> complete -> gate -> records ([`payloads`]), among them touch ([`touch`]).
 
 mod depth;
+mod hand;
 mod payloads;
 mod scene;
 mod touch;
 mod worker;
 
+pub use hand::check_hand;
 pub use payloads::channels_of;
 pub use scene::{camera_from_world, world_from_object};
 pub use touch::TouchSurface;

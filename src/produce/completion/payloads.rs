@@ -5,7 +5,8 @@ use std::mem;
 use super::worker::CompletionObject;
 use crate::{
     geom::{DepthCrop, OccupancyGrid},
-    job::{Completion, DepthFormat},
+    job::{Completion, DepthFormat, TouchByHand},
+    produce::ProduceError,
     record::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair},
     seed::Stream,
     voxel::{
@@ -36,7 +37,7 @@ pub(super) struct Made<'a> {
 
 /// The channels that a job stores, in the order in which they are written.
 pub fn channels_of(settings: &Completion) -> Vec<Channel> {
-    let channels = &settings.channels;
+    let (channels, by_hand) = (&settings.channels, settings.touch.by_hand.as_ref());
     let stored = |channel: &Channel| match channel {
         Channel::Pair => true,
         Channel::Visibility => channels.visibility,
@@ -46,7 +47,9 @@ pub fn channels_of(settings: &Completion) -> Vec<Channel> {
         Channel::Coverage => channels.coverage,
         Channel::Implicit => channels.implicit.is_some(),
         Channel::TouchRays => settings.touch.random_rays.is_some(),
-        Channel::TouchExploration | Channel::TouchGrasp | Channel::Block => false,
+        Channel::TouchExploration => by_hand.is_some_and(|touch| touch.exploration.is_some()),
+        Channel::TouchGrasp => by_hand.is_some_and(|touch| touch.grasp),
+        Channel::Block => false,
     };
     Channel::ALL.into_iter().filter(stored).collect()
 }
@@ -78,7 +81,10 @@ impl Payloads {
     }
 
     /// Encodes every channel that the job stores.
-    pub(super) fn encode(&mut self, made: &Made, grids: &mut ViewGrids) {
+    ///
+    /// # Errors
+    /// When a hand cannot touch.
+    pub(super) fn encode(&mut self, made: &Made, grids: &mut ViewGrids) -> Result<(), ProduceError> {
         let Made { settings, pair, crop, object, .. } = made;
         let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
         for (channel, payload) in &mut self.stored {
@@ -119,8 +125,13 @@ impl Payloads {
                     );
                     touch.encode(payload);
                 }
-                // No job asks for a hand, and blocks are of another product.
-                Channel::TouchExploration | Channel::TouchGrasp | Channel::Block => {}
+                Channel::TouchExploration | Channel::TouchGrasp => {
+                    let Some(TouchByHand { hand, .. }) = &settings.touch.by_hand else { continue };
+                    let why = "this version cannot touch with hands yet; leave out exploration and grasp".to_owned();
+                    return Err(ProduceError::NoTouch { name: hand.scene.display().to_string(), why });
+                }
+                // No channel of this product.
+                Channel::Block => {}
                 Channel::Implicit => {
                     let counts = settings.channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
                     let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");
@@ -143,6 +154,7 @@ impl Payloads {
                 }
             }
         }
+        Ok(())
     }
 }
 

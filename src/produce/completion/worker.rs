@@ -164,7 +164,7 @@ impl<'j> CompletionWorker<'j> {
             return Ok((sample, Outcome::Rejected { reason: reason.name(), detail, facts }));
         }
         let made = Made { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
-        self.payloads.encode(&made, &mut self.grids);
+        self.payloads.encode(&made, &mut self.grids)?;
         Ok((sample, Outcome::Kept(facts)))
     }
 

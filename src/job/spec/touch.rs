@@ -1,0 +1,59 @@
+//! The keys of touch beside completion pairs.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Touch that goes with each pair, of what the camera did not see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TouchSpec {
+    /// Rays from the object's far side towards the camera, along its optical axis, at random places of the object's box:
+    /// where each meets the object first.
+    #[schemars(extend("examples" = [true]))]
+    pub random_rays: bool,
+    /// With `random_rays`: how many for each view.
+    #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "rays"))]
+    pub rays: u32,
+    /// With `random_rays`: what a ray meets.
+    #[schemars(extend("examples" = ["mesh"]))]
+    pub ray_target: RayTargetSpec,
+    /// A hand feels its way over what the camera did not see: guarded moves, each of which ends where the hand comes to
+    /// rest on the object, or when it has missed it. Needs a build with the simulator.
+    #[schemars(extend("examples" = [true]))]
+    pub exploration: bool,
+    /// With `exploration`: how many guarded moves for each view.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "approaches"))]
+    pub approaches: u32,
+    /// A hand takes hold of the object once. Needs a build with the simulator.
+    #[schemars(extend("examples" = [true]))]
+    pub grasp: bool,
+    /// With `exploration` or `grasp`: the hand.
+    #[schemars(extend("examples" = [{ "scene": "../scenes/barrett_bh8_280.xml" }]))]
+    pub hand: Option<HandSpec>,
+}
+
+/// The hand that touches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HandSpec {
+    /// The hand's description, an MJCF file; relative to the job file. Its table stands beside it under the same name, with
+    /// the ending `.toml`.
+    #[schemars(extend("examples" = ["../scenes/barrett_bh8_280.xml"]))]
+    pub scene: PathBuf,
+    /// Content that description and table must have (64 hexadecimal digits); a resolved job pins it.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub content: Option<String>,
+}
+
+/// What a ray of touch meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RayTargetSpec {
+    /// The mesh's own triangles.
+    Mesh,
+    /// Quirk of the thesis: cells of the complete grid. A ray runs along a column of cells and stops at the lower corner of
+    /// the first occupied one.
+    Cells,
+}
