@@ -14,7 +14,7 @@ use super::{DatasetError, DatasetReader, Selection, durable::Temporary};
 use crate::{
     geom::{DepthCrop, Frame, GridPlacement, OccupancyGrid, Pose},
     ids::SampleIndex,
-    record::{TouchContact, VoxelPair},
+    record::{Channel, TouchContact, VoxelPair},
 };
 
 #[expect(clippy::enum_variant_names, reason = "Foxglove's names")]
@@ -42,8 +42,8 @@ pub struct PreviewSample {
     pub pair: VoxelPair,
     /// The depth image that the pair came from, where it is stored or was made again.
     pub depth: Option<DepthCrop>,
-    /// Where the object was touched, where that is stored.
-    pub contacts: Vec<TouchContact>,
+    /// Where the object was touched, by kind, where that is stored.
+    pub touch: Vec<(Channel, Vec<TouchContact>)>,
 }
 
 /// `count` kept samples spread over a dataset, with the stored depth where there is any.
@@ -57,20 +57,17 @@ pub fn preview_samples(reader: &DatasetReader, count: u32) -> Result<Vec<Preview
     for place in 0..count {
         // The middle of each of `count` equal runs.
         if let Some(sample) = reader.sample(kept[(2 * place + 1) * kept.len() / (2 * count)])? {
-            let contacts = sample.touch()?.into_iter().flat_map(|(_, touch)| touch.contacts).collect();
-            samples.push(PreviewSample {
-                pair: sample.pair()?,
-                depth: sample.depth()?.map(|depth| depth.crop),
-                contacts,
-            });
+            let touch = sample.touch()?.into_iter().map(|(channel, touch)| (channel, touch.contacts)).collect();
+            samples.push(PreviewSample { pair: sample.pair()?, depth: sample.depth()?.map(|depth| depth.crop), touch });
         }
     }
     Ok(samples)
 }
 
 /// Writes `preview.mcap` into a folder: sample k at k seconds, on the topics `/preview/partial`, `/preview/complete`
-/// (cell centres, in the camera's frame), `/preview/touch` where touch is stored (an arrow along the normal at each contact:
-/// green, or orange where the camera sees it), `/preview/depth` (16 bit, millimetres), `/preview/camera` and `/preview/tf`
+/// (cell centres, in the camera's frame), `/preview/touch` where touch is stored (an arrow along the normal at each contact,
+/// one entity a kind: of rays green, or orange where the camera sees it; of a hand's exploration blue, of its grasp purple,
+/// paler where the camera sees it), `/preview/depth` (16 bit, millimetres), `/preview/camera` and `/preview/tf`
 /// (world -> camera, world -> object).
 ///
 /// # Errors
@@ -132,13 +129,13 @@ impl<W: std::io::Write + Seek> Preview<W> {
 
 fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -> mcap::McapResult<()> {
     // Previews without touch carry the schema, and keep the bytes, that they had before there was any.
-    let touched = samples.iter().any(|sample| !sample.contacts.is_empty());
+    let touched = samples.iter().flat_map(|sample| &sample.touch).any(|(_, contacts)| !contacts.is_empty());
     let (plain, scene): (&[u8], &[u8]) = (
         include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin")),
         include_bytes!(concat!(env!("OUT_DIR"), "/foxglove_scene.bin")),
     );
     let mut preview = Preview::create(file, if touched { scene } else { plain })?;
-    for (second, PreviewSample { pair, depth, contacts }) in (0..).zip(samples) {
+    for (second, PreviewSample { pair, depth, touch }) in (0..).zip(samples) {
         let time = Some(Timestamp { seconds: second as i64, nanos: 0 });
         preview.write(
             second,
@@ -159,7 +156,7 @@ fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -
         preview.write(second, "/preview/partial", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.partial))?;
         preview.write(second, "/preview/complete", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.complete))?;
         if touched {
-            preview.write(second, "/preview/touch", "foxglove.SceneUpdate", &touch(time, &pair.grid, contacts))?;
+            preview.write(second, "/preview/touch", "foxglove.SceneUpdate", &arrows(time, &pair.grid, touch))?;
         }
     }
     preview.finish()
@@ -210,24 +207,32 @@ fn image(time: Option<Timestamp>, pair: &VoxelPair, depth: &DepthCrop) -> RawIma
     }
 }
 
-/// An arrow at each contact, three cells long; it takes the place of the sample's before.
-fn touch(time: Option<Timestamp>, grid: &GridPlacement, contacts: &[TouchContact]) -> SceneUpdate {
+/// An arrow at each contact, three cells long; each kind is an entity, which takes the place of the sample's before.
+fn arrows(time: Option<Timestamp>, grid: &GridPlacement, touch: &[(Channel, Vec<TouchContact>)]) -> SceneUpdate {
+    let entities = touch.iter().map(|(channel, contacts)| entity(time, grid, *channel, contacts)).collect();
+    SceneUpdate { entities, ..SceneUpdate::default() }
+}
+
+fn entity(time: Option<Timestamp>, grid: &GridPlacement, channel: Channel, contacts: &[TouchContact]) -> SceneEntity {
     let arrows = contacts.iter().map(|contact| {
-        let color = match contact.visible {
-            false => Color { r: 0.0, g: 0.62, b: 0.45, a: 1.0 },
-            true => Color { r: 0.84, g: 0.37, b: 0.0, a: 1.0 },
+        let pale = if contact.visible { 0.4 } else { 1.0 };
+        let color = match (channel, contact.visible) {
+            (Channel::TouchExploration, _) => Color { r: 0.34, g: 0.71, b: 0.91, a: pale },
+            (Channel::TouchGrasp, _) => Color { r: 0.8, g: 0.47, b: 0.65, a: pale },
+            (_, false) => Color { r: 0.0, g: 0.62, b: 0.45, a: 1.0 },
+            (_, true) => Color { r: 0.84, g: 0.37, b: 0.0, a: 1.0 },
         };
         let [position, normal] = [contact.position, contact.normal].map(|v| nalgebra::Vector3::from(v.map(f64::from)));
         arrow(&position, &normal, 3.0 * grid.cell_size, color)
     });
-    let entity = SceneEntity {
+    SceneEntity {
         timestamp: time,
         frame_id: "camera".to_owned(),
-        id: "touch".to_owned(),
+        // Rays keep the name that they had alone.
+        id: if channel == Channel::TouchRays { "touch" } else { channel.name() }.to_owned(),
         arrows: arrows.collect(),
         ..SceneEntity::default()
-    };
-    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
+    }
 }
 
 /// It begins at a place and points along x of its pose.

@@ -30,7 +30,8 @@ use crate::{
 /// What to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// `partial.npy` and `complete.npy`, with touch also `tactile.npy`, one row a sample.
+    /// `partial.npy` and `complete.npy`, with touch also `tactile.npy`, one row a sample. In every format all kinds of touch
+    /// of a sample are joined.
     Npy {
         /// Bits as stored, uint8 of shape (samples, resolution^3 / 8), for
         /// `numpy.unpackbits(..., axis=1, bitorder="little")`; otherwise bool of shape (samples, n, n, n).
@@ -62,22 +63,22 @@ impl Format {
     fn layout(self) -> &'static str {
         match self {
             Self::Npy { packed: true } => {
-                "partial.npy, complete.npy, with touch tactile.npy: uint8 (samples, n^3 / 8), in the order of samples.csv; \
+                "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): uint8 (samples, n^3 / 8), in the order of samples.csv; \
                  numpy.unpackbits(rows, axis=1, bitorder='little')[:, :n**3].reshape(-1, n, n, n) is indexed \
                  [sample, x, y, z]"
             }
             Self::Npy { packed: false } => {
-                "partial.npy, complete.npy, with touch tactile.npy: bool (samples, n, n, n), indexed [sample, x, y, z], in \
+                "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): bool (samples, n, n, n), indexed [sample, x, y, z], in \
                  the order of samples.csv"
             }
             Self::Binvox => {
-                "<stem>_partial.binvox, <stem>_complete.binvox, with touch <stem>_tactile.binvox; stems in samples.csv; translate is the grid's lower \
+                "<stem>_partial.binvox, <stem>_complete.binvox, with touch <stem>_tactile.binvox (cells that any kind of touch met); stems in samples.csv; translate is the grid's lower \
                  corner and scale its side, in camera axes [m]"
             }
             Self::Pcd => {
                 "<stem>_x.pcd (partial), <stem>_y.pcd (complete): indices x, y, z of the occupied cells as float32; \
                  <stem>_pc.pcd: the seen points in camera axes [m], where stored; with touch <stem>_t.pcd: indices of \
-                 the touched cells, <stem>_tc.pcd: contacts and normals in camera axes [m]; stems in samples.csv"
+                 the touched cells, <stem>_tc.pcd: contacts and normals in camera axes [m], kind after kind (rays, exploration, grasp); stems in samples.csv"
             }
             Self::Graspit => {
                 "reach_data.full: 1 reachable, 0 not; reach_data.sdf: signed distance, POSITIVE where reachable (the \

@@ -6,12 +6,14 @@ use super::{
     chart::{percent, round_step},
     gallery::Pick,
     page::escaped,
-    picture::{DepthRange, Eye, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture, height_map},
+    picture::{
+        Colour, DepthRange, Eye, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture, height_map,
+    },
 };
 use crate::{
     dataset::{DatasetError, Sample, Split, TouchedPair},
     geom::DepthCrop,
-    record::{TouchContact, VoxelPair},
+    record::{Channel, TactileContacts, TouchContact, VoxelPair},
 };
 
 /// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
@@ -63,16 +65,32 @@ fn touch_panels(touched: &TouchedPair, object: &str, behind: &VoxelPainter) -> S
     let (lower, cell) = (pair.grid.lower_corner(), pair.grid.cell_size);
     let place =
         |contact: &TouchContact| std::array::from_fn(|axis| (f64::from(contact.position[axis]) - lower[axis]) / cell);
-    behind.dot(&mut points, touch.iter().flat_map(|(_, contacts)| &contacts.contacts).map(place));
+    let mut kinds = Vec::new();
+    for (channel, TactileContacts { contacts, .. }) in touch {
+        let (colour, word) = kind_of_touch(*channel);
+        behind.dot(&mut points, colour, contacts.iter().map(place));
+        kinds.push(format!("{} {word} ({})", contacts.len(), colour.hex()));
+    }
     let count: usize = touch.iter().map(|(_, contacts)| contacts.contacts.len()).sum();
+    // Of one kind alone the colour goes without saying.
+    let counts = if kinds.len() == 1 { format!("{count} contacts") } else { kinds.join(", ") };
     let mut html = String::new();
     for (picture, name, hint) in [
         (cells, "Partial and touch, from behind", format!("green: {} touched cells", tactile.count())),
-        (points, "Touch points, from behind", format!("{count} contacts on the solid")),
+        (points, "Touch points, from behind", format!("{counts} on the solid")),
     ] {
         html.push_str(&panel(&image(&picture.with_few_colours(), name, object), name, &hint));
     }
     html
+}
+
+/// The colour of a kind's dots, and how they came about.
+fn kind_of_touch(channel: Channel) -> (Colour, &'static str) {
+    match channel {
+        Channel::TouchExploration => (Colour::EXPLORED, "by exploration"),
+        Channel::TouchGrasp => (Colour::HELD, "by the grasp"),
+        _ => (Colour::TOUCHED, "by rays"),
+    }
 }
 
 fn heading(pair: &VoxelPair, pick: &Pick, object: &str, split: Option<Split>) -> String {

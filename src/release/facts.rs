@@ -4,11 +4,10 @@ use std::{collections::BTreeMap, path::Path};
 
 use serde::{Deserialize, Serialize};
 
-use super::{RunNotes, Spread, survey::Survey};
+use super::{RunNotes, Spread, TouchFacts, survey::Survey};
 use crate::{
-    dataset::{DatasetError, DatasetReader, NumberClass, Selection, Split, TouchedPair},
-    ids::{Digest, JobDigest, ObjectId, SampleIndex},
-    record::Channel,
+    dataset::{DatasetError, DatasetReader, NumberClass, Split},
+    ids::{Digest, JobDigest, ObjectId},
 };
 
 /// What a dataset holds. `Display` is for people; serialised, it is for machines.
@@ -88,64 +87,6 @@ pub struct Setup {
     pub cx: f64,
     /// Principal point, y [px].
     pub cy: f64,
-}
-
-/// What was touched, over some of the stored samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct TouchFacts {
-    /// Samples looked at, spread evenly over the dataset: all, or [`TouchFacts::MOST`].
-    pub samples: u64,
-    /// Rays, or whatever else was sent out.
-    pub probes: u64,
-    /// Contacts of all samples.
-    pub contacts: u64,
-    /// Contacts in sight of the camera.
-    pub visible: u64,
-    /// Contacts outside the grid.
-    pub outside: u64,
-    /// Cells that hold a contact.
-    pub cells: u64,
-    /// Those of them that were seen, too.
-    pub cells_in_partial: u64,
-}
-
-impl TouchFacts {
-    /// Samples looked at, at most: they have to be read and decoded.
-    pub const MOST: u64 = 2000;
-
-    /// Looks at the samples of a dataset; `None` where no touch is stored.
-    pub(super) fn of(reader: &DatasetReader) -> Result<Option<Self>, DatasetError> {
-        if !reader.manifest().channels().into_iter().any(Channel::is_touch) {
-            return Ok(None);
-        }
-        let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
-        let count = kept.len().min(Self::MOST as usize);
-        let mut facts = Self::default();
-        for place in 0..count {
-            let sample = reader.sample(kept[place * kept.len() / count])?;
-            if let Some(touched) = sample.map_or(Ok(None), |sample| sample.touched())? {
-                facts.add(&touched);
-            }
-        }
-        Ok(Some(facts))
-    }
-
-    fn add(&mut self, touched: &TouchedPair) {
-        self.samples += 1;
-        for (_, touch) in &touched.touch {
-            self.probes += u64::from(touch.probes);
-            self.contacts += touch.contacts.len() as u64;
-            self.visible += u64::from(touch.visible());
-            self.outside += u64::from(touch.outside());
-        }
-        self.cells += u64::from(touched.tactile.count());
-        self.cells_in_partial += u64::from(touched.tactile.count_both(&touched.pair.partial));
-    }
-
-    /// A count as a share of another; 0 of nothing.
-    pub fn share(count: u64, of: u64) -> f64 {
-        if of > 0 { count as f64 / of as f64 } else { 0.0 }
-    }
 }
 
 /// One split.

@@ -17,11 +17,13 @@ mod sections;
 mod survey;
 mod tally;
 mod text;
+mod touch_facts;
 
-pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, TouchFacts, inspect};
+pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
 pub use notes::{RunNotes, Speed};
 pub use reachability::{
     AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability, pose_counts_in_words,
 };
 pub use report::{ReportSummary, report};
 pub use tally::Spread;
+pub use touch_facts::{HandFacts, TouchFacts, TouchKind};

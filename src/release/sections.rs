@@ -40,7 +40,7 @@ pub(super) fn header(facts: &Inspection) -> String {
         numbers.push(("samples a second", grouped(speed.rate().round() as u64)));
     }
     if let Some(touch) = &facts.touch {
-        numbers.push(("contacts a sample", format!("{:.1}", TouchFacts::share(touch.contacts, touch.samples))));
+        numbers.push(("contacts a sample", format!("{:.1}", TouchFacts::share(touch.contacts(), touch.samples))));
     }
     for (name, value) in numbers {
         let _ = write!(html, "<div><dt>{name}</dt><dd>{value}</dd></div>");
@@ -171,6 +171,22 @@ fn channel_rows(channel: &str, n: u32) -> Vec<(&'static str, String, &'static st
                 "where rays from behind met the object: point [m], outward normal, distance [m], which ray, seen or not",
             ),
             ("tactile", grid("bits"), "cells that hold a contact, same grid"),
+        ],
+        "touch_exploration" => vec![
+            (
+                "contacts",
+                "(contacts, ...)".to_owned(),
+                "where a hand that felt its way over the hidden side touched: point [m], outward normal, which approach, seen or not; link, force [N], gap [m]",
+            ),
+            (
+                "approaches",
+                "(approaches, ...)".to_owned(),
+                "where each ended: pose of the hand, joint values, why it ended",
+            ),
+        ],
+        "touch_grasp" => vec![
+            ("contacts", "(contacts, ...)".to_owned(), "where a hand that took hold once touched; as of exploration"),
+            ("approaches", "(1, ...)".to_owned(), "where it ended: pose of the hand, joint values, why it ended"),
         ],
         _ => Vec::new(),
     }

@@ -19,6 +19,19 @@ pub struct Spread {
     pub mean: f64,
 }
 
+impl Spread {
+    /// Of these values, by nearest rank; zeros without any.
+    pub(super) fn of(mut values: Vec<f64>) -> Self {
+        values.sort_unstable_by(f64::total_cmp);
+        let (Some(min), Some(max)) = (values.first().copied(), values.last().copied()) else {
+            return Self::default();
+        };
+        let at = |share: f64| values[((values.len() as f64 * share).ceil() as usize).max(1) - 1];
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        Self { min, p05: at(0.05), median: at(0.5), p95: at(0.95), max, mean }
+    }
+}
+
 /// Counts of values that are at least 0, in steps: memory grows with the largest value, not with their number.
 #[derive(Clone, Debug)]
 pub(super) struct Tally {
@@ -99,6 +112,9 @@ mod tests {
         let Spread { min, p05, median, p95, max, mean } = tally.spread();
         assert_eq!((min, p05, median, p95, max, mean), (1.0, 5.0, 50.0, 95.0, 100.0, 50.5));
         assert_eq!(tally.bins(0.0, 25.0, 5), [24, 25, 25, 25, 1]);
+        assert_eq!(Spread::of((1..=100).rev().map(f64::from).collect()), tally.spread());
+        let Spread { min, p05, median, p95, max, mean } = Spread::of(vec![0.5, -2.0, 3.0]);
+        assert_eq!((min, p05, median, p95, max, mean), (-2.0, -2.0, 0.5, 3.0, 3.0, 0.5));
     }
 
     #[test]
@@ -113,5 +129,6 @@ mod tests {
     #[test]
     fn nothing_is_no_number() {
         assert_eq!(Tally::with_step(1.0).spread(), Spread::default());
+        assert_eq!(Spread::of(Vec::new()), Spread::default());
     }
 }

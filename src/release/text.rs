@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{
-    Inspection, ObjectFacts, Spread, TouchFacts,
+    Inspection, ObjectFacts, Spread,
     chart::{grouped, percent},
 };
 
@@ -60,19 +60,6 @@ impl fmt::Display for Inspection {
         }
         self.splits_and_leaks(f)?;
         self.objects_and_warnings(f)
-    }
-}
-
-impl fmt::Display for TouchFacts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { samples, probes, contacts, visible, outside, cells, cells_in_partial } = *self;
-        let each = |count: u64| Self::share(count, samples);
-        let share = |count: u64, of: u64| percent(Self::share(count, of));
-        writeln!(f, "\ntouch, over {} samples", grouped(samples))?;
-        writeln!(f, "  {:.1} contacts of {:.1} probes a sample", each(contacts), each(probes))?;
-        write!(f, "  {} of the contacts in sight of the camera, ", share(visible, contacts))?;
-        writeln!(f, "{} outside the grid", share(outside, contacts))?;
-        write!(f, "  {:.1} touched cells a sample, {} of them seen, too", each(cells), share(cells_in_partial, cells))
     }
 }
 

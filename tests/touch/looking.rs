@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::PathBuf, process::Command};
 use graspmill::{
     dataset::{VerifyLevel, VerifyOptions, verify},
     export::{ExportSelection, Format, export},
-    release::{TouchFacts, inspect, report},
+    release::{TouchFacts, TouchKind, inspect, report},
     runtime::{DatasetReader, Selection},
 };
 
@@ -36,6 +36,7 @@ fn touch_is_read_checked_exported_and_drawn() {
     let data = out.join("data");
     let reader = DatasetReader::open(&data).expect("a dataset");
     let mut sums = TouchFacts::default();
+    let mut rays = TouchKind { channel: "touch_rays".to_owned(), ..TouchKind::default() };
     let mut first = None;
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
@@ -51,10 +52,10 @@ fn touch_is_read_checked_exported_and_drawn() {
         let both = pair.partial.count() + touched.tactile.count() - pair.partial.count_both(&touched.tactile);
         assert_eq!(touched.partial_or_tactile.count(), both);
         sums.samples += 1;
-        sums.probes += 60;
-        sums.contacts += touch.contacts.len() as u64;
-        sums.visible += u64::from(touch.visible());
-        sums.outside += u64::from(touch.outside());
+        rays.probes += 60;
+        rays.contacts += touch.contacts.len() as u64;
+        rays.visible += u64::from(touch.visible());
+        rays.outside += u64::from(touch.outside());
         sums.cells += u64::from(touched.tactile.count());
         sums.cells_in_partial += u64::from(touched.tactile.count_both(&pair.partial));
         first.get_or_insert(touched);
@@ -70,6 +71,8 @@ fn touch_is_read_checked_exported_and_drawn() {
     assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stdout));
 
     let facts = inspect(&data).expect("facts");
+    sums.kinds.push(rays);
+    let cells = sums.cells;
     assert_eq!(facts.touch, Some(sums));
     assert!(facts.to_string().contains("of 60.0 probes a sample"), "{facts}");
     let page = fs::read_to_string(report(&data, None).expect("a report").path).expect("a page");
@@ -105,6 +108,6 @@ assert np.allclose(np.linalg.norm(rows[:, 3:], axis=1), 1, atol=1e-6)
 print(len(clouds), len(list(out.glob("binvox/*/*_tactile.binvox"))), len(list(out.glob("pcd/*/*_t.pcd"))), int(np.unpackbits(grids["tactile"]).sum()))
 "#;
     let text = python::run(PYTHON, |command| command.args(["-c", script]).arg(&out));
-    assert_eq!(text.trim(), format!("24 24 24 {}", sums.cells));
+    assert_eq!(text.trim(), format!("24 24 24 {cells}"));
     assert!(first.tactile.count() > 0);
 }

@@ -16,9 +16,13 @@ use nalgebra::{Point3, Vector3};
 
 use empty_pair::empty_pair;
 
+mod by_hand;
 #[path = "../empty_pair/mod.rs"]
 mod empty_pair;
 mod looking;
+#[path = "../dataset/made.rs"]
+#[allow(dead_code, reason = "the other tests write shards one by one")]
+mod made;
 #[path = "../views/meshes.rs"]
 #[allow(dead_code, reason = "the other tests want the scans, too")]
 mod meshes;

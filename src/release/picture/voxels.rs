@@ -125,8 +125,7 @@ impl VoxelPainter {
     }
 
     /// Puts a dot on a picture of this painter at each place on the grid [cells], whatever stands before it.
-    pub fn dot(&self, picture: &mut Picture, places: impl Iterator<Item = [f64; 3]>) {
-        let Colour(ink) = Colour::TOUCHED;
+    pub fn dot(&self, picture: &mut Picture, Colour(ink): Colour, places: impl Iterator<Item = [f64; 3]>) {
         let pixels = self.scale / f64::from(FINE);
         let radius = (0.45 * pixels).clamp(2.5, 6.0);
         for place in places.map(Vector3::from) {
