@@ -8,7 +8,8 @@
 //!
 //! [`geom`] is pure maths; [`assets`] reads and mends meshes; [`voxel`] and [`render`] hold the kernels;
 //! `produce` makes samples of them; `run` schedules; [`record`] and [`dataset`] are the format; [`runtime`] reads it
-//! back without a simulator. [`kinematics`], [`collision`] and [`hand`] know robots and hands without one.
+//! back without a simulator. [`kinematics`], [`collision`] and [`hand`] know robots and hands without one,
+//! `contact` where solids touch a true mesh.
 //! ARCHITECTURE.md says more.
 
 pub mod collision;
@@ -24,6 +25,8 @@ pub mod runtime;
 pub mod assets;
 #[cfg(feature = "factory")]
 pub mod cli;
+#[cfg(feature = "factory")]
+pub mod contact;
 #[cfg(feature = "factory")]
 pub mod export;
 #[cfg(feature = "factory")]

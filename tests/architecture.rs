@@ -20,8 +20,9 @@ const USES: &[(&str, &[&str])] = &[
     ("plan", &["job", "ids", "seed", "geom", "voxel"]),
     ("kinematics", &["geom"]),
     ("collision", &["geom", "kinematics"]),
+    ("contact", &["geom", "voxel"]),
     ("hand", &["geom", "kinematics"]),
-    ("sim", &["ids", "geom", "assets", "kinematics", "collision", "hand"]),
+    ("sim", &["ids", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
     (
         "produce",
         &[

@@ -1,4 +1,4 @@
-//! A hand that moves: motors limited by torque, clutches that open, contacts with an object that stands still.
+//! A hand that moves: motors limited by torque, clutches that open, contacts with an object that nothing pushes away.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -6,13 +6,14 @@ use mujoco_rs::{
     mujoco_c::mjtWarning,
     wrappers::{mj_data::MjData, mj_model::MjModel},
 };
-use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
     error::HandError,
     hand_sim::{HandSim, STEP, Servo, is_finite, quaternion},
+    true_mesh::{ColliderLoan, TrueMeshCollider},
 };
-use crate::hand::{Driven, Motor};
+use crate::hand::{Driven, Hand, Motor};
 
 /// A motor speeds up with this share of what stops it: started at once, it would feel its own gears as an obstacle.
 const START: f64 = 0.2;
@@ -41,6 +42,24 @@ pub enum Command {
     Open,
     /// To an angle, brought within the joint's range [rad or m].
     To(f64),
+}
+
+/// How hard motors try.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Share of their speed, above 0 up to 1.
+    pub speed: f64,
+    /// Share of the torque at which they stop, above 0 up to 1.
+    pub torque: f64,
+    /// Whether what stops a joint opens its clutch.
+    pub clutches: bool,
+}
+
+impl Effort {
+    /// As a hand closes to hold something.
+    pub const GRASP: Self = Self { speed: 1.0, torque: 1.0, clutches: true };
+    /// As a finger feels for something: it stops where it touches first.
+    pub const FEEL: Self = Self { speed: 0.35, torque: 0.1, clutches: false };
 }
 
 /// A link that presses on the object, at one point.
@@ -81,6 +100,17 @@ pub enum Instability {
     Control,
     /// No room for all contacts or constraints, or an inertia without inverse.
     Room,
+}
+
+/// How a guarded move ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MoveEnd {
+    /// Something touched.
+    Touched,
+    /// Nothing did, all the way.
+    Free,
+    /// The numbers blew up.
+    Unstable(Unstable),
 }
 
 /// How a run ended.
@@ -143,6 +173,13 @@ pub struct HandWorker {
     wanted: Vec<f64>,
     /// What the servos did in the last step [N m or N].
     torques: Vec<f64>,
+    effort: Effort,
+    /// For a true mesh.
+    collider: Option<TrueMeshCollider>,
+    /// Where the object's slides are told to be, along the axes of its place [m].
+    slid: Vector3<f64>,
+    /// The object's place, seen from the hand's base.
+    base_from_place: IsometryMatrix3<f64>,
     steps: u32,
     /// Where the joints were when one of them moved last.
     stood_at: Vec<f64>,
@@ -155,10 +192,34 @@ impl HandWorker {
     pub fn new(sim: &Arc<HandSim>) -> Self {
         let data = MjData::new(Arc::clone(&sim.model));
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
-        let (sim, drives) = (Arc::clone(sim), Vec::new());
-        let mut worker = Self { sim, data, drives, wanted, torques, steps: 0, stood_at, steps_at_rest: 0 };
+        let collider =
+            sim.true_mesh.as_ref().map(|(surface, probes)| TrueMeshCollider::new(&sim.model, surface, probes));
+        let mut worker = Self {
+            sim: Arc::clone(sim),
+            data,
+            drives: Vec::new(),
+            wanted,
+            torques,
+            effort: Effort::GRASP,
+            collider,
+            slid: Vector3::zeros(),
+            base_from_place: IsometryMatrix3::identity(),
+            steps: 0,
+            stood_at,
+            steps_at_rest: 0,
+        };
         worker.place(&worker.sim.hand.opened(), &IsometryMatrix3::identity());
         worker
+    }
+
+    /// What it moves.
+    pub(super) fn sim(&self) -> &HandSim {
+        &self.sim
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.sim.hand
     }
 
     /// A new run: everything as if it were the first, the hand still in a posture, the object at a place seen from the hand's
@@ -193,10 +254,66 @@ impl HandWorker {
             self.data.qpos_mut()[servo.address] = *value;
         }
         self.torques.fill(0.0);
+        self.effort = Effort::GRASP;
+        self.slid = Vector3::zeros();
+        self.base_from_place = *base_from_object;
         self.stood_at = self.joints();
         self.data.mocap_pos_mut()[0] = base_from_object.translation.vector.into();
         self.data.mocap_quat_mut()[0] = quaternion(base_from_object);
+        self.collider.iter_mut().for_each(TrueMeshCollider::forget);
+        let _loan = ColliderLoan::new(&mut self.collider);
         self.data.forward();
+    }
+
+    /// What would press on the object with all joints at values [rad or m], in the order of the hand's tree, and the object at
+    /// a place; leaves nothing to go on from but [`HandWorker::start`].
+    ///
+    /// # Panics
+    /// When there is not one value a joint.
+    pub fn touches_at(&mut self, joints: &[f64], base_from_object: &IsometryMatrix3<f64>) -> Vec<LinkTouch> {
+        assert_eq!(joints.len(), self.sim.servos.len(), "one value a joint");
+        self.place(&self.sim.hand.opened(), base_from_object);
+        for (servo, value) in self.sim.servos.iter().zip(joints) {
+            self.data.qpos_mut()[servo.address] = *value;
+        }
+        self.collider.iter_mut().for_each(TrueMeshCollider::forget);
+        let loan = ColliderLoan::new(&mut self.collider);
+        self.data.forward();
+        drop(loan);
+        self.touches()
+    }
+
+    /// How hard the motors try from now on, until the next [`HandWorker::start`].
+    pub fn set_effort(&mut self, effort: Effort) {
+        self.effort = effort;
+    }
+
+    /// The object as it lies now, seen from the hand's base.
+    pub fn base_from_object(&self) -> IsometryMatrix3<f64> {
+        let slid = self.sim.slides.map(|slide| self.data.qpos()[slide.address]);
+        self.base_from_place * Translation3::from(slid)
+    }
+
+    /// Moves the hand along a direction of its base at a speed [m/s], its fingers holding still, until something touches the
+    /// object, at most so far [m]: then it stops where it is. (What moves is the object, the other way.)
+    pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, way: f64) -> MoveEnd {
+        let hold = vec![Command::Hold; self.drives.len()];
+        let step = self.base_from_place.rotation.inverse() * direction.into_inner() * (-speed * STEP);
+        let mut end = MoveEnd::Free;
+        for _ in 0..(way / (speed * STEP)).ceil() as u32 {
+            self.slid += step;
+            if let Err(unstable) = self.step(&hold) {
+                return MoveEnd::Unstable(unstable);
+            }
+            if self.touches().iter().any(|touch| touch.force > 0.0) {
+                end = MoveEnd::Touched;
+                break;
+            }
+        }
+        // What moves lags behind what it is told.
+        let at = |axis: usize| self.data.qpos()[self.sim.slides[axis].address];
+        self.slid = Vector3::from_fn(|axis, _| at(axis));
+        end
     }
 
     /// One step of 2 ms.
@@ -220,7 +337,12 @@ impl HandWorker {
             let (at, speed) = (self.data.qpos()[servo.address], self.data.qvel()[servo.dof]);
             *torque = servo.stiffness * (wanted - at) - servo.damping * speed;
         }
+        for (slide, slid) in sim.slides.iter().zip(&self.slid) {
+            self.data.ctrl_mut()[slide.control] = *slid;
+        }
+        let loan = ColliderLoan::new(&mut self.collider);
         self.data.step();
+        drop(loan);
         self.steps += 1;
         if let Some(kind) = self.instability() {
             return Err(Unstable { step: self.steps, kind });
@@ -234,7 +356,7 @@ impl HandWorker {
         let at = |joint: usize| self.data.qpos()[self.sim.servos[joint].address];
         let stands = |driven: &Driven| {
             let followers = driven.followers.iter().map(|follower| follower.joint);
-            let least = STANDING * driven.speed;
+            let least = STANDING * self.effort.speed * driven.speed;
             followers.chain([driven.joint]).all(|joint| (at(joint) - self.stood_at[joint]).abs() < least)
         };
         if self.sim.hand.driven().iter().all(stands) {
@@ -287,6 +409,11 @@ impl HandWorker {
         self.sim.servos.iter().map(|servo| self.data.qpos()[servo.address]).collect()
     }
 
+    /// Steps since the start.
+    pub fn steps(&self) -> u32 {
+        self.steps
+    }
+
     /// The motors, one a driven joint.
     pub fn motors(&self) -> Vec<Motor> {
         self.drives.iter().map(|drive| drive.motor).collect()
@@ -297,8 +424,7 @@ impl HandWorker {
         &self.torques
     }
 
-    /// What presses on the object, in MuJoCo's order. The base is not among it: MuJoCo looks for no contacts between two
-    /// bodies that stand still.
+    /// What presses on the object, in MuJoCo's order.
     pub fn touches(&self) -> Vec<LinkTouch> {
         let mut found = Vec::new();
         for (place, contact) in self.data.contact().iter().enumerate() {
@@ -361,8 +487,10 @@ impl HandWorker {
             let motor = driven.turned(motor, angle);
             // The clutch opens only on the way to the closed hand.
             let closes = direction == driven.closing_sign();
-            let stopped = direction * self.torques[driven.joint] >= HOLDS * driven.torque && stood >= STEPS_TO_OPEN;
-            let opens = closes && stopped && driven.breakaway.is_some() && motor.released.is_none();
+            let most = HOLDS * self.effort.torque * driven.torque;
+            let stopped = direction * self.torques[driven.joint] >= most && stood >= STEPS_TO_OPEN;
+            let opens =
+                self.effort.clutches && closes && stopped && driven.breakaway.is_some() && motor.released.is_none();
             return if opens {
                 Drive { motor: driven.stopped(motor), speed: 0.0, direction, stood: 0, ..drive }
             } else {
@@ -374,7 +502,7 @@ impl HandWorker {
             return Drive { motor, speed: 0.0, direction, stood, ..drive };
         }
         let change = STEP * self.acceleration(driven, motor);
-        let speed = (direction * driven.speed).max(drive.speed - change).min(drive.speed + change);
+        let speed = (direction * self.effort.speed * driven.speed).max(drive.speed - change).min(drive.speed + change);
         let step = speed * STEP;
         let arrives = step * direction >= way.abs();
         let motor = driven.turned(motor, if arrives { target } else { motor.angle + step });
@@ -387,6 +515,7 @@ impl HandWorker {
     /// holds the torque and no more, until it has stood for a while: from then on its gears hold what they have reached.
     fn stop(&self, driven: &Driven, Drive { motor, stood, .. }: Drive, way: f64) -> Option<f64> {
         let stops = moved(driven, motor).filter_map(|Moved { joint, rate, torque }| {
+            let torque = self.effort.torque * torque;
             let pushes = self.torques[joint] * way * rate.signum();
             if pushes >= torque && stood < STEPS_AT_REST {
                 let Servo { stiffness, address, .. } = self.sim.servos[joint];
@@ -401,7 +530,9 @@ impl HandWorker {
 
     /// How fast a motor may speed up.
     fn acceleration(&self, driven: &Driven, motor: Motor) -> f64 {
-        let of = |Moved { joint, rate, torque }: Moved| START * torque / (self.sim.servos[joint].inertia * rate.abs());
+        let of = |Moved { joint, rate, torque }: Moved| {
+            START * self.effort.torque * torque / (self.sim.servos[joint].inertia * rate.abs())
+        };
         moved(driven, motor).map(of).fold(f64::INFINITY, f64::min)
     }
 

@@ -237,9 +237,17 @@ pub enum HandError {
         /// What is wrong, and the remedy.
         reason: &'static str,
     },
-    /// An object that a hand cannot close on yet.
-    #[error("a hand closes on boxes, balls, capsules and cylinders; this object is a mesh")]
-    MeshObject,
+    /// A geom of the hand that would have to touch a true mesh and can't.
+    #[error(
+        "{}: geom {geom:?} can touch, and is no box, sphere, capsule or cylinder: only these touch true meshes; put such shapes around it and give the geom contype=\"0\" conaffinity=\"0\"",
+        path.display()
+    )]
+    Geom {
+        /// The hand.
+        path: PathBuf,
+        /// The geom.
+        geom: String,
+    },
     /// An object without shapes, or a shape or place that is not a finite one.
     #[error("the object to close on: {reason}")]
     Object {

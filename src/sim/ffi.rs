@@ -1,28 +1,33 @@
-//! Every unsafe call of the room: MuJoCo's log handler, its GL context, EGL.
+//! Every unsafe call of the room: MuJoCo's log handler, its table of collision functions, its GL context, EGL.
 
 use std::{
-    ffi::{CStr, c_char, c_void},
+    ffi::{CStr, c_char, c_int, c_void},
     io::Write,
-    sync::Once,
+    slice,
+    sync::{Once, OnceLock},
 };
 
 use khronos_egl as egl;
 use mujoco_rs::{
     logging::set_log_handler,
-    mujoco_c::mjtDepthMap,
+    mujoco_c::{mjCOLLISIONFUNC, mjData, mjModel, mjPreContact, mjfCollision, mjtDepthMap},
     wrappers::{
         mj_logging::{MjLogMessage, MjtLogLevel},
-        mj_model::MjModel,
+        mj_model::{MjModel, MjtGeomBase},
         mj_rendering::{MjrContext, MjtFramebuffer},
     },
 };
 
-use super::error::GlError;
+use super::{
+    error::GlError,
+    true_mesh::{placement, with_collider},
+};
 
 type Egl = egl::DynamicInstance<egl::EGL1_4>;
 
 /// Must come before any other call into MuJoCo: every public function of the room that makes the first object
-/// calls it. Keeps MuJoCo from writing `MUJOCO_LOG.TXT` into the working folder.
+/// calls it. Keeps MuJoCo from writing `MUJOCO_LOG.TXT` into the working folder, and puts our function for true meshes into
+/// its table.
 pub(super) fn prepare_library() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -31,7 +36,73 @@ pub(super) fn prepare_library() {
         unsafe {
             set_log_handler(report_fatal);
         }
+        let mut own = [None; SOLIDS.len()];
+        for (own, solid) in own.iter_mut().zip(SOLIDS) {
+            // SAFETY: as above; what we put there does all that was there before for whoever lends no collider.
+            #[expect(unsafe_code, reason = "MuJoCo keeps its collision functions in a plain global")]
+            unsafe {
+                let entry = &raw mut mjCOLLISIONFUNC[solid as usize][MjtGeomBase::mjGEOM_MESH as usize];
+                *own = entry.read();
+                entry.write(Some(collide_with_mesh));
+            }
+        }
+        // Inside the `Once` nobody else has set it.
+        let _ = OWN_COLLISIONS.set(own);
     });
+}
+
+/// The geoms that a true mesh is held against, before a mesh in MuJoCo's order.
+const SOLIDS: [MjtGeomBase; 4] =
+    [MjtGeomBase::mjGEOM_SPHERE, MjtGeomBase::mjGEOM_CAPSULE, MjtGeomBase::mjGEOM_CYLINDER, MjtGeomBase::mjGEOM_BOX];
+
+/// What MuJoCo itself does with these and a mesh.
+static OWN_COLLISIONS: OnceLock<[mjfCollision; SOLIDS.len()]> = OnceLock::new();
+
+/// A solid against a mesh: against the true one that this thread has lent, else as MuJoCo does it.
+#[expect(unsafe_code, reason = "a function that MuJoCo calls")]
+unsafe extern "C" fn collide_with_mesh(
+    model: *const mjModel,
+    data: *mut mjData,
+    contacts: *mut mjPreContact,
+    solid: c_int,
+    mesh: c_int,
+    margin: f64,
+) -> c_int {
+    let place = |positions: *const f64, rotations: *const f64, number: usize| {
+        // SAFETY: MuJoCo's arrays have three and nine numbers for each geom and each body.
+        #[expect(unsafe_code, reason = "MuJoCo's arrays")]
+        unsafe {
+            placement(
+                slice::from_raw_parts(positions.add(3 * number), 3),
+                slice::from_raw_parts(rotations.add(9 * number), 9),
+            )
+        }
+    };
+    // SAFETY: MuJoCo calls with a model, its data, numbers of its geoms, and room for as many contacts as the kind of solid may
+    // have (`Probe::most_contacts`).
+    #[expect(unsafe_code, reason = "MuJoCo's structs")]
+    unsafe {
+        let found = with_collider(mesh, |collider| {
+            let body = *(*model).geom_bodyid.add(mesh as usize) as usize;
+            let world_from_solid = place((*data).geom_xpos, (*data).geom_xmat, solid as usize);
+            let world_from_object = place((*data).xpos, (*data).xmat, body);
+            let mut count = 0;
+            for contact in collider.contacts(solid, &world_from_solid, &world_from_object, margin) {
+                // From the solid to the mesh.
+                let normal = (-contact.normal).into();
+                let (dist, pos) = (contact.distance, contact.point.coords.into());
+                contacts.add(count).write(mjPreContact { dist, pos, normal, tangent: [0.0; 3] });
+                count += 1;
+            }
+            count as c_int
+        });
+        found.unwrap_or_else(|| {
+            let kind = (*model).geom_type.add(solid as usize).read() as i32;
+            let own = SOLIDS.iter().position(|solid| *solid as i32 == kind);
+            let own = own.and_then(|place| OWN_COLLISIONS.get()?[place]);
+            own.map_or(0, |own| own(model, data, contacts, solid, mesh, margin))
+        })
+    }
 }
 
 /// The C library's own word for its version.

@@ -1,4 +1,7 @@
-//! A hand and an object that stands still, compiled for stepping.
+//! A hand and an object that no hand can push away, compiled for stepping.
+//!
+//! The hand's base is the world. The object is held by slides that can move it against the hand: MuJoCo looks for no contacts
+//! between two bodies that have no joint, so that only so the base feels it.
 //!
 //! MuJoCo moves every joint by a position servo; the coupling is in what the servos are told ([`super::closing`]), not in
 //! equality constraints, so that a clutch can open while the simulation runs and the same controls replay in plain MuJoCo.
@@ -7,10 +10,10 @@
 use std::sync::Arc;
 
 use mujoco_rs::{
-    mujoco_c::{mjtCone, mjtDisableBit, mjtIntegrator},
+    mujoco_c::{mjtCone, mjtDisableBit, mjtIntegrator, mjtMeshInertia},
     wrappers::{
-        mj_editing::{MjSpec, MjtLimited, PositionConfig, SpecElement, SpecItem},
-        mj_model::{MjModel, MjtEq, MjtGeomBase, MjtObjBase, MjtSensor},
+        mj_editing::{MjSpec, MjsBody, MjtLimited, PositionConfig, SpecElement, SpecItem},
+        mj_model::{MjModel, MjtEq, MjtGeomBase, MjtJoint, MjtObjBase, MjtSensor, MjtTrn},
     },
 };
 use nalgebra::{IsometryMatrix3, UnitQuaternion};
@@ -18,9 +21,16 @@ use nalgebra::{IsometryMatrix3, UnitQuaternion};
 use super::{
     error::{HandError, RobotError},
     hand::HandModel,
-    robot::index,
+    robot::{index, isometry},
+    true_mesh::{self, TrueMeshCollider},
 };
-use crate::{collision::Geometry, geom::Shape, hand::Hand, kinematics::JointKind};
+use crate::{
+    collision::Geometry,
+    contact::{ContactSurface, Probe},
+    geom::{Shape, TriMesh},
+    hand::{Hand, Mount},
+    kinematics::JointKind,
+};
 
 /// Length of a step [s]. Half of it and a tenth of the labels of grasps stay the same: it is part of the method.
 pub(super) const STEP: f64 = 0.002;
@@ -41,8 +51,16 @@ const CONTACT_SOLIMP: [f64; 5] = [0.95, 0.995, 0.0005, 0.5, 2.0];
 /// The group that the description's own actuators are put into, to be switched off.
 const OWN_ACTUATORS: i32 = 30;
 
-/// The body that the hand closes on.
+/// Where the object is placed, and what hangs there by three slides: the body that the hand closes on.
+const PLACE: &str = "graspmill place";
 const OBJECT: &str = "graspmill object";
+pub(super) const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
+
+/// What a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
+const SLIDE_MASS: f64 = 100.0;
+
+/// Of MuJoCo's own distances of a mesh.
+const OCTREE_DEPTH: i32 = 8;
 
 /// What moves one joint.
 #[derive(Clone, Copy, Debug)]
@@ -61,13 +79,27 @@ pub(super) struct Servo {
     pub(super) inertia: f64,
 }
 
-/// A hand and an object that stands still, compiled. Shared by threads; each makes its own [`super::HandWorker`].
-#[derive(Debug)]
+/// How MuJoCo itself touches a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NativeContacts {
+    /// By an octree of distances, from 40 starts a pair: milliseconds a step.
+    Sdf,
+    /// Its convex hull.
+    Hull,
+}
+
+/// A hand and an object that nothing pushes away, compiled. Shared by threads; each makes its own [`super::HandWorker`].
 pub struct HandSim {
     pub(super) hand: Arc<Hand>,
     pub(super) model: Arc<MjModel>,
     /// Of each joint of the hand's tree.
     pub(super) servos: Vec<Servo>,
+    /// Of the object's slides.
+    pub(super) slides: [Servo; 3],
+    /// The object's surface, where it is a mesh, and the hand's solids by geom.
+    pub(super) true_mesh: Option<(Arc<ContactSurface>, Arc<[Option<Probe>]>)>,
+    /// What of the hand may touch the true mesh, and where it sits.
+    solids: Vec<(Mount, Probe)>,
     /// Of each geom of the model the hand's link, or `None` for a geom of the object.
     pub(super) link_of_geom: Vec<Option<usize>>,
     /// Names of the description's touch sensors, and where their values are.
@@ -81,6 +113,46 @@ impl HandSim {
     /// When the object has no shape, a mesh, or a number that is not finite, or MuJoCo refuses it.
     pub fn new(model: &HandModel, object: &[Geometry]) -> Result<Self, HandError> {
         check(object)?;
+        Self::compile(model, |spec| add_shapes(object_body(spec), object), None)
+    }
+
+    /// Compiles the hand with an object that is a true mesh; of the hand's own geoms only boxes, balls, capsules and
+    /// cylinders can touch it.
+    ///
+    /// # Errors
+    /// When another geom of the hand would touch it, or MuJoCo refuses the hand.
+    pub fn with_mesh(model: &HandModel, object: &Arc<ContactSurface>) -> Result<Self, HandError> {
+        Self::compile(model, |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
+    }
+
+    /// Compiles the hand with a mesh as MuJoCo itself touches it: slow and right, or its convex hull. For comparison.
+    ///
+    /// # Errors
+    /// When MuJoCo refuses the mesh or the hand.
+    pub fn with_native_mesh(model: &HandModel, object: &TriMesh, contacts: NativeContacts) -> Result<Self, HandError> {
+        let add = |spec: &mut MjSpec| {
+            let mesh = spec.add_mesh();
+            mesh.with_name(OBJECT);
+            mesh.set_inertia(mjtMeshInertia::mjMESH_INERTIA_SHELL);
+            mesh.set_octree_maxdepth(OCTREE_DEPTH);
+            mesh.set_uservert(object.vertices.as_flattened());
+            let faces: Vec<i32> = object.triangles.as_flattened().iter().map(|&vertex| vertex as i32).collect();
+            mesh.set_userface(&faces);
+            let geom = object_body(spec).add_geom();
+            geom.set_type(match contacts {
+                NativeContacts::Sdf => MjtGeomBase::mjGEOM_SDF,
+                NativeContacts::Hull => MjtGeomBase::mjGEOM_MESH,
+            });
+            geom.set_meshname(OBJECT);
+        };
+        Self::compile(model, add, None)
+    }
+
+    fn compile(
+        model: &HandModel,
+        add_geoms: impl FnOnce(&mut MjSpec),
+        surface: Option<&Arc<ContactSurface>>,
+    ) -> Result<Self, HandError> {
         let refused = |error: mujoco_rs::error::MjEditError| {
             HandError::from(RobotError::Refused { path: model.robot.path.clone(), message: error.to_string() })
         };
@@ -97,10 +169,19 @@ impl HandSim {
             key.set_ctrl(&[]);
         }
         let gains = add_servos(&mut spec, &hand).map_err(refused)?;
-        add_object(&mut spec, object);
+        add_object(&mut spec).map_err(refused)?;
+        add_geoms(&mut spec);
         let mut compiled = spec.compile().map_err(refused)?;
         set_options(&mut compiled);
         let servos = servos(&compiled, &hand, &gains);
+        let slides = SLIDES.map(|name| servo(&compiled, name, slide_stiffness()));
+        let probes = surface.map(|surface| match TrueMeshCollider::probes(&compiled) {
+            Ok(probes) => Ok((Arc::clone(surface), probes)),
+            Err(geom) => {
+                let geom = compiled.id_to_name(MjtObjBase::mjOBJ_GEOM, geom).unwrap_or_default().to_owned();
+                Err(HandError::Geom { path: model.robot.path.clone(), geom })
+            }
+        });
         let places = model.robot.all_places()?;
         let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
         // The object's body comes last: the description's bodies keep their numbers.
@@ -113,12 +194,40 @@ impl HandSim {
                 (name, index(compiled.sensor_adr()[sensor]))
             })
             .collect();
-        Ok(Self { hand, model: Arc::new(compiled), servos, link_of_geom, touch_sensors })
+        let true_mesh = probes.transpose()?;
+        let solid = |(geom, probe): (usize, &Option<Probe>)| {
+            let (link, link_from_body) = places.of_body.get(index(compiled.geom_bodyid()[geom]))?;
+            let body_from_geom = isometry(&compiled.geom_pos()[geom], &compiled.geom_quat()[geom]);
+            Some((Mount { link: *link, link_from_frame: link_from_body * body_from_geom }, (*probe)?))
+        };
+        let probes = true_mesh.iter().flat_map(|(_, probes)| probes.iter().enumerate());
+        let solids = probes.filter_map(solid).collect();
+        Ok(Self { hand, model: Arc::new(compiled), servos, slides, true_mesh, solids, link_of_geom, touch_sensors })
+    }
+
+    /// A lower bound of how far the hand, with its links at these frames of its base, is from the true mesh [m]; `None` where
+    /// the object is none.
+    pub(super) fn clearance_at_least(
+        &self,
+        frames: &[IsometryMatrix3<f64>],
+        object_from_base: &IsometryMatrix3<f64>,
+    ) -> Option<f64> {
+        let (surface, _) = self.true_mesh.as_ref()?;
+        let clearance = |(mount, probe): &(Mount, Probe)| {
+            surface.clearance_at_least(probe, &(object_from_base * self.hand.base_from(mount, frames)))
+        };
+        Some(self.solids.iter().map(clearance).fold(f64::INFINITY, f64::min))
     }
 
     /// The hand.
     pub fn hand(&self) -> &Hand {
         &self.hand
+    }
+}
+
+impl std::fmt::Debug for HandSim {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("HandSim").field("hand", &self.hand).finish_non_exhaustive()
     }
 }
 
@@ -132,7 +241,7 @@ fn check(object: &[Geometry]) -> Result<(), HandError> {
             Shape::Box { half } => half.to_vec(),
             Shape::Sphere { radius } => vec![*radius],
             Shape::Capsule { radius, half } | Shape::Cylinder { radius, half } => vec![*radius, *half],
-            Shape::Mesh(_) => return Err(HandError::MeshObject),
+            Shape::Mesh(_) => return wrong("a mesh is an object of its own: give it to HandSim::with_mesh".into()),
         };
         if !sizes.iter().all(|size| size.is_finite() && *size > 0.0) {
             return wrong(format!("{:?} has a size that is not above 0", geometry.shape));
@@ -167,21 +276,61 @@ fn add_servos(spec: &mut MjSpec, hand: &Hand) -> Result<Vec<f64>, mujoco_rs::err
         }
     }
     for (joint, stiffness) in hand.tree().joints().iter().zip(&gains) {
-        let servo = spec.add_actuator();
-        servo.with_name(&format!("graspmill {}", joint.joint.name));
-        servo.set_trntype(mujoco_rs::wrappers::mj_model::MjtTrn::mjTRN_JOINT);
-        servo.set_target(&joint.joint.name);
-        servo.set_to_position(PositionConfig { kp: *stiffness, dampratio: Some(1.0), ..PositionConfig::default() })?;
-        servo.set_ctrllimited(MjtLimited::mjLIMITED_FALSE);
-        servo.set_forcelimited(MjtLimited::mjLIMITED_FALSE);
-        servo.set_group(0);
+        add_servo(spec, &joint.joint.name, *stiffness)?;
     }
     Ok(gains)
 }
 
-fn add_object(spec: &mut MjSpec, object: &[Geometry]) {
-    let body = spec.world_body_mut().add_body();
-    body.with_name(OBJECT).set_mocap(true);
+/// A position servo, critically damped.
+fn add_servo(spec: &mut MjSpec, joint: &str, stiffness: f64) -> Result<(), mujoco_rs::error::MjEditError> {
+    let servo = spec.add_actuator();
+    servo.with_name(&servo_of(joint));
+    servo.set_trntype(MjtTrn::mjTRN_JOINT);
+    servo.set_target(joint);
+    servo.set_to_position(PositionConfig { kp: stiffness, dampratio: Some(1.0), ..PositionConfig::default() })?;
+    servo.set_ctrllimited(MjtLimited::mjLIMITED_FALSE);
+    servo.set_forcelimited(MjtLimited::mjLIMITED_FALSE);
+    servo.set_group(0);
+    Ok(())
+}
+
+/// Name of a joint's servo.
+fn servo_of(joint: &str) -> String {
+    format!("graspmill {joint}")
+}
+
+/// The place, the object without geoms, and its slides.
+fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
+    let place = spec.world_body_mut().add_body();
+    place.with_name(PLACE).set_mocap(true);
+    let object = place.add_body();
+    object.with_name(OBJECT);
+    // As a mass, not as armature: from this MuJoCo takes how hard contacts are.
+    object.set_mass(SLIDE_MASS);
+    *object.inertia_mut() = [SLIDE_MASS * 1e-3; 3];
+    object.set_explicitinertial(true);
+    for (axis, name) in SLIDES.into_iter().enumerate() {
+        let slide = object.add_joint();
+        slide.with_name(name);
+        slide.set_type(MjtJoint::mjJNT_SLIDE);
+        *slide.axis_mut() = std::array::from_fn(|part| f64::from(u8::from(part == axis)));
+    }
+    for name in SLIDES {
+        add_servo(spec, name, slide_stiffness())?;
+    }
+    Ok(())
+}
+
+/// As stiff as what a slide moves allows [N/m]: 50 N push the object off by 20 micrometres.
+fn slide_stiffness() -> f64 {
+    SLIDE_MASS * (STIFFNESS_OF_A_STEP / STEP).powi(2)
+}
+
+fn object_body(spec: &mut MjSpec) -> &mut MjsBody {
+    spec.body_mut(OBJECT).expect("the object was added")
+}
+
+fn add_shapes(body: &mut MjsBody, object: &[Geometry]) {
     for Geometry { shape, link_from_shape } in object {
         let geom = body.add_geom();
         let (kind, size) = match shape {
@@ -225,14 +374,15 @@ fn set_options(model: &mut MjModel) {
 }
 
 fn servos(model: &MjModel, hand: &Hand, gains: &[f64]) -> Vec<Servo> {
-    let servo = |(joint, stiffness): (&crate::kinematics::TreeJoint, &f64)| {
-        let name = &joint.joint.name;
-        let id = model.name_to_id(MjtObjBase::mjOBJ_JOINT, name).expect("the hand's joints are the model's");
-        let control = model.name_to_id(MjtObjBase::mjOBJ_ACTUATOR, &format!("graspmill {name}")).expect("added");
-        // MuJoCo has turned the ratio of damping into a gain.
-        let damping = -model.actuator_biasprm()[control][2];
-        let [address, dof] = [model.jnt_qposadr()[id], model.jnt_dofadr()[id]].map(index);
-        Servo { control, address, dof, stiffness: *stiffness, damping, inertia: model.dof_m0()[dof] }
-    };
-    hand.tree().joints().iter().zip(gains).map(servo).collect()
+    let joints = hand.tree().joints().iter();
+    joints.zip(gains).map(|(joint, stiffness)| servo(model, &joint.joint.name, *stiffness)).collect()
+}
+
+fn servo(model: &MjModel, joint: &str, stiffness: f64) -> Servo {
+    let id = model.name_to_id(MjtObjBase::mjOBJ_JOINT, joint).expect("the joint is the model's");
+    let control = model.name_to_id(MjtObjBase::mjOBJ_ACTUATOR, &servo_of(joint)).expect("added");
+    // MuJoCo has turned the ratio of damping into a gain.
+    let damping = -model.actuator_biasprm()[control][2];
+    let [address, dof] = [model.jnt_qposadr()[id], model.jnt_dofadr()[id]].map(index);
+    Servo { control, address, dof, stiffness, damping, inertia: model.dof_m0()[dof] }
 }

@@ -6,8 +6,9 @@
 //! and neither is of class `exact`: the compiler's choice of inertial frame and the rays run through the C library's
 //! maths (class `physics`), the renderer's pixels are the driver's (class `colour`).
 //!
-//! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that stands still, compiled once and shared, a
-//! [`HandWorker`] what one thread needs to move it. Stepping is of class `physics`.
+//! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that nothing pushes away, compiled once and
+//! shared, a [`HandWorker`] what one thread needs to move it. The object may be a true mesh: MuJoCo itself collides the convex
+//! hull of one. Stepping is of class `physics`.
 //!
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
@@ -22,6 +23,7 @@ mod closing;
 mod contacts;
 mod depth;
 mod error;
+mod feeling;
 mod ffi;
 mod gl;
 mod hand;
@@ -29,14 +31,16 @@ mod hand_sim;
 mod probe;
 mod robot;
 mod scene;
+mod true_mesh;
 
 pub use bodies::PairRule;
-pub use closing::{Command, HandWorker, Instability, LinkTouch, Run, RunEnd, Unstable};
+pub use closing::{Command, Effort, HandWorker, Instability, LinkTouch, MoveEnd, Run, RunEnd, Unstable};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::{Inertia, SimModel, SimWorker};
 pub use error::{GlError, HandError, RobotError, SceneError, SimError};
+pub use feeling::{ApproachEnd, Felt, HandApproach};
 pub use hand::HandModel;
-pub use hand_sim::HandSim;
+pub use hand_sim::{HandSim, NativeContacts};
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;

@@ -133,9 +133,10 @@ fn after_breakaway_the_fingertip_touches_where_geometry_says() {
         assert!((found_j2 - j2).abs().to_degrees() < 0.25 && (found_j3 - j3).abs().to_degrees() < 0.35);
         let motor = run.motors[3];
         let left = motor.released.expect("the clutch is open");
-        // J2's spring holds it with little more than its torque; the fingertip obeys the law to its own spring's give.
+        // J2's spring holds it with little more than its torque, on an object that gives way by hundredths of a millimetre;
+        // the fingertip obeys the law to its own spring's give.
         println!("J2's spring: {:.2} mrad", 1e3 * (left - found_j2));
-        assert!((0.0..0.003).contains(&(left - found_j2)));
+        assert!((0.0..0.005).contains(&(left - found_j2)));
         let law = 4.0 / 3.0 * motor.angle - left;
         assert!((law - found_j3).abs() < 0.003, "{law} {found_j3}");
         for part in ["medial_3", "distal_3"] {
@@ -146,7 +147,8 @@ fn after_breakaway_the_fingertip_touches_where_geometry_says() {
             );
             for touch in touches {
                 // On the cylinder, looking out of it.
-                let from_axis = Vector3::new(0.0, touch.point.y - y, touch.point.z - z);
+                let point = worker.base_from_object().inverse() * touch.point;
+                let from_axis = Vector3::new(0.0, point.y, point.z);
                 assert!((from_axis.norm() - radius).abs() < 1e-6, "{touch:?}");
                 assert!((from_axis / radius - touch.normal.into_inner()).norm() < 1e-4, "{touch:?}");
             }

@@ -8,6 +8,7 @@ use graspmill::{hand::Hand, sim::HandModel};
 use nalgebra::IsometryMatrix3;
 
 mod closing;
+mod feeling;
 mod guide;
 mod numbers;
 mod tables;

@@ -79,7 +79,7 @@ impl Surface {
     }
 
     /// As [`Surface::closest`], tried first against the triangle of an earlier answer nearby.
-    pub(super) fn closest_from(&self, point: &Point3<f64>, reach: f64, hint: Option<&Closest>) -> Option<Closest> {
+    pub(crate) fn closest_from(&self, point: &Point3<f64>, reach: f64, hint: Option<&Closest>) -> Option<Closest> {
         let first = hint.map(|hint| self.on_triangle(hint.triangle, point));
         let bound = first.map_or(reach * reach, |first| first.distance_squared.min(reach * reach));
         // A little more than the bound, so that rounding loses nothing at it.
@@ -121,7 +121,7 @@ impl Surface {
 
     /// The surface point that `share` (0 to 1) of the area comes before and that stands at (u, v), both in 0 to 1, of its
     /// triangle, with the unit normal there; in `Object`. Uniform numbers give points uniform over the area.
-    pub(super) fn point_at(&self, share: f64, u: f64, v: f64) -> Option<(Point3<f64>, Vector3<f64>)> {
+    pub(crate) fn point_at(&self, share: f64, u: f64, v: f64) -> Option<(Point3<f64>, Vector3<f64>)> {
         let wanted = share * self.area();
         let triangle = self.areas.partition_point(|sum| *sum <= wanted).min(self.triangles.len().checked_sub(1)?);
         let [a, b, c] = self.corners(triangle);
@@ -145,6 +145,13 @@ impl Surface {
         let normal = self.area_normal(triangle);
         let length = normal.norm();
         if length > 0.0 { normal / length } else { Vector3::zeros() }
+    }
+
+    /// The outward unit normal at a closest point, by its face, edge or corner.
+    pub(crate) fn normal(&self, closest: &Closest) -> Vector3<f64> {
+        let normal = self.pseudo_normal(closest);
+        let length = normal.norm();
+        if length > 0.0 { normal / length } else { Vector3::z() }
     }
 
     /// Points outward wherever the closest feature is a face, an edge or a corner; not of unit length.

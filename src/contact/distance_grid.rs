@@ -1,0 +1,104 @@
+//! Signed distances to a surface on a lattice around it.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::{
+    geom::{Aabb, SolidGrid},
+    voxel::channels::{Closest, Surface},
+};
+
+/// Exact signed distances to a mesh's surface at the points of a lattice around it, negative inside.
+///
+/// Distances change by at most a metre a metre, so that a point of the lattice bounds those around it.
+pub struct DistanceGrid {
+    /// The first point of the lattice, in `Object` [m].
+    origin: Point3<f64>,
+    /// Between neighbours [m].
+    cell: f64,
+    /// Points along each axis.
+    counts: [usize; 3],
+    /// At each point, rounded [m]. Shape (x, y, z), C order.
+    values: Vec<f32>,
+    /// The mesh's own box.
+    bounds: Aabb,
+}
+
+/// What f32 may have cut off [m]: distances stay below a few metres.
+const ROUNDING: f64 = 1e-6;
+
+impl DistanceGrid {
+    /// `cells` cells along the longest side of the mesh's box, and a margin [m] around it.
+    pub fn new(surface: &Surface, solid: &SolidGrid, bounds: &Aabb, cells: u32, margin: f64) -> Self {
+        let cell = bounds.longest_side() / f64::from(cells.max(1));
+        let origin = bounds.min - Vector3::repeat(margin);
+        let counts = bounds.extents().map(|side| ((side + 2.0 * margin) / cell).ceil() as usize + 1);
+        let mut values = Vec::with_capacity(counts.iter().product());
+        let at = |[x, y, z]: [usize; 3]| origin + Vector3::new(x as f64, y as f64, z as f64) * cell;
+        // Each point is told the nearest triangle of one beside it: the search has little left to do.
+        let mut column: Option<Closest> = None;
+        for x in 0..counts[0] {
+            for y in 0..counts[1] {
+                let mut hint = column;
+                for z in 0..counts[2] {
+                    let point = at([x, y, z]);
+                    let closest = surface.closest_from(&point, f64::INFINITY, hint.as_ref());
+                    if z == 0 {
+                        column = closest;
+                    }
+                    hint = closest;
+                    let distance = closest.map_or(f64::INFINITY, |closest| closest.distance_squared.sqrt());
+                    let inside = surface.inside(solid, &point, closest.as_ref());
+                    values.push(if inside { -distance } else { distance } as f32);
+                }
+            }
+        }
+        Self { origin, cell, counts, values, bounds: *bounds }
+    }
+
+    /// A lower bound of the signed distance from the surface to a point in `Object` [m].
+    pub fn at_least(&self, point: &Point3<f64>) -> f64 {
+        let along = (point - self.origin) / self.cell;
+        let mut place = [0; 3];
+        let mut apart = 0.0;
+        for axis in 0..3 {
+            let nearest = along[axis].round();
+            if !(0.0..self.counts[axis] as f64).contains(&nearest) {
+                // Beyond the lattice the surface is at least as far as its box.
+                let nearest = point.coords.sup(&self.bounds.min.coords).inf(&self.bounds.max.coords);
+                return (point.coords - nearest).norm();
+            }
+            place[axis] = nearest as usize;
+            apart += (along[axis] - nearest).powi(2);
+        }
+        let [x, y, z] = place;
+        let value = f64::from(self.values[(x * self.counts[1] + y) * self.counts[2] + z]);
+        value - self.cell * apart.sqrt() - ROUNDING
+    }
+
+    /// About the signed distance from the surface to a point in `Object` [m], between the points of the lattice; beyond it the
+    /// lower bound.
+    pub fn about(&self, point: &Point3<f64>) -> f64 {
+        let along = (point - self.origin) / self.cell;
+        let low = along.map(f64::floor);
+        let fits = |axis: usize| low[axis] >= 0.0 && low[axis] + 1.0 < self.counts[axis] as f64;
+        if !(0..3).all(fits) {
+            return self.at_least(point);
+        }
+        let part = along - low;
+        let first = (low.x as usize * self.counts[1] + low.y as usize) * self.counts[2] + low.z as usize;
+        let value = |place: usize| f64::from(self.values[place]);
+        let row = |place: usize| value(place) * (1.0 - part.z) + value(place + 1) * part.z;
+        let sheet = |place: usize| row(place) * (1.0 - part.y) + row(place + self.counts[2]) * part.y;
+        sheet(first) * (1.0 - part.x) + sheet(first + self.counts[1] * self.counts[2]) * part.x
+    }
+
+    /// The mesh's own box, in `Object`.
+    pub fn bounds(&self) -> &Aabb {
+        &self.bounds
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.values.as_slice())
+    }
+}

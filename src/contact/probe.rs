@@ -1,0 +1,63 @@
+//! Solids as a core with a thickness.
+
+use nalgebra::Point3;
+
+use crate::geom::Shape;
+
+/// The edges of boxes and cylinders are rounded by this [m]: deeper than any contact that is meant, so that the core stays
+/// outside of what the solid touches.
+pub const EDGE_RADIUS: f64 = 0.001;
+
+/// A solid whose contacts are looked for, in its own frame: all points within `thickness` of a core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// Half the sides of the core's box [m].
+    pub(super) half: [f64; 3],
+    /// Whether the core is the cylinder in that box, about z.
+    round: bool,
+    /// From the core to the solid's surface [m].
+    pub(super) thickness: f64,
+}
+
+impl Probe {
+    /// A ball or a capsule as it is; a box or a cylinder with its edges rounded by [`EDGE_RADIUS`], or by half of its least
+    /// half side where that is less. `None` for a mesh.
+    pub fn new(shape: &Shape) -> Option<Self> {
+        Some(match shape {
+            Shape::Sphere { radius } => Self { half: [0.0; 3], round: false, thickness: *radius },
+            Shape::Capsule { radius, half } => Self { half: [0.0, 0.0, *half], round: false, thickness: *radius },
+            Shape::Box { half } => {
+                let thickness = half.iter().fold(EDGE_RADIUS, |least, side| least.min(side / 2.0));
+                Self { half: half.map(|side| side - thickness), round: false, thickness }
+            }
+            Shape::Cylinder { radius, half } => {
+                let thickness = EDGE_RADIUS.min(radius / 2.0).min(half / 2.0);
+                let [across, along] = [radius - thickness, half - thickness];
+                Self { half: [across, across, along], round: true, thickness }
+            }
+            Shape::Mesh(_) => return None,
+        })
+    }
+
+    /// Most contacts that it is given: as MuJoCo has room for a pair of geoms.
+    pub fn most_contacts(&self) -> usize {
+        match self.half.iter().filter(|side| **side > 0.0).count() {
+            0 => 1,
+            1 => 2,
+            _ => 4,
+        }
+    }
+
+    /// The point of the core next to a point.
+    pub(super) fn nearest(&self, point: &Point3<f64>) -> Point3<f64> {
+        let mut nearest = Point3::from_slice(&std::array::from_fn::<_, 3, _>(|axis| {
+            point[axis].clamp(-self.half[axis], self.half[axis])
+        }));
+        if self.round {
+            let away = point.x.hypot(point.y);
+            let scale = if away > self.half[0] { self.half[0] / away } else { 1.0 };
+            (nearest.x, nearest.y) = (point.x * scale, point.y * scale);
+        }
+        nearest
+    }
+}

@@ -1,0 +1,278 @@
+//! True meshes in MuJoCo, which itself collides the convex hull of one.
+//!
+//! The object's geom is a mesh of eight corners, so that MuJoCo looks where its box is; what is found there comes from a
+//! [`ContactSurface`]. MuJoCo's table of collision functions is one for the process: `ffi` puts ours into it once, and ours
+//! asks what the thread that steps has [lent](ColliderLoan) to it. Whoever lends nothing gets MuJoCo's own contacts.
+
+use std::{cell::RefCell, sync::Arc};
+
+use mujoco_rs::wrappers::{
+    mj_editing::{MjSpec, MjsBody, SpecItem},
+    mj_model::{MjModel, MjtGeomBase, MjtObjBase},
+};
+use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Vector3};
+
+use super::robot::index;
+use crate::{
+    contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact},
+    geom::Shape,
+};
+
+/// The geom and the mesh that stand for a true mesh.
+const NAME: &str = "graspmill true mesh";
+
+/// What one thread needs to find the contacts of one true mesh.
+pub(super) struct TrueMeshCollider {
+    surface: Arc<ContactSurface>,
+    /// MuJoCo's number of the geom that stands for it.
+    pub(super) geom: i32,
+    /// Of each geom of the model the solid that may touch it.
+    trackers: Vec<Option<ContactTracker>>,
+    scratch: ContactScratch,
+    found: Vec<SurfaceContact>,
+}
+
+thread_local! {
+    static LENT: RefCell<Option<TrueMeshCollider>> = const { RefCell::new(None) };
+}
+
+/// While it lives, MuJoCo asks the collider on this thread.
+pub(super) struct ColliderLoan<'a> {
+    owner: &'a mut Option<TrueMeshCollider>,
+}
+
+impl<'a> ColliderLoan<'a> {
+    pub(super) fn new(owner: &'a mut Option<TrueMeshCollider>) -> Self {
+        LENT.set(owner.take());
+        Self { owner }
+    }
+}
+
+impl Drop for ColliderLoan<'_> {
+    fn drop(&mut self) {
+        *self.owner = LENT.take();
+    }
+}
+
+/// Calls `ask` with the collider that stands for a geom on this thread, if there is one.
+pub(super) fn with_collider<T>(geom: i32, ask: impl FnOnce(&mut TrueMeshCollider) -> T) -> Option<T> {
+    LENT.with_borrow_mut(|lent| lent.as_mut().filter(|collider| collider.geom == geom).map(ask))
+}
+
+/// Puts the geom of a true mesh on a body, in whose frame the mesh is.
+pub(super) fn add_geom(spec: &mut MjSpec, surface: &ContactSurface, body: impl FnOnce(&mut MjSpec) -> &mut MjsBody) {
+    let bounds = surface.bounds();
+    // As wide as a mesh has to be, at least.
+    let half = (bounds.max - bounds.min).map(|side| side.max(1e-3)) / 2.0;
+    let centre = bounds.centre();
+    let corner = |place: usize| {
+        std::array::from_fn::<f32, 3, _>(|axis| {
+            let side = if place >> axis & 1 == 1 { half[axis] } else { -half[axis] };
+            (centre[axis] + side) as f32
+        })
+    };
+    let corners: Vec<[f32; 3]> = (0..8).map(corner).collect();
+    let mesh = spec.add_mesh();
+    mesh.with_name(NAME);
+    mesh.set_uservert(corners.as_flattened());
+    let geom = body(spec).add_geom();
+    geom.with_name(NAME);
+    geom.set_type(MjtGeomBase::mjGEOM_MESH);
+    geom.set_meshname(NAME);
+}
+
+impl TrueMeshCollider {
+    /// The solids that may touch the true mesh of a model, by geom; fails with the first geom that meets it and is no box,
+    /// ball, capsule or cylinder.
+    pub(super) fn probes(model: &MjModel) -> Result<Arc<[Option<Probe>]>, usize> {
+        let own = Self::geom_of(model);
+        let meets = |geom: usize| {
+            let [types, affinities] = [model.geom_contype(), model.geom_conaffinity()];
+            types[geom] & affinities[own] != 0 || types[own] & affinities[geom] != 0
+        };
+        let probe = |geom: usize| {
+            let [x, y, z] = model.geom_size()[geom];
+            let shape = match model.geom_type()[geom] {
+                MjtGeomBase::mjGEOM_BOX => Some(Shape::Box { half: [x, y, z] }),
+                MjtGeomBase::mjGEOM_SPHERE => Some(Shape::Sphere { radius: x }),
+                MjtGeomBase::mjGEOM_CAPSULE => Some(Shape::Capsule { radius: x, half: y }),
+                MjtGeomBase::mjGEOM_CYLINDER => Some(Shape::Cylinder { radius: x, half: y }),
+                _ => None,
+            };
+            let probe = shape.as_ref().and_then(Probe::new);
+            if probe.is_none() && geom != own && meets(geom) { Err(geom) } else { Ok(probe) }
+        };
+        (0..model.geom_type().len()).map(probe).collect()
+    }
+
+    fn geom_of(model: &MjModel) -> usize {
+        model.name_to_id(MjtObjBase::mjOBJ_GEOM, NAME).expect("the true mesh has a geom")
+    }
+
+    pub(super) fn new(model: &MjModel, surface: &Arc<ContactSurface>, probes: &[Option<Probe>]) -> Self {
+        Self {
+            surface: Arc::clone(surface),
+            geom: Self::geom_of(model) as i32,
+            trackers: probes.iter().map(|probe| probe.map(ContactTracker::new)).collect(),
+            scratch: ContactScratch::default(),
+            found: Vec::new(),
+        }
+    }
+
+    /// Begins a new run.
+    pub(super) fn forget(&mut self) {
+        self.trackers.iter_mut().flatten().for_each(ContactTracker::forget);
+    }
+
+    /// Contacts of a geom with the mesh, nearer than `margin` [m]; both placed in the world, the mesh by its body.
+    pub(super) fn contacts(
+        &mut self,
+        geom: i32,
+        world_from_geom: &IsometryMatrix3<f64>,
+        world_from_object: &IsometryMatrix3<f64>,
+        margin: f64,
+    ) -> impl Iterator<Item = WorldContact> + '_ {
+        self.found.clear();
+        if let Some(tracker) = &mut self.trackers[index(geom)] {
+            let object_from_geom = world_from_object.inv_mul(world_from_geom);
+            tracker.contacts(&self.surface, &object_from_geom, margin, &mut self.scratch, &mut self.found);
+        }
+        let world_from_object = *world_from_object;
+        self.found.iter().map(move |contact| {
+            let normal = world_from_object * contact.normal.into_inner();
+            let point = world_from_object * contact.point - normal * (contact.distance / 2.0);
+            WorldContact { distance: contact.distance, point, normal }
+        })
+    }
+}
+
+/// A contact as MuJoCo wants it.
+pub(super) struct WorldContact {
+    /// [m], negative where the two overlap.
+    pub(super) distance: f64,
+    /// Half way between the two surfaces.
+    pub(super) point: Point3<f64>,
+    /// Out of the mesh.
+    pub(super) normal: Vector3<f64>,
+}
+
+/// A placement as MuJoCo has it: a place and a rotation by rows.
+pub(super) fn placement(place: &[f64], rows: &[f64]) -> IsometryMatrix3<f64> {
+    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rows));
+    IsometryMatrix3::from_parts(Translation3::from(Vector3::from_column_slice(place)), turn)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{path::Path, time::Instant};
+
+    use mujoco_rs::{
+        mujoco_c::{mjtCone, mjtIntegrator},
+        wrappers::mj_data::MjData,
+    };
+
+    use super::*;
+    use crate::{
+        assets::{MeshOrigin, MeshSource, PreparedMesh, ScaleRule, SizeRule, list_folder, prepare},
+        voxel::InsideTest,
+    };
+
+    fn scan(name: &str) -> PreparedMesh {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(".deps/ycb");
+        let files = list_folder(&folder).unwrap_or_else(|error| panic!("{error}; `make setup` fetches the scans"));
+        let path = files.into_iter().find(|file| file.to_string_lossy().contains(name)).expect("a scan");
+        let source = MeshSource {
+            name: name.into(),
+            origin: MeshOrigin::File(path),
+            scale: ScaleRule::MetresPerUnit(1.0),
+            size: SizeRule::default(),
+            licence: None,
+            citation: None,
+            group: None,
+        };
+        prepare(&source).expect("a sound scan")
+    }
+
+    /// A free ball above a mesh that stands still, z up.
+    fn ball_over(
+        surface: &Arc<ContactSurface>,
+        radius: f64,
+    ) -> (Arc<MjModel>, MjData<Arc<MjModel>>, Option<TrueMeshCollider>) {
+        ffi_ready();
+        let mut spec = MjSpec::new();
+        let body = spec.world_body_mut().add_body();
+        body.with_name("object");
+        add_geom(&mut spec, surface, |spec| spec.body_mut("object").expect("added"));
+        let ball = spec.world_body_mut().add_body();
+        ball.with_name("ball");
+        ball.add_free_joint();
+        let geom = ball.add_geom();
+        geom.set_type(MjtGeomBase::mjGEOM_SPHERE);
+        *geom.size_mut() = [radius, 0.0, 0.0];
+        geom.set_mass(0.01);
+        // A rolling ball would take for ever.
+        geom.set_condim(6);
+        let mut model = spec.compile().expect("a model");
+        let option = model.opt_mut();
+        option.timestep = 0.002;
+        option.integrator = mjtIntegrator::mjINT_IMPLICITFAST as i32;
+        option.cone = mjtCone::mjCONE_ELLIPTIC as i32;
+        option.impratio = 10.0;
+        model.geom_solref_mut().fill([0.004, 1.0]);
+        model.geom_solimp_mut().fill([0.95, 0.995, 0.0005, 0.5, 2.0]);
+        model.geom_friction_mut().fill([0.5, 0.005, 0.002]);
+        let model = Arc::new(model);
+        let probes = TrueMeshCollider::probes(&model).expect("solids");
+        let collider = TrueMeshCollider::new(&model, surface, &probes);
+        (Arc::clone(&model), MjData::new(model), Some(collider))
+    }
+
+    fn ffi_ready() {
+        super::super::ffi::prepare_library();
+    }
+
+    /// Drops a ball at places over the middle of a hollow scan and lets it come to rest; the distance from its surface to the
+    /// mesh's at the end, and where it lies.
+    fn rests(prepared: &PreparedMesh, radius: f64, drop: Vector3<f64>) -> (f64, Vector3<f64>, f64) {
+        let surface = Arc::new(ContactSurface::new(&prepared.mesh, InsideTest::WindingNumber).expect("a surface"));
+        let (_, mut data, mut collider) = ball_over(&surface, radius);
+        data.qpos_mut()[..3].copy_from_slice(drop.as_slice());
+        let mut fastest = 0.0;
+        for step in 0..4000 {
+            let loan = ColliderLoan::new(&mut collider);
+            data.step();
+            std::mem::drop(loan);
+            if step >= 3900 {
+                fastest = f64::max(fastest, Vector3::from_column_slice(&data.qvel()[..3]).norm());
+            }
+        }
+        let at = Vector3::from_column_slice(&data.qpos()[..3]);
+        (surface.signed_distance(&Point3::from(at)) - radius, at, fastest)
+    }
+
+    /// Inside a bowl and a mug a small ball falls to the ground of it: their hulls would carry it on the brim.
+    #[test]
+    fn a_small_ball_rests_inside_bowl_and_mug() {
+        for name in ["bowl", "mug"] {
+            let prepared = scan(name);
+            let bounds = prepared.mesh.aabb().expect("vertices");
+            for (radius, aside) in [(0.003, 0.0), (0.006, 0.0), (0.006, 0.012)] {
+                let began = Instant::now();
+                let centre = bounds.centre();
+                let drop = Vector3::new(centre.x + aside, centre.y, bounds.max.z - 0.01);
+                let (gap, at, speed) = rests(&prepared, radius, drop);
+                println!(
+                    "{name}, ball of {:.0} mm: gap {:.4} mm at {at:?} (brim {:.3}, ground {:.3}), {speed:.1e} m/s, {:?}",
+                    2e3 * radius,
+                    1e3 * gap,
+                    bounds.max.z,
+                    bounds.min.z,
+                    began.elapsed()
+                );
+                assert!(gap.abs() < 2e-4, "{name}: {gap} m from the surface");
+                assert!(speed < 1e-2, "{name}: {speed} m/s");
+                assert!(at.z < bounds.max.z - 0.02 && at.z > bounds.min.z, "{name}: {at:?}");
+            }
+        }
+    }
+}
