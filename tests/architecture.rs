@@ -37,6 +37,7 @@ const USES: &[(&str, &[&str])] = &[
             "plan",
             "kinematics",
             "collision",
+            "contact",
             "sim",
         ],
     ),

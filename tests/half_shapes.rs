@@ -4,6 +4,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    path::Path,
     process::Command,
 };
 
@@ -28,16 +29,23 @@ struct Seen {
 /// Size [mm] and front -> back -> what was seen.
 type Shapes = BTreeMap<(u32, String), BTreeMap<String, Seen>>;
 
-/// The shapes of `jobs/half-shapes.toml` with these settings on top.
+/// Runs `jobs/half-shapes.toml` with these settings on top.
+fn run(folder: &Path, settings: &[&str], threads: &str) -> DatasetReader {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(["run", "jobs/half-shapes.toml", "--out"]).arg(folder);
+    command.args(settings.iter().flat_map(|setting| ["--set", setting]));
+    let output = command.args(["--progress", "none", "--threads", threads]).output().expect("the program");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    DatasetReader::open(folder).expect("a dataset")
+}
+
+/// Nothing is touched.
+const UNTOUCHED: [&str; 2] = ["touch.exploration=false", "touch.grasp=false"];
+
+/// The shapes of `jobs/half-shapes.toml` with these settings on top, untouched.
 fn shapes(settings: &[&str]) -> Shapes {
     let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path().join("half-shapes");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(["run", "jobs/half-shapes.toml", "--out"]).arg(&folder);
-    command.args(settings.iter().flat_map(|setting| ["--set", setting])).args(["--progress", "none"]);
-    let output = command.output().expect("the program");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let reader = DatasetReader::open(&folder).expect("a dataset");
+    let reader = run(&folder.path().join("half-shapes"), &[settings, &UNTOUCHED].concat(), "2");
     let mut shapes = Shapes::new();
     for row in reader.assets().expect("its objects").objects {
         let sample = reader.sample_of(&SampleId::of_object(row.object, ViewId(0))).expect("a sound shard");
@@ -179,4 +187,78 @@ fn so_has_every_other_size_distance_and_mesh() {
             shapes(&[&objects, &distance, "split.test_models=0", "gate.min_partial_cells=1", "camera.near=0.01"]);
         compare(&format!("{triangles} triangles, {distance}"), &shapes);
     }
+}
+
+/// How far a point in `Object` is off the back of a half-shape [m]; `None` in front of its middle plane, or on its rim.
+#[cfg(feature = "sim")]
+fn off_back(back: &str, radius: f64, point: &nalgebra::Point3<f64>) -> Option<f64> {
+    let [x, y, z] = [point.x, point.y.abs(), point.z.abs()];
+    let off = match back {
+        "cube" => x.max(y).max(z) - radius,
+        "diamond" => (x + y + z - radius) / 3f64.sqrt(),
+        _ => (x * x + y * y + z * z).sqrt() - radius,
+    };
+    (x > 0.002).then(|| off.abs())
+}
+
+/// What depth cannot tell apart is felt: of two shapes with one partial grid the hand touches places of the one's back that are
+/// off the other's. The samples are the same on 1 and 2 threads, and the pairs the same as without touch.
+#[cfg(feature = "sim")]
+#[test]
+fn touch_tells_apart_what_depth_cannot() {
+    use graspmill::dataset::NumberClass;
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = [
+        "objects=[{ built_in = { half_shapes_mm = [80], only = \"ambiguous\" } }]",
+        "split.test_models=0",
+        "shards.samples=1",
+    ];
+    let reader = run(&folder.path().join("two"), &settings, "2");
+    let alone = run(&folder.path().join("one"), &settings, "1");
+    let untouched = run(&folder.path().join("untouched"), &[&settings[..], &UNTOUCHED].concat(), "2");
+    assert_eq!(reader.manifest().root, alone.manifest().root);
+    let exact = |reader: &DatasetReader| reader.manifest().classes[&NumberClass::Exact];
+    assert_eq!(exact(&reader), exact(&untouched));
+    assert!(reader.manifest().classes.contains_key(&NumberClass::Physics));
+
+    let mut partials = BTreeMap::<String, Vec<_>>::new();
+    let (mut hidden, mut all, mut deepest) = (0, 0, 0f32);
+    for row in reader.assets().expect("its objects").objects {
+        let sample =
+            reader.sample_of(&SampleId::of_object(row.object, ViewId(0))).expect("a sound shard").expect("kept");
+        let touched = sample.touched().expect("sound touch").expect("touch is stored");
+        let parts: Vec<&str> = row.name.split('-').collect();
+        let others = UNSEEN.iter().find(|(front, _)| *front == parts[1]).expect("a front that hides backs").1;
+        let object_from_camera = touched.pair.camera_from_object.inverse();
+        let mut told = BTreeMap::new();
+        for (channel, touch) in &touched.touch {
+            let felt = &touch.hand.as_ref().expect("a hand touched").felt;
+            assert!(touch.contacts.len() >= touch.probes as usize, "{} {channel:?}: {touch:?}", row.name);
+            for (contact, felt) in touch.contacts.iter().zip(felt) {
+                let point = object_from_camera.point(&nalgebra::Point3::from(contact.position.map(f64::from)));
+                // The mesh of a ball lies within its facets.
+                let own = off_back(parts[2], 0.04, &point);
+                assert!(own.is_none_or(|off| off < 1.5e-4), "{} at {point}: {own:?}", row.name);
+                for other in others.iter().filter(|other| **other != parts[2]) {
+                    let off = off_back(other, 0.04, &point).is_some_and(|off| off > 0.002);
+                    *told.entry(*other).or_insert(0) += usize::from(off);
+                }
+                (all, hidden) = (all + 1, hidden + usize::from(!contact.visible));
+                deepest = deepest.min(felt.gap);
+            }
+        }
+        println!("{}: contacts off the other backs by more than 2 mm {told:?}", row.name);
+        assert!(told.values().all(|count| *count > 0), "{}: {told:?}", row.name);
+        partials.entry(parts[1].to_owned()).or_default().push(touched);
+    }
+    for touched in partials.values() {
+        assert!(
+            touched
+                .windows(2)
+                .all(|two| two[0].pair.partial == two[1].pair.partial && two[0].tactile != two[1].tactile)
+        );
+    }
+    println!("{hidden} of {all} contacts hidden, {:.3} mm deep at most", -1e3 * deepest);
+    assert!(2 * hidden > all / 2 && deepest > -5e-4);
 }

@@ -99,10 +99,11 @@ fn scene_camera(camera: &job::SceneCamera) -> Result<crate::geom::Intrinsics, St
         .map_err(|error| error.to_string())
 }
 
-/// Whether the simulator takes the hand.
+/// Whether the simulator takes the hand, and it can touch meshes.
 #[cfg(feature = "sim")]
 fn hand_fault(hand: &job::JobHand) -> Result<(), String> {
-    crate::sim::HandModel::open(&hand.scene).map(drop).map_err(|error| error.to_string())
+    let model = crate::sim::HandModel::open(&hand.scene).map_err(|error| error.to_string())?;
+    model.check_solids().map_err(|error| error.to_string())
 }
 
 fn job_failure(errors: &JobErrors) -> Failure {

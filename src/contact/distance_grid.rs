@@ -7,7 +7,8 @@ use crate::{
     voxel::channels::{Closest, Surface},
 };
 
-/// Exact signed distances to a mesh's surface at the points of a lattice around it, negative inside.
+/// Signed distances to a mesh's surface at the points of a lattice around it, negative inside: exact near the surface, lower
+/// bounds farther away.
 ///
 /// Distances change by at most a metre a metre, so that a point of the lattice bounds those around it.
 pub struct DistanceGrid {
@@ -22,6 +23,10 @@ pub struct DistanceGrid {
     /// The mesh's own box.
     bounds: Aabb,
 }
+
+/// Distances up to this are exact [m]: beyond it, in the middle of a ball above all, the search for the nearest of many triangles
+/// that are equally near costs most.
+const EXACT: f64 = 0.016;
 
 /// What f32 may have cut off [m]: distances stay below a few metres.
 const ROUNDING: f64 = 1e-6;
@@ -39,16 +44,19 @@ impl DistanceGrid {
         for x in 0..counts[0] {
             for y in 0..counts[1] {
                 let mut hint = column;
+                // How much of the last exact distance is left before the surface may be near.
+                let (mut last, mut left) = (0.0, 0.0);
                 for z in 0..counts[2] {
-                    let point = at([x, y, z]);
-                    let closest = surface.closest_from(&point, f64::INFINITY, hint.as_ref());
-                    if z == 0 {
-                        column = closest;
+                    (last, left) = (last - cell, left - cell);
+                    if left < 0.0 || z == 0 {
+                        let point = at([x, y, z]);
+                        hint = surface.closest_from(&point, f64::INFINITY, hint.as_ref());
+                        column = if z == 0 { hint } else { column };
+                        let distance = hint.map_or(f64::INFINITY, |closest| closest.distance_squared.sqrt());
+                        let inside = surface.inside(solid, &point, hint.as_ref());
+                        (last, left) = (if inside { -distance } else { distance }, distance - EXACT);
                     }
-                    hint = closest;
-                    let distance = closest.map_or(f64::INFINITY, |closest| closest.distance_squared.sqrt());
-                    let inside = surface.inside(solid, &point, closest.as_ref());
-                    values.push(if inside { -distance } else { distance } as f32);
+                    values.push(last as f32);
                 }
             }
         }

@@ -39,6 +39,16 @@ impl Probe {
         })
     }
 
+    /// From the origin of its frame to its farthest place at most [m].
+    pub fn radius(&self) -> f64 {
+        self.core_radius() + self.thickness
+    }
+
+    /// The same of its core [m].
+    pub(super) fn core_radius(&self) -> f64 {
+        self.half.iter().map(|side| side * side).sum::<f64>().sqrt()
+    }
+
     /// Most contacts that it is given: as MuJoCo has room for a pair of geoms.
     pub fn most_contacts(&self) -> usize {
         match self.half.iter().filter(|side| **side > 0.0).count() {

@@ -30,8 +30,7 @@ struct Searched {
 impl ContactTracker {
     /// Of a solid that has not been looked for yet.
     pub fn new(probe: Probe) -> Self {
-        let [x, y, z] = probe.half;
-        Self { probe, radius: (x * x + y * y + z * z).sqrt(), searched: None, places: Vec::new() }
+        Self { probe, radius: probe.core_radius(), searched: None, places: Vec::new() }
     }
 
     /// Begins again.

@@ -42,15 +42,19 @@ impl Estimate {
     }
 }
 
-/// Processor time of one approach of a hand, or of taking hold once [s]. A pilot has no hands, so that it stays short.
-const SECONDS_AN_APPROACH: f64 = 0.05;
-/// About what an approach takes on disk: a pose and some eight joints in double precision, and four contacts of 42 bytes.
+/// Processor time of one approach of a hand, or of taking hold once, measured on the YCB scans [s]. A pilot has no hands, so
+/// that it stays short.
+const SECONDS_AN_APPROACH: f64 = 0.025;
+/// The same of preparing an object to be touched [s].
+const SECONDS_AN_OBJECT: f64 = 0.4;
+/// What an approach takes on disk, measured on the same: a pose and some eight joints in double precision, and three contacts.
 const BYTES_AN_APPROACH: f64 = 330.0;
 
 /// About how much processor time hands add to a sample [s]; 0 without touch by hands.
 pub fn seconds_of_hands(job: &Job) -> f64 {
     let by_hand = job.completion().and_then(|job| job.settings.touch.by_hand.as_ref());
-    by_hand.map_or(0.0, |touch| SECONDS_AN_APPROACH * f64::from(touch.approaches()))
+    let views = job.completion().map_or(1, |job| job.settings.views.len());
+    by_hand.map_or(0.0, |touch| SECONDS_AN_APPROACH * f64::from(touch.approaches()) + SECONDS_AN_OBJECT / views as f64)
 }
 
 /// About how many bytes a stored sample takes, its part of a field included. A guess for planning: when a job has run, its

@@ -102,17 +102,6 @@ pub enum Instability {
     Room,
 }
 
-/// How a guarded move ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum MoveEnd {
-    /// Something touched.
-    Touched,
-    /// Nothing did, all the way.
-    Free,
-    /// The numbers blew up.
-    Unstable(Unstable),
-}
-
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunEnd {
@@ -166,8 +155,8 @@ struct Moved {
 
 /// What one thread needs to move a hand; its state is its own.
 pub struct HandWorker {
-    sim: Arc<HandSim>,
-    data: MjData<Arc<MjModel>>,
+    pub(super) sim: Arc<HandSim>,
+    pub(super) data: MjData<Arc<MjModel>>,
     drives: Vec<Drive>,
     /// What the servos are told, one a joint of the tree.
     wanted: Vec<f64>,
@@ -177,9 +166,9 @@ pub struct HandWorker {
     /// For a true mesh.
     collider: Option<TrueMeshCollider>,
     /// Where the object's slides are told to be, along the axes of its place [m].
-    slid: Vector3<f64>,
+    pub(super) slid: Vector3<f64>,
     /// The object's place, seen from the hand's base.
-    base_from_place: IsometryMatrix3<f64>,
+    pub(super) base_from_place: IsometryMatrix3<f64>,
     steps: u32,
     /// Where the joints were when one of them moved last.
     stood_at: Vec<f64>,
@@ -192,8 +181,7 @@ impl HandWorker {
     pub fn new(sim: &Arc<HandSim>) -> Self {
         let data = MjData::new(Arc::clone(&sim.model));
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
-        let collider =
-            sim.true_mesh.as_ref().map(|(surface, probes)| TrueMeshCollider::new(&sim.model, surface, probes));
+        let collider = sim.true_mesh.as_ref().map(|mesh| TrueMeshCollider::new(&sim.model, mesh));
         let mut worker = Self {
             sim: Arc::clone(sim),
             data,
@@ -210,11 +198,6 @@ impl HandWorker {
         };
         worker.place(&worker.sim.hand.opened(), &IsometryMatrix3::identity());
         worker
-    }
-
-    /// What it moves.
-    pub(super) fn sim(&self) -> &HandSim {
-        &self.sim
     }
 
     /// The hand.
@@ -292,28 +275,6 @@ impl HandWorker {
     pub fn base_from_object(&self) -> IsometryMatrix3<f64> {
         let slid = self.sim.slides.map(|slide| self.data.qpos()[slide.address]);
         self.base_from_place * Translation3::from(slid)
-    }
-
-    /// Moves the hand along a direction of its base at a speed [m/s], its fingers holding still, until something touches the
-    /// object, at most so far [m]: then it stops where it is. (What moves is the object, the other way.)
-    pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, way: f64) -> MoveEnd {
-        let hold = vec![Command::Hold; self.drives.len()];
-        let step = self.base_from_place.rotation.inverse() * direction.into_inner() * (-speed * STEP);
-        let mut end = MoveEnd::Free;
-        for _ in 0..(way / (speed * STEP)).ceil() as u32 {
-            self.slid += step;
-            if let Err(unstable) = self.step(&hold) {
-                return MoveEnd::Unstable(unstable);
-            }
-            if self.touches().iter().any(|touch| touch.force > 0.0) {
-                end = MoveEnd::Touched;
-                break;
-            }
-        }
-        // What moves lags behind what it is told.
-        let at = |axis: usize| self.data.qpos()[self.sim.slides[axis].address];
-        self.slid = Vector3::from_fn(|axis, _| at(axis));
-        end
     }
 
     /// One step of 2 ms.

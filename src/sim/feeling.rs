@@ -4,8 +4,9 @@
 use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
 
 use super::{
-    closing::{Effort, HandWorker, LinkTouch, MoveEnd, RunEnd},
+    closing::{Command, Effort, HandWorker, LinkTouch, RunEnd, Unstable},
     error::HandError,
+    hand_sim::STEP,
 };
 
 /// Speed of a guarded move [m/s]: 60 micrometres a step.
@@ -14,8 +15,17 @@ const SPEED: f64 = 0.03;
 /// A hand that is known to be so far from the object at least comes nearer without simulation [m].
 const CLEAR: f64 = 5e-4;
 
+/// Touches of a link that are nearer to each other are one [m].
+const SAME_PLACE: f64 = 0.002;
+
 /// Steps in which fingers come to rest, at most: a finger that feels takes 1,700 for its whole way.
 const MOST_STEPS: u32 = 3_000;
+
+/// With which a hand leans on what stopped it [N], how many steps it takes to come to that, and how much of what it leans too
+/// much it gives way to in a step.
+const LEANS: f64 = 1.0;
+const STEPS_TO_EASE: u32 = 60;
+const EASING: f64 = 0.1;
 
 /// A straight way of the opened hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +36,17 @@ pub struct HandApproach {
     pub way: f64,
     /// How its fingers close in the end.
     pub effort: Effort,
+}
+
+/// How a guarded move ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MoveEnd {
+    /// Something touched.
+    Touched,
+    /// Nothing did, all the way.
+    Free,
+    /// The numbers blew up.
+    Unstable(Unstable),
 }
 
 /// How an approach ended.
@@ -54,11 +75,48 @@ pub struct Felt {
     pub object_from_base: IsometryMatrix3<f64>,
     /// Values of all joints in the end [rad or m], in the order of the hand's tree.
     pub joints: Vec<f64>,
-    /// What presses on the object in the end, seen from the object; nothing where the numbers blew up.
+    /// What pressed on the object when the hand stopped and no more in the end, and what presses in the end, seen from the
+    /// object; nothing where the numbers blew up.
     pub touches: Vec<LinkTouch>,
 }
 
 impl HandWorker {
+    /// Moves the hand along a direction of its base at a speed [m/s], its fingers holding still, until something touches the
+    /// object, at most so far [m]: then it stops where it is. (What moves is the object, the other way.)
+    pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, way: f64) -> MoveEnd {
+        let hold = vec![Command::Hold; self.sim.hand().driven().len()];
+        let step = self.base_from_place.rotation.inverse() * direction.into_inner() * (-speed * STEP);
+        let mut end = MoveEnd::Free;
+        for _ in 0..(way / (speed * STEP)).ceil() as u32 {
+            self.slid += step;
+            if let Err(unstable) = self.step(&hold) {
+                return MoveEnd::Unstable(unstable);
+            }
+            if self.touches().iter().any(|touch| touch.force > 0.0) {
+                end = MoveEnd::Touched;
+                break;
+            }
+        }
+        // What moves lags behind what it is told.
+        let at = |axis: usize| self.data.qpos()[self.sim.slides[axis].address];
+        self.slid = Vector3::from_fn(|axis, _| at(axis));
+        if end == MoveEnd::Free { end } else { self.ease(direction, &hold) }
+    }
+
+    /// Gives way until the hand leans on the object with [`LEANS`] along a direction.
+    fn ease(&mut self, direction: &Unit<Vector3<f64>>, hold: &[Command]) -> MoveEnd {
+        let ahead = self.base_from_place.rotation.inverse() * direction.into_inner();
+        let stiffness = self.sim.slides[0].stiffness;
+        for _ in 0..STEPS_TO_EASE {
+            let leans: f64 = self.touches().iter().map(|touch| -touch.force * touch.normal.dot(direction)).sum();
+            self.slid += ahead * (EASING * (leans - LEANS) / stiffness);
+            if let Err(unstable) = self.step(hold) {
+                return MoveEnd::Unstable(unstable);
+            }
+        }
+        MoveEnd::Touched
+    }
+
     /// Opens the hand, brings it near, and lets it feel; the runs before leave no trace.
     ///
     /// # Errors
@@ -72,7 +130,7 @@ impl HandWorker {
         let start = approach.object_from_start * base_from_approach.inverse();
         let moved = |by: f64| Translation3::from(way * by) * start;
         let mut travelled = 0.0;
-        while let Some(clearance) = self.sim().clearance_at_least(&frames, &moved(travelled)) {
+        while let Some(clearance) = self.sim.clearance_at_least(&frames, &moved(travelled)) {
             if clearance < CLEAR || travelled >= approach.way {
                 break;
             }
@@ -80,8 +138,11 @@ impl HandWorker {
         }
         self.start(&opened, &moved(travelled).inverse())?;
         let ahead = Unit::new_normalize(base_from_approach.rotation * Vector3::z());
+        let mut touches = Vec::new();
         let end = match self.guarded_move(&ahead, SPEED, approach.way - travelled) {
             MoveEnd::Touched => {
+                // What stopped the hand may be let go of when the fingers press.
+                touches = self.presses();
                 self.set_effort(approach.effort);
                 match self.close(MOST_STEPS).end {
                     RunEnd::AtRest => ApproachEnd::AtRest,
@@ -94,17 +155,31 @@ impl HandWorker {
         };
         let object_from_base = self.base_from_object().inverse();
         let came = (object_from_base.translation.vector - start.translation.vector).dot(&way);
+        match end {
+            ApproachEnd::Missed | ApproachEnd::Unstable => touches.clear(),
+            _ => {
+                let last = self.presses();
+                touches.retain(|first| !last.iter().any(|touch| is_same(first, touch)));
+                touches.extend(last);
+            }
+        }
+        let steps = self.steps();
+        Ok(Felt { end, steps, travelled: came, object_from_base, joints: self.joints(), touches })
+    }
+
+    /// What presses on the object now, seen from the object.
+    fn presses(&self) -> Vec<LinkTouch> {
+        let object_from_base = self.base_from_object().inverse();
         let seen = |touch: LinkTouch| LinkTouch {
             point: object_from_base * touch.point,
             normal: object_from_base.rotation * touch.normal,
             ..touch
         };
-        let presses = |touch: &LinkTouch| touch.force > 0.0;
-        let touches = match end {
-            ApproachEnd::Missed | ApproachEnd::Unstable => Vec::new(),
-            _ => self.touches().into_iter().filter(presses).map(seen).collect(),
-        };
-        let steps = self.steps();
-        Ok(Felt { end, steps, travelled: came, object_from_base, joints: self.joints(), touches })
+        self.touches().into_iter().filter(|touch| touch.force > 0.0).map(seen).collect()
     }
+}
+
+/// Whether two touches are one, a moment apart.
+fn is_same(first: &LinkTouch, then: &LinkTouch) -> bool {
+    first.link == then.link && (first.point - then.point).norm() < SAME_PLACE
 }

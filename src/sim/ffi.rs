@@ -97,7 +97,7 @@ unsafe extern "C" fn collide_with_mesh(
             count as c_int
         });
         found.unwrap_or_else(|| {
-            let kind = (*model).geom_type.add(solid as usize).read() as i32;
+            let kind = (*model).geom_type.add(solid as usize).read();
             let own = SOLIDS.iter().position(|solid| *solid as i32 == kind);
             let own = own.and_then(|place| OWN_COLLISIONS.get()?[place]);
             own.map_or(0, |own| own(model, data, contacts, solid, mesh, margin))

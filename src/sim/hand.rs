@@ -14,7 +14,7 @@ use super::{
     robot::{RobotModel, index, isometry},
 };
 use crate::{
-    collision::Bodies,
+    collision::{Bodies, Body, Shape},
     hand::{Coupling, Hand, HandTable, Mount, Skeleton},
     kinematics::{JointTree, TreeJoint},
 };
@@ -62,6 +62,19 @@ impl HandModel {
     pub fn bodies(&self) -> Result<(Bodies, Vec<([usize; 2], PairRule)>), RobotError> {
         let carried = self.robot.carried_at(self.robot.all_places()?)?;
         Ok((carried.bodies, carried.rules))
+    }
+
+    /// Whether all that can touch is a box, a ball, a capsule or a cylinder: only these touch true meshes.
+    ///
+    /// # Errors
+    /// When something else can.
+    pub fn check_solids(&self) -> Result<(), HandError> {
+        let (bodies, _) = self.bodies()?;
+        let mesh = |body: &&Body| body.geometries.iter().any(|part| matches!(part.shape, Shape::Mesh(_)));
+        match bodies.bodies.iter().find(mesh) {
+            Some(body) => Err(HandError::Geom { path: self.robot.path.clone(), geom: body.name.clone() }),
+            None => Ok(()),
+        }
     }
 }
 

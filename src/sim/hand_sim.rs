@@ -22,7 +22,7 @@ use super::{
     error::{HandError, RobotError},
     hand::HandModel,
     robot::{index, isometry},
-    true_mesh::{self, TrueMeshCollider},
+    true_mesh::{self, TrueMesh, TrueMeshCollider},
 };
 use crate::{
     collision::Geometry,
@@ -96,8 +96,8 @@ pub struct HandSim {
     pub(super) servos: Vec<Servo>,
     /// Of the object's slides.
     pub(super) slides: [Servo; 3],
-    /// The object's surface, where it is a mesh, and the hand's solids by geom.
-    pub(super) true_mesh: Option<(Arc<ContactSurface>, Arc<[Option<Probe>]>)>,
+    /// The object, where it is a true mesh.
+    pub(super) true_mesh: Option<TrueMesh>,
     /// What of the hand may touch the true mesh, and where it sits.
     solids: Vec<(Mount, Probe)>,
     /// Of each geom of the model the hand's link, or `None` for a geom of the object.
@@ -176,7 +176,7 @@ impl HandSim {
         let servos = servos(&compiled, &hand, &gains);
         let slides = SLIDES.map(|name| servo(&compiled, name, slide_stiffness()));
         let probes = surface.map(|surface| match TrueMeshCollider::probes(&compiled) {
-            Ok(probes) => Ok((Arc::clone(surface), probes)),
+            Ok(probes) => Ok(TrueMesh { surface: Arc::clone(surface), probes }),
             Err(geom) => {
                 let geom = compiled.id_to_name(MjtObjBase::mjOBJ_GEOM, geom).unwrap_or_default().to_owned();
                 Err(HandError::Geom { path: model.robot.path.clone(), geom })
@@ -200,7 +200,7 @@ impl HandSim {
             let body_from_geom = isometry(&compiled.geom_pos()[geom], &compiled.geom_quat()[geom]);
             Some((Mount { link: *link, link_from_frame: link_from_body * body_from_geom }, (*probe)?))
         };
-        let probes = true_mesh.iter().flat_map(|(_, probes)| probes.iter().enumerate());
+        let probes = true_mesh.iter().flat_map(|mesh| mesh.probes.iter().enumerate());
         let solids = probes.filter_map(solid).collect();
         Ok(Self { hand, model: Arc::new(compiled), servos, slides, true_mesh, solids, link_of_geom, touch_sensors })
     }
@@ -212,11 +212,21 @@ impl HandSim {
         frames: &[IsometryMatrix3<f64>],
         object_from_base: &IsometryMatrix3<f64>,
     ) -> Option<f64> {
-        let (surface, _) = self.true_mesh.as_ref()?;
+        let TrueMesh { surface, .. } = self.true_mesh.as_ref()?;
         let clearance = |(mount, probe): &(Mount, Probe)| {
             surface.clearance_at_least(probe, &(object_from_base * self.hand.base_from(mount, frames)))
         };
         Some(self.solids.iter().map(clearance).fold(f64::INFINITY, f64::min))
+    }
+
+    /// How far the opened hand reaches from the origin of its approach frame at most [m], as far as it can touch a true mesh.
+    pub fn reach(&self) -> f64 {
+        let frames = self.hand.link_frames(&self.hand.posture_values(&self.hand.opened()));
+        let origin = self.hand.approach_pose(&frames).isometry().translation.vector;
+        let reach = |(mount, probe): &(Mount, Probe)| {
+            (self.hand.base_from(mount, &frames).translation.vector - origin).norm() + probe.radius()
+        };
+        self.solids.iter().map(reach).fold(0.0, f64::max)
     }
 
     /// The hand.

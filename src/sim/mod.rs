@@ -34,11 +34,11 @@ mod scene;
 mod true_mesh;
 
 pub use bodies::PairRule;
-pub use closing::{Command, Effort, HandWorker, Instability, LinkTouch, MoveEnd, Run, RunEnd, Unstable};
+pub use closing::{Command, Effort, HandWorker, Instability, LinkTouch, Run, RunEnd, Unstable};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::{Inertia, SimModel, SimWorker};
 pub use error::{GlError, HandError, RobotError, SceneError, SimError};
-pub use feeling::{ApproachEnd, Felt, HandApproach};
+pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd};
 pub use hand::HandModel;
 pub use hand_sim::{HandSim, NativeContacts};
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};

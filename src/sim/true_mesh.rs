@@ -21,6 +21,13 @@ use crate::{
 /// The geom and the mesh that stand for a true mesh.
 const NAME: &str = "graspmill true mesh";
 
+/// The true mesh of a model, and what may touch it.
+pub(super) struct TrueMesh {
+    pub(super) surface: Arc<ContactSurface>,
+    /// Of each geom of the model the solid that may touch it.
+    pub(super) probes: Vec<Option<Probe>>,
+}
+
 /// What one thread needs to find the contacts of one true mesh.
 pub(super) struct TrueMeshCollider {
     surface: Arc<ContactSurface>,
@@ -84,7 +91,7 @@ pub(super) fn add_geom(spec: &mut MjSpec, surface: &ContactSurface, body: impl F
 impl TrueMeshCollider {
     /// The solids that may touch the true mesh of a model, by geom; fails with the first geom that meets it and is no box,
     /// ball, capsule or cylinder.
-    pub(super) fn probes(model: &MjModel) -> Result<Arc<[Option<Probe>]>, usize> {
+    pub(super) fn probes(model: &MjModel) -> Result<Vec<Option<Probe>>, usize> {
         let own = Self::geom_of(model);
         let meets = |geom: usize| {
             let [types, affinities] = [model.geom_contype(), model.geom_conaffinity()];
@@ -109,11 +116,11 @@ impl TrueMeshCollider {
         model.name_to_id(MjtObjBase::mjOBJ_GEOM, NAME).expect("the true mesh has a geom")
     }
 
-    pub(super) fn new(model: &MjModel, surface: &Arc<ContactSurface>, probes: &[Option<Probe>]) -> Self {
+    pub(super) fn new(model: &MjModel, mesh: &TrueMesh) -> Self {
         Self {
-            surface: Arc::clone(surface),
+            surface: Arc::clone(&mesh.surface),
             geom: Self::geom_of(model) as i32,
-            trackers: probes.iter().map(|probe| probe.map(ContactTracker::new)).collect(),
+            trackers: mesh.probes.iter().map(|probe| probe.map(ContactTracker::new)).collect(),
             scratch: ContactScratch::default(),
             found: Vec::new(),
         }
@@ -223,7 +230,7 @@ mod tests {
         model.geom_friction_mut().fill([0.5, 0.005, 0.002]);
         let model = Arc::new(model);
         let probes = TrueMeshCollider::probes(&model).expect("solids");
-        let collider = TrueMeshCollider::new(&model, surface, &probes);
+        let collider = TrueMeshCollider::new(&model, &TrueMesh { surface: Arc::clone(surface), probes });
         (Arc::clone(&model), MjData::new(model), Some(collider))
     }
 

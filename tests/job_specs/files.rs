@@ -59,6 +59,7 @@ fn sizes(files: &[PathBuf]) -> Vec<(String, usize, u32)> {
 fn every_job_file_is_a_job_of_its_size() {
     let expected = [
         ("builtin", 33, 726),
+        ("exploration", 78, 12),
         ("fetch-reachability-halfstep", 1, 42_240),
         ("fetch-reachability-meshes", 1, 5280),
         ("fetch-reachability-sphere", 1, 5280),

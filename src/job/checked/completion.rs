@@ -204,6 +204,13 @@ pub struct Touch {
     pub by_hand: Option<TouchByHand>,
 }
 
+impl Touch {
+    /// Whether there is any.
+    pub fn is_asked(&self) -> bool {
+        self.random_rays.is_some() || self.by_hand.is_some()
+    }
+}
+
 /// Touch by a hand; of its two kinds one at least.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TouchByHand {

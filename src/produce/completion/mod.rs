@@ -5,6 +5,8 @@
 //! -> complete -> gate -> records ([`payloads`]), among them touch ([`touch`]).
 
 mod depth;
+#[cfg(feature = "sim")]
+mod feel;
 mod hand;
 mod payloads;
 mod scene;

@@ -2,10 +2,12 @@
 
 use std::mem;
 
+#[cfg(feature = "sim")]
+use super::feel::HandBeforeObject;
 use super::worker::CompletionObject;
 use crate::{
     geom::{DepthCrop, OccupancyGrid},
-    job::{Completion, DepthFormat, TouchByHand},
+    job::{Completion, DepthFormat},
     produce::ProduceError,
     record::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair},
     seed::Stream,
@@ -84,7 +86,12 @@ impl Payloads {
     ///
     /// # Errors
     /// When a hand cannot touch.
-    pub(super) fn encode(&mut self, made: &Made, grids: &mut ViewGrids) -> Result<(), ProduceError> {
+    pub(super) fn encode(
+        &mut self,
+        made: &Made,
+        grids: &mut ViewGrids,
+        #[cfg(feature = "sim")] mut hand: Option<&mut HandBeforeObject>,
+    ) -> Result<(), ProduceError> {
         let Made { settings, pair, crop, object, .. } = made;
         let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
         for (channel, payload) in &mut self.stored {
@@ -126,9 +133,19 @@ impl Payloads {
                     touch.encode(payload);
                 }
                 Channel::TouchExploration | Channel::TouchGrasp => {
-                    let Some(TouchByHand { hand, .. }) = &settings.touch.by_hand else { continue };
-                    let why = "this version cannot touch with hands yet; leave out exploration and grasp".to_owned();
-                    return Err(ProduceError::NoTouch { name: hand.scene.display().to_string(), why });
+                    let (Some(by_hand), Some(surface)) = (&settings.touch.by_hand, &object.touch) else { continue };
+                    #[cfg(feature = "sim")]
+                    if let Some(hand) = hand.as_deref_mut() {
+                        let seen = surface.seen(&object.kernel.render, pose);
+                        let stream = |name: &str| Stream::of_sample(made.seed, sample, name);
+                        hand.touch(*channel, by_hand, pair, &seen, settings.drop_index_zero, stream)?.encode(payload);
+                    }
+                    #[cfg(not(feature = "sim"))]
+                    {
+                        let _ = surface;
+                        let why = "this build has no simulator to touch with (feature `sim`)".to_owned();
+                        return Err(ProduceError::NoTouch { name: by_hand.hand.scene.display().to_string(), why });
+                    }
                 }
                 // No channel of this product.
                 Channel::Block => {}

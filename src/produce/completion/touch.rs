@@ -26,7 +26,7 @@ pub struct TouchSurface {
 }
 
 /// The surface as a view has it.
-struct SeenSurface<'a> {
+pub(super) struct SeenSurface<'a> {
     /// Closed and wound outward: what faces away from the camera is hidden by the object itself.
     closed: bool,
     surface: &'a TouchSurface,
@@ -53,9 +53,7 @@ impl TouchSurface {
         out: &mut TactileContacts,
     ) {
         let camera_from_object = &pair.camera_from_object;
-        let object_from_camera = camera_from_object.inverse();
-        let closed = render.culls_back_faces();
-        let seen = SeenSurface { closed, surface: self, camera_from_object, object_from_camera };
+        let seen = self.seen(render, camera_from_object);
         (out.sample, out.resolution, out.probes) = (pair.sample, pair.grid.resolution, rays.count);
         out.contacts.clear();
         out.misses.clear();
@@ -67,6 +65,16 @@ impl TouchSurface {
             }
             RayTarget::Cells => seen.meet_cells(rays.count, pair, stream, out),
         }
+    }
+
+    /// The surface as a view has it; `render` is the same mesh.
+    pub(super) fn seen<'a>(
+        &'a self,
+        render: &RenderMesh,
+        camera_from_object: &'a Pose<CameraCv, Object>,
+    ) -> SeenSurface<'a> {
+        let object_from_camera = camera_from_object.inverse();
+        SeenSurface { closed: render.culls_back_faces(), surface: self, camera_from_object, object_from_camera }
     }
 }
 
@@ -105,8 +113,7 @@ impl SeenSurface<'_> {
                 position,
                 normal: normal.map(|part| part as f32).into(),
                 distance: distance as f32,
-                // A ray that enters a closed surface has to leave it before it comes to the camera.
-                visible: !(self.closed && normal.dot(&point.coords) > 0.0) && self.is_visible(&point),
+                visible: self.sees(&point, &normal),
                 cell: cell_of(grid, position).filter(|cell| !(drop_index_zero && cell.contains(&0))),
             });
         }
@@ -134,6 +141,12 @@ impl SeenSurface<'_> {
         }
     }
 
+    /// Whether the camera sees a point of the surface, both in `CameraCv`: what looks away on a closed surface it does not.
+    pub fn sees(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> bool {
+        // A ray that enters a closed surface has to leave it before it comes to the camera.
+        !(self.closed && normal.dot(&point.coords) > 0.0) && self.is_visible(point)
+    }
+
     /// Whether no surface stands between the camera and a point in `CameraCv`.
     fn is_visible(&self, point: &Point3<f64>) -> bool {
         let way = self.object_from_camera.rotation() * -point.coords;
@@ -144,12 +157,12 @@ impl SeenSurface<'_> {
     }
 }
 
-fn single(point: &Point3<f64>) -> [f32; 3] {
+pub(super) fn single(point: &Point3<f64>) -> [f32; 3] {
     point.coords.map(|value| value as f32).into()
 }
 
 /// The cell of a point in `CameraCv` [m]; `None` outside the grid.
-fn cell_of(grid: &GridPlacement, position: [f32; 3]) -> Option<[u32; 3]> {
+pub(super) fn cell_of(grid: &GridPlacement, position: [f32; 3]) -> Option<[u32; 3]> {
     let n = f64::from(grid.resolution);
     let cell = grid.coordinates_of(position.map(f64::from)).map(f64::floor);
     cell.iter().all(|index| (0.0..n).contains(index)).then(|| cell.map(|index| index as u32))

@@ -2,13 +2,16 @@
 
 use nalgebra::Point3;
 
-#[cfg(feature = "sim")]
-use super::depth::SimObject;
 use super::{
     depth::DepthSource,
     payloads::{Made, Payloads},
     scene::{camera_from_world, distance, pivot_point, world_from_object},
     touch::TouchSurface,
+};
+#[cfg(feature = "sim")]
+use super::{
+    depth::SimObject,
+    feel::{HandBeforeObject, TouchingHand},
 };
 use crate::{
     assets::{self, AssetRecord, InsideMethod, PreparedMesh, Winding},
@@ -92,6 +95,11 @@ pub struct CompletionWorker<'j> {
     level: SimdLevel,
     /// The object that was loaded last, and its place in the job.
     loaded: Option<(usize, CompletionObject)>,
+    /// The job's hand, and it before the object that was loaded last.
+    #[cfg(feature = "sim")]
+    hand: Option<TouchingHand>,
+    #[cfg(feature = "sim")]
+    touching: Option<HandBeforeObject>,
     rasteriser: Rasteriser,
     grids: ViewGrids,
     sensor: SensorScratch,
@@ -115,6 +123,10 @@ impl<'j> CompletionWorker<'j> {
             seed,
             level,
             loaded: None,
+            #[cfg(feature = "sim")]
+            hand: settings.touch.by_hand.as_ref().map(|by_hand| TouchingHand::new(&by_hand.hand)).transpose()?,
+            #[cfg(feature = "sim")]
+            touching: None,
             rasteriser: Rasteriser::new(level),
             grids: ViewGrids::new(level),
             sensor: SensorScratch::default(),
@@ -137,6 +149,10 @@ impl<'j> CompletionWorker<'j> {
         }
         #[cfg(feature = "sim")]
         let sim = self.source.model(&prepared.mesh)?;
+        #[cfg(feature = "sim")]
+        if let Some(hand) = &self.hand {
+            self.touching = Some(hand.before(&prepared.mesh, inside_test(&prepared.record))?);
+        }
         Ok(CompletionObject::new(
             prepared,
             self.settings,
@@ -164,7 +180,12 @@ impl<'j> CompletionWorker<'j> {
             return Ok((sample, Outcome::Rejected { reason: reason.name(), detail, facts }));
         }
         let made = Made { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
-        self.payloads.encode(&made, &mut self.grids)?;
+        self.payloads.encode(
+            &made,
+            &mut self.grids,
+            #[cfg(feature = "sim")]
+            self.touching.as_mut(),
+        )?;
         Ok((sample, Outcome::Kept(facts)))
     }
 
@@ -281,7 +302,7 @@ impl CompletionObject {
             sim,
             coverage: channels.coverage.then(|| CoverageBlocks::new(&solid)),
             surface: wants_surface.then(|| Surface::new(&mesh)),
-            touch: settings.touch.random_rays.map(|_| TouchSurface::new(&mesh, level)),
+            touch: settings.touch.is_asked().then(|| TouchSurface::new(&mesh, level)),
             kernel: SolidObject::new(
                 &mesh,
                 solid,
