@@ -18,6 +18,8 @@ PEERS := .deps/peers
 QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
 QUICKSTART_JOB ?= jobs/quickstart.toml
+# Half-shapes that a hand tells apart and a camera cannot.
+QUICKSTART_TOUCH ?= jobs/half-shapes.toml datasets/half-shapes
 
 # What Open3D's wheel links besides.
 PEER_PACKAGES := libusb-1.0-0 libgomp1 libx11-6
@@ -56,7 +58,7 @@ build: mujoco ## the program, at target/release/graspmill
 
 .PHONY: quickstart
 quickstart: setup build ## from nothing to a verified dataset with a report
-	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA)
+	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH)
 
 .PHONY: lint
 lint: mujoco ## formatting, and clippy on every step of the feature ladder
