@@ -9,8 +9,7 @@ use std::{
 
 use graspmill::{
     assets::{
-        AssetRecord, InsideMethod, MeshOrigin, MeshRefusal, MeshSource, Repair, ScaleRule, SizeRule, built_in_source,
-        duplicates, list_folder, prepare,
+        AssetRecord, InsideMethod, MeshRefusal, MeshSource, Repair, built_in_source, duplicates, list_folder, prepare,
     },
     geom::TriMesh,
 };
@@ -20,15 +19,7 @@ use serde::Deserialize;
 mod python;
 
 fn source(path: &Path) -> MeshSource {
-    MeshSource {
-        name: path.file_name().unwrap().to_string_lossy().into_owned(),
-        origin: MeshOrigin::File(path.to_owned()),
-        scale: ScaleRule::MetresPerUnit(1.0),
-        size: SizeRule::default(),
-        licence: None,
-        citation: None,
-        group: None,
-    }
+    MeshSource::of_file(path.file_name().unwrap().to_string_lossy(), path)
 }
 
 fn scans() -> Vec<PathBuf> {

@@ -9,7 +9,7 @@ use std::{
 };
 
 use graspmill::{
-    assets::{MeshOrigin, MeshSource, ScaleRule, SizeRule, list_folder, prepare},
+    assets::{MeshSource, list_folder, prepare},
     geom::{MeshQuery, OccupancyGrid, SolidGrid, TriMesh},
     voxel::{Binvox, InsideTest, ShapeDescriptor, solid_occupancy, solid_to_binvox, twins},
 };
@@ -37,16 +37,7 @@ fn scan(name: &str) -> TriMesh {
 }
 
 fn prepared(path: &Path) -> TriMesh {
-    let source = MeshSource {
-        name: stem(path),
-        origin: MeshOrigin::File(path.to_owned()),
-        scale: ScaleRule::MetresPerUnit(1.0),
-        size: SizeRule::default(),
-        licence: None,
-        citation: None,
-        group: None,
-    };
-    prepare(&source).unwrap().mesh
+    prepare(&MeshSource::of_file(stem(path), path)).unwrap().mesh
 }
 
 /// A folder of cases for tests/peers/solid.py.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use graspmill::{
-    assets::{MeshOrigin, MeshSource, ScaleRule, SizeRule, list_folder, prepare},
+    assets::{MeshSource, list_folder, prepare},
     geom::TriMesh,
 };
 
@@ -12,18 +12,11 @@ pub fn scans() -> Vec<TriMesh> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(".deps/ycb");
     let files = list_folder(&folder).unwrap_or_else(|error| panic!("{error}; `make setup` fetches the scans"));
     let step = files.len() / 8;
-    let scans = files.into_iter().step_by(step).take(8).map(|path| {
-        let source = MeshSource {
-            name: "scan".into(),
-            origin: MeshOrigin::File(path),
-            scale: ScaleRule::MetresPerUnit(1.0),
-            size: SizeRule::default(),
-            licence: None,
-            citation: None,
-            group: None,
-        };
-        prepare(&source).expect("a sound scan").mesh
-    });
+    let scans = files
+        .into_iter()
+        .step_by(step)
+        .take(8)
+        .map(|path| prepare(&MeshSource::of_file("scan", &path)).expect("a sound scan").mesh);
     scans.collect()
 }
 

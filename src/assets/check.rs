@@ -5,10 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{
-    AssetRecord, DuplicateOf, MeshOrigin, MeshRefusal, MeshSource, ScaleRule, SizeRule, duplicates, list_folder,
-    prepare,
-};
+use super::{AssetRecord, DuplicateOf, MeshRefusal, MeshSource, ScaleRule, SizeRule, duplicates, list_folder, prepare};
 
 /// The outcome of checking meshes; as JSON and, through `Display`, as a table for 80 to 100 columns.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -96,15 +93,8 @@ pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> Mesh
 
 fn check(path: &Path, scale: ScaleRule, size: SizeRule) -> MeshCheckRow {
     let file = path.display().to_string();
-    let source = MeshSource {
-        name: path.file_stem().map_or_else(|| file.clone(), |stem| stem.to_string_lossy().into_owned()),
-        origin: MeshOrigin::File(path.to_owned()),
-        scale,
-        size,
-        licence: None,
-        citation: None,
-        group: None,
-    };
+    let name = path.file_stem().map_or_else(|| file.clone(), |stem| stem.to_string_lossy().into_owned());
+    let source = MeshSource { scale, size, ..MeshSource::of_file(name, path) };
     let (record, refusal) = match prepare(&source) {
         Ok(prepared) => (Some(prepared.record), None),
         Err(refusal) => (None, Some(refusal)),

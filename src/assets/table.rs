@@ -1,6 +1,9 @@
 //! What is known about a mesh: where it comes from, what it is, what was mended.
 
-use std::{fmt, path::PathBuf};
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +29,21 @@ pub struct MeshSource {
     pub citation: Option<String>,
     /// Category or family, for splits by group.
     pub group: Option<String>,
+}
+
+impl MeshSource {
+    /// A file in metres, of any size that passes by itself, of which nothing else is known.
+    pub fn of_file(name: impl Into<String>, path: &Path) -> Self {
+        Self {
+            name: name.into(),
+            origin: MeshOrigin::File(path.to_owned()),
+            scale: ScaleRule::MetresPerUnit(1.0),
+            size: SizeRule::default(),
+            licence: None,
+            citation: None,
+            group: None,
+        }
+    }
 }
 
 /// Where the triangles come from.

@@ -104,9 +104,4 @@ impl DistanceGrid {
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
     }
-
-    /// Bytes that it holds.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.values.as_slice())
-    }
 }

@@ -110,7 +110,7 @@ pub(super) struct Pair {
 }
 
 impl ContactSurface {
-    /// Prepares a mesh: about a tenth of a second for 16,000 triangles.
+    /// Prepares a mesh: about 0.4 s for 16,000 triangles.
     ///
     /// # Errors
     /// When the mesh has no triangles.
@@ -128,11 +128,6 @@ impl ContactSurface {
     /// The mesh's box, in `Object`.
     pub fn bounds(&self) -> &Aabb {
         self.distances.bounds()
-    }
-
-    /// The distances.
-    pub fn distances(&self) -> &DistanceGrid {
-        &self.distances
     }
 
     /// Signed distance from the surface to a point in `Object` [m], negative inside; exact.

@@ -212,12 +212,10 @@ impl RobotModel {
     ) -> Result<(Shape, IsometryMatrix3<f64>), RobotError> {
         let model = &self.model;
         let body_from_geom = isometry(&model.geom_pos()[geom], &model.geom_quat()[geom]);
-        let [x, y, z] = model.geom_size()[geom];
-        let shape = match model.geom_type()[geom] {
-            MjtGeomBase::mjGEOM_BOX => Shape::Box { half: [x, y, z] },
-            MjtGeomBase::mjGEOM_SPHERE => Shape::Sphere { radius: x },
-            MjtGeomBase::mjGEOM_CAPSULE => Shape::Capsule { radius: x, half: y },
-            MjtGeomBase::mjGEOM_CYLINDER => Shape::Cylinder { radius: x, half: y },
+        if let Some(shape) = solid(model.geom_type()[geom], &model.geom_size()[geom]) {
+            return Ok((shape, as_written(body_from_geom)));
+        }
+        match model.geom_type()[geom] {
             MjtGeomBase::mjGEOM_MESH => {
                 let mesh = index(model.geom_dataid()[geom]);
                 let triangles = if let Some(known) = meshes.get(&mesh) {
@@ -229,7 +227,7 @@ impl RobotModel {
                 };
                 // MuJoCo moves a mesh to its centre and turns it to its axes, and the geom the other way.
                 let file_from_geom = isometry(&model.mesh_pos()[mesh], &model.mesh_quat()[mesh]);
-                return Ok((Shape::Mesh(triangles), as_written(body_from_geom * file_from_geom.inverse())));
+                Ok((Shape::Mesh(triangles), as_written(body_from_geom * file_from_geom.inverse())))
             }
             kind => {
                 let (kind, remedy) = match kind {
@@ -240,16 +238,9 @@ impl RobotModel {
                     _ => ("of a kind that is not read", "use a box, a sphere, a capsule, a cylinder or a mesh"),
                 };
                 let body = self.body_name(index(model.geom_bodyid()[geom]));
-                return Err(RobotError::Geom {
-                    path: self.path.clone(),
-                    geom: self.geom_name(geom),
-                    body,
-                    kind,
-                    remedy,
-                });
+                Err(RobotError::Geom { path: self.path.clone(), geom: self.geom_name(geom), body, kind, remedy })
             }
-        };
-        Ok((shape, as_written(body_from_geom)))
+        }
     }
 
     /// A mesh's triangles, in its file's frame, after `refpos`, `refquat` and `scale`.
@@ -290,6 +281,17 @@ impl RobotModel {
             Some(name) if !name.is_empty() => format!("{name:?}"),
             _ => format!("{geom}, which has no name,"),
         }
+    }
+}
+
+/// A geom that is a solid in closed form: a box, a ball, a capsule or a cylinder.
+pub(super) fn solid(kind: MjtGeomBase, [x, y, z]: &[f64; 3]) -> Option<Shape> {
+    match kind {
+        MjtGeomBase::mjGEOM_BOX => Some(Shape::Box { half: [*x, *y, *z] }),
+        MjtGeomBase::mjGEOM_SPHERE => Some(Shape::Sphere { radius: *x }),
+        MjtGeomBase::mjGEOM_CAPSULE => Some(Shape::Capsule { radius: *x, half: *y }),
+        MjtGeomBase::mjGEOM_CYLINDER => Some(Shape::Cylinder { radius: *x, half: *y }),
+        _ => None,
     }
 }
 

@@ -6,7 +6,7 @@ use mujoco_rs::{
     mujoco_c::mjtMeshInertia,
     wrappers::{
         mj_data::MjData,
-        mj_editing::{MjSpec, MjsBody, SpecItem},
+        mj_editing::{MjSpec, MjsBody, MjsMesh, SpecItem},
         mj_model::{MjModel, MjtGeomBase, MjtObjBase},
     },
 };
@@ -46,14 +46,7 @@ impl SimModel {
     pub fn new(mesh: &TriMesh, inertia: Inertia) -> Result<Self, SimError> {
         check(mesh)?;
         let mut model = Self::compile(|spec| {
-            let asset = spec.add_mesh();
-            asset.with_name("object").set_inertia(match inertia {
-                Inertia::Shell => mjtMeshInertia::mjMESH_INERTIA_SHELL,
-                Inertia::Exact => mjtMeshInertia::mjMESH_INERTIA_EXACT,
-            });
-            asset.set_uservert(mesh.vertices.as_flattened());
-            let faces: Vec<i32> = mesh.triangles.as_flattened().iter().map(|&vertex| vertex as i32).collect();
-            asset.set_userface(&faces);
+            add_mesh(spec, "object", mesh, inertia);
             let geom = object_body(spec).add_geom();
             geom.set_type(MjtGeomBase::mjGEOM_MESH);
             geom.set_meshname("object");
@@ -106,6 +99,19 @@ impl SimModel {
             bottom: clamp(high[1].ceil() + 1.0, camera.height).max(top),
         }
     }
+}
+
+/// Gives MuJoCo a mesh, with all its triangles.
+pub(super) fn add_mesh<'a>(spec: &'a mut MjSpec, name: &str, mesh: &TriMesh, inertia: Inertia) -> &'a mut MjsMesh {
+    let asset = spec.add_mesh();
+    asset.with_name(name).set_inertia(match inertia {
+        Inertia::Shell => mjtMeshInertia::mjMESH_INERTIA_SHELL,
+        Inertia::Exact => mjtMeshInertia::mjMESH_INERTIA_EXACT,
+    });
+    asset.set_uservert(mesh.vertices.as_flattened());
+    let faces: Vec<i32> = mesh.triangles.as_flattened().iter().map(|&vertex| vertex as i32).collect();
+    asset.set_userface(&faces);
+    asset
 }
 
 /// The body that the object hangs on.

@@ -239,14 +239,14 @@ pub enum HandError {
     },
     /// A geom of the hand that would have to touch a true mesh and can't.
     #[error(
-        "{}: {geom:?} can touch, and has a geom that is no box, sphere, capsule or cylinder: only these touch true meshes; put such shapes around it and give that geom contype=\"0\" conaffinity=\"0\"",
+        "{}: {body:?} can touch, and has a geom that is no box, sphere, capsule or cylinder: only these touch true meshes; put such shapes around it and give that geom contype=\"0\" conaffinity=\"0\"",
         path.display()
     )]
     Geom {
         /// The hand.
         path: PathBuf,
-        /// The geom, or the body that has it.
-        geom: String,
+        /// The body that has it.
+        body: String,
     },
     /// An object without shapes, or a shape or place that is not a finite one.
     #[error("the object to close on: {reason}")]

@@ -1,6 +1,8 @@
 //! A hand that comes straight to an object, stops where it touches first, and closes: gently, each finger until it has its own
 //! contact or its limit, or with all its force.
 
+use std::sync::Arc;
+
 use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
 
 use super::{
@@ -122,7 +124,7 @@ impl HandWorker {
     /// # Errors
     /// When the start is not finite.
     pub fn feel(&mut self, approach: &HandApproach) -> Result<Felt, HandError> {
-        let hand = std::sync::Arc::clone(self.hand());
+        let hand = Arc::clone(self.hand());
         let opened = hand.opened();
         let frames = hand.link_frames(&hand.posture_values(&opened));
         let base_from_approach = *hand.approach_pose(&frames).isometry();

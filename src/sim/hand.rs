@@ -72,7 +72,7 @@ impl HandModel {
         let (bodies, _) = self.bodies()?;
         let mesh = |body: &&Body| body.geometries.iter().any(|part| matches!(part.shape, Shape::Mesh(_)));
         match bodies.bodies.iter().find(mesh) {
-            Some(body) => Err(HandError::Geom { path: self.robot.path.clone(), geom: body.name.clone() }),
+            Some(body) => Err(HandError::Geom { path: self.robot.path.clone(), body: body.name.clone() }),
             None => Ok(()),
         }
     }

@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use mujoco_rs::{
-    mujoco_c::{mjtCone, mjtDisableBit, mjtIntegrator, mjtMeshInertia},
+    mujoco_c::{mjtCone, mjtDisableBit, mjtIntegrator},
     wrappers::{
         mj_editing::{MjSpec, MjsBody, MjtLimited, PositionConfig, SpecElement, SpecItem},
         mj_model::{MjModel, MjtEq, MjtGeomBase, MjtJoint, MjtObjBase, MjtSensor, MjtTrn},
@@ -19,6 +19,7 @@ use mujoco_rs::{
 use nalgebra::{IsometryMatrix3, UnitQuaternion};
 
 use super::{
+    depth::{Inertia, add_mesh},
     error::{HandError, RobotError},
     hand::HandModel,
     robot::{index, isometry},
@@ -54,7 +55,7 @@ const OWN_ACTUATORS: i32 = 30;
 /// Where the object is placed, and what hangs there by three slides: the body that the hand closes on.
 const PLACE: &str = "graspmill place";
 const OBJECT: &str = "graspmill object";
-pub(super) const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
+const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
 
 /// What a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
 const SLIDE_MASS: f64 = 100.0;
@@ -120,8 +121,9 @@ impl HandSim {
     /// cylinders can touch it.
     ///
     /// # Errors
-    /// When another geom of the hand would touch it, or MuJoCo refuses the hand.
+    /// When another geom of the hand can touch, or MuJoCo refuses the hand.
     pub fn with_mesh(model: &HandModel, object: &Arc<ContactSurface>) -> Result<Self, HandError> {
+        model.check_solids()?;
         Self::compile(model, |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
     }
 
@@ -131,13 +133,7 @@ impl HandSim {
     /// When MuJoCo refuses the mesh or the hand.
     pub fn with_native_mesh(model: &HandModel, object: &TriMesh, contacts: NativeContacts) -> Result<Self, HandError> {
         let add = |spec: &mut MjSpec| {
-            let mesh = spec.add_mesh();
-            mesh.with_name(OBJECT);
-            mesh.set_inertia(mjtMeshInertia::mjMESH_INERTIA_SHELL);
-            mesh.set_octree_maxdepth(OCTREE_DEPTH);
-            mesh.set_uservert(object.vertices.as_flattened());
-            let faces: Vec<i32> = object.triangles.as_flattened().iter().map(|&vertex| vertex as i32).collect();
-            mesh.set_userface(&faces);
+            add_mesh(spec, OBJECT, object, Inertia::Shell).set_octree_maxdepth(OCTREE_DEPTH);
             let geom = object_body(spec).add_geom();
             geom.set_type(match contacts {
                 NativeContacts::Sdf => MjtGeomBase::mjGEOM_SDF,
@@ -175,12 +171,9 @@ impl HandSim {
         set_options(&mut compiled);
         let servos = servos(&compiled, &hand, &gains);
         let slides = SLIDES.map(|name| servo(&compiled, name, slide_stiffness()));
-        let probes = surface.map(|surface| match TrueMeshCollider::probes(&compiled) {
-            Ok(probes) => Ok(TrueMesh { surface: Arc::clone(surface), probes }),
-            Err(geom) => {
-                let geom = compiled.id_to_name(MjtObjBase::mjOBJ_GEOM, geom).unwrap_or_default().to_owned();
-                Err(HandError::Geom { path: model.robot.path.clone(), geom })
-            }
+        let true_mesh = surface.map(|surface| {
+            let probes = TrueMeshCollider::probes(&compiled);
+            TrueMesh { surface: Arc::clone(surface), probes }
         });
         let places = model.robot.all_places()?;
         let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
@@ -194,7 +187,6 @@ impl HandSim {
                 (name, index(compiled.sensor_adr()[sensor]))
             })
             .collect();
-        let true_mesh = probes.transpose()?;
         let solid = |(geom, probe): (usize, &Option<Probe>)| {
             let (link, link_from_body) = places.of_body.get(index(compiled.geom_bodyid()[geom]))?;
             let body_from_geom = isometry(&compiled.geom_pos()[geom], &compiled.geom_quat()[geom]);

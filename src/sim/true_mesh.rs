@@ -12,11 +12,8 @@ use mujoco_rs::wrappers::{
 };
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Vector3};
 
-use super::robot::index;
-use crate::{
-    contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact},
-    geom::Shape,
-};
+use super::{bodies::solid, robot::index};
+use crate::contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact};
 
 /// The geom and the mesh that stand for a true mesh.
 const NAME: &str = "graspmill true mesh";
@@ -89,27 +86,10 @@ pub(super) fn add_geom(spec: &mut MjSpec, surface: &ContactSurface, body: impl F
 }
 
 impl TrueMeshCollider {
-    /// The solids that may touch the true mesh of a model, by geom; fails with the first geom that meets it and is no box,
-    /// ball, capsule or cylinder.
-    pub(super) fn probes(model: &MjModel) -> Result<Vec<Option<Probe>>, usize> {
-        let own = Self::geom_of(model);
-        let meets = |geom: usize| {
-            let [types, affinities] = [model.geom_contype(), model.geom_conaffinity()];
-            types[geom] & affinities[own] != 0 || types[own] & affinities[geom] != 0
-        };
-        let probe = |geom: usize| {
-            let [x, y, z] = model.geom_size()[geom];
-            let shape = match model.geom_type()[geom] {
-                MjtGeomBase::mjGEOM_BOX => Some(Shape::Box { half: [x, y, z] }),
-                MjtGeomBase::mjGEOM_SPHERE => Some(Shape::Sphere { radius: x }),
-                MjtGeomBase::mjGEOM_CAPSULE => Some(Shape::Capsule { radius: x, half: y }),
-                MjtGeomBase::mjGEOM_CYLINDER => Some(Shape::Cylinder { radius: x, half: y }),
-                _ => None,
-            };
-            let probe = shape.as_ref().and_then(Probe::new);
-            if probe.is_none() && geom != own && meets(geom) { Err(geom) } else { Ok(probe) }
-        };
-        (0..model.geom_type().len()).map(probe).collect()
+    /// Of each geom of a model the solid that it is; `None` where it is no box, ball, capsule or cylinder.
+    pub(super) fn probes(model: &MjModel) -> Vec<Option<Probe>> {
+        let kinds = model.geom_type().iter().zip(model.geom_size());
+        kinds.map(|(kind, size)| solid(*kind, size).as_ref().and_then(Probe::new)).collect()
     }
 
     fn geom_of(model: &MjModel) -> usize {
@@ -180,7 +160,7 @@ mod tests {
 
     use super::*;
     use crate::{
-        assets::{MeshOrigin, MeshSource, PreparedMesh, ScaleRule, SizeRule, list_folder, prepare},
+        assets::{MeshSource, PreparedMesh, list_folder, prepare},
         voxel::InsideTest,
     };
 
@@ -188,16 +168,7 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(".deps/ycb");
         let files = list_folder(&folder).unwrap_or_else(|error| panic!("{error}; `make setup` fetches the scans"));
         let path = files.into_iter().find(|file| file.to_string_lossy().contains(name)).expect("a scan");
-        let source = MeshSource {
-            name: name.into(),
-            origin: MeshOrigin::File(path),
-            scale: ScaleRule::MetresPerUnit(1.0),
-            size: SizeRule::default(),
-            licence: None,
-            citation: None,
-            group: None,
-        };
-        prepare(&source).expect("a sound scan")
+        prepare(&MeshSource::of_file(name, &path)).expect("a sound scan")
     }
 
     /// A free ball above a mesh that stands still, z up.
@@ -205,7 +176,7 @@ mod tests {
         surface: &Arc<ContactSurface>,
         radius: f64,
     ) -> (Arc<MjModel>, MjData<Arc<MjModel>>, Option<TrueMeshCollider>) {
-        ffi_ready();
+        super::super::ffi::prepare_library();
         let mut spec = MjSpec::new();
         let body = spec.world_body_mut().add_body();
         body.with_name("object");
@@ -229,13 +200,9 @@ mod tests {
         model.geom_solimp_mut().fill([0.95, 0.995, 0.0005, 0.5, 2.0]);
         model.geom_friction_mut().fill([0.5, 0.005, 0.002]);
         let model = Arc::new(model);
-        let probes = TrueMeshCollider::probes(&model).expect("solids");
+        let probes = TrueMeshCollider::probes(&model);
         let collider = TrueMeshCollider::new(&model, &TrueMesh { surface: Arc::clone(surface), probes });
         (Arc::clone(&model), MjData::new(model), Some(collider))
-    }
-
-    fn ffi_ready() {
-        super::super::ffi::prepare_library();
     }
 
     /// Drops a ball at places over the middle of a hollow scan and lets it come to rest; the distance from its surface to the

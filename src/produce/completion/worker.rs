@@ -264,6 +264,10 @@ impl Producer for CompletionWorker<'_> {
         if self.loaded.as_ref().is_none_or(|(place, _)| *place != subject) {
             // The memory of the one before goes first.
             self.loaded = None;
+            #[cfg(feature = "sim")]
+            {
+                self.touching = None;
+            }
             self.loaded = Some((subject, self.prepare(subject)?));
         }
         Ok(())
