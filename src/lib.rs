@@ -30,6 +30,8 @@ pub mod contact;
 #[cfg(feature = "factory")]
 pub mod export;
 #[cfg(feature = "factory")]
+pub mod grasp;
+#[cfg(feature = "factory")]
 pub mod job;
 #[cfg(feature = "factory")]
 pub mod plan;

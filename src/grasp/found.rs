@@ -1,0 +1,125 @@
+//! What a search for grasps found.
+
+use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
+
+/// How a state of the hand was rated; lower is better.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Energies {
+    /// What the annealing minimised, recomputed with exact distances.
+    pub total: f64,
+    /// The contact energy: mean over the virtual contacts of |distance| [mm] and 50 (1 - cos) of how far each looks past the
+    /// surface.
+    pub contact: f64,
+    /// The potential: -epsilon of the wrench space of the virtual contacts, weighted by their distance; 1 where fewer than
+    /// three of them count. Not scaled.
+    pub potential: f64,
+}
+
+/// A place where the closed hand touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GraspContact {
+    /// The link; 0 is the base.
+    pub link: usize,
+    /// On the object's surface, in `Object` [m].
+    pub point: Point3<f64>,
+    /// Out of the object, in `Object`.
+    pub normal: Unit<Vector3<f64>>,
+    /// From the object to the link [m], exact.
+    pub distance: f64,
+}
+
+/// Wrench-space quality of the contacts of the closed hand, unweighted; 0 where the origin is not inside.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// Epsilon of the space of forces (Ferrari and Canny 1992): radius of the largest ball in the hull.
+    pub epsilon_force: f64,
+    /// Epsilon of the space of forces and torques, torques divided by the object's radius about its centre of mass.
+    pub epsilon_wrench: f64,
+    /// Volume of the hull of forces and torques.
+    pub volume: f64,
+}
+
+/// What became of a state that annealing kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum GraspVerdict {
+    /// Force closure, epsilon at least the job's.
+    Kept,
+    /// Deeper in the true mesh than allowed before closing: the annealing's grid did not see it.
+    Penetrates,
+    /// The closed hand touches with one link or none.
+    OpenHand,
+    /// The origin is not inside the wrench space.
+    NoForceClosure,
+    /// Epsilon below what the job asks.
+    LowQuality,
+}
+
+impl GraspVerdict {
+    /// Every verdict, in the order of its number in records.
+    pub const ALL: [Self; 5] = [Self::Kept, Self::Penetrates, Self::OpenHand, Self::NoForceClosure, Self::LowQuality];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::Penetrates => "penetrates",
+            Self::OpenHand => "open_hand",
+            Self::NoForceClosure => "no_force_closure",
+            Self::LowQuality => "low_quality",
+        }
+    }
+}
+
+/// One state of the best list, closed and rated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grasp {
+    /// The approach frame seen from the object: origin on the palm, z towards the object [m].
+    pub object_from_approach: IsometryMatrix3<f64>,
+    /// Amplitudes of the hand's eigengrasps before closing.
+    pub amplitudes: Vec<f64>,
+    /// The posture of these amplitudes, one value a driven joint [rad or m].
+    pub posture: Vec<f64>,
+    /// How deep the hand is in the object before closing [m], exact; 0 where it is clear.
+    pub penetration: f64,
+    /// The state before closing.
+    pub energies: Energies,
+    /// All joints of the closed hand [rad or m], in the order of its tree; as the posture has them where the verdict is
+    /// [`GraspVerdict::Penetrates`].
+    pub joints: Vec<f64>,
+    /// Where the closed hand touches.
+    pub contacts: Vec<GraspContact>,
+    /// Of these contacts.
+    pub quality: Quality,
+    /// Grasp type: the closed joints, binned (thesis, equation 4.1); `None` for a hand of which it is not defined.
+    pub kind: Option<u32>,
+    /// Whether it is kept.
+    pub verdict: GraspVerdict,
+}
+
+/// A tenth of an annealing run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stretch {
+    /// Steps whose neighbour was accepted.
+    pub accepted: u32,
+    /// Mean energy after each step; NaN before the first legal state.
+    pub mean_energy: f64,
+}
+
+/// What one run of annealing came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspRun {
+    /// Where the search began: the seed's frame seen from the object; its origin is on the surface, z is the inward normal.
+    pub object_from_seed: IsometryMatrix3<f64>,
+    /// Steps of the run, at most the job's: a seed may be given up.
+    pub steps: u32,
+    /// Steps that found no legal neighbour.
+    pub failed: u32,
+    /// Neighbours that were looked at.
+    pub tries: u64,
+    /// Neighbours whose wrench space was evaluated.
+    pub potentials: u64,
+    /// Ten tenths of the run.
+    pub course: [Stretch; 10],
+    /// The best states, best first by total energy; no two are duplicates.
+    pub grasps: Vec<Grasp>,
+}

@@ -1,0 +1,83 @@
+//! How grasps are searched for, and which are kept.
+
+/// What annealing minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnergyKind {
+    /// The contact energy.
+    Contact,
+    /// The potential where it is below 0, else the contact energy (thesis, algorithm 4).
+    ContactAndPotential,
+}
+
+/// In which space the potential's epsilon is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WrenchSpace {
+    /// Forces alone (`thesis`).
+    Force,
+    /// Forces and torques.
+    Wrench,
+}
+
+/// The frame in which place and turn of the hand are searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SearchFrame {
+    /// The seed's: origin on the surface, z along the inward normal.
+    Seed,
+    /// The object's, its origin moved to the centre of its box (`thesis`).
+    Object,
+}
+
+/// How far eigengrasp amplitudes go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AmplitudeRange {
+    /// As far as the joints allow.
+    Joints,
+    /// From minus to plus this, joints held at their limits beyond (`thesis`).
+    Clamped(f64),
+}
+
+/// Simulated annealing (Ingber 1989).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Annealing {
+    /// Steps of a run, at least 1.
+    pub steps: u32,
+    /// What is minimised.
+    pub energy: EnergyKind,
+    /// The space of the potential.
+    pub space: WrenchSpace,
+    /// Friction coefficient of the potential, above 0.
+    pub friction: f64,
+    /// The potential is multiplied by this, so that temperatures mean the same for both energies.
+    pub potential_scale: f64,
+    /// Whether the schedule is stretched over the steps, so that short runs end cold, too; else (`thesis`) step i has the
+    /// temperature of k = 30,000 + i whatever the budget.
+    pub whole_schedule: bool,
+    /// Only what lowers the energy is accepted: for comparison.
+    pub descent: bool,
+    /// Where the hand is searched for.
+    pub frame: SearchFrame,
+    /// How far amplitudes go.
+    pub amplitudes: AmplitudeRange,
+    /// Length of the best list.
+    pub best: u32,
+    /// A seed is given up after so many steps in a row without a legal neighbour.
+    pub most_failures: u32,
+}
+
+/// Which grasps are kept, and by which contact model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Keeping {
+    /// Friction coefficient of the quality, above 0.
+    pub friction: f64,
+    /// Edges of the friction cone, at least 3.
+    pub edges: u32,
+    /// A torsional coefficient makes soft fingers of the contacts [share of the normal force times the object's radius];
+    /// `None` for hard points.
+    pub torsion: Option<f64>,
+    /// The space in which force closure is asked for.
+    pub space: WrenchSpace,
+    /// Least epsilon in that space.
+    pub min_epsilon: f64,
+    /// Deepest overlap of hand and true mesh before closing [m].
+    pub most_penetration: f64,
+}
