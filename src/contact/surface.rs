@@ -130,9 +130,32 @@ impl ContactSurface {
         self.distances.bounds()
     }
 
+    /// The solid that it bounds.
+    pub fn solid(&self) -> &SolidGrid {
+        &self.solid
+    }
+
     /// Signed distance from the surface to a point in `Object` [m], negative inside; exact.
     pub fn signed_distance(&self, point: &Point3<f64>) -> f64 {
         self.surface.signed_distance(&self.solid, point)
+    }
+
+    /// The surface's closest point to a point in `Object`, and the signed distance [m], negative inside; exact. An answer nearby
+    /// makes it faster.
+    pub fn closest(&self, point: &Point3<f64>, hint: Option<&Closest>) -> (Closest, f64) {
+        let closest = self.surface.closest_from(point, f64::INFINITY, hint).expect("a mesh has a closest point");
+        let distance = closest.distance_squared.sqrt();
+        let inside = self.surface.inside(&self.solid, point, Some(&closest));
+        (closest, if inside { -distance } else { distance })
+    }
+
+    /// Direction of steepest rise of the signed distance at a point in `Object`, and the distance [m]; on the surface itself
+    /// its outward normal.
+    pub fn outward(&self, point: &Point3<f64>) -> (Vector3<f64>, f64) {
+        let (closest, distance) = self.closest(point, None);
+        let way =
+            if distance.abs() > 1e-6 { (point - closest.point) / distance } else { self.surface.normal(&closest) };
+        (way, distance)
     }
 
     /// The surface point that `share` (0 to 1) of the area comes before and that stands at (u, v), both in 0 to 1, of its
@@ -308,7 +331,7 @@ impl ContactSurface {
     /// The pair of a place inside the mesh.
     fn pair_inside(&self, core: Point3<f64>, closest: Closest) -> Pair {
         let distance = -closest.distance_squared.sqrt();
-        Pair { core, closest, normal: self.outward(&core, &closest, distance), distance }
+        Pair { core, closest, normal: self.away(&core, &closest, distance), distance }
     }
 
     /// Follows a place of the core, outside of the mesh, to where core and surface are nearest to each other.
@@ -343,11 +366,11 @@ impl ContactSurface {
             }
         }
         let distance = closest.distance_squared.sqrt();
-        Pair { core, closest, normal: self.outward(&core, &closest, distance), distance }
+        Pair { core, closest, normal: self.away(&core, &closest, distance), distance }
     }
 
     /// Direction out of the mesh at the closest point of a place at a signed distance.
-    fn outward(&self, place: &Point3<f64>, closest: &Closest, distance: f64) -> Vector3<f64> {
+    fn away(&self, place: &Point3<f64>, closest: &Closest, distance: f64) -> Vector3<f64> {
         if distance.abs() > SETTLED { (place - closest.point) / distance } else { self.surface.normal(closest) }
     }
 

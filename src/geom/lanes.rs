@@ -26,6 +26,8 @@ pub(crate) trait Lanes: Copy {
     /// The larger one; `b` where one is NaN.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     fn abs(self, a: Self::F) -> Self::F;
+    /// Rounded as IEEE 754 says.
+    fn sqrt(self, a: Self::F) -> Self::F;
     fn ge(self, a: Self::F, b: Self::F) -> Self::M;
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
     fn select(self, condition: Self::M, yes: Self::F, no: Self::F) -> Self::F;
@@ -183,6 +185,10 @@ impl Lanes for Scalar {
     #[inline(always)]
     fn abs(self, a: Self::F) -> Self::F {
         a.map(f32::abs)
+    }
+    #[inline(always)]
+    fn sqrt(self, a: Self::F) -> Self::F {
+        a.map(f32::sqrt)
     }
     #[inline(always)]
     fn ge(self, a: Self::F, b: Self::F) -> Self::M {
@@ -396,6 +402,7 @@ mod x86 {
             min(a: __m512, b: __m512) -> __m512 = _mm512_min_ps(a, b);
             max(a: __m512, b: __m512) -> __m512 = _mm512_max_ps(a, b);
             abs(a: __m512) -> __m512 = _mm512_abs_ps(a);
+            sqrt(a: __m512) -> __m512 = _mm512_sqrt_ps(a);
             ge(a: __m512, b: __m512) -> __mmask16 = _mm512_cmp_ps_mask::<_CMP_GE_OQ>(a, b);
             lt(a: __m512, b: __m512) -> __mmask16 = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
             select(condition: __mmask16, yes: __m512, no: __m512) -> __m512 = _mm512_mask_blend_ps(condition, no, yes);
@@ -497,6 +504,7 @@ mod x86 {
             min(a: F, b: F) -> F = _mm256_min_ps(a, b);
             max(a: F, b: F) -> F = _mm256_max_ps(a, b);
             abs(a: F) -> F = _mm256_andnot_ps(_mm256_set1_ps(-0.0), a);
+            sqrt(a: F) -> F = _mm256_sqrt_ps(a);
             ge(a: F, b: F) -> I = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_GE_OQ>(a, b));
             lt(a: F, b: F) -> I = _mm256_castps_si256(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b));
             select(condition: I, yes: F, no: F) -> F = _mm256_blendv_ps(no, yes, _mm256_castsi256_ps(condition));

@@ -55,8 +55,12 @@ impl MeshQuery {
 
     /// Distance from a point, in `Object`, to the surface [m], whichever side it is on.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
-        let nearest = self.mesh.project_local_point(to_glam(&point.coords), false).point;
-        (from_glam(nearest) - point.coords).norm()
+        (self.closest_point(point) - point).norm()
+    }
+
+    /// The point of the surface next to a point, both in `Object` [m].
+    pub fn closest_point(&self, point: &Point3<f64>) -> Point3<f64> {
+        Point3::from(from_glam(self.mesh.project_local_point(to_glam(&point.coords), false).point))
     }
 
     /// Where the ray from `origin`, in `Object`, meets the surface first, from either side, at most `reach` [m] away.

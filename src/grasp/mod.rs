@@ -2,8 +2,27 @@
 //!
 //! After Ciocarlie and Allen 2009 and the thesis, chapters 4 and 7.3. Of class `exact`.
 
+mod anneal;
+mod best;
+mod closing;
+mod energy;
+mod field;
 mod found;
+mod kind;
+mod links;
+mod numbers;
+mod rate;
 mod settings;
+mod solids;
+mod state;
+mod variables;
+pub mod wrench;
 
+pub use anneal::{Annealer, ObjectSearch};
+pub use closing::TOUCHES;
+pub use field::DistanceField;
 pub use found::{Energies, Grasp, GraspContact, GraspRun, GraspVerdict, Quality, Stretch};
+pub use kind::{DIGITS, KindDigits, camera_axes, digits, wrist_roll};
 pub use settings::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace};
+pub use solids::HandSolids;
+pub use state::{ALLOWED_OVERLAP, HandSearch};

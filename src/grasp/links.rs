@@ -1,0 +1,148 @@
+//! Where a hand's links are, for many postures a millisecond.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::numbers::sines;
+use crate::{hand::Hand, kinematics::JointKind};
+
+/// Most joints of a hand that is annealed.
+pub(super) const MOST_JOINTS: usize = 24;
+
+/// A frame as plain numbers: turn and place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place {
+    pub(super) turn: Matrix3<f64>,
+    pub(super) at: Vector3<f64>,
+}
+
+impl Place {
+    pub(super) fn identity() -> Self {
+        Self { turn: Matrix3::identity(), at: Vector3::zeros() }
+    }
+
+    pub(super) fn of(isometry: &nalgebra::IsometryMatrix3<f64>) -> Self {
+        Self { turn: *isometry.rotation.matrix(), at: isometry.translation.vector }
+    }
+
+    pub(super) fn isometry(&self) -> nalgebra::IsometryMatrix3<f64> {
+        nalgebra::IsometryMatrix3::from_parts(
+            nalgebra::Translation3::from(self.at),
+            nalgebra::Rotation3::from_matrix_unchecked(self.turn),
+        )
+    }
+
+    #[inline(always)]
+    pub(super) fn times(&self, other: &Self) -> Self {
+        Self { turn: self.turn * other.turn, at: self.turn * other.at + self.at }
+    }
+
+    #[inline(always)]
+    pub(super) fn point(&self, of: &Vector3<f64>) -> Vector3<f64> {
+        self.turn * of + self.at
+    }
+}
+
+/// A joint with all that does not change worked out.
+struct Joint {
+    carried_by: usize,
+    /// What moves it, and its value for the driven joint's.
+    driven: usize,
+    ratio: f64,
+    offset: f64,
+    turns: bool,
+    /// The turn is `fixed + cos * with_cos + sin * with_sin` (Rodrigues' formula).
+    fixed: Matrix3<f64>,
+    with_cos: Matrix3<f64>,
+    with_sin: Matrix3<f64>,
+    at: Vector3<f64>,
+    /// Of a slide, in the frame of what carries it.
+    along: Vector3<f64>,
+}
+
+/// A hand's joints and eigengrasps.
+pub(super) struct Links {
+    joints: Vec<Joint>,
+    origin: Vec<f64>,
+    directions: Vec<Vec<f64>>,
+    ranges: Vec<[f64; 2]>,
+}
+
+impl Links {
+    /// `None` where the hand has no eigengrasps or more joints than [`MOST_JOINTS`].
+    pub(super) fn new(hand: &Hand) -> Option<Self> {
+        let grasps = hand.eigengrasps()?;
+        let tree = hand.tree().joints();
+        if tree.len() > MOST_JOINTS {
+            return None;
+        }
+        let mut moved_by = vec![(0, 1.0, 0.0); tree.len()];
+        for (place, driven) in hand.driven().iter().enumerate() {
+            moved_by[driven.joint] = (place, 1.0, 0.0);
+            for follower in &driven.followers {
+                moved_by[follower.joint] = (place, follower.ratio, follower.offset);
+            }
+        }
+        let joint = |(place, joint): (usize, &crate::kinematics::TreeJoint)| {
+            let (driven, ratio, offset) = moved_by[place];
+            let axis = joint.joint.axis.into_inner();
+            let turn = joint.joint.origin.rotation.matrix();
+            let turns = joint.joint.kind != JointKind::Prismatic;
+            let along_axis = axis * axis.transpose();
+            let [fixed, with_cos, with_sin] = if turns {
+                [turn * along_axis, turn * (Matrix3::identity() - along_axis), turn * axis.cross_matrix()]
+            } else {
+                [*turn, Matrix3::zeros(), Matrix3::zeros()]
+            };
+            let (at, along) = (joint.joint.origin.translation.vector, turn * axis);
+            let carried_by = joint.carried_by;
+            Joint { carried_by, driven, ratio, offset, turns, fixed, with_cos, with_sin, at, along }
+        };
+        Some(Self {
+            joints: tree.iter().enumerate().map(joint).collect(),
+            origin: grasps.origin.clone(),
+            directions: grasps.directions.clone(),
+            ranges: hand.driven().iter().map(crate::hand::Driven::range).collect(),
+        })
+    }
+
+    /// Links, the base among them.
+    pub(super) fn count(&self) -> usize {
+        self.joints.len() + 1
+    }
+
+    /// Values of all joints for amplitudes; the rest of the array stays.
+    #[inline(always)]
+    pub(super) fn values(&self, amplitudes: &[f64], values: &mut [f64; MOST_JOINTS]) {
+        let mut driven = [0.0; MOST_JOINTS];
+        for (place, value) in driven.iter_mut().enumerate().take(self.origin.len()) {
+            let mut sum = self.origin[place];
+            for (amplitude, direction) in amplitudes.iter().zip(&self.directions) {
+                sum += amplitude * direction[place];
+            }
+            let [low, high] = self.ranges[place];
+            *value = sum.max(low).min(high);
+        }
+        for (value, joint) in values.iter_mut().zip(&self.joints) {
+            *value = joint.offset + joint.ratio * driven[joint.driven];
+        }
+    }
+
+    /// Places of all links at values of all joints, seen from the frame in which the base is at `base`.
+    #[inline(always)]
+    pub(super) fn places(&self, base: &Place, values: &[f64; MOST_JOINTS], places: &mut [Place]) {
+        places[0] = *base;
+        for (chunk, joints) in self.joints.chunks(8).enumerate() {
+            let angles: &[f64; 8] = values[8 * chunk..8 * chunk + 8].try_into().expect("a multiple of eight");
+            let [sin, cos] = sines(angles);
+            for (lane, joint) in joints.iter().enumerate() {
+                let own = if joint.turns {
+                    let turn = joint.fixed + joint.with_cos * cos[lane] + joint.with_sin * sin[lane];
+                    Place { turn, at: joint.at }
+                } else {
+                    Place { turn: joint.fixed, at: joint.at + joint.along * angles[lane] }
+                };
+                places[8 * chunk + lane + 1] = places[joint.carried_by].times(&own);
+            }
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! What annealing kept, closed and rated with exact distances.
+
+use std::sync::Arc;
+
+use nalgebra::{IsometryMatrix3, Point3, Unit};
+
+use super::{
+    anneal::ObjectSearch,
+    best::Candidate,
+    closing::Closing,
+    energy::{Potential, contact_energy},
+    found::{Energies, Grasp, GraspContact, GraspVerdict, Quality},
+    kind::KindDigits,
+    settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
+    solids::HandSolids,
+    state::VirtualContact,
+    wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
+};
+use crate::{contact::ContactSurface, geom::SimdLevel, hand::Hand};
+
+/// Edges of the cones whose hull's volume is taken.
+const VOLUME_EDGES: usize = 8;
+
+/// What one thread needs to rate grasps of one hand.
+pub(super) struct Rating {
+    hand: Arc<Hand>,
+    closing: Closing,
+    keeping: Keeping,
+    energy: EnergyKind,
+    potential_scale: f64,
+    potential: Potential,
+    kind: Option<KindDigits>,
+    quality: QualityMeter,
+}
+
+impl Rating {
+    pub(super) fn new(
+        hand: &Arc<Hand>,
+        solids: &HandSolids,
+        annealing: &Annealing,
+        keeping: &Keeping,
+        level: SimdLevel,
+    ) -> Self {
+        let mut potential = Potential::new(annealing, level);
+        potential.tolerance = 0.0;
+        Self {
+            hand: Arc::clone(hand),
+            closing: Closing::new(hand, solids),
+            keeping: *keeping,
+            energy: annealing.energy,
+            potential_scale: annealing.potential_scale,
+            potential,
+            kind: KindDigits::new(hand),
+            quality: QualityMeter::new(keeping, level),
+        }
+    }
+
+    /// Closes and rates a state of the best list.
+    pub(super) fn grasp(&mut self, object: &ObjectSearch, candidate: &Candidate, amplitudes: &[f64]) -> Grasp {
+        let hand = Arc::clone(&self.hand);
+        let object_from_approach = candidate.object_from_approach.isometry();
+        let posture = hand.posture_of(amplitudes);
+        let open = hand.posture_values(&posture);
+        let frames = hand.link_frames(&open);
+        let object_from_base = object_from_approach * hand.approach_pose(&frames).isometry().inverse();
+        let penetration = self.closing.penetration(&object.surface, &object_from_base, &open).max(0.0);
+        let energies = self.energies(object, &object_from_base, &frames);
+        let mut grasp = Grasp {
+            object_from_approach,
+            amplitudes: amplitudes.to_vec(),
+            posture,
+            penetration,
+            energies,
+            joints: open,
+            contacts: Vec::new(),
+            quality: Quality::default(),
+            kind: None,
+            verdict: GraspVerdict::Penetrates,
+        };
+        if penetration > self.keeping.most_penetration {
+            return grasp;
+        }
+        grasp.joints = self.closing.close(&object.surface, &object_from_base, &grasp.posture).joints;
+        grasp.contacts = self.closing.contacts(&object.surface, &object_from_base, &grasp.joints);
+        grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
+        let turn = object_from_approach.rotation.matrix();
+        grasp.kind = self.kind.as_ref().map(|digits| digits.kind(&grasp.joints, turn));
+        grasp.verdict = self.verdict(&grasp);
+        grasp
+    }
+
+    /// Of the state before closing, with exact distances.
+    fn energies(
+        &mut self,
+        object: &ObjectSearch,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+    ) -> Energies {
+        let contacts: Vec<VirtualContact> = (0..self.hand.contacts().len())
+            .map(|contact| {
+                let (point, normal) = self.hand.contact_in_base(contact, frames);
+                virtual_contact(&object.surface, object_from_base * point, object_from_base.rotation * normal)
+            })
+            .collect();
+        let contact = contact_energy(&contacts);
+        self.potential.forget();
+        let potential = self.potential.of(&contacts, &object.mass, &EpsilonLimits::EXACT).unwrap_or(1.0);
+        let total = match self.energy {
+            EnergyKind::ContactAndPotential if potential < 0.0 => potential * self.potential_scale,
+            _ => contact,
+        };
+        Energies { total, contact, potential }
+    }
+
+    fn verdict(&self, grasp: &Grasp) -> GraspVerdict {
+        let first = grasp.contacts.first().map(|contact| contact.link);
+        let epsilon = match self.keeping.space {
+            WrenchSpace::Force => grasp.quality.epsilon_force,
+            WrenchSpace::Wrench => grasp.quality.epsilon_wrench,
+        };
+        if grasp.contacts.iter().all(|contact| Some(contact.link) == first) {
+            GraspVerdict::OpenHand
+        } else if epsilon == 0.0 {
+            GraspVerdict::NoForceClosure
+        } else if epsilon < self.keeping.min_epsilon {
+            GraspVerdict::LowQuality
+        } else {
+            GraspVerdict::Kept
+        }
+    }
+}
+
+/// A virtual contact at a place in `Object`, with the surface's exact closest point.
+fn virtual_contact(
+    surface: &ContactSurface,
+    point: Point3<f64>,
+    normal: Unit<nalgebra::Vector3<f64>>,
+) -> VirtualContact {
+    let (outward, distance) = surface.outward(&point);
+    VirtualContact {
+        point: point.map(|part| part as f32).into(),
+        normal: normal.map(|part| part as f32).into(),
+        distance: distance as f32,
+        cos: -outward.dot(&normal) as f32,
+    }
+}
+
+/// Quality of contacts in their wrench space.
+struct QualityMeter {
+    cone: FrictionCone,
+    volume_cone: FrictionCone,
+    solver: EpsilonSolver,
+    hull: HullSolver,
+    set: WrenchSet,
+}
+
+impl QualityMeter {
+    fn new(keeping: &Keeping, level: SimdLevel) -> Self {
+        let cone = |edges| match keeping.torsion {
+            Some(torsion) => FrictionCone::soft(keeping.friction, torsion),
+            None => FrictionCone::hard(keeping.friction, edges),
+        };
+        Self {
+            cone: cone(keeping.edges as usize),
+            volume_cone: cone(VOLUME_EDGES),
+            solver: EpsilonSolver::new(level),
+            hull: HullSolver::default(),
+            set: WrenchSet::default(),
+        }
+    }
+
+    fn of(&mut self, contacts: &[GraspContact], mass: &MassFrame) -> Quality {
+        let contacts: Vec<Contact> =
+            contacts.iter().map(|contact| Contact::new(contact.point, -contact.normal)).collect();
+        if contacts.len() < 2 {
+            return Quality::default();
+        }
+        self.solver.forget();
+        self.set.fill(&contacts, &self.cone, mass);
+        let epsilon_force = self.solver.of_forces(&self.set, &EpsilonLimits::EXACT).lower;
+        let epsilon_wrench = self.solver.of_wrenches_within(&self.set, &EpsilonLimits::EXACT).lower;
+        let volume = if epsilon_wrench > 0.0 {
+            self.set.fill(&contacts, &self.volume_cone, mass);
+            self.hull.of_wrenches(&self.set).volume
+        } else {
+            0.0
+        };
+        Quality { epsilon_force, epsilon_wrench, volume }
+    }
+}
