@@ -1,0 +1,3 @@
+//! Grasps: what makes one good.
+
+pub mod wrench;
