@@ -9,7 +9,7 @@
 //! [`geom`] is pure maths; [`assets`] reads and mends meshes; [`voxel`] and [`render`] hold the kernels;
 //! `produce` makes samples of them; `run` schedules; [`record`] and [`dataset`] are the format; [`runtime`] reads it
 //! back without a simulator. [`kinematics`], [`collision`] and [`hand`] know robots and hands without one,
-//! `contact` where solids touch a true mesh.
+//! `contact` where solids touch a true mesh, `grasp` what makes a grasp good.
 //! ARCHITECTURE.md says more.
 
 pub mod collision;

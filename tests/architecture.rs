@@ -22,7 +22,7 @@ const USES: &[(&str, &[&str])] = &[
     ("collision", &["geom", "kinematics"]),
     ("contact", &["geom", "voxel"]),
     ("hand", &["geom", "kinematics"]),
-    ("grasp", &["geom", "ids", "seed", "contact", "hand", "kinematics"]),
+    ("grasp", &["geom", "ids", "seed", "collision", "contact", "hand", "kinematics"]),
     ("sim", &["ids", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
     (
         "produce",

@@ -1,0 +1,28 @@
+//! Quality of a grasp in the space of wrenches: which forces and torques its contacts resist, and how well.
+//!
+//! Every contact pushes with a unit normal force and what friction adds to it: the edges of a [`FrictionCone`]. Their
+//! wrenches make a [`WrenchSet`]; the hull of all of them (the L1 space of Ferrari and Canny 1992, "Planning optimal grasps")
+//! holds what the grasp resists with normal forces that sum to 1. *Epsilon* is the radius of the largest ball about the
+//! origin inside it: 0 without force closure. Its volume is the other measure.
+//!
+//! Epsilon comes from an expanding polytope: a linear programme finds a simplex of wrenches around the origin, and the facet
+//! nearest to the origin is pushed out to its support point until it lies on the hull. Nothing but its surroundings is built,
+//! so that 128 wrenches cost little more than 32. Of class `exact`.
+//!
+//! Wrenches are moved by up to [`JOGGLE`], each in its own fixed way, because the edges of one contact lie in a plane and a
+//! facet through them has no unique triangulation. What is thinner than [`FLAT`] counts as flat.
+
+mod contact;
+mod enclose;
+mod epsilon;
+mod polytope;
+mod set;
+mod volume;
+
+#[cfg(test)]
+mod tests;
+
+pub use contact::{Contact, FrictionCone, MassFrame, SOFT_LATITUDE_COSINE};
+pub use epsilon::{Epsilon, EpsilonEnd, EpsilonLimits, EpsilonSolver, MOST_FACETS};
+pub use set::{FLAT, JOGGLE, WrenchSet};
+pub use volume::{HullSolver, HullVolume};
