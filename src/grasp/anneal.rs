@@ -33,6 +33,9 @@ const SPAN: f64 = 70_000.0;
 /// Energies count a millionth in the acceptance.
 const ENERGY_SCALE: f64 = 1e-6;
 
+/// An error of an energy by this share of the temperature is not felt.
+const UNFELT: f64 = 0.1;
+
 /// Neighbours that are looked at in a step.
 const TRIES: u32 = 11;
 
@@ -204,7 +207,7 @@ impl Annealer {
                 energy - libm::log(stream.unit()) * temperature / ENERGY_SCALE
             };
             look(self.level, &self.hand, &object.field, &mut self.scratch);
-            let rated = self.energy(object, limit, &mut counts);
+            let rated = self.energy(object, temperature, limit, &mut counts);
             if rated < limit {
                 (state, energy) = (next, rated);
                 counts.course[stretch].accepted += 1;
@@ -222,12 +225,12 @@ impl Annealer {
     }
 
     /// Of the state that was looked at last; where it is not below `limit`, any number that is not.
-    fn energy(&mut self, object: &ObjectSearch, limit: f64, counts: &mut Counts) -> f64 {
+    fn energy(&mut self, object: &ObjectSearch, temperature: f64, limit: f64, counts: &mut Counts) -> f64 {
         if self.settings.energy == EnergyKind::ContactAndPotential {
             let scale = self.settings.potential_scale;
             // What epsilon has to be above for the energy to be below the limit.
-            let limits =
-                EpsilonLimits { above: f64::INFINITY, below: -limit / scale, tolerance: self.potential.tolerance };
+            let tolerance = self.potential.tolerance(UNFELT * temperature / ENERGY_SCALE / scale);
+            let limits = EpsilonLimits { above: f64::INFINITY, below: -limit / scale, tolerance };
             let potential = self.potential.of(&self.scratch.contacts, &object.mass, &limits);
             counts.potentials += u64::from(potential.is_some());
             if let Some(potential) = potential.filter(|potential| *potential < 0.0) {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
-use super::{found::GraspContact, links::Place, solids::HandSolids, state::overlap};
+use super::{found::GraspContact, links::Place, meeting::overlap, solids::HandSolids};
 use crate::{
     contact::{ContactScratch, ContactSurface, Probe, SurfaceContact},
     hand::{Driven, Hand, Motor},
@@ -312,7 +312,7 @@ fn rates(driven: &Driven, released: bool) -> Vec<(usize, f64)> {
 }
 
 /// How far a place of a solid moves for a unit of a motor at most [m], before and after its clutch has opened.
-fn reach(hand: &Hand, link: usize, centre: Point3<f64>, radius: f64, driven: &Driven) -> [f64; 2] {
+pub(super) fn reach(hand: &Hand, link: usize, centre: Point3<f64>, radius: f64, driven: &Driven) -> [f64; 2] {
     [false, true].map(|released| {
         let rates = rates(driven, released);
         let (mut link, mut arm, mut sum) = (link, centre.coords.norm() + radius, 0.0);

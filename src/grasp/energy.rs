@@ -26,7 +26,7 @@ const FEWEST: usize = 3;
 /// of forces.)
 const EDGES: usize = 8;
 
-/// How far off an epsilon of forces and torques may be that is only compared.
+/// How far off an epsilon of forces and torques may be while it anneals, at least: closing in on it costs most of its time.
 const TOLERANCE: f64 = 1e-3;
 
 /// Mean over the virtual contacts of |distance| [mm] and 50 (1 - cos); cos is of the angle between the contact's normal and
@@ -51,7 +51,6 @@ fn weight(contact: &VirtualContact) -> f64 {
 pub(super) struct Potential {
     space: WrenchSpace,
     cone: FrictionCone,
-    pub(super) tolerance: f64,
     solver: EpsilonSolver,
     set: WrenchSet,
     counted: Vec<Contact>,
@@ -62,10 +61,17 @@ impl Potential {
         Self {
             space: settings.space,
             cone: FrictionCone::hard(settings.friction, EDGES),
-            tolerance: if settings.space == WrenchSpace::Wrench { TOLERANCE } else { 0.0 },
             solver: EpsilonSolver::new(level),
             set: WrenchSet::default(),
             counted: Vec::new(),
+        }
+    }
+
+    /// How far off epsilon may be where an error of `unfelt` does not matter.
+    pub(super) fn tolerance(&self, unfelt: f64) -> f64 {
+        match self.space {
+            WrenchSpace::Force => 0.0,
+            WrenchSpace::Wrench => unfelt.max(TOLERANCE),
         }
     }
 

@@ -41,6 +41,16 @@ pub(super) struct Near<L: Lanes> {
     pub(super) outward: [L::F; 3],
 }
 
+/// Sixteen cells of the lattice.
+struct Cell<L: Lanes> {
+    /// Both ends of the cell's four edges along z, in steps; y goes on first, then x.
+    ends: [[L::F; 2]; 4],
+    /// Where in the cell, 0 to 1.
+    shares: [L::F; 3],
+    /// How far beyond the lattice the place is [m].
+    beyond: [L::F; 3],
+}
+
 impl DistanceField {
     /// Around an object: 1.6 million distances for a box of equal sides.
     pub fn new(surface: &ContactSurface) -> Self {
@@ -71,51 +81,68 @@ impl DistanceField {
         self.values.len()
     }
 
-    /// At sixteen places in `Object` [m]. Beyond the lattice: from where the lattice's nearest place has the surface.
+    /// Signed distance at sixteen places in `Object` [m]; beyond the lattice that of its nearest place, which is less.
+    #[inline(always)]
+    pub(super) fn distance<L: Lanes>(&self, l: L, place: [L::F; 3]) -> L::F {
+        let cell = self.cell(l, place);
+        let [x, y, z] = cell.shares;
+        let [a, b, c, d] = each_of!([0, 1, 2, 3], edge => mixed(l, cell.ends[edge][0], cell.ends[edge][1], z));
+        l.mul(mixed(l, mixed(l, a, b, y), mixed(l, c, d, y), x), l.splat(self.step))
+    }
+
+    /// Distance and direction at sixteen places in `Object` [m]. Beyond the lattice: from where the lattice's nearest place has
+    /// the surface.
     #[inline(always)]
     pub(super) fn near<L: Lanes>(&self, l: L, place: [L::F; 3]) -> Near<L> {
-        let (zero, one) = (l.splat(0.0), l.splat(1.0));
-        let (cell, inverse) = (l.splat(self.cell), l.splat(1.0 / self.cell));
+        let Cell { ends, shares: [fx, fy, fz], beyond } = self.cell(l, place);
+        let [a, b, c, d] = each_of!([0, 1, 2, 3], edge => mixed(l, ends[edge][0], ends[edge][1], fz));
+        let [da, db, dc, dd] = each_of!([0, 1, 2, 3], edge => l.sub(ends[edge][1], ends[edge][0]));
+        let (lower, upper) = (mixed(l, a, b, fy), mixed(l, c, d, fy));
+        let distance = l.mul(mixed(l, lower, upper, fx), l.splat(self.step));
+        let slope = [
+            l.sub(upper, lower),
+            mixed(l, l.sub(b, a), l.sub(d, c), fx),
+            mixed(l, mixed(l, da, db, fy), mixed(l, dc, dd, fy), fx),
+        ];
+        let (outward, _) = unit(l, slope);
+        let outside = l.lt(l.splat(0.0), l.add(l.add(l.abs(beyond[0]), l.abs(beyond[1])), l.abs(beyond[2])));
+        if l.bits(outside) == 0 {
+            return Near { distance, outward };
+        }
+        let way: [L::F; 3] = each_of!([0, 1, 2], axis => l.add(beyond[axis], l.mul(outward[axis], distance)));
+        let (straight, far) = unit(l, way);
+        Near {
+            distance: l.select(outside, far, distance),
+            outward: each_of!([0, 1, 2], axis => l.select(outside, straight[axis], outward[axis])),
+        }
+    }
+
+    /// The cells of the lattice that sixteen places lie in, or are nearest to.
+    #[inline(always)]
+    fn cell<L: Lanes>(&self, l: L, place: [L::F; 3]) -> Cell<L> {
+        let inverse = l.splat(1.0 / self.cell);
         let along: [L::F; 3] =
             each_of!([0, 1, 2], axis => l.mul(l.sub(place[axis], l.splat(self.origin[axis])), inverse));
-        let held: [L::F; 3] =
-            each_of!([0, 1, 2], axis => l.min(l.max(along[axis], zero), l.splat((self.counts[axis] - 1) as f32)));
+        let held: [L::F; 3] = each_of!([0, 1, 2], axis =>
+            l.min(l.max(along[axis], l.splat(0.0)), l.splat((self.counts[axis] - 1) as f32)));
         // The last cell ends where the lattice does.
         let low: [L::F; 3] = each_of!([0, 1, 2], axis =>
             l.min(l.to_float(l.truncate(held[axis])), l.splat((self.counts[axis] - 2) as f32)));
-        let [fx, fy, fz] = each_of!([0, 1, 2], axis => l.sub(held[axis], low[axis]));
-        let [ix, iy, iz] = each_of!([0, 1, 2], axis => l.truncate(low[axis]));
-        let row = l.add_i(l.mul_i(ix, l.splat_i(self.counts[1])), iy);
-        let first = l.shl_i::<1>(l.add_i(l.mul_i(row, l.splat_i(self.counts[2])), iz));
+        let [x, y, z] = each_of!([0, 1, 2], axis => l.truncate(low[axis]));
+        let row = l.add_i(l.mul_i(x, l.splat_i(self.counts[1])), y);
+        let first = l.shl_i::<1>(l.add_i(l.mul_i(row, l.splat_i(self.counts[2])), z));
         let (next_y, next_x) = (2 * self.counts[2], 2 * self.counts[1] * self.counts[2]);
-        // At four edges along z, both ends of each.
         let ends: [[L::F; 2]; 4] = each_of!([0, next_y, next_x, next_x + next_y], offset => {
             // SAFETY: the cell's corners are points of the lattice.
             #[expect(unsafe_code, reason = "gathers from places that were held inside the lattice")]
             let pair = unsafe { l.gather_bytes(&self.values, l.add_i(first, l.splat_i(offset))) };
             [l.to_float(l.sar_i::<16>(l.shl_i::<16>(pair))), l.to_float(l.sar_i::<16>(pair))]
         });
-        let [a, b, c, d] = each_of!([0, 1, 2, 3], edge => mixed(l, ends[edge][0], ends[edge][1], fz));
-        let [da, db, dc, dd] = each_of!([0, 1, 2, 3], edge => l.sub(ends[edge][1], ends[edge][0]));
-        let (lower, upper) = (mixed(l, a, b, fy), mixed(l, c, d, fy));
-        let value = mixed(l, lower, upper, fx);
-        let slope = [
-            l.sub(upper, lower),
-            mixed(l, l.sub(b, a), l.sub(d, c), fx),
-            mixed(l, mixed(l, da, db, fy), mixed(l, dc, dd, fy), fx),
-        ];
-        let steep = length(l, slope);
-        let turned = l.div(one, l.max(steep, l.splat(1e-6)));
-        let outward: [L::F; 3] = each_of!([0, 1, 2], axis => l.mul(slope[axis], turned));
-        let distance = l.mul(value, l.splat(self.step));
-        let beyond: [L::F; 3] = each_of!([0, 1, 2], axis => l.mul(l.sub(along[axis], held[axis]), cell));
-        let outside = l.lt(zero, l.add(l.add(l.abs(beyond[0]), l.abs(beyond[1])), l.abs(beyond[2])));
-        let way: [L::F; 3] = each_of!([0, 1, 2], axis => l.add(beyond[axis], l.mul(outward[axis], distance)));
-        let far = length(l, way);
-        let turned = l.div(one, l.max(far, l.splat(1e-6)));
-        Near {
-            distance: l.select(outside, far, distance),
-            outward: each_of!([0, 1, 2], axis => l.select(outside, l.mul(way[axis], turned), outward[axis])),
+        let cell = l.splat(self.cell);
+        Cell {
+            ends,
+            shares: each_of!([0, 1, 2], axis => l.sub(held[axis], low[axis])),
+            beyond: each_of!([0, 1, 2], axis => l.mul(l.sub(along[axis], held[axis]), cell)),
         }
     }
 }
@@ -125,9 +152,12 @@ fn mixed<L: Lanes>(l: L, a: L::F, b: L::F, share: L::F) -> L::F {
     l.add(a, l.mul(share, l.sub(b, a)))
 }
 
+/// A vector turned into one of unit length, and how long it was.
 #[inline(always)]
-fn length<L: Lanes>(l: L, of: [L::F; 3]) -> L::F {
-    l.sqrt(l.add(l.add(l.mul(of[0], of[0]), l.mul(of[1], of[1])), l.mul(of[2], of[2])))
+fn unit<L: Lanes>(l: L, of: [L::F; 3]) -> ([L::F; 3], L::F) {
+    let length = l.sqrt(l.add(l.add(l.mul(of[0], of[0]), l.mul(of[1], of[1])), l.mul(of[2], of[2])));
+    let inverse = l.div(l.splat(1.0), l.max(length, l.splat(1e-6)));
+    (each_of!([0, 1, 2], axis => l.mul(of[axis], inverse)), length)
 }
 
 /// Signed distances at the points of a lattice [m].

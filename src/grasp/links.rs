@@ -36,6 +36,11 @@ impl Place {
         Self { turn: self.turn * other.turn, at: self.turn * other.at + self.at }
     }
 
+    pub(super) fn inverse(&self) -> Self {
+        let turn = self.turn.transpose();
+        Self { turn, at: -(turn * self.at) }
+    }
+
     #[inline(always)]
     pub(super) fn point(&self, of: &Vector3<f64>) -> Vector3<f64> {
         self.turn * of + self.at

@@ -10,6 +10,7 @@ mod field;
 mod found;
 mod kind;
 mod links;
+mod meeting;
 mod numbers;
 mod rate;
 mod settings;

@@ -41,15 +41,13 @@ impl Rating {
         keeping: &Keeping,
         level: SimdLevel,
     ) -> Self {
-        let mut potential = Potential::new(annealing, level);
-        potential.tolerance = 0.0;
         Self {
             hand: Arc::clone(hand),
             closing: Closing::new(hand, solids),
             keeping: *keeping,
             energy: annealing.energy,
             potential_scale: annealing.potential_scale,
-            potential,
+            potential: Potential::new(annealing, level),
             kind: KindDigits::new(hand),
             quality: QualityMeter::new(keeping, level),
         }

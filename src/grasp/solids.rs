@@ -6,7 +6,7 @@ use crate::{collision::Bodies, contact::EDGE_RADIUS, geom::Shape};
 
 /// Between the places at which a solid is looked at [m]: of a capsule as thick as a finger a sharp corner comes 0.2 mm deep
 /// between two of them.
-const SPACING: f64 = 0.004;
+pub(super) const SPACING: f64 = 0.004;
 
 /// Sixteen balls in the frame of a link [m]; of fewer the last one is repeated.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,15 +1,16 @@
 //! Whether a state of the hand is legal, and how near its virtual contacts are.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 use super::{
     field::DistanceField,
     links::{Links, MOST_JOINTS, Place},
-    solids::{Balls, HandSolids, Solid, distance_to},
+    meeting::{ClearPostures, overlap},
+    solids::{Balls, HandSolids, Solid},
 };
 use crate::{
     geom::{
-        Shape, kernel,
+        kernel,
         lanes::{Affine, Lanes, each_of},
     },
     hand::Hand,
@@ -19,7 +20,7 @@ use crate::{
 pub const ALLOWED_OVERLAP: f64 = 1e-4;
 
 /// Of a kernel.
-const LANES: usize = 16;
+pub(super) const LANES: usize = 16;
 
 /// A hand, prepared for annealing: shared by threads.
 pub struct HandSearch {
@@ -30,6 +31,7 @@ pub struct HandSearch {
     /// Virtual contacts.
     contacts: Vec<Virtual>,
     pub(super) base_from_approach: Place,
+    clear: ClearPostures,
 }
 
 struct Middles {
@@ -92,7 +94,8 @@ impl HandSearch {
         };
         let contacts = hand.contacts().iter().map(contact).collect();
         let base_from_approach = Place::of(&approach.link_from_frame);
-        Some(Self { links, solids, middles, contacts, base_from_approach })
+        let clear = ClearPostures::new(hand, &links, &solids);
+        Some(Self { links, solids, middles, contacts, base_from_approach, clear })
     }
 
     pub(super) fn scratch(&self) -> StateScratch {
@@ -157,7 +160,7 @@ fn legal_body<L: Lanes>(
             }
         }
         let place: [L::F; 3] = each_of!([0, 1, 2], axis => l.load(&at[axis]));
-        let distance = field.near(l, place).distance;
+        let distance = field.distance(l, place);
         if l.bits(l.lt(distance, l.load(&middles.inner))) != 0 {
             return false;
         }
@@ -172,7 +175,7 @@ fn legal_body<L: Lanes>(
             return false;
         }
     }
-    hand.is_clear_of_itself(scratch)
+    hand.clear.holds(amplitudes) || hand.is_clear_of_itself(scratch)
 }
 
 /// Whether a solid overlaps the object by no more than is allowed.
@@ -180,13 +183,13 @@ fn legal_body<L: Lanes>(
 fn is_clear<L: Lanes>(l: L, solid: &Solid, field: &DistanceField, place: &Place) -> bool {
     let rows: [Affine<L>; 3] = each_of!([0, 1, 2], axis => Affine::new(l, row(place, axis)));
     for (block, covers) in solid.covers.iter().enumerate() {
-        let distance = field.near(l, placed(l, &rows, covers)).distance;
+        let distance = field.distance(l, placed(l, &rows, covers));
         let mut near = l.bits(l.lt(distance, l.load(&covers.radius)));
         while near != 0 {
             let piece = LANES * block + near.trailing_zeros() as usize;
             near &= near - 1;
             let Some(balls) = solid.balls.get(piece) else { break };
-            let distance = field.near(l, placed(l, &rows, balls)).distance;
+            let distance = field.distance(l, placed(l, &rows, balls));
             let allowed = l.sub(l.load(&balls.radius), l.splat(ALLOWED_OVERLAP as f32));
             if l.bits(l.lt(distance, allowed)) != 0 {
                 return false;
@@ -243,67 +246,4 @@ fn look_body<L: Lanes>(l: L, hand: &HandSearch, field: &DistanceField, scratch: 
             };
         }
     }
-}
-
-/// Whether two solids of the hand overlap by more than is allowed.
-pub(super) fn overlap(one: &Solid, other: &Solid, places: &[Place]) -> bool {
-    let [a, b] = [one, other].map(|solid| places[solid.link].point(&solid.centre.coords));
-    let most = one.reach + other.reach;
-    if (a - b).norm_squared() > most * most {
-        return false;
-    }
-    let [one_axis, other_axis] = [one, other].map(|solid| axis(solid, places));
-    if let (Some((p, q, r)), Some((s, t, u))) = (one_axis, other_axis) {
-        let least = r + u - ALLOWED_OVERLAP;
-        return segments_apart_squared(p, q, s, t) < least * least;
-    }
-    // Balls of the one against the other's surface; capsules are made of the fewest.
-    let (balls, solid) = if one_axis.is_some() { (one, other) } else { (other, one) };
-    let solid_from_balls = {
-        let object_from_shape = places[solid.link].times(&Place::of(&solid.link_from_shape));
-        object_from_shape.isometry().inverse() * places[balls.link].isometry()
-    };
-    if distance_to(&solid.shape, &(solid_from_balls * balls.centre)) > balls.reach {
-        return false;
-    }
-    balls.balls.iter().any(|block| {
-        (0..LANES).any(|lane| {
-            let centre = Point3::new(block.x[lane], block.y[lane], block.z[lane]).map(f64::from);
-            let radius = f64::from(block.radius[lane]);
-            distance_to(&solid.shape, &(solid_from_balls * centre)) < radius - ALLOWED_OVERLAP
-        })
-    })
-}
-
-/// Both ends and the radius of a capsule or ball.
-fn axis(solid: &Solid, places: &[Place]) -> Option<(Vector3<f64>, Vector3<f64>, f64)> {
-    let (half, radius) = match solid.shape {
-        Shape::Capsule { radius, half } => (half, radius),
-        Shape::Sphere { radius } => (0.0, radius),
-        _ => return None,
-    };
-    let end = |z: f64| places[solid.link].point(&(solid.link_from_shape * Point3::new(0.0, 0.0, z)).coords);
-    Some((end(-half), end(half), radius))
-}
-
-/// Squared distance of two segments (Ericson 2005, "Real-Time Collision Detection", 5.1.9).
-fn segments_apart_squared(p: Vector3<f64>, q: Vector3<f64>, s: Vector3<f64>, t: Vector3<f64>) -> f64 {
-    let (one, other, between) = (q - p, t - s, p - s);
-    let (a, e, f) = (one.norm_squared(), other.norm_squared(), other.dot(&between));
-    let (c, b) = (one.dot(&between), one.dot(&other));
-    let clamped = |value: f64| value.clamp(0.0, 1.0);
-    let (along_one, along_other) = if a == 0.0 {
-        (0.0, if e == 0.0 { 0.0 } else { clamped(f / e) })
-    } else if e == 0.0 {
-        (clamped(-c / a), 0.0)
-    } else {
-        let parallel = a * e - b * b;
-        let along = if parallel > 0.0 { clamped((b * f - c * e) / parallel) } else { 0.0 };
-        match (b * along + f) / e {
-            other if other < 0.0 => (clamped(-c / a), 0.0),
-            other if other > 1.0 => (clamped((b - c) / a), 1.0),
-            other => (along, other),
-        }
-    };
-    (between + one * along_one - other * along_other).norm_squared()
 }

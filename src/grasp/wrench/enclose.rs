@@ -70,24 +70,24 @@ impl<const D: usize> Simplex<D> {
     }
 }
 
-/// A simplex of the set's wrenches that holds the origin, maybe on its border; `None` when there is none. `before` is tried
-/// first.
+/// A simplex of the set's wrenches that holds the origin, maybe on its border; when there is none, a direction along which no
+/// wrench comes as far as the origin, where one was found. `before` is tried first.
 pub(super) fn enclose<const D: usize>(
     set: &WrenchSet,
     level: SimdLevel,
     before: Option<&[u16; CORNERS]>,
-) -> Option<Simplex<D>> {
+) -> Result<Simplex<D>, Option<[f64; D]>> {
     if set.len() <= D {
-        return None;
+        return Err(None);
     }
     let fits = |corners: &&[u16; CORNERS]| corners[..=D].iter().all(|corner| usize::from(*corner) < set.len());
     let known = before.filter(fits).and_then(|corners| Simplex::new(set, corners)).filter(Simplex::holds_origin);
-    known.or_else(|| search(set, level))
+    known.map_or_else(|| search(set, level), Ok)
 }
 
 /// Phase 1 of the simplex method: least weight of artificial corners. These are the unit vectors and minus their sum, which
 /// hold the origin in their middle, so that no step has length 0 as it would with slacks.
-fn search<const D: usize>(set: &WrenchSet, level: SimdLevel) -> Option<Simplex<D>> {
+fn search<const D: usize>(set: &WrenchSet, level: SimdLevel) -> Result<Simplex<D>, Option<[f64; D]>> {
     let share = 1.0 / (D as f64 + 1.0);
     let mut simplex = Simplex { corners: [ARTIFICIAL; CORNERS], inverse: [[0.0; CORNERS]; CORNERS] };
     for row in 0..=D {
@@ -98,8 +98,7 @@ fn search<const D: usize>(set: &WrenchSet, level: SimdLevel) -> Option<Simplex<D
     }
     for _ in 0..STEPS {
         if !simplex.corners[..=D].contains(&ARTIFICIAL) {
-            simplex.invert(set)?;
-            return Some(simplex);
+            return simplex.invert(set).map(|()| simplex).ok_or(None);
         }
         let (mut price, mut constant) = ([0.0; D], 0.0);
         for (row, _) in simplex.inverse.iter().zip(&simplex.corners[..=D]).filter(|(_, corner)| **corner == ARTIFICIAL)
@@ -109,11 +108,11 @@ fn search<const D: usize>(set: &WrenchSet, level: SimdLevel) -> Option<Simplex<D
         }
         let (entering, value) = set.support(level, &price);
         if value + constant <= ROUNDING {
-            return None;
+            return Err(Some(price));
         }
-        enter(&mut simplex, set, entering)?;
+        enter(&mut simplex, set, entering).ok_or(None)?;
     }
-    None
+    Err(None)
 }
 
 /// Swaps a corner for a wrench so that the origin stays inside: an artificial one where there is a choice.

@@ -3,7 +3,7 @@
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 use super::{
-    enclose::{CORNERS, enclose},
+    enclose::{CORNERS, Simplex, enclose},
     polytope::{Facet, Polytope},
     set::{FLAT, WrenchSet},
 };
@@ -14,6 +14,9 @@ pub const MOST_FACETS: usize = 200_000;
 /// A facet is on the hull when its support point lies no higher than this above it, against the largest weight: more than
 /// what moving the wrenches makes of a flat facet.
 const CLOSED: f64 = 5e-9;
+
+/// Directions that are remembered.
+const MOST_WEAKEST: usize = 6;
 
 /// When to stop before epsilon is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,8 +67,9 @@ impl Epsilon {
 }
 
 /// Memory for searches of one thread: none is allocated once it has seen the largest. Remembers the simplex that each
-/// search started from and tries it first in the next, which changes the time and, by no more than rounding and what
-/// moving the wrenches makes, the result: where bits matter, call [`EpsilonSolver::forget`] before.
+/// search started from and the directions in which the last hulls were nearest to the origin, and tries them first in the
+/// next, which changes the time and, by no more than rounding and what moving the wrenches makes, the result: where bits
+/// matter, call [`EpsilonSolver::forget`] before.
 #[derive(Clone, Debug)]
 pub struct EpsilonSolver {
     level: SimdLevel,
@@ -82,6 +86,8 @@ impl EpsilonSolver {
     /// Forgets earlier searches.
     pub fn forget(&mut self) {
         (self.forces.before, self.wrenches.before) = (None, None);
+        self.forces.weakest.clear();
+        self.wrenches.weakest.clear();
     }
 
     /// Epsilon of the forces alone.
@@ -125,11 +131,13 @@ struct Space<const D: usize> {
     /// Facets that may be the nearest: their offsets, ordered as the bits of numbers from 0, and names.
     nearest: BinaryHeap<Reverse<(u64, u32)>>,
     before: Option<[u16; CORNERS]>,
+    /// Unit vectors in which the last hulls reached least far, the last one first.
+    weakest: Vec<[f64; D]>,
 }
 
 impl<const D: usize> Default for Space<D> {
     fn default() -> Self {
-        Self { polytope: Polytope::default(), nearest: BinaryHeap::new(), before: None }
+        Self { polytope: Polytope::default(), nearest: BinaryHeap::new(), before: None, weakest: Vec::new() }
     }
 }
 
@@ -147,39 +155,76 @@ impl<const D: usize> Space<D> {
     }
 
     fn search(&mut self, set: &WrenchSet, level: SimdLevel, limits: &EpsilonLimits) -> Epsilon {
-        let Some(simplex) = enclose::<D>(set, level, self.before.as_ref()) else { return Epsilon::OUTSIDE };
+        let flat = FLAT * set.scale();
+        let mut upper = f64::INFINITY;
+        // The hull reaches no farther than along any direction: where the last one was weakest this one may be, too.
+        if !set.is_empty() {
+            for (place, direction) in self.weakest.iter().enumerate() {
+                let (_, height) = set.support(level, direction);
+                upper = upper.min(height);
+                if upper <= flat || upper < limits.below {
+                    self.weakest[..=place].rotate_right(1);
+                    let end = if upper <= flat { EpsilonEnd::Outside } else { EpsilonEnd::Below };
+                    return Epsilon { upper: upper.max(0.0), end, ..Epsilon::OUTSIDE };
+                }
+            }
+        }
+        let simplex = match enclose::<D>(set, level, self.before.as_ref()) {
+            Ok(simplex) => simplex,
+            Err(apart) => {
+                apart.into_iter().for_each(|direction| self.remember(&direction));
+                return Epsilon::OUTSIDE;
+            }
+        };
         self.before = Some(simplex.corners);
+        self.expand(set, level, limits, &simplex, upper)
+    }
+
+    /// The facet nearest to the origin is pushed out to its support point until it lies on the hull, or a limit is passed.
+    fn expand(
+        &mut self,
+        set: &WrenchSet,
+        level: SimdLevel,
+        limits: &EpsilonLimits,
+        simplex: &Simplex<D>,
+        mut upper: f64,
+    ) -> Epsilon {
         let (flat, closed) = (FLAT * set.scale(), limits.tolerance.max(CLOSED * set.scale()));
         self.nearest.clear();
-        self.polytope.start(&simplex, set.len());
+        self.polytope.start(simplex, set.len());
         self.nearest.extend(self.polytope.alive().map(|(name, facet)| Reverse((order(facet), name))));
-        let (mut upper, mut facets) = (f64::INFINITY, D + 1);
-        while let Some(Reverse((bits, name))) = self.nearest.pop() {
+        let (mut facets, mut weakest) = (D + 1, None);
+        let end = loop {
+            let Some(Reverse((bits, name))) = self.nearest.pop() else {
+                // All facets are at the upper bound.
+                break (EpsilonEnd::Closed, upper);
+            };
             let facet = self.polytope.facets[name as usize];
             if facet.offset.is_nan() || order(&facet) != bits {
                 continue;
             }
             let lower = facet.offset.max(0.0);
-            let stop = |end, upper| Epsilon { lower, upper, facets, end };
             if lower >= upper - closed {
-                return stop(EpsilonEnd::Closed, upper);
+                break (EpsilonEnd::Closed, lower);
             }
             if lower > limits.above {
-                return stop(EpsilonEnd::Above, upper);
+                break (EpsilonEnd::Above, lower);
             }
             let (index, height) = set.support(level, &facet.normal);
-            upper = upper.min(height);
+            if height < upper {
+                (upper, weakest) = (height, Some(facet.normal));
+            }
             if upper <= flat {
-                return Epsilon { facets, ..Epsilon::OUTSIDE };
+                break (EpsilonEnd::Outside, 0.0);
             }
             if upper < limits.below {
-                return stop(EpsilonEnd::Below, upper);
+                break (EpsilonEnd::Below, lower);
             }
             if height - facet.offset <= closed {
-                return stop(EpsilonEnd::Closed, upper);
+                break (EpsilonEnd::Closed, lower);
             }
             if facets > MOST_FACETS {
-                return stop(EpsilonEnd::Capped, upper);
+                break (EpsilonEnd::Capped, lower);
             }
             let nearest = &mut self.nearest;
             // Facets farther away than the upper bound are never the nearest.
@@ -188,8 +233,19 @@ impl<const D: usize> Space<D> {
                     nearest.push(Reverse((order(facet), name)));
                 }
             });
+        };
+        weakest.into_iter().for_each(|direction| self.remember(&direction));
+        match end {
+            (EpsilonEnd::Outside, _) => Epsilon { facets, ..Epsilon::OUTSIDE },
+            (end, lower) => Epsilon { lower, upper, facets, end },
         }
-        // All facets were at the upper bound.
-        Epsilon { lower: upper, upper, facets, end: EpsilonEnd::Closed }
+    }
+
+    fn remember(&mut self, direction: &[f64; D]) {
+        let length = libm::sqrt(direction.iter().map(|part| part * part).sum());
+        if length > 0.0 {
+            self.weakest.truncate(MOST_WEAKEST - 1);
+            self.weakest.insert(0, direction.map(|part| part / length));
+        }
     }
 }
