@@ -101,17 +101,20 @@ pub enum Product {
     Completion,
     /// Which poses of a grid a robot's end effector reaches without a collision.
     Reachability,
+    /// How a hand can hold an object.
+    Grasps,
 }
 
 impl Product {
     /// Every product.
-    pub const ALL: [Self; 2] = [Self::Completion, Self::Reachability];
+    pub const ALL: [Self; 3] = [Self::Completion, Self::Reachability, Self::Grasps];
 
     /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Completion => "completion",
             Self::Reachability => "reachability",
+            Self::Grasps => "grasps",
         }
     }
 

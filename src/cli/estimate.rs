@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     ids::Product,
-    job::{Estimate, Work, expected_bytes, seconds_of_hands},
+    job::{Estimate, Work, expected_bytes, grasp_costs, seconds_of_hands},
     run::{Crew, PilotRate, pilot},
 };
 
@@ -46,7 +46,15 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
     let cancel = machine::cancel_on_signals()?;
     let open = jobs::open(&arguments.job, &crew, &cancel, &|_| {})?;
     let (job, plan) = (&open.job, &open.plan);
-    let rate = pilot(&job.without_hands(), plan, PILOT_SAMPLES, crew.level, &cancel).map_err(run_failure)?;
+    let rate = match grasp_costs(job) {
+        Some(costs) => PilotRate {
+            samples: 0,
+            seconds_per_subject: costs.object_seconds,
+            seconds_per_sample: costs.run_seconds,
+            raw_bytes_per_sample: costs.run_bytes,
+        },
+        None => pilot(&job.without_hands(), plan, PILOT_SAMPLES, crew.level, &cancel).map_err(run_failure)?,
+    };
     let subjects = job.subjects() as f64;
     let of_hands = seconds_of_hands(job);
     let per_sample = rate.seconds_per_sample * (1.0 + WRITING) + of_hands;
@@ -73,6 +81,10 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
                 format!("{objects} objects x {views} views = {samples} samples"),
                 format!("{} meshes refused\n", job.refused().len()),
             ),
+            Work::Grasps(_) => (
+                format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
+                format!("{} meshes refused\n", job.refused().len()),
+            ),
             Work::Reachability(work) => {
                 let (poses, orientations) = (work.poses.cells(), work.orientations());
                 let what = format!("{views} positions x {orientations} orientations = {poses} poses");
@@ -86,7 +98,7 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
         printer.result(&format!(
             "{what} in {shards} shards\n\
              about {:.1} MB on disk\n\
-             about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample{of_hands}, {:.1} ms {}, over {} samples)\n\
+             about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample{of_hands}, {:.1} ms {}, {})\n\
              {more}job {}",
             bytes / 1e6,
             duration_text(std::time::Duration::from_secs_f64(seconds)),
@@ -94,8 +106,8 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
             core_seconds / 3600.0,
             1e3 * rate.seconds_per_sample,
             1e3 * rate.seconds_per_subject,
-            if job.product() == Product::Completion { "an object" } else { "the robot" },
-            rate.samples,
+            if job.product() == Product::Reachability { "the robot" } else { "an object" },
+            if rate.samples > 0 { format!("over {} samples", rate.samples) } else { "by constants".to_owned() },
             open.digest
         ));
     }

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     assets,
     ids::JobDigest,
-    job::{self, Job, JobDraft, JobErrors, JobText, Surroundings, Work},
+    job::{self, Job, JobDraft, JobErrors, JobText, Surroundings},
     plan::{Plan, Sides},
     run::{Cancel, Crew, Listener, RunError, prepare_assets},
     voxel::twins,
@@ -27,7 +27,7 @@ pub struct OpenJob {
     pub job: Job,
     pub plan: Plan,
     pub digest: JobDigest,
-    /// Of a completion job.
+    /// Of a job about objects.
     pub sides: Option<Sides>,
 }
 
@@ -60,14 +60,11 @@ pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listen
         }
     }
     let job = draft.resolve(prepared.records).map_err(|errors| job_failure(&errors))?;
-    let sides = match &job.work {
-        Work::Completion(work) => {
-            // The shapes of the objects that made it into the job, in the job's order.
-            let shapes: Vec<_> = work.objects.iter().filter_map(|object| shapes.remove(&object.id())).collect();
-            Some(Sides::new(work, job.seed, &twins(&shapes, TWIN_LIKENESS)))
-        }
-        Work::Reachability(_) => None,
-    };
+    let sides = job.divided().map(|divided| {
+        // The shapes of the objects that made it into the job, in the job's order.
+        let shapes: Vec<_> = divided.objects.iter().filter_map(|object| shapes.remove(&object.id())).collect();
+        Sides::new(&divided, job.seed, &twins(&shapes, TWIN_LIKENESS))
+    });
     Ok(OpenJob { digest: job.digest(), plan: Plan::new(&job), sides, job })
 }
 
@@ -88,6 +85,10 @@ pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
         hands: &hand_fault,
         #[cfg(not(feature = "sim"))]
         hands: &job::no_hands,
+        #[cfg(feature = "sim")]
+        grasping_hands: &grasping_hand_fault,
+        #[cfg(not(feature = "sim"))]
+        grasping_hands: &job::no_hands,
     };
     JobDraft::read(text, &surroundings).map_err(|errors| job_failure(&errors))
 }
@@ -104,6 +105,13 @@ fn scene_camera(camera: &job::SceneCamera) -> Result<crate::geom::Intrinsics, St
 fn hand_fault(hand: &job::JobHand) -> Result<(), String> {
     let model = crate::sim::HandModel::open(&hand.scene).map_err(|error| error.to_string())?;
     model.check_solids().map_err(|error| error.to_string())
+}
+
+/// Whether the simulator takes the hand, and grasps can be searched for with it.
+#[cfg(feature = "sim")]
+fn grasping_hand_fault(hand: &job::JobHand) -> Result<(), String> {
+    let model = crate::sim::HandModel::open(&hand.scene).map_err(|error| error.to_string())?;
+    model.check_grasping().map_err(|error| error.to_string())
 }
 
 fn job_failure(errors: &JobErrors) -> Failure {

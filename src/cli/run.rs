@@ -14,10 +14,11 @@ use super::{
     words,
 };
 use crate::{
-    dataset::{Counts, Manifest, NumberClass, PoseCounts},
+    dataset::{Counts, GraspCounts, Manifest, NumberClass, PoseCounts},
     ids::{Digest, Product},
+    job::Work,
     plan::Sides,
-    release::{RunNotes, Speed, pose_counts_in_words},
+    release::{RunNotes, Speed, grasp_counts_in_words, pose_counts_in_words},
     run::{self, Crew, Event, RunSummary, RunTask},
 };
 
@@ -41,6 +42,8 @@ struct RunReport<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<&'a PoseCounts>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    grasps: Option<&'a GraspCounts>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     poses_per_second: Option<f64>,
     threads: usize,
     simd: String,
@@ -62,9 +65,10 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
         let summary = run::run(&task, &crew, &cancel, &listener).map_err(run_failure)?;
         if !summary.finished_before {
             notes(&crew, &summary, sides.as_ref(), began).write(&arguments.out)?;
-            match job.completion() {
-                Some(completion) => run::preview(&arguments.out, completion, job.seed, &crew),
-                None => run::map_preview(&arguments.out),
+            match &job.work {
+                Work::Completion(completion) => run::preview(&arguments.out, completion, job.seed, &crew),
+                Work::Reachability(_) => run::map_preview(&arguments.out),
+                Work::Grasps(_) => run::grasp_preview(&arguments.out),
             }
             .map_err(run_failure)?;
         }
@@ -118,6 +122,7 @@ fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds
         seconds,
         samples_per_second: *made as f64 / seconds,
         poses: counts.poses.as_ref(),
+        grasps: counts.grasps.as_ref(),
         poses_per_second: counts.poses.as_ref().map(|poses| poses_made(poses, counts, *made) / seconds),
         threads: crew.threads,
         simd: crew.level.to_string(),
@@ -136,12 +141,13 @@ fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) ->
         lines.push(format!("{folder} is complete already: nothing to do"));
     }
     match &counts.poses {
-        None => lines.push(samples_in_words(counts)),
+        None => lines.push(samples_in_words(counts, samples)),
         Some(poses) => {
             lines.push(format!("{} poses at {} positions", poses.cells(), counts.samples));
             lines.extend(pose_counts_in_words(poses));
         }
     }
+    lines.extend(counts.grasps.iter().map(grasp_counts_in_words));
     lines.push(format!("{} shards, {:.1} MB, in {folder}", manifest.shards.len(), bytes(manifest) as f64 / 1e6));
     if *made > 0 {
         let memory =
@@ -165,11 +171,11 @@ fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) ->
     lines.join("\n")
 }
 
-fn samples_in_words(counts: &Counts) -> String {
+fn samples_in_words(counts: &Counts, samples: &str) -> String {
     let rejects: Vec<String> = counts.rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
     let rejects = if rejects.is_empty() { String::new() } else { format!(" ({})", rejects.join(", ")) };
     format!(
-        "{} samples of {} objects: {} kept, {} rejected{rejects}",
+        "{} {samples} of {} objects: {} kept, {} rejected{rejects}",
         counts.samples,
         counts.objects,
         counts.kept,

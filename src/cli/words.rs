@@ -7,5 +7,6 @@ pub fn samples(product: Product) -> &'static str {
     match product {
         Product::Completion => "samples",
         Product::Reachability => "positions",
+        Product::Grasps => "runs",
     }
 }

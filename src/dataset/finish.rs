@@ -11,8 +11,8 @@ use parquet::data_type::ByteArray;
 use serde::Serialize;
 
 use super::{
-    Counts, DatasetError, Fate, FileEntry, Ledger, LedgerRow, Manifest, NumberClass, PoseCounts, RunMark, ShardEntry,
-    Split, SplitTable,
+    Counts, DatasetError, Fate, FileEntry, GraspCounts, Ledger, LedgerRow, Manifest, NumberClass, PoseCounts, RunMark,
+    ShardEntry, Split, SplitTable,
     durable::{self, Temporary},
     error::REMAKE,
     field::write_field,
@@ -77,6 +77,11 @@ pub enum ProductTables {
         /// The field that is made of all blocks.
         field: Box<FieldHeader>,
     },
+    /// Of grasps; `shapes.mcap` has been written before.
+    Grasps {
+        /// Who trains and who tests; one row an object.
+        splits: SplitTable,
+    },
 }
 
 impl ProductTables {
@@ -85,6 +90,7 @@ impl ProductTables {
         match self {
             Self::Completion { .. } => Product::Completion,
             Self::Reachability { .. } => Product::Reachability,
+            Self::Grasps { .. } => Product::Grasps,
         }
     }
 }
@@ -112,7 +118,9 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     let objects = asset_names(folder, &header.assets)?;
     asset_names(folder, &header.hands)?;
     let splits = match &header.tables {
-        ProductTables::Completion { splits } => Some(splits.clone().checked(&folder.join(SPLITS))?),
+        ProductTables::Completion { splits } | ProductTables::Grasps { splits } => {
+            Some(splits.clone().checked(&folder.join(SPLITS))?)
+        }
         ProductTables::Reachability { .. } => None,
     };
     let scan = scan_shards(folder, &mark)?;
@@ -131,7 +139,7 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     index.map_or(Ok(()), |index| index.finish(folder))?;
     let roots = Roots::new(leaves, &classes, &objects)?;
     let field = match &header.tables {
-        ProductTables::Completion { .. } => None,
+        ProductTables::Completion { .. } | ProductTables::Grasps { .. } => None,
         ProductTables::Reachability { field } => Some(write_field(folder, &header.job, field, &sums.shards)?),
     };
     let root = roots.dataset(&asset_tree(header.assets.iter().chain(&header.hands)), field.as_ref(), &header.job);
@@ -201,7 +209,7 @@ pub(super) fn asset_tree<'a>(assets: impl Iterator<Item = &'a serde_json::Value>
     tree.root()
 }
 
-fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
+pub(super) fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
     row.get("object")?.as_str().and_then(Digest::from_hex).map(ObjectId)
 }
 
@@ -347,6 +355,10 @@ impl<'a> Pass<'a> {
         let split = self.splits.map(|splits| splits.of(&row.sample).ok_or_else(|| unknown("split table")));
         let split: Option<Split> = split.transpose()?;
         self.leaves.extend(Leaf::of_row(*rank, row, &self.classes));
+        // A run that is rejected may have been given up: that counts, too.
+        if let SampleFacts::Grasps(facts) = &row.facts {
+            self.sums.counts.grasps.get_or_insert_with(GraspCounts::default).add(facts);
+        }
         match &row.fate {
             Fate::Kept(_) => {
                 if let Some(split) = split {

@@ -23,7 +23,7 @@ use super::{
 use crate::{
     geom::{PoseLabel, Proof},
     ids::{Digest, ObjectId, Product, SampleId, ViewId},
-    record::{BlockFacts, Channel, PairFacts, SampleFacts},
+    record::{BlockFacts, Channel, GraspFacts, GraspVerdict, PairFacts, SampleFacts},
 };
 
 /// Rows held in memory at a time.
@@ -74,6 +74,10 @@ fn fact_columns(product: Product) -> (Vec<String>, Vec<String>) {
             let proofs = Proof::ALL.into_iter().map(|proof| format!("by_{}", proof.name()));
             (labels.chain(proofs).collect(), Vec::new())
         }
+        Product::Grasps => {
+            let verdicts = GraspVerdict::ALL.into_iter().map(|verdict| format!("grasps_{}", verdict.name()));
+            (verdicts.chain(["given_up".to_owned()]).collect(), owned(&["best_energy", "best_epsilon"]))
+        }
     }
 }
 
@@ -84,6 +88,10 @@ fn facts_of(facts: &SampleFacts) -> (Vec<u32>, Vec<f64>) {
             (vec![*partial_cells, *complete_cells, *both_cells], vec![*solid_share])
         }
         SampleFacts::Block(BlockFacts { labels, proofs }) => (labels.iter().chain(proofs).copied().collect(), vec![]),
+        SampleFacts::Grasps(GraspFacts { verdicts, best_energy, best_epsilon, given_up }) => {
+            let counts = verdicts.iter().copied().chain([u32::from(*given_up)]).collect();
+            (counts, vec![*best_energy, *best_epsilon])
+        }
     }
 }
 

@@ -18,12 +18,15 @@ pub(super) const REJECTS: &str = "rejects.jsonl";
 pub(super) const JOB: &str = "job.toml";
 /// Labels and signed distances of a whole grid of poses.
 pub(super) const FIELD: &str = "field.mcap";
+/// The hand's shapes and the objects' meshes.
+pub(super) const SHAPES: &str = "shapes.mcap";
 
 /// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
 pub(super) fn files_of(product: Product) -> &'static [&'static str] {
     match product {
         Product::Completion => &[ASSETS, INDEX, JOB, REJECTS, SPLITS],
         Product::Reachability => &[ASSETS, FIELD, INDEX, JOB, REJECTS],
+        Product::Grasps => &[ASSETS, INDEX, JOB, REJECTS, SHAPES, SPLITS],
     }
 }
 

@@ -6,7 +6,7 @@ use prost::Message;
 
 use crate::{
     ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
-    record::{BlockFacts, Channel, FORMAT_VERSION, PairFacts, SampleFacts, proto},
+    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, PairFacts, SampleFacts, proto},
 };
 
 /// What became of a sample.
@@ -61,6 +61,7 @@ impl Ledger {
         match product {
             Product::Completion => "graspmill.Ledger",
             Product::Reachability => "graspmill.ReachabilityLedger",
+            Product::Grasps => "graspmill.GraspLedger",
         }
     }
 
@@ -109,6 +110,7 @@ impl Ledger {
         match self.product {
             Product::Completion => ledger.encode_to_vec(),
             Product::Reachability => self.with_poses(ledger).encode_to_vec(),
+            Product::Grasps => self.with_grasps(ledger).encode_to_vec(),
         }
     }
 
@@ -123,6 +125,31 @@ impl Ledger {
         });
         let rows = rows.collect();
         proto::ReachabilityLedger { format_version, product, job, shard, shards, first_index, subjects, topics, rows }
+    }
+
+    /// The same with counts of grasps in its rows.
+    fn with_grasps(&self, ledger: proto::Ledger) -> proto::GraspLedger {
+        let proto::Ledger { format_version, product, job, shard, shards, first_index, subjects, topics, rows } = ledger;
+        let rows = rows.into_iter().zip(&self.rows).map(|(raw, row)| {
+            let proto::LedgerRow { subject, instance, view, camera, digests, reason, detail, .. } = raw;
+            let GraspFacts { verdicts, best_energy, best_epsilon, given_up } =
+                row.facts.grasps().copied().unwrap_or_default();
+            proto::GraspLedgerRow {
+                subject,
+                instance,
+                view,
+                camera,
+                digests,
+                reason,
+                detail,
+                verdicts: verdicts.to_vec(),
+                best_energy,
+                best_epsilon,
+                given_up,
+            }
+        });
+        let rows = rows.collect();
+        proto::GraspLedger { format_version, product, job, shard, shards, first_index, subjects, topics, rows }
     }
 
     /// Reads a ledger; `Err` says in words what is wrong.
@@ -143,6 +170,7 @@ impl Ledger {
         let facts = match product {
             Product::Completion => raw.rows.iter().map(pair_facts).collect(),
             Product::Reachability => block_facts(bytes)?,
+            Product::Grasps => grasp_facts(bytes)?,
         };
         let mut rows = Vec::with_capacity(raw.rows.len());
         for (index, (row, facts)) in (raw.first_index..).zip(raw.rows.into_iter().zip(facts)) {
@@ -190,6 +218,18 @@ fn block_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
             return Err(format!("a row with {} labels and {} proofs", row.labels.len(), row.proofs.len()));
         };
         Ok(BlockFacts { labels, proofs }.into())
+    };
+    raw.rows.into_iter().map(facts).collect()
+}
+
+/// The counts of grasps of all rows, likewise.
+fn grasp_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
+    let raw = proto::GraspLedger::decode(bytes).map_err(|error| format!("the ledger is no ledger: {error}"))?;
+    let facts = |row: proto::GraspLedgerRow| {
+        let proto::GraspLedgerRow { verdicts, best_energy, best_epsilon, given_up, .. } = row;
+        let count = verdicts.len();
+        let verdicts = verdicts.try_into().map_err(|_| format!("a row with {count} verdicts"))?;
+        Ok(GraspFacts { verdicts, best_energy, best_epsilon, given_up }.into())
     };
     raw.rows.into_iter().map(facts).collect()
 }

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     geom::{PoseLabel, Proof},
     ids::{Digest, JobDigest, Product},
-    record::{BlockFacts, Channel, FORMAT_VERSION},
+    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, GraspVerdict},
 };
 
 /// How equal the numbers of a product are on two machines.
@@ -93,6 +93,38 @@ pub struct Counts {
     /// Of a reachability dataset: poses by label and proof.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<PoseCounts>,
+    /// Of a dataset of grasps: grasps by verdict.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grasps: Option<GraspCounts>,
+}
+
+/// Grasps, counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GraspCounts {
+    /// By name of the verdict.
+    pub verdicts: BTreeMap<String, u64>,
+    /// Runs whose seed was given up before they were over, rejected ones included.
+    pub given_up: u64,
+}
+
+impl GraspCounts {
+    /// Grasps in all.
+    pub fn found(&self) -> u64 {
+        self.verdicts.values().sum()
+    }
+
+    /// Grasps with a verdict.
+    pub fn of_verdict(&self, verdict: GraspVerdict) -> u64 {
+        self.verdicts.get(verdict.name()).copied().unwrap_or(0)
+    }
+
+    pub(super) fn add(&mut self, facts: &GraspFacts) {
+        for (verdict, count) in GraspVerdict::ALL.into_iter().zip(facts.verdicts) {
+            *self.verdicts.entry(verdict.name().to_owned()).or_default() += u64::from(count);
+        }
+        self.given_up += u64::from(facts.given_up);
+    }
 }
 
 /// Poses of a reachability dataset, counted.
@@ -241,7 +273,7 @@ impl Manifest {
             }
             next = shard.first_sample.saturating_add(shard.samples);
         }
-        let Counts { samples, kept, rejected, splits, poses, .. } = &self.counts;
+        let Counts { samples, kept, rejected, splits, poses, grasps, .. } = &self.counts;
         let of_shards: u64 = self.shards.iter().map(|shard| shard.kept).sum();
         let sums = [
             ("samples of the shards", next, *samples),
@@ -256,6 +288,9 @@ impl Manifest {
         }
         if poses.is_some() != (self.product == Product::Reachability) {
             return refuse(format!("a dataset of {} with counts of poses: {}", self.product, poses.is_some()));
+        }
+        if grasps.is_some() != (self.product == Product::Grasps) {
+            return refuse(format!("a dataset of {} with counts of grasps: {}", self.product, grasps.is_some()));
         }
         let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
         if names != files_of(self.product) {

@@ -7,8 +7,9 @@
 //! shards/        completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap
 //! index.parquet  one row a sample, kept or rejected
 //! assets.json    one row an object, and the refused meshes
-//! splits.json    who trains and who tests (completion)
+//! splits.json    who trains and who tests (completion, grasps)
 //! field.mcap     labels and signed distances of the whole grid (reachability)
+//! shapes.mcap    the hand's shapes and the objects' meshes (grasps)
 //! rejects.jsonl  one line a rejected sample
 //! job.toml       the resolved job
 //! manifest.json  digests of all of these; written last
@@ -24,6 +25,7 @@ mod error;
 mod field;
 mod finish;
 mod folder;
+mod grasp_preview;
 mod index;
 mod layout;
 mod ledger;
@@ -35,6 +37,7 @@ mod merkle;
 mod preview;
 mod reader;
 mod roots;
+mod shapes;
 mod shard;
 mod shard_file;
 mod split;
@@ -47,12 +50,14 @@ pub use finish::{DatasetHeader, ProductTables, finish_dataset};
 pub use folder::{
     BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, read_mark, scan_shards, shards_folder,
 };
+pub use grasp_preview::write_grasp_preview;
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow};
-pub use manifest::{Counts, FileEntry, Manifest, NumberClass, PoseCounts, ShardEntry};
+pub use manifest::{Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry};
 pub use map_preview::write_map_preview;
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection, TouchedPair};
+pub use shapes::{Shapes, ShapesWriter};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
 pub use split::{ObjectSplit, Split, SplitTable};
 pub use verify::{Problem, VerifyLevel, VerifyOptions, VerifyProgress, VerifyReport, verify};

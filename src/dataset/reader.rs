@@ -17,8 +17,8 @@ use crate::{
     geom::OccupancyGrid,
     ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
     record::{
-        Channel, Cloud, Coverage, Depth, Implicit, ReachabilityBlock, RecordError, TactileContacts, Tsdf, Visibility,
-        VoxelPair,
+        Channel, Cloud, Coverage, Depth, GraspRun, Implicit, ReachabilityBlock, RecordError, TactileContacts, Tsdf,
+        Visibility, VoxelPair,
     },
 };
 
@@ -348,6 +348,16 @@ impl Sample {
         let payload = (self.payload(Channel::Block))
             .ok_or_else(|| invalid(&self.shard, format!("sample {} has no block of poses", self.index)))?;
         ReachabilityBlock::decode(payload).map_err(|source| self.broken(source))
+    }
+
+    /// One run of annealing and its grasps.
+    ///
+    /// # Errors
+    /// When the sample is of another product, or the payload is no valid record.
+    pub fn grasp_run(&self) -> Result<GraspRun, DatasetError> {
+        let payload = (self.payload(Channel::GraspRun))
+            .ok_or_else(|| invalid(&self.shard, format!("sample {} has no run of grasps", self.index)))?;
+        GraspRun::decode(payload).map_err(|source| self.broken(source))
     }
 
     fn decoded<T>(

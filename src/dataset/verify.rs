@@ -11,19 +11,19 @@ use std::{
 };
 
 use super::{
-    DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest, NumberClass, ShardEntry,
+    DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest, NumberClass, Shapes, ShardEntry,
     durable::TEMPORARY,
     error::{REMAKE, REWRITE},
     field,
-    finish::{Objects, asset_names, asset_tree},
+    finish::{Objects, asset_names, asset_tree, object_of},
     folder::{hash_file, sorted_entries},
-    layout::{ASSETS, FIELD, SHARDS},
+    layout::{ASSETS, FIELD, SHAPES, SHARDS},
     roots::{ClassChannels, Leaf, Roots},
     shard_file::{ShardFile, StoredMessage},
 };
 use crate::{
     geom::PoseLabel,
-    ids::{Digest, Product, SampleIndex, ShardId},
+    ids::{Digest, ObjectId, Product, SampleIndex, ShardId},
     record::{Channel, Checker, PairFacts, ReachabilityField, SampleFacts},
 };
 
@@ -167,6 +167,9 @@ pub fn verify(
         };
     }
     let field = check_field(&context, intact_shards, &mut problems);
+    if let (Product::Grasps, VerifyLevel::Full, Ok(rows)) = (manifest.product, options.level, &assets) {
+        check_shapes(folder, rows, &mut problems);
+    }
     let mut calculated = None;
     if let (Some(leaves), Some(ranks), Ok(assets), Ok(field)) = (leaves, &ranks, &assets, field) {
         match Roots::new(leaves, &classes_of(&manifest.channels(), &manifest), ranks) {
@@ -241,6 +244,17 @@ fn check_field(context: &Context, intact_shards: u32, problems: &mut Vec<Problem
         }
     }
     Ok(Some(digest))
+}
+
+/// The shapes against the asset table.
+fn check_shapes(folder: &Path, rows: &AssetRows, problems: &mut Vec<Problem>) {
+    let mut objects: Vec<ObjectId> = rows.objects.iter().filter_map(object_of).collect();
+    objects.sort_unstable();
+    let hand = rows.hands.first().and_then(object_of);
+    if let Err(error) = Shapes::open(folder).and_then(|shapes| shapes.check(hand, &objects)) {
+        let what = if let DatasetError::Invalid { problem, .. } = error { problem } else { error.to_string() };
+        problems.push(whole(SHAPES, what, REWRITE));
+    }
 }
 
 /// Labels against the blocks', distances against those computed anew.

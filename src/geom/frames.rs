@@ -166,6 +166,15 @@ pub fn rotation_from_rpy(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
     ))
 }
 
+/// Axes whose z is `way`, a unit vector, rolled about it [rad].
+pub fn turned_towards(way: &Vector3<f64>, roll: f64) -> Matrix3<f64> {
+    let aside = if way.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+    let x = way.cross(&aside).normalize();
+    let (sin, cos) = libm::sincos(roll);
+    let x = x * cos + way.cross(&x) * sin;
+    Matrix3::from_columns(&[x, way.cross(&x), *way])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

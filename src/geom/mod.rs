@@ -29,7 +29,9 @@ pub use field::{
     PoseGrid, PoseLabel, Proof, SphereGrid, approach_directions, signed_distance_sphere, signed_distance_standard,
     signed_distance_thesis,
 };
-pub use frames::{Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, World, rotation_from_rpy};
+pub use frames::{
+    Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, World, rotation_from_rpy, turned_towards,
+};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;
 pub use mass::MassProperties;

@@ -46,7 +46,7 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
         toml::Value::Table(table) => table,
         _ => toml::Table::new(),
     };
-    if product == Product::Completion && !written.contains_key("objects") {
+    if product != Product::Reachability && !written.contains_key("objects") {
         let path = Path::of("objects");
         if !wrong.iter().any(|wrong| path.holds(wrong)) {
             let expected = "at least one [[objects]] entry with a folder, list, package or built_in".to_owned();
@@ -89,6 +89,7 @@ fn read(product: Product, filled: &toml::Value) -> Result<(HeadSpec, BodySpec), 
     let body = match product {
         Product::Completion => BodySpec::Completion(Deserialize::deserialize(filled.clone())?),
         Product::Reachability => BodySpec::Reachability(Deserialize::deserialize(filled.clone())?),
+        Product::Grasps => BodySpec::Grasps(Deserialize::deserialize(filled.clone())?),
     };
     Ok((HeadSpec::deserialize(filled.clone())?, body))
 }
@@ -351,7 +352,7 @@ fn suggestion(product: Product, key: &str, known: &[String]) -> Option<String> {
 }
 
 /// Key -> its dotted path, a map a product.
-static KEY_PLACES: std::sync::LazyLock<[BTreeMap<String, String>; 2]> =
+static KEY_PLACES: std::sync::LazyLock<[BTreeMap<String, String>; 3]> =
     std::sync::LazyLock::new(|| Product::ALL.map(key_places));
 
 fn key_places(product: Product) -> BTreeMap<String, String> {

@@ -7,12 +7,17 @@ use std::{
 
 use super::{
     check::{self, Checker, HandReader, RobotReader, SceneReader},
-    checked::{Completion, PackageFile, Profile, ReachabilityJob, SplitSettings},
+    checked::{Completion, GraspSettings, JobHand, PackageFile, Profile, ReachabilityJob, SplitSettings},
     decode::{self, Decoded},
     discover,
     document::Document,
     errors::JobErrors,
-    spec::{BodySpec, completion::CompletionSpec, reachability::ReachabilitySpec},
+    spec::{
+        BodySpec,
+        completion::{CompletionSpec, ObjectsSpec, SplitSpec},
+        grasp::GraspsSpec,
+        reachability::ReachabilitySpec,
+    },
 };
 use crate::assets::{MeshRefusal, MeshSource};
 
@@ -55,8 +60,10 @@ pub struct Surroundings<'a> {
     pub scenes: &'a SceneReader<'a>,
     /// Reads robots; [`no_robots`](super::no_robots) where there is no simulator.
     pub robots: &'a RobotReader<'a>,
-    /// Tries hands; [`no_hands`](super::no_hands) where there is no simulator.
+    /// Tries hands that touch; [`no_hands`](super::no_hands) where there is no simulator.
     pub hands: &'a HandReader<'a>,
+    /// Tries hands that grasp, likewise.
+    pub grasping_hands: &'a HandReader<'a>,
 }
 
 /// A checked job whose meshes are found but not yet read.
@@ -86,6 +93,8 @@ pub enum WorkDraft {
     Completion(CompletionDraft),
     /// A map of reachable poses: nothing is left to be read.
     Reachability(ReachabilityJob),
+    /// Grasps, of meshes that are still to be prepared.
+    Grasps(GraspDraft),
 }
 
 /// A completion job before its meshes are read.
@@ -93,6 +102,24 @@ pub enum WorkDraft {
 pub struct CompletionDraft {
     /// How samples are made.
     pub settings: Completion,
+    /// Of what.
+    pub objects: ObjectsDraft,
+}
+
+/// A job for grasps before its meshes are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspDraft {
+    /// How grasps are searched for and judged.
+    pub settings: GraspSettings,
+    /// The hand.
+    pub hand: JobHand,
+    /// Of what.
+    pub objects: ObjectsDraft,
+}
+
+/// The objects of a job before their meshes are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectsDraft {
     /// Who trains and who tests; names may still be patterns.
     pub split: SplitSettings,
     /// The meshes to prepare, by name.
@@ -123,6 +150,7 @@ impl JobDraft {
         let Worked { work, shard_samples, notes } = match body {
             BodySpec::Completion(spec) => completion(checker, &spec, &job.folder, surroundings)?,
             BodySpec::Reachability(spec) => reachability(checker, &spec, &job.folder, surroundings)?,
+            BodySpec::Grasps(spec) => grasps(checker, &spec, &job.folder, surroundings)?,
         };
         let file_name = Path::new(&job.label).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         Ok(Self {
@@ -139,7 +167,11 @@ impl JobDraft {
 
     /// What to prepare, in order: `resolve` wants the results in the same order.
     pub fn sources(&self) -> impl ExactSizeIterator<Item = &MeshSource> {
-        let meshes = self.completion().map_or(&[][..], |draft| &draft.meshes);
+        let meshes = match &self.work {
+            WorkDraft::Completion(draft) => &draft.objects.meshes[..],
+            WorkDraft::Grasps(draft) => &draft.objects.meshes,
+            WorkDraft::Reachability(_) => &[],
+        };
         meshes.iter().map(|mesh| &mesh.source)
     }
 
@@ -147,7 +179,7 @@ impl JobDraft {
     pub fn completion(&self) -> Option<&CompletionDraft> {
         match &self.work {
             WorkDraft::Completion(draft) => Some(draft),
-            WorkDraft::Reachability(_) => None,
+            _ => None,
         }
     }
 }
@@ -166,17 +198,44 @@ fn completion(
     surroundings: &Surroundings<'_>,
 ) -> Result<Worked, JobErrors> {
     let settings = check::completion(&mut checker, spec, folder, surroundings.scenes, surroundings.hands);
-    let split = check::split(&mut checker, &spec.split);
-    let found = discover::discover(&mut checker, &spec.objects, folder, surroundings);
+    let (objects, notes) = objects(checker, &spec.split, &spec.objects, folder, surroundings)?;
+    let views = settings.views.len() as u32;
+    Ok(Worked {
+        work: WorkDraft::Completion(CompletionDraft { settings, objects }),
+        shard_samples: spec.shards.samples.unwrap_or_else(|| default_shard_samples(views)),
+        notes,
+    })
+}
+
+/// Split and meshes, and what to tell the user; ends with all mistakes that have been found so far.
+fn objects(
+    mut checker: Checker<'_>,
+    split: &SplitSpec,
+    objects: &[ObjectsSpec],
+    folder: &Path,
+    surroundings: &Surroundings<'_>,
+) -> Result<(ObjectsDraft, Vec<String>), JobErrors> {
+    let split = check::split(&mut checker, split);
+    let found = discover::discover(&mut checker, objects, folder, surroundings);
     let mut errors = checker.errors;
     errors.extend(found.table_errors);
     JobErrors::check(errors)?;
-    let views = settings.views.len() as u32;
-    let draft = CompletionDraft { settings, split, meshes: found.meshes, refused: found.refused };
+    Ok((ObjectsDraft { split, meshes: found.meshes, refused: found.refused }, found.notes))
+}
+
+fn grasps(
+    mut checker: Checker<'_>,
+    spec: &GraspsSpec,
+    folder: &Path,
+    surroundings: &Surroundings<'_>,
+) -> Result<Worked, JobErrors> {
+    let (settings, hand) = check::grasps(&mut checker, spec, folder, surroundings.grasping_hands);
+    let (objects, notes) = objects(checker, &spec.split, &spec.objects, folder, surroundings)?;
+    let hand = hand.expect("what is wrong with the hand was reported");
     Ok(Worked {
-        work: WorkDraft::Completion(draft),
-        shard_samples: spec.shards.samples.unwrap_or_else(|| default_shard_samples(views)),
-        notes: found.notes,
+        work: WorkDraft::Grasps(GraspDraft { settings, hand, objects }),
+        shard_samples: spec.shards.runs.unwrap_or(settings.seeds),
+        notes,
     })
 }
 

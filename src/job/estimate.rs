@@ -57,6 +57,34 @@ pub fn seconds_of_hands(job: &Job) -> f64 {
     by_hand.map_or(0.0, |touch| SECONDS_AN_APPROACH * f64::from(touch.approaches()) + SECONDS_AN_OBJECT / views as f64)
 }
 
+/// Processor time of a run of annealing of 10,000 steps [s]. A pilot would take as long as a job.
+const SECONDS_A_RUN: f64 = 0.05;
+/// The same of preparing an object for its runs [s].
+const SECONDS_A_GRASPED_OBJECT: f64 = 0.5;
+/// What a grasp takes before compression: two poses, five lists of joints and some eight contacts in double precision.
+const BYTES_A_GRASP: f64 = 900.0;
+
+/// What searching for grasps costs, by constants that were measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GraspCosts {
+    /// Processor time of a run [s].
+    pub run_seconds: f64,
+    /// The same of preparing an object [s].
+    pub object_seconds: f64,
+    /// What a run takes before compression.
+    pub run_bytes: f64,
+}
+
+/// About what a job for grasps costs; `None` of any other.
+pub fn grasp_costs(job: &Job) -> Option<GraspCosts> {
+    let annealing = &job.grasps()?.settings.annealing;
+    Some(GraspCosts {
+        run_seconds: SECONDS_A_RUN * f64::from(annealing.steps) / 10_000.0,
+        object_seconds: SECONDS_A_GRASPED_OBJECT,
+        run_bytes: 800.0 + BYTES_A_GRASP * f64::from(annealing.best),
+    })
+}
+
 /// About how many bytes a stored sample takes, its part of a field included. A guess for planning: when a job has run, its
 /// own figure is better. `raw` is the size of a payload before compression, as a pilot measured it [bytes].
 pub fn expected_bytes(job: &Job, raw: f64) -> f64 {
@@ -64,6 +92,8 @@ pub fn expected_bytes(job: &Job, raw: f64) -> f64 {
         Work::Completion(job) => bytes_of_pair(&job.settings),
         // Measured on the Fetch: the two copies of a pose share most joint values.
         Work::Reachability(job) => 0.5 * raw + 0.5 * f64::from(job.orientations()),
+        // Numbers in double precision hardly shrink; names do.
+        Work::Grasps(_) => 0.8 * raw,
     }
 }
 

@@ -28,13 +28,17 @@ mod spec;
 
 pub use check::{HandReader, RobotFault, RobotKey, RobotReader, SceneReader, no_hands, no_robots, no_scenes};
 pub use checked::{
-    Channels, Collisions, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, Job, JobHand,
-    JobObject, ModelChoice, PackageFile, Pivot, Profile, RandomRays, RayTarget, ReachabilityJob, Renderer, Robot,
-    SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand, Truth, WORLD, Work,
+    Channels, Collisions, Completion, CompletionJob, DepthFormat, Distance, Divided, Gate, GraspJob, GraspSettings,
+    ImplicitSamples, Job, JobHand, JobObject, ModelChoice, PackageFile, Pivot, Profile, RandomRays, RayTarget,
+    ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand, Truth, WORLD,
+    Work,
 };
-pub use draft::{CompletionDraft, FoundMesh, JobDraft, JobText, Surroundings, WorkDraft, default_shard_samples};
+pub use draft::{
+    CompletionDraft, FoundMesh, GraspDraft, JobDraft, JobText, ObjectsDraft, Surroundings, WorkDraft,
+    default_shard_samples,
+};
 pub use errors::{JobError, JobErrors, Place, Problem};
-pub use estimate::{Estimate, expected_bytes, seconds_of_hands};
+pub use estimate::{Estimate, GraspCosts, expected_bytes, grasp_costs, seconds_of_hands};
 pub use packages::{MeshPackage, PACKAGES, package};
 pub use reference::reference;
 pub use schema::schema;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{
-    checked::{Completion, CompletionJob, Distance, Job, JobObject, ModelChoice, Work},
+    checked::{Completion, CompletionJob, Distance, GraspJob, Job, JobObject, ModelChoice, SplitSettings, Work},
     decode::did_you_mean,
     document::{Document, Path},
-    draft::{CompletionDraft, JobDraft, WorkDraft},
+    draft::{CompletionDraft, GraspDraft, JobDraft, ObjectsDraft, WorkDraft},
     errors::{JobError, JobErrors, Problem},
     pattern,
 };
@@ -32,6 +32,7 @@ impl JobDraft {
         let work = match self.work {
             WorkDraft::Completion(draft) => Work::Completion(draft.resolve(assets, &self.document, &mut notes)?),
             WorkDraft::Reachability(job) => Work::Reachability(job),
+            WorkDraft::Grasps(draft) => Work::Grasps(draft.resolve(assets, &self.document)?),
         };
         Ok(Job {
             name: self.name,
@@ -52,6 +53,36 @@ impl CompletionDraft {
         document: &Document,
         notes: &mut Vec<String>,
     ) -> Result<CompletionJob, JobErrors> {
+        let Resolved { objects, refused, split } = self.objects.resolve(assets, document)?;
+        notes.extend(dotted_partials(&objects, &self.settings));
+        Ok(CompletionJob { objects, refused, settings: self.settings, split })
+    }
+}
+
+impl GraspDraft {
+    fn resolve(
+        self,
+        assets: Vec<Result<AssetRecord, MeshRefusal>>,
+        document: &Document,
+    ) -> Result<GraspJob, JobErrors> {
+        let Resolved { objects, refused, split } = self.objects.resolve(assets, document)?;
+        Ok(GraspJob { objects, refused, hand: self.hand, settings: self.settings, split })
+    }
+}
+
+/// The objects of a job, and who trains and who tests.
+struct Resolved {
+    objects: Vec<JobObject>,
+    refused: Vec<MeshRefusal>,
+    split: SplitSettings,
+}
+
+impl ObjectsDraft {
+    fn resolve(
+        self,
+        assets: Vec<Result<AssetRecord, MeshRefusal>>,
+        document: &Document,
+    ) -> Result<Resolved, JobErrors> {
         let mut refused = self.refused;
         let mut objects: Vec<JobObject> = Vec::new();
         let mut seen = BTreeMap::new();
@@ -104,8 +135,7 @@ impl CompletionDraft {
         name_models(document, "validation_models", &mut split.validation_models, &names, &mut errors);
         name_models(document, "test_models", &mut split.test_models, &names, &mut errors);
         JobErrors::check(errors)?;
-        notes.extend(dotted_partials(&objects, &self.settings));
-        Ok(CompletionJob { objects, refused, settings: self.settings, split })
+        Ok(Resolved { objects, refused, split })
     }
 }
 

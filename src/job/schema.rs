@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::{
     checked::Profile,
-    spec::{HeadSpec, completion::CompletionSpec, reachability::ReachabilitySpec},
+    spec::{HeadSpec, completion::CompletionSpec, grasp::GraspsSpec, reachability::ReachabilitySpec},
 };
 use crate::{
     ids::Product,
@@ -22,6 +22,7 @@ const COMPLETION: [&str; 2] =
     [include_str!("profiles/completion/standard.toml"), include_str!("profiles/completion/thesis.toml")];
 const REACHABILITY: [&str; 2] =
     [include_str!("profiles/reachability/standard.toml"), include_str!("profiles/reachability/thesis.toml")];
+const GRASPS: [&str; 2] = [include_str!("profiles/grasps/standard.toml"), include_str!("profiles/grasps/thesis.toml")];
 
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
     json!({
@@ -30,7 +31,7 @@ static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
         "oneOf": Product::ALL.map(alone),
     })
 });
-static SCHEMAS: LazyLock<[Value; 2]> = LazyLock::new(|| Product::ALL.map(build));
+static SCHEMAS: LazyLock<[Value; 3]> = LazyLock::new(|| Product::ALL.map(build));
 
 /// The JSON Schema of a job file. Beyond the draft's keywords: `x-unit`, and `x-default-thesis` where the `thesis`
 /// profile has another default.
@@ -61,6 +62,7 @@ pub(super) fn defaults(product: Product, profile: Profile) -> toml::Table {
     let [standard, thesis] = match product {
         Product::Completion => COMPLETION,
         Product::Reachability => REACHABILITY,
+        Product::Grasps => GRASPS,
     };
     let mut defaults = read(standard);
     if profile == Profile::Thesis {
@@ -92,6 +94,7 @@ fn bare(product: Product) -> Value {
     let mut schema = match product {
         Product::Completion => generator().into_root_schema_for::<CompletionSpec>().to_value(),
         Product::Reachability => generator().into_root_schema_for::<ReachabilitySpec>().to_value(),
+        Product::Grasps => generator().into_root_schema_for::<GraspsSpec>().to_value(),
     };
     if let (Some(keys), Some(more)) = (schema["properties"].as_object_mut(), head["properties"].as_object_mut()) {
         keys.append(more);

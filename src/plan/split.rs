@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{
     ids::{Digest, ViewId},
-    job::{CompletionJob, ModelChoice, SplitSettings, SubsetSize},
+    job::{Divided, ModelChoice, SplitSettings, SubsetSize},
 };
 
 /// The side of an object.
@@ -75,8 +75,8 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// The sides of a completion job with this seed; `twins` as for [`SplitTable::new`].
-    pub fn new(job: &CompletionJob, seed: u64, twins: &[Vec<usize>]) -> Self {
+    /// The sides of the objects of a job with this seed; `twins` as for [`SplitTable::new`].
+    pub fn new(job: &Divided<'_>, seed: u64, twins: &[Vec<usize>]) -> Self {
         let splits = SplitTable::new(job, seed, twins);
         Self { leaks: splits.leaks(job, twins), splits }
     }
@@ -132,14 +132,14 @@ impl LeakReport {
 
 impl SplitTable {
     /// The split of `job` with this seed; `twins` are groups of objects (places in the job) whose shapes coincide.
-    pub fn new(job: &CompletionJob, seed: u64, twins: &[Vec<usize>]) -> Self {
+    pub fn new(job: &Divided<'_>, seed: u64, twins: &[Vec<usize>]) -> Self {
         let mut notes = Vec::new();
         let models = model_roles(job, seed, &clusters(job, twins), &mut notes);
         let subsets = training_subsets(job, seed, &models, &mut notes);
-        let views = job.settings.views.len() as u32;
+        let views = job.views();
         let classes = view_classes(job);
-        let holdout = models.iter().zip(&job.objects).map(|(role, object)| match role {
-            ModelRole::Training => holdout_views(seed, &job.split, &object.id().0, &classes),
+        let holdout = models.iter().zip(job.objects).map(|(role, object)| match role {
+            ModelRole::Training => holdout_views(seed, job.split, &object.id().0, &classes),
             _ => Vec::new(),
         });
         Self { holdout: holdout.collect(), models, subsets, notes, views }
@@ -184,8 +184,8 @@ impl SplitTable {
     }
 
     /// Looks for leaks, in time linear in objects times views.
-    pub fn leaks(&self, job: &CompletionJob, twins: &[Vec<usize>]) -> LeakReport {
-        let first_equal = job.settings.views.equal_rotations();
+    pub fn leaks(&self, job: &Divided<'_>, twins: &[Vec<usize>]) -> LeakReport {
+        let first_equal = job.first_equal.clone();
         let distinct = first_equal.iter().enumerate().filter(|(view, first)| *view == **first as usize).count() as u32;
         let straddling = |keys: &mut dyn Iterator<Item = (Vec<u8>, usize)>| {
             let mut sides: BTreeMap<Vec<u8>, BTreeSet<ModelRole>> = BTreeMap::new();
@@ -244,7 +244,7 @@ fn unit(key: &Digest) -> f64 {
 }
 
 /// Objects that move as one, as lists of places; every object stands in one of them.
-fn clusters(job: &CompletionJob, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
+fn clusters(job: &Divided<'_>, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..job.objects.len()).collect();
     fn root(parent: &mut [usize], mut place: usize) -> usize {
         while parent[place] != place {
@@ -275,7 +275,7 @@ fn clusters(job: &CompletionJob, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     members.into_values().collect()
 }
 
-fn model_roles(job: &CompletionJob, seed: u64, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> Vec<ModelRole> {
+fn model_roles(job: &Divided<'_>, seed: u64, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> Vec<ModelRole> {
     let mut roles = vec![ModelRole::Training; job.objects.len()];
     let test = chosen(job, seed, clusters, &job.split.test_models, "test", notes);
     let rest: Vec<Vec<usize>> = clusters.iter().filter(|cluster| !test.contains(&cluster[0])).cloned().collect();
@@ -296,7 +296,7 @@ fn model_roles(job: &CompletionJob, seed: u64, clusters: &[Vec<usize>], notes: &
 
 /// The members of the clusters that a choice takes.
 fn chosen(
-    job: &CompletionJob,
+    job: &Divided<'_>,
     seed: u64,
     clusters: &[Vec<usize>],
     choice: &ModelChoice,
@@ -364,7 +364,7 @@ fn take_exactly<'a>(
     taken
 }
 
-fn training_subsets(job: &CompletionJob, seed: u64, models: &[ModelRole], notes: &mut Vec<String>) -> Vec<Vec<usize>> {
+fn training_subsets(job: &Divided<'_>, seed: u64, models: &[ModelRole], notes: &mut Vec<String>) -> Vec<Vec<usize>> {
     let mut ranked: Vec<(Digest, usize)> = (0..models.len())
         .filter(|place| models[*place] == ModelRole::Training)
         .map(|place| (key(seed, "subset", &job.objects[place].id().0.0), place))
@@ -387,12 +387,8 @@ fn training_subsets(job: &CompletionJob, seed: u64, models: &[ModelRole], notes:
 }
 
 /// For each view, the lowest view that must stay on its side.
-fn view_classes(job: &CompletionJob) -> Vec<u32> {
-    if job.split.keep_equal_views_together {
-        job.settings.views.equal_rotations()
-    } else {
-        (0..job.settings.views.len() as u32).collect()
-    }
+fn view_classes(job: &Divided<'_>) -> Vec<u32> {
+    if job.split.keep_equal_views_together { job.first_equal.clone() } else { (0..job.views()).collect() }
 }
 
 /// Which views of one object are held out: exactly the asked share, rounded, in the order of the views' keys.

@@ -1,16 +1,21 @@
 //! Producers: from a view of a subject to records. They never call each other and never write.
 
 pub mod completion;
+pub mod grasp;
+mod objects;
 pub mod reachability;
+
+pub use objects::{check_hand, inside_test};
 
 use crate::{
     assets::{DescriptionError, MeshRefusal},
     geom::SimdLevel,
     ids::{ObjectId, SampleId, ViewId},
-    job::{CompletionJob, Job, ReachabilityJob, Renderer, Work},
+    job::{CompletionJob, GraspJob, Job, ReachabilityJob, Renderer, Work},
     record::{Channel, SampleFacts},
 };
 use completion::CompletionWorker;
+use grasp::{GraspHand, GraspWorker};
 use reachability::{PoseLabeller, ReachabilityWorker};
 
 /// What became of a sample; a reject is data, not an error.
@@ -71,6 +76,15 @@ pub enum Workshop<'j> {
         /// Made once, used by all.
         labeller: Box<PoseLabeller>,
     },
+    /// Of a job for grasps.
+    Grasps {
+        /// The job.
+        job: &'j GraspJob,
+        /// Its seed.
+        seed: u64,
+        /// Read once, used by all.
+        hand: Box<GraspHand>,
+    },
 }
 
 impl<'j> Workshop<'j> {
@@ -81,8 +95,11 @@ impl<'j> Workshop<'j> {
     pub fn new(job: &'j Job, level: SimdLevel) -> Result<Self, ProduceError> {
         Ok(match &job.work {
             Work::Completion(work) => {
-                work.settings.touch.by_hand.as_ref().map_or(Ok(()), |touch| completion::check_hand(&touch.hand))?;
+                work.settings.touch.by_hand.as_ref().map_or(Ok(()), |touch| check_hand(&touch.hand))?;
                 Self::Completion { job: work, seed: job.seed, level }
+            }
+            Work::Grasps(work) => {
+                Self::Grasps { job: work, seed: job.seed, hand: Box::new(GraspHand::open(&work.hand)?) }
             }
             Work::Reachability(work) => {
                 Self::Reachability { job: work, labeller: Box::new(PoseLabeller::new(work, job.seed, level)?) }
@@ -97,6 +114,7 @@ impl<'j> Workshop<'j> {
     pub fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
         Ok(match self {
             Self::Completion { job, seed, level } => Box::new(CompletionWorker::new(job, *seed, *level)?),
+            Self::Grasps { job, seed, hand } => Box::new(GraspWorker::new(job, *seed, hand)),
             Self::Reachability { job, labeller } => Box::new(ReachabilityWorker::new(job, labeller)),
         })
     }
@@ -165,6 +183,14 @@ pub enum ProduceError {
     #[error("{name}: {why}")]
     NoTouch {
         /// The hand's description.
+        name: String,
+        /// Why not, and the remedy.
+        why: String,
+    },
+    /// Grasps cannot be searched for as the job says.
+    #[error("{name}: {why}")]
+    NoGrasps {
+        /// The hand's description, or the object.
         name: String,
         /// Why not, and the remedy.
         why: String,

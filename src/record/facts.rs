@@ -9,6 +9,8 @@ pub enum SampleFacts {
     Pair(PairFacts),
     /// Of the poses of one position.
     Block(BlockFacts),
+    /// Of a run that searched for grasps.
+    Grasps(GraspFacts),
 }
 
 /// Counts of occupied cells, and the share of the solid that lies in the grid.
@@ -33,12 +35,44 @@ pub struct BlockFacts {
     pub proofs: [u32; 5],
 }
 
+/// Counts of the states that a run kept, and the best of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GraspFacts {
+    /// States with each verdict, in the order of [`GraspVerdict::ALL`](super::GraspVerdict::ALL).
+    pub verdicts: [u32; 5],
+    /// Lowest energy of any state; infinite where none was found.
+    pub best_energy: f64,
+    /// Highest epsilon of a kept grasp, in the space that the job asks for; 0 where none was kept.
+    pub best_epsilon: f64,
+    /// Whether the seed was given up before the run was over.
+    pub given_up: bool,
+}
+
+impl Default for GraspFacts {
+    fn default() -> Self {
+        Self { verdicts: [0; 5], best_energy: f64::INFINITY, best_epsilon: 0.0, given_up: false }
+    }
+}
+
+impl GraspFacts {
+    /// States in all.
+    pub fn found(&self) -> u32 {
+        self.verdicts.iter().sum()
+    }
+
+    /// Of them kept.
+    pub fn kept(&self) -> u32 {
+        self.verdicts[super::GraspVerdict::Kept as usize]
+    }
+}
+
 impl SampleFacts {
     /// The product whose samples have such facts.
     pub fn product(&self) -> Product {
         match self {
             Self::Pair(_) => Product::Completion,
             Self::Block(_) => Product::Reachability,
+            Self::Grasps(_) => Product::Grasps,
         }
     }
 
@@ -46,7 +80,7 @@ impl SampleFacts {
     pub fn pair(&self) -> Option<&PairFacts> {
         match self {
             Self::Pair(facts) => Some(facts),
-            Self::Block(_) => None,
+            _ => None,
         }
     }
 
@@ -54,7 +88,15 @@ impl SampleFacts {
     pub fn block(&self) -> Option<&BlockFacts> {
         match self {
             Self::Block(facts) => Some(facts),
-            Self::Pair(_) => None,
+            _ => None,
+        }
+    }
+
+    /// Those of a run that searched for grasps.
+    pub fn grasps(&self) -> Option<&GraspFacts> {
+        match self {
+            Self::Grasps(facts) => Some(facts),
+            _ => None,
         }
     }
 }
@@ -68,5 +110,11 @@ impl From<PairFacts> for SampleFacts {
 impl From<BlockFacts> for SampleFacts {
     fn from(facts: BlockFacts) -> Self {
         Self::Block(facts)
+    }
+}
+
+impl From<GraspFacts> for SampleFacts {
+    fn from(facts: GraspFacts) -> Self {
+        Self::Grasps(facts)
     }
 }

@@ -1,7 +1,7 @@
 //! What is on disk: records, their protobuf codec and schema, the format's number.
 //!
 //! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/touch.proto`, `proto/hand.proto`,
-//! `proto/reachability.proto`). Encoding is written by hand, in tag
+//! `proto/reachability.proto`, `proto/grasp.proto`). Encoding is written by hand, in tag
 //! order, straight from the record's own memory; decoding goes through the generated types and then checks every
 //! length, range and count, so that a decoded record can be trusted. Names of objects, paths, clocks and sample
 //! indices never enter a payload: the same sample has the same bytes in every dataset.
@@ -12,8 +12,12 @@ mod depth;
 mod error;
 mod facts;
 mod field;
+mod grasp;
+#[cfg(test)]
+mod grasp_tests;
 mod hand;
 mod pair;
+mod shapes;
 #[cfg(test)]
 mod tests;
 mod touch;
@@ -28,10 +32,14 @@ pub use block::ReachabilityBlock;
 pub use channels::{Cloud, Coverage, Implicit, Tsdf, Visibility};
 pub use depth::{Depth, DepthCoding};
 pub use error::RecordError;
-pub use facts::{BlockFacts, PairFacts, SampleFacts};
+pub use facts::{BlockFacts, GraspFacts, PairFacts, SampleFacts};
 pub use field::{FieldHeader, ReachabilityField};
+pub use grasp::{
+    FORCE, Grasp, GraspMethod, GraspRun, GraspVerdict, HandNames, HeldContact, RunStretch, STRETCHES, Seed, WRENCH,
+};
 pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
 pub use pair::VoxelPair;
+pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape};
 pub use touch::{TactileContacts, TouchContact};
 
 use crate::ids::{Digest, ObjectId, Product, SampleId, ViewId};
@@ -64,11 +72,13 @@ pub enum Channel {
     TouchGrasp,
     /// [`ReachabilityBlock`]: labels, proofs and witnesses of one position; every reachability sample has one.
     Block,
+    /// [`GraspRun`]: one run of annealing and the grasps that it found; every sample of grasps has one.
+    GraspRun,
 }
 
 impl Channel {
     /// Every channel, in the order in which a sample's messages are written.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Pair,
         Self::Visibility,
         Self::Depth,
@@ -80,6 +90,7 @@ impl Channel {
         Self::TouchExploration,
         Self::TouchGrasp,
         Self::Block,
+        Self::GraspRun,
     ];
 
     /// The product whose samples have such messages.
@@ -96,6 +107,7 @@ impl Channel {
             | Self::TouchExploration
             | Self::TouchGrasp => Product::Completion,
             Self::Block => Product::Reachability,
+            Self::GraspRun => Product::Grasps,
         }
     }
 
@@ -114,6 +126,7 @@ impl Channel {
         match product {
             Product::Completion => Self::Pair,
             Product::Reachability => Self::Block,
+            Product::Grasps => Self::GraspRun,
         }
     }
 
@@ -131,6 +144,7 @@ impl Channel {
             Self::TouchExploration => "/completion/touch_exploration",
             Self::TouchGrasp => "/completion/touch_grasp",
             Self::Block => "/reachability/block",
+            Self::GraspRun => "/grasps/run",
         }
     }
 
@@ -152,6 +166,7 @@ impl Channel {
             Self::TouchRays => "graspmill.TactileContacts",
             Self::TouchExploration | Self::TouchGrasp => "graspmill.HandContacts",
             Self::Block => "graspmill.ReachabilityBlock",
+            Self::GraspRun => "graspmill.GraspRun",
         }
     }
 
@@ -175,6 +190,7 @@ pub fn descriptors(product: Product) -> &'static [u8] {
     match product {
         Product::Completion => include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin")),
         Product::Reachability => include_bytes!(concat!(env!("OUT_DIR"), "/reachability.bin")),
+        Product::Grasps => include_bytes!(concat!(env!("OUT_DIR"), "/grasp.bin")),
     }
 }
 
@@ -213,6 +229,10 @@ impl Checker {
             Channel::Block => {
                 let block = ReachabilityBlock::decode(payload)?;
                 Ok(Checked { facts: Some(block.facts().into()), ..checked(block.sample)? })
+            }
+            Channel::GraspRun => {
+                let run = GraspRun::decode(payload)?;
+                Ok(Checked { facts: Some(run.facts().into()), ..checked(run.sample)? })
             }
             Channel::TouchRays | Channel::TouchExploration | Channel::TouchGrasp => {
                 let touch = TactileContacts::decode_of(channel, payload)?;

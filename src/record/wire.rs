@@ -29,6 +29,13 @@ pub(super) fn uint32(out: &mut Vec<u8>, field: u32, value: u32) {
     }
 }
 
+pub(super) fn uint64(out: &mut Vec<u8>, field: u32, value: u64) {
+    if value != 0 {
+        key(out, field, VARINT);
+        varint(out, value);
+    }
+}
+
 pub(super) fn double(out: &mut Vec<u8>, field: u32, value: f64) {
     if value != 0.0 {
         key(out, field, FIXED64);

@@ -7,6 +7,8 @@ mod card;
 mod chart;
 mod facts;
 mod gallery;
+mod grasp_report;
+mod grasps;
 mod notes;
 mod page;
 pub mod picture;
@@ -20,6 +22,7 @@ mod text;
 mod touch_facts;
 
 pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
+pub use grasps::{GraspedObject, GraspsInspection, TypeFacts, grasp_counts_in_words, inspect_grasps};
 pub use notes::{RunNotes, Speed};
 pub use reachability::{
     AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability, pose_counts_in_words,

@@ -7,6 +7,8 @@ use std::{
 
 use super::{
     card::card,
+    grasp_report,
+    grasps::GraspSurvey,
     notes::write_in_place,
     page::shell,
     reach_report, reachability,
@@ -25,7 +27,8 @@ pub struct ReportSummary {
     pub path: PathBuf,
     /// Its size [bytes].
     pub bytes: u64,
-    /// Samples with pictures; of a reachability dataset, cross-sections.
+    /// Samples with pictures; of a reachability dataset, cross-sections; of grasps,
+    /// objects.
     pub shown: usize,
 }
 
@@ -45,6 +48,7 @@ pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, Datase
             let gallery = gallery(&reader, &survey)?;
             (page(&survey, &gallery, &reader.job_text()?), survey.picks.len())
         }
+        Product::Grasps => grasp_report::page(&reader, &GraspSurvey::of(&reader)?)?,
         Product::Reachability => {
             let field = read_field(folder)?;
             let facts = reachability::facts_of(&reader, &field)?;

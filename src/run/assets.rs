@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{Cancel, Crew, Event, Listener, RunError};
 use crate::{
     assets::{self, AssetRecord, MeshRefusal, MeshSource},
-    produce::completion::inside_test,
+    produce::inside_test,
     voxel::ShapeDescriptor,
 };
 

@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Cancel, Event, Listener, Progress};
+use super::{Cancel, Event, Listener, Progress, shapes::write_shapes};
 use crate::{
     dataset::{
         Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, ShardHeader, ShardWriter, begin_run,
@@ -129,6 +129,9 @@ pub fn run(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) ->
     crew.pool()?.install(|| missing.par_iter().with_max_len(1).try_for_each(make))?;
     let seconds = tally.finish();
     listener(Event::Finishing);
+    if let Workshop::Grasps { job, hand, .. } = &workshop {
+        write_shapes(task, job, hand, crew, cancel)?;
+    }
     let manifest = finish_dataset(folder, header)?;
     Ok(RunSummary { finished_before: false, product, made: to_make, seconds, manifest })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Crew, RunError};
 use crate::{
-    dataset::{DatasetReader, preview_samples, read_field, write_map_preview, write_preview},
+    dataset::{DatasetReader, preview_samples, read_field, write_grasp_preview, write_map_preview, write_preview},
     job::CompletionJob,
     produce::{Producer, completion::CompletionWorker},
 };
@@ -32,6 +32,15 @@ pub fn preview(folder: &Path, job: &CompletionJob, seed: u64, crew: &Crew) -> Re
         }
     }
     write_preview(folder, &samples)?;
+    Ok(())
+}
+
+/// Writes `preview.mcap` into a finished dataset of grasps: the best grasp of a few objects in the well-known schemas.
+///
+/// # Errors
+/// When the dataset cannot be read or the file not be written.
+pub fn grasp_preview(folder: &Path) -> Result<(), RunError> {
+    write_grasp_preview(&DatasetReader::open(folder)?, SAMPLES as usize)?;
     Ok(())
 }
 

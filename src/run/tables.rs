@@ -7,15 +7,16 @@ use serde_json::Value;
 #[cfg(feature = "sim")]
 use crate::sim::{gl_facts, sim_facts};
 use crate::{
+    assets::MeshRefusal,
     dataset::{DatasetHeader, NumberClass, ObjectSplit, ProductTables, Split, SplitTable as StoredSplits},
     ids::ViewId,
-    job::{Collisions, Completion, CompletionJob, Job, ReachabilityJob, Renderer, Work},
+    job::{Collisions, Completion, Divided, Job, JobHand, JobObject, ReachabilityJob, Renderer, Work},
     plan::{LeakReport, ModelRole, SampleRole, Sides, SplitTable},
     produce::completion::channels_of,
     record::FieldHeader,
 };
 
-/// The tables of the dataset that `job` makes in `folder`; `sides` are those of a completion job.
+/// The tables of the dataset that `job` makes in `folder`; `sides` are those of a job about objects.
 pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> DatasetHeader {
     let mut warnings = job.notes.clone();
     let (mut hands, mut channel_classes) = (Vec::new(), BTreeMap::new());
@@ -27,16 +28,23 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
                 Renderer::MujocoGl => NumberClass::Colour,
             };
             if let Some(touch) = &work.settings.touch.by_hand {
-                hands.push(serde_json::json!({ "object": touch.hand.id, "name": touch.hand.name }));
+                hands.push(hand_row(&touch.hand));
                 // Contacts are placed on the grid of the pair: they are no more equal than that is.
                 let of_hands = class.max(NumberClass::Physics);
                 let channels = channels_of(&work.settings).into_iter().filter(|channel| channel.is_touch_by_hand());
                 channel_classes.extend(channels.map(|channel| (channel, of_hands)));
             }
             let assets = work.objects.iter().map(|object| json(&object.asset)).collect();
-            let splits = sides.map(|sides| stored_splits(work, &sides.splits)).unwrap_or_default();
-            add_warnings(work, sides, &mut warnings);
+            let splits = sides.map(|sides| stored_splits(&work.divided(), &sides.splits)).unwrap_or_default();
+            add_warnings(&work.objects, &work.refused, sides, &mut warnings);
             (class, platform(&work.settings), assets, ProductTables::Completion { splits })
+        }
+        Work::Grasps(work) => {
+            hands.push(hand_row(&work.hand));
+            let assets = work.objects.iter().map(|object| json(&object.asset)).collect();
+            let splits = sides.map(|sides| stored_splits(&work.divided(), &sides.splits)).unwrap_or_default();
+            add_warnings(&work.objects, &work.refused, sides, &mut warnings);
+            (NumberClass::Exact, BTreeMap::new(), assets, ProductTables::Grasps { splits })
         }
         Work::Reachability(work) => {
             let field = Box::new(field_header(work));
@@ -60,6 +68,11 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
         tables,
         warnings,
     }
+}
+
+/// A hand as a row of the asset table.
+fn hand_row(hand: &JobHand) -> Value {
+    serde_json::json!({ "object": hand.id, "name": hand.name })
 }
 
 /// The robot as a row of the asset table.
@@ -119,8 +132,8 @@ fn json(value: &impl serde::Serialize) -> Value {
     serde_json::to_value(value).expect("tables are plain data with string keys")
 }
 
-fn stored_splits(job: &CompletionJob, splits: &SplitTable) -> StoredSplits {
-    let views = job.settings.views.len() as u32;
+fn stored_splits(job: &Divided<'_>, splits: &SplitTable) -> StoredSplits {
+    let views = job.views();
     let objects = job.objects.iter().enumerate().map(|(place, object)| {
         let models = match splits.models[place] {
             ModelRole::Training => Split::Training,
@@ -142,9 +155,9 @@ fn stored_splits(job: &CompletionJob, splits: &SplitTable) -> StoredSplits {
 }
 
 /// Things a user should know, in words; numbers only from the job and its meshes.
-fn add_warnings(job: &CompletionJob, sides: Option<&Sides>, warnings: &mut Vec<String>) {
-    warnings.extend(job.refused.iter().map(|refusal| format!("refused: {refusal}")));
-    for object in &job.objects {
+fn add_warnings(objects: &[JobObject], refused: &[MeshRefusal], sides: Option<&Sides>, warnings: &mut Vec<String>) {
+    warnings.extend(refused.iter().map(|refusal| format!("refused: {refusal}")));
+    for object in objects {
         let name = &object.source.name;
         warnings.extend(object.asset.warnings.iter().map(|warning| format!("{name}: {warning}")));
     }

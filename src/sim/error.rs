@@ -248,6 +248,14 @@ pub enum HandError {
         /// The body that has it.
         body: String,
     },
+    /// A hand with which grasps cannot be searched for.
+    #[error("{}: grasps are searched for with a hand that has {what}; docs/hands.md says how to give it some", path.display())]
+    NoGrasps {
+        /// The hand's table.
+        path: PathBuf,
+        /// What it lacks.
+        what: &'static str,
+    },
     /// An object without shapes, or a shape or place that is not a finite one.
     #[error("the object to close on: {reason}")]
     Object {

@@ -64,6 +64,23 @@ impl HandModel {
         Ok((carried.bodies, carried.rules))
     }
 
+    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and places that may touch, and what can touch
+    /// is simple.
+    ///
+    /// # Errors
+    /// When it can't.
+    pub fn check_grasping(&self) -> Result<(), HandError> {
+        let missing = match self.hand.eigengrasps() {
+            None => Some("eigengrasps, in which its postures are searched: `[eigengrasps]`"),
+            Some(_) if self.hand.contacts().len() < 3 => Some("three places that may touch: `[[contacts]]`"),
+            Some(_) => None,
+        };
+        match missing {
+            Some(what) => Err(HandError::NoGrasps { path: HandTable::beside(&self.robot.path), what }),
+            None => self.check_solids(),
+        }
+    }
+
     /// Whether all that can touch is a box, a ball, a capsule or a cylinder: only these touch true meshes.
     ///
     /// # Errors

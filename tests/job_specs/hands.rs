@@ -8,10 +8,7 @@ use graspmill::{
         Completion, Job, JobDraft, JobErrors, JobHand, JobText, Surroundings, TouchByHand, expected_bytes, no_hands,
         seconds_of_hands,
     },
-    produce::{
-        ProduceError,
-        completion::{channels_of, check_hand},
-    },
+    produce::{ProduceError, check_hand, completion::channels_of},
     record::Channel,
     run::dataset_header,
 };
@@ -108,7 +105,7 @@ fn a_hand_that_the_simulator_refuses_is_named_at_its_key() {
     let said = read_with(&text, &refused).expect_err("a fault").render();
     assert!(said.contains("touch.hand.scene") && said.contains("barrett_bh8_280.xml: barrett"), "{said}");
     let said = read_with(&text, &no_hands).expect_err("no simulator").render();
-    assert!(said.contains("this build has no simulator to touch with (feature `sim`)"), "{said}");
+    assert!(said.contains("this build has no simulator to read a hand with (feature `sim`)"), "{said}");
 }
 
 #[test]

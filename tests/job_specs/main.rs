@@ -13,6 +13,7 @@ use graspmill::{
 };
 
 mod files;
+mod grasps;
 mod hands;
 #[path = "../python/mod.rs"]
 mod python;
@@ -26,6 +27,7 @@ fn surroundings(packages: &str) -> Surroundings<'static> {
         scenes: &no_scenes,
         robots: &any_robot,
         hands: &|_| Ok(()),
+        grasping_hands: &|_| Ok(()),
     }
 }
 
@@ -90,7 +92,8 @@ const MINIMAL: &str = "[[objects]]\nbuilt_in = [\"can-*\", \"bowl-*\"]\n";
 fn the_smallest_job_has_the_standard_defaults() {
     let draft = read(MINIMAL, &[]).expect("the smallest job is a job");
     assert_eq!(draft.name, "test");
-    let CompletionDraft { meshes, settings, .. } = draft_of(&draft);
+    let CompletionDraft { objects, settings } = draft_of(&draft);
+    let meshes = &objects.meshes;
     assert_eq!(meshes.len(), 4);
     assert_eq!(settings.views, ViewSet::standard());
     assert_eq!(settings.distance, Distance::Fixed(1.0));
@@ -233,7 +236,7 @@ fn mistakes_in_touch_say_what_was_meant() {
 fn half_shapes_come_by_name_and_by_size() {
     let names = |built_in: &str| -> Vec<String> {
         let draft = read(&format!("[[objects]]\nbuilt_in = {built_in}\n"), &[]).expect("a job");
-        draft_of(&draft).meshes.iter().map(|mesh| mesh.source.name.clone()).collect()
+        draft_of(&draft).objects.meshes.iter().map(|mesh| mesh.source.name.clone()).collect()
     };
     let nine = names("[\"half-*\"]");
     assert_eq!((nine.len(), nine[0].as_str(), nine[8].as_str()), (9, "half-cube-cube", "half-sphere-sphere"));

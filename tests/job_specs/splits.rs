@@ -17,7 +17,7 @@ fn job(shapes: usize, overrides: &[&str]) -> Job {
 }
 
 fn split_of(job: &Job, twins: &[Vec<usize>]) -> SplitTable {
-    SplitTable::new(completion(job), job.seed, twins)
+    SplitTable::new(&completion(job).divided(), job.seed, twins)
 }
 
 fn roles(job: &Job, twins: &[Vec<usize>]) -> BTreeMap<String, ModelRole> {
@@ -45,7 +45,7 @@ fn the_thesis_split_has_the_thesis_counts() {
     assert!(subsets[2].iter().all(|object| split.models[*object] == ModelRole::Training));
     assert_eq!(split.notes, Vec::<String>::new());
 
-    let leaks = split.leaks(completion(&job), &[]);
+    let leaks = split.leaks(&completion(&job).divided(), &[]);
     assert_eq!((leaks.views, leaks.distinct_rotations, leaks.repeated_rotations), (726, 420, 306));
     assert!(leaks.straddling_views > 0 && !leaks.is_clean());
     assert_eq!(leaks.objects_straddling + leaks.geometries_straddling, 0);
@@ -73,14 +73,14 @@ fn straddling_views_are_counted_as_a_plain_search_counts_them() {
             })
             .count() as u64;
     }
-    assert_eq!(split.leaks(completion(&job), &[]).straddling_views, expected);
+    assert_eq!(split.leaks(&completion(&job).divided(), &[]).straddling_views, expected);
 }
 
 #[test]
 fn equal_views_stay_together_unless_told_otherwise() {
     let together = job(20, &["profile=thesis", "split.keep_equal_views_together=true"]);
     let split = split_of(&together, &[]);
-    let leaks = split.leaks(completion(&together), &[]);
+    let leaks = split.leaks(&completion(&together).divided(), &[]);
     assert_eq!((leaks.repeated_rotations, leaks.straddling_views), (306, 0));
     assert!(leaks.is_clean());
     let training = split.model_counts()[0] as u64;
@@ -88,7 +88,7 @@ fn equal_views_stay_together_unless_told_otherwise() {
 
     let standard = job(20, &[]);
     let split = split_of(&standard, &[]);
-    assert!(split.leaks(completion(&standard), &[]).is_clean());
+    assert!(split.leaks(&completion(&standard).divided(), &[]).is_clean());
 }
 
 #[test]
@@ -129,14 +129,14 @@ fn twins_never_straddle_unless_allowed() {
     for models in ["split.test_models=0.3", "split.test_models=31"] {
         let job = job(120, &[models]);
         let split = split_of(&job, &twins);
-        let leaks = split.leaks(completion(&job), &twins);
+        let leaks = split.leaks(&completion(&job).divided(), &twins);
         assert_eq!((leaks.twin_groups, leaks.twin_groups_straddling), (30, 0));
         if models.ends_with("31") {
             assert_eq!(split.model_counts()[2], 31);
         }
         let apart = self::job(120, &[models, "split.keep_twins_together=false"]);
         let split = split_of(&apart, &twins);
-        let leaks = split.leaks(completion(&apart), &twins);
+        let leaks = split.leaks(&completion(&apart).divided(), &twins);
         assert!(leaks.twin_groups_straddling > 0 && !leaks.is_clean());
     }
     // Clusters are chosen as often as single objects are.
@@ -155,13 +155,13 @@ fn twins_never_straddle_unless_allowed() {
 fn groups_move_as_one() {
     let job = job(160, &["split.by_group=true", "split.test_models=40", "split.validation_models=0.2"]);
     let split = split_of(&job, &[]);
-    let leaks = split.leaks(completion(&job), &[]);
+    let leaks = split.leaks(&completion(&job).divided(), &[]);
     assert_eq!(leaks.groups_straddling, 0);
     // Sixteen families of 10 shapes: 40 are four of them.
     assert_eq!(split.model_counts()[2], 40);
     assert!(split.model_counts().iter().all(|count| count % 10 == 0));
     let alone = self::job(160, &["split.test_models=40"]);
-    assert!(split_of(&alone, &[]).leaks(completion(&alone), &[]).groups_straddling > 0);
+    assert!(split_of(&alone, &[]).leaks(&completion(&alone).divided(), &[]).groups_straddling > 0);
 }
 
 #[test]

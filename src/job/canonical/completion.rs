@@ -10,7 +10,7 @@ use crate::{
     geom::ViewSet,
     job::{
         checked::{
-            Channels, Completion, DepthFormat, Distance, JobHand, JobObject, ModelChoice, Pivot, RandomRays, RayTarget,
+            Channels, Completion, DepthFormat, Distance, JobObject, ModelChoice, Pivot, RandomRays, RayTarget,
             Renderer, SplitSettings, SubsetSize, Touch, TouchByHand, Truth,
         },
         discover, pattern,
@@ -176,12 +176,9 @@ impl Text {
 
     /// The hand that touches, with its file where there is a folder to see it from.
     pub(super) fn hand(&mut self, touch: &Touch, folder: Option<&Path>) {
-        let Some(TouchByHand { hand: JobHand { scene, name: _, id }, .. }) = &touch.by_hand else { return };
-        self.section("touch.hand");
-        if let Some(folder) = folder {
-            self.key("scene", discover::with_slashes(&relative_to(scene, folder)));
+        if let Some(TouchByHand { hand, .. }) = &touch.by_hand {
+            self.hand_at("touch.hand", hand, folder);
         }
-        self.key("content", id.0.hex());
     }
 
     pub(super) fn split(&mut self, split: &SplitSettings) {

@@ -1,6 +1,7 @@
 //! The resolved job as text, and its digests.
 
 mod completion;
+mod grasp;
 mod reachability;
 
 use std::{
@@ -11,7 +12,7 @@ use std::{
 use toml::Value;
 
 use super::{
-    checked::{Job, Profile, Work},
+    checked::{Job, JobObject, Profile, SplitSettings, Work},
     discover,
 };
 use crate::ids::{Digest, JobDigest, Product};
@@ -29,6 +30,7 @@ impl Job {
         let pinned = match self.product() {
             Product::Completion => "every mesh pinned by its content",
             Product::Reachability => "the robot pinned by its content",
+            Product::Grasps => "every mesh and the hand pinned by their content",
         };
         let _ = writeln!(text.0, "# A resolved job: every default filled in, {pinned}.");
         let _ = writeln!(text.0, "# Job digest {}", self.digest());
@@ -55,6 +57,14 @@ impl Job {
                 text.key("positions", i64::from(self.shard_samples));
                 text.robot(&job.robot, folder);
             }
+            Work::Grasps(job) => {
+                text.grasps(&job.settings);
+                text.hand_at("hand", &job.hand, Some(folder));
+                text.split(&job.split);
+                text.section("shards");
+                text.key("runs", i64::from(self.shard_samples));
+                text.objects(&job.objects, folder);
+            }
         }
         text.0
     }
@@ -65,14 +75,8 @@ impl Job {
         let mut text = Text(format!("{CANONICAL_FORM}\n"));
         self.settings(&mut text);
         match &self.work {
-            Work::Completion(job) => {
-                text.split(&job.split);
-                for object in &job.objects {
-                    let group = object.source.group.as_deref().unwrap_or_default();
-                    let parts = [object.source.name.as_str(), &object.id().0.hex(), group].map(Value::from);
-                    text.list("object", parts);
-                }
-            }
+            Work::Completion(job) => text.divided(&job.split, &job.objects),
+            Work::Grasps(job) => text.divided(&job.split, &job.objects),
             Work::Reachability(job) => text.key("robot", job.robot.id.0.hex()),
         }
         JobDigest(Digest::of(text.0.as_bytes()))
@@ -100,6 +104,10 @@ impl Job {
                 text.reachability(job);
                 text.group(&job.robot);
             }
+            Work::Grasps(job) => {
+                text.grasps(&job.settings);
+                text.hand_at("hand", &job.hand, None);
+            }
         }
     }
 }
@@ -115,6 +123,16 @@ impl Text {
 
     fn key(&mut self, key: &str, value: impl Into<Value>) {
         let _ = writeln!(self.0, "{key} = {}", value.into());
+    }
+
+    /// The split and what is split, by content.
+    fn divided(&mut self, split: &SplitSettings, objects: &[JobObject]) {
+        self.split(split);
+        for object in objects {
+            let group = object.source.group.as_deref().unwrap_or_default();
+            let parts = [object.source.name.as_str(), &object.id().0.hex(), group].map(Value::from);
+            self.list("object", parts);
+        }
     }
 
     /// An array, broken into lines of a few values when it is long.

@@ -1,6 +1,7 @@
 //! From a decoded job file to settings that make sense: every mistake that the schema cannot see.
 
 mod completion;
+mod grasp;
 mod reachability;
 mod touch;
 
@@ -8,6 +9,7 @@ use std::path::Path as FilePath;
 
 pub use completion::{SceneReader, no_scenes};
 pub(super) use completion::{completion, split};
+pub(super) use grasp::grasps;
 pub(super) use reachability::reachability;
 pub use reachability::{RobotFault, RobotKey, RobotReader, no_robots};
 pub use touch::{HandReader, no_hands};

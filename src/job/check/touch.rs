@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// Tries a hand; the error says why it cannot touch, in words.
+/// Tries a hand; the error says why it cannot touch, or grasp, in words.
 ///
 /// Only the `sim` room compiles MJCF, so whoever reads a job passes it in.
 pub type HandReader<'a> = dyn Fn(&JobHand) -> Result<(), String> + 'a;
@@ -25,7 +25,7 @@ pub type HandReader<'a> = dyn Fn(&JobHand) -> Result<(), String> + 'a;
 /// # Errors
 /// Always.
 pub fn no_hands(_: &JobHand) -> Result<(), String> {
-    Err("this build has no simulator to touch with (feature `sim`)".to_owned())
+    Err("this build has no simulator to read a hand with (feature `sim`)".to_owned())
 }
 
 /// What is touched and how.
@@ -43,7 +43,8 @@ pub(super) fn touch(checker: &mut Checker<'_>, spec: &TouchSpec, folder: &FilePa
         let help = "`hand = { scene = \"../scenes/barrett_bh8_280.xml\" }`; docs/hands.md says how to bring your own";
         checker.fail(&Path::of("touch.hand"), problem, Some(help.to_owned()));
     }
-    let hand = spec.hand.as_ref().filter(|_| asked).and_then(|hand| read_hand(checker, hand, folder, hands));
+    let hand =
+        spec.hand.as_ref().filter(|_| asked).and_then(|hand| read_hand(checker, "touch.hand", hand, folder, hands));
     Touch {
         random_rays: spec.random_rays.then_some(RandomRays { count: spec.rays, target }),
         by_hand: hand.map(|hand| TouchByHand {
@@ -68,20 +69,27 @@ fn idle(checker: &mut Checker<'_>, keys: &[&str], kinds: &[(&str, bool)]) {
     checker.fail(&Path::of(&format!("touch.{}", kinds[0])), problem, None);
 }
 
-fn read_hand(checker: &mut Checker<'_>, spec: &HandSpec, folder: &FilePath, hands: &HandReader<'_>) -> Option<JobHand> {
+/// The hand that stands at `key`; `None` where something is wrong with it, which was reported.
+pub(super) fn read_hand(
+    checker: &mut Checker<'_>,
+    key: &str,
+    spec: &HandSpec,
+    folder: &FilePath,
+    hands: &HandReader<'_>,
+) -> Option<JobHand> {
     let before = checker.errors.len();
     let scene = discover::tidy(&folder.join(&spec.scene));
     if scene.extension().is_some_and(|ending| ending == "toml") {
         let expected = "the hand's MJCF file: its table is found beside it";
-        checker.senseless("touch.hand.scene", expected, format!("a table, {}", scene.display()));
+        checker.senseless(&format!("{key}.scene"), expected, format!("a table, {}", scene.display()));
         return None;
     }
     let Description { name, digest } =
-        described(checker, "touch.hand", "hand", &scene, Description::of_hand(&scene), spec.content.as_deref())?;
+        described(checker, key, "hand", &scene, Description::of_hand(&scene), spec.content.as_deref())?;
     let hand = JobHand { scene, name, id: ObjectId(digest) };
     if let Err(detail) = hands(&hand) {
         let problem = Problem::NotFound { what: "hand".to_owned(), detail };
-        checker.fail(&Path::of("touch.hand.scene"), problem, None);
+        checker.fail(&Path::of(key).key("scene"), problem, None);
     }
     (checker.errors.len() == before).then_some(hand)
 }

@@ -1,6 +1,8 @@
 //! The checked job: nothing optional that means "default", all reading and hashing done.
 
 mod completion;
+mod grasp;
+mod objects;
 mod reachability;
 
 pub use completion::{
@@ -8,6 +10,8 @@ pub use completion::{
     PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, TouchByHand,
     Truth,
 };
+pub use grasp::{GraspJob, GraspSettings};
+pub use objects::Divided;
 pub use reachability::{Collisions, ReachabilityJob, Robot, Solver, WORLD};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -43,6 +47,8 @@ pub enum Work {
     Completion(CompletionJob),
     /// A map of reachable poses, of a robot.
     Reachability(ReachabilityJob),
+    /// Grasps of a hand, of objects.
+    Grasps(GraspJob),
 }
 
 /// A named set of defaults; every quirk is a switch of its own.
@@ -61,6 +67,7 @@ impl Job {
         match self.work {
             Work::Completion(_) => Product::Completion,
             Work::Reachability(_) => Product::Reachability,
+            Work::Grasps(_) => Product::Grasps,
         }
     }
 
@@ -76,8 +83,8 @@ impl Job {
     /// Count of subjects: objects, or the one robot.
     pub fn subjects(&self) -> usize {
         match &self.work {
-            Work::Completion(job) => job.objects.len(),
             Work::Reachability(_) => 1,
+            _ => self.objects().len(),
         }
     }
 
@@ -87,16 +94,35 @@ impl Job {
     /// When there are not so many.
     pub fn subject(&self, place: usize) -> ObjectId {
         match &self.work {
-            Work::Completion(job) => job.objects[place].id(),
             Work::Reachability(job) => job.robot.id,
+            _ => self.objects()[place].id(),
         }
     }
 
-    /// Samples a subject: views of an object, positions of a robot's grid.
+    /// The objects; none of a job about a robot.
+    pub fn objects(&self) -> &[JobObject] {
+        match &self.work {
+            Work::Completion(job) => &job.objects,
+            Work::Grasps(job) => &job.objects,
+            Work::Reachability(_) => &[],
+        }
+    }
+
+    /// The objects to be split; `None` of a job about a robot.
+    pub fn divided(&self) -> Option<Divided<'_>> {
+        match &self.work {
+            Work::Completion(job) => Some(job.divided()),
+            Work::Grasps(job) => Some(job.divided()),
+            Work::Reachability(_) => None,
+        }
+    }
+
+    /// Samples a subject: views of an object, seeds of one, positions of a robot's grid.
     pub fn views(&self) -> u32 {
         match &self.work {
             Work::Completion(job) => job.settings.views.len() as u32,
             Work::Reachability(job) => job.positions(),
+            Work::Grasps(job) => job.settings.seeds,
         }
     }
 
@@ -104,6 +130,7 @@ impl Job {
     pub fn refused(&self) -> &[MeshRefusal] {
         match &self.work {
             Work::Completion(job) => &job.refused,
+            Work::Grasps(job) => &job.refused,
             Work::Reachability(_) => &[],
         }
     }
@@ -112,7 +139,7 @@ impl Job {
     pub fn completion(&self) -> Option<&CompletionJob> {
         match &self.work {
             Work::Completion(job) => Some(job),
-            Work::Reachability(_) => None,
+            _ => None,
         }
     }
 
@@ -120,7 +147,15 @@ impl Job {
     pub fn reachability(&self) -> Option<&ReachabilityJob> {
         match &self.work {
             Work::Reachability(job) => Some(job),
-            Work::Completion(_) => None,
+            _ => None,
+        }
+    }
+
+    /// The job for grasps, where it is one.
+    pub fn grasps(&self) -> Option<&GraspJob> {
+        match &self.work {
+            Work::Grasps(job) => Some(job),
+            _ => None,
         }
     }
 }

@@ -6,6 +6,7 @@
 
 pub mod built_in;
 pub mod completion;
+pub mod grasp;
 pub mod reachability;
 pub mod touch;
 
@@ -42,4 +43,6 @@ pub enum BodySpec {
     Completion(Box<completion::CompletionSpec>),
     /// `product = "reachability"`.
     Reachability(Box<reachability::ReachabilitySpec>),
+    /// `product = "grasps"`.
+    Grasps(Box<grasp::GraspsSpec>),
 }

@@ -12,7 +12,7 @@ use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Unit, 
 use super::touch::{SeenSurface, cell_of, single};
 use crate::{
     contact::ContactSurface,
-    geom::{CameraCv, Object, Pose, TriMesh},
+    geom::{CameraCv, Object, Pose, TriMesh, turned_towards},
     job::{JobHand, TouchByHand},
     produce::ProduceError,
     record::{Approach, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair},
@@ -189,15 +189,6 @@ impl HandBeforeObject {
         let turn = Matrix3::from_columns(&[across.cross(&way), across, way]);
         Way { target: camera_from_object.point(&self.centre), turn, effort: Effort::GRASP }
     }
-}
-
-/// Axes whose z is `way`, rolled about it.
-fn turned_towards(way: &Vector3<f64>, roll: f64) -> Matrix3<f64> {
-    let aside = if way.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
-    let x = way.cross(&aside).normalize();
-    let (sin, cos) = libm::sincos(roll);
-    let x = x * cos + way.cross(&x) * sin;
-    Matrix3::from_columns(&[x, way.cross(&x), *way])
 }
 
 fn recorded(end: ApproachEnd) -> crate::record::ApproachEnd {

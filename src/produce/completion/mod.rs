@@ -7,14 +7,12 @@
 mod depth;
 #[cfg(feature = "sim")]
 mod feel;
-mod hand;
 mod payloads;
 mod scene;
 mod touch;
 mod worker;
 
-pub use hand::check_hand;
 pub use payloads::channels_of;
 pub use scene::{camera_from_world, world_from_object};
 pub use touch::TouchSurface;
-pub use worker::{CompletionWorker, RejectReason, inside_test};
+pub use worker::{CompletionWorker, RejectReason};

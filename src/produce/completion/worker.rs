@@ -14,16 +14,19 @@ use super::{
     feel::{HandBeforeObject, TouchingHand},
 };
 use crate::{
-    assets::{self, AssetRecord, InsideMethod, PreparedMesh, Winding},
+    assets::{PreparedMesh, Winding},
     geom::{Aabb, DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
     ids::{ObjectId, SampleId, ViewId},
     job::{Completion, CompletionJob},
-    produce::{Outcome, ProduceError, Producer},
+    produce::{
+        Outcome, ProduceError, Producer,
+        objects::{inside_test, prepared},
+    },
     record::{Channel, VoxelPair},
     render::{Rasteriser, SensorScratch},
     seed::Stream,
     voxel::{
-        InsideTest, NoGrid, SolidObject, ViewGrids,
+        NoGrid, SolidObject, ViewGrids,
         channels::{CoverageBlocks, Surface},
         solid_occupancy,
     },
@@ -139,14 +142,7 @@ impl<'j> CompletionWorker<'j> {
     /// Prepares an object again and checks that it is still the one of the job.
     fn prepare(&mut self, place: usize) -> Result<CompletionObject, ProduceError> {
         let object = &self.job.objects[place];
-        let prepared = assets::prepare(&object.source)?;
-        if prepared.record.object != object.id() {
-            return Err(ProduceError::MeshChanged {
-                name: object.source.name.clone(),
-                found: prepared.record.object,
-                expected: object.id(),
-            });
-        }
+        let prepared = prepared(object)?;
         #[cfg(feature = "sim")]
         let sim = self.source.model(&prepared.mesh)?;
         #[cfg(feature = "sim")]
@@ -315,14 +311,6 @@ impl CompletionObject {
                 settings.truth,
             ),
         }
-    }
-}
-
-/// How the voxel room finds the solid of an asset.
-pub fn inside_test(record: &AssetRecord) -> InsideTest {
-    match record.inside {
-        InsideMethod::Crossings => InsideTest::Crossings,
-        InsideMethod::WindingNumber => InsideTest::WindingNumber,
     }
 }
 

@@ -1,0 +1,101 @@
+//! A resolved job for grasps as text.
+
+use std::path::Path;
+
+use toml::Value;
+
+use super::{Text, relative_to};
+use crate::{
+    grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace},
+    job::{
+        checked::{GraspSettings, JobHand},
+        discover,
+    },
+};
+
+impl Text {
+    pub(super) fn grasps(&mut self, settings: &GraspSettings) {
+        let GraspSettings { seeds, annealing, keeping } = settings;
+        self.section("grasps");
+        self.key("seeds", i64::from(*seeds));
+        self.annealing(annealing);
+        let Keeping { friction, edges, torsion, space, min_epsilon, most_penetration } = keeping;
+        self.section("keep");
+        self.key("friction", *friction);
+        self.key("edges", i64::from(*edges));
+        if let Some(torsion) = torsion {
+            self.key("torsion", *torsion);
+        }
+        self.key("space", space_name(*space));
+        self.key("min_epsilon", *min_epsilon);
+        self.key("most_penetration", *most_penetration);
+    }
+
+    fn annealing(&mut self, annealing: &Annealing) {
+        let Annealing {
+            steps,
+            energy,
+            space,
+            friction,
+            potential_scale,
+            whole_schedule,
+            descent,
+            frame,
+            amplitudes,
+            best,
+            most_failures,
+        } = annealing;
+        self.section("annealing");
+        self.key("steps", i64::from(*steps));
+        self.key(
+            "energy",
+            match energy {
+                EnergyKind::Contact => "contact",
+                EnergyKind::ContactAndPotential => "contact_and_potential",
+            },
+        );
+        self.key("space", space_name(*space));
+        self.key("friction", *friction);
+        // What scales nothing changes nothing.
+        if *energy == EnergyKind::ContactAndPotential {
+            self.key("potential_scale", *potential_scale);
+        }
+        self.key("whole_schedule", *whole_schedule);
+        self.key("descent", *descent);
+        self.key(
+            "frame",
+            match frame {
+                SearchFrame::Seed => "seed",
+                SearchFrame::Object => "object",
+            },
+        );
+        self.key(
+            "amplitudes",
+            match amplitudes {
+                AmplitudeRange::Joints => Value::from("joints"),
+                AmplitudeRange::Clamped(most) => {
+                    Value::Table([("clamped".to_owned(), Value::from(*most))].into_iter().collect())
+                }
+            },
+        );
+        self.key("best", i64::from(*best));
+        self.key("most_failures", i64::from(*most_failures));
+    }
+
+    /// The hand, with its file where there is a folder to see it from.
+    pub(super) fn hand_at(&mut self, section: &str, hand: &JobHand, folder: Option<&Path>) {
+        let JobHand { scene, name: _, id } = hand;
+        self.section(section);
+        if let Some(folder) = folder {
+            self.key("scene", discover::with_slashes(&relative_to(scene, folder)));
+        }
+        self.key("content", id.0.hex());
+    }
+}
+
+fn space_name(space: WrenchSpace) -> &'static str {
+    match space {
+        WrenchSpace::Force => "force",
+        WrenchSpace::Wrench => "wrench",
+    }
+}

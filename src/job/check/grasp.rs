@@ -1,0 +1,81 @@
+//! Settings of a job for grasps.
+
+use std::path::Path as FilePath;
+
+use super::{
+    Checker,
+    touch::{HandReader, read_hand},
+};
+use crate::{
+    grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace},
+    job::{
+        checked::{GraspSettings, JobHand},
+        spec::grasp::{AmplitudesSpec, AnnealingSpec, EnergySpec, FrameSpec, GraspsSpec, KeepSpec, SpaceSpec},
+    },
+};
+
+/// The product's settings, and the hand; `None` where that is wrong, which was reported.
+pub(in crate::job) fn grasps(
+    checker: &mut Checker<'_>,
+    spec: &GraspsSpec,
+    folder: &FilePath,
+    hands: &HandReader<'_>,
+) -> (GraspSettings, Option<JobHand>) {
+    let hand = spec.hand.as_ref().and_then(|hand| read_hand(checker, "hand", hand, folder, hands));
+    let settings = GraspSettings {
+        seeds: spec.grasps.seeds,
+        annealing: annealing(checker, &spec.annealing),
+        keeping: keeping(&spec.keep),
+    };
+    (settings, hand)
+}
+
+fn annealing(checker: &mut Checker<'_>, spec: &AnnealingSpec) -> Annealing {
+    if spec.energy == EnergySpec::Contact && checker.document.has("annealing.potential_scale") {
+        let other = "annealing.energy = \"contact\"";
+        checker.contradiction("annealing.potential_scale", other, "the contact energy has no potential to scale");
+    }
+    if spec.most_failures > spec.steps && checker.document.has("annealing.most_failures") {
+        let expected = format!("at most as many as annealing.steps = {}", spec.steps);
+        checker.senseless(
+            "annealing.most_failures",
+            expected,
+            format!("{}: no seed is ever given up", spec.most_failures),
+        );
+    }
+    let &AnnealingSpec { steps, friction, potential_scale, whole_schedule, descent, best, most_failures, .. } = spec;
+    Annealing {
+        steps,
+        energy: match spec.energy {
+            EnergySpec::Contact => EnergyKind::Contact,
+            EnergySpec::ContactAndPotential => EnergyKind::ContactAndPotential,
+        },
+        space: space(spec.space),
+        friction,
+        potential_scale,
+        whole_schedule,
+        descent,
+        frame: match spec.frame {
+            FrameSpec::Seed => SearchFrame::Seed,
+            FrameSpec::Object => SearchFrame::Object,
+        },
+        amplitudes: match spec.amplitudes {
+            AmplitudesSpec::Named(_) => AmplitudeRange::Joints,
+            AmplitudesSpec::Clamped(range) => AmplitudeRange::Clamped(range.clamped),
+        },
+        best,
+        most_failures,
+    }
+}
+
+fn keeping(spec: &KeepSpec) -> Keeping {
+    let &KeepSpec { friction, edges, torsion, min_epsilon, most_penetration, .. } = spec;
+    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, most_penetration }
+}
+
+fn space(spec: SpaceSpec) -> WrenchSpace {
+    match spec {
+        SpaceSpec::Force => WrenchSpace::Force,
+        SpaceSpec::Wrench => WrenchSpace::Wrench,
+    }
+}

@@ -1,0 +1,168 @@
+//! The keys of a job for grasps.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    completion::{ObjectsSpec, SplitSpec},
+    touch::HandSpec,
+};
+
+/// A job that searches for grasps: from places spread over each object, how can the hand hold it?
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GraspsSpec {
+    /// Where the objects come from: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,
+    /// `package` and `built_in`.
+    #[schemars(length(min = 1))]
+    pub objects: Vec<ObjectsSpec>,
+    /// The hand that grasps: one with eigengrasps. Needs a build with the simulator.
+    // Without an `Option` a mistake in it would hide those of the other keys.
+    #[schemars(required)]
+    pub hand: Option<HandSpec>,
+    /// How much is searched.
+    pub grasps: GraspRunsSpec,
+    /// Simulated annealing of the hand's pose and posture.
+    pub annealing: AnnealingSpec,
+    /// Which of the states that annealing kept are kept as grasps, once the hand is closed. The others stay in the dataset,
+    /// with the reason why not.
+    pub keep: KeepSpec,
+    /// Who trains and who tests. A view is a seed.
+    pub split: SplitSpec,
+    /// The files of the dataset.
+    pub shards: RunShardsSpec,
+}
+
+/// How much is searched.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GraspRunsSpec {
+    /// Runs of annealing an object, each from a seed of its own; seeds are spread evenly over the surface.
+    #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
+    pub seeds: u32,
+}
+
+/// Simulated annealing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AnnealingSpec {
+    /// Steps of a run.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
+    pub steps: u32,
+    /// What is minimised.
+    pub energy: EnergySpec,
+    /// The space in which the potential's epsilon is measured.
+    pub space: SpaceSpec,
+    /// Friction coefficient of the potential.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
+    pub friction: f64,
+    /// The potential is multiplied by this, so that temperatures mean the same for both energies.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub potential_scale: f64,
+    /// The schedule of temperatures is stretched over the steps, so that short runs end cold, too. Else step i is as cold as
+    /// step i of 70,000.
+    pub whole_schedule: bool,
+    /// Only what lowers the energy is accepted: for comparison.
+    #[schemars(extend("examples" = [true]))]
+    pub descent: bool,
+    /// The frame in which place and turn of the hand are searched.
+    pub frame: FrameSpec,
+    /// How far the amplitudes of the eigengrasps go: `joints`, as far as the joints allow, or `{ clamped = 4.0 }`.
+    #[schemars(extend("examples" = [{ "clamped": 4.0 }]))]
+    pub amplitudes: AmplitudesSpec,
+    /// States that a run keeps, no two alike.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
+    pub best: u32,
+    /// A seed is given up after so many steps in a row without a legal neighbour.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
+    pub most_failures: u32,
+}
+
+/// What annealing minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EnergySpec {
+    /// How far the virtual contacts are from the surface, and how far they look past it.
+    Contact,
+    /// The potential, -epsilon of the weighted virtual contacts, where it is below 0, else the contact energy.
+    ContactAndPotential,
+}
+
+/// A space of wrenches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpaceSpec {
+    /// Forces alone.
+    Force,
+    /// Forces and torques, these about the centre of mass and divided by the object's radius.
+    Wrench,
+}
+
+/// A frame of the search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameSpec {
+    /// The seed's: origin on the surface, z along the inward normal, a random roll.
+    Seed,
+    /// The object's, its origin moved to the centre of its box.
+    Object,
+}
+
+/// How far amplitudes go.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum AmplitudesSpec {
+    /// By name.
+    Named(NamedAmplitudes),
+    /// From minus to plus a number.
+    Clamped(ClampedAmplitudes),
+}
+
+/// A named range of amplitudes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum NamedAmplitudes {
+    /// As far as the joints allow.
+    Joints,
+}
+
+/// From minus to plus a number, joints held at their limits beyond.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClampedAmplitudes {
+    /// The number.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [4.0]))]
+    pub clamped: f64,
+}
+
+/// Which grasps are kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KeepSpec {
+    /// Friction coefficient of the quality.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
+    pub friction: f64,
+    /// Edges of the friction cone.
+    #[schemars(range(min = 3, max = 256), extend("x-unit" = "edges"))]
+    pub edges: u32,
+    /// Makes soft fingers of the contacts: their torque about the normal, as a share of the normal force times the object's
+    /// radius. Without it contacts are hard points.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.1]), range(max = 10))]
+    pub torsion: Option<f64>,
+    /// The space in which force closure is asked for.
+    pub space: SpaceSpec,
+    /// Least epsilon in that space; force closure is asked for even at 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub min_epsilon: f64,
+    /// Deepest overlap of hand and mesh before closing.
+    #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
+    pub most_penetration: f64,
+}
+
+/// The files of the dataset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunShardsSpec {
+    /// Runs a shard. Without it, those of one object. Changes no sample.
+    #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "runs", "examples" = [100]))]
+    pub runs: Option<u32>,
+}

@@ -1,0 +1,16 @@
+//! Grasps: how a hand can hold an object (thesis ch. 4 and 7.3).
+//!
+//! [`GraspWorker`] is one thread's workshop: it loads an object and makes its runs of annealing one by one, each from a seed
+//! of its own ([`seeds`]). Who searches stands in `search`; what it found becomes a record in `recorded`.
+
+mod hand;
+mod recorded;
+mod search;
+mod seeds;
+mod shapes;
+mod worker;
+
+pub use hand::GraspHand;
+pub use seeds::seeds;
+pub use shapes::{hand_shape, object_shape};
+pub use worker::GraspWorker;

@@ -1,0 +1,45 @@
+//! The hand and the objects as shapes that stand in the dataset, so that grasps can be drawn and replayed.
+
+use super::hand::GraspHand;
+use crate::{
+    ids::ObjectId,
+    job::JobObject,
+    kinematics::JointKind,
+    produce::{ProduceError, objects::prepared},
+    record::{HandJoint, HandShape, LinkSolid, ObjectShape},
+};
+
+/// The hand, whose content is `id`.
+pub fn hand_shape(hand: &GraspHand, id: ObjectId) -> HandShape {
+    let GraspHand { hand, bodies } = hand;
+    let joints = hand.tree().joints().iter().map(|joint| HandJoint {
+        name: joint.joint.name.clone(),
+        slides: joint.joint.kind == JointKind::Prismatic,
+        carried_by: joint.carried_by,
+        link_from_joint: joint.joint.origin,
+        axis: joint.joint.axis,
+    });
+    let solids = bodies.bodies.iter().flat_map(|body| {
+        body.geometries.iter().map(|part| LinkSolid {
+            link: body.link,
+            shape: part.shape.clone(),
+            link_from_solid: part.link_from_shape,
+        })
+    });
+    HandShape {
+        name: hand.name().to_owned(),
+        id,
+        links: hand.links().to_vec(),
+        joints: joints.collect(),
+        solids: solids.collect(),
+    }
+}
+
+/// An object's mesh, prepared again.
+///
+/// # Errors
+/// When it can't be prepared any more, or is another one than when the job was resolved.
+pub fn object_shape(object: &JobObject) -> Result<ObjectShape, ProduceError> {
+    let mesh = prepared(object)?.mesh;
+    Ok(ObjectShape { object: object.id(), mesh })
+}

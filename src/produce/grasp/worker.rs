@@ -1,0 +1,116 @@
+//! One thread's workshop: loads an object, then makes its runs one by one.
+
+use std::sync::Arc;
+
+use nalgebra::IsometryMatrix3;
+
+use super::{
+    hand::GraspHand,
+    recorded::{method, names, recorded},
+    search::Searcher,
+    seeds::seeds,
+};
+use crate::{
+    contact::ContactSurface,
+    geom::Pose,
+    grasp::{Annealing, Keeping},
+    ids::{Digest, ObjectId, SampleId, ViewId},
+    job::GraspJob,
+    produce::{
+        Outcome, ProduceError, Producer,
+        objects::{inside_test, prepared},
+    },
+    record::{Channel, GraspRun, RunStretch, STRETCHES},
+    seed::Stream,
+};
+
+/// Why a run makes no sample: no neighbour of the seed was legal.
+const NO_LEGAL_STATE: &str = "no_legal_state";
+
+/// One thread's workshop; its memory is reused from run to run.
+pub struct GraspWorker<'j> {
+    job: &'j GraspJob,
+    seed: u64,
+    hand: &'j GraspHand,
+    settings: (Annealing, Keeping),
+    /// The object that was loaded last, and its place in the job.
+    loaded: Option<(usize, LoadedObject)>,
+    record: GraspRun,
+    payload: Vec<u8>,
+}
+
+/// An object ready for its runs.
+struct LoadedObject {
+    id: ObjectId,
+    seeds: Vec<IsometryMatrix3<f64>>,
+    searcher: Searcher,
+}
+
+impl<'j> GraspWorker<'j> {
+    /// A workshop for one thread.
+    pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand) -> Self {
+        let settings = (job.settings.annealing, job.settings.keeping);
+        let record = GraspRun {
+            sample: SampleId::of_object(ObjectId(Digest([0; 32])), ViewId(0)),
+            hand: names(&hand.hand, job.hand.id),
+            object_from_seed: Pose::identity(),
+            asked_steps: settings.0.steps,
+            steps: 0,
+            failed: 0,
+            tries: 0,
+            potentials: 0,
+            course: [RunStretch::default(); STRETCHES],
+            method: method(&settings.0, &settings.1),
+            grasps: Vec::new(),
+        };
+        Self { job, seed, hand, settings, loaded: None, record, payload: Vec::new() }
+    }
+
+    fn prepare(&self, place: usize) -> Result<LoadedObject, ProduceError> {
+        let object = &self.job.objects[place];
+        let prepared = prepared(object)?;
+        let surface = ContactSurface::new(&prepared.mesh, inside_test(&prepared.record));
+        let no_surface = |why: String| ProduceError::NoGrasps { name: object.source.name.clone(), why };
+        let surface = Arc::new(surface.map_err(|error| no_surface(error.to_string()))?);
+        let id = object.id();
+        let mut stream = Stream::of_job(self.seed, &id.0.0, "grasp seeds");
+        let seeds = seeds(&surface, self.job.settings.seeds, &mut stream);
+        Ok(LoadedObject { id, seeds, searcher: Searcher::new(self.hand, &surface, &self.settings) })
+    }
+}
+
+impl Producer for GraspWorker<'_> {
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::GraspRun]
+    }
+
+    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+        if self.loaded.as_ref().is_none_or(|(place, _)| *place != subject) {
+            // The memory of the one before goes first.
+            self.loaded = None;
+            self.loaded = Some((subject, self.prepare(subject)?));
+        }
+        Ok(())
+    }
+
+    fn produce(&mut self, view: ViewId) -> Result<(SampleId, Outcome), ProduceError> {
+        let (_, object) = self.loaded.as_mut().expect("an object is loaded before its runs are made");
+        let sample = SampleId::of_object(object.id, view);
+        let stream = Stream::of_sample(self.seed, &sample, "annealing");
+        let run = object.searcher.run(object.seeds[view.0 as usize], stream);
+        recorded(&run, sample, &self.hand.hand, &mut self.record);
+        self.payload.clear();
+        let facts = self.record.facts().into();
+        if run.grasps.is_empty() {
+            let detail = format!("{} of {} steps had no legal neighbour", run.failed, run.steps);
+            return Ok((sample, Outcome::Rejected { reason: NO_LEGAL_STATE, detail, facts }));
+        }
+        self.record.encode(&mut self.payload);
+        Ok((sample, Outcome::Kept(facts)))
+    }
+
+    fn payloads(&self) -> Vec<(Channel, &[u8])> {
+        let payload = Some(self.payload.as_slice()).filter(|payload| !payload.is_empty());
+        payload.map(|payload| (Channel::GraspRun, payload)).into_iter().collect()
+    }
+}

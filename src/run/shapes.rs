@@ -1,0 +1,33 @@
+//! The shapes that stand beside grasps: the hand, and every object's mesh.
+
+use rayon::prelude::*;
+
+use super::{Cancel, Crew, RunError, RunTask};
+use crate::{
+    dataset::ShapesWriter,
+    job::{GraspJob, JobObject},
+    produce::grasp::{GraspHand, hand_shape, object_shape},
+};
+
+/// Writes `shapes.mcap`: a few meshes in memory at a time.
+pub(super) fn write_shapes(
+    task: &RunTask,
+    job: &GraspJob,
+    hand: &GraspHand,
+    crew: &Crew,
+    cancel: &Cancel,
+) -> Result<(), RunError> {
+    let mut objects: Vec<&JobObject> = job.objects.iter().collect();
+    objects.sort_by_key(|object| object.id());
+    let mut writer = ShapesWriter::create(task.folder, &task.digest, &hand_shape(hand, job.hand.id))?;
+    let pool = crew.pool()?;
+    for few in objects.chunks(crew.threads.max(1)) {
+        if cancel.is_cancelled() {
+            return Err(RunError::Interrupted);
+        }
+        let shapes: Vec<_> =
+            pool.install(|| few.par_iter().map(|object| object_shape(object)).collect::<Result<_, _>>())?;
+        shapes.iter().try_for_each(|shape| writer.object(shape))?;
+    }
+    Ok(writer.finish()?)
+}

@@ -1,0 +1,179 @@
+//! Datasets of grasps from job file to report: the same root whatever the threads, the kills and the order, and what damage
+//! is found.
+#![cfg(feature = "sim")]
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+    thread,
+    time::Duration,
+};
+
+use graspmill::{
+    dataset::{DatasetReader, Manifest, NumberClass, Selection, Shapes, VerifyLevel, VerifyOptions, verify},
+    geom::Shape,
+    record::{Channel, GraspVerdict},
+};
+
+fn graspmill() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+/// A job of three shapes with few steps, in a folder of its own.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a scratch folder");
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/barrett_bh8_280.xml");
+        let job = format!(
+            concat!(
+                "product = \"grasps\"\nname = \"small\"\nseed = 5\n[hand]\nscene = \"{}\"\n[[objects]]\n",
+                "built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"]\n[grasps]\nseeds = 3\n",
+                "[annealing]\nsteps = 300\nmost_failures = 300\n[shards]\nruns = 2\n"
+            ),
+            scene.display()
+        );
+        fs::write(folder.path().join("job.toml"), job).expect("a job file");
+        Self { folder }
+    }
+
+    fn out(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, out: &str, more: &[&str]) -> Command {
+        let mut command = graspmill();
+        command.arg("run").arg(self.folder.path().join("job.toml")).arg("--out").arg(self.out(out));
+        command.args(["--progress", "none"]).args(more);
+        command
+    }
+
+    fn run(&self, out: &str, more: &[&str]) -> Manifest {
+        succeeded(&self.command(out, more).output().expect("graspmill starts"));
+        Manifest::read(&self.out(out)).expect("a finished dataset")
+    }
+}
+
+fn succeeded(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+#[test]
+fn threads_levels_kills_and_shards_change_no_byte() {
+    let place = Place::new();
+    let first = place.run("first", &["--threads", "1"]);
+    assert_eq!(first.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact]);
+    assert_eq!(place.run("two", &["--threads", "2"]), first, "every file");
+    let other = place.run("shards", &["--set", "shards.runs=9"]);
+    assert_eq!((other.root, other.shards.len()), (first.root, 1));
+    let scalar = place.command("scalar", &[]).env("GRASPMILL_SIMD", "scalar").output().expect("graspmill starts");
+    succeeded(&scalar);
+    assert_eq!(Manifest::read(&place.out("scalar")).expect("a dataset"), first);
+    for kill in 0..4 {
+        let mut command = place.command("killed", &[]);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("graspmill starts");
+        thread::sleep(Duration::from_millis(100 + 250 * kill));
+        child.kill().expect("a kill");
+        child.wait().expect("an end");
+    }
+    assert_eq!(place.run("killed", &[]), first);
+    let again = succeeded(&place.command("killed", &[]).output().expect("graspmill starts"));
+    assert!(again.contains("nothing to do"), "{again}");
+    let more = ["verify", "--regenerate", "5", "--seed", "2", "--json"];
+    let found = succeeded(&graspmill().args(more).arg(place.out("first")).output().expect("graspmill starts"));
+    let found: serde_json::Value = serde_json::from_str(&found).expect("JSON");
+    assert_eq!(found["regenerated"]["samples"], 5);
+    assert_eq!(found["regenerated"]["differences"].as_array().map(Vec::len), Some(0));
+    // A sample is that of its object and seed, whatever else stands in the job.
+    let alone = place.run("alone", &["--set", "objects=[{built_in=[\"box-01\"]}]"]);
+    let [all, alone] =
+        [(first, "first"), (alone, "alone")].map(|(_, name)| DatasetReader::open(&place.out(name)).expect("a dataset"));
+    for sample in alone.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let same = all.sample_of(&sample.id).expect("readable").expect("there as well");
+        assert_eq!(same.payload(Channel::GraspRun), sample.payload(Channel::GraspRun));
+    }
+}
+
+#[test]
+fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
+    let place = Place::new();
+    let manifest = place.run("data", &[]);
+    let out = place.out("data");
+    let reader = DatasetReader::open(&out).expect("a dataset");
+    let assets = reader.assets().expect("the asset table");
+    let shapes = Shapes::open(&out).expect("the shapes");
+    let hand = shapes.hand().expect("the hand");
+    assert_eq!((assets.hands.len(), hand.id), (1, assets.hands[0].object));
+    assert!(hand.joints.len() == 8 && hand.solids.len() > 8);
+    assert!(hand.solids.iter().all(|solid| !matches!(solid.shape, Shape::Mesh(_))));
+    assert_eq!(shapes.objects(), 3);
+    for (place, row) in assets.objects.iter().enumerate() {
+        let object = shapes.object(place).expect("an object");
+        assert_eq!(object.object, row.object);
+        assert_eq!(row.facts["triangles"], object.mesh.triangles.len());
+    }
+    let mut seeds = BTreeSet::new();
+    let mut kept = 0;
+    for sample in reader.iter(Selection::default()) {
+        let run = sample.expect("a sample").grasp_run().expect("a run");
+        assert_eq!((run.asked_steps, run.hand.id, run.sample.view.0 < 3), (300, hand.id, true));
+        assert!(!run.grasps.is_empty() && run.grasps.len() <= 20);
+        seeds.insert(run.object_from_seed.to_rows().map(f64::to_bits));
+        for grasp in &run.grasps {
+            // The palm is carried by the base: one place of it, whatever the posture.
+            let base_from_approach = grasp.object_from_base.inverse() * grasp.object_from_approach;
+            let first = run.grasps[0].object_from_base.inverse() * run.grasps[0].object_from_approach;
+            let apart = base_from_approach.to_rows().into_iter().zip(first.to_rows()).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f64::max) < 1e-9);
+            kept += u64::from(grasp.verdict == GraspVerdict::Kept);
+        }
+    }
+    assert_eq!(seeds.len() as u64, manifest.counts.kept, "each run has a seed of its own");
+    let counts = manifest.counts.grasps.expect("counts of grasps");
+    assert_eq!(counts.of_verdict(GraspVerdict::Kept), kept);
+    let inspected = succeeded(&graspmill().args(["inspect", "--json"]).arg(&out).output().expect("graspmill starts"));
+    let inspected: serde_json::Value = serde_json::from_str(&inspected).expect("JSON");
+    assert_eq!((&inspected["runs"], &inspected["verdicts"]["kept"]), (&9.into(), &kept.into()));
+    let page = |name: &str| {
+        let mut command = graspmill();
+        command.arg("report").arg(&out).arg("--out").arg(place.out(name));
+        succeeded(&command.output().expect("graspmill starts"));
+        fs::read_to_string(place.out(name)).expect("a page")
+    };
+    let (one, two) = (page("one.html"), page("two.html"));
+    assert_eq!(one, two, "two reports of one dataset have the same bytes");
+    assert!(one.contains("id=\"types\"") && one.contains("half-cube-sphere") && one.contains("data:image/png"));
+    assert!(fs::metadata(out.join("preview.mcap")).is_ok_and(|file| file.len() > 10_000));
+}
+
+#[test]
+fn damage_to_the_shapes_is_found() {
+    let place = Place::new();
+    place.run("data", &[]);
+    let out = place.out("data");
+    let options = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: false, threads: 1 };
+    assert!(verify(&out, options, |_| ()).expect("readable").is_intact());
+    let path = out.join("shapes.mcap");
+    let mut bytes = fs::read(&path).expect("the shapes");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&path, bytes).expect("written");
+    let report = verify(&out, options, |_| ()).expect("readable");
+    assert!(report.problems.iter().all(|problem| problem.file == "shapes.mcap"), "{:?}", report.problems);
+    assert!(!report.is_intact());
+    fs::remove_file(&path).expect("removed");
+    assert!(!verify(&out, options, |_| ()).expect("readable").is_intact());
+    // The run mends it: shards are kept, tables and shapes are made again.
+    fs::remove_file(out.join("manifest.json")).expect("removed");
+    place.run("data", &[]);
+    assert!(verify(&out, options, |_| ()).expect("readable").is_intact());
+}
