@@ -137,7 +137,7 @@ mod tests {
         });
         let found = MassProperties::of_solid(&two).expect("solid cells");
         let arm = Vector3::new(0.05, 0.025, 0.015);
-        let steiner = Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
+        let steiner: Matrix3<f64> = Matrix3::identity() * arm.norm_squared() - arm * arm.transpose();
         let wanted = steiner + Matrix3::identity() * (0.02_f64.powi(2) / 6.0);
         assert!((found.inertia - wanted).norm() < 1e-12, "{} {wanted}", found.inertia);
         assert_eq!(MassProperties::of_solid(&grid(|_| false)), None);

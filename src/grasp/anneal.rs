@@ -20,7 +20,6 @@ use super::{
 use crate::{
     contact::ContactSurface,
     geom::{MassProperties, SimdLevel, TriMesh},
-    hand::Hand,
     seed::Stream,
 };
 
@@ -99,30 +98,25 @@ pub struct Annealer {
 }
 
 impl Annealer {
-    /// `None` where the hand has no eigengrasps, or too many.
-    pub fn new(
-        hand: &Arc<Hand>,
-        search: &Arc<HandSearch>,
-        (settings, keeping): (&Annealing, &Keeping),
-        level: SimdLevel,
-    ) -> Option<Self> {
+    /// With vector instructions up to a level; what is found is the same at all.
+    pub fn new(search: &Arc<HandSearch>, settings: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
         let temperature = |step: u32| {
             let along = f64::from(step);
             let k = START + if settings.whole_schedule { SPAN * along / f64::from(settings.steps) } else { along };
             let temperature = FIRST * libm::exp(-FALL * k.sqrt().sqrt().sqrt());
             [temperature, libm::log(1.0 + 1.0 / temperature)]
         };
-        Some(Self {
+        Self {
             hand: Arc::clone(search),
-            variables: Variables::new(hand, settings)?,
+            variables: Variables::new(&search.hand, settings),
             settings: *settings,
             schedule: (0..settings.steps).map(temperature).collect(),
             scratch: search.scratch(),
             level: level.usable(),
             best: BestList::new(settings.best as usize),
             potential: Potential::new(settings, level.usable()),
-            rating: Rating::new(hand, &search.solids, settings, keeping, level),
-        })
+            rating: Rating::new(search, settings, keeping, level.usable()),
+        }
     }
 
     /// One run from a seed; the best states stand in the list.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::numbers::sines;
+use super::{numbers::sines, state::UnsearchableHand};
 use crate::{hand::Hand, kinematics::JointKind};
 
 /// Most joints of a hand that is annealed.
@@ -73,12 +73,11 @@ pub(super) struct Links {
 }
 
 impl Links {
-    /// `None` where the hand has no eigengrasps or more joints than [`MOST_JOINTS`].
-    pub(super) fn new(hand: &Hand) -> Option<Self> {
-        let grasps = hand.eigengrasps()?;
+    pub(super) fn new(hand: &Hand) -> Result<Self, UnsearchableHand> {
+        let grasps = hand.eigengrasps().ok_or(UnsearchableHand::NoEigengrasps)?;
         let tree = hand.tree().joints();
         if tree.len() > MOST_JOINTS {
-            return None;
+            return Err(UnsearchableHand::TooManyJoints { count: tree.len(), most: MOST_JOINTS });
         }
         let mut moved_by = vec![(0, 1.0, 0.0); tree.len()];
         for (place, driven) in hand.driven().iter().enumerate() {
@@ -102,7 +101,7 @@ impl Links {
             let carried_by = joint.carried_by;
             Joint { carried_by, driven, ratio, offset, turns, fixed, with_cos, with_sin, at, along }
         };
-        Some(Self {
+        Ok(Self {
             joints: tree.iter().enumerate().map(joint).collect(),
             origin: grasps.origin.clone(),
             directions: grasps.directions.clone(),

@@ -25,5 +25,4 @@ pub use field::DistanceField;
 pub use found::{Energies, Grasp, GraspContact, GraspRun, GraspVerdict, Quality, Stretch};
 pub use kind::{DIGITS, KindDigits, camera_axes, digits, wrist_roll};
 pub use settings::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace};
-pub use solids::HandSolids;
-pub use state::{ALLOWED_OVERLAP, HandSearch};
+pub use state::{ALLOWED_OVERLAP, HandSearch, UnsearchableHand};

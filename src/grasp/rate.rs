@@ -12,8 +12,7 @@ use super::{
     found::{Energies, Grasp, GraspContact, GraspVerdict, Quality},
     kind::KindDigits,
     settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
-    solids::HandSolids,
-    state::VirtualContact,
+    state::{HandSearch, VirtualContact},
     wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
 };
 use crate::{contact::ContactSurface, geom::SimdLevel, hand::Hand};
@@ -34,16 +33,11 @@ pub(super) struct Rating {
 }
 
 impl Rating {
-    pub(super) fn new(
-        hand: &Arc<Hand>,
-        solids: &HandSolids,
-        annealing: &Annealing,
-        keeping: &Keeping,
-        level: SimdLevel,
-    ) -> Self {
+    pub(super) fn new(search: &HandSearch, annealing: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
+        let hand = &search.hand;
         Self {
             hand: Arc::clone(hand),
-            closing: Closing::new(hand, solids),
+            closing: Closing::new(hand, &search.solids),
             keeping: *keeping,
             energy: annealing.energy,
             potential_scale: annealing.potential_scale,

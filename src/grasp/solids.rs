@@ -2,6 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
+use super::state::UnsearchableHand;
 use crate::{collision::Bodies, contact::EDGE_RADIUS, geom::Shape};
 
 /// Between the places at which a solid is looked at [m]: of a capsule as thick as a finger a sharp corner comes 0.2 mm deep
@@ -38,20 +39,21 @@ pub(super) struct Solid {
 
 /// The solids of a hand and which of them may meet.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HandSolids {
+pub(super) struct HandSolids {
     pub(super) solids: Vec<Solid>,
     /// Pairs of solids that are kept apart.
     pub(super) pairs: Vec<[usize; 2]>,
 }
 
 impl HandSolids {
-    /// What of a hand can collide; `None` where a part of it is a mesh.
-    pub fn new(bodies: &Bodies) -> Option<Self> {
+    /// What of a hand can collide.
+    pub(super) fn new(bodies: &Bodies) -> Result<Self, UnsearchableHand> {
         let (mut solids, mut of_body) = (Vec::new(), Vec::new());
         for body in &bodies.bodies {
             let first = solids.len();
             for geometry in &body.geometries {
-                solids.push(Solid::new(body.link, &geometry.shape, geometry.link_from_shape)?);
+                let solid = Solid::new(body.link, &geometry.shape, geometry.link_from_shape);
+                solids.push(solid.ok_or_else(|| UnsearchableHand::Mesh { body: body.name.clone() })?);
             }
             of_body.push(first..solids.len());
         }
@@ -60,7 +62,7 @@ impl HandSolids {
             one.flat_map(move |one| other.clone().map(move |other| [one, other])).collect::<Vec<_>>()
         };
         let pairs = bodies.pairs.iter().flat_map(all).collect();
-        Some(Self { solids, pairs })
+        Ok(Self { solids, pairs })
     }
 }
 

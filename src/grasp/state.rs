@@ -1,5 +1,7 @@
 //! Whether a state of the hand is legal, and how near its virtual contacts are.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::{
@@ -7,8 +9,10 @@ use super::{
     links::{Links, MOST_JOINTS, Place},
     meeting::{ClearPostures, overlap},
     solids::{Balls, HandSolids, Solid},
+    variables::check_amplitudes,
 };
 use crate::{
+    collision::Bodies,
     geom::{
         kernel,
         lanes::{Affine, Lanes, each_of},
@@ -22,8 +26,42 @@ pub const ALLOWED_OVERLAP: f64 = 1e-4;
 /// Of a kernel.
 pub(super) const LANES: usize = 16;
 
+/// Why a hand cannot be annealed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnsearchableHand {
+    /// Postures are searched in the space of eigengrasps.
+    #[error("it has no eigengrasps: give its table `[eigengrasps]`")]
+    NoEigengrasps,
+    /// More of them than a state has room for.
+    #[error("it has {count} eigengrasps, more than {most}: give its table fewer")]
+    TooManyEigengrasps {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// More joints than there is room for.
+    #[error("it has {count} joints, more than {most}")]
+    TooManyJoints {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// The approach frame has to stand still against the base.
+    #[error("its approach frame moves with a joint: put it on the base")]
+    MovingApproach,
+    /// A part of it is a mesh.
+    #[error("a shape of {body} is a mesh: put boxes, balls, capsules or cylinders in its place")]
+    Mesh {
+        /// Whose.
+        body: String,
+    },
+}
+
 /// A hand, prepared for annealing: shared by threads.
 pub struct HandSearch {
+    pub(super) hand: Arc<Hand>,
     pub(super) links: Links,
     pub(super) solids: HandSolids,
     /// Blocks of sixteen solids: their middles, and balls around them that hold them or that lie in them.
@@ -72,14 +110,18 @@ pub(super) struct VirtualContact {
 }
 
 impl HandSearch {
-    /// Prepares a hand; `None` where it cannot be annealed: it has no eigengrasps, too many joints, or an approach frame that
-    /// moves against its base.
-    pub fn new(hand: &Hand, mut solids: HandSolids) -> Option<Self> {
+    /// Prepares a hand, whose bodies are what of it can collide.
+    ///
+    /// # Errors
+    /// When it cannot be annealed.
+    pub fn new(hand: &Arc<Hand>, bodies: &Bodies) -> Result<Self, UnsearchableHand> {
         let links = Links::new(hand)?;
+        check_amplitudes(hand)?;
         let approach = hand.approach();
         if approach.link != 0 {
-            return None;
+            return Err(UnsearchableHand::MovingApproach);
         }
+        let mut solids = HandSolids::new(bodies)?;
         // The order of the pairs is that of the links.
         solids.pairs.sort_unstable();
         let block = |solids: &[Solid]| Middles {
@@ -95,7 +137,8 @@ impl HandSearch {
         let contacts = hand.contacts().iter().map(contact).collect();
         let base_from_approach = Place::of(&approach.link_from_frame);
         let clear = ClearPostures::new(hand, &links, &solids);
-        Some(Self { links, solids, middles, contacts, base_from_approach, clear })
+        let hand = Arc::clone(hand);
+        Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear })
     }
 
     pub(super) fn scratch(&self) -> StateScratch {

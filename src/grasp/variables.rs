@@ -8,6 +8,7 @@ use super::{
     links::Place,
     numbers::{exponentials, sines},
     settings::{AmplitudeRange, Annealing},
+    state::UnsearchableHand,
 };
 use crate::{hand::Hand, seed::Stream};
 
@@ -39,13 +40,17 @@ pub(super) struct Variables {
     variables: Vec<Variable>,
 }
 
+/// Whether a state has room for a hand's eigengrasps.
+pub(super) fn check_amplitudes(hand: &Hand) -> Result<(), UnsearchableHand> {
+    let count = hand.eigengrasps().map_or(0, |grasps| grasps.directions.len());
+    let most = MOST - OF_POSE;
+    if count > most { Err(UnsearchableHand::TooManyEigengrasps { count, most }) } else { Ok(()) }
+}
+
 impl Variables {
-    /// Those of the thesis: of a hand with eigengrasps, `None` where there are more than fit.
-    pub(super) fn new(hand: &Hand, settings: &Annealing) -> Option<Self> {
-        let amplitudes = hand.eigengrasps()?.directions.len();
-        if OF_POSE + amplitudes > MOST {
-            return None;
-        }
+    /// Those of the thesis, for a hand whose amplitudes were [checked](check_amplitudes).
+    pub(super) fn new(hand: &Hand, settings: &Annealing) -> Self {
+        let amplitudes = hand.eigengrasps().map_or(0, |grasps| grasps.directions.len());
         let along = |range, jump| Variable { range, jump, circular: false };
         let mut variables = vec![
             along([-0.25, 0.25], 0.15),
@@ -62,7 +67,7 @@ impl Variables {
             };
             along(range, (range[1] - range[0]) / 4.0)
         }));
-        Some(Self { variables })
+        Self { variables }
     }
 
     /// A state near another: every variable moves, by steps between `temperature` and 1 times its jump whose logarithm is

@@ -84,6 +84,8 @@ pub enum Workshop<'j> {
         seed: u64,
         /// Read once, used by all.
         hand: Box<GraspHand>,
+        /// Vector instructions.
+        level: SimdLevel,
     },
 }
 
@@ -99,7 +101,7 @@ impl<'j> Workshop<'j> {
                 Self::Completion { job: work, seed: job.seed, level }
             }
             Work::Grasps(work) => {
-                Self::Grasps { job: work, seed: job.seed, hand: Box::new(GraspHand::open(&work.hand)?) }
+                Self::Grasps { job: work, seed: job.seed, hand: Box::new(GraspHand::open(&work.hand)?), level }
             }
             Work::Reachability(work) => {
                 Self::Reachability { job: work, labeller: Box::new(PoseLabeller::new(work, job.seed, level)?) }
@@ -114,7 +116,7 @@ impl<'j> Workshop<'j> {
     pub fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
         Ok(match self {
             Self::Completion { job, seed, level } => Box::new(CompletionWorker::new(job, *seed, *level)?),
-            Self::Grasps { job, seed, hand } => Box::new(GraspWorker::new(job, *seed, hand)),
+            Self::Grasps { job, seed, hand, level } => Box::new(GraspWorker::new(job, *seed, hand, *level)),
             Self::Reachability { job, labeller } => Box::new(ReachabilityWorker::new(job, labeller)),
         })
     }

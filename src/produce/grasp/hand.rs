@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::{
     collision::Bodies,
+    grasp::HandSearch,
     hand::Hand,
     job::JobHand,
     produce::{ProduceError, objects::check_hand},
@@ -15,6 +16,8 @@ pub struct GraspHand {
     pub hand: Arc<Hand>,
     /// What of it can touch.
     pub bodies: Arc<Bodies>,
+    /// Prepared for annealing.
+    pub search: Arc<HandSearch>,
 }
 
 impl GraspHand {
@@ -30,7 +33,8 @@ impl GraspHand {
             let model = crate::sim::HandModel::open(&hand.scene).map_err(|error| failed(error.to_string()))?;
             model.check_grasping().map_err(|error| failed(error.to_string()))?;
             let (bodies, _) = model.bodies().map_err(|error| failed(error.to_string()))?;
-            Ok(Self { hand: Arc::clone(model.hand()), bodies: Arc::new(bodies) })
+            let search = HandSearch::new(model.hand(), &bodies).map_err(|error| failed(error.to_string()))?;
+            Ok(Self { hand: Arc::clone(model.hand()), bodies: Arc::new(bodies), search: Arc::new(search) })
         }
         #[cfg(not(feature = "sim"))]
         Err(failed("this build has no simulator to read a hand with (feature `sim`)".to_owned()))

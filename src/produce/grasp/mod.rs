@@ -1,11 +1,10 @@
 //! Grasps: how a hand can hold an object (thesis ch. 4 and 7.3).
 //!
 //! [`GraspWorker`] is one thread's workshop: it loads an object and makes its runs of annealing one by one, each from a seed
-//! of its own ([`seeds`]). Who searches stands in `search`; what it found becomes a record in `recorded`.
+//! of its own ([`seeds`]). What annealing found ([`crate::grasp`]) becomes a record in `recorded`.
 
 mod hand;
 mod recorded;
-mod search;
 mod seeds;
 mod shapes;
 mod worker;

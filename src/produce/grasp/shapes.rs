@@ -11,7 +11,7 @@ use crate::{
 
 /// The hand, whose content is `id`.
 pub fn hand_shape(hand: &GraspHand, id: ObjectId) -> HandShape {
-    let GraspHand { hand, bodies } = hand;
+    let GraspHand { hand, bodies, .. } = hand;
     let joints = hand.tree().joints().iter().map(|joint| HandJoint {
         name: joint.joint.name.clone(),
         slides: joint.joint.kind == JointKind::Prismatic,

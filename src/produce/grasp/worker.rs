@@ -7,13 +7,12 @@ use nalgebra::IsometryMatrix3;
 use super::{
     hand::GraspHand,
     recorded::{method, names, recorded},
-    search::Searcher,
     seeds::seeds,
 };
 use crate::{
     contact::ContactSurface,
-    geom::Pose,
-    grasp::{Annealing, Keeping},
+    geom::{Pose, SimdLevel},
+    grasp::{Annealer, ObjectSearch},
     ids::{Digest, ObjectId, SampleId, ViewId},
     job::GraspJob,
     produce::{
@@ -32,7 +31,7 @@ pub struct GraspWorker<'j> {
     job: &'j GraspJob,
     seed: u64,
     hand: &'j GraspHand,
-    settings: (Annealing, Keeping),
+    annealer: Annealer,
     /// The object that was loaded last, and its place in the job.
     loaded: Option<(usize, LoadedObject)>,
     record: GraspRun,
@@ -43,27 +42,28 @@ pub struct GraspWorker<'j> {
 struct LoadedObject {
     id: ObjectId,
     seeds: Vec<IsometryMatrix3<f64>>,
-    searcher: Searcher,
+    search: ObjectSearch,
 }
 
 impl<'j> GraspWorker<'j> {
     /// A workshop for one thread.
-    pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand) -> Self {
-        let settings = (job.settings.annealing, job.settings.keeping);
+    pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand, level: SimdLevel) -> Self {
+        let (annealing, keeping) = (&job.settings.annealing, &job.settings.keeping);
         let record = GraspRun {
             sample: SampleId::of_object(ObjectId(Digest([0; 32])), ViewId(0)),
             hand: names(&hand.hand, job.hand.id),
             object_from_seed: Pose::identity(),
-            asked_steps: settings.0.steps,
+            asked_steps: annealing.steps,
             steps: 0,
             failed: 0,
             tries: 0,
             potentials: 0,
             course: [RunStretch::default(); STRETCHES],
-            method: method(&settings.0, &settings.1),
+            method: method(annealing, keeping),
             grasps: Vec::new(),
         };
-        Self { job, seed, hand, settings, loaded: None, record, payload: Vec::new() }
+        let annealer = Annealer::new(&hand.search, annealing, keeping, level);
+        Self { job, seed, hand, annealer, loaded: None, record, payload: Vec::new() }
     }
 
     fn prepare(&self, place: usize) -> Result<LoadedObject, ProduceError> {
@@ -75,7 +75,9 @@ impl<'j> GraspWorker<'j> {
         let id = object.id();
         let mut stream = Stream::of_job(self.seed, &id.0.0, "grasp seeds");
         let seeds = seeds(&surface, self.job.settings.seeds, &mut stream);
-        Ok(LoadedObject { id, seeds, searcher: Searcher::new(self.hand, &surface, &self.settings) })
+        let search = ObjectSearch::new(&surface, &prepared.mesh);
+        let search = search.ok_or_else(|| no_surface("it has no solid inside".to_owned()))?;
+        Ok(LoadedObject { id, seeds, search })
     }
 }
 
@@ -96,8 +98,8 @@ impl Producer for GraspWorker<'_> {
     fn produce(&mut self, view: ViewId) -> Result<(SampleId, Outcome), ProduceError> {
         let (_, object) = self.loaded.as_mut().expect("an object is loaded before its runs are made");
         let sample = SampleId::of_object(object.id, view);
-        let stream = Stream::of_sample(self.seed, &sample, "annealing");
-        let run = object.searcher.run(object.seeds[view.0 as usize], stream);
+        let mut stream = Stream::of_sample(self.seed, &sample, "annealing");
+        let run = self.annealer.run(&object.search, &object.seeds[view.0 as usize], &mut stream);
         recorded(&run, sample, &self.hand.hand, &mut self.record);
         self.payload.clear();
         let facts = self.record.facts().into();

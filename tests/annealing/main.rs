@@ -1,9 +1,9 @@
 //! Grasps: what annealing finds, how it is rated, and how hands close, against what others compute.
 #![cfg(feature = "sim")]
 
-mod annealing;
 mod closing;
 mod energies;
+mod search;
 
 use std::{path::Path, sync::Arc};
 
@@ -12,8 +12,8 @@ use graspmill::{
     contact::ContactSurface,
     geom::{SimdLevel, TriMesh},
     grasp::{
-        AmplitudeRange, Annealer, Annealing, EnergyKind, GraspRun, HandSearch, HandSolids, Keeping, ObjectSearch,
-        SearchFrame, WrenchSpace,
+        AmplitudeRange, Annealer, Annealing, EnergyKind, GraspRun, HandSearch, Keeping, ObjectSearch, SearchFrame,
+        WrenchSpace,
     },
     hand::Hand,
     produce::completion::inside_test,
@@ -41,14 +41,13 @@ impl Bench {
         let model = HandModel::open(&scene).expect("the hand");
         let (bodies, _) = model.bodies().expect("its bodies");
         let hand = Arc::clone(model.hand());
-        let solids = HandSolids::new(&bodies).expect("no meshes");
-        let search = Arc::new(HandSearch::new(&hand, solids).expect("eigengrasps"));
+        let search = Arc::new(HandSearch::new(&hand, &bodies).expect("eigengrasps"));
         let object = ObjectSearch::new(&surface, &prepared.mesh).expect("a solid");
         Self { model, hand, search, mesh: prepared.mesh, surface, object }
     }
 
     fn annealer(&self, settings: &Annealing, level: SimdLevel) -> Annealer {
-        Annealer::new(&self.hand, &self.search, (settings, &keeping()), level).expect("a hand that anneals")
+        Annealer::new(&self.search, settings, &keeping(), level)
     }
 
     /// Runs from seeds drawn by area, the first `count` of a stream.
