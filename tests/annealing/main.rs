@@ -16,7 +16,7 @@ use graspmill::{
         WrenchSpace,
     },
     hand::Hand,
-    produce::completion::inside_test,
+    produce::inside_test,
     seed::Stream,
     sim::HandModel,
 };

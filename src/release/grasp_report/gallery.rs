@@ -21,6 +21,8 @@ use crate::{
 const SHOWN: usize = 16;
 /// Side of a picture [px].
 const SIDE: u32 = 200;
+/// Radius of the dot at a contact [m].
+const DOT: f64 = 0.003;
 /// From how high a grasp is looked at [rad].
 const ELEVATION: f64 = 0.35;
 
@@ -29,6 +31,8 @@ struct DrawnHand {
     shape: HandShape,
     /// One a solid of the shape.
     solids: Vec<TouchShape>,
+    /// What marks a contact.
+    dot: TouchShape,
 }
 
 /// The section, and how many objects it shows: those with any state at even steps through their names.
@@ -36,12 +40,13 @@ pub(super) fn gallery(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(S
     let shapes = Shapes::open(reader.folder())?;
     let shape = shapes.hand()?;
     let solids: Result<_, NoSurface> = shape.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
-    let Ok(solids) = solids else {
+    let dot = TouchShape::new(&Shape::Sphere { radius: DOT });
+    let (Ok(solids), Ok(dot)) = (solids, dot) else {
         let nothing =
             "<section id=\"gallery\"><h2>Grasps</h2><p>The hand has a shape that cannot be drawn.</p></section>";
         return Ok((nothing.to_owned(), 0));
     };
-    let hand = DrawnHand { shape, solids };
+    let hand = DrawnHand { shape, solids, dot };
     // The shapes are sorted as the asset table is.
     let places: BTreeMap<ObjectId, usize> =
         reader.assets()?.objects.iter().enumerate().map(|(place, row)| (row.object, place)).collect();
@@ -50,7 +55,7 @@ pub(super) fn gallery(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(S
     let count = grasped.len().min(SHOWN);
     let mut html = String::from(concat!(
         "<section id=\"gallery\"><h2>Grasps</h2><p>The best and the worst kept grasp of each object, by epsilon, the hand ",
-        "closed, or the state of lowest energy where none was kept; two looks at each, across the approach and a quarter turn on. ",
+        "closed and a dot at each contact, or the state of lowest energy where none was kept; two looks at each, across the approach and a quarter turn on. ",
         "Objects at even steps through their names.</p>"
     ));
     for step in 0..count {
@@ -115,6 +120,11 @@ fn panel(
         })
         .collect();
     solids.push(Solid { shape: object, place: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
+    solids.extend(grasp.contacts.iter().map(|contact| Solid {
+        shape: &hand.dot,
+        place: IsometryMatrix3::translation(contact.point[0], contact.point[1], contact.point[2]),
+        colour: Colour::HELD,
+    }));
     let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), turn);
     let picture = solid_picture(&solids, &view, SIDE).with_few_colours();
     let seed = run.sample.view;

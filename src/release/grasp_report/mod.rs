@@ -175,16 +175,19 @@ fn distributions(survey: &GraspSurvey) -> String {
         })
         .collect();
     let energy = histogram(&survey.energies, &facts.energy, "Energy of all states", "energy", Ink::Neutral);
-    let epsilon = histogram(&survey.epsilons, &facts.epsilon, "Epsilon of kept grasps", "epsilon", Ink::Partial);
+    let mut charts = figure(&bar_chart("states by verdict", &bars), "States that annealing kept, by verdict");
+    charts.push_str(&figure(&energy.svg(), "Energy of all states, before closing"));
+    if !survey.epsilons.is_empty() {
+        let epsilon = histogram(&survey.epsilons, &facts.epsilon, "Epsilon of kept grasps", "epsilon", Ink::Partial);
+        charts.push_str(&figure(&epsilon.svg(), "Epsilon of the kept grasps, in the space that the job asks for"));
+    }
     format!(
         concat!(
             "<section id=\"distributions\"><h2>Distributions</h2><p>{}.</p>",
-            "<div class=\"charts\">{}{}{}</div></section>"
+            "<div class=\"charts\">{}</div></section>"
         ),
         grasp_counts_in_words(&counts),
-        figure(&bar_chart("states by verdict", &bars), "States that annealing kept, by verdict"),
-        figure(&energy.svg(), "Energy of all states, before closing"),
-        figure(&epsilon.svg(), "Epsilon of the kept grasps, in the space that the job asks for"),
+        charts,
     )
 }
 
