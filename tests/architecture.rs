@@ -22,7 +22,7 @@ const USES: &[(&str, &[&str])] = &[
     ("collision", &["geom", "kinematics"]),
     ("contact", &["geom", "voxel"]),
     ("hand", &["geom", "kinematics"]),
-    ("sim", &["ids", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
+    ("sim", &["ids", "seed", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
     (
         "produce",
         &[

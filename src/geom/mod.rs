@@ -12,6 +12,7 @@ mod image;
     allow(dead_code, unused_macros, unused_imports, reason = "most of its users are producers")
 )]
 pub(crate) mod lanes;
+mod mass;
 mod mesh;
 mod query;
 #[cfg(feature = "factory")]
@@ -31,6 +32,7 @@ pub use field::{
 pub use frames::{Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, World, rotation_from_rpy};
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;
+pub use mass::MassProperties;
 pub use mesh::{Aabb, TriMesh};
 pub use query::{MeshQuery, NoSurface, RayHit, TouchShape};
 #[cfg(feature = "factory")]
