@@ -23,7 +23,7 @@ const USES: &[(&str, &[&str])] = &[
     ("contact", &["geom", "voxel"]),
     ("hand", &["geom", "kinematics"]),
     ("grasp", &["geom", "ids", "seed", "collision", "contact", "hand", "kinematics"]),
-    ("sim", &["ids", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
+    ("sim", &["ids", "seed", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
     (
         "produce",
         &[

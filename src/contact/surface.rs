@@ -26,6 +26,8 @@ const PROJECTIONS: usize = 24;
 const NEARER: f64 = 1e-8;
 /// Distances below which directions are lost [m].
 const SETTLED: f64 = 1e-7;
+/// How far apart two contacts count for pressing at 60 degrees to each other [m].
+const TURNED: f64 = 0.05;
 /// Cosine of the least angle between the directions in which one place of a core is pressed.
 const OTHER_WALL: f64 = 0.8;
 
@@ -182,8 +184,8 @@ impl ContactSurface {
         least
     }
 
-    /// Where a solid placed in `Object` is nearer to the surface than `margin` [m]: the nearest places, at most
-    /// [`Probe::most_contacts`], each once, the nearest first.
+    /// Where a solid placed in `Object` is nearer to the surface than `margin` [m]: the nearest place and the most
+    /// unlike of the others, at most [`Probe::most_contacts`], the nearest first.
     pub fn contacts(
         &self,
         probe: &Probe,
@@ -289,7 +291,7 @@ impl ContactSurface {
             }
         }
         out.sort_by(|one, other| one.distance.total_cmp(&other.distance));
-        out.truncate(probe.most_contacts());
+        spread_out(out, probe.most_contacts());
     }
 
     /// The places of the core that the distance grid does not rule out, the nearest first; how far the solid is from the
@@ -393,6 +395,27 @@ impl ContactSurface {
             distance: distance - probe.thickness,
         })
     }
+}
+
+/// Keeps the nearest contact and, of the others, those that lie and press most unlike what is kept; in their order. The nearest
+/// of a flat pad on a flat face are any: pressed at a side of the patch alone, what the pads hold would turn and creep.
+fn spread_out(contacts: &mut Vec<SurfaceContact>, most: usize) {
+    let unlike = |one: &SurfaceContact, other: &SurfaceContact| {
+        let turned = (one.normal.into_inner() - other.normal.into_inner()).norm_squared();
+        (one.point - other.point).norm_squared() + TURNED * TURNED * turned
+    };
+    for kept in 1..most.min(contacts.len()) {
+        let least =
+            |at: usize| contacts[..kept].iter().map(|known| unlike(known, &contacts[at])).fold(f64::INFINITY, f64::min);
+        // Of several equally unlike the nearest.
+        let next = (kept..contacts.len()).fold((kept, f64::NEG_INFINITY), |best, at| {
+            let least = least(at);
+            if least > best.1 { (at, least) } else { best }
+        });
+        contacts[kept..=next.0].rotate_right(1);
+    }
+    contacts.truncate(most);
+    contacts.sort_by(|one, other| one.distance.total_cmp(&other.distance));
 }
 
 impl Piece {

@@ -204,10 +204,58 @@ fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: 
 }
 
 #[cfg(test)]
-impl DistanceField {
-    /// Distance and outward direction at one place.
-    fn at(&self, point: &Point3<f64>) -> (f64, Vector3<f64>) {
-        let near = self.near(crate::geom::lanes::Scalar, each_of!([0, 1, 2], axis => [point[axis] as f32; 16]));
-        (f64::from(near.distance[0]), Vector3::from(near.outward.map(|part| f64::from(part[0]))))
+mod tests {
+    use super::*;
+    use crate::{
+        assets::{built_in_source, prepare},
+        geom::{MeshQuery, lanes::Scalar},
+        seed::Stream,
+        voxel::InsideTest,
+    };
+
+    /// Errors against parry's exact projections, near the surface and anywhere around it, beyond the lattice too.
+    #[test]
+    fn distances_and_directions_are_close_to_exact_ones() {
+        let mesh = prepare(&built_in_source("mug-01@16k")).expect("a sound shape").mesh;
+        let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+        let query = MeshQuery::new(&mesh).expect("a surface");
+        let field = DistanceField::new(&surface);
+        let bounds = surface.bounds();
+        let mut draw = Stream::of_job(1, b"", "field");
+        let (mut near, mut all, mut turned) = (Vec::new(), Vec::new(), Vec::new());
+        while near.len() < 5_000 {
+            let share = Vector3::from_fn(|_, _| draw.uniform(-1.0, 2.0));
+            let point = bounds.min + Vector3::from(bounds.extents()).component_mul(&share);
+            let (exact, closest) = (surface.signed_distance(&point), query.closest_point(&point));
+            let found = field.near(Scalar, each_of!([0, 1, 2], axis => [point[axis] as f32; 16]));
+            let error = (f64::from(found.distance[0]) - exact).abs();
+            all.push(error);
+            if exact.abs() < 0.005 {
+                near.push(error);
+            }
+            if exact > 1e-4 {
+                let outward = Vector3::from(found.outward.map(|part| f64::from(part[0])));
+                turned.push(outward.angle(&(point - closest)).to_degrees());
+            }
+        }
+        let at = |list: &mut Vec<f64>, share: f64| {
+            list.sort_by(f64::total_cmp);
+            list[((list.len() - 1) as f64 * share) as usize]
+        };
+        let cell = f64::from(field.cell);
+        println!(
+            "cell {:.2} mm; error median, 99 %, worst: near {:.3} {:.2} {:.2} mm, all {:.3} {:.2} {:.2} mm; direction {:.1} deg median, {:.0} at 95 %",
+            1e3 * cell,
+            1e3 * at(&mut near, 0.5),
+            1e3 * at(&mut near, 0.99),
+            1e3 * at(&mut near, 1.0),
+            1e3 * at(&mut all, 0.5),
+            1e3 * at(&mut all, 0.99),
+            1e3 * at(&mut all, 1.0),
+            at(&mut turned, 0.5),
+            at(&mut turned, 0.95),
+        );
+        assert!(at(&mut near, 0.5) < 0.03 * cell && at(&mut near, 0.99) < 0.4 * cell && at(&mut near, 1.0) < cell);
+        assert!(at(&mut all, 0.99) < 0.4 * cell && at(&mut turned, 0.5) < 4.0);
     }
 }

@@ -10,7 +10,8 @@ use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
     error::HandError,
-    hand_sim::{HandSim, STEP, Servo, is_finite, quaternion},
+    hand_sim::{HandSim, Hold, STEP, Servo, is_finite, quaternion},
+    robot::isometry,
     true_mesh::{ColliderLoan, TrueMeshCollider},
 };
 use crate::hand::{Driven, Hand, Motor};
@@ -156,7 +157,8 @@ struct Moved {
 /// What one thread needs to move a hand; its state is its own.
 pub struct HandWorker {
     pub(super) sim: Arc<HandSim>,
-    pub(super) data: MjData<Arc<MjModel>>,
+    /// With a model of its own: what the simulation sets in it, other threads do not see.
+    pub(super) data: MjData<Box<MjModel>>,
     drives: Vec<Drive>,
     /// What the servos are told, one a joint of the tree.
     wanted: Vec<f64>,
@@ -179,7 +181,7 @@ pub struct HandWorker {
 impl HandWorker {
     /// A worker whose hand stands opened, the object at the hand's base until [`HandWorker::start`].
     pub fn new(sim: &Arc<HandSim>) -> Self {
-        let data = MjData::new(Arc::clone(&sim.model));
+        let data = MjData::new(Box::new(MjModel::clone(&sim.model)));
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
         let collider = sim.true_mesh.as_ref().map(|mesh| TrueMeshCollider::new(&sim.model, mesh));
         let mut worker = Self {
@@ -241,8 +243,15 @@ impl HandWorker {
         self.slid = Vector3::zeros();
         self.base_from_place = *base_from_object;
         self.stood_at = self.joints();
-        self.data.mocap_pos_mut()[0] = base_from_object.translation.vector.into();
-        self.data.mocap_quat_mut()[0] = quaternion(base_from_object);
+        let (place, turn) = (base_from_object.translation.vector.into(), quaternion(base_from_object));
+        match self.sim.hold {
+            Hold::Slides(_) => (self.data.mocap_pos_mut()[0], self.data.mocap_quat_mut()[0]) = (place, turn),
+            Hold::Free(object) => {
+                let coordinates = &mut self.data.qpos_mut()[object.address..][..7];
+                coordinates[..3].copy_from_slice(&place);
+                coordinates[3..].copy_from_slice(&turn);
+            }
+        }
         self.collider.iter_mut().for_each(TrueMeshCollider::forget);
         let _loan = ColliderLoan::new(&mut self.collider);
         self.data.forward();
@@ -273,8 +282,16 @@ impl HandWorker {
 
     /// The object as it lies now, seen from the hand's base.
     pub fn base_from_object(&self) -> IsometryMatrix3<f64> {
-        let slid = self.sim.slides.map(|slide| self.data.qpos()[slide.address]);
-        self.base_from_place * Translation3::from(slid)
+        match self.sim.hold {
+            Hold::Slides(slides) => {
+                let slid = slides.map(|slide| self.data.qpos()[slide.address]);
+                self.base_from_place * Translation3::from(slid)
+            }
+            Hold::Free(object) => {
+                let [x, y, z, turn @ ..] = std::array::from_fn::<f64, 7, _>(|at| self.data.qpos()[object.address + at]);
+                isometry(&[x, y, z], &turn)
+            }
+        }
     }
 
     /// One step of 2 ms.
@@ -298,8 +315,10 @@ impl HandWorker {
             let (at, speed) = (self.data.qpos()[servo.address], self.data.qvel()[servo.dof]);
             *torque = servo.stiffness * (wanted - at) - servo.damping * speed;
         }
-        for (slide, slid) in sim.slides.iter().zip(&self.slid) {
-            self.data.ctrl_mut()[slide.control] = *slid;
+        if let Hold::Slides(slides) = sim.hold {
+            for (slide, slid) in slides.iter().zip(&self.slid) {
+                self.data.ctrl_mut()[slide.control] = *slid;
+            }
         }
         let loan = ColliderLoan::new(&mut self.collider);
         self.data.step();
@@ -423,7 +442,7 @@ impl HandWorker {
     }
 
     /// The link of a geom: `Some(None)` is the object.
-    fn link_of(&self, geom: i32) -> Option<Option<usize>> {
+    pub(super) fn link_of(&self, geom: i32) -> Option<Option<usize>> {
         usize::try_from(geom).ok().map(|geom| self.sim.link_of_geom[geom])
     }
 

@@ -262,6 +262,12 @@ pub enum HandError {
         /// What is wrong.
         reason: String,
     },
+    /// Conditions or a protocol that no trial can have.
+    #[error("a trial of a grasp: {reason}")]
+    Trial {
+        /// What is wrong.
+        reason: String,
+    },
     /// A posture of another length, or outside the joints' ranges.
     #[error("the posture {posture:?} does not fit: {} values within {ranges:?}", ranges.len())]
     Posture {

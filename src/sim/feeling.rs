@@ -8,7 +8,7 @@ use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
 use super::{
     closing::{Command, Effort, HandWorker, LinkTouch, RunEnd, Unstable},
     error::HandError,
-    hand_sim::STEP,
+    hand_sim::{Hold, STEP, Servo},
 };
 
 /// Speed of a guarded move [m/s]: 20 micrometres a step, so that what is as heavy as the object stops without a blow.
@@ -100,15 +100,22 @@ impl HandWorker {
             }
         }
         // What moves lags behind what it is told.
-        let at = |axis: usize| self.data.qpos()[self.sim.slides[axis].address];
+        let slides = self.slides();
+        let at = |axis: usize| self.data.qpos()[slides[axis].address];
         self.slid = Vector3::from_fn(|axis, _| at(axis));
         if end == MoveEnd::Free { end } else { self.ease(direction, &hold) }
+    }
+
+    /// What holds the object.
+    fn slides(&self) -> [Servo; 3] {
+        let Hold::Slides(slides) = self.sim.hold else { unreachable!("a free object is only in trials") };
+        slides
     }
 
     /// Gives way until the hand leans on the object with [`LEANS`] along a direction.
     fn ease(&mut self, direction: &Unit<Vector3<f64>>, hold: &[Command]) -> MoveEnd {
         let ahead = self.base_from_place.rotation.inverse() * direction.into_inner();
-        let stiffness = self.sim.slides[0].stiffness;
+        let stiffness = self.slides()[0].stiffness;
         for _ in 0..STEPS_TO_EASE {
             let leans: f64 = self.touches().iter().map(|touch| -touch.force * touch.normal.dot(direction)).sum();
             self.slid += ahead * (EASING * (leans - LEANS) / stiffness);

@@ -12,6 +12,7 @@ use mujoco_rs::{
     logging::set_log_handler,
     mujoco_c::{mjCOLLISIONFUNC, mjData, mjModel, mjPreContact, mjfCollision, mjtDepthMap},
     wrappers::{
+        mj_data::MjData,
         mj_logging::{MjLogMessage, MjtLogLevel},
         mj_model::{MjModel, MjtGeomBase},
         mj_rendering::{MjrContext, MjtFramebuffer},
@@ -20,6 +21,7 @@ use mujoco_rs::{
 
 use super::{
     error::GlError,
+    hand_sim::FreeObject,
     true_mesh::{placement, with_collider},
 };
 
@@ -103,6 +105,22 @@ unsafe extern "C" fn collide_with_mesh(
             own.map_or(0, |own| own(model, data, contacts, solid, mesh, margin))
         })
     }
+}
+
+/// Gives the free object of a thread's own model a mass [kg], friction, and torsion [m].
+pub(super) fn set_object(data: &mut MjData<Box<MjModel>>, object: &FreeObject, [mass, friction, torsion]: [f64; 3]) {
+    // SAFETY: sizes, indices and addresses of the model stay as they are.
+    #[expect(unsafe_code, reason = "whoever has the model could swap it")]
+    let model = unsafe { data.model_mut() };
+    model.body_mass_mut()[object.body] = mass;
+    model.body_inertia_mut()[object.body] = object.inertia.map(|moment| mass * moment);
+    // What is there for rolling counts for contacts of another kind alone.
+    model.geom_friction_mut()[object.geom] = [friction, friction * torsion, 1e-4];
+    // SAFETY: 3 and 4 are kinds of contacts that MuJoCo has; it looks at them when it makes a contact, no earlier.
+    #[expect(unsafe_code, reason = "other numbers would be none")]
+    let kinds = unsafe { model.geom_condim_mut() };
+    kinds[object.geom] = if torsion > 0.0 { 4 } else { 3 };
+    data.set_const();
 }
 
 /// The C library's own word for its version.

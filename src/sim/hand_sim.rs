@@ -1,7 +1,7 @@
-//! A hand and an object that no hand can push away, compiled for stepping.
+//! A hand and an object, compiled for stepping: one that no hand can push away, or a free one.
 //!
-//! The hand's base is the world. The object is held by slides that can move it against the hand: MuJoCo looks for no contacts
-//! between two bodies that have no joint, so that only so the base feels it.
+//! The hand's base is the world. An object that stays is held by slides that can move it against the hand: MuJoCo looks for no
+//! contacts between two bodies that have no joint, so that only so the base feels it.
 //!
 //! MuJoCo moves every joint by a position servo; the coupling is in what the servos are told ([`super::closing`]), not in
 //! equality constraints, so that a clutch can open while the simulation runs and the same controls replay in plain MuJoCo.
@@ -16,7 +16,7 @@ use mujoco_rs::{
         mj_model::{MjModel, MjtEq, MjtGeomBase, MjtJoint, MjtObjBase, MjtSensor, MjtTrn},
     },
 };
-use nalgebra::{IsometryMatrix3, UnitQuaternion};
+use nalgebra::{IsometryMatrix3, Point3, UnitQuaternion};
 
 use super::{
     depth::{Inertia, add_mesh},
@@ -28,7 +28,7 @@ use super::{
 use crate::{
     collision::Geometry,
     contact::{ContactSurface, Probe},
-    geom::{Shape, TriMesh},
+    geom::{MassProperties, Shape, TriMesh},
     hand::{Hand, Mount},
     kinematics::JointKind,
 };
@@ -60,6 +60,9 @@ const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
 /// What a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
 const SLIDE_MASS: f64 = 100.0;
 
+/// The free object's joint.
+const FREE: &str = "graspmill free";
+
 /// Of MuJoCo's own distances of a mesh.
 const OCTREE_DEPTH: i32 = 8;
 
@@ -89,14 +92,38 @@ pub enum NativeContacts {
     Hull,
 }
 
+/// What holds the object.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Hold {
+    /// Stiff slides under a place.
+    Slides([Servo; 3]),
+    /// Nothing.
+    Free(FreeObject),
+}
+
+/// An object that moves freely, as compiled: it weighs a kilogram.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FreeObject {
+    /// Its body.
+    pub(super) body: usize,
+    /// Its only geom.
+    pub(super) geom: usize,
+    /// Its place and turn among MuJoCo's coordinates.
+    pub(super) address: usize,
+    /// Its principal moments of inertia [kg m^2].
+    pub(super) inertia: [f64; 3],
+    /// Its centre of mass, in `Object` [m].
+    pub(super) centre: Point3<f64>,
+}
+
 /// A hand and an object that nothing pushes away, compiled. Shared by threads; each makes its own [`super::HandWorker`].
 pub struct HandSim {
     pub(super) hand: Arc<Hand>,
     pub(super) model: Arc<MjModel>,
     /// Of each joint of the hand's tree.
     pub(super) servos: Vec<Servo>,
-    /// Of the object's slides.
-    pub(super) slides: [Servo; 3],
+    /// What holds the object.
+    pub(super) hold: Hold,
     /// The object, where it is a true mesh.
     pub(super) true_mesh: Option<TrueMesh>,
     /// What of the hand may touch the true mesh, and where it sits.
@@ -114,7 +141,7 @@ impl HandSim {
     /// When the object has no shape, a mesh, or a number that is not finite, or MuJoCo refuses it.
     pub fn new(model: &HandModel, object: &[Geometry]) -> Result<Self, HandError> {
         check(object)?;
-        Self::compile(model, |spec| add_shapes(object_body(spec), object), None)
+        Self::compile(model, None, |spec| add_shapes(object_body(spec), object), None)
     }
 
     /// Compiles the hand with an object that is a true mesh; of the hand's own geoms only boxes, balls, capsules and
@@ -124,7 +151,7 @@ impl HandSim {
     /// When another geom of the hand can touch, or MuJoCo refuses the hand.
     pub fn with_mesh(model: &HandModel, object: &Arc<ContactSurface>) -> Result<Self, HandError> {
         model.check_solids()?;
-        Self::compile(model, |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
+        Self::compile(model, None, |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
     }
 
     /// Compiles the hand with a mesh as MuJoCo itself touches it: slow and right, or its convex hull. For comparison.
@@ -132,20 +159,35 @@ impl HandSim {
     /// # Errors
     /// When MuJoCo refuses the mesh or the hand.
     pub fn with_native_mesh(model: &HandModel, object: &TriMesh, contacts: NativeContacts) -> Result<Self, HandError> {
-        let add = |spec: &mut MjSpec| {
-            add_mesh(spec, OBJECT, object, Inertia::Shell).set_octree_maxdepth(OCTREE_DEPTH);
-            let geom = object_body(spec).add_geom();
-            geom.set_type(match contacts {
-                NativeContacts::Sdf => MjtGeomBase::mjGEOM_SDF,
-                NativeContacts::Hull => MjtGeomBase::mjGEOM_MESH,
-            });
-            geom.set_meshname(OBJECT);
-        };
-        Self::compile(model, add, None)
+        Self::compile(model, None, |spec| add_native(spec, object, contacts), None)
     }
 
+    /// As [`HandSim::with_mesh`], the object free to move, with what it weighs.
+    pub(super) fn with_free_mesh(
+        model: &HandModel,
+        object: &Arc<ContactSurface>,
+        mass: &MassProperties,
+    ) -> Result<Self, HandError> {
+        model.check_solids()?;
+        check_mass(mass)?;
+        Self::compile(model, Some(mass), |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
+    }
+
+    /// As [`HandSim::with_native_mesh`], the object free to move.
+    pub(super) fn with_free_native_mesh(
+        model: &HandModel,
+        object: &TriMesh,
+        mass: &MassProperties,
+        contacts: NativeContacts,
+    ) -> Result<Self, HandError> {
+        check_mass(mass)?;
+        Self::compile(model, Some(mass), |spec| add_native(spec, object, contacts), None)
+    }
+
+    /// The object free where `mass` says what it weighs, else on slides.
     fn compile(
         model: &HandModel,
+        mass: Option<&MassProperties>,
         add_geoms: impl FnOnce(&mut MjSpec),
         surface: Option<&Arc<ContactSurface>>,
     ) -> Result<Self, HandError> {
@@ -165,18 +207,24 @@ impl HandSim {
             key.set_ctrl(&[]);
         }
         let gains = add_servos(&mut spec, &hand).map_err(refused)?;
-        add_object(&mut spec).map_err(refused)?;
+        match mass {
+            Some(mass) => add_free_object(&mut spec, mass),
+            None => add_object(&mut spec).map_err(refused)?,
+        }
         add_geoms(&mut spec);
         let mut compiled = spec.compile().map_err(refused)?;
         set_options(&mut compiled);
         let servos = servos(&compiled, &hand, &gains);
-        let slides = SLIDES.map(|name| servo(&compiled, name, slide_stiffness()));
         let true_mesh = surface.map(|surface| {
             let probes = TrueMeshCollider::probes(&compiled);
             TrueMesh { surface: Arc::clone(surface), probes }
         });
         let places = model.robot.all_places()?;
         let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
+        let hold = match mass {
+            Some(mass) => Hold::Free(free_object(&mut compiled, object_body, mass)),
+            None => Hold::Slides(SLIDES.map(|name| servo(&compiled, name, slide_stiffness()))),
+        };
         // The object's body comes last: the description's bodies keep their numbers.
         let link_of = |body: &i32| (index(*body) != object_body).then(|| places.of_body[index(*body)].0);
         let link_of_geom = compiled.geom_bodyid().iter().map(link_of).collect();
@@ -194,7 +242,7 @@ impl HandSim {
         };
         let probes = true_mesh.iter().flat_map(|mesh| mesh.probes.iter().enumerate());
         let solids = probes.filter_map(solid).collect();
-        Ok(Self { hand, model: Arc::new(compiled), servos, slides, true_mesh, solids, link_of_geom, touch_sensors })
+        Ok(Self { hand, model: Arc::new(compiled), servos, hold, true_mesh, solids, link_of_geom, touch_sensors })
     }
 
     /// A lower bound of how far the hand, with its links at these frames of its base, is from the true mesh [m]; `None` where
@@ -326,6 +374,54 @@ fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
 /// As stiff as what a slide moves allows [N/m]: 50 N push the object off by 20 micrometres.
 fn slide_stiffness() -> f64 {
     SLIDE_MASS * (STIFFNESS_OF_A_STEP / STEP).powi(2)
+}
+
+/// The object without geoms, free to move.
+fn add_free_object(spec: &mut MjSpec, mass: &MassProperties) {
+    let object = spec.world_body_mut().add_body();
+    object.with_name(OBJECT);
+    object.set_mass(1.0);
+    *object.ipos_mut() = mass.centre.into();
+    let at = |row, column| mass.inertia[(row, column)];
+    *object.fullinertia_mut() = [at(0, 0), at(1, 1), at(2, 2), at(0, 1), at(0, 2), at(1, 2)];
+    object.set_explicitinertial(true);
+    object.add_free_joint().with_name(FREE);
+}
+
+/// Where the free object is in what was compiled; its geom's own friction counts from now on, whatever touches it.
+fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeObject {
+    let geom = index(model.body_geomadr()[body]);
+    model.geom_priority_mut()[geom] = 1;
+    let joint = model.name_to_id(MjtObjBase::mjOBJ_JOINT, FREE).expect("the object was added");
+    let address = index(model.jnt_qposadr()[joint]);
+    FreeObject { body, geom, address, inertia: model.body_inertia()[body], centre: mass.centre }
+}
+
+/// What the compiler would not take: sizes, and moments of inertia that no solid has.
+fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
+    let wrong = |reason: String| Err(HandError::Object { reason });
+    let moments = mass.inertia.symmetric_eigenvalues();
+    let fits = mass.volume > 0.0 && mass.volume.is_finite() && mass.centre.iter().all(|part| part.is_finite());
+    if !fits {
+        return wrong(format!("a volume of {} m^3 with its centre at {}", mass.volume, mass.centre));
+    }
+    if !moments.iter().all(|moment| moment.is_finite() && *moment > 1e-12)
+        || 2.0 * moments.max() > moments.sum() * 1.001
+    {
+        return wrong(format!("no solid has moments of inertia of {moments:?} m^2 a kilogram"));
+    }
+    Ok(())
+}
+
+/// A mesh as MuJoCo itself touches it, on the object's body.
+fn add_native(spec: &mut MjSpec, object: &TriMesh, contacts: NativeContacts) {
+    add_mesh(spec, OBJECT, object, Inertia::Shell).set_octree_maxdepth(OCTREE_DEPTH);
+    let geom = object_body(spec).add_geom();
+    geom.set_type(match contacts {
+        NativeContacts::Sdf => MjtGeomBase::mjGEOM_SDF,
+        NativeContacts::Hull => MjtGeomBase::mjGEOM_MESH,
+    });
+    geom.set_meshname(OBJECT);
 }
 
 fn object_body(spec: &mut MjSpec) -> &mut MjsBody {

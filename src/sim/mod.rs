@@ -8,7 +8,8 @@
 //!
 //! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that nothing pushes away, compiled once and
 //! shared, a [`HandWorker`] what one thread needs to move it. The object may be a true mesh: MuJoCo itself collides the convex
-//! hull of one. Stepping is of class `physics`.
+//! hull of one. A [`TrialSim`] is a hand with an object that moves freely, a [`TrialWorker`] closes, lifts and shakes: the physics
+//! label of a grasp. Stepping is of class `physics`.
 //!
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
@@ -31,6 +32,7 @@ mod hand_sim;
 mod probe;
 mod robot;
 mod scene;
+mod trial;
 mod true_mesh;
 
 pub use bodies::PairRule;
@@ -44,3 +46,7 @@ pub use hand_sim::{HandSim, NativeContacts};
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;
+pub use trial::{
+    Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, TrialSpread, TrialWorker,
+    Verdict, mass_of_volume,
+};

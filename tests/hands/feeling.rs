@@ -23,7 +23,7 @@ fn surface(mesh: &TriMesh) -> Arc<ContactSurface> {
 }
 
 /// A way towards a random point of the surface, from outside.
-fn approach(surface: &ContactSurface, effort: Effort, draw: &mut Stream) -> HandApproach {
+pub fn approach(surface: &ContactSurface, effort: Effort, draw: &mut Stream) -> HandApproach {
     let [share, u, v] = [(); 3].map(|()| draw.uniform(0.0, 1.0));
     let (target, normal) = surface.point_at(share, u, v).expect("a surface");
     let roll = Rotation3::from_axis_angle(&Vector3::z_axis(), draw.uniform(-3.1, 3.1));

@@ -12,6 +12,7 @@ mod feeling;
 mod guide;
 mod numbers;
 mod tables;
+mod trial;
 
 const BARRETT: &str = "scenes/barrett_bh8_280.xml";
 const GRIPPER: &str = "scenes/parallel_gripper.xml";

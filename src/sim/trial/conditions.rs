@@ -1,0 +1,259 @@
+//! What a trial is made under: friction, mass, errors of the pose; and how it goes on.
+
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
+
+use crate::{
+    seed::Stream,
+    sim::{closing::Effort, error::HandError},
+};
+
+/// Density where an object's mass is not known [kg/m^3], and the least and the largest mass that comes of it [kg].
+const DENSITY: f64 = 400.0;
+const MASSES: [f64; 2] = [0.02, 2.0];
+
+/// The mass of a solid of which only the volume [m^3] is known [kg]: 400 kg/m^3, brought within 0.02 to 2 kg.
+pub fn mass_of_volume(volume: f64) -> f64 {
+    (DENSITY * volume).clamp(MASSES[0], MASSES[1])
+}
+
+/// What pulls on the object once it is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gravity {
+    /// Gravity along -z of the object as it lies at the start; the hand lifts it and shakes it.
+    Lifted,
+    /// No lift and no shake: gravity along -z, z, -y, y, -x and x of the object as it lies at the start, one after another
+    /// without a pause.
+    Six,
+}
+
+/// What a trial is made under.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialConditions {
+    /// Coefficient of sliding friction between the object and whatever touches it, exactly: the hand's own does not count.
+    pub friction: f64,
+    /// How a contact resists turning about its normal [m]: with a torque of at most friction * torsion * normal force, as a
+    /// patch of one and a half times that radius under even pressure. 0 for a hard point.
+    pub torsion: f64,
+    /// The object's mass [kg].
+    pub mass: f64,
+    /// How far the object stands from where the grasp has it, along the axes of the hand's base [m].
+    pub shift: Vector3<f64>,
+    /// How it is turned there about its centre of mass: an axis of the hand's base times an angle [rad].
+    pub turn: Vector3<f64>,
+    /// Whether a hand that would start too deep in the object opens its fingers until they are clear, and where its base is too
+    /// deep draws back by up to 5 mm; else such a trial is refused.
+    pub backs_off: bool,
+    /// What pulls.
+    pub gravity: Gravity,
+}
+
+impl TrialConditions {
+    /// Resistance of a contact to turning [m]: a fingertip's patch of 3 mm radius.
+    pub const TORSION: f64 = 0.002;
+
+    /// Friction 0.5, a soft finger, nothing off.
+    pub fn new(mass: f64) -> Self {
+        Self {
+            friction: 0.5,
+            torsion: Self::TORSION,
+            mass,
+            shift: Vector3::zeros(),
+            turn: Vector3::zeros(),
+            backs_off: false,
+            gravity: Gravity::Lifted,
+        }
+    }
+
+    /// Around these, by chance; a hand that would start too deep [backs off](Self::backs_off).
+    #[must_use]
+    pub fn perturbed(&self, spread: &TrialSpread, draw: &mut Stream) -> Self {
+        let mut factor = |deviation: f64| libm::exp(deviation * draw.normal());
+        let (friction, mass) = (self.friction * factor(spread.friction), self.mass * factor(spread.mass));
+        let mut around = |deviation: f64| Vector3::from_fn(|_, _| deviation * draw.normal());
+        let shift = self.shift + around(spread.shift);
+        let turn = self.turn + around(spread.turn);
+        Self { friction, mass, shift, turn, backs_off: true, ..*self }
+    }
+
+    /// Where the object stands that a grasp has at a place; `centre` is its centre of mass.
+    pub(super) fn placed(&self, base_from_object: &IsometryMatrix3<f64>, centre: &Point3<f64>) -> IsometryMatrix3<f64> {
+        if self.shift == Vector3::zeros() && self.turn == Vector3::zeros() {
+            return *base_from_object;
+        }
+        let pivot = Translation3::from((base_from_object * centre).coords);
+        let turned = Rotation3::from_scaled_axis(self.turn);
+        Translation3::from(self.shift) * pivot * turned * pivot.inverse() * base_from_object
+    }
+
+    pub(super) fn check(&self) -> Result<(), HandError> {
+        let wrong = |what: &str, value: f64| Err(HandError::Trial { reason: format!("{what} of {value}") });
+        if !(self.friction >= 0.0 && self.friction < 1e3) {
+            return wrong("a friction", self.friction);
+        }
+        if !(self.torsion >= 0.0 && self.torsion < 1.0) {
+            return wrong("a torsion", self.torsion);
+        }
+        if !(self.mass > 1e-6 && self.mass < 1e6) {
+            return wrong("a mass", self.mass);
+        }
+        match self.shift.iter().chain(&self.turn).find(|part| !part.is_finite()) {
+            Some(part) => wrong("a shift or turn", *part),
+            None => Ok(()),
+        }
+    }
+}
+
+/// How far conditions vary: standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialSpread {
+    /// Of the logarithm of friction.
+    pub friction: f64,
+    /// Of the logarithm of the mass.
+    pub mass: f64,
+    /// Of the object's place, along each axis [m].
+    pub shift: f64,
+    /// Of its turn, about each axis [rad].
+    pub turn: f64,
+}
+
+impl TrialSpread {
+    /// 20 % of friction, 10 % of the mass, 1 mm, 1 degree.
+    pub const STANDARD: Self = Self { friction: 0.2, mass: 0.1, shift: 0.001, turn: std::f64::consts::PI / 180.0 };
+}
+
+/// How a trial goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialProtocol {
+    /// Deepest start [m]; 0.98 mm at most, which is as deep as is told of boxes.
+    pub start_depth: f64,
+    /// Longest closing, without gravity [s]; it ends before, when the hand is at rest.
+    pub closing: f64,
+    /// How hard the hand closes, and goes on closing to the end.
+    pub effort: Effort,
+    /// How high it lifts [m], by minimum jerk, in how long [s].
+    pub lift: f64,
+    /// See [`TrialProtocol::lift`].
+    pub lift_time: f64,
+    /// How far it shakes to either side, along each axis of the object as it lies at the start [m].
+    pub shake: f64,
+    /// How often, along x, y and z [Hz].
+    pub frequencies: [f64; 3],
+    /// For how long [s]; whole periods of each begin and end without acceleration.
+    pub shake_time: f64,
+    /// How long each of six directions of gravity lasts [s].
+    pub turned_time: f64,
+    /// How far the object's centre of mass may go from where it was in the hand when gravity came on [m].
+    pub lost_distance: f64,
+    /// How far it may turn [rad].
+    pub lost_angle: f64,
+}
+
+impl TrialProtocol {
+    /// 1 mm; 1 s with all effort; 10 cm in 1 s; 20 mm at 2, 3 and 4 Hz (x, y, z) for 1 s; half a second each of six directions;
+    /// 30 mm, 30 degrees.
+    pub const STANDARD: Self = Self {
+        start_depth: 0.001,
+        closing: 1.0,
+        effort: Effort::GRASP,
+        lift: 0.1,
+        lift_time: 1.0,
+        shake: 0.02,
+        frequencies: [2.0, 3.0, 4.0],
+        shake_time: 1.0,
+        turned_time: 0.5,
+        lost_distance: 0.03,
+        lost_angle: std::f64::consts::PI / 6.0,
+    };
+
+    pub(super) fn check(&self) -> Result<(), HandError> {
+        let [x, y, z] = self.frequencies;
+        let Effort { speed, torque, .. } = self.effort;
+        let sizes = [self.start_depth, self.closing, self.lift, self.lift_time, self.shake, self.shake_time]
+            .into_iter()
+            .chain([self.turned_time, self.lost_distance, self.lost_angle, x, y, z]);
+        match sizes.chain([speed, torque]).find(|size| !(*size >= 0.0 && *size < 1e3)) {
+            Some(size) => Err(HandError::Trial { reason: format!("a protocol with a number of {size}") }),
+            None => Ok(()),
+        }
+    }
+
+    /// Acceleration of the hand `time` after the lift began [m/s^2], upward: the second derivative of
+    /// `lift (10 s^3 - 15 s^4 + 6 s^5)` (Flash and Hogan 1985).
+    pub(super) fn lifting(&self, time: f64) -> Vector3<f64> {
+        let s = time / self.lift_time;
+        let rate = self.lift / (self.lift_time * self.lift_time);
+        Vector3::z() * (rate * s * (60.0 + s * (-180.0 + s * 120.0)))
+    }
+
+    /// The same `time` after the shake began: the second derivative of `shake sin(2 pi f t)` along each axis.
+    pub(super) fn shaking(&self, time: f64) -> Vector3<f64> {
+        Vector3::from(self.frequencies.map(|frequency| {
+            let turn = std::f64::consts::TAU * frequency;
+            -self.shake * turn * turn * libm::sin(turn * time)
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Summed up twice, the accelerations make the ways that the protocol tells.
+    #[test]
+    fn accelerations_make_the_ways() {
+        let protocol = TrialProtocol::STANDARD;
+        let (mut at, mut speed, mut fastest) = (0.0, 0.0, 0.0_f64);
+        for step in 0..10_000 {
+            speed += protocol.lifting((f64::from(step) + 0.5) * 1e-4).z * 1e-4;
+            at += speed * 1e-4;
+            fastest = fastest.max(speed);
+        }
+        assert!((at - 0.1).abs() < 1e-5 && speed.abs() < 1e-6 && (fastest - 0.1875).abs() < 1e-4, "{at} {speed}");
+        let turns = protocol.frequencies.map(|frequency| std::f64::consts::TAU * frequency);
+        let (mut speed, mut at) = (Vector3::from(turns) * 0.02, Vector3::zeros());
+        let mut farthest = Vector3::<f64>::zeros();
+        for step in 0..10_000 {
+            speed += protocol.shaking((f64::from(step) + 0.5) * 1e-4) * 1e-4;
+            at += speed * 1e-4;
+            farthest = farthest.sup(&at.abs());
+        }
+        assert!(at.norm() < 1e-4 && (farthest.add_scalar(-0.02)).norm() < 2e-4, "{at} {farthest}");
+    }
+
+    #[test]
+    fn draws_are_of_the_spread_that_is_asked_for() {
+        let mut draw = Stream::of_job(1, b"", "trial conditions");
+        let made: Vec<TrialConditions> =
+            (0..4000).map(|_| TrialConditions::new(0.3).perturbed(&TrialSpread::STANDARD, &mut draw)).collect();
+        let deviation = |value: &dyn Fn(&TrialConditions) -> f64| {
+            (made.iter().map(|one| value(one).powi(2)).sum::<f64>() / 4000.0).sqrt()
+        };
+        for (found, wanted) in [
+            (deviation(&|one| (one.friction / 0.5).ln()), 0.2),
+            (deviation(&|one| (one.mass / 0.3).ln()), 0.1),
+            (deviation(&|one| one.shift.y), 0.001),
+            (deviation(&|one| one.turn.z), 1.0_f64.to_radians()),
+        ] {
+            assert!((found / wanted - 1.0).abs() < 0.05, "{found} {wanted}");
+        }
+        assert!(made.iter().all(|one| one.backs_off && one.check().is_ok()));
+        // Turned about the centre of mass alone, that stays.
+        let centre = Point3::new(0.1, 0.2, -0.1);
+        let place = IsometryMatrix3::new(Vector3::new(0.3, 0.1, 0.2), Vector3::new(0.4, -1.0, 0.3));
+        let turned = TrialConditions { shift: Vector3::zeros(), ..made[0] }.placed(&place, &centre);
+        assert!((turned * centre - place * centre).norm() < 1e-15);
+        assert!((turned.rotation.angle_to(&place.rotation) - made[0].turn.norm()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn masses_are_brought_within_bounds() {
+        assert_eq!([1e-6, 1e-3, 1.0].map(mass_of_volume), [0.02, 0.4, 2.0]);
+        let wrong = [
+            TrialConditions { friction: -0.1, ..TrialConditions::new(0.1) },
+            TrialConditions { turn: Vector3::repeat(f64::NAN), ..TrialConditions::new(0.1) },
+            TrialConditions::new(0.0),
+        ];
+        assert!(wrong.iter().all(|conditions| conditions.check().is_err()));
+        assert!(TrialProtocol { lift: f64::NAN, ..TrialProtocol::STANDARD }.check().is_err());
+    }
+}

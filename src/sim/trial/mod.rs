@@ -1,0 +1,79 @@
+//! Physics labels: a grasp closed on a free object, lifted and shaken.
+//!
+//! The hand's base is the world, so that a move of the hand is a field of acceleration: what is at rest in a hand that speeds
+//! up by `a` feels `g - a`. For moves without turns this is exact, for the object and for the links of the hand alike, and each
+//! worker has a model of its own whose gravity it may set. A speed that stays the same is not felt, so that the shake may
+//! begin at its full speed: its acceleration begins and ends at 0.
+
+mod conditions;
+mod outcome;
+mod worker;
+
+use std::sync::Arc;
+
+pub use conditions::{Gravity, TrialConditions, TrialProtocol, TrialSpread, mass_of_volume};
+pub use outcome::{Grip, Outcome, Phase, Slip, Start, Verdict};
+pub use worker::TrialWorker;
+
+use super::{
+    error::HandError,
+    hand::HandModel,
+    hand_sim::{HandSim, NativeContacts},
+};
+use crate::{
+    contact::ContactSurface,
+    geom::{MassProperties, TriMesh},
+    hand::Hand,
+};
+
+/// A hand and a free object, compiled once an object. Shared by threads; each makes its own [`TrialWorker`].
+#[derive(Debug)]
+pub struct TrialSim {
+    sim: Arc<HandSim>,
+    protocol: TrialProtocol,
+}
+
+impl TrialSim {
+    /// Compiles the hand with a true mesh and what it weighs; trials follow [`TrialProtocol::STANDARD`].
+    ///
+    /// # Errors
+    /// When a geom of the hand that would touch the mesh is no box, ball, capsule or cylinder, no solid has such mass
+    /// properties, or MuJoCo refuses the hand.
+    pub fn new(model: &HandModel, object: &Arc<ContactSurface>, mass: &MassProperties) -> Result<Self, HandError> {
+        let sim = Arc::new(HandSim::with_free_mesh(model, object, mass)?);
+        Ok(Self { sim, protocol: TrialProtocol::STANDARD })
+    }
+
+    /// The same with the mesh as MuJoCo itself touches it: slow and right, or its convex hull. For comparison.
+    ///
+    /// # Errors
+    /// When no solid has such mass properties, or MuJoCo refuses the mesh or the hand.
+    pub fn with_native_mesh(
+        model: &HandModel,
+        object: &TriMesh,
+        mass: &MassProperties,
+        contacts: NativeContacts,
+    ) -> Result<Self, HandError> {
+        let sim = Arc::new(HandSim::with_free_native_mesh(model, object, mass, contacts)?);
+        Ok(Self { sim, protocol: TrialProtocol::STANDARD })
+    }
+
+    /// The same with another protocol.
+    ///
+    /// # Errors
+    /// When a number of it is not finite or below 0.
+    pub fn with_protocol(self, protocol: TrialProtocol) -> Result<Self, HandError> {
+        protocol.check()?;
+        Ok(Self { protocol, ..self })
+    }
+
+    /// The protocol.
+    pub fn protocol(&self) -> &TrialProtocol {
+        &self.protocol
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &Hand {
+        self.sim.hand()
+    }
+}

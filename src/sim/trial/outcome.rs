@@ -1,0 +1,178 @@
+//! What a trial comes to.
+
+use nalgebra::IsometryMatrix3;
+
+use crate::{
+    hand::Motor,
+    sim::closing::{LinkTouch, Unstable},
+};
+
+/// A part of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// The hand closes, without gravity.
+    Closing,
+    /// It lifts.
+    Lift,
+    /// It shakes.
+    Shake,
+    /// Gravity pulls along one of six directions, counted from 0.
+    Turned(u8),
+}
+
+/// How a trial ended, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// The object stayed, and two links at least touch it.
+    Held,
+    /// The hand starts so deep in the object [m] that nothing was simulated.
+    Refused {
+        /// Deepest [m].
+        penetration: f64,
+    },
+    /// The closed hand does not touch the object.
+    NotTouching,
+    /// The closed hand touches it with one link.
+    OneLink,
+    /// The object went too far, or turned too far.
+    Lost {
+        /// When.
+        phase: Phase,
+        /// Since the trial began [s].
+        time: f64,
+    },
+    /// It stayed where it is, but in the end fewer than two links touch it.
+    LetGo {
+        /// How many do.
+        links: usize,
+    },
+    /// The numbers blew up.
+    Unstable {
+        /// When.
+        phase: Phase,
+        /// In which step, and what.
+        what: Unstable,
+    },
+}
+
+impl Verdict {
+    /// Whether the grasp held.
+    pub fn is_held(&self) -> bool {
+        *self == Self::Held
+    }
+
+    /// A word for ledgers.
+    pub fn reason(&self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::Refused { .. } => "starts_too_deep",
+            Self::NotTouching => "not_touching",
+            Self::OneLink => "one_link",
+            Self::Lost { phase: Phase::Closing, .. } => "lost_closing",
+            Self::Lost { phase: Phase::Lift, .. } => "lost_lifting",
+            Self::Lost { phase: Phase::Shake, .. } => "lost_shaking",
+            Self::Lost { phase: Phase::Turned(_), .. } => "lost_turned",
+            Self::LetGo { .. } => "let_go",
+            Self::Unstable { .. } => "unstable",
+        }
+    }
+}
+
+/// Where a trial began.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// The posture, one value a driven joint [rad or m]: as asked for, or with its fingers backed off.
+    pub posture: Vec<f64>,
+    /// The object, seen from the hand's base: as asked for, with the conditions' errors, and the hand drawn back.
+    pub base_from_object: IsometryMatrix3<f64>,
+    /// How deep the hand is in the object [m], 0 where it is clear; by exact distances from the true mesh.
+    pub penetration: f64,
+    /// How much of their way from closed to opened the fingers have backed off, 0 to 1.
+    pub opened_by: f64,
+    /// How far the hand has drawn back along its approach [m].
+    pub drawn_back: f64,
+}
+
+/// A hand on its object, at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grip {
+    /// Values of all joints [rad or m], in the order of the hand's tree.
+    pub joints: Vec<f64>,
+    /// The motors, one a driven joint.
+    pub motors: Vec<Motor>,
+    /// The object, seen from the hand's base.
+    pub base_from_object: IsometryMatrix3<f64>,
+    /// What presses on the object, seen from the hand's base.
+    pub touches: Vec<LinkTouch>,
+}
+
+impl Grip {
+    /// The links that press on the object, in order.
+    pub fn links(&self) -> Vec<usize> {
+        let mut links: Vec<usize> =
+            self.touches.iter().filter(|touch| touch.force > 0.0).map(|touch| touch.link).collect();
+        links.sort_unstable();
+        links.dedup();
+        links
+    }
+
+    /// Sum of the normal forces of a link [N].
+    pub fn force_of(&self, link: usize) -> f64 {
+        self.touches.iter().filter(|touch| touch.link == link).map(|touch| touch.force).sum()
+    }
+
+    /// Sum of all normal forces [N].
+    pub fn force(&self) -> f64 {
+        self.touches.iter().map(|touch| touch.force).sum()
+    }
+
+    /// The largest normal force of a contact [N].
+    pub fn largest_force(&self) -> f64 {
+        self.touches.iter().map(|touch| touch.force).fold(0.0, f64::max)
+    }
+
+    /// How deep the hand presses into the object [m], by exact distances from the true mesh.
+    pub fn penetration(&self) -> f64 {
+        self.touches.iter().map(|touch| -touch.distance).fold(0.0, f64::max)
+    }
+}
+
+/// How far the object moved in the hand during a phase that it stood to the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slip {
+    /// Which.
+    pub phase: Phase,
+    /// How far its centre of mass is from where it was when the phase began [m].
+    pub moved: f64,
+    /// How far it turned [rad].
+    pub turned: f64,
+    /// `moved` by the phase's time [m/s].
+    pub rate: f64,
+}
+
+/// What a trial came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// How it ended.
+    pub verdict: Verdict,
+    /// Where it began.
+    pub start: Start,
+    /// The closed hand, where it came so far.
+    pub closed: Option<Grip>,
+    /// Whether the closed hand had come to rest; else its time was used up.
+    pub closed_at_rest: bool,
+    /// How long it closed [s].
+    pub closing_time: f64,
+    /// Of each phase that the object stood to the end.
+    pub slips: Vec<Slip>,
+    /// How far from where it was when gravity came on the centre of mass has been at most [m].
+    pub farthest: f64,
+    /// How deep hand and object were in each other at most since then [m].
+    pub shaken_penetration: f64,
+    /// The hand in the end, or when the trial was decided; `None` where nothing was simulated, or the numbers blew up.
+    pub end: Option<Grip>,
+    /// Steps of 2 ms that were simulated.
+    pub steps: u32,
+    /// How often MuJoCo warned.
+    pub warnings: u32,
+}
