@@ -103,11 +103,13 @@ pub enum Product {
     Reachability,
     /// How a hand can hold an object.
     Grasps,
+    /// What a camera sees around the palm and the fingertips of grasps.
+    Patches,
 }
 
 impl Product {
     /// Every product.
-    pub const ALL: [Self; 3] = [Self::Completion, Self::Reachability, Self::Grasps];
+    pub const ALL: [Self; 4] = [Self::Completion, Self::Reachability, Self::Grasps, Self::Patches];
 
     /// The name in files.
     pub fn name(self) -> &'static str {
@@ -115,6 +117,7 @@ impl Product {
             Self::Completion => "completion",
             Self::Reachability => "reachability",
             Self::Grasps => "grasps",
+            Self::Patches => "patches",
         }
     }
 

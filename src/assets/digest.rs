@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// The object: BLAKE3 over a domain word, the counts, the positions (f32, little endian) and the faces (u32).
-pub(super) fn object(mesh: &TriMesh) -> ObjectId {
+pub fn object(mesh: &TriMesh) -> ObjectId {
     let mut hasher = blake3::Hasher::new();
     hasher.update(b"graspmill prepared mesh 1\0");
     hasher.update(&(mesh.vertices.len() as u64).to_le_bytes());

@@ -22,6 +22,7 @@ mod weld;
 pub use built_in::{DEFAULT_BUILT_INS, HalfShape, NoHalfShape, built_in_names, built_in_source};
 pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, check_report};
 pub use description::{Description, DescriptionError, missing_remedy};
+pub use digest::object as object_id;
 pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
 pub use prepare::prepare;
 pub use read::read_triangles;

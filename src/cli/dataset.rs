@@ -78,6 +78,7 @@ pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failu
         Product::Completion => show(&release::inspect(&arguments.dir)?, arguments.json, printer),
         Product::Reachability => show(&release::inspect_reachability(&arguments.dir)?, arguments.json, printer),
         Product::Grasps => show(&release::inspect_grasps(&arguments.dir)?, arguments.json, printer),
+        Product::Patches => show(&release::inspect_patches(&arguments.dir)?, arguments.json, printer),
     }
 }
 

@@ -62,7 +62,12 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
     let wall = core_seconds / crew.threads as f64;
     let bytes = expected_bytes(job, rate.raw_bytes_per_sample);
     let rate_per_second = plan.samples as f64 / wall.max(f64::MIN_POSITIVE);
-    let estimate = Estimate::new(job.subjects(), job.views() as usize, job.shard_samples, bytes, rate_per_second);
+    // Subjects of some products have views of their own count.
+    let estimate = Estimate {
+        objects: job.subjects() as u64,
+        views: u64::from(job.views()),
+        ..Estimate::new(1, plan.samples as usize, job.shard_samples, bytes, rate_per_second)
+    };
     if arguments.json {
         printer.json(&EstimateJson {
             job: open.digest.to_string(),
@@ -84,6 +89,10 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
             Work::Grasps(_) => (
                 format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
                 format!("{} meshes refused\n", job.refused().len()),
+            ),
+            Work::Patches(work) => (
+                format!("{samples} grasps of {objects} objects, of {} types", work.grasps.types.chosen.len()),
+                format!("root of the grasps {}\n", work.grasps.root),
             ),
             Work::Reachability(work) => {
                 let (poses, orientations) = (work.poses.cells(), work.orientations());

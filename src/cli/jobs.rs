@@ -48,7 +48,7 @@ pub fn open(arguments: &JobArgs, crew: &Crew, cancel: &Cancel, listener: &Listen
 pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
     let draft = read(text)?;
     #[cfg(feature = "sim")]
-    if draft.completion().is_some_and(|draft| draft.settings.renderer == job::Renderer::MujocoGl) {
+    if draft.draws_colours() {
         super::machine::set_gl_environment()?;
     }
     let sources: Vec<_> = draft.sources().cloned().collect();
@@ -89,6 +89,7 @@ pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
         grasping_hands: &grasping_hand_fault,
         #[cfg(not(feature = "sim"))]
         grasping_hands: &job::no_hands,
+        grasps: &super::grasps_reader::grasps,
     };
     JobDraft::read(text, &surroundings).map_err(|errors| job_failure(&errors))
 }

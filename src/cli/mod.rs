@@ -5,6 +5,7 @@ mod dataset;
 mod doctor;
 mod estimate;
 mod exit;
+mod grasps_reader;
 #[cfg(feature = "sim")]
 mod hand;
 mod jobs;

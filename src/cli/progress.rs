@@ -113,7 +113,7 @@ fn plain_line(event: &Event, product: Product) -> Option<String> {
 fn progress_text(progress: &Progress, product: Product) -> String {
     let samples = words::samples(product);
     let rejected = match product {
-        Product::Completion | Product::Grasps => format!("{} rejected, ", progress.rejected),
+        Product::Completion | Product::Grasps | Product::Patches => format!("{} rejected, ", progress.rejected),
         Product::Reachability => String::new(),
     };
     let share = 100.0 * progress.made as f64 / progress.to_make.max(1) as f64;

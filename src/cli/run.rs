@@ -14,11 +14,11 @@ use super::{
     words,
 };
 use crate::{
-    dataset::{Counts, GraspCounts, Manifest, NumberClass, PoseCounts},
+    dataset::{Counts, GraspCounts, Manifest, NumberClass, PoseCounts, TypeCounts},
     ids::{Digest, Product},
     job::Work,
     plan::Sides,
-    release::{RunNotes, Speed, grasp_counts_in_words, pose_counts_in_words},
+    release::{RunNotes, Speed, grasp_counts_in_words, pose_counts_in_words, types_in_words},
     run::{self, Crew, Event, RunSummary, RunTask},
 };
 
@@ -43,6 +43,8 @@ struct RunReport<'a> {
     poses: Option<&'a PoseCounts>,
     #[serde(skip_serializing_if = "Option::is_none")]
     grasps: Option<&'a GraspCounts>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    types: Option<&'a TypeCounts>,
     #[serde(skip_serializing_if = "Option::is_none")]
     poses_per_second: Option<f64>,
     threads: usize,
@@ -69,6 +71,8 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
                 Work::Completion(completion) => run::preview(&arguments.out, completion, job.seed, &crew),
                 Work::Reachability(_) => run::map_preview(&arguments.out),
                 Work::Grasps(_) => run::grasp_preview(&arguments.out),
+                // The report shows them; no viewer draws patches.
+                Work::Patches(_) => Ok(()),
             }
             .map_err(run_failure)?;
         }
@@ -123,6 +127,7 @@ fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds
         samples_per_second: *made as f64 / seconds,
         poses: counts.poses.as_ref(),
         grasps: counts.grasps.as_ref(),
+        types: counts.types.as_ref(),
         poses_per_second: counts.poses.as_ref().map(|poses| poses_made(poses, counts, *made) / seconds),
         threads: crew.threads,
         simd: crew.level.to_string(),
@@ -148,6 +153,7 @@ fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) ->
         }
     }
     lines.extend(counts.grasps.iter().map(grasp_counts_in_words));
+    lines.extend(counts.types.iter().map(types_in_words));
     lines.push(format!("{} shards, {:.1} MB, in {folder}", manifest.shards.len(), bytes(manifest) as f64 / 1e6));
     if *made > 0 {
         let memory =

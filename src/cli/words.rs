@@ -8,5 +8,6 @@ pub fn samples(product: Product) -> &'static str {
         Product::Completion => "samples",
         Product::Reachability => "positions",
         Product::Grasps => "runs",
+        Product::Patches => "grasps",
     }
 }

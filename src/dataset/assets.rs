@@ -34,6 +34,16 @@ pub struct AssetRow {
     pub facts: serde_json::Map<String, serde_json::Value>,
 }
 
+impl AssetRow {
+    /// The row as it stands in the file.
+    pub fn whole(&self) -> serde_json::Value {
+        let mut row = self.facts.clone();
+        row.insert("object".to_owned(), self.object.to_string().into());
+        row.insert("name".to_owned(), self.name.clone().into());
+        row.into()
+    }
+}
+
 impl DatasetReader {
     /// Reads the asset table.
     ///

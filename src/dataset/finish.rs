@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::{
     Counts, DatasetError, Fate, FileEntry, GraspCounts, Ledger, LedgerRow, Manifest, NumberClass, PoseCounts, RunMark,
-    ShardEntry, Split, SplitTable,
+    ShardEntry, Split, SplitTable, TypeCounts,
     durable::{self, Temporary},
     error::REMAKE,
     field::write_field,
@@ -82,6 +82,13 @@ pub enum ProductTables {
         /// Who trains and who tests; one row an object.
         splits: SplitTable,
     },
+    /// Of patches.
+    Patches {
+        /// Who trains and who tests; one row an object.
+        splits: SplitTable,
+        /// The grasps that the patches were chosen from.
+        types: TypeCounts,
+    },
 }
 
 impl ProductTables {
@@ -91,6 +98,7 @@ impl ProductTables {
             Self::Completion { .. } => Product::Completion,
             Self::Reachability { .. } => Product::Reachability,
             Self::Grasps { .. } => Product::Grasps,
+            Self::Patches { .. } => Product::Patches,
         }
     }
 }
@@ -118,9 +126,9 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     let objects = asset_names(folder, &header.assets)?;
     asset_names(folder, &header.hands)?;
     let splits = match &header.tables {
-        ProductTables::Completion { splits } | ProductTables::Grasps { splits } => {
-            Some(splits.clone().checked(&folder.join(SPLITS))?)
-        }
+        ProductTables::Completion { splits }
+        | ProductTables::Grasps { splits }
+        | ProductTables::Patches { splits, .. } => Some(splits.clone().checked(&folder.join(SPLITS))?),
         ProductTables::Reachability { .. } => None,
     };
     let scan = scan_shards(folder, &mark)?;
@@ -139,7 +147,7 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
     index.map_or(Ok(()), |index| index.finish(folder))?;
     let roots = Roots::new(leaves, &classes, &objects)?;
     let field = match &header.tables {
-        ProductTables::Completion { .. } | ProductTables::Grasps { .. } => None,
+        ProductTables::Completion { .. } | ProductTables::Grasps { .. } | ProductTables::Patches { .. } => None,
         ProductTables::Reachability { field } => Some(write_field(folder, &header.job, field, &sums.shards)?),
     };
     let root = roots.dataset(&asset_tree(header.assets.iter().chain(&header.hands)), field.as_ref(), &header.job);
@@ -157,6 +165,10 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
         counts: Counts {
             objects: header.assets.len() as u64,
             refused_meshes: header.refused.len() as u64,
+            types: match &header.tables {
+                ProductTables::Patches { types, .. } => Some(types.clone()),
+                _ => None,
+            },
             ..sums.counts
         },
         shards: sums.shards,

@@ -23,7 +23,7 @@ use super::{
 use crate::{
     geom::{PoseLabel, Proof},
     ids::{Digest, ObjectId, Product, SampleId, ViewId},
-    record::{BlockFacts, Channel, GraspFacts, GraspVerdict, PairFacts, SampleFacts},
+    record::{BlockFacts, Channel, GraspFacts, GraspVerdict, PairFacts, PatchFacts, SampleFacts},
 };
 
 /// Rows held in memory at a time.
@@ -78,6 +78,7 @@ fn fact_columns(product: Product) -> (Vec<String>, Vec<String>) {
             let verdicts = GraspVerdict::ALL.into_iter().map(|verdict| format!("grasps_{}", verdict.name()));
             (verdicts.chain(["given_up".to_owned()]).collect(), owned(&["best_energy", "best_epsilon"]))
         }
+        Product::Patches => (owned(&["type", "type_index"]), owned(&["energy", "epsilon"])),
     }
 }
 
@@ -91,6 +92,9 @@ fn facts_of(facts: &SampleFacts) -> (Vec<u32>, Vec<f64>) {
         SampleFacts::Grasps(GraspFacts { verdicts, best_energy, best_epsilon, given_up }) => {
             let counts = verdicts.iter().copied().chain([u32::from(*given_up)]).collect();
             (counts, vec![*best_energy, *best_epsilon])
+        }
+        SampleFacts::Patches(PatchFacts { kind, type_index, energy, epsilon }) => {
+            (vec![*kind, *type_index], vec![*energy, *epsilon])
         }
     }
 }

@@ -24,7 +24,7 @@ pub(super) const SHAPES: &str = "shapes.mcap";
 /// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
 pub(super) fn files_of(product: Product) -> &'static [&'static str] {
     match product {
-        Product::Completion => &[ASSETS, INDEX, JOB, REJECTS, SPLITS],
+        Product::Completion | Product::Patches => &[ASSETS, INDEX, JOB, REJECTS, SPLITS],
         Product::Reachability => &[ASSETS, FIELD, INDEX, JOB, REJECTS],
         Product::Grasps => &[ASSETS, INDEX, JOB, REJECTS, SHAPES, SPLITS],
     }

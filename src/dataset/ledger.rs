@@ -6,7 +6,7 @@ use prost::Message;
 
 use crate::{
     ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
-    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, PairFacts, SampleFacts, proto},
+    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, PairFacts, PatchFacts, SampleFacts, proto},
 };
 
 /// What became of a sample.
@@ -62,6 +62,7 @@ impl Ledger {
             Product::Completion => "graspmill.Ledger",
             Product::Reachability => "graspmill.ReachabilityLedger",
             Product::Grasps => "graspmill.GraspLedger",
+            Product::Patches => "graspmill.PatchLedger",
         }
     }
 
@@ -111,6 +112,7 @@ impl Ledger {
             Product::Completion => ledger.encode_to_vec(),
             Product::Reachability => self.with_poses(ledger).encode_to_vec(),
             Product::Grasps => self.with_grasps(ledger).encode_to_vec(),
+            Product::Patches => self.with_patches(ledger).encode_to_vec(),
         }
     }
 
@@ -152,6 +154,30 @@ impl Ledger {
         proto::GraspLedger { format_version, product, job, shard, shards, first_index, subjects, topics, rows }
     }
 
+    /// The same with the grasp of each row.
+    fn with_patches(&self, ledger: proto::Ledger) -> proto::PatchLedger {
+        let proto::Ledger { format_version, product, job, shard, shards, first_index, subjects, topics, rows } = ledger;
+        let rows = rows.into_iter().zip(&self.rows).map(|(raw, row)| {
+            let proto::LedgerRow { subject, instance, view, camera, digests, reason, detail, .. } = raw;
+            let PatchFacts { kind, type_index, energy, epsilon } = row.facts.patches().copied().unwrap_or_default();
+            proto::PatchLedgerRow {
+                subject,
+                instance,
+                view,
+                camera,
+                digests,
+                reason,
+                detail,
+                r#type: kind,
+                type_index,
+                energy,
+                epsilon,
+            }
+        });
+        let rows = rows.collect();
+        proto::PatchLedger { format_version, product, job, shard, shards, first_index, subjects, topics, rows }
+    }
+
     /// Reads a ledger; `Err` says in words what is wrong.
     pub(super) fn decode(bytes: &[u8]) -> Result<Self, String> {
         let raw = proto::Ledger::decode(bytes).map_err(|error| format!("the ledger is no ledger: {error}"))?;
@@ -171,6 +197,7 @@ impl Ledger {
             Product::Completion => raw.rows.iter().map(pair_facts).collect(),
             Product::Reachability => block_facts(bytes)?,
             Product::Grasps => grasp_facts(bytes)?,
+            Product::Patches => patch_facts(bytes)?,
         };
         let mut rows = Vec::with_capacity(raw.rows.len());
         for (index, (row, facts)) in (raw.first_index..).zip(raw.rows.into_iter().zip(facts)) {
@@ -232,4 +259,14 @@ fn grasp_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
         Ok(GraspFacts { verdicts, best_energy, best_epsilon, given_up }.into())
     };
     raw.rows.into_iter().map(facts).collect()
+}
+
+/// The grasps of all rows, likewise.
+fn patch_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
+    let raw = proto::PatchLedger::decode(bytes).map_err(|error| format!("the ledger is no ledger: {error}"))?;
+    let facts = |row: &proto::PatchLedgerRow| {
+        let proto::PatchLedgerRow { r#type: kind, type_index, energy, epsilon, .. } = *row;
+        PatchFacts { kind, type_index, energy, epsilon }.into()
+    };
+    Ok(raw.rows.iter().map(facts).collect())
 }

@@ -96,6 +96,33 @@ pub struct Counts {
     /// Of a dataset of grasps: grasps by verdict.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grasps: Option<GraspCounts>,
+    /// Of a dataset of patches: the kept grasps that they were chosen from, by type.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub types: Option<TypeCounts>,
+}
+
+/// Kept grasps of a whole dataset by type, and which types were chosen.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TypeCounts {
+    /// Kept grasps of each type.
+    pub counts: BTreeMap<u32, u64>,
+    /// Kept grasps without a type.
+    pub without: u64,
+    /// The chosen types, the most common first.
+    pub chosen: Vec<u32>,
+}
+
+impl TypeCounts {
+    /// Kept grasps in all.
+    pub fn grasps(&self) -> u64 {
+        self.without + self.counts.values().sum::<u64>()
+    }
+
+    /// Kept grasps of the chosen types.
+    pub fn covered(&self) -> u64 {
+        self.chosen.iter().filter_map(|kind| self.counts.get(kind)).sum()
+    }
 }
 
 /// Grasps, counted.
@@ -273,7 +300,7 @@ impl Manifest {
             }
             next = shard.first_sample.saturating_add(shard.samples);
         }
-        let Counts { samples, kept, rejected, splits, poses, grasps, .. } = &self.counts;
+        let Counts { samples, kept, rejected, splits, poses, grasps, types, .. } = &self.counts;
         let of_shards: u64 = self.shards.iter().map(|shard| shard.kept).sum();
         let sums = [
             ("samples of the shards", next, *samples),
@@ -291,6 +318,14 @@ impl Manifest {
         }
         if grasps.is_some() != (self.product == Product::Grasps) {
             return refuse(format!("a dataset of {} with counts of grasps: {}", self.product, grasps.is_some()));
+        }
+        if types.is_some() != (self.product == Product::Patches) {
+            return refuse(format!("a dataset of {} with counts of types: {}", self.product, types.is_some()));
+        }
+        if let Some(types) = types
+            && types.covered() != *samples
+        {
+            return refuse(format!("{samples} samples of {} grasps of the chosen types", types.covered()));
         }
         let names: Vec<&str> = self.files.keys().map(String::as_str).collect();
         if names != files_of(self.product) {

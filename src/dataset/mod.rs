@@ -7,7 +7,7 @@
 //! shards/        completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap
 //! index.parquet  one row a sample, kept or rejected
 //! assets.json    one row an object, and the refused meshes
-//! splits.json    who trains and who tests (completion, grasps)
+//! splits.json    who trains and who tests (completion, grasps, patches)
 //! field.mcap     labels and signed distances of the whole grid (reachability)
 //! shapes.mcap    the hand's shapes and the objects' meshes (grasps)
 //! rejects.jsonl  one line a rejected sample
@@ -53,7 +53,7 @@ pub use folder::{
 pub use grasp_preview::write_grasp_preview;
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow};
-pub use manifest::{Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry};
+pub use manifest::{Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry, TypeCounts};
 pub use map_preview::write_map_preview;
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection, TouchedPair};

@@ -17,8 +17,8 @@ use crate::{
     geom::OccupancyGrid,
     ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
     record::{
-        Channel, Cloud, Coverage, Depth, GraspRun, Implicit, ReachabilityBlock, RecordError, TactileContacts, Tsdf,
-        Visibility, VoxelPair,
+        Channel, Cloud, Coverage, Depth, GraspRun, HeatmapPatch, Implicit, PatchColour, ReachabilityBlock, RecordError,
+        TactileContacts, Tsdf, Visibility, VoxelPair,
     },
 };
 
@@ -358,6 +358,24 @@ impl Sample {
         let payload = (self.payload(Channel::GraspRun))
             .ok_or_else(|| invalid(&self.shard, format!("sample {} has no run of grasps", self.index)))?;
         GraspRun::decode(payload).map_err(|source| self.broken(source))
+    }
+
+    /// Depth and labels around the palm and the fingertips of a grasp.
+    ///
+    /// # Errors
+    /// When the sample is of another product, or the payload is no valid record.
+    pub fn heatmap_patch(&self) -> Result<HeatmapPatch, DatasetError> {
+        let payload = (self.payload(Channel::Patch))
+            .ok_or_else(|| invalid(&self.shard, format!("sample {} has no patches", self.index)))?;
+        HeatmapPatch::decode(payload).map_err(|source| self.broken(source))
+    }
+
+    /// The same patches in colour; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_colour(&self) -> Result<Option<PatchColour>, DatasetError> {
+        self.decoded(Channel::PatchColour, PatchColour::decode)
     }
 
     fn decoded<T>(

@@ -97,7 +97,7 @@ fn forms(product: Product) -> &'static str {
     match product {
         Product::Completion => "give --to npy, binvox or pcd",
         Product::Reachability => "give --to graspit",
-        Product::Grasps => "its shards are MCAP: read them as docs/format.md says",
+        Product::Grasps | Product::Patches => "its shards are MCAP: read them as docs/format.md says",
     }
 }
 

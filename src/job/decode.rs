@@ -46,7 +46,8 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
         toml::Value::Table(table) => table,
         _ => toml::Table::new(),
     };
-    if product != Product::Reachability && !written.contains_key("objects") {
+    let has_objects = matches!(product, Product::Completion | Product::Grasps);
+    if has_objects && !written.contains_key("objects") {
         let path = Path::of("objects");
         if !wrong.iter().any(|wrong| path.holds(wrong)) {
             let expected = "at least one [[objects]] entry with a folder, list, package or built_in".to_owned();
@@ -90,6 +91,7 @@ fn read(product: Product, filled: &toml::Value) -> Result<(HeadSpec, BodySpec), 
         Product::Completion => BodySpec::Completion(Deserialize::deserialize(filled.clone())?),
         Product::Reachability => BodySpec::Reachability(Deserialize::deserialize(filled.clone())?),
         Product::Grasps => BodySpec::Grasps(Deserialize::deserialize(filled.clone())?),
+        Product::Patches => BodySpec::Patches(Deserialize::deserialize(filled.clone())?),
     };
     Ok((HeadSpec::deserialize(filled.clone())?, body))
 }
@@ -352,7 +354,7 @@ fn suggestion(product: Product, key: &str, known: &[String]) -> Option<String> {
 }
 
 /// Key -> its dotted path, a map a product.
-static KEY_PLACES: std::sync::LazyLock<[BTreeMap<String, String>; 3]> =
+static KEY_PLACES: std::sync::LazyLock<[BTreeMap<String, String>; 4]> =
     std::sync::LazyLock::new(|| Product::ALL.map(key_places));
 
 fn key_places(product: Product) -> BTreeMap<String, String> {

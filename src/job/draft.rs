@@ -6,8 +6,10 @@ use std::{
 };
 
 use super::{
-    check::{self, Checker, HandReader, RobotReader, SceneReader},
-    checked::{Completion, GraspSettings, JobHand, PackageFile, Profile, ReachabilityJob, SplitSettings},
+    check::{self, Checker, GraspsReader, HandReader, RobotReader, SceneReader},
+    checked::{
+        Completion, GraspSettings, JobHand, PackageFile, PatchJob, Profile, ReachabilityJob, Renderer, SplitSettings,
+    },
     decode::{self, Decoded},
     discover,
     document::Document,
@@ -16,6 +18,7 @@ use super::{
         BodySpec,
         completion::{CompletionSpec, ObjectsSpec, SplitSpec},
         grasp::GraspsSpec,
+        patches::PatchesSpec,
         reachability::ReachabilitySpec,
     },
 };
@@ -64,6 +67,8 @@ pub struct Surroundings<'a> {
     pub hands: &'a HandReader<'a>,
     /// Tries hands that grasp, likewise.
     pub grasping_hands: &'a HandReader<'a>,
+    /// Reads datasets of grasps; [`no_grasps`](super::no_grasps) where there is nothing to read with.
+    pub grasps: &'a GraspsReader<'a>,
 }
 
 /// A checked job whose meshes are found but not yet read.
@@ -95,6 +100,8 @@ pub enum WorkDraft {
     Reachability(ReachabilityJob),
     /// Grasps, of meshes that are still to be prepared.
     Grasps(GraspDraft),
+    /// Patches, of grasps that have been read.
+    Patches(PatchJob),
 }
 
 /// A completion job before its meshes are read.
@@ -151,6 +158,7 @@ impl JobDraft {
             BodySpec::Completion(spec) => completion(checker, &spec, &job.folder, surroundings)?,
             BodySpec::Reachability(spec) => reachability(checker, &spec, &job.folder, surroundings)?,
             BodySpec::Grasps(spec) => grasps(checker, &spec, &job.folder, surroundings)?,
+            BodySpec::Patches(spec) => patches(checker, &spec, &job.folder, surroundings)?,
         };
         let file_name = Path::new(&job.label).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         Ok(Self {
@@ -170,9 +178,18 @@ impl JobDraft {
         let meshes = match &self.work {
             WorkDraft::Completion(draft) => &draft.objects.meshes[..],
             WorkDraft::Grasps(draft) => &draft.objects.meshes,
-            WorkDraft::Reachability(_) => &[],
+            WorkDraft::Reachability(_) | WorkDraft::Patches(_) => &[],
         };
         meshes.iter().map(|mesh| &mesh.source)
+    }
+
+    /// Whether it draws colours, which needs OpenGL.
+    pub fn draws_colours(&self) -> bool {
+        match &self.work {
+            WorkDraft::Completion(draft) => draft.settings.renderer == Renderer::MujocoGl,
+            WorkDraft::Patches(job) => job.settings.colour.is_some(),
+            _ => false,
+        }
     }
 
     /// The completion job, where it is one.
@@ -237,6 +254,18 @@ fn grasps(
         shard_samples: spec.shards.runs.unwrap_or(settings.seeds),
         notes,
     })
+}
+
+fn patches(
+    mut checker: Checker<'_>,
+    spec: &PatchesSpec,
+    folder: &Path,
+    surroundings: &Surroundings<'_>,
+) -> Result<Worked, JobErrors> {
+    let job = check::patches(&mut checker, spec, folder, surroundings.grasping_hands, surroundings.grasps);
+    JobErrors::check(checker.errors)?;
+    let job = job.expect("what is wrong with grasps, hand and camera was reported");
+    Ok(Worked { work: WorkDraft::Patches(job), shard_samples: spec.shards.samples, notes: Vec::new() })
 }
 
 fn reachability(

@@ -26,12 +26,15 @@ mod resolve;
 mod schema;
 mod spec;
 
-pub use check::{HandReader, RobotFault, RobotKey, RobotReader, SceneReader, no_hands, no_robots, no_scenes};
+pub use check::{
+    GraspsReader, HandReader, RobotFault, RobotKey, RobotReader, SceneReader, no_grasps, no_hands, no_robots, no_scenes,
+};
 pub use checked::{
-    Channels, Collisions, Completion, CompletionJob, DepthFormat, Distance, Divided, Gate, GraspJob, GraspSettings,
-    ImplicitSamples, Job, JobHand, JobObject, ModelChoice, PackageFile, Pivot, Profile, RandomRays, RayTarget,
-    ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand, Truth, WORLD,
-    Work,
+    Channels, ChosenGrasp, Collisions, Completion, CompletionJob, DepthFormat, Distance, Divided, FoundGrasps, Gate,
+    GraspJob, GraspSettings, GraspedObject, ImplicitSamples, Job, JobHand, JobObject, ModelChoice, ObjectSide,
+    PackageFile, PatchColours, PatchJob, PatchLabel, PatchSettings, Pivot, Profile, RandomRays, RayTarget,
+    ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand, Truth,
+    TypeChoice, WORLD, Work,
 };
 pub use draft::{
     CompletionDraft, FoundMesh, GraspDraft, JobDraft, JobText, ObjectsDraft, Surroundings, WorkDraft,

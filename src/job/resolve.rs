@@ -32,6 +32,7 @@ impl JobDraft {
         let work = match self.work {
             WorkDraft::Completion(draft) => Work::Completion(draft.resolve(assets, &self.document, &mut notes)?),
             WorkDraft::Reachability(job) => Work::Reachability(job),
+            WorkDraft::Patches(job) => Work::Patches(job),
             WorkDraft::Grasps(draft) => Work::Grasps(draft.resolve(assets, &self.document)?),
         };
         Ok(Job {

@@ -10,7 +10,9 @@ use serde_json::{Map, Value, json};
 
 use super::{
     checked::Profile,
-    spec::{HeadSpec, completion::CompletionSpec, grasp::GraspsSpec, reachability::ReachabilitySpec},
+    spec::{
+        HeadSpec, completion::CompletionSpec, grasp::GraspsSpec, patches::PatchesSpec, reachability::ReachabilitySpec,
+    },
 };
 use crate::{
     ids::Product,
@@ -23,6 +25,8 @@ const COMPLETION: [&str; 2] =
 const REACHABILITY: [&str; 2] =
     [include_str!("profiles/reachability/standard.toml"), include_str!("profiles/reachability/thesis.toml")];
 const GRASPS: [&str; 2] = [include_str!("profiles/grasps/standard.toml"), include_str!("profiles/grasps/thesis.toml")];
+const PATCHES: [&str; 2] =
+    [include_str!("profiles/patches/standard.toml"), include_str!("profiles/patches/thesis.toml")];
 
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
     json!({
@@ -31,7 +35,7 @@ static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
         "oneOf": Product::ALL.map(alone),
     })
 });
-static SCHEMAS: LazyLock<[Value; 3]> = LazyLock::new(|| Product::ALL.map(build));
+static SCHEMAS: LazyLock<[Value; 4]> = LazyLock::new(|| Product::ALL.map(build));
 
 /// The JSON Schema of a job file. Beyond the draft's keywords: `x-unit`, and `x-default-thesis` where the `thesis`
 /// profile has another default.
@@ -63,6 +67,7 @@ pub(super) fn defaults(product: Product, profile: Profile) -> toml::Table {
         Product::Completion => COMPLETION,
         Product::Reachability => REACHABILITY,
         Product::Grasps => GRASPS,
+        Product::Patches => PATCHES,
     };
     let mut defaults = read(standard);
     if profile == Profile::Thesis {
@@ -95,6 +100,7 @@ fn bare(product: Product) -> Value {
         Product::Completion => generator().into_root_schema_for::<CompletionSpec>().to_value(),
         Product::Reachability => generator().into_root_schema_for::<ReachabilitySpec>().to_value(),
         Product::Grasps => generator().into_root_schema_for::<GraspsSpec>().to_value(),
+        Product::Patches => generator().into_root_schema_for::<PatchesSpec>().to_value(),
     };
     if let (Some(keys), Some(more)) = (schema["properties"].as_object_mut(), head["properties"].as_object_mut()) {
         keys.append(more);

@@ -3,6 +3,7 @@
 pub mod completion;
 pub mod grasp;
 mod objects;
+pub mod patches;
 pub mod reachability;
 
 pub use objects::{check_hand, inside_test};
@@ -11,11 +12,12 @@ use crate::{
     assets::{DescriptionError, MeshRefusal},
     geom::SimdLevel,
     ids::{ObjectId, SampleId, ViewId},
-    job::{CompletionJob, GraspJob, Job, ReachabilityJob, Renderer, Work},
+    job::{CompletionJob, GraspJob, Job, PatchJob, ReachabilityJob, Renderer, Work},
     record::{Channel, SampleFacts},
 };
 use completion::CompletionWorker;
 use grasp::{GraspHand, GraspWorker};
+use patches::{MeshReader, PatchHand, PatchWorker};
 use reachability::{PoseLabeller, ReachabilityWorker};
 
 /// What became of a sample; a reject is data, not an error.
@@ -87,10 +89,42 @@ pub enum Workshop<'j> {
         /// Vector instructions.
         level: SimdLevel,
     },
+    /// Of a job for patches.
+    Patches {
+        /// The job.
+        job: &'j PatchJob,
+        /// Its seed.
+        seed: u64,
+        /// Read once, used by all.
+        hand: Box<PatchHand>,
+        /// Reads the objects' meshes.
+        meshes: Box<MeshReader<'j>>,
+        /// Vector instructions.
+        level: SimdLevel,
+    },
 }
 
 impl<'j> Workshop<'j> {
-    /// Prepares what the job's producers share.
+    /// Prepares what the producers of a job for patches share; `meshes` reads those of its objects.
+    ///
+    /// # Errors
+    /// When the job's hand is gone, another one, or lacks a fingertip.
+    pub fn of_patches(
+        job: &'j PatchJob,
+        seed: u64,
+        meshes: Box<MeshReader<'j>>,
+        level: SimdLevel,
+    ) -> Result<Self, ProduceError> {
+        if job.settings.colour.is_some() {
+            return Err(ProduceError::NoColour { why: "this program draws none yet".to_owned() });
+        }
+        Ok(Self::Patches { job, seed, hand: Box::new(PatchHand::open(job)?), meshes, level })
+    }
+
+    /// Prepares what the producers of any other job share.
+    ///
+    /// # Panics
+    /// Of a job for patches.
     ///
     /// # Errors
     /// When the job's robot or hand is gone, another one than when the job was resolved, or cannot be worked with.
@@ -103,6 +137,7 @@ impl<'j> Workshop<'j> {
             Work::Grasps(work) => {
                 Self::Grasps { job: work, seed: job.seed, hand: Box::new(GraspHand::open(&work.hand)?), level }
             }
+            Work::Patches(_) => panic!("a job for patches needs meshes: Workshop::of_patches"),
             Work::Reachability(work) => {
                 Self::Reachability { job: work, labeller: Box::new(PoseLabeller::new(work, job.seed, level)?) }
             }
@@ -117,6 +152,9 @@ impl<'j> Workshop<'j> {
         Ok(match self {
             Self::Completion { job, seed, level } => Box::new(CompletionWorker::new(job, *seed, *level)?),
             Self::Grasps { job, seed, hand, level } => Box::new(GraspWorker::new(job, *seed, hand, *level)),
+            Self::Patches { job, hand, meshes, level, .. } => {
+                Box::new(PatchWorker::new(job, hand, meshes.as_ref(), *level))
+            }
             Self::Reachability { job, labeller } => Box::new(ReachabilityWorker::new(job, labeller)),
         })
     }
@@ -194,6 +232,12 @@ pub enum ProduceError {
     NoGrasps {
         /// The hand's description, or the object.
         name: String,
+        /// Why not, and the remedy.
+        why: String,
+    },
+    /// Colours cannot be drawn here.
+    #[error("colours cannot be drawn: {why}; without them (`--set render.colour=false`) all else is made as it is")]
+    NoColour {
         /// Why not, and the remedy.
         why: String,
     },

@@ -11,6 +11,8 @@ pub enum SampleFacts {
     Block(BlockFacts),
     /// Of a run that searched for grasps.
     Grasps(GraspFacts),
+    /// Of the patches of one grasp.
+    Patches(PatchFacts),
 }
 
 /// Counts of occupied cells, and the share of the solid that lies in the grid.
@@ -48,6 +50,19 @@ pub struct GraspFacts {
     pub given_up: bool,
 }
 
+/// The grasp of some patches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PatchFacts {
+    /// Its type.
+    pub kind: u32,
+    /// Place of that among the chosen types.
+    pub type_index: u32,
+    /// What annealing minimised.
+    pub energy: f64,
+    /// Epsilon of the closed hand, in the space that was asked for.
+    pub epsilon: f64,
+}
+
 impl Default for GraspFacts {
     fn default() -> Self {
         Self { verdicts: [0; 5], best_energy: f64::INFINITY, best_epsilon: 0.0, given_up: false }
@@ -73,6 +88,7 @@ impl SampleFacts {
             Self::Pair(_) => Product::Completion,
             Self::Block(_) => Product::Reachability,
             Self::Grasps(_) => Product::Grasps,
+            Self::Patches(_) => Product::Patches,
         }
     }
 
@@ -99,6 +115,14 @@ impl SampleFacts {
             _ => None,
         }
     }
+
+    /// Those of the patches of a grasp.
+    pub fn patches(&self) -> Option<&PatchFacts> {
+        match self {
+            Self::Patches(facts) => Some(facts),
+            _ => None,
+        }
+    }
 }
 
 impl From<PairFacts> for SampleFacts {
@@ -116,5 +140,11 @@ impl From<BlockFacts> for SampleFacts {
 impl From<GraspFacts> for SampleFacts {
     fn from(facts: GraspFacts) -> Self {
         Self::Grasps(facts)
+    }
+}
+
+impl From<PatchFacts> for SampleFacts {
+    fn from(facts: PatchFacts) -> Self {
+        Self::Patches(facts)
     }
 }

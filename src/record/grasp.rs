@@ -326,10 +326,10 @@ impl GraspMethod {
     }
 
     fn of(run: &proto::GraspRun) -> Result<Self, RecordError> {
-        named("energy", &run.energy, &ENERGIES)?;
-        named("energy_space", &run.energy_space, &[FORCE, WRENCH])?;
-        named("space", &run.space, &[FORCE, WRENCH])?;
-        named("contact_model", &run.contact_model, &MODELS)?;
+        named(MESSAGE, "energy", &run.energy, &ENERGIES)?;
+        named(MESSAGE, "energy_space", &run.energy_space, &[FORCE, WRENCH])?;
+        named(MESSAGE, "space", &run.space, &[FORCE, WRENCH])?;
+        named(MESSAGE, "contact_model", &run.contact_model, &MODELS)?;
         let torsion = run.torsion;
         let soft = run.contact_model == MODELS[1];
         ranged(MESSAGE, "torsion", torsion, (torsion > 0.0) == soft, "above 0 of soft fingers, else 0")?;
@@ -471,10 +471,15 @@ fn contacts(grasp: &proto::Grasp, links: usize) -> Result<Vec<HeldContact>, Reco
 }
 
 /// `Err` unless the text is one of these.
-fn named(field: &'static str, found: &str, known: &[&str]) -> Result<(), RecordError> {
+pub(super) fn named(
+    message: &'static str,
+    field: &'static str,
+    found: &str,
+    known: &[&str],
+) -> Result<(), RecordError> {
     if known.contains(&found) {
         return Ok(());
     }
     let (found, expected) = (found.to_owned(), known.join(" or "));
-    Err(RecordError::Name { message: MESSAGE, field, found, expected })
+    Err(RecordError::Name { message, field, found, expected })
 }

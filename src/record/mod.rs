@@ -1,7 +1,7 @@
 //! What is on disk: records, their protobuf codec and schema, the format's number.
 //!
 //! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/touch.proto`, `proto/hand.proto`,
-//! `proto/reachability.proto`, `proto/grasp.proto`). Encoding is written by hand, in tag
+//! `proto/reachability.proto`, `proto/grasp.proto`, `proto/patches.proto`). Encoding is written by hand, in tag
 //! order, straight from the record's own memory; decoding goes through the generated types and then checks every
 //! length, range and count, so that a decoded record can be trusted. Names of objects, paths, clocks and sample
 //! indices never enter a payload: the same sample has the same bytes in every dataset.
@@ -17,6 +17,9 @@ mod grasp;
 mod grasp_tests;
 mod hand;
 mod pair;
+mod patch;
+#[cfg(test)]
+mod patch_tests;
 mod shapes;
 #[cfg(test)]
 mod tests;
@@ -32,13 +35,14 @@ pub use block::ReachabilityBlock;
 pub use channels::{Cloud, Coverage, Implicit, Tsdf, Visibility};
 pub use depth::{Depth, DepthCoding};
 pub use error::RecordError;
-pub use facts::{BlockFacts, GraspFacts, PairFacts, SampleFacts};
+pub use facts::{BlockFacts, GraspFacts, PairFacts, PatchFacts, SampleFacts};
 pub use field::{FieldHeader, ReachabilityField};
 pub use grasp::{
     FORCE, Grasp, GraspMethod, GraspRun, GraspVerdict, HandNames, HeldContact, RunStretch, STRETCHES, Seed, WRENCH,
 };
 pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
 pub use pair::VoxelPair;
+pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape};
 pub use touch::{TactileContacts, TouchContact};
 
@@ -74,11 +78,15 @@ pub enum Channel {
     Block,
     /// [`GraspRun`]: one run of annealing and the grasps that it found; every sample of grasps has one.
     GraspRun,
+    /// [`HeatmapPatch`]: depth around the palm and the fingertips of one grasp, with labels; every sample of patches has one.
+    Patch,
+    /// [`PatchColour`]: the same patches in colour.
+    PatchColour,
 }
 
 impl Channel {
     /// Every channel, in the order in which a sample's messages are written.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Pair,
         Self::Visibility,
         Self::Depth,
@@ -91,6 +99,8 @@ impl Channel {
         Self::TouchGrasp,
         Self::Block,
         Self::GraspRun,
+        Self::Patch,
+        Self::PatchColour,
     ];
 
     /// The product whose samples have such messages.
@@ -108,6 +118,7 @@ impl Channel {
             | Self::TouchGrasp => Product::Completion,
             Self::Block => Product::Reachability,
             Self::GraspRun => Product::Grasps,
+            Self::Patch | Self::PatchColour => Product::Patches,
         }
     }
 
@@ -127,6 +138,7 @@ impl Channel {
             Product::Completion => Self::Pair,
             Product::Reachability => Self::Block,
             Product::Grasps => Self::GraspRun,
+            Product::Patches => Self::Patch,
         }
     }
 
@@ -145,6 +157,8 @@ impl Channel {
             Self::TouchGrasp => "/completion/touch_grasp",
             Self::Block => "/reachability/block",
             Self::GraspRun => "/grasps/run",
+            Self::Patch => "/patches/patch",
+            Self::PatchColour => "/patches/colour",
         }
     }
 
@@ -167,6 +181,8 @@ impl Channel {
             Self::TouchExploration | Self::TouchGrasp => "graspmill.HandContacts",
             Self::Block => "graspmill.ReachabilityBlock",
             Self::GraspRun => "graspmill.GraspRun",
+            Self::Patch => "graspmill.HeatmapPatch",
+            Self::PatchColour => "graspmill.PatchColour",
         }
     }
 
@@ -191,6 +207,7 @@ pub fn descriptors(product: Product) -> &'static [u8] {
         Product::Completion => include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin")),
         Product::Reachability => include_bytes!(concat!(env!("OUT_DIR"), "/reachability.bin")),
         Product::Grasps => include_bytes!(concat!(env!("OUT_DIR"), "/grasp.bin")),
+        Product::Patches => include_bytes!(concat!(env!("OUT_DIR"), "/patches.bin")),
     }
 }
 
@@ -234,6 +251,11 @@ impl Checker {
                 let run = GraspRun::decode(payload)?;
                 Ok(Checked { facts: Some(run.facts().into()), ..checked(run.sample)? })
             }
+            Channel::Patch => {
+                let patch = HeatmapPatch::decode(payload)?;
+                Ok(Checked { facts: Some(patch.facts().into()), ..checked(patch.sample)? })
+            }
+            Channel::PatchColour => checked(PatchColour::decode(payload)?.sample),
             Channel::TouchRays | Channel::TouchExploration | Channel::TouchGrasp => {
                 let touch = TactileContacts::decode_of(channel, payload)?;
                 let Some(pair) = self.pair.as_ref().filter(|pair| pair.sample == touch.sample) else {

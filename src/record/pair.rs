@@ -77,7 +77,7 @@ impl VoxelPair {
             .map_err(|error| RecordError::Protobuf { message: MESSAGE, problem: error.to_string() })?;
         let sample = sample_from_proto(MESSAGE, pair.sample)?;
         let grid = placement(pair.grid)?;
-        let camera = intrinsics(pair.camera)?;
+        let camera = intrinsics(MESSAGE, pair.camera)?;
         let camera_from_object = pose(MESSAGE, "camera_from_object", &pair.camera_from_object)?;
         let world_from_object: Pose<World, Object> = pose(MESSAGE, "world_from_object", &pair.world_from_object)?;
         let world_from_camera: Pose<World, CameraCv> = pose(MESSAGE, "world_from_camera", &pair.world_from_camera)?;
@@ -174,17 +174,18 @@ fn placement(grid: Option<proto::Grid>) -> Result<GridPlacement, RecordError> {
     Ok(GridPlacement { resolution, centre, cell_size: grid.cell_size })
 }
 
-fn intrinsics(camera: Option<proto::Camera>) -> Result<Intrinsics, RecordError> {
-    let camera = camera.ok_or(RecordError::Missing { message: MESSAGE, field: "camera" })?;
+/// A camera out of its numbers.
+pub(super) fn intrinsics(message: &'static str, camera: Option<proto::Camera>) -> Result<Intrinsics, RecordError> {
+    let camera = camera.ok_or(RecordError::Missing { message, field: "camera" })?;
     let proto::Camera { width, height, fx, fy, cx, cy, near } = camera;
     for (field, side) in [("camera.width", width), ("camera.height", height)] {
-        ranged(MESSAGE, field, f64::from(side), (1..=16384).contains(&side), "1 to 16384")?;
+        ranged(message, field, f64::from(side), (1..=16384).contains(&side), "1 to 16384")?;
     }
     for (field, value) in [("camera.fx", fx), ("camera.fy", fy), ("camera.near", near)] {
-        ranged(MESSAGE, field, value, value > 0.0 && value.is_finite(), "positive and finite")?;
+        ranged(message, field, value, value > 0.0 && value.is_finite(), "positive and finite")?;
     }
     for (field, value) in [("camera.cx", cx), ("camera.cy", cy)] {
-        ranged(MESSAGE, field, value, value.is_finite(), "finite")?;
+        ranged(message, field, value, value.is_finite(), "finite")?;
     }
     Ok(Intrinsics { width, height, fx, fy, cx, cy, near })
 }

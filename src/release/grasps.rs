@@ -74,7 +74,7 @@ pub struct TypeFacts {
 }
 
 impl TypeFacts {
-    fn new(kind: u32, grasps: u64) -> Self {
+    pub(super) fn new(kind: u32, grasps: u64) -> Self {
         Self { kind, grasps, digits: std::array::from_fn(|place| (kind / 5_u32.pow(place as u32) % 5) as u8) }
     }
 }

@@ -11,6 +11,8 @@ mod grasp_report;
 mod grasps;
 mod notes;
 mod page;
+mod patch_report;
+mod patches;
 pub mod picture;
 mod reach_report;
 mod reachability;
@@ -24,6 +26,7 @@ mod touch_facts;
 pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
 pub use grasps::{GraspedObject, GraspsInspection, TypeFacts, grasp_counts_in_words, inspect_grasps};
 pub use notes::{RunNotes, Speed};
+pub use patches::{ChosenType, LookedAtObject, PatchesInspection, inspect_patches, types_in_words};
 pub use reachability::{
     AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability, pose_counts_in_words,
 };

@@ -11,6 +11,8 @@ use super::{
     grasps::GraspSurvey,
     notes::write_in_place,
     page::shell,
+    patch_report,
+    patches::PatchSurvey,
     reach_report, reachability,
     sections::{distributions, header, how_to_check, job, objects, sample_in_words, speed, splits},
     survey::Survey,
@@ -28,7 +30,7 @@ pub struct ReportSummary {
     /// Its size [bytes].
     pub bytes: u64,
     /// Samples with pictures; of a reachability dataset, cross-sections; of grasps,
-    /// objects.
+    /// objects; of patches, grasps.
     pub shown: usize,
 }
 
@@ -49,6 +51,7 @@ pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, Datase
             (page(&survey, &gallery, &reader.job_text()?), survey.picks.len())
         }
         Product::Grasps => grasp_report::page(&reader, &GraspSurvey::of(&reader)?)?,
+        Product::Patches => patch_report::page(&reader, &PatchSurvey::of(&reader)?)?,
         Product::Reachability => {
             let field = read_field(folder)?;
             let facts = reachability::facts_of(&reader, &field)?;

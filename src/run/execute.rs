@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Cancel, Event, Listener, Progress, shapes::write_shapes};
+use super::{Cancel, Event, Listener, Progress, shapes::write_shapes, workshop::open_workshop};
 use crate::{
     dataset::{
         Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, ShardHeader, ShardWriter, begin_run,
@@ -117,7 +117,7 @@ pub fn run(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) ->
         shards_before: scan.done.len() as u64,
         threads: crew.threads,
     });
-    let workshop = Workshop::new(job, crew.level)?;
+    let workshop = open_workshop(job, crew.level)?;
     let tally = Tally::new(to_make, listener);
     let make = |shard: &&ShardPlan| {
         let made = make_shard(task, shard, &workshop, cancel, &tally)?;
@@ -184,16 +184,18 @@ fn make_shard(
 /// # Errors
 /// As [`run`].
 pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Cancel) -> Result<PilotRate, RunError> {
-    let workshop = Workshop::new(job, level)?;
+    let workshop = open_workshop(job, level)?;
     let mut producer = workshop.producer()?;
-    let (subjects, views) = (job.subjects() as u64, u64::from(plan.views));
+    let subjects = job.subjects() as u64;
     let visited = subjects.min(8);
-    let per_subject = (samples / visited.max(1)).clamp(1, views);
     let (mut made, mut bytes) = (0u64, 0u64);
     let (mut load_seconds, mut view_seconds) = (0.0, 0.0);
     for step in 0..visited {
         let began = Instant::now();
-        producer.load((step * subjects / visited) as usize)?;
+        let subject = (step * subjects / visited) as usize;
+        let views = u64::from(plan.views_of(subject));
+        let per_subject = (samples / visited.max(1)).clamp(1, views.max(1)).min(views);
+        producer.load(subject)?;
         load_seconds += began.elapsed().as_secs_f64();
         let began = Instant::now();
         for place in 0..per_subject {

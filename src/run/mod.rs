@@ -11,6 +11,7 @@ mod preview;
 mod regenerate;
 mod shapes;
 mod tables;
+mod workshop;
 
 pub use assets::{PreparedAssets, prepare_assets};
 pub use event::{Cancel, Event, Listener, Progress};

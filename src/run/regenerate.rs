@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Cancel, Crew, RunError};
+use super::{Cancel, Crew, RunError, workshop::open_workshop};
 use crate::{
     dataset::{DatasetReader, Fate, Ledger, LedgerRow},
     ids::{Digest, SampleIndex},
     job::Job,
     plan::Plan,
-    produce::{Outcome, Producer, Workshop},
+    produce::{Outcome, Producer},
     seed::Stream,
 };
 
@@ -63,7 +63,7 @@ pub fn regenerate(
     for index in &chosen {
         by_subject.entry(plan.locate(*index).0).or_default().push(*index);
     }
-    let workshop = Workshop::new(job, crew.level)?;
+    let workshop = open_workshop(job, crew.level)?;
     let mut producer = workshop.producer()?;
     let mut differences = Vec::new();
     let mut ledger = None;

@@ -8,9 +8,12 @@ use serde_json::Value;
 use crate::sim::{gl_facts, sim_facts};
 use crate::{
     assets::MeshRefusal,
-    dataset::{DatasetHeader, NumberClass, ObjectSplit, ProductTables, Split, SplitTable as StoredSplits},
+    dataset::{DatasetHeader, NumberClass, ObjectSplit, ProductTables, Split, SplitTable as StoredSplits, TypeCounts},
     ids::ViewId,
-    job::{Collisions, Completion, Divided, Job, JobHand, JobObject, ReachabilityJob, Renderer, Work},
+    job::{
+        Collisions, Completion, Divided, FoundGrasps, Job, JobHand, JobObject, ObjectSide, ReachabilityJob, Renderer,
+        TypeChoice, Work,
+    },
     plan::{LeakReport, ModelRole, SampleRole, Sides, SplitTable},
     produce::completion::channels_of,
     record::FieldHeader,
@@ -45,6 +48,14 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
             let splits = sides.map(|sides| stored_splits(&work.divided(), &sides.splits)).unwrap_or_default();
             add_warnings(&work.objects, &work.refused, sides, &mut warnings);
             (NumberClass::Exact, BTreeMap::new(), assets, ProductTables::Grasps { splits })
+        }
+        Work::Patches(work) => {
+            hands.push(hand_row(&work.hand));
+            let assets = work.grasps.objects.iter().map(|object| object.asset.clone()).collect();
+            let TypeChoice { counts, without, chosen } = work.grasps.types.clone();
+            let types = TypeCounts { counts, without, chosen };
+            let splits = splits_of_grasps(&work.grasps);
+            (NumberClass::Exact, BTreeMap::new(), assets, ProductTables::Patches { splits, types })
         }
         Work::Reachability(work) => {
             let field = Box::new(field_header(work));
@@ -152,6 +163,24 @@ fn stored_splits(job: &Divided<'_>, splits: &SplitTable) -> StoredSplits {
     objects.sort_by_key(|row| row.object);
     let training_subsets = splits.subsets.iter().map(|subset| subset.len() as u32).collect();
     StoredSplits { training_subsets, objects }
+}
+
+/// The sides of the grasps, their held out runs turned into held out patches.
+fn splits_of_grasps(grasps: &FoundGrasps) -> StoredSplits {
+    let objects = grasps.objects.iter().map(|object| ObjectSplit {
+        object: object.id,
+        models: match object.side {
+            ObjectSide::Training => Split::Training,
+            ObjectSide::Validation => Split::ValidationModels,
+            ObjectSide::Test => Split::TestModels,
+        },
+        holdout_views: (0..)
+            .zip(&object.grasps)
+            .filter_map(|(view, grasp)| object.holdout_runs.contains(&grasp.run).then_some(view))
+            .collect(),
+        subset: object.subset,
+    });
+    StoredSplits { training_subsets: grasps.training_subsets.clone(), objects: objects.collect() }
 }
 
 /// Things a user should know, in words; numbers only from the job and its meshes.

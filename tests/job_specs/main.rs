@@ -15,6 +15,7 @@ use graspmill::{
 mod files;
 mod grasps;
 mod hands;
+mod patches;
 #[path = "../python/mod.rs"]
 mod python;
 mod reachability;
@@ -28,6 +29,7 @@ fn surroundings(packages: &str) -> Surroundings<'static> {
         robots: &any_robot,
         hands: &|_| Ok(()),
         grasping_hands: &|_| Ok(()),
+        grasps: &|_, types| Ok(patches::found(types)),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod completion;
 mod grasp;
+mod patches;
 mod reachability;
 
 use std::{
@@ -31,6 +32,7 @@ impl Job {
             Product::Completion => "every mesh pinned by its content",
             Product::Reachability => "the robot pinned by its content",
             Product::Grasps => "every mesh and the hand pinned by their content",
+            Product::Patches => "the grasps and the hand pinned by their content",
         };
         let _ = writeln!(text.0, "# A resolved job: every default filled in, {pinned}.");
         let _ = writeln!(text.0, "# Job digest {}", self.digest());
@@ -65,6 +67,12 @@ impl Job {
                 text.key("runs", i64::from(self.shard_samples));
                 text.objects(&job.objects, folder);
             }
+            Work::Patches(job) => {
+                text.patches(job, Some(folder));
+                text.hand_at("hand", &job.hand, Some(folder));
+                text.section("shards");
+                text.key("samples", i64::from(self.shard_samples));
+            }
         }
         text.0
     }
@@ -77,6 +85,7 @@ impl Job {
         match &self.work {
             Work::Completion(job) => text.divided(&job.split, &job.objects),
             Work::Grasps(job) => text.divided(&job.split, &job.objects),
+            Work::Patches(job) => text.grasped(&job.grasps),
             Work::Reachability(job) => text.key("robot", job.robot.id.0.hex()),
         }
         JobDigest(Digest::of(text.0.as_bytes()))
@@ -106,6 +115,10 @@ impl Job {
             }
             Work::Grasps(job) => {
                 text.grasps(&job.settings);
+                text.hand_at("hand", &job.hand, None);
+            }
+            Work::Patches(job) => {
+                text.patches(job, None);
                 text.hand_at("hand", &job.hand, None);
             }
         }

@@ -2,6 +2,7 @@
 
 mod completion;
 mod grasp;
+mod patches;
 mod reachability;
 mod touch;
 
@@ -10,6 +11,8 @@ use std::path::Path as FilePath;
 pub use completion::{SceneReader, no_scenes};
 pub(super) use completion::{completion, split};
 pub(super) use grasp::grasps;
+pub(super) use patches::patches;
+pub use patches::{GraspsReader, no_grasps};
 pub(super) use reachability::reachability;
 pub use reachability::{RobotFault, RobotKey, RobotReader, no_robots};
 pub use touch::{HandReader, no_hands};

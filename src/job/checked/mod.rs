@@ -3,6 +3,7 @@
 mod completion;
 mod grasp;
 mod objects;
+mod patches;
 mod reachability;
 
 pub use completion::{
@@ -12,6 +13,9 @@ pub use completion::{
 };
 pub use grasp::{GraspJob, GraspSettings};
 pub use objects::Divided;
+pub use patches::{
+    ChosenGrasp, FoundGrasps, GraspedObject, ObjectSide, PatchColours, PatchJob, PatchLabel, PatchSettings, TypeChoice,
+};
 pub use reachability::{Collisions, ReachabilityJob, Robot, Solver, WORLD};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -49,6 +53,8 @@ pub enum Work {
     Reachability(ReachabilityJob),
     /// Grasps of a hand, of objects.
     Grasps(GraspJob),
+    /// Patches of images, of grasps.
+    Patches(PatchJob),
 }
 
 /// A named set of defaults; every quirk is a switch of its own.
@@ -68,6 +74,7 @@ impl Job {
             Work::Completion(_) => Product::Completion,
             Work::Reachability(_) => Product::Reachability,
             Work::Grasps(_) => Product::Grasps,
+            Work::Patches(_) => Product::Patches,
         }
     }
 
@@ -84,6 +91,7 @@ impl Job {
     pub fn subjects(&self) -> usize {
         match &self.work {
             Work::Reachability(_) => 1,
+            Work::Patches(job) => job.grasps.objects.len(),
             _ => self.objects().len(),
         }
     }
@@ -95,34 +103,47 @@ impl Job {
     pub fn subject(&self, place: usize) -> ObjectId {
         match &self.work {
             Work::Reachability(job) => job.robot.id,
+            Work::Patches(job) => job.grasps.objects[place].id,
             _ => self.objects()[place].id(),
         }
     }
 
-    /// The objects; none of a job about a robot.
+    /// The objects that are read; none of a job about a robot or about what another dataset holds.
     pub fn objects(&self) -> &[JobObject] {
         match &self.work {
             Work::Completion(job) => &job.objects,
             Work::Grasps(job) => &job.objects,
-            Work::Reachability(_) => &[],
+            Work::Reachability(_) | Work::Patches(_) => &[],
         }
     }
 
-    /// The objects to be split; `None` of a job about a robot.
+    /// The objects to be split; `None` of a job about a robot, and where another dataset has split them.
     pub fn divided(&self) -> Option<Divided<'_>> {
         match &self.work {
             Work::Completion(job) => Some(job.divided()),
             Work::Grasps(job) => Some(job.divided()),
-            Work::Reachability(_) => None,
+            Work::Reachability(_) | Work::Patches(_) => None,
         }
     }
 
-    /// Samples a subject: views of an object, seeds of one, positions of a robot's grid.
+    /// Samples a subject, at most: views of an object, seeds of one, positions of a robot's grid, grasps of an object.
     pub fn views(&self) -> u32 {
         match &self.work {
             Work::Completion(job) => job.settings.views.len() as u32,
             Work::Reachability(job) => job.positions(),
             Work::Grasps(job) => job.settings.seeds,
+            Work::Patches(_) => (0..self.subjects()).map(|subject| self.views_of(subject)).max().unwrap_or(0),
+        }
+    }
+
+    /// Samples of one subject: it may have fewer than others.
+    ///
+    /// # Panics
+    /// When there are not so many.
+    pub fn views_of(&self, subject: usize) -> u32 {
+        match &self.work {
+            Work::Patches(job) => job.grasps.objects[subject].grasps.len() as u32,
+            _ => self.views(),
         }
     }
 
@@ -131,7 +152,7 @@ impl Job {
         match &self.work {
             Work::Completion(job) => &job.refused,
             Work::Grasps(job) => &job.refused,
-            Work::Reachability(_) => &[],
+            Work::Reachability(_) | Work::Patches(_) => &[],
         }
     }
 
@@ -155,6 +176,14 @@ impl Job {
     pub fn grasps(&self) -> Option<&GraspJob> {
         match &self.work {
             Work::Grasps(job) => Some(job),
+            _ => None,
+        }
+    }
+
+    /// The job for patches, where it is one.
+    pub fn patches(&self) -> Option<&PatchJob> {
+        match &self.work {
+            Work::Patches(job) => Some(job),
             _ => None,
         }
     }

@@ -7,6 +7,7 @@
 pub mod built_in;
 pub mod completion;
 pub mod grasp;
+pub mod patches;
 pub mod reachability;
 pub mod touch;
 
@@ -45,4 +46,6 @@ pub enum BodySpec {
     Reachability(Box<reachability::ReachabilitySpec>),
     /// `product = "grasps"`.
     Grasps(Box<grasp::GraspsSpec>),
+    /// `product = "patches"`.
+    Patches(Box<patches::PatchesSpec>),
 }

@@ -192,7 +192,7 @@ fn distributions(survey: &GraspSurvey) -> String {
 }
 
 /// From the least value to where 95 of a hundred lie, and half as far again.
-fn histogram(values: &[f64], spread: &Spread, title: &str, x_label: &str, ink: Ink) -> Histogram {
+pub(super) fn histogram(values: &[f64], spread: &Spread, title: &str, x_label: &str, ink: Ink) -> Histogram {
     let end = spread.max.min(spread.p95 + 0.5 * (spread.p95 - spread.min));
     let width = round_step(((end - spread.min) / 40.0).max(1e-6));
     let start = (spread.min / width).floor() * width;

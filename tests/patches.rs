@@ -1,0 +1,348 @@
+//! Patches of grasps from job file to report: where they lie, what they hold, and the same root whatever threads and kills.
+#![cfg(feature = "sim")]
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+    sync::{Arc, LazyLock},
+    thread,
+    time::Duration,
+};
+
+use graspmill::{
+    dataset::{DatasetReader, Manifest, NumberClass, Selection, Shapes, VerifyLevel, VerifyOptions, verify},
+    geom::{CameraCv, Object, Pose, RenderMesh, SimdLevel, TriMesh},
+    record::{GraspRun, HeatmapPatch, PATCH_POINTS},
+    render::Rasteriser,
+    sim::{HandModel, Inertia, SimModel, SimWorker},
+};
+use nalgebra::{Point3, Rotation3, Vector3};
+
+fn graspmill() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command
+}
+
+fn succeeded(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn failed(output: &Output) -> String {
+    assert!(!output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn scene() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/barrett_bh8_280.xml")
+}
+
+/// A folder with job files and one dataset of a few grasps, made once; tests write beside it.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+static PLACE: LazyLock<Place> = LazyLock::new(|| {
+    let place = Place { folder: tempfile::tempdir().expect("a scratch folder") };
+    let grasps = format!(
+        concat!(
+            "product = \"grasps\"\nseed = 5\n[hand]\nscene = \"{}\"\n[[objects]]\n",
+            "built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"]\n[grasps]\nseeds = 3\n",
+            "[annealing]\nsteps = 1500\n[keep]\nspace = \"force\"\nmin_epsilon = 0.0\n",
+            "[split]\nvalidation_models = 0\ntest_models = 1\nholdout_views = 0.4\n"
+        ),
+        scene().display()
+    );
+    fs::write(place.at("grasps.toml"), grasps).expect("a job file");
+    let patches = format!(
+        "product = \"patches\"\nseed = 5\n[hand]\nscene = \"{}\"\n[grasps]\ndataset = \"grasps\"\n[shards]\nsamples = 5\n",
+        scene().display()
+    );
+    fs::write(place.at("patches.toml"), patches).expect("a job file");
+    place.run("grasps", "grasps", &[]);
+    place.run("patches", "depth", &NO_COLOUR);
+    place
+});
+
+const NO_COLOUR: [&str; 2] = ["--set", "render.colour=false"];
+
+impl Place {
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, job: &str, out: &str, more: &[&str]) -> Command {
+        let mut command = graspmill();
+        command.arg("run").arg(self.at(&format!("{job}.toml"))).arg("--out").arg(self.at(out));
+        command.args(["--progress", "none"]).args(more);
+        command
+    }
+
+    fn run(&self, job: &str, out: &str, more: &[&str]) -> Manifest {
+        succeeded(&self.command(job, out, more).output().expect("graspmill starts"));
+        Manifest::read(&self.at(out)).expect("a finished dataset")
+    }
+
+    fn fail(&self, job: &str, out: &str, more: &[&str]) -> String {
+        failed(&self.command(job, out, more).output().expect("graspmill starts"))
+    }
+
+    fn open(&self, name: &str) -> DatasetReader {
+        DatasetReader::open(&self.at(name)).expect("a dataset")
+    }
+}
+
+fn patches(reader: &DatasetReader) -> Vec<HeatmapPatch> {
+    reader
+        .iter(Selection::default())
+        .map(|sample| sample.and_then(|sample| sample.heatmap_patch()).expect("a patch"))
+        .collect()
+}
+
+/// The runs of the dataset of grasps by object and seed.
+fn runs(reader: &DatasetReader) -> BTreeMap<graspmill::ids::SampleId, GraspRun> {
+    let runs =
+        reader.iter(Selection::default()).map(|sample| sample.and_then(|sample| sample.grasp_run()).expect("a run"));
+    runs.map(|run| (run.sample, run)).collect()
+}
+
+fn meshes(name: &str) -> BTreeMap<graspmill::ids::ObjectId, TriMesh> {
+    let shapes = Shapes::open(&PLACE.at(name)).expect("shapes");
+    let objects = (0..shapes.objects()).map(|place| shapes.object(place).expect("an object"));
+    objects.map(|object| (object.object, object.mesh)).collect()
+}
+
+#[test]
+fn the_most_common_types_are_looked_at_and_labelled() {
+    let (reader, grasps) = (PLACE.open("depth"), PLACE.open("grasps"));
+    let runs = runs(&grasps);
+    let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
+    runs.values().flat_map(GraspRun::kept).filter_map(|grasp| grasp.kind).for_each(|kind| {
+        *counts.entry(kind).or_default() += 1;
+    });
+    let mut common: Vec<_> = counts.iter().map(|(kind, count)| (std::cmp::Reverse(*count), *kind)).collect();
+    common.sort_unstable();
+    let expected: Vec<u32> = common.iter().take(8).map(|(_, kind)| *kind).collect();
+    let types = reader.manifest().counts.types.clone().expect("types");
+    assert_eq!((&types.chosen, &types.counts), (&expected, &counts));
+    assert_eq!(reader.manifest().counts.samples, types.covered());
+    assert!(types.covered() > 8, "{types:?}");
+    let model = HandModel::open(&scene()).expect("the Barrett hand");
+    let hand = model.hand();
+    let mut last = None;
+    for patch in patches(&reader) {
+        let run = &runs[&graspmill::ids::SampleId { view: graspmill::ids::ViewId(patch.run), ..patch.sample }];
+        let grasp = &run.grasps[patch.rank as usize];
+        assert_eq!((Some(patch.kind()), patch.energy, patch.epsilon), (grasp.kind, grasp.energy, grasp.epsilon_force));
+        assert_eq!(
+            (patch.types.as_slice(), patch.grasps),
+            (expected.as_slice(), grasps.manifest().classes[&NumberClass::Exact])
+        );
+        // Views number an object's grasps by run and rank.
+        let here = (patch.sample.subject, patch.sample.view.0, patch.run, patch.rank);
+        if let Some((subject, view, run, rank)) = last.replace(here).filter(|last| last.0 == here.0) {
+            assert!(subject == here.0 && here.1 == view + 1 && (here.2, here.3) > (run, rank));
+        } else {
+            assert_eq!(here.1, 0);
+        }
+        for point in 0..PATCH_POINTS {
+            let mut labels = vec![0.0; 32.min(4 * expected.len())];
+            labels[4 * patch.type_index as usize + point] = -grasp.epsilon_force as f32;
+            assert_eq!(patch.labels(point), labels);
+        }
+        // Fingertips by the hand itself.
+        let frames = hand.link_frames(&grasp.joints);
+        for point in &patch.points[1..] {
+            let contact = hand.contacts().iter().position(|contact| contact.name == point.name).expect("a contact");
+            let tip = grasp.object_from_base.point(&hand.contact_in_base(contact, &frames).0);
+            assert!((tip - Point3::from(point.point)).norm() < 1e-12);
+        }
+        assert_eq!(Vector3::from(patch.points[0].point), *grasp.object_from_approach.translation());
+        // Runs that the grasps hold out are held out here, and objects stay on their sides.
+        let of = |reader: &DatasetReader, sample| reader.split(reader.find(sample).expect("known"));
+        assert_eq!(of(&reader, &patch.sample), of(&grasps, &run.sample));
+    }
+}
+
+#[test]
+fn depth_is_that_of_the_whole_image() {
+    let meshes = meshes("grasps");
+    let mut rasteriser = Rasteriser::new(SimdLevel::detect());
+    let mut worst = 0.0_f64;
+    let (mut edges, mut pixels) = (0, 0);
+    for patch in patches(&PLACE.open("depth")) {
+        let mesh = &meshes[&patch.sample.subject];
+        let whole = rasteriser.render(&RenderMesh::new(mesh, false), &patch.camera, &patch.camera_from_object).clone();
+        let mut worker = SimWorker::new(&Arc::new(SimModel::new(mesh, Inertia::Shell).expect("a model")));
+        let by_mujoco = worker.ray_depth(&patch.camera, &patch.camera_from_object).expect("finite");
+        for (place, point) in patch.points.iter().enumerate() {
+            let [left, top] = point.corner;
+            for (k, depth) in (0..).zip(patch.depth_of(place)) {
+                let (column, row) = (left + k % patch.side, top + k / patch.side);
+                assert_eq!(depth.to_bits(), whole.at(column, row).to_bits());
+                let other = by_mujoco.at(column, row);
+                edges += u32::from(depth.is_nan() != other.is_nan());
+                pixels += u32::from(!depth.is_nan());
+                if (depth - other).abs() < 1e-3 {
+                    worst = worst.max(f64::from((depth - other).abs()));
+                } else {
+                    edges += u32::from(!depth.is_nan() && !other.is_nan());
+                }
+            }
+        }
+        assert!(whole.returns() > 100, "the object is seen");
+    }
+    println!("depth: {pixels} pixels, worst {worst:.1e} m from MuJoCo's rays, {edges} edge pixels differ");
+    assert!(worst < 2e-5 && f64::from(edges) < 1e-3 * f64::from(pixels));
+}
+
+/// A ball, as MuJoCo's own camera sees it, is where a point was projected to.
+#[test]
+fn points_are_where_mujoco_sees_them() {
+    let ball = ball(0.006);
+    let model = Arc::new(SimModel::new(&ball, Inertia::Shell).expect("a model"));
+    let mut worker = SimWorker::new(&model);
+    let mut worst = 0.0_f64;
+    for patch in patches(&PLACE.open("depth")) {
+        for point in &patch.points {
+            let at = Pose::<Object, Object>::new(Rotation3::identity(), Vector3::from(point.point));
+            let pose: Pose<CameraCv, Object> = patch.camera_from_object * at;
+            for drawn in [true, false] {
+                let seen = match drawn {
+                    true => worker.gl_depth(&patch.camera, &pose),
+                    false => worker.ray_depth(&patch.camera, &pose),
+                };
+                let seen = seen.expect("EGL (make deps-gl)");
+                let (mut sum, mut count) = ([0.0; 2], 0.0);
+                for row in seen.top..seen.top + seen.height {
+                    for column in seen.left..seen.left + seen.width {
+                        if !seen.at(column, row).is_nan() {
+                            sum = [sum[0] + f64::from(column) + 0.5, sum[1] + f64::from(row) + 0.5];
+                            count += 1.0;
+                        }
+                    }
+                }
+                let apart = (sum[0] / count - point.pixel[0]).hypot(sum[1] / count - point.pixel[1]);
+                worst = worst.max(apart);
+            }
+        }
+    }
+    println!("projections: worst {worst:.2} px from the middle of a ball");
+    assert!(worst < 0.5);
+}
+
+/// Triangles of a ball.
+fn ball(radius: f32) -> TriMesh {
+    let (rings, around) = (12, 24);
+    let mut mesh = TriMesh { vertices: Vec::new(), triangles: Vec::new() };
+    for ring in 0..=rings {
+        let (up, level) = (std::f32::consts::PI * ring as f32 / rings as f32).sin_cos();
+        for step in 0..around {
+            let (sin, cos) = (std::f32::consts::TAU * step as f32 / around as f32).sin_cos();
+            mesh.vertices.push([radius * up * cos, radius * up * sin, radius * level]);
+        }
+    }
+    for ring in 0..rings {
+        for step in 0..around {
+            let next = (step + 1) % around;
+            let [a, b] = [ring * around, (ring + 1) * around];
+            mesh.triangles.push([a + step, b + step, b + next]);
+            mesh.triangles.push([a + step, b + next, a + next]);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn threads_levels_kills_and_shards_change_no_byte() {
+    let first = PLACE.run("patches", "first", &[&NO_COLOUR[..], &["--threads", "1"]].concat());
+    assert_eq!(first.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact]);
+    assert_eq!(PLACE.run("patches", "two", &[&NO_COLOUR[..], &["--threads", "2"]].concat()), first, "every file");
+    assert!(first.shards.len() > 1);
+    let other = PLACE.run("patches", "shards", &[&NO_COLOUR[..], &["--set", "shards.samples=1000"]].concat());
+    assert_eq!((other.root, other.shards.len()), (first.root, 1));
+    let mut scalar = PLACE.command("patches", "scalar", &NO_COLOUR);
+    succeeded(&scalar.env("GRASPMILL_SIMD", "scalar").output().expect("graspmill starts"));
+    assert_eq!(Manifest::read(&PLACE.at("scalar")).expect("a dataset"), first);
+    for kill in 0..6 {
+        let mut child = PLACE.command("patches", "killed", &NO_COLOUR);
+        let mut child = child.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("graspmill starts");
+        thread::sleep(Duration::from_millis(5 + 15 * kill));
+        child.kill().expect("a kill");
+        child.wait().expect("an end");
+    }
+    assert_eq!(PLACE.run("patches", "killed", &NO_COLOUR), first);
+    let options = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: false, threads: 2 };
+    assert!(verify(&PLACE.at("first"), options, |_| ()).expect("readable").is_intact());
+    let more = ["verify", "--regenerate", "5", "--seed", "2", "--json"];
+    let found = succeeded(&graspmill().args(more).arg(PLACE.at("first")).output().expect("graspmill starts"));
+    let found: serde_json::Value = serde_json::from_str(&found).expect("JSON");
+    assert_eq!((&found["regenerated"]["samples"], &found["intact"]), (&5.into(), &true.into()));
+    assert_eq!(found["regenerated"]["differences"].as_array().map(Vec::len), Some(0));
+}
+
+#[test]
+fn the_second_stage_follows_from_the_first() {
+    let first = Manifest::read(&PLACE.at("depth")).expect("a dataset");
+    // Both stages anew, in other folders.
+    let grasps = PLACE.run("grasps", "grasps-again", &["--threads", "1"]);
+    assert_eq!(grasps.root, Manifest::read(&PLACE.at("grasps")).expect("a dataset").root);
+    let again =
+        PLACE.run("patches", "again", &["--set", "grasps.dataset=grasps-again", "--set", "render.colour=false"]);
+    assert_eq!((again.root, &again.shards), (first.root, &first.shards));
+    // Other grasps are other patches, and a pinned root finds out.
+    let other = PLACE.run("grasps", "grasps-other", &["--set", "seed=6"]);
+    let root = grasps.classes[&NumberClass::Exact].hex();
+    let resolved = fs::read_to_string(PLACE.at("depth/job.toml")).expect("the resolved job");
+    assert!(resolved.contains(&format!("root = \"{root}\"")) && resolved.contains("dataset = \"../grasps\""));
+    let pinned = format!("grasps.root=\"{root}\"");
+    let told = PLACE.fail("patches", "never", &["--set", &pinned, "--set", "grasps.dataset=grasps-other"]);
+    assert!(told.contains("grasps.root") && told.contains(&other.classes[&NumberClass::Exact].short()), "{told}");
+}
+
+#[test]
+fn only_finished_datasets_of_grasps_are_looked_at() {
+    let unfinished = PLACE.at("unfinished");
+    fs::create_dir(&unfinished).expect("a folder");
+    fs::copy(PLACE.at("grasps/run.json"), unfinished.join("run.json")).expect("a copy");
+    let told = PLACE.fail("patches", "never", &["--set", "grasps.dataset=unfinished"]);
+    assert!(told.contains("grasps.dataset") && told.contains("not finished"), "{told}");
+    let told = PLACE.fail("patches", "never", &["--set", "grasps.dataset=depth"]);
+    assert!(told.contains("a dataset of patches, not of grasps"), "{told}");
+    let told = PLACE.fail("patches", "never", &["--set", "grasps.dataset=nowhere"]);
+    assert!(told.contains("nowhere") && told.contains("make it first"), "{told}");
+    let tips = "patches.tips=[\"distal_1_outer\", \"thumb\", \"distal_3_outer\"]";
+    let told = PLACE.fail("patches", "never-tips", &["--set", tips, "--set", "render.colour=false"]);
+    assert!(told.contains("no contact `thumb`") && told.contains("distal_2_outer"), "{told}");
+    assert!(fs::read_dir(PLACE.at("never")).is_err(), "nothing was begun");
+}
+
+#[test]
+fn patches_out_of_the_image_are_counted() {
+    let narrow = ["--set", "render.colour=false", "--set", "camera.width=100", "--set", "camera.horizontal_fov=0.18"];
+    let manifest = PLACE.run("patches", "narrow", &narrow);
+    assert!(!manifest.counts.rejected.is_empty(), "{:?}", manifest.counts);
+    assert!(manifest.counts.rejected.keys().all(|reason| reason.ends_with("_out_of_frame")));
+    let inspected = succeeded(&graspmill().arg("inspect").arg(PLACE.at("narrow")).output().expect("graspmill starts"));
+    assert!(inspected.contains("_out_of_frame"), "{inspected}");
+}
+
+#[test]
+fn a_report_shows_types_and_sheets() {
+    let page = |name: &str| {
+        let mut command = graspmill();
+        command.arg("report").arg(PLACE.at("depth")).arg("--out").arg(PLACE.at(name));
+        succeeded(&command.output().expect("graspmill starts"));
+        fs::read_to_string(PLACE.at(name)).expect("a page")
+    };
+    let (one, two) = (page("one.html"), page("two.html"));
+    assert_eq!(one, two, "two reports of one dataset have the same bytes");
+    assert!(one.contains("id=\"types\"") && one.contains("depth around F2") && one.contains("data:image/png"));
+    let inspected = graspmill().args(["inspect", "--json"]).arg(PLACE.at("depth")).output().expect("graspmill starts");
+    let inspected: serde_json::Value = serde_json::from_str(&succeeded(&inspected)).expect("JSON");
+    assert_eq!(inspected["product"], "patches");
+    assert!(inspected["types"].as_array().is_some_and(|types| !types.is_empty()));
+}
