@@ -115,7 +115,7 @@ requirements: ## pin both requirements.txt anew (for maintainers)
 	  mv .deps/requirements.txt $$room/requirements.txt; done
 
 .PHONY: deps-gl
-deps-gl: ## system packages for depth by MuJoCo's OpenGL renderer (root; CI runs it, quickstart never)
+deps-gl: ## system packages for depth and colours by MuJoCo's OpenGL renderer (root; CI runs it, quickstart never)
 	@scripts/system_packages.sh deps-gl $(GL_PACKAGES)
 
 .PHONY: deps-peers

@@ -2,7 +2,7 @@
 #![cfg(feature = "sim")]
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
@@ -16,7 +16,7 @@ use graspmill::{
     geom::{CameraCv, Object, Pose, RenderMesh, SimdLevel, TriMesh},
     record::{GraspRun, HeatmapPatch, PATCH_POINTS},
     render::Rasteriser,
-    sim::{HandModel, Inertia, SimModel, SimWorker},
+    sim::{HandModel, Inertia, Look, SimModel, SimWorker},
 };
 use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -328,6 +328,64 @@ fn patches_out_of_the_image_are_counted() {
     assert!(manifest.counts.rejected.keys().all(|reason| reason.ends_with("_out_of_frame")));
     let inspected = succeeded(&graspmill().arg("inspect").arg(PLACE.at("narrow")).output().expect("graspmill starts"));
     assert!(inspected.contains("_out_of_frame"), "{inspected}");
+}
+
+/// Colours have a root of their own, and leave the exact numbers alone.
+#[test]
+fn colours_lie_over_depth() {
+    let depth = Manifest::read(&PLACE.at("depth")).expect("a dataset");
+    let first = PLACE.run("patches", "colour", &["--threads", "1"]);
+    assert_eq!(PLACE.run("patches", "colour-two", &["--threads", "2"]), first, "every file");
+    assert_eq!(first.classes[&NumberClass::Exact], depth.classes[&NumberClass::Exact]);
+    assert_eq!(first.class_topics[&NumberClass::Colour], ["/patches/colour"]);
+    assert!(first.platform.contains_key("gl_renderer") && depth.platform.is_empty());
+    let options = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: false, threads: 2 };
+    assert!(verify(&PLACE.at("colour"), options, |_| ()).expect("readable").is_intact());
+    let random = PLACE.run("patches", "random", &["--set", "render.randomise=true"]);
+    assert_eq!(random.classes[&NumberClass::Exact], depth.classes[&NumberClass::Exact]);
+    assert_eq!(PLACE.run("patches", "random-again", &["--set", "render.randomise=true"]), random);
+    let (mut edges, mut pixels) = (0, 0);
+    let background = Look::default().background;
+    let (plain, random) = (PLACE.open("colour"), PLACE.open("random"));
+    let mut backgrounds = BTreeSet::new();
+    for sample in plain.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let patch = sample.heatmap_patch().expect("a patch");
+        let colour = sample.patch_colour().expect("readable").expect("colours");
+        assert_eq!((colour.sample, colour.rgb.len()), (patch.sample, patch.depth.len()));
+        for (rgb, depth) in colour.rgb.iter().zip(&patch.depth) {
+            // A pixel that is seen at all of its four samples is not as the background is.
+            edges += u32::from((*rgb == background) != depth.is_nan());
+            pixels += u32::from(!depth.is_nan());
+        }
+        // A pixel without depth shows the background, drawn anew for each grasp.
+        let other = random.sample_of(&sample.id).expect("readable").expect("the same grasp");
+        let other = other.patch_colour().expect("readable").expect("colours");
+        backgrounds.extend(other.rgb.iter().zip(&patch.depth).find(|(_, depth)| depth.is_nan()).map(|(rgb, _)| *rgb));
+    }
+    println!("colours: {edges} edge pixels beside {pixels} with depth");
+    assert!(f64::from(edges) < 0.1 * f64::from(pixels) && edges > 0, "{edges} of {pixels}");
+    assert!(backgrounds.len() as u64 > first.counts.kept / 2);
+    let mut command = graspmill();
+    command.arg("report").arg(PLACE.at("colour")).arg("--out").arg(PLACE.at("colour.html"));
+    succeeded(&command.output().expect("graspmill starts"));
+    assert!(fs::read_to_string(PLACE.at("colour.html")).expect("a page").contains("colours around palm"));
+}
+
+/// Without EGL colours are refused with what to install, and all else is made as it is.
+#[test]
+fn only_colours_need_egl() {
+    let without_egl = |out: &str, more: &[&str]| {
+        let mut command = PLACE.command("patches", out, more);
+        command.env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json");
+        command.output().expect("graspmill starts")
+    };
+    let told = failed(&without_egl("no-egl", &[]));
+    assert!(told.contains("colours cannot be drawn") && told.contains("make deps-gl"), "{told}");
+    assert!(told.contains("render.colour = false"), "{told}");
+    succeeded(&without_egl("no-egl-depth", &NO_COLOUR));
+    let (made, depth) = (Manifest::read(&PLACE.at("no-egl-depth")), Manifest::read(&PLACE.at("depth")));
+    assert_eq!(made.expect("a dataset"), depth.expect("a dataset"));
 }
 
 #[test]

@@ -96,7 +96,7 @@ fn simulator() -> Vec<Finding> {
         Err(error) => Finding {
             what: "EGL",
             works: false,
-            facts: format!("{error}; only renderer = \"mujoco-gl\" needs it"),
+            facts: format!("{error}; only renderer = \"mujoco-gl\" and the colours of patches need it"),
             remedy: "make deps-gl (as root)",
         },
     };

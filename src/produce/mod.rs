@@ -108,7 +108,7 @@ impl<'j> Workshop<'j> {
     /// Prepares what the producers of a job for patches share; `meshes` reads those of its objects.
     ///
     /// # Errors
-    /// When the job's hand is gone, another one, or lacks a fingertip.
+    /// When the job's hand is gone, another one, or lacks a fingertip, or colours are asked for and cannot be drawn.
     pub fn of_patches(
         job: &'j PatchJob,
         seed: u64,
@@ -116,7 +116,7 @@ impl<'j> Workshop<'j> {
         level: SimdLevel,
     ) -> Result<Self, ProduceError> {
         if job.settings.colour.is_some() {
-            return Err(ProduceError::NoColour { why: "this program draws none yet".to_owned() });
+            patches::check_colours()?;
         }
         Ok(Self::Patches { job, seed, hand: Box::new(PatchHand::open(job)?), meshes, level })
     }
@@ -152,8 +152,8 @@ impl<'j> Workshop<'j> {
         Ok(match self {
             Self::Completion { job, seed, level } => Box::new(CompletionWorker::new(job, *seed, *level)?),
             Self::Grasps { job, seed, hand, level } => Box::new(GraspWorker::new(job, *seed, hand, *level)),
-            Self::Patches { job, hand, meshes, level, .. } => {
-                Box::new(PatchWorker::new(job, hand, meshes.as_ref(), *level))
+            Self::Patches { job, seed, hand, meshes, level } => {
+                Box::new(PatchWorker::new(job, *seed, hand, meshes.as_ref(), *level))
             }
             Self::Reachability { job, labeller } => Box::new(ReachabilityWorker::new(job, labeller)),
         })
@@ -236,7 +236,7 @@ pub enum ProduceError {
         why: String,
     },
     /// Colours cannot be drawn here.
-    #[error("colours cannot be drawn: {why}; without them (`--set render.colour=false`) all else is made as it is")]
+    #[error("colours cannot be drawn: {why}")]
     NoColour {
         /// Why not, and the remedy.
         why: String,

@@ -16,7 +16,7 @@ use crate::{
     },
     plan::{LeakReport, ModelRole, SampleRole, Sides, SplitTable},
     produce::completion::channels_of,
-    record::FieldHeader,
+    record::{Channel, FieldHeader},
 };
 
 /// The tables of the dataset that `job` makes in `folder`; `sides` are those of a job about objects.
@@ -55,7 +55,12 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
             let TypeChoice { counts, without, chosen } = work.grasps.types.clone();
             let types = TypeCounts { counts, without, chosen };
             let splits = splits_of_grasps(&work.grasps);
-            (NumberClass::Exact, BTreeMap::new(), assets, ProductTables::Patches { splits, types })
+            let mut platform = BTreeMap::new();
+            if work.settings.colour.is_some() {
+                channel_classes.insert(Channel::PatchColour, NumberClass::Colour);
+                platform = colour_platform();
+            }
+            (NumberClass::Exact, platform, assets, ProductTables::Patches { splits, types })
         }
         Work::Reachability(work) => {
             let field = Box::new(field_header(work));
@@ -117,6 +122,18 @@ fn physics() -> BTreeMap<String, String> {
     let mut platform = facts.platform(None);
     platform.insert("mujoco".to_owned(), facts.version);
     platform
+}
+
+/// What colours depend on.
+#[cfg(feature = "sim")]
+fn colour_platform() -> BTreeMap<String, String> {
+    sim_facts().platform(gl_facts().ok().as_ref())
+}
+
+/// Such a job is refused before it is run.
+#[cfg(not(feature = "sim"))]
+fn colour_platform() -> BTreeMap<String, String> {
+    BTreeMap::new()
 }
 
 /// Such a job is refused before it is run.

@@ -12,7 +12,7 @@ use mujoco_rs::{
 };
 use nalgebra::{Point3, UnitQuaternion};
 
-use super::{error::SimError, ffi, gl::GlView, scene::pose_from};
+use super::{colour::add_lights, error::SimError, ffi, gl::GlView, scene::pose_from};
 use crate::geom::{CameraCv, CameraGl, DepthCrop, Intrinsics, Object, Pose, TriMesh, World};
 
 /// The scene travels in the program, so that a job needs no file beside it.
@@ -44,8 +44,21 @@ impl SimModel {
     /// # Errors
     /// When MuJoCo cannot use the mesh.
     pub fn new(mesh: &TriMesh, inertia: Inertia) -> Result<Self, SimError> {
+        Self::filled(mesh, inertia, |_| ())
+    }
+
+    /// The same with lights, for [`SimWorker::gl_colours`]; depth is as without.
+    ///
+    /// # Errors
+    /// When MuJoCo cannot use the mesh.
+    pub fn with_lights(mesh: &TriMesh, inertia: Inertia) -> Result<Self, SimError> {
+        Self::filled(mesh, inertia, add_lights)
+    }
+
+    fn filled(mesh: &TriMesh, inertia: Inertia, more: impl FnOnce(&mut MjSpec)) -> Result<Self, SimError> {
         check(mesh)?;
         let mut model = Self::compile(|spec| {
+            more(spec);
             add_mesh(spec, "object", mesh, inertia);
             let geom = object_body(spec).add_geom();
             geom.set_type(MjtGeomBase::mjGEOM_MESH);
@@ -161,11 +174,11 @@ impl PixelBox {
 /// What one thread needs to look at an object. It stays on its thread; make one a thread and move it from object to
 /// object with [`SimWorker::turn_to`].
 pub struct SimWorker {
-    model: Arc<SimModel>,
+    pub(super) model: Arc<SimModel>,
     pub(super) data: MjData<Arc<MjModel>>,
     rays: Vec<[f64; 3]>,
     crop: DepthCrop,
-    gl: Option<GlView>,
+    pub(super) gl: Option<GlView>,
 }
 
 impl SimWorker {

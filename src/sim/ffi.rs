@@ -16,6 +16,7 @@ use mujoco_rs::{
         mj_logging::{MjLogMessage, MjtLogLevel},
         mj_model::{MjModel, MjtGeomBase},
         mj_rendering::{MjrContext, MjtFramebuffer},
+        mj_visualization::MjvScene,
     },
 };
 
@@ -326,6 +327,16 @@ fn open(egl: &Egl, display: egl::Display) -> Result<egl::Context, egl::Error> {
         return Err(error);
     }
     Ok(context)
+}
+
+/// Paints every geom of a scene in one colour.
+pub(super) fn paint(scene: &mut MjvScene, rgb: [f32; 3]) {
+    // SAFETY: only colour and shine change, and the renderer takes any numbers for these.
+    #[expect(unsafe_code, reason = "other fields of a geom are places that MuJoCo trusts")]
+    for geom in unsafe { scene.geoms_mut() } {
+        geom.rgba = [rgb[0], rgb[1], rgb[2], 1.0];
+        (geom.specular, geom.shininess, geom.emission) = (0.2, 0.3, 0.0);
+    }
 }
 
 /// MuJoCo's own GL objects for a model: its off-screen buffer and the mesh in the driver's memory. Depth is read as the

@@ -1,4 +1,4 @@
-//! Depth by MuJoCo's OpenGL renderer, headless.
+//! Depth and colours by MuJoCo's OpenGL renderer, headless.
 
 use std::sync::Arc;
 
@@ -21,11 +21,14 @@ use crate::geom::Intrinsics;
 
 /// Far plane [m]. With reversed z the depth's precision hardly depends on it.
 const FAR: f64 = 100.0;
+/// Samples along each side of a pixel in colour.
+const SAMPLES: u32 = 2;
 
 /// A GL context and what MuJoCo keeps in it for one model. Fields are dropped in this order: GL objects first.
 pub(super) struct GlView {
     uploaded: Option<Uploaded>,
     raw: Vec<f32>,
+    colours: Vec<u8>,
     gl: GlContext,
 }
 
@@ -38,7 +41,7 @@ struct Uploaded {
 
 impl GlView {
     pub(super) fn new() -> Result<Self, GlError> {
-        Ok(Self { uploaded: None, raw: Vec::new(), gl: GlContext::new()? })
+        Ok(Self { uploaded: None, raw: Vec::new(), colours: Vec::new(), gl: GlContext::new()? })
     }
 
     /// Keeps the GL context, frees what belongs to the model.
@@ -69,6 +72,62 @@ impl GlView {
         depth: &mut [f32],
     ) -> Result<(), GlError> {
         let (width, height) = (pixels.width(), pixels.height());
+        let Uploaded { context, scene, .. } = self.prepare(model, data, camera, pixels, 1)?;
+        // Flat colours only: no light, shadow, texture or sky is computed. Both sides of a face are drawn.
+        set_flags(scene, &[mjtRndFlag::mjRND_SEGMENT, mjtRndFlag::mjRND_IDCOLOR]);
+        let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
+        scene.render(&viewport, context);
+        let Self { uploaded, raw, .. } = self;
+        raw.resize(depth.len(), 0.0);
+        uploaded.as_ref().map_or(Ok(()), |uploaded| read(&uploaded.context, None, raw, &viewport))?;
+        convert(raw, width as usize, camera.near, depth);
+        Ok(())
+    }
+
+    /// Draws a part of the image and writes its colours, row-major from the top; `lit` lights and paints the scene, and
+    /// `background` stands where there is nothing.
+    #[expect(clippy::too_many_arguments, reason = "what draw takes, and what colours need besides")]
+    pub(super) fn draw_colours(
+        &mut self,
+        model: &SimModel,
+        data: &mut MjData<Arc<MjModel>>,
+        camera: &Intrinsics,
+        pixels: &PixelBox,
+        lit: impl FnOnce(&mut MjvScene),
+        background: [u8; 3],
+        rgb: &mut [[u8; 3]],
+    ) -> Result<(), GlError> {
+        let (width, height) = (SAMPLES * pixels.width(), SAMPLES * pixels.height());
+        let Uploaded { context, scene, .. } = self.prepare(model, data, camera, pixels, SAMPLES)?;
+        // Neither shadow nor sky: the scene has no shadow map.
+        set_flags(scene, &[]);
+        lit(scene);
+        let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
+        scene.render(&viewport, context);
+        let Self { uploaded, raw, colours, .. } = self;
+        let samples = width as usize * height as usize;
+        raw.resize(samples, 0.0);
+        colours.resize(3 * samples, 0);
+        uploaded.as_ref().map_or(Ok(()), |uploaded| read(&uploaded.context, Some(colours), raw, &viewport))?;
+        for (sample, depth) in colours.as_chunks_mut::<3>().0.iter_mut().zip(raw.iter()) {
+            if *depth == 0.0 {
+                *sample = background;
+            }
+        }
+        shrink(colours.as_chunks::<3>().0, width as usize, rgb);
+        Ok(())
+    }
+
+    /// The scene of a model, its camera aimed at the box, and room for so many samples along each side of a pixel.
+    fn prepare(
+        &mut self,
+        model: &SimModel,
+        data: &mut MjData<Arc<MjModel>>,
+        camera: &Intrinsics,
+        pixels: &PixelBox,
+        samples: u32,
+    ) -> Result<&mut Uploaded, GlError> {
+        let (width, height) = (samples * pixels.width(), samples * pixels.height());
         if width.max(height) > self.gl.largest {
             return Err(GlError::TooLarge { width, height, limit: self.gl.largest });
         }
@@ -78,18 +137,10 @@ impl GlView {
             None => self.uploaded.insert(Uploaded::new(&self.gl, &model.model)?),
         };
         uploaded.make_room(width, height);
-        let Uploaded { context, scene, .. } = uploaded;
         let mut viewer = MjvCamera::new_fixed(model.camera);
-        scene.update(data, &MjvOption::default(), &MjvPerturb::default(), &mut viewer);
-        aim(scene, camera, pixels);
-        let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
-        scene.render(&viewport, context);
-        self.raw.resize(depth.len(), 0.0);
-        context
-            .read_pixels(None, Some(&mut self.raw), &viewport)
-            .map_err(|error| GlError::Failed(format!("mjr_readPixels: {error}")))?;
-        convert(&self.raw, width as usize, camera.near, depth);
-        Ok(())
+        uploaded.scene.update(data, &MjvOption::default(), &MjvPerturb::default(), &mut viewer);
+        aim(&mut uploaded.scene, camera, pixels);
+        Ok(uploaded)
     }
 }
 
@@ -102,12 +153,7 @@ impl Drop for GlView {
 impl Uploaded {
     fn new(gl: &GlContext, model: &MjModel) -> Result<Self, GlError> {
         let context = ffi::upload(gl, model)?;
-        let mut scene = MjvScene::new(model, 4);
-        // Flat colours only: no light, shadow, texture or sky is computed. Both sides of a face are drawn.
-        let flags = scene.flags_mut();
-        *flags = [0; mjtRndFlag::mjNRNDFLAG as usize];
-        flags[mjtRndFlag::mjRND_SEGMENT as usize] = 1;
-        flags[mjtRndFlag::mjRND_IDCOLOR as usize] = 1;
+        let scene = MjvScene::new(model, 4);
         let size = [context.ffi().offWidth, context.ffi().offHeight].map(|side| u32::try_from(side).unwrap_or(0));
         Ok(Self { context, scene, size })
     }
@@ -117,6 +163,40 @@ impl Uploaded {
         if width > self.size[0] || height > self.size[1] {
             self.size = [self.size[0].max(width), self.size[1].max(height)];
             self.context.resize_offscreen(self.size[0], self.size[1]);
+        }
+    }
+}
+
+/// Sets these flags and no other.
+fn set_flags(scene: &mut MjvScene, set: &[mjtRndFlag]) {
+    let flags = scene.flags_mut();
+    *flags = [0; mjtRndFlag::mjNRNDFLAG as usize];
+    set.iter().for_each(|flag| flags[*flag as usize] = 1);
+}
+
+fn read(
+    context: &MjrContext,
+    colours: Option<&mut [u8]>,
+    depth: &mut [f32],
+    viewport: &MjrRectangle,
+) -> Result<(), GlError> {
+    let read = context.read_pixels(colours, Some(depth), viewport);
+    read.map_err(|error| GlError::Failed(format!("mjr_readPixels: {error}")))
+}
+
+/// Means of the samples of each pixel, from bottom row first to top row first; half a step is rounded up.
+fn shrink(samples: &[[u8; 3]], width: usize, rgb: &mut [[u8; 3]]) {
+    let each = SAMPLES as usize;
+    let count = SAMPLES * SAMPLES;
+    let rows = samples.chunks_exact(each * width).rev();
+    for (to, from) in rgb.chunks_exact_mut(width / each).zip(rows) {
+        for (column, pixel) in to.iter_mut().enumerate() {
+            *pixel = std::array::from_fn(|channel| {
+                let of_row = |row: usize| (0..each).map(move |k| (row, each * column + k));
+                let sum: u32 =
+                    (0..each).flat_map(of_row).map(|(row, place)| u32::from(from[row * width + place][channel])).sum();
+                ((sum + count / 2) / count) as u8
+            });
         }
     }
 }

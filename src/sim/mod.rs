@@ -1,4 +1,4 @@
-//! MuJoCo: the only room that names it. A scene's camera, depth of one object by MuJoCo's own rays or renderer,
+//! MuJoCo: the only room that names it. A scene's camera, depth and colours of one object by MuJoCo's own rays or renderer,
 //! of robots planning groups, what can collide, and MuJoCo's contacts, and of hands their description and how they close.
 //!
 //! A [`SimModel`] is one object before the camera of `scenes/single_view.xml`, compiled once and shared; a [`SimWorker`]
@@ -21,6 +21,7 @@ pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod bodies;
 mod closing;
+mod colour;
 mod contacts;
 mod depth;
 mod error;
@@ -37,6 +38,7 @@ mod true_mesh;
 
 pub use bodies::PairRule;
 pub use closing::{Command, Effort, HandWorker, Instability, LinkTouch, Run, RunEnd, Unstable};
+pub use colour::{LIGHTS, Light, Look, Window};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::{Inertia, SimModel, SimWorker};
 pub use error::{GlError, HandError, RobotError, SceneError, SimError};

@@ -2,6 +2,8 @@
 
 use nalgebra::Point3;
 
+#[cfg(feature = "sim")]
+use super::colour::ColourView;
 use super::{PatchHand, camera_from_object, corner};
 use crate::{
     assets::object_id,
@@ -32,11 +34,20 @@ pub struct PatchWorker<'j> {
     rasteriser: Rasteriser,
     record: HeatmapPatch,
     payload: Vec<u8>,
+    /// Where the job asks for colours.
+    #[cfg(feature = "sim")]
+    colours: Option<ColourView>,
 }
 
 impl<'j> PatchWorker<'j> {
     /// A workshop for one thread.
-    pub fn new(job: &'j PatchJob, hand: &'j PatchHand, meshes: &'j MeshReader<'j>, level: SimdLevel) -> Self {
+    pub fn new(
+        job: &'j PatchJob,
+        seed: u64,
+        hand: &'j PatchHand,
+        meshes: &'j MeshReader<'j>,
+        level: SimdLevel,
+    ) -> Self {
         let settings = &job.settings;
         let point = |name: &String| PatchPoint { name: name.clone(), point: [0.0; 3], pixel: [0.0; 2], corner: [0; 2] };
         let record = HeatmapPatch {
@@ -61,10 +72,22 @@ impl<'j> PatchWorker<'j> {
             value: 0.0,
         };
         let rasteriser = Rasteriser::new(level);
-        Self { job, hand, meshes, loaded: None, rasteriser, record, payload: Vec::new() }
+        #[cfg(not(feature = "sim"))]
+        let _ = seed;
+        Self {
+            #[cfg(feature = "sim")]
+            colours: settings.colour.map(|colour| ColourView::new(colour, seed, &record)),
+            job,
+            hand,
+            meshes,
+            loaded: None,
+            rasteriser,
+            record,
+            payload: Vec::new(),
+        }
     }
 
-    fn prepare(&self, place: usize) -> Result<RenderMesh, ProduceError> {
+    fn prepare(&mut self, place: usize) -> Result<RenderMesh, ProduceError> {
         let object = &self.job.grasps.objects[place];
         let gone = |why: String| ProduceError::NoGrasps { name: object.name.clone(), why };
         let mesh = (self.meshes)(place).map_err(gone)?;
@@ -74,6 +97,10 @@ impl<'j> PatchWorker<'j> {
         }
         if object.grasps.iter().any(|grasp| grasp.joints.len() != self.hand.joints()) {
             return Err(gone(format!("its grasps are not of a hand with {} joints", self.hand.joints())));
+        }
+        #[cfg(feature = "sim")]
+        if let Some(colours) = &mut self.colours {
+            colours.turn_to(&mesh)?;
         }
         // Both sides of a face are seen: nobody says here whether the mesh is closed.
         Ok(RenderMesh::new(&mesh, false))
@@ -122,16 +149,20 @@ impl<'j> PatchWorker<'j> {
         }
     }
 
-    fn make(&mut self, place: usize, mesh: &RenderMesh, view: ViewId) -> (SampleId, Outcome) {
+    fn make(&mut self, place: usize, mesh: &RenderMesh, view: ViewId) -> Result<(SampleId, Outcome), ProduceError> {
         let object = &self.job.grasps.objects[place];
         self.payload.clear();
         if let Err((point, detail)) = self.fill(object, view, &mesh.centre()) {
             let facts = self.facts(&object.grasps[view.0 as usize]).into();
-            return (self.record.sample, Outcome::Rejected { reason: OUT_OF_FRAME[point], detail, facts });
+            return Ok((self.record.sample, Outcome::Rejected { reason: OUT_OF_FRAME[point], detail, facts }));
         }
         self.look(mesh);
         self.record.encode(&mut self.payload);
-        (self.record.sample, Outcome::Kept(self.record.facts().into()))
+        #[cfg(feature = "sim")]
+        if let Some(colours) = &mut self.colours {
+            colours.look(&self.record)?;
+        }
+        Ok((self.record.sample, Outcome::Kept(self.record.facts().into())))
     }
 
     fn facts(&self, grasp: &ChosenGrasp) -> PatchFacts {
@@ -146,7 +177,8 @@ impl<'j> PatchWorker<'j> {
 
 impl Producer for PatchWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        vec![Channel::Patch]
+        let colour = self.job.settings.colour.map(|_| Channel::PatchColour);
+        [Channel::Patch].into_iter().chain(colour).collect()
     }
 
     fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
@@ -162,11 +194,18 @@ impl Producer for PatchWorker<'_> {
         let (place, mesh) = self.loaded.take().expect("an object is loaded before its grasps are looked at");
         let made = self.make(place, &mesh, view);
         self.loaded = Some((place, mesh));
-        Ok(made)
+        made
     }
 
     fn payloads(&self) -> Vec<(Channel, &[u8])> {
-        let payload = Some(self.payload.as_slice()).filter(|payload| !payload.is_empty());
-        payload.map(|payload| (Channel::Patch, payload)).into_iter().collect()
+        if self.payload.is_empty() {
+            return Vec::new();
+        }
+        let patch = (Channel::Patch, self.payload.as_slice());
+        #[cfg(feature = "sim")]
+        let colours = self.colours.as_ref().map(|colours| (Channel::PatchColour, colours.payload.as_slice()));
+        #[cfg(not(feature = "sim"))]
+        let colours = None;
+        [patch].into_iter().chain(colours).collect()
     }
 }
