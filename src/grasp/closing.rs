@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{IsometryMatrix3, Point3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
 use super::{found::GraspContact, links::Place, meeting::overlap, solids::HandSolids};
 use crate::{
@@ -82,6 +82,38 @@ impl Closing {
         -solids.map(|solid| self.distance(surface, object_from_base, &frames, solid)).fold(NEAR, f64::min)
     }
 
+    /// How far the hand can come along a direction in `Object`, its joints still, until it meets the object [m]: 0 where it does
+    /// not within `most`.
+    pub(super) fn advance(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        joints: &[f64],
+        way: &Vector3<f64>,
+        most: f64,
+    ) -> f64 {
+        let frames = self.hand.link_frames(joints);
+        let mut come = 0.0;
+        for _ in 0..MOST_LOOKS {
+            let moved = Translation3::from(way * come) * object_from_base;
+            let mut nearest = f64::INFINITY;
+            for solid in 0..self.probes.len() {
+                let distance = self.distance(surface, &moved, &frames, solid);
+                let comes = |contact: &SurfaceContact| contact.distance <= TOUCHES && contact.normal.dot(way) < 0.0;
+                let leaves = distance <= TOUCHES && !self.found.iter().any(comes);
+                nearest = nearest.min(if leaves { LEAVES } else { distance });
+            }
+            if nearest <= TOUCHES {
+                return come;
+            }
+            come += nearest - TOUCHES / 2.0;
+            if come > most {
+                break;
+            }
+        }
+        0.0
+    }
+
     /// Closes the hand from a posture: each joint that closes it goes on until a link that it moves meets the object, or its
     /// limit; where its own link met the object, the clutch opens and what goes on alone does so. Links that meet each other
     /// stop, too.
@@ -97,7 +129,7 @@ impl Closing {
         for (place, driven) in hand.driven().iter().enumerate() {
             if driven.closing_sign() != 0.0 {
                 let mut motors = start.clone();
-                self.advance(surface, object_from_base, &mut motors, place, driven);
+                self.turn(surface, object_from_base, &mut motors, place, driven);
                 ends[place] = motors[place];
             }
         }
@@ -133,7 +165,7 @@ impl Closing {
     }
 
     /// Turns one motor until something that it moves meets the object.
-    fn advance(
+    fn turn(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,

@@ -157,9 +157,10 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "annealing.most_failures=10",
         "keep.friction=0.2",
         "keep.edges=8",
-        "keep.torsion=0.1",
+        "keep.torsion=0.002",
         "keep.space=force",
         "keep.min_epsilon=0.0",
+        "keep.advance=0.0",
         "keep.most_penetration=0.001",
         "hand.scene=../scenes/parallel_gripper.xml",
     ] {

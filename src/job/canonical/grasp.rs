@@ -19,7 +19,7 @@ impl Text {
         self.section("grasps");
         self.key("seeds", i64::from(*seeds));
         self.annealing(annealing);
-        let Keeping { friction, edges, torsion, space, min_epsilon, most_penetration } = keeping;
+        let Keeping { friction, edges, torsion, space, min_epsilon, advance, most_penetration } = keeping;
         self.section("keep");
         self.key("friction", *friction);
         self.key("edges", i64::from(*edges));
@@ -28,6 +28,7 @@ impl Text {
         }
         self.key("space", space_name(*space));
         self.key("min_epsilon", *min_epsilon);
+        self.key("advance", *advance);
         self.key("most_penetration", *most_penetration);
     }
 

@@ -69,8 +69,8 @@ fn annealing(checker: &mut Checker<'_>, spec: &AnnealingSpec) -> Annealing {
 }
 
 fn keeping(spec: &KeepSpec) -> Keeping {
-    let &KeepSpec { friction, edges, torsion, min_epsilon, most_penetration, .. } = spec;
-    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, most_penetration }
+    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, most_penetration, .. } = spec;
+    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, most_penetration }
 }
 
 fn space(spec: SpaceSpec) -> WrenchSpace {

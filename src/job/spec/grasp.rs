@@ -144,15 +144,19 @@ pub struct KeepSpec {
     /// Edges of the friction cone.
     #[schemars(range(min = 3, max = 256), extend("x-unit" = "edges"))]
     pub edges: u32,
-    /// Makes soft fingers of the contacts: their torque about the normal, as a share of the normal force times the object's
-    /// radius. Without it contacts are hard points.
-    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.1]), range(max = 10))]
+    /// Makes soft fingers of the contacts: their greatest torque about the normal, for a unit of normal force. Without it
+    /// contacts are hard points.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.002], "x-unit" = "m"), range(max = 0.1))]
     pub torsion: Option<f64>,
     /// The space in which force closure is asked for.
     pub space: SpaceSpec,
     /// Least epsilon in that space; force closure is asked for even at 0.
     #[schemars(range(min = 0, max = 1))]
     pub min_epsilon: f64,
+    /// How far the hand may come along its approach before it closes, until it meets the object; where it does not, it closes
+    /// where it is.
+    #[schemars(range(min = 0, max = 0.2), extend("x-unit" = "m"))]
+    pub advance: f64,
     /// Deepest overlap of hand and mesh before closing.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
     pub most_penetration: f64,
