@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::checked::{Completion, DepthFormat, Job, Work};
+use crate::grasp::{EnergyKind, WrenchSpace};
 
 /// Counts are exact; bytes and seconds follow from the given rates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,10 +58,12 @@ pub fn seconds_of_hands(job: &Job) -> f64 {
     by_hand.map_or(0.0, |touch| SECONDS_AN_APPROACH * f64::from(touch.approaches()) + SECONDS_AN_OBJECT / views as f64)
 }
 
-/// Processor time of a run of annealing of 10,000 steps [s]. A pilot would take as long as a job.
-const SECONDS_A_RUN: f64 = 0.05;
-/// The same of preparing an object for its runs [s].
-const SECONDS_A_GRASPED_OBJECT: f64 = 0.5;
+/// Processor time of a step of annealing [s]: with the contact energy, with a potential of forces, and of wrenches. A pilot
+/// would take as long as a job.
+const SECONDS_A_STEP: [f64; 3] = [8e-6, 12e-6, 90e-6];
+/// The same of closing and rating a state of the best list [s], and of preparing an object for its runs.
+const SECONDS_A_GRASP: f64 = 0.004;
+const SECONDS_A_GRASPED_OBJECT: f64 = 1.0;
 /// What a grasp takes before compression: two poses, five lists of joints and some eight contacts in double precision.
 const BYTES_A_GRASP: f64 = 900.0;
 
@@ -78,8 +81,14 @@ pub struct GraspCosts {
 /// About what a job for grasps costs; `None` of any other.
 pub fn grasp_costs(job: &Job) -> Option<GraspCosts> {
     let annealing = &job.grasps()?.settings.annealing;
+    let [contact, force, wrench] = SECONDS_A_STEP;
+    let step = match (annealing.energy, annealing.space) {
+        (EnergyKind::Contact, _) => contact,
+        (EnergyKind::ContactAndPotential, WrenchSpace::Force) => force,
+        (EnergyKind::ContactAndPotential, WrenchSpace::Wrench) => wrench,
+    };
     Some(GraspCosts {
-        run_seconds: SECONDS_A_RUN * f64::from(annealing.steps) / 10_000.0,
+        run_seconds: step * f64::from(annealing.steps) + SECONDS_A_GRASP * f64::from(annealing.best),
         object_seconds: SECONDS_A_GRASPED_OBJECT,
         run_bytes: 800.0 + BYTES_A_GRASP * f64::from(annealing.best),
     })

@@ -6,14 +6,14 @@ use graspmill::{
 };
 use nalgebra::{Point3, Vector3};
 
-use super::{Bench, quick, thesis};
+use super::{Bench, annealed, quick, thesis};
 
 /// Where each virtual contact of a grasp is before closing, where it looks, and what parry says of the surface there: point,
 /// normal, signed distance and direction to the closest point (inside: away from it).
 fn contacts(bench: &Bench, query: &MeshQuery, grasp: &Grasp) -> Vec<(Point3<f64>, Vector3<f64>, f64, Vector3<f64>)> {
     let hand = &bench.hand;
     let frames = hand.link_frames(&hand.posture_values(&grasp.posture));
-    let object_from_base = grasp.object_from_approach * hand.approach_pose(&frames).isometry().inverse();
+    let object_from_base = annealed(grasp) * hand.approach_pose(&frames).isometry().inverse();
     let of = |contact: usize| {
         let (point, normal) = hand.contact_in_base(contact, &frames);
         let (point, normal) = (object_from_base * point, object_from_base.rotation * normal.into_inner());

@@ -13,8 +13,8 @@ use graspmill::{
     contact::ContactSurface,
     geom::{SimdLevel, TriMesh},
     grasp::{
-        AmplitudeRange, Annealer, Annealing, EnergyKind, GraspRun, HandSearch, Keeping, ObjectSearch, SearchFrame,
-        WrenchSpace,
+        AmplitudeRange, Annealer, Annealing, EnergyKind, Grasp, GraspRun, HandSearch, Keeping, ObjectSearch,
+        SearchFrame, WrenchSpace,
     },
     hand::Hand,
     produce::inside_test,
@@ -74,6 +74,11 @@ impl Bench {
     }
 }
 
+/// The approach frame in the state that was annealed.
+fn annealed(grasp: &Grasp) -> IsometryMatrix3<f64> {
+    grasp.object_from_approach * Translation3::new(0.0, 0.0, -grasp.advance)
+}
+
 fn stream(seed: u64) -> Stream {
     Stream::of_job(seed, b"", "test annealing")
 }
@@ -102,7 +107,7 @@ fn keeping() -> Keeping {
         torsion: None,
         space: WrenchSpace::Wrench,
         min_epsilon: 0.01,
-        advance: 0.0,
+        advance: 0.03,
         most_penetration: 5e-4,
     }
 }

@@ -128,8 +128,7 @@ fn kept_grasps_an_hour_on_ten_scans() {
     for name in TEN {
         let bench = scan(name);
         for ((energy, settings), hours) in energies().iter().zip(&mut hours) {
-            let (runs, time) =
-                timed(&bench, &Annealing { steps: 5_000, ..*settings }, &Keeping { advance: 0.03, ..keeping() }, 10);
+            let (runs, time) = timed(&bench, &Annealing { steps: 5_000, ..*settings }, &keeping(), 10);
             let counts = GraspVerdict::ALL.map(|verdict| {
                 runs.iter().flat_map(|run| &run.grasps).filter(|grasp| grasp.verdict == verdict).count()
             });

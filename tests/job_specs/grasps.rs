@@ -44,12 +44,12 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     assert_eq!((plan.samples, plan.shards.len()), (80, 4));
     let settings = &work(&standard).settings;
     let (annealing, keeping) = (&settings.annealing, &settings.keeping);
-    assert_eq!((annealing.steps, annealing.energy), (10_000, EnergyKind::ContactAndPotential));
+    assert_eq!((annealing.steps, annealing.energy), (5_000, EnergyKind::ContactAndPotential));
     assert_eq!((annealing.space, annealing.frame), (WrenchSpace::Wrench, SearchFrame::Seed));
     assert_eq!((annealing.potential_scale, annealing.whole_schedule, annealing.descent), (100.0, true, false));
     assert_eq!((annealing.amplitudes, annealing.best, annealing.most_failures), (AmplitudeRange::Joints, 20, 100));
     assert_eq!((annealing.friction, keeping.friction, keeping.edges, keeping.torsion), (0.2, 0.5, 16, None));
-    assert_eq!((keeping.space, keeping.min_epsilon, keeping.most_penetration), (WrenchSpace::Wrench, 0.01, 0.0005));
+    assert_eq!((keeping.space, keeping.min_epsilon, keeping.advance), (WrenchSpace::Wrench, 0.01, 0.03));
 
     let thesis = job(&["profile=thesis"]);
     let settings = &work(&thesis).settings;
@@ -57,7 +57,7 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     assert_eq!((annealing.steps, annealing.potential_scale, annealing.whole_schedule), (70_000, 1.0, false));
     assert_eq!((annealing.space, annealing.frame), (WrenchSpace::Force, SearchFrame::Object));
     assert_eq!(annealing.amplitudes, AmplitudeRange::Clamped(4.0));
-    assert_eq!((keeping.space, keeping.friction), (WrenchSpace::Force, 0.2));
+    assert_eq!((keeping.space, keeping.friction, keeping.advance), (WrenchSpace::Force, 0.2, 0.0));
     // Each switch can be set alone.
     let mixed = job(&["profile=thesis", "annealing.frame=seed", "annealing.amplitudes=joints", "keep.torsion=0.1"]);
     let settings = &work(&mixed).settings;
@@ -127,7 +127,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
     let plain = job(&[]);
     for overrides in [
         vec![],
-        vec!["profile=thesis", "keep.torsion=0.2", "split.test_models=[\"can-*\"]"],
+        vec!["profile=thesis", "keep.torsion=0.02", "split.test_models=[\"can-*\"]"],
         vec!["annealing.energy=contact", "annealing.descent=true", "grasps.seeds=7", "shards.runs=5"],
     ] {
         let job = job(&overrides);
@@ -182,7 +182,8 @@ fn tables_name_the_hand_and_costs_grow_with_the_steps() {
     assert!(header.channel_classes.is_empty() && header.platform.is_empty());
     assert!(matches!(header.tables, ProductTables::Grasps { .. }));
     let costs = |overrides: &[&str]| grasp_costs(&job(overrides)).expect("a job for grasps");
-    assert!((costs(&["annealing.steps=70000"]).run_seconds / costs(&[]).run_seconds - 7.0).abs() < 1e-9);
+    assert!(costs(&["annealing.steps=70000"]).run_seconds > 10.0 * costs(&[]).run_seconds);
+    assert!(costs(&["annealing.space=force"]).run_seconds < 0.5 * costs(&[]).run_seconds);
     assert!(costs(&["annealing.best=40"]).run_bytes > costs(&[]).run_bytes);
     assert!(expected_bytes(&plain, 1000.0) > 0.0);
     assert_eq!(grasp_costs(&resolve(read(MINIMAL, &[]).expect("a job"))), None);
