@@ -81,10 +81,17 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
                 format!("{objects} objects x {views} views = {samples} samples"),
                 format!("{} meshes refused\n", job.refused().len()),
             ),
-            Work::Grasps(_) => (
-                format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
-                format!("{} meshes refused\n", job.refused().len()),
-            ),
+            Work::Grasps(_) => {
+                let of_trials = grasp_costs(job).map_or(0.0, |costs| costs.trial_seconds);
+                let of_trials = match of_trials > 0.0 {
+                    true => format!("{:.0} ms a run of physical trials among it\n", 1e3 * of_trials),
+                    false => String::new(),
+                };
+                (
+                    format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
+                    format!("{of_trials}{} meshes refused\n", job.refused().len()),
+                )
+            }
             Work::Reachability(work) => {
                 let (poses, orientations) = (work.poses.cells(), work.orientations());
                 let what = format!("{views} positions x {orientations} orientations = {poses} poses");

@@ -17,8 +17,8 @@ use crate::{
     geom::OccupancyGrid,
     ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
     record::{
-        Channel, Cloud, Coverage, Depth, GraspRun, Implicit, ReachabilityBlock, RecordError, TactileContacts, Tsdf,
-        Visibility, VoxelPair,
+        Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, Implicit, ReachabilityBlock, RecordError,
+        TactileContacts, Tsdf, Visibility, VoxelPair,
     },
 };
 
@@ -358,6 +358,14 @@ impl Sample {
         let payload = (self.payload(Channel::GraspRun))
             .ok_or_else(|| invalid(&self.shard, format!("sample {} has no run of grasps", self.index)))?;
         GraspRun::decode(payload).map_err(|source| self.broken(source))
+    }
+
+    /// Trials of the grasps that the run kept; `None` where the dataset has none.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn grasp_trials(&self) -> Result<Option<GraspTrials>, DatasetError> {
+        self.decoded(Channel::GraspTrials, GraspTrials::decode)
     }
 
     fn decoded<T>(

@@ -29,7 +29,7 @@ mod spec;
 pub use check::{HandReader, RobotFault, RobotKey, RobotReader, SceneReader, no_hands, no_robots, no_scenes};
 pub use checked::{
     Channels, Collisions, Completion, CompletionJob, DepthFormat, Distance, Divided, Gate, GraspJob, GraspSettings,
-    ImplicitSamples, Job, JobHand, JobObject, ModelChoice, PackageFile, Pivot, Profile, RandomRays, RayTarget,
+    ImplicitSamples, Job, JobHand, JobObject, ModelChoice, PackageFile, Physics, Pivot, Profile, RandomRays, RayTarget,
     ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand, Truth, WORLD,
     Work,
 };

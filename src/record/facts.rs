@@ -46,11 +46,30 @@ pub struct GraspFacts {
     pub best_epsilon: f64,
     /// Whether the seed was given up before the run was over.
     pub given_up: bool,
+    /// What came of physical trials; zeros where there were none.
+    pub trials: TrialFacts,
+}
+
+/// Counts of trials of grasps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TrialFacts {
+    /// Grasps that were tried: all that were kept.
+    pub tried: u32,
+    /// Of them held.
+    pub held: u32,
+    /// Of them refused: the hand starts too deep.
+    pub refused: u32,
 }
 
 impl Default for GraspFacts {
     fn default() -> Self {
-        Self { verdicts: [0; 5], best_energy: f64::INFINITY, best_epsilon: 0.0, given_up: false }
+        Self {
+            verdicts: [0; 5],
+            best_energy: f64::INFINITY,
+            best_epsilon: 0.0,
+            given_up: false,
+            trials: TrialFacts::default(),
+        }
     }
 }
 
@@ -73,6 +92,15 @@ impl SampleFacts {
             Self::Pair(_) => Product::Completion,
             Self::Block(_) => Product::Reachability,
             Self::Grasps(_) => Product::Grasps,
+        }
+    }
+
+    /// What its leading channel says of it: all but the counts of trials, which are of another class of numbers.
+    #[must_use]
+    pub fn without_trials(&self) -> Self {
+        match *self {
+            Self::Grasps(facts) => Self::Grasps(GraspFacts { trials: TrialFacts::default(), ..facts }),
+            other => other,
         }
     }
 

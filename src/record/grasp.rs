@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use prost::Message;
 
 use super::{
-    GraspFacts, RecordError,
+    GraspFacts, RecordError, TrialFacts,
     channels::broken,
     pair::{lengthy, pose, ranged},
     proto, sample_from_proto, wire,
@@ -229,6 +229,7 @@ impl GraspRun {
             best_energy: self.grasps.iter().map(|grasp| grasp.energy).fold(f64::INFINITY, f64::min),
             best_epsilon: self.kept().map(|grasp| grasp.epsilon(&self.method)).fold(0.0, f64::max),
             given_up: self.is_given_up(),
+            trials: TrialFacts::default(),
         }
     }
 

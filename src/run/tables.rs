@@ -13,7 +13,7 @@ use crate::{
     job::{Collisions, Completion, Divided, Job, JobHand, JobObject, ReachabilityJob, Renderer, Work},
     plan::{LeakReport, ModelRole, SampleRole, Sides, SplitTable},
     produce::completion::channels_of,
-    record::FieldHeader,
+    record::{Channel, FieldHeader},
 };
 
 /// The tables of the dataset that `job` makes in `folder`; `sides` are those of a job about objects.
@@ -44,7 +44,14 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
             let assets = work.objects.iter().map(|object| json(&object.asset)).collect();
             let splits = sides.map(|sides| stored_splits(&work.divided(), &sides.splits)).unwrap_or_default();
             add_warnings(&work.objects, &work.refused, sides, &mut warnings);
-            (NumberClass::Exact, BTreeMap::new(), assets, ProductTables::Grasps { splits })
+            let platform = match work.settings.physics {
+                Some(_) => {
+                    channel_classes.insert(Channel::GraspTrials, NumberClass::Physics);
+                    physics()
+                }
+                None => BTreeMap::new(),
+            };
+            (NumberClass::Exact, platform, assets, ProductTables::Grasps { splits })
         }
         Work::Reachability(work) => {
             let field = Box::new(field_header(work));

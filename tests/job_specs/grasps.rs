@@ -8,6 +8,7 @@ use graspmill::{
     ids::Product,
     job::{GraspJob, Job, JobDraft, JobErrors, JobHand, JobText, Surroundings, expected_bytes, grasp_costs, no_hands},
     plan::Plan,
+    record::Channel,
     run::dataset_header,
 };
 
@@ -107,6 +108,11 @@ fn mistakes_are_shown_at_once_with_their_places() {
         assert!(errors.list().iter().any(|error| error.key == key), "{overrides:?}\n{}", errors.render());
         assert!(errors.render().contains(part), "{overrides:?}\n{}", errors.render());
     }
+    for (physics, key) in [("friction=-1", "friction"), ("mass=\"heavy\"", "mass"), ("roll_outs=3", "roll_outs")] {
+        let errors = read(&text(&format!("[physics]\n{physics}\n")), &[]).expect_err("a mistake");
+        let key = format!("physics.{key}");
+        assert!(errors.list().iter().any(|error| error.key == key), "{key}\n{}", errors.render());
+    }
     // A short run needs no word about when it gives up.
     assert_eq!(work(&job(&["annealing.steps=50"])).settings.annealing.most_failures, 100);
     let said = read("product = \"grasp\"\n", &[]).expect_err("a misspelt product").render();
@@ -128,6 +134,8 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
     for overrides in [
         vec![],
         vec!["profile=thesis", "keep.torsion=0.02", "split.test_models=[\"can-*\"]"],
+        vec!["physics={}"],
+        vec!["physics={friction=0.2,mass=0.3,perturbed=0,roll_out_share=0.1,roll_outs=4,gravity=\"six\"}"],
         vec!["annealing.energy=contact", "annealing.descent=true", "grasps.seeds=7", "shards.runs=5"],
     ] {
         let job = job(&overrides);
@@ -163,6 +171,8 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "keep.advance=0.0",
         "keep.most_penetration=0.001",
         "hand.scene=../scenes/parallel_gripper.xml",
+        "physics={}",
+        "physics.friction=0.2",
     ] {
         assert_ne!(job(&[other]).digest(), plain.digest(), "{other}");
         assert_ne!(job(&[other]).sample_settings(), plain.sample_settings(), "{other}");
@@ -184,6 +194,14 @@ fn tables_name_the_hand_and_costs_grow_with_the_steps() {
     let costs = |overrides: &[&str]| grasp_costs(&job(overrides)).expect("a job for grasps");
     assert!(costs(&["annealing.steps=70000"]).run_seconds > 10.0 * costs(&[]).run_seconds);
     assert!(costs(&["annealing.space=force"]).run_seconds < 0.5 * costs(&[]).run_seconds);
+    let tried = job(&["physics={}"]);
+    let physics = work(&tried).settings.physics.expect("physics");
+    assert_eq!((physics.friction, physics.mass, physics.perturbed), (0.5, None, 2));
+    assert_eq!((physics.roll_outs, physics.roll_out_share, physics.six_directions), (16, 0.0, false));
+    assert_eq!(work(&plain).settings.physics, None);
+    let header = dataset_header(&tried, None, Path::new("jobs"));
+    assert_eq!(header.channel_classes, [(Channel::GraspTrials, NumberClass::Physics)].into_iter().collect());
+    assert!(costs(&["physics={}"]).trial_seconds > 0.0 && costs(&[]).trial_seconds == 0.0);
     assert!(costs(&["annealing.best=40"]).run_bytes > costs(&[]).run_bytes);
     assert!(expected_bytes(&plain, 1000.0) > 0.0);
     assert_eq!(grasp_costs(&resolve(read(MINIMAL, &[]).expect("a job"))), None);

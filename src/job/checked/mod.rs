@@ -10,7 +10,7 @@ pub use completion::{
     PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, TouchByHand,
     Truth,
 };
-pub use grasp::{GraspJob, GraspSettings};
+pub use grasp::{GraspJob, GraspSettings, Physics};
 pub use objects::Divided;
 pub use reachability::{Collisions, ReachabilityJob, Robot, Solver, WORLD};
 use schemars::JsonSchema;
