@@ -85,6 +85,7 @@ impl Kept {
             torsion: None,
             space: WrenchSpace::Wrench,
             min_epsilon: 0.01,
+            advance: 0.03,
             most_penetration: 5e-4,
         };
         let object = ObjectSearch::new(&surface, &mesh).expect("a solid");
