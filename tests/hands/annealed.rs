@@ -174,24 +174,22 @@ impl Sums {
         }
     }
 
-    fn print(&self, name: &str) {
+    fn text(&self, name: &str) -> String {
         let spread = |values: &[f64]| {
             let worst = values.iter().copied().fold(0.0, f64::max);
             let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
             format!("{:.0} (mean {mean:.0}, worst {worst:.0})", median(values))
         };
-        println!("== {name}: {} grasps, held {:?}, flips {:?}, {:?}", self.count, self.held, self.flips, self.reasons);
-        println!(
-            "   depth um: start {}, closed {}, shaken {}; slip um {}; ms: held {}, failed {}; closing ms {}, not at rest {}",
-            spread(&self.depths[0]),
-            spread(&self.depths[1]),
-            spread(&self.depths[2]),
+        let Self { count, held, flips, reasons, not_at_rest, .. } = self;
+        let [start, closed, shaken] = [0, 1, 2].map(|place| spread(&self.depths[place]));
+        format!(
+            "== {name}: {count} grasps, held {held:?}, flips {flips:?}, {reasons:?}\n   depth um: start {start}, closed {closed}, \
+             shaken {shaken}; slip um {}; ms: held {}, failed {}; closing ms {}, not at rest {not_at_rest}",
             spread(&self.slips),
             spread(&self.held_times),
             spread(&self.failed_times),
             spread(&self.closings),
-            self.not_at_rest,
-        );
+        )
     }
 }
 
@@ -226,7 +224,7 @@ fn what_holds_the_object_while_the_hand_closes() {
         }
     }
     for (mode, sums) in modes.into_iter().zip(&sums) {
-        sums.print(&format!("{mode:?}"));
+        println!("{}", sums.text(&format!("{mode:?}")));
     }
 }
 
@@ -258,9 +256,9 @@ fn trials_of_what_annealing_kept() {
                 let others = held(&run(&mut worker, &kept.tasks, conditions));
                 *all.flips.entry(name).or_default() += differ(&base, &others);
             }
-            here.print(&format!("{search}, {name}, {:.2} kg", plain.mass));
+            println!("{}", here.text(&format!("{search}, {name}, {:.2} kg", plain.mass)));
         }
-        all.print(search);
+        println!("{}", all.text(search));
     }
 }
 
