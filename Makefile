@@ -20,6 +20,8 @@ QUICKSTART_DATA ?= datasets/quickstart
 QUICKSTART_JOB ?= jobs/quickstart.toml
 # Half-shapes that a hand tells apart and a camera cannot.
 QUICKSTART_TOUCH ?= jobs/half-shapes.toml datasets/half-shapes
+# Grasps of three built-in shapes.
+QUICKSTART_GRASPS ?= jobs/grasps-quick.toml datasets/grasps-quick
 
 # What Open3D's wheel links besides.
 PEER_PACKAGES := libusb-1.0-0 libgomp1 libx11-6
@@ -58,7 +60,7 @@ build: mujoco ## the program, at target/release/graspmill
 
 .PHONY: quickstart
 quickstart: setup build ## from nothing to a verified dataset with a report
-	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH)
+	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH) $(QUICKSTART_GRASPS)
 
 .PHONY: lint
 lint: mujoco ## formatting, and clippy on every step of the feature ladder

@@ -103,6 +103,50 @@ fn threads_levels_kills_and_shards_change_no_byte() {
     }
 }
 
+/// Physics is a class of its own: with it and without it the root of class exact is the same.
+#[test]
+fn trials_move_no_grasp() {
+    let place = Place::new();
+    let plain = place.run("plain", &[]);
+    let asked = ["--set", "physics={roll_out_share=0.5,roll_outs=3}", "--set", "annealing.steps=300"];
+    let tried = place.run("tried", &[&asked[..], &["--threads", "2"]].concat());
+    assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
+    assert_eq!(tried.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact, &NumberClass::Physics]);
+    assert_eq!(tried.class_of(Channel::GraspTrials), Some(NumberClass::Physics));
+    assert!(tried.root != plain.root && tried.platform.contains_key("libmujoco"));
+    assert_eq!(
+        place.run("again", &[&asked[..], &["--threads", "1", "--set", "shards.runs=9"]].concat()).root,
+        tried.root
+    );
+    let counts = tried.counts.grasps.expect("counts of grasps");
+    let trials = counts.trials.expect("counts of trials");
+    assert_eq!(trials.tried, counts.of_verdict(GraspVerdict::Kept));
+    assert!(trials.held + trials.refused <= trials.tried && trials.tried > 0, "{trials:?}");
+    assert_eq!(plain.counts.grasps.expect("counts of grasps").trials, None);
+    let out = place.out("tried");
+    let reader = DatasetReader::open(&out).expect("a dataset");
+    let mut rolled_out = 0;
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
+        let trials = trials.expect("a channel of trials");
+        assert_eq!(trials.trials.len(), run.kept().count());
+        assert!(trials.trials.iter().all(|trial| trial.perturbed.len() == 2));
+        rolled_out += trials.trials.iter().filter(|trial| trial.roll_outs[0] == 3).count();
+    }
+    assert!(rolled_out > 0 && rolled_out < trials.tried as usize, "{rolled_out}");
+    let options = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: false, threads: 1 };
+    let found = verify(&out, options, |_| ()).expect("readable");
+    assert!(found.is_intact(), "{:?}", found.problems);
+    let more = ["verify", "--regenerate", "3", "--seed", "2"];
+    succeeded(&graspmill().args(more).arg(&out).output().expect("graspmill starts"));
+    let inspected = succeeded(&graspmill().arg("inspect").arg(&out).output().expect("graspmill starts"));
+    assert!(inspected.contains("grasps tried") && inspected.contains("perturbed runs"), "{inspected}");
+    succeeded(&graspmill().arg("report").arg(&out).output().expect("graspmill starts"));
+    let page = fs::read_to_string(out.join("report.html")).expect("a page");
+    assert!(page.contains("id=\"trials\"") && page.contains("<th>held</th>"));
+}
+
 #[test]
 fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
     let place = Place::new();

@@ -86,10 +86,17 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
                 format!("{objects} objects x {views} views = {samples} samples"),
                 format!("{} meshes refused\n", job.refused().len()),
             ),
-            Work::Grasps(_) => (
-                format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
-                format!("{} meshes refused\n", job.refused().len()),
-            ),
+            Work::Grasps(_) => {
+                let of_trials = grasp_costs(job).map_or(0.0, |costs| costs.trial_seconds);
+                let of_trials = match of_trials > 0.0 {
+                    true => format!("{:.0} ms a run of physical trials among it\n", 1e3 * of_trials),
+                    false => String::new(),
+                };
+                (
+                    format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
+                    format!("{of_trials}{} meshes refused\n", job.refused().len()),
+                )
+            }
             Work::Patches(work) => (
                 format!("{samples} grasps of {objects} objects, of {} types", work.grasps.types.chosen.len()),
                 format!("root of the grasps {}\n", work.grasps.root),

@@ -23,7 +23,7 @@ use super::{
 use crate::{
     geom::{PoseLabel, Proof},
     ids::{Digest, ObjectId, Product, SampleId, ViewId},
-    record::{BlockFacts, Channel, GraspFacts, GraspVerdict, PairFacts, PatchFacts, SampleFacts},
+    record::{BlockFacts, Channel, GraspFacts, GraspVerdict, PairFacts, PatchFacts, SampleFacts, TrialFacts},
 };
 
 /// Rows held in memory at a time.
@@ -65,8 +65,8 @@ struct Columns {
 }
 
 /// Names of the columns with the facts of a product's samples: counts, then shares.
-fn fact_columns(product: Product) -> (Vec<String>, Vec<String>) {
-    let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+fn fact_columns(product: Product, channels: &[Channel]) -> (Vec<String>, Vec<String>) {
+    let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
     match product {
         Product::Completion => (owned(&["partial_cells", "complete_cells", "both_cells"]), owned(&["solid_share"])),
         Product::Reachability => {
@@ -76,21 +76,27 @@ fn fact_columns(product: Product) -> (Vec<String>, Vec<String>) {
         }
         Product::Grasps => {
             let verdicts = GraspVerdict::ALL.into_iter().map(|verdict| format!("grasps_{}", verdict.name()));
-            (verdicts.chain(["given_up".to_owned()]).collect(), owned(&["best_energy", "best_epsilon"]))
+            let trials: &[&str] = match channels.contains(&Channel::GraspTrials) {
+                true => &["grasps_tried", "grasps_held", "grasps_refused"],
+                false => &[],
+            };
+            let counts = verdicts.chain(["given_up".to_owned()]).chain(owned(trials));
+            (counts.collect(), owned(&["best_energy", "best_epsilon"]))
         }
         Product::Patches => (owned(&["type", "type_index"]), owned(&["energy", "epsilon"])),
     }
 }
 
-/// The facts of a sample, in the order of [`fact_columns`].
+/// The facts of a sample, in the order of [`fact_columns`]; counts of trials come last, and find no column without them.
 fn facts_of(facts: &SampleFacts) -> (Vec<u32>, Vec<f64>) {
     match facts {
         SampleFacts::Pair(PairFacts { partial_cells, complete_cells, both_cells, solid_share }) => {
             (vec![*partial_cells, *complete_cells, *both_cells], vec![*solid_share])
         }
         SampleFacts::Block(BlockFacts { labels, proofs }) => (labels.iter().chain(proofs).copied().collect(), vec![]),
-        SampleFacts::Grasps(GraspFacts { verdicts, best_energy, best_epsilon, given_up }) => {
-            let counts = verdicts.iter().copied().chain([u32::from(*given_up)]).collect();
+        SampleFacts::Grasps(GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials }) => {
+            let TrialFacts { tried, held, refused } = *trials;
+            let counts = verdicts.iter().copied().chain([u32::from(*given_up), tried, held, refused]).collect();
             (counts, vec![*best_energy, *best_epsilon])
         }
         SampleFacts::Patches(PatchFacts { kind, type_index, energy, epsilon }) => {
@@ -101,7 +107,7 @@ fn facts_of(facts: &SampleFacts) -> (Vec<u32>, Vec<f64>) {
 
 fn schema(product: Product, channels: &[Channel]) -> String {
     let split = if has_splits(product) { "required binary split (string);" } else { "" };
-    let (counts, shares) = fact_columns(product);
+    let (counts, shares) = fact_columns(product, channels);
     let counts: String = counts.iter().map(|name| format!("required int32 {name} (integer(32, false));\n")).collect();
     let shares: String = shares.iter().map(|name| format!("required double {name};\n")).collect();
     let digests: String = (channels.iter())
@@ -131,7 +137,7 @@ impl IndexWriter {
     pub fn create(folder: &Path, product: Product, channels: &[Channel]) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, INDEX)?;
         let writer = Self::open(&file, product, channels).map_err(|error| unwritten(temporary.path(), error))?;
-        let (counts, shares) = fact_columns(product);
+        let (counts, shares) = fact_columns(product, channels);
         let columns = Columns {
             names: vec![Vec::new(); if has_splits(product) { 3 } else { 2 }],
             numbers: vec![Vec::new(); 4 + counts.len()],

@@ -6,7 +6,7 @@ use prost::Message;
 
 use crate::{
     ids::{Digest, JobDigest, ObjectId, Product, SampleId, SampleIndex, ShardId, ViewId},
-    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, PairFacts, PatchFacts, SampleFacts, proto},
+    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, PairFacts, PatchFacts, SampleFacts, TrialFacts, proto},
 };
 
 /// What became of a sample.
@@ -132,9 +132,10 @@ impl Ledger {
     /// The same with counts of grasps in its rows.
     fn with_grasps(&self, ledger: proto::Ledger) -> proto::GraspLedger {
         let proto::Ledger { format_version, product, job, shard, shards, first_index, subjects, topics, rows } = ledger;
+        let tries = self.channels.contains(&Channel::GraspTrials);
         let rows = rows.into_iter().zip(&self.rows).map(|(raw, row)| {
             let proto::LedgerRow { subject, instance, view, camera, digests, reason, detail, .. } = raw;
-            let GraspFacts { verdicts, best_energy, best_epsilon, given_up } =
+            let GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials } =
                 row.facts.grasps().copied().unwrap_or_default();
             proto::GraspLedgerRow {
                 subject,
@@ -148,6 +149,7 @@ impl Ledger {
                 best_energy,
                 best_epsilon,
                 given_up,
+                trials: if tries { vec![trials.tried, trials.held, trials.refused] } else { Vec::new() },
             }
         });
         let rows = rows.collect();
@@ -253,10 +255,15 @@ fn block_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
 fn grasp_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
     let raw = proto::GraspLedger::decode(bytes).map_err(|error| format!("the ledger is no ledger: {error}"))?;
     let facts = |row: proto::GraspLedgerRow| {
-        let proto::GraspLedgerRow { verdicts, best_energy, best_epsilon, given_up, .. } = row;
+        let proto::GraspLedgerRow { verdicts, best_energy, best_epsilon, given_up, trials, .. } = row;
+        let trials = match trials[..] {
+            [] => TrialFacts::default(),
+            [tried, held, refused] => TrialFacts { tried, held, refused },
+            _ => return Err(format!("a row with {} counts of trials", trials.len())),
+        };
         let count = verdicts.len();
         let verdicts = verdicts.try_into().map_err(|_| format!("a row with {count} verdicts"))?;
-        Ok(GraspFacts { verdicts, best_energy, best_epsilon, given_up }.into())
+        Ok(GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials }.into())
     };
     raw.rows.into_iter().map(facts).collect()
 }

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     geom::{PoseLabel, Proof},
     ids::{Digest, JobDigest, Product},
-    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, GraspVerdict},
+    record::{BlockFacts, Channel, FORMAT_VERSION, GraspFacts, GraspVerdict, TrialFacts},
 };
 
 /// How equal the numbers of a product are on two machines.
@@ -133,6 +133,21 @@ pub struct GraspCounts {
     pub verdicts: BTreeMap<String, u64>,
     /// Runs whose seed was given up before they were over, rejected ones included.
     pub given_up: u64,
+    /// What came of physical trials; absent without them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trials: Option<TrialCounts>,
+}
+
+/// Physical trials of kept grasps, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrialCounts {
+    /// Grasps that were tried.
+    pub tried: u64,
+    /// Of them held.
+    pub held: u64,
+    /// Of them refused: the hand starts too deep.
+    pub refused: u64,
 }
 
 impl GraspCounts {
@@ -151,6 +166,13 @@ impl GraspCounts {
             *self.verdicts.entry(verdict.name().to_owned()).or_default() += u64::from(count);
         }
         self.given_up += u64::from(facts.given_up);
+        let TrialFacts { tried, held, refused } = facts.trials;
+        if tried > 0 {
+            let counts = self.trials.get_or_insert_with(TrialCounts::default);
+            counts.tried += u64::from(tried);
+            counts.held += u64::from(held);
+            counts.refused += u64::from(refused);
+        }
     }
 }
 

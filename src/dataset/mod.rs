@@ -53,7 +53,9 @@ pub use folder::{
 pub use grasp_preview::write_grasp_preview;
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow};
-pub use manifest::{Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry, TypeCounts};
+pub use manifest::{
+    Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry, TrialCounts, TypeCounts,
+};
 pub use map_preview::write_map_preview;
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection, TouchedPair};

@@ -17,8 +17,8 @@ use crate::{
     geom::OccupancyGrid,
     ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
     record::{
-        Channel, Cloud, Coverage, Depth, GraspRun, HeatmapPatch, Implicit, PatchColour, ReachabilityBlock, RecordError,
-        TactileContacts, Tsdf, Visibility, VoxelPair,
+        Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HeatmapPatch, Implicit, PatchColour, ReachabilityBlock,
+        RecordError, TactileContacts, Tsdf, Visibility, VoxelPair,
     },
 };
 
@@ -376,6 +376,14 @@ impl Sample {
     /// When the payload is no valid record.
     pub fn patch_colour(&self) -> Result<Option<PatchColour>, DatasetError> {
         self.decoded(Channel::PatchColour, PatchColour::decode)
+    }
+
+    /// Trials of the grasps that the run kept; `None` where the dataset has none.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn grasp_trials(&self) -> Result<Option<GraspTrials>, DatasetError> {
+        self.decoded(Channel::GraspTrials, GraspTrials::decode)
     }
 
     fn decoded<T>(

@@ -119,7 +119,6 @@ impl Annealer {
         }
     }
 
-    /// One run from a seed; the best states stand in the list.
     /// One run from a seed: origin on the object's surface, z along the inward normal. It depends on nothing that was searched
     /// before.
     pub fn run(

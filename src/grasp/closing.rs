@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{IsometryMatrix3, Point3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
 use super::{found::GraspContact, links::Place, meeting::overlap, solids::HandSolids};
 use crate::{
@@ -33,6 +33,8 @@ pub(super) struct Closing {
     /// Of each solid and each driven joint: before and after its clutch has opened, how far a place of the solid moves for a
     /// unit of the motor at most [m].
     reaches: Vec<Vec<[f64; 2]>>,
+    /// Motors that close the hand, those together that move the same solids: fingers.
+    groups: Vec<Vec<usize>>,
     scratch: ContactScratch,
     found: Vec<SurfaceContact>,
 }
@@ -46,24 +48,19 @@ pub(super) struct Closed {
     pub(super) joints: Vec<f64>,
 }
 
-/// What a motor does to the object now.
-struct Look {
-    /// Nearest of what moves towards the object [m]; at most the true one.
-    distance: f64,
-    /// The link of that, where it touches.
-    link: usize,
-}
-
 impl Closing {
     pub(super) fn new(hand: &Arc<Hand>, solids: &HandSolids) -> Self {
         let probe = |solid: &super::solids::Solid| Probe::new(&solid.shape).expect("no mesh is a solid of a hand");
         let reaches = solids.solids.iter().map(|solid| {
             hand.driven().iter().map(|driven| reach(hand, solid.link, solid.centre, solid.reach, driven)).collect()
         });
+        let reaches: Vec<Vec<[f64; 2]>> = reaches.collect();
+        let groups = groups(hand, &reaches);
         Self {
             hand: Arc::clone(hand),
             probes: solids.solids.iter().map(probe).collect(),
-            reaches: reaches.collect(),
+            reaches,
+            groups,
             solids: solids.clone(),
             scratch: ContactScratch::default(),
             found: Vec::new(),
@@ -82,6 +79,38 @@ impl Closing {
         -solids.map(|solid| self.distance(surface, object_from_base, &frames, solid)).fold(NEAR, f64::min)
     }
 
+    /// How far the hand can come along a direction in `Object`, its joints still, until it meets the object [m]: 0 where it does
+    /// not within `most`.
+    pub(super) fn advance(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        joints: &[f64],
+        way: &Vector3<f64>,
+        most: f64,
+    ) -> f64 {
+        let frames = self.hand.link_frames(joints);
+        let mut come = 0.0;
+        for _ in 0..MOST_LOOKS {
+            let moved = Translation3::from(way * come) * object_from_base;
+            let mut nearest = f64::INFINITY;
+            for solid in 0..self.probes.len() {
+                let distance = self.distance(surface, &moved, &frames, solid);
+                let comes = |contact: &SurfaceContact| contact.distance <= TOUCHES && contact.normal.dot(way) < 0.0;
+                let leaves = distance <= TOUCHES && !self.found.iter().any(comes);
+                nearest = nearest.min(if leaves { LEAVES } else { distance });
+            }
+            if nearest <= TOUCHES {
+                return come;
+            }
+            come += nearest - TOUCHES / 2.0;
+            if come > most {
+                break;
+            }
+        }
+        0.0
+    }
+
     /// Closes the hand from a posture: each joint that closes it goes on until a link that it moves meets the object, or its
     /// limit; where its own link met the object, the clutch opens and what goes on alone does so. Links that meet each other
     /// stop, too.
@@ -94,12 +123,10 @@ impl Closing {
         let hand = Arc::clone(&self.hand);
         let start: Vec<Motor> = posture.iter().copied().map(Motor::engaged).collect();
         let mut ends = start.clone();
-        for (place, driven) in hand.driven().iter().enumerate() {
-            if driven.closing_sign() != 0.0 {
-                let mut motors = start.clone();
-                self.advance(surface, object_from_base, &mut motors, place, driven);
-                ends[place] = motors[place];
-            }
+        for group in self.groups.clone() {
+            let mut motors = start.clone();
+            self.turn(surface, object_from_base, &mut motors, &group);
+            group.iter().for_each(|place| ends[*place] = motors[*place]);
         }
         self.part(&start, &mut ends);
         let mut joints = vec![0.0; hand.tree().len()];
@@ -132,71 +159,81 @@ impl Closing {
         contacts
     }
 
-    /// Turns one motor until something that it moves meets the object.
-    fn advance(
+    /// Turns a group of motors together, each at its speed, until something that it moves meets the object.
+    fn turn(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
         motors: &mut [Motor],
-        place: usize,
-        driven: &Driven,
+        group: &[usize],
     ) {
-        let sign = driven.closing_sign();
+        let hand = Arc::clone(&self.hand);
+        let left = |place: usize, motor: Motor| {
+            let driven = &hand.driven()[place];
+            (driven.closed_angle(motor) - motor.angle) * driven.closing_sign()
+        };
+        let mut going = group.to_vec();
+        let mut joints = vec![0.0; hand.tree().len()];
         for _ in 0..MOST_LOOKS {
-            let motor = motors[place];
-            let left = (driven.closed_angle(motor) - motor.angle) * sign;
-            if left <= 0.0 {
+            going.retain(|place| left(*place, motors[*place]) > 0.0);
+            if going.is_empty() {
                 break;
             }
-            let look = self.look(surface, object_from_base, motors, place, driven);
-            if look.distance > TOUCHES {
-                let after = usize::from(motor.released.is_some());
-                let fastest = self.reaches.iter().map(|of| of[place][after]).fold(0.0, f64::max);
-                let step = ((look.distance - TOUCHES / 2.0) / fastest).min(left);
-                motors[place] = driven.turned(motor, motor.angle + sign * step);
-            } else if look.link == driven.joint + 1 && driven.breakaway.is_some() && motor.released.is_none() {
-                motors[place] = driven.stopped(motor);
-            } else {
-                break;
+            hand.joint_values(motors, &mut joints);
+            let frames = hand.link_frames(&joints);
+            let (mut time, mut met) = (f64::INFINITY, Vec::new());
+            for solid in 0..self.probes.len() {
+                let speed_of = |place: &usize| {
+                    let after = usize::from(motors[*place].released.is_some());
+                    self.reaches[solid][*place][after] * hand.driven()[*place].speed
+                };
+                let speed: f64 = going.iter().map(speed_of).sum();
+                if speed == 0.0 {
+                    continue;
+                }
+                let mut distance = self.distance(surface, object_from_base, &frames, solid);
+                if distance <= TOUCHES {
+                    let link = self.solids.solids[solid].link;
+                    let presses = |place: &usize| self.presses(object_from_base, &frames, motors[*place], *place, link);
+                    met.extend(going.iter().copied().filter(presses).map(|place| (place, link)));
+                    distance = LEAVES;
+                }
+                time = time.min((distance - TOUCHES / 2.0) / speed);
+            }
+            for (place, link) in &met {
+                let (driven, motor) = (&hand.driven()[*place], motors[*place]);
+                if *link == driven.joint + 1 && driven.breakaway.is_some() && motor.released.is_none() {
+                    motors[*place] = driven.stopped(motor);
+                } else if !(*link == driven.joint + 1 && driven.breakaway.is_some()) {
+                    going.retain(|going| going != place);
+                }
+            }
+            if met.is_empty() {
+                for place in &going {
+                    let (driven, motor) = (&hand.driven()[*place], motors[*place]);
+                    let step = (time * driven.speed).min(left(*place, motor));
+                    motors[*place] = driven.turned(motor, motor.angle + driven.closing_sign() * step);
+                }
             }
         }
     }
 
-    /// The nearest of what a motor moves towards the object.
-    fn look(
-        &mut self,
-        surface: &ContactSurface,
+    /// Whether a motor moves a link into the object where it touches, as `found` has it.
+    fn presses(
+        &self,
         object_from_base: &IsometryMatrix3<f64>,
-        motors: &[Motor],
+        frames: &[IsometryMatrix3<f64>],
+        motor: Motor,
         place: usize,
-        driven: &Driven,
-    ) -> Look {
-        let hand = Arc::clone(&self.hand);
-        let mut joints = vec![0.0; hand.tree().len()];
-        hand.joint_values(motors, &mut joints);
-        let frames = hand.link_frames(&joints);
-        let after = usize::from(motors[place].released.is_some());
-        let mut nearest = Look { distance: f64::INFINITY, link: 0 };
-        for solid in 0..self.probes.len() {
-            if self.reaches[solid][place][after] == 0.0 {
-                continue;
-            }
-            let mut distance = self.distance(surface, object_from_base, &frames, solid);
-            let link = self.solids.solids[solid].link;
-            if distance <= TOUCHES {
-                let velocities = velocities(&hand, &frames, motors[place], driven);
-                let comes = self.found.iter().filter(|contact| contact.distance <= TOUCHES).any(|contact| {
-                    let at = object_from_base.inverse() * contact.point;
-                    let normal = object_from_base.rotation.inverse() * contact.normal.into_inner();
-                    normal.dot(&velocity(&velocities, &hand, link, &at)) < 0.0
-                });
-                distance = if comes { distance } else { LEAVES };
-            }
-            if distance < nearest.distance {
-                nearest = Look { distance, link };
-            }
-        }
-        nearest
+        link: usize,
+    ) -> bool {
+        let hand = &self.hand;
+        let velocities = velocities(hand, frames, motor, &hand.driven()[place]);
+        self.found.iter().filter(|contact| contact.distance <= TOUCHES).any(|contact| {
+            let at = object_from_base.inverse() * contact.point;
+            let normal = object_from_base.rotation.inverse() * contact.normal.into_inner();
+            normal.dot(&velocity(&velocities, hand, link, &at)) < 0.0
+        })
     }
 
     /// From the object to a solid [m]: exact where it is below [`NEAR`], with the contacts in `found`; else a lower bound.
@@ -274,6 +311,22 @@ impl Closing {
             }
         }
     }
+}
+
+/// Motors that close a hand, grouped by the solids that they move.
+fn groups(hand: &Hand, reaches: &[Vec<[f64; 2]>]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let closes = |place: &usize| hand.driven()[*place].closing_sign() != 0.0;
+    for place in (0..hand.driven().len()).filter(closes) {
+        let shares = |group: &Vec<usize>| {
+            group.iter().any(|other| reaches.iter().any(|of| of[place][0] > 0.0 && of[*other][0] > 0.0))
+        };
+        let (mut joined, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(shares);
+        joined.push(vec![place]);
+        groups = apart;
+        groups.push(joined.concat());
+    }
+    groups
 }
 
 /// A motor on its way from start to end after it has turned so far.

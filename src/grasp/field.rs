@@ -13,6 +13,9 @@ const CELLS: f64 = 128.0;
 /// How far the lattice reaches beyond the object's box [m].
 const MARGIN: f64 = 0.06;
 
+/// Cells along each axis of a block.
+const BLOCK: usize = 4;
+
 /// Every so many points of the lattice the distance is exact; nearer to the surface than [`BAND`] [m], at all.
 const COARSE: usize = 2;
 const BAND: f64 = 0.012;
@@ -31,6 +34,10 @@ pub struct DistanceField {
     values: Vec<u8>,
     /// [m].
     step: f32,
+    /// Blocks of [`BLOCK`] cells along each axis, and of each the least (low half) and largest value (high half) between its
+    /// points: small enough to stay in the cache.
+    block_counts: [i32; 3],
+    blocks: Vec<u32>,
 }
 
 /// Distance and direction at sixteen places.
@@ -66,12 +73,15 @@ impl DistanceField {
         let distances = distances(surface, &origin, cell, counts);
         let largest = distances.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let step = largest / f64::from(i16::MAX);
-        let values = distances.iter().flat_map(|distance| ((distance / step).round() as i16).to_le_bytes()).collect();
+        let steps: Vec<i16> = distances.iter().map(|distance| (distance / step).round() as i16).collect();
+        let (block_counts, blocks) = blocks(&steps, counts);
         Self {
+            block_counts: block_counts.map(|count| count as i32),
+            blocks,
             origin: origin.coords.map(|part| part as f32).into(),
             cell: cell as f32,
             counts: counts.map(|count| count as i32),
-            values,
+            values: steps.iter().flat_map(|steps| steps.to_le_bytes()).collect(),
             step: step as f32,
         }
     }
@@ -79,6 +89,24 @@ impl DistanceField {
     /// Size in memory [bytes].
     pub fn bytes(&self) -> usize {
         self.values.len()
+    }
+
+    /// Lower and upper bounds of [`DistanceField::distance`] at sixteen places, for a quarter of its work.
+    #[inline(always)]
+    pub(super) fn bounds<L: Lanes>(&self, l: L, place: [L::F; 3]) -> [L::F; 2] {
+        let inverse = l.splat(1.0 / (self.cell * BLOCK as f32));
+        let [x, y, z]: [L::I; 3] = each_of!([0, 1, 2], axis => {
+            let along = l.mul(l.sub(place[axis], l.splat(self.origin[axis])), inverse);
+            l.truncate(l.min(l.max(along, l.splat(0.0)), l.splat((self.block_counts[axis] - 1) as f32)))
+        });
+        let row = l.add_i(l.mul_i(x, l.splat_i(self.block_counts[1])), y);
+        let index = l.add_i(l.mul_i(row, l.splat_i(self.block_counts[2])), z);
+        // SAFETY: the places were held inside the blocks.
+        #[expect(unsafe_code, reason = "gathers from places that were held inside the table")]
+        let pair = unsafe { l.gather_i(&self.blocks, index) };
+        let step = l.splat(self.step);
+        let [low, high] = [l.sar_i::<16>(l.shl_i::<16>(pair)), l.sar_i::<16>(pair)];
+        [l.mul(l.to_float(low), step), l.mul(l.to_float(high), step)]
     }
 
     /// Signed distance at sixteen places in `Object` [m]; beyond the lattice that of its nearest place, which is less.
@@ -160,6 +188,32 @@ fn unit<L: Lanes>(l: L, of: [L::F; 3]) -> ([L::F; 3], L::F) {
     (each_of!([0, 1, 2], axis => l.mul(of[axis], inverse)), length)
 }
 
+/// Of each block of cells the least and the largest of its points' values. A place that rounding puts into the block beside its
+/// own is still between the points of both: each takes in the points around it.
+fn blocks(steps: &[i16], counts: [usize; 3]) -> ([usize; 3], Vec<u32>) {
+    let block_counts = counts.map(|count| (count - 1).div_ceil(BLOCK));
+    let around =
+        |block: usize, count: usize| (block * BLOCK).saturating_sub(1)..=((block + 1) * BLOCK + 1).min(count - 1);
+    let mut blocks = Vec::with_capacity(block_counts.iter().product());
+    for x in 0..block_counts[0] {
+        for y in 0..block_counts[1] {
+            for z in 0..block_counts[2] {
+                let (mut least, mut largest) = (i16::MAX, i16::MIN);
+                for x in around(x, counts[0]) {
+                    for y in around(y, counts[1]) {
+                        let row = (x * counts[1] + y) * counts[2];
+                        for z in around(z, counts[2]) {
+                            (least, largest) = (least.min(steps[row + z]), largest.max(steps[row + z]));
+                        }
+                    }
+                }
+                blocks.push(u32::from(least as u16) | u32::from(largest as u16) << 16);
+            }
+        }
+    }
+    (block_counts, blocks)
+}
+
 /// Signed distances at the points of a lattice [m].
 fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: [usize; 3]) -> Vec<f64> {
     let place = |x: usize, y: usize, z: usize| (x * counts[1] + y) * counts[2] + z;
@@ -180,11 +234,12 @@ fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: 
     for x in 0..counts[0] {
         for y in 0..counts[1] {
             for z in 0..counts[2] {
-                if [x, y, z].iter().all(|along| along % COARSE == 0) {
+                if [x, y, z].iter().all(|along| along.is_multiple_of(COARSE)) {
                     continue;
                 }
                 // Between the coarse points around it.
-                let ends = |along: usize| if along % COARSE == 0 { [along, along] } else { [along - 1, along + 1] };
+                let ends =
+                    |along: usize| if along.is_multiple_of(COARSE) { [along, along] } else { [along - 1, along + 1] };
                 let [xs, ys, zs] = [x, y, z].map(ends);
                 let mut mean = 0.0;
                 for corner in 0..8 {
@@ -224,11 +279,20 @@ mod tests {
         let mut draw = Stream::of_job(1, b"", "field");
         let (mut near, mut all, mut turned) = (Vec::new(), Vec::new(), Vec::new());
         while near.len() < 5_000 {
-            let share = Vector3::from_fn(|_, _| draw.uniform(-1.0, 2.0));
-            let point = bounds.min + Vector3::from(bounds.extents()).component_mul(&share);
+            // The lattice ends 60 mm from the box.
+            let point = Point3::from_slice(&std::array::from_fn::<_, 3, _>(|axis| {
+                draw.uniform(bounds.min[axis] - 0.1, bounds.max[axis] + 0.1)
+            }));
+            let beyond = (0..3)
+                .map(|axis| (bounds.min[axis] - point[axis]).max(point[axis] - bounds.max[axis]))
+                .fold(0.0, f64::max);
             let (exact, closest) = (surface.signed_distance(&point), query.closest_point(&point));
             let found = field.near(Scalar, each_of!([0, 1, 2], axis => [point[axis] as f32; 16]));
             let error = (f64::from(found.distance[0]) - exact).abs();
+            if beyond > MARGIN {
+                assert!(error < 0.1 * exact, "{error} m of {exact} m");
+                continue;
+            }
             all.push(error);
             if exact.abs() < 0.005 {
                 near.push(error);

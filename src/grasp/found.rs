@@ -73,15 +73,18 @@ impl GraspVerdict {
 /// One state of the best list, closed and rated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grasp {
-    /// The approach frame seen from the object: origin on the palm, z towards the object [m].
+    /// The approach frame seen from the object: origin on the palm, z towards the object [m]. Here the hand closes.
     pub object_from_approach: IsometryMatrix3<f64>,
+    /// How far the hand came along its approach until it met the object, from the state that was annealed [m]; 0 where it does
+    /// not meet it on its way.
+    pub advance: f64,
     /// Amplitudes of the hand's eigengrasps before closing.
     pub amplitudes: Vec<f64>,
     /// The posture of these amplitudes, one value a driven joint [rad or m].
     pub posture: Vec<f64>,
-    /// How deep the hand is in the object before closing [m], exact; 0 where it is clear.
+    /// How deep the hand is in the object in the state that was annealed [m], exact; 0 where it is clear.
     pub penetration: f64,
-    /// The state before closing.
+    /// Of the state that was annealed.
     pub energies: Energies,
     /// All joints of the closed hand [rad or m], in the order of its tree; as the posture has them where the verdict is
     /// [`GraspVerdict::Penetrates`].

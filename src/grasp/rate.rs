@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{IsometryMatrix3, Point3, Unit};
+use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
     anneal::ObjectSearch,
@@ -63,6 +63,7 @@ impl Rating {
             posture,
             penetration,
             energies,
+            advance: 0.0,
             joints: open,
             contacts: Vec::new(),
             quality: Quality::default(),
@@ -72,6 +73,12 @@ impl Rating {
         if penetration > self.keeping.most_penetration {
             return grasp;
         }
+        let way = object_from_approach.rotation * Vector3::z();
+        let most = self.keeping.advance;
+        grasp.advance = self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &way, most);
+        let advanced = Translation3::from(way * grasp.advance);
+        grasp.object_from_approach = advanced * object_from_approach;
+        let object_from_base = advanced * object_from_base;
         grasp.joints = self.closing.close(&object.surface, &object_from_base, &grasp.posture).joints;
         grasp.contacts = self.closing.contacts(&object.surface, &object_from_base, &grasp.joints);
         grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
@@ -123,11 +130,7 @@ impl Rating {
 }
 
 /// A virtual contact at a place in `Object`, with the surface's exact closest point.
-fn virtual_contact(
-    surface: &ContactSurface,
-    point: Point3<f64>,
-    normal: Unit<nalgebra::Vector3<f64>>,
-) -> VirtualContact {
+fn virtual_contact(surface: &ContactSurface, point: Point3<f64>, normal: Unit<Vector3<f64>>) -> VirtualContact {
     let (outward, distance) = surface.outward(&point);
     VirtualContact {
         point: point.map(|part| part as f32).into(),

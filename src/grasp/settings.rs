@@ -71,13 +71,15 @@ pub struct Keeping {
     pub friction: f64,
     /// Edges of the friction cone, at least 3.
     pub edges: u32,
-    /// A torsional coefficient makes soft fingers of the contacts [share of the normal force times the object's radius];
-    /// `None` for hard points.
+    /// Makes soft fingers of the contacts: their greatest torque about the normal for a unit of normal force [m]; `None` for
+    /// hard points.
     pub torsion: Option<f64>,
     /// The space in which force closure is asked for.
     pub space: WrenchSpace,
     /// Least epsilon in that space.
     pub min_epsilon: f64,
+    /// How far the hand may come along its approach before it closes, until it meets the object [m].
+    pub advance: f64,
     /// Deepest overlap of hand and true mesh before closing [m].
     pub most_penetration: f64,
 }

@@ -103,9 +103,12 @@ impl Balls {
     }
 }
 
+/// Balls that lie together: centres and radii [m].
+type Piece = Vec<(Point3<f64>, f64)>;
+
 /// Balls in a shape, its own frame, in groups of at most sixteen that lie together. Edges of boxes and cylinders are rounded, as
 /// those of [`Probe`](crate::contact::Probe)s are. `None` for a mesh.
-fn pieces(shape: &Shape) -> Option<Vec<Vec<(Point3<f64>, f64)>>> {
+fn pieces(shape: &Shape) -> Option<Vec<Piece>> {
     Some(match shape {
         Shape::Sphere { radius } => vec![vec![(Point3::origin(), *radius)]],
         Shape::Capsule { radius, half } => {
@@ -158,12 +161,7 @@ fn along(half: f64) -> impl Iterator<Item = f64> + Clone {
 }
 
 /// A rectangle of balls of one radius, four by four together.
-fn patch(
-    half_u: f64,
-    half_v: f64,
-    radius: f64,
-    place: impl Fn(f64, f64) -> Point3<f64>,
-) -> Vec<Vec<(Point3<f64>, f64)>> {
+fn patch(half_u: f64, half_v: f64, radius: f64, place: impl Fn(f64, f64) -> Point3<f64>) -> Vec<Piece> {
     let [us, vs]: [Vec<f64>; 2] = [along(half_u).collect(), along(half_v).collect()];
     let square = |us: &[f64], vs: &[f64]| {
         us.iter().flat_map(|u| vs.iter().map(|v| (place(*u, *v), radius)).collect::<Vec<_>>()).collect()

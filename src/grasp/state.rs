@@ -203,11 +203,15 @@ fn legal_body<L: Lanes>(
             }
         }
         let place: [L::F; 3] = each_of!([0, 1, 2], axis => l.load(&at[axis]));
-        let distance = field.distance(l, place);
-        if l.bits(l.lt(distance, l.load(&middles.inner))) != 0 {
+        let (inner, reach) = (l.load(&middles.inner), l.load(&middles.reach));
+        let [low, high] = field.bounds(l, place);
+        if l.bits(l.lt(high, inner)) != 0 {
             return false;
         }
-        near |= u64::from(l.bits(l.lt(distance, l.load(&middles.reach)))) << (LANES * block);
+        if l.bits(l.lt(low, inner)) != 0 && l.bits(l.lt(field.distance(l, place), inner)) != 0 {
+            return false;
+        }
+        near |= u64::from(l.bits(l.lt(low, reach))) << (LANES * block);
     }
     // Lanes past the last solid repeat it.
     let StateScratch { places, order, .. } = scratch;
@@ -226,8 +230,8 @@ fn legal_body<L: Lanes>(
 fn is_clear<L: Lanes>(l: L, solid: &Solid, field: &DistanceField, place: &Place) -> bool {
     let rows: [Affine<L>; 3] = each_of!([0, 1, 2], axis => Affine::new(l, row(place, axis)));
     for (block, covers) in solid.covers.iter().enumerate() {
-        let distance = field.distance(l, placed(l, &rows, covers));
-        let mut near = l.bits(l.lt(distance, l.load(&covers.radius)));
+        let [low, _] = field.bounds(l, placed(l, &rows, covers));
+        let mut near = l.bits(l.lt(low, l.load(&covers.radius)));
         while near != 0 {
             let piece = LANES * block + near.trailing_zeros() as usize;
             near &= near - 1;

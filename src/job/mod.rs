@@ -32,7 +32,7 @@ pub use check::{
 pub use checked::{
     Channels, ChosenGrasp, Collisions, Completion, CompletionJob, DepthFormat, Distance, Divided, FoundGrasps, Gate,
     GraspJob, GraspSettings, GraspedObject, ImplicitSamples, Job, JobHand, JobObject, ModelChoice, ObjectSide,
-    PackageFile, PatchColours, PatchJob, PatchLabel, PatchSettings, Pivot, Profile, RandomRays, RayTarget,
+    PackageFile, PatchColours, PatchJob, PatchLabel, PatchSettings, Physics, Pivot, Profile, RandomRays, RayTarget,
     ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand, Truth,
     TypeChoice, WORLD, Work,
 };

@@ -147,11 +147,11 @@ impl<'j> Workshop<'j> {
     /// A producer for one thread.
     ///
     /// # Errors
-    /// When the job's renderer is not available.
+    /// When the job's renderer is not available, or its hand cannot be read.
     pub fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
         Ok(match self {
             Self::Completion { job, seed, level } => Box::new(CompletionWorker::new(job, *seed, *level)?),
-            Self::Grasps { job, seed, hand, level } => Box::new(GraspWorker::new(job, *seed, hand, *level)),
+            Self::Grasps { job, seed, hand, level } => Box::new(GraspWorker::new(job, *seed, hand, *level)?),
             Self::Patches { job, seed, hand, meshes, level } => {
                 Box::new(PatchWorker::new(job, *seed, hand, meshes.as_ref(), *level))
             }

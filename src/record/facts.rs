@@ -48,6 +48,19 @@ pub struct GraspFacts {
     pub best_epsilon: f64,
     /// Whether the seed was given up before the run was over.
     pub given_up: bool,
+    /// What came of physical trials; zeros where there were none.
+    pub trials: TrialFacts,
+}
+
+/// Counts of trials of grasps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TrialFacts {
+    /// Grasps that were tried: all that were kept.
+    pub tried: u32,
+    /// Of them held.
+    pub held: u32,
+    /// Of them refused: the hand starts too deep.
+    pub refused: u32,
 }
 
 /// The grasp of some patches.
@@ -65,7 +78,13 @@ pub struct PatchFacts {
 
 impl Default for GraspFacts {
     fn default() -> Self {
-        Self { verdicts: [0; 5], best_energy: f64::INFINITY, best_epsilon: 0.0, given_up: false }
+        Self {
+            verdicts: [0; 5],
+            best_energy: f64::INFINITY,
+            best_epsilon: 0.0,
+            given_up: false,
+            trials: TrialFacts::default(),
+        }
     }
 }
 
@@ -89,6 +108,15 @@ impl SampleFacts {
             Self::Block(_) => Product::Reachability,
             Self::Grasps(_) => Product::Grasps,
             Self::Patches(_) => Product::Patches,
+        }
+    }
+
+    /// What its leading channel says of it: all but the counts of trials, which are of another class of numbers.
+    #[must_use]
+    pub fn without_trials(&self) -> Self {
+        match *self {
+            Self::Grasps(facts) => Self::Grasps(GraspFacts { trials: TrialFacts::default(), ..facts }),
+            other => other,
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use prost::Message;
 
 use super::{
-    GraspFacts, RecordError,
+    GraspFacts, RecordError, TrialFacts,
     channels::broken,
     pair::{lengthy, pose, ranged},
     proto, sample_from_proto, wire,
@@ -82,6 +82,8 @@ pub struct GraspMethod {
     pub min_epsilon: f64,
     /// Deepest overlap of hand and mesh before closing [m].
     pub most_penetration: f64,
+    /// How far the hand could come along its approach before it closed, at most [m].
+    pub most_advance: f64,
     /// How far back along the approach the pregrasp is [m].
     pub stand_off: f64,
 }
@@ -126,7 +128,7 @@ pub struct HeldContact {
 /// One state of the best list, closed and rated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grasp {
-    /// The approach frame before closing: origin on the palm, z towards the object.
+    /// The approach frame where the hand closes: origin on the palm, z towards the object.
     pub object_from_approach: Pose<Object, Approach>,
     /// The hand's base there.
     pub object_from_base: Pose<Object, HandBase>,
@@ -140,9 +142,11 @@ pub struct Grasp {
     pub joints_before: Vec<f64>,
     /// All joints of the closed hand [rad or m].
     pub joints: Vec<f64>,
-    /// Overlap of hand and mesh before closing [m].
+    /// How far the hand came along its approach from the state that was annealed [m].
+    pub advance: f64,
+    /// Overlap of hand and mesh in that state [m].
     pub penetration: f64,
-    /// What was minimised, before closing, with exact distances.
+    /// What was minimised, of that state, with exact distances.
     pub energy: f64,
     /// The contact energy.
     pub contact_energy: f64,
@@ -225,6 +229,7 @@ impl GraspRun {
             best_energy: self.grasps.iter().map(|grasp| grasp.energy).fold(f64::INFINITY, f64::min),
             best_epsilon: self.kept().map(|grasp| grasp.epsilon(&self.method)).fold(0.0, f64::max),
             given_up: self.is_given_up(),
+            trials: TrialFacts::default(),
         }
     }
 
@@ -252,7 +257,7 @@ impl GraspRun {
         for grasp in &self.grasps {
             message.clear();
             grasp.encode(&mut message);
-            wire::element(out, 27, &message);
+            wire::element(out, 28, &message);
         }
     }
 
@@ -323,6 +328,7 @@ impl GraspMethod {
         wire::double(out, 24, self.min_epsilon);
         wire::double(out, 25, self.most_penetration);
         wire::double(out, 26, self.stand_off);
+        wire::double(out, 27, self.most_advance);
     }
 
     fn of(run: &proto::GraspRun) -> Result<Self, RecordError> {
@@ -344,6 +350,7 @@ impl GraspMethod {
             ("torsion", torsion),
             ("min_epsilon", run.min_epsilon),
             ("most_penetration", run.most_penetration),
+            ("most_advance", run.most_advance),
             ("stand_off", run.stand_off),
         ] {
             ranged(MESSAGE, field, value, value >= 0.0 && value.is_finite(), "0 or positive, and finite")?;
@@ -361,6 +368,7 @@ impl GraspMethod {
             space: run.space.clone(),
             min_epsilon: run.min_epsilon,
             most_penetration: run.most_penetration,
+            most_advance: run.most_advance,
             stand_off: run.stand_off,
         })
     }
@@ -390,6 +398,7 @@ impl Grasp {
         wire::uint32s(out, 19, self.kind.iter().copied());
         wire::doubles_of(out, 20, self.width.iter().copied());
         wire::uint32(out, 21, self.verdict as u32);
+        wire::double(out, 22, self.advance);
     }
 
     /// Reads a grasp of a run whose names have been checked.
@@ -419,6 +428,7 @@ impl Grasp {
             ranged(MESSAGE, field, value, value.is_finite(), "finite")?;
         }
         for (field, value) in [
+            ("grasps.advance", grasp.advance),
             ("grasps.penetration", grasp.penetration),
             ("grasps.epsilon_force", grasp.epsilon_force),
             ("grasps.epsilon_wrench", grasp.epsilon_wrench),
@@ -441,6 +451,7 @@ impl Grasp {
             amplitudes: grasp.amplitudes.clone(),
             joints_before: grasp.joints_before.clone(),
             joints: grasp.joints.clone(),
+            advance: grasp.advance,
             penetration: grasp.penetration,
             energy: grasp.energy,
             contact_energy: grasp.contact_energy,

@@ -1,7 +1,7 @@
 //! What is on disk: records, their protobuf codec and schema, the format's number.
 //!
 //! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/touch.proto`, `proto/hand.proto`,
-//! `proto/reachability.proto`, `proto/grasp.proto`, `proto/patches.proto`). Encoding is written by hand, in tag
+//! `proto/reachability.proto`, `proto/grasp.proto`, `proto/trials.proto`, `proto/patches.proto`). Encoding is written by hand, in tag
 //! order, straight from the record's own memory; decoding goes through the generated types and then checks every
 //! length, range and count, so that a decoded record can be trusted. Names of objects, paths, clocks and sample
 //! indices never enter a payload: the same sample has the same bytes in every dataset.
@@ -24,6 +24,9 @@ mod shapes;
 #[cfg(test)]
 mod tests;
 mod touch;
+mod trial;
+#[cfg(test)]
+mod trial_tests;
 mod wire;
 
 #[allow(dead_code, reason = "TactileContacts is read as HandContacts, which has its fields")]
@@ -35,7 +38,7 @@ pub use block::ReachabilityBlock;
 pub use channels::{Cloud, Coverage, Implicit, Tsdf, Visibility};
 pub use depth::{Depth, DepthCoding};
 pub use error::RecordError;
-pub use facts::{BlockFacts, GraspFacts, PairFacts, PatchFacts, SampleFacts};
+pub use facts::{BlockFacts, GraspFacts, PairFacts, PatchFacts, SampleFacts, TrialFacts};
 pub use field::{FieldHeader, ReachabilityField};
 pub use grasp::{
     FORCE, Grasp, GraspMethod, GraspRun, GraspVerdict, HandNames, HeldContact, RunStretch, STRETCHES, Seed, WRENCH,
@@ -45,6 +48,9 @@ pub use pair::VoxelPair;
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape};
 pub use touch::{TactileContacts, TouchContact};
+pub use trial::{
+    ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TrialMethod, TrialOutcome, TrialVerdict,
+};
 
 use crate::ids::{Digest, ObjectId, Product, SampleId, ViewId};
 
@@ -78,6 +84,8 @@ pub enum Channel {
     Block,
     /// [`GraspRun`]: one run of annealing and the grasps that it found; every sample of grasps has one.
     GraspRun,
+    /// [`GraspTrials`]: physical trials of the grasps that a run kept.
+    GraspTrials,
     /// [`HeatmapPatch`]: depth around the palm and the fingertips of one grasp, with labels; every sample of patches has one.
     Patch,
     /// [`PatchColour`]: the same patches in colour.
@@ -86,7 +94,7 @@ pub enum Channel {
 
 impl Channel {
     /// Every channel, in the order in which a sample's messages are written.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Pair,
         Self::Visibility,
         Self::Depth,
@@ -99,6 +107,7 @@ impl Channel {
         Self::TouchGrasp,
         Self::Block,
         Self::GraspRun,
+        Self::GraspTrials,
         Self::Patch,
         Self::PatchColour,
     ];
@@ -117,7 +126,7 @@ impl Channel {
             | Self::TouchExploration
             | Self::TouchGrasp => Product::Completion,
             Self::Block => Product::Reachability,
-            Self::GraspRun => Product::Grasps,
+            Self::GraspRun | Self::GraspTrials => Product::Grasps,
             Self::Patch | Self::PatchColour => Product::Patches,
         }
     }
@@ -157,6 +166,7 @@ impl Channel {
             Self::TouchGrasp => "/completion/touch_grasp",
             Self::Block => "/reachability/block",
             Self::GraspRun => "/grasps/run",
+            Self::GraspTrials => "/grasps/trials",
             Self::Patch => "/patches/patch",
             Self::PatchColour => "/patches/colour",
         }
@@ -181,6 +191,7 @@ impl Channel {
             Self::TouchExploration | Self::TouchGrasp => "graspmill.HandContacts",
             Self::Block => "graspmill.ReachabilityBlock",
             Self::GraspRun => "graspmill.GraspRun",
+            Self::GraspTrials => "graspmill.GraspTrials",
             Self::Patch => "graspmill.HeatmapPatch",
             Self::PatchColour => "graspmill.PatchColour",
         }
@@ -191,6 +202,7 @@ impl Channel {
         match self {
             Self::TouchRays => include_bytes!(concat!(env!("OUT_DIR"), "/touch.bin")),
             Self::TouchExploration | Self::TouchGrasp => include_bytes!(concat!(env!("OUT_DIR"), "/hand.bin")),
+            Self::GraspTrials => include_bytes!(concat!(env!("OUT_DIR"), "/trials.bin")),
             other => descriptors(other.product()),
         }
     }
@@ -212,11 +224,13 @@ pub fn descriptors(product: Product) -> &'static [u8] {
 }
 
 /// Checks the payloads of a sample one after the other, as [`VoxelPair::decode`] and its siblings do, and what stands
-/// beside a pair against the pair.
+/// beside a pair or a run against that.
 #[derive(Debug, Default)]
 pub struct Checker {
     /// The pair of the sample.
     pair: Option<VoxelPair>,
+    /// Whose run it is, and the places of its kept grasps.
+    kept: Option<(SampleId, Vec<u32>)>,
 }
 
 /// What a payload says that its sample's ledger row says too.
@@ -226,6 +240,8 @@ pub struct Checked {
     pub sample: SampleId,
     /// Of a leading channel.
     pub facts: Option<SampleFacts>,
+    /// Of trials.
+    pub trials: Option<TrialFacts>,
     /// Of touch: contacts in the grid in cells that the pair's complete grid lacks.
     pub touched_outside_complete: u32,
 }
@@ -236,7 +252,7 @@ impl Checker {
     /// # Errors
     /// When the payload is no valid record of that channel, or does not fit the pair of its sample.
     pub fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<Checked, RecordError> {
-        let checked = |sample| Ok(Checked { sample, facts: None, touched_outside_complete: 0 });
+        let checked = |sample| Ok(Checked { sample, facts: None, trials: None, touched_outside_complete: 0 });
         match channel {
             Channel::Pair => {
                 self.pair = None;
@@ -249,7 +265,16 @@ impl Checker {
             }
             Channel::GraspRun => {
                 let run = GraspRun::decode(payload)?;
+                let kept = (0..).zip(&run.grasps).filter(|(_, grasp)| grasp.verdict == GraspVerdict::Kept);
+                self.kept = Some((run.sample, kept.map(|(place, _)| place).collect()));
                 Ok(Checked { facts: Some(run.facts().into()), ..checked(run.sample)? })
+            }
+            Channel::GraspTrials => {
+                let trials = GraspTrials::decode(payload)?;
+                if let Some((_, kept)) = self.kept.as_ref().filter(|(sample, _)| *sample == trials.sample) {
+                    trials.check_beside(kept)?;
+                }
+                Ok(Checked { trials: Some(trials.facts()), ..checked(trials.sample)? })
             }
             Channel::Patch => {
                 let patch = HeatmapPatch::decode(payload)?;

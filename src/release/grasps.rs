@@ -4,11 +4,16 @@ use std::{collections::BTreeMap, fmt, path::Path};
 
 use serde::{Deserialize, Serialize};
 
-use super::{RunNotes, Spread, chart::grouped, chart::percent, survey::name_of};
+use super::{
+    RunNotes, Spread,
+    chart::{grouped, percent},
+    survey::name_of,
+    trials::{TrialSums, TrialsInspection},
+};
 use crate::{
     dataset::{DatasetError, DatasetReader, Fate, GraspCounts, NumberClass, Selection},
     ids::{Digest, JobDigest, ObjectId, Product, SampleIndex},
-    record::{GraspMethod, GraspRun, GraspVerdict, HandNames, STRETCHES},
+    record::{GraspMethod, GraspRun, GraspTrials, GraspVerdict, HandNames, STRETCHES},
 };
 
 /// What a dataset of grasps holds. `Display` is for people; serialised, it is for machines.
@@ -46,6 +51,9 @@ pub struct GraspsInspection {
     pub epsilon: Spread,
     /// Kept grasps by type, the most common first.
     pub types: Vec<TypeFacts>,
+    /// What came of physical trials; absent without them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trials: Option<TrialsInspection>,
     /// Share of the steps that were accepted, in each tenth of the runs.
     pub acceptance: [f64; STRETCHES],
     /// Mean energy in each tenth of the runs; `None` before any legal state.
@@ -69,13 +77,15 @@ pub struct TypeFacts {
     pub kind: u32,
     /// Kept grasps of it.
     pub grasps: u64,
+    /// Of them held in a trial; 0 without trials.
+    pub held: u64,
     /// Its digits to base 5: spread, proximal joints of three fingers, their distal joints, roll of the wrist.
     pub digits: [u8; 8],
 }
 
 impl TypeFacts {
-    pub(super) fn new(kind: u32, grasps: u64) -> Self {
-        Self { kind, grasps, digits: std::array::from_fn(|place| (kind / 5_u32.pow(place as u32) % 5) as u8) }
+    pub(super) fn new(kind: u32, [grasps, held]: [u64; 2]) -> Self {
+        Self { kind, grasps, held, digits: std::array::from_fn(|place| (kind / 5_u32.pow(place as u32) % 5) as u8) }
     }
 }
 
@@ -92,6 +102,8 @@ pub struct GraspedObject {
     pub given_up: u64,
     /// States with each verdict, in the order of [`GraspVerdict::ALL`].
     pub verdicts: [u64; 5],
+    /// Grasps that were tried, and of them held; zeros without trials.
+    pub trials: [u64; 2],
     /// Lowest energy of any state.
     pub best_energy: Option<f64>,
     /// Highest epsilon of a kept grasp.
@@ -138,7 +150,9 @@ struct Pass {
     objects: BTreeMap<ObjectId, ObjectSums>,
     energies: Vec<f64>,
     epsilons: Vec<f64>,
-    types: BTreeMap<u32, u64>,
+    /// Kept grasps of each type, and of them held.
+    types: BTreeMap<u32, [u64; 2]>,
+    trials: TrialSums,
     /// Accepted steps and steps; sum and count of mean energies.
     course: [(u64, f64, f64, u64); STRETCHES],
     method: Option<(GraspMethod, HandNames)>,
@@ -149,6 +163,7 @@ struct ObjectSums {
     runs: u64,
     given_up: u64,
     verdicts: [u64; 5],
+    trials: [u64; 2],
     /// The state of lowest energy.
     lowest: Option<(f64, GraspPlace)>,
     /// The best and the worst kept grasp, by epsilon.
@@ -192,7 +207,7 @@ impl Pass {
                 continue;
             }
             if let Some(kind) = grasp.kind {
-                *self.types.entry(kind).or_default() += 1;
+                self.types.entry(kind).or_default()[0] += 1;
             }
             let epsilon = grasp.epsilon(&run.method);
             self.epsilons.push(epsilon);
@@ -203,6 +218,20 @@ impl Pass {
             }
             if epsilon < worst.0 {
                 *worst = here;
+            }
+        }
+    }
+}
+
+impl Pass {
+    fn trials(&mut self, run: &GraspRun, trials: &GraspTrials) {
+        self.trials.add(trials);
+        let object = self.objects.entry(run.sample.subject).or_default();
+        for trial in &trials.trials {
+            let held = u64::from(trial.outcome.verdict.is_held());
+            object.trials = [object.trials[0] + 1, object.trials[1] + held];
+            if let Some(kind) = run.grasps.get(trial.grasp as usize).and_then(|grasp| grasp.kind) {
+                self.types.entry(kind).or_default()[1] += held;
             }
         }
     }
@@ -230,7 +259,11 @@ impl GraspSurvey {
         }
         for sample in reader.iter(Selection::default()) {
             let sample = sample?;
-            pass.run(sample.index, &sample.grasp_run()?);
+            let run = sample.grasp_run()?;
+            pass.run(sample.index, &run);
+            if let Some(trials) = sample.grasp_trials()? {
+                pass.trials(&run, &trials);
+            }
         }
         let mut objects: Vec<GraspedObject> = Vec::new();
         for row in reader.assets()?.objects {
@@ -241,19 +274,24 @@ impl GraspSurvey {
                 runs: sums.runs,
                 given_up: sums.given_up,
                 verdicts: sums.verdicts,
+                trials: sums.trials,
                 best_energy: sums.lowest.map(|(energy, _)| energy),
                 best_epsilon: sums.extremes.map(|[best, _]| best.0),
             });
         }
         objects.sort_by(|a, b| a.name.cmp(&b.name));
-        let facts = facts(reader, &pass, objects)?;
+        let facts = facts(reader, &mut pass, objects)?;
         let picks = pass.objects.iter().map(|(object, sums)| (*object, sums.picks())).collect();
         let Pass { energies, epsilons, method, .. } = pass;
         Ok(Self { facts, energies, epsilons, method, picks })
     }
 }
 
-fn facts(reader: &DatasetReader, pass: &Pass, objects: Vec<GraspedObject>) -> Result<GraspsInspection, DatasetError> {
+fn facts(
+    reader: &DatasetReader,
+    pass: &mut Pass,
+    objects: Vec<GraspedObject>,
+) -> Result<GraspsInspection, DatasetError> {
     let manifest = reader.manifest();
     let counts = manifest.counts.grasps.clone().unwrap_or_default();
     let mut types: Vec<TypeFacts> = pass.types.iter().map(|(kind, count)| TypeFacts::new(*kind, *count)).collect();
@@ -275,6 +313,7 @@ fn facts(reader: &DatasetReader, pass: &Pass, objects: Vec<GraspedObject>) -> Re
         energy: Spread::of(pass.energies.clone()),
         epsilon: Spread::of(pass.epsilons.clone()),
         types,
+        trials: std::mem::take(&mut pass.trials).finish(),
         acceptance: pass.course.map(|(accepted, steps, ..)| if steps > 0.0 { accepted as f64 / steps } else { 0.0 }),
         course: pass.course.map(|(.., sum, count)| (count > 0).then(|| sum / count as f64)),
         objects,
@@ -310,7 +349,7 @@ impl fmt::Display for GraspsInspection {
             writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
         }
         writeln!(f, "  shards    {shards} with {bytes} bytes")?;
-        let counts = GraspCounts { verdicts: self.verdicts.clone(), given_up: self.given_up };
+        let counts = GraspCounts { verdicts: self.verdicts.clone(), given_up: self.given_up, trials: None };
         writeln!(f, "\n{}", grasp_counts_in_words(&counts))?;
         writeln!(f, "\n                         min        5 %     median       95 %        max       mean")?;
         for (name, spread) in [("energy of all", &self.energy), ("epsilon of kept", &self.epsilon)] {
@@ -321,20 +360,27 @@ impl fmt::Display for GraspsInspection {
             }
             writeln!(f)?;
         }
+        if let Some(trials) = &self.trials {
+            write!(f, "{trials}")?;
+        }
         if !self.types.is_empty() {
             writeln!(f, "\ntype      grasps  spread  proximal  distal  roll")?;
         }
-        for TypeFacts { kind, grasps, digits: [spread, a, b, c, d, e, g, roll] } in self.types.iter().take(8) {
+        for TypeFacts { kind, grasps, held: _, digits: [spread, a, b, c, d, e, g, roll] } in self.types.iter().take(8) {
             writeln!(f, "{kind:>6} {:>9}  {spread:>6}  {a:>4} {b} {c}  {d:>2} {e} {g}  {roll:>4}", grouped(*grasps))?;
         }
         let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
-        writeln!(f, "\n{:<wide$}    runs  given up    found     kept  best energy  best epsilon", "object")?;
+        writeln!(f, "\n{:<wide$}    runs  given up    found     kept     held  best energy  best epsilon", "object")?;
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
         for object in &self.objects {
-            let GraspedObject { name, runs, given_up, verdicts, best_energy, best_epsilon, .. } = object;
+            let GraspedObject { name, runs, given_up, verdicts, trials, best_energy, best_epsilon, .. } = object;
             let (found, kept) = (object.found(), verdicts[GraspVerdict::Kept as usize]);
             let (energy, epsilon) = (number(*best_energy), number(*best_epsilon));
-            writeln!(f, "{name:<wide$}  {runs:>6}  {given_up:>8} {found:>8} {kept:>8}  {energy:>11}  {epsilon:>12}")?;
+            let held = if trials[0] > 0 { trials[1].to_string() } else { "-".to_owned() };
+            writeln!(
+                f,
+                "{name:<wide$}  {runs:>6}  {given_up:>8} {found:>8} {kept:>8} {held:>8}  {energy:>11}  {epsilon:>12}"
+            )?;
         }
         if let Some(speed) = &self.notes.speed {
             writeln!(f, "\nspeed: {:.2} runs/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;

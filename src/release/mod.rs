@@ -22,6 +22,7 @@ mod survey;
 mod tally;
 mod text;
 mod touch_facts;
+mod trials;
 
 pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
 pub use grasps::{GraspedObject, GraspsInspection, TypeFacts, grasp_counts_in_words, inspect_grasps};
@@ -33,3 +34,4 @@ pub use reachability::{
 pub use report::{ReportSummary, report};
 pub use tally::Spread;
 pub use touch_facts::{HandFacts, TouchFacts, TouchKind};
+pub use trials::TrialsInspection;

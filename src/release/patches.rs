@@ -196,7 +196,7 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
     objects.sort_by(|a, b| a.name.cmp(&b.name));
     let TypeCounts { counts, without, chosen } = &types;
     let of_type = |kind: &u32| ChosenType {
-        facts: TypeFacts::new(*kind, counts.get(kind).copied().unwrap_or(0)),
+        facts: TypeFacts::new(*kind, [counts.get(kind).copied().unwrap_or(0), 0]),
         kept: pass.types.get(kind).copied().unwrap_or(0),
     };
     Ok(PatchesInspection {
@@ -267,7 +267,7 @@ impl fmt::Display for PatchesInspection {
             writeln!(f)?;
         }
         writeln!(f, "\ntype      grasps     kept  of all  spread  proximal  distal  roll")?;
-        for ChosenType { facts: TypeFacts { kind, grasps, digits }, kept } in &self.types {
+        for ChosenType { facts: TypeFacts { kind, grasps, digits, .. }, kept } in &self.types {
             let [spread, a, b, c, d, e, g, roll] = digits;
             let share = percent(*grasps as f64 / self.kept_grasps.max(1) as f64);
             let [grasps, kept] = [*grasps, *kept].map(grouped);

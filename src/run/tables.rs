@@ -47,7 +47,14 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
             let assets = work.objects.iter().map(|object| json(&object.asset)).collect();
             let splits = sides.map(|sides| stored_splits(&work.divided(), &sides.splits)).unwrap_or_default();
             add_warnings(&work.objects, &work.refused, sides, &mut warnings);
-            (NumberClass::Exact, BTreeMap::new(), assets, ProductTables::Grasps { splits })
+            let platform = match work.settings.physics {
+                Some(_) => {
+                    channel_classes.insert(Channel::GraspTrials, NumberClass::Physics);
+                    physics()
+                }
+                None => BTreeMap::new(),
+            };
+            (NumberClass::Exact, platform, assets, ProductTables::Grasps { splits })
         }
         Work::Patches(work) => {
             hands.push(hand_row(&work.hand));

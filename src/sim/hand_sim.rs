@@ -58,7 +58,7 @@ const OBJECT: &str = "graspmill object";
 const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
 
 /// What a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
-const SLIDE_MASS: f64 = 100.0;
+pub(super) const SLIDE_MASS: f64 = 100.0;
 
 /// The free object's joint.
 const FREE: &str = "graspmill free";
@@ -110,6 +110,8 @@ pub(super) struct FreeObject {
     pub(super) geom: usize,
     /// Its place and turn among MuJoCo's coordinates.
     pub(super) address: usize,
+    /// The first of its six velocities.
+    pub(super) dof: usize,
     /// Its principal moments of inertia [kg m^2].
     pub(super) inertia: [f64; 3],
     /// Its centre of mass, in `Object` [m].
@@ -393,8 +395,8 @@ fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeO
     let geom = index(model.body_geomadr()[body]);
     model.geom_priority_mut()[geom] = 1;
     let joint = model.name_to_id(MjtObjBase::mjOBJ_JOINT, FREE).expect("the object was added");
-    let address = index(model.jnt_qposadr()[joint]);
-    FreeObject { body, geom, address, inertia: model.body_inertia()[body], centre: mass.centre }
+    let [address, dof] = [model.jnt_qposadr()[joint], model.jnt_dofadr()[joint]].map(index);
+    FreeObject { body, geom, address, dof, inertia: model.body_inertia()[body], centre: mass.centre }
 }
 
 /// What the compiler would not take: sizes, and moments of inertia that no solid has.

@@ -50,5 +50,5 @@ pub use robot::RobotModel;
 pub use scene::scene_camera;
 pub use trial::{
     Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, TrialSpread, TrialWorker,
-    Verdict, mass_of_volume,
+    Verdict, WhileClosing, mass_of_volume,
 };

@@ -4,22 +4,29 @@ use graspmill::{
     geom::MeshQuery,
     grasp::{EnergyKind, Grasp, WrenchSpace},
 };
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
-use super::{Bench, quick, thesis};
+use super::{Bench, annealed, quick, thesis};
 
-/// Where each virtual contact of a grasp is before closing, where it looks, and what parry says of the surface there: point,
-/// normal, signed distance and direction to the closest point (inside: away from it).
-fn contacts(bench: &Bench, query: &MeshQuery, grasp: &Grasp) -> Vec<(Point3<f64>, Vector3<f64>, f64, Vector3<f64>)> {
+/// A virtual contact before closing: where it looks, and what parry says of the surface there: signed distance [m] and direction to
+/// the closest point (inside: away from it).
+struct Seen {
+    normal: Vector3<f64>,
+    distance: f64,
+    way: Vector3<f64>,
+}
+
+/// The virtual contacts of a grasp.
+fn contacts(bench: &Bench, query: &MeshQuery, grasp: &Grasp) -> Vec<Seen> {
     let hand = &bench.hand;
     let frames = hand.link_frames(&hand.posture_values(&grasp.posture));
-    let object_from_base = grasp.object_from_approach * hand.approach_pose(&frames).isometry().inverse();
+    let object_from_base = annealed(grasp) * hand.approach_pose(&frames).isometry().inverse();
     let of = |contact: usize| {
         let (point, normal) = hand.contact_in_base(contact, &frames);
         let (point, normal) = (object_from_base * point, object_from_base.rotation * normal.into_inner());
         let closest = query.closest_point(&point);
         let distance = (point - closest).norm().copysign(bench.surface.signed_distance(&point));
-        (point, normal, distance, (closest - point) / distance)
+        Seen { normal, distance, way: (closest - point) / distance }
     };
     (0..hand.contacts().len()).map(of).collect()
 }
@@ -32,13 +39,11 @@ fn contact_energies_are_what_the_formula_says() {
     for run in bench.runs(&quick(), 6) {
         for grasp in &run.grasps {
             let contacts = contacts(&bench, &query, grasp);
-            if contacts.iter().any(|(_, _, distance, _)| distance.abs() < 1e-5) {
+            if contacts.iter().any(|seen| seen.distance.abs() < 1e-5) {
                 continue;
             }
-            let sum: f64 = contacts
-                .iter()
-                .map(|(_, normal, distance, way)| 1e3 * distance.abs() + 50.0 * (1.0 - normal.dot(way)))
-                .sum();
+            let sum: f64 =
+                contacts.iter().map(|seen| 1e3 * seen.distance.abs() + 50.0 * (1.0 - seen.normal.dot(&seen.way))).sum();
             let energy = sum / 16.0;
             // A place that two parts of the surface are equally near to has two directions.
             assert!((energy - grasp.energies.contact).abs() < 2e-3, "{energy} {:?}", grasp.energies);
@@ -60,7 +65,7 @@ fn potentials_are_below_every_support_of_their_forces() {
     for grasp in bench.runs(&settings, 4).iter().flat_map(|run| &run.grasps) {
         let counted: Vec<_> = contacts(&bench, &query, grasp)
             .into_iter()
-            .filter_map(|(_, normal, distance, way)| {
+            .filter_map(|Seen { normal, distance, way }| {
                 let millimetres = 1e3 * distance.abs();
                 let near = normal.dot(&way) >= 0.7 && millimetres <= 50.0;
                 let weight = (std::f64::consts::PI * millimetres / 50.0).cos() + 1.0;

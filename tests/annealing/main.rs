@@ -3,17 +3,18 @@
 
 mod closing;
 mod energies;
+mod scans;
 mod search;
 
 use std::{path::Path, sync::Arc};
 
 use graspmill::{
-    assets::{built_in_source, prepare},
+    assets::{PreparedMesh, built_in_source, prepare},
     contact::ContactSurface,
     geom::{SimdLevel, TriMesh},
     grasp::{
-        AmplitudeRange, Annealer, Annealing, EnergyKind, GraspRun, HandSearch, Keeping, ObjectSearch, SearchFrame,
-        WrenchSpace,
+        AmplitudeRange, Annealer, Annealing, EnergyKind, Grasp, GraspRun, HandSearch, Keeping, ObjectSearch,
+        SearchFrame, WrenchSpace,
     },
     hand::Hand,
     produce::inside_test,
@@ -34,7 +35,10 @@ struct Bench {
 
 impl Bench {
     fn new(name: &str) -> Self {
-        let prepared = prepare(&built_in_source(name)).expect("a sound shape");
+        Self::of(prepare(&built_in_source(name)).expect("a sound shape"))
+    }
+
+    fn of(prepared: PreparedMesh) -> Self {
         let surface = ContactSurface::new(&prepared.mesh, inside_test(&prepared.record)).expect("a surface");
         let surface = Arc::new(surface);
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/barrett_bh8_280.xml");
@@ -70,6 +74,11 @@ impl Bench {
     }
 }
 
+/// The approach frame in the state that was annealed.
+fn annealed(grasp: &Grasp) -> IsometryMatrix3<f64> {
+    grasp.object_from_approach * Translation3::new(0.0, 0.0, -grasp.advance)
+}
+
 fn stream(seed: u64) -> Stream {
     Stream::of_job(seed, b"", "test annealing")
 }
@@ -98,6 +107,7 @@ fn keeping() -> Keeping {
         torsion: None,
         space: WrenchSpace::Wrench,
         min_epsilon: 0.01,
+        advance: 0.03,
         most_penetration: 5e-4,
     }
 }

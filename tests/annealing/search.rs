@@ -5,7 +5,7 @@ use graspmill::{
     grasp::{Annealing, EnergyKind, GraspVerdict, WrenchSpace, digits},
 };
 
-use super::{Bench, quick, stream, thesis};
+use super::{Bench, annealed, quick, stream, thesis};
 
 #[test]
 fn it_cools_down() {
@@ -53,7 +53,7 @@ fn best_lists_are_sorted_and_hold_no_duplicates() {
         assert!(run.grasps.is_sorted_by(|a, b| a.energies.total <= b.energies.total));
         for (place, one) in run.grasps.iter().enumerate() {
             for other in &run.grasps[..place] {
-                let between = other.object_from_approach.inverse() * one.object_from_approach;
+                let between = annealed(other).inverse() * annealed(one);
                 let apart = between.translation.vector.norm() / radius;
                 let turned = between.rotation.angle() / (2.0 * std::f64::consts::PI);
                 assert!(apart.max(turned) > 0.2 - 1e-9, "{apart} {turned}");
@@ -87,9 +87,10 @@ fn runs_have_the_same_bits_at_every_level_and_in_any_order() {
 
 #[test]
 fn verdicts_and_types_are_what_their_numbers_say() {
-    let bench = Bench::new("can-01");
+    let bench = Bench::new("box-01");
     let mut kept = 0;
     for grasp in bench.runs(&quick(), 8).iter().flat_map(|run| &run.grasps) {
+        assert!(grasp.advance >= 0.0 && grasp.advance <= 0.03);
         let quality = grasp.quality;
         assert!(quality.epsilon_wrench <= quality.epsilon_force + 1e-6);
         match grasp.verdict {

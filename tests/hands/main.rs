@@ -7,6 +7,7 @@ use std::path::Path;
 use graspmill::{hand::Hand, sim::HandModel};
 use nalgebra::IsometryMatrix3;
 
+mod annealed;
 mod closing;
 mod feeling;
 mod guide;

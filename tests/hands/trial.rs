@@ -306,7 +306,7 @@ fn trials_leave_no_trace() {
 }
 
 /// A scan of the YCB set.
-fn scan(path: &Path) -> TriMesh {
+pub(super) fn scan(path: &Path) -> TriMesh {
     let source = MeshSource {
         name: path.file_stem().expect("a name").to_string_lossy().into_owned(),
         origin: MeshOrigin::File(path.to_owned()),
@@ -328,12 +328,12 @@ fn random_grasp(feeler: &mut HandWorker, surface: &ContactSurface, draw: &mut St
 }
 
 /// What this thread has used of a processor [s]: the machine may be busy with other things.
-fn processor_time() -> f64 {
+pub(super) fn processor_time() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux");
     text.split(' ').next().and_then(|nanoseconds| nanoseconds.parse::<f64>().ok()).expect("a number") / 1e9
 }
 
-fn median(values: &[f64]) -> f64 {
+pub(super) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)

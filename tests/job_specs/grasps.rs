@@ -8,6 +8,7 @@ use graspmill::{
     ids::Product,
     job::{GraspJob, Job, JobDraft, JobErrors, JobHand, JobText, Surroundings, expected_bytes, grasp_costs, no_hands},
     plan::Plan,
+    record::Channel,
     run::dataset_header,
 };
 
@@ -44,12 +45,12 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     assert_eq!((plan.samples, plan.shards.len()), (80, 4));
     let settings = &work(&standard).settings;
     let (annealing, keeping) = (&settings.annealing, &settings.keeping);
-    assert_eq!((annealing.steps, annealing.energy), (10_000, EnergyKind::ContactAndPotential));
+    assert_eq!((annealing.steps, annealing.energy), (5_000, EnergyKind::ContactAndPotential));
     assert_eq!((annealing.space, annealing.frame), (WrenchSpace::Wrench, SearchFrame::Seed));
     assert_eq!((annealing.potential_scale, annealing.whole_schedule, annealing.descent), (100.0, true, false));
     assert_eq!((annealing.amplitudes, annealing.best, annealing.most_failures), (AmplitudeRange::Joints, 20, 100));
     assert_eq!((annealing.friction, keeping.friction, keeping.edges, keeping.torsion), (0.2, 0.5, 16, None));
-    assert_eq!((keeping.space, keeping.min_epsilon, keeping.most_penetration), (WrenchSpace::Wrench, 0.01, 0.0005));
+    assert_eq!((keeping.space, keeping.min_epsilon, keeping.advance), (WrenchSpace::Wrench, 0.01, 0.03));
 
     let thesis = job(&["profile=thesis"]);
     let settings = &work(&thesis).settings;
@@ -57,7 +58,7 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     assert_eq!((annealing.steps, annealing.potential_scale, annealing.whole_schedule), (70_000, 1.0, false));
     assert_eq!((annealing.space, annealing.frame), (WrenchSpace::Force, SearchFrame::Object));
     assert_eq!(annealing.amplitudes, AmplitudeRange::Clamped(4.0));
-    assert_eq!((keeping.space, keeping.friction), (WrenchSpace::Force, 0.2));
+    assert_eq!((keeping.space, keeping.friction, keeping.advance), (WrenchSpace::Force, 0.2, 0.0));
     // Each switch can be set alone.
     let mixed = job(&["profile=thesis", "annealing.frame=seed", "annealing.amplitudes=joints", "keep.torsion=0.1"]);
     let settings = &work(&mixed).settings;
@@ -107,6 +108,11 @@ fn mistakes_are_shown_at_once_with_their_places() {
         assert!(errors.list().iter().any(|error| error.key == key), "{overrides:?}\n{}", errors.render());
         assert!(errors.render().contains(part), "{overrides:?}\n{}", errors.render());
     }
+    for (physics, key) in [("friction=-1", "friction"), ("mass=\"heavy\"", "mass"), ("roll_outs=3", "roll_outs")] {
+        let errors = read(&text(&format!("[physics]\n{physics}\n")), &[]).expect_err("a mistake");
+        let key = format!("physics.{key}");
+        assert!(errors.list().iter().any(|error| error.key == key), "{key}\n{}", errors.render());
+    }
     // A short run needs no word about when it gives up.
     assert_eq!(work(&job(&["annealing.steps=50"])).settings.annealing.most_failures, 100);
     let said = read("product = \"grasp\"\n", &[]).expect_err("a misspelt product").render();
@@ -127,7 +133,9 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
     let plain = job(&[]);
     for overrides in [
         vec![],
-        vec!["profile=thesis", "keep.torsion=0.2", "split.test_models=[\"can-*\"]"],
+        vec!["profile=thesis", "keep.torsion=0.02", "split.test_models=[\"can-*\"]"],
+        vec!["physics={}"],
+        vec!["physics={friction=0.2,mass=0.3,perturbed=0,roll_out_share=0.1,roll_outs=4,gravity=\"six\"}"],
         vec!["annealing.energy=contact", "annealing.descent=true", "grasps.seeds=7", "shards.runs=5"],
     ] {
         let job = job(&overrides);
@@ -157,11 +165,14 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "annealing.most_failures=10",
         "keep.friction=0.2",
         "keep.edges=8",
-        "keep.torsion=0.1",
+        "keep.torsion=0.002",
         "keep.space=force",
         "keep.min_epsilon=0.0",
+        "keep.advance=0.0",
         "keep.most_penetration=0.001",
         "hand.scene=../scenes/parallel_gripper.xml",
+        "physics={}",
+        "physics.friction=0.2",
     ] {
         assert_ne!(job(&[other]).digest(), plain.digest(), "{other}");
         assert_ne!(job(&[other]).sample_settings(), plain.sample_settings(), "{other}");
@@ -181,7 +192,16 @@ fn tables_name_the_hand_and_costs_grow_with_the_steps() {
     assert!(header.channel_classes.is_empty() && header.platform.is_empty());
     assert!(matches!(header.tables, ProductTables::Grasps { .. }));
     let costs = |overrides: &[&str]| grasp_costs(&job(overrides)).expect("a job for grasps");
-    assert!((costs(&["annealing.steps=70000"]).run_seconds / costs(&[]).run_seconds - 7.0).abs() < 1e-9);
+    assert!(costs(&["annealing.steps=70000"]).run_seconds > 10.0 * costs(&[]).run_seconds);
+    assert!(costs(&["annealing.space=force"]).run_seconds < 0.5 * costs(&[]).run_seconds);
+    let tried = job(&["physics={}"]);
+    let physics = work(&tried).settings.physics.expect("physics");
+    assert_eq!((physics.friction, physics.mass, physics.perturbed), (0.5, None, 2));
+    assert_eq!((physics.roll_outs, physics.roll_out_share, physics.six_directions), (16, 0.0, false));
+    assert_eq!(work(&plain).settings.physics, None);
+    let header = dataset_header(&tried, None, Path::new("jobs"));
+    assert_eq!(header.channel_classes, [(Channel::GraspTrials, NumberClass::Physics)].into_iter().collect());
+    assert!(costs(&["physics={}"]).trial_seconds > 0.0 && costs(&[]).trial_seconds == 0.0);
     assert!(costs(&["annealing.best=40"]).run_bytes > costs(&[]).run_bytes);
     assert!(expected_bytes(&plain, 1000.0) > 0.0);
     assert_eq!(grasp_costs(&resolve(read(MINIMAL, &[]).expect("a job"))), None);

@@ -8,18 +8,18 @@ use super::{Text, relative_to};
 use crate::{
     grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace},
     job::{
-        checked::{GraspSettings, JobHand},
+        checked::{GraspSettings, JobHand, Physics},
         discover,
     },
 };
 
 impl Text {
     pub(super) fn grasps(&mut self, settings: &GraspSettings) {
-        let GraspSettings { seeds, annealing, keeping } = settings;
+        let GraspSettings { seeds, annealing, keeping, physics } = settings;
         self.section("grasps");
         self.key("seeds", i64::from(*seeds));
         self.annealing(annealing);
-        let Keeping { friction, edges, torsion, space, min_epsilon, most_penetration } = keeping;
+        let Keeping { friction, edges, torsion, space, min_epsilon, advance, most_penetration } = keeping;
         self.section("keep");
         self.key("friction", *friction);
         self.key("edges", i64::from(*edges));
@@ -28,7 +28,23 @@ impl Text {
         }
         self.key("space", space_name(*space));
         self.key("min_epsilon", *min_epsilon);
+        self.key("advance", *advance);
         self.key("most_penetration", *most_penetration);
+        physics.iter().for_each(|physics| self.physics(physics));
+    }
+
+    fn physics(&mut self, physics: &Physics) {
+        let Physics { friction, mass, perturbed, roll_out_share, roll_outs, six_directions } = physics;
+        self.section("physics");
+        self.key("friction", *friction);
+        self.key("mass", mass.map_or_else(|| Value::from("auto"), Value::from));
+        self.key("perturbed", i64::from(*perturbed));
+        self.key("roll_out_share", *roll_out_share);
+        // How many runs nothing has changes nothing.
+        if *roll_out_share > 0.0 {
+            self.key("roll_outs", i64::from(*roll_outs));
+        }
+        self.key("gravity", if *six_directions { "six" } else { "lifted" });
     }
 
     fn annealing(&mut self, annealing: &Annealing) {

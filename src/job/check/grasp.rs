@@ -9,8 +9,11 @@ use super::{
 use crate::{
     grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace},
     job::{
-        checked::{GraspSettings, JobHand},
-        spec::grasp::{AmplitudesSpec, AnnealingSpec, EnergySpec, FrameSpec, GraspsSpec, KeepSpec, SpaceSpec},
+        checked::{GraspSettings, JobHand, Physics},
+        spec::grasp::{
+            AmplitudesSpec, AnnealingSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec, KeepSpec, MassSpec,
+            PhysicsSpec, SpaceSpec,
+        },
     },
 };
 
@@ -26,6 +29,7 @@ pub(in crate::job) fn grasps(
         seeds: spec.grasps.seeds,
         annealing: annealing(checker, &spec.annealing),
         keeping: keeping(&spec.keep),
+        physics: spec.physics.as_ref().map(|spec| physics(checker, spec)),
     };
     (settings, hand)
 }
@@ -69,8 +73,27 @@ fn annealing(checker: &mut Checker<'_>, spec: &AnnealingSpec) -> Annealing {
 }
 
 fn keeping(spec: &KeepSpec) -> Keeping {
-    let &KeepSpec { friction, edges, torsion, min_epsilon, most_penetration, .. } = spec;
-    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, most_penetration }
+    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, most_penetration, .. } = spec;
+    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, most_penetration }
+}
+
+fn physics(checker: &mut Checker<'_>, spec: &PhysicsSpec) -> Physics {
+    let &PhysicsSpec { friction, mass, perturbed, roll_out_share, roll_outs, gravity } = spec;
+    if roll_out_share == 0.0 && checker.document.has("physics.roll_outs") {
+        let because = "no grasp is rolled out: the share is 0";
+        checker.contradiction("physics.roll_outs", "physics.roll_out_share = 0", because);
+    }
+    Physics {
+        friction,
+        mass: match mass {
+            MassSpec::Auto(_) => None,
+            MassSpec::Kilograms(mass) => Some(mass),
+        },
+        perturbed,
+        roll_out_share,
+        roll_outs,
+        six_directions: gravity == GravitySpec::Six,
+    }
 }
 
 fn space(spec: SpaceSpec) -> WrenchSpace {

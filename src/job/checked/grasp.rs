@@ -30,4 +30,30 @@ pub struct GraspSettings {
     pub annealing: Annealing,
     /// What is kept.
     pub keeping: Keeping,
+    /// How what is kept is tried; `None` where it is not.
+    pub physics: Option<Physics>,
+}
+
+/// Physical trials of the kept grasps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Physics {
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// What each object weighs [kg]; `None` by its volume.
+    pub mass: Option<f64>,
+    /// Perturbed runs of each grasp.
+    pub perturbed: u32,
+    /// Share of the grasps that are rolled out, 0 to 1.
+    pub roll_out_share: f64,
+    /// Runs of each of these, at least 1.
+    pub roll_outs: u32,
+    /// Gravity from six directions, without lift and shake.
+    pub six_directions: bool,
+}
+
+impl Physics {
+    /// Trials of a kept grasp, on average.
+    pub fn trials(&self) -> f64 {
+        1.0 + f64::from(self.perturbed) + self.roll_out_share * f64::from(self.roll_outs)
+    }
 }

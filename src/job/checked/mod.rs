@@ -11,7 +11,7 @@ pub use completion::{
     PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, TouchByHand,
     Truth,
 };
-pub use grasp::{GraspJob, GraspSettings};
+pub use grasp::{GraspJob, GraspSettings, Physics};
 pub use objects::Divided;
 pub use patches::{
     ChosenGrasp, FoundGrasps, GraspedObject, ObjectSide, PatchColours, PatchJob, PatchLabel, PatchSettings, TypeChoice,

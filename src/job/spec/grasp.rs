@@ -26,6 +26,10 @@ pub struct GraspsSpec {
     /// Which of the states that annealing kept are kept as grasps, once the hand is closed. The others stay in the dataset,
     /// with the reason why not.
     pub keep: KeepSpec,
+    /// Physical trials of the kept grasps: closed on the free object in a simulation, lifted and shaken. Without it there are
+    /// none. They change no grasp.
+    #[schemars(extend("examples" = [{ "friction": 0.5 }]))]
+    pub physics: Option<PhysicsSpec>,
     /// Who trains and who tests. A view is a seed.
     pub split: SplitSpec,
     /// The files of the dataset.
@@ -144,18 +148,103 @@ pub struct KeepSpec {
     /// Edges of the friction cone.
     #[schemars(range(min = 3, max = 256), extend("x-unit" = "edges"))]
     pub edges: u32,
-    /// Makes soft fingers of the contacts: their torque about the normal, as a share of the normal force times the object's
-    /// radius. Without it contacts are hard points.
-    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.1]), range(max = 10))]
+    /// Makes soft fingers of the contacts: their greatest torque about the normal, for a unit of normal force. Without it
+    /// contacts are hard points.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.002], "x-unit" = "m"), range(max = 0.1))]
     pub torsion: Option<f64>,
     /// The space in which force closure is asked for.
     pub space: SpaceSpec,
     /// Least epsilon in that space; force closure is asked for even at 0.
     #[schemars(range(min = 0, max = 1))]
     pub min_epsilon: f64,
+    /// How far the hand may come along its approach before it closes, until it meets the object; where it does not, it closes
+    /// where it is.
+    #[schemars(range(min = 0, max = 0.2), extend("x-unit" = "m"))]
+    pub advance: f64,
     /// Deepest overlap of hand and mesh before closing.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
     pub most_penetration: f64,
+}
+
+/// Physical trials of the kept grasps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PhysicsSpec {
+    /// Coefficient of friction between object and hand.
+    #[serde(default = "physics::friction")]
+    #[schemars(range(min = 0, max = 10))]
+    pub friction: f64,
+    /// What the object weighs: `auto`, 400 kg/m^3 times the volume of its solid, 0.02 to 2 kg, or a number [kg].
+    #[serde(default = "physics::mass")]
+    #[schemars(extend("examples" = [0.3]))]
+    pub mass: MassSpec,
+    /// Runs of each grasp under conditions that are a little off: friction by 20 %, mass by 10 %, the object's place by 1 mm
+    /// along each axis and its turn by 1 degree about each (standard deviations).
+    #[serde(default = "physics::perturbed")]
+    #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
+    pub perturbed: u32,
+    /// Share of the kept grasps whose probability of success is measured.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1), extend("examples" = [0.1]))]
+    pub roll_out_share: f64,
+    /// By how many more such runs.
+    #[serde(default = "physics::roll_outs")]
+    #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
+    pub roll_outs: u32,
+    /// What pulls on the object once it is held.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["six"]))]
+    pub gravity: GravitySpec,
+}
+
+/// What stands for keys of `[physics]` that are not written: the section itself has no default.
+mod physics {
+    use super::{AutoMass, MassSpec};
+
+    pub(super) fn friction() -> f64 {
+        0.5
+    }
+
+    pub(super) fn mass() -> MassSpec {
+        MassSpec::Auto(AutoMass::Auto)
+    }
+
+    pub(super) fn perturbed() -> u32 {
+        2
+    }
+
+    pub(super) fn roll_outs() -> u32 {
+        16
+    }
+}
+
+/// What an object weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MassSpec {
+    /// By its volume.
+    Auto(AutoMass),
+    /// Every object the same [kg].
+    Kilograms(#[schemars(range(min = 0.001, max = 100))] f64),
+}
+
+/// A mass by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AutoMass {
+    /// By the volume of the solid.
+    Auto,
+}
+
+/// What pulls on a held object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GravitySpec {
+    /// Gravity along -z of the object's mesh; the hand lifts it by 10 cm in 1 s and shakes it by 20 mm at 2, 3 and 4 Hz for 1 s.
+    #[default]
+    Lifted,
+    /// Gravity along -z, z, -y, y, -x and x, half a second each.
+    Six,
 }
 
 /// The files of the dataset.

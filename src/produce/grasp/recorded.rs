@@ -29,6 +29,7 @@ pub(super) fn method(annealing: &Annealing, keeping: &Keeping) -> GraspMethod {
         space: space(keeping.space),
         min_epsilon: keeping.min_epsilon,
         most_penetration: keeping.most_penetration,
+        most_advance: keeping.advance,
         stand_off: STAND_OFF,
     }
 }
@@ -84,6 +85,7 @@ fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
         amplitudes: grasp.amplitudes.clone(),
         joints_before,
         joints: grasp.joints.clone(),
+        advance: grasp.advance,
         penetration: grasp.penetration,
         energy: grasp.energies.total,
         contact_energy: grasp.energies.contact,

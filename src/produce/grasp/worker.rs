@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::IsometryMatrix3;
 
+#[cfg(feature = "sim")]
+use super::trials::Trials;
 use super::{
     hand::GraspHand,
     recorded::{method, names, recorded},
@@ -36,6 +38,10 @@ pub struct GraspWorker<'j> {
     loaded: Option<(usize, LoadedObject)>,
     record: GraspRun,
     payload: Vec<u8>,
+    /// Where the job asks for physics.
+    #[cfg(feature = "sim")]
+    trials: Option<Trials>,
+    trials_payload: Vec<u8>,
 }
 
 /// An object ready for its runs.
@@ -47,7 +53,10 @@ struct LoadedObject {
 
 impl<'j> GraspWorker<'j> {
     /// A workshop for one thread.
-    pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand, level: SimdLevel) -> Self {
+    ///
+    /// # Errors
+    /// When the job asks for physics and the hand cannot be read.
+    pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand, level: SimdLevel) -> Result<Self, ProduceError> {
         let (annealing, keeping) = (&job.settings.annealing, &job.settings.keeping);
         let record = GraspRun {
             sample: SampleId::of_object(ObjectId(Digest([0; 32])), ViewId(0)),
@@ -63,10 +72,21 @@ impl<'j> GraspWorker<'j> {
             grasps: Vec::new(),
         };
         let annealer = Annealer::new(&hand.search, annealing, keeping, level);
-        Self { job, seed, hand, annealer, loaded: None, record, payload: Vec::new() }
+        Ok(Self {
+            job,
+            seed,
+            hand,
+            annealer,
+            loaded: None,
+            payload: Vec::new(),
+            #[cfg(feature = "sim")]
+            trials: job.settings.physics.map(|physics| Trials::new(job, physics, seed, &record)).transpose()?,
+            trials_payload: Vec::new(),
+            record,
+        })
     }
 
-    fn prepare(&self, place: usize) -> Result<LoadedObject, ProduceError> {
+    fn prepare(&mut self, place: usize) -> Result<LoadedObject, ProduceError> {
         let object = &self.job.objects[place];
         let prepared = prepared(object)?;
         let surface = ContactSurface::new(&prepared.mesh, inside_test(&prepared.record));
@@ -77,13 +97,18 @@ impl<'j> GraspWorker<'j> {
         let seeds = seeds(&surface, self.job.settings.seeds, &mut stream);
         let search = ObjectSearch::new(&surface, &prepared.mesh);
         let search = search.ok_or_else(|| no_surface("it has no solid inside".to_owned()))?;
+        #[cfg(feature = "sim")]
+        if let Some(trials) = &mut self.trials {
+            trials.load(&surface)?;
+        }
         Ok(LoadedObject { id, seeds, search })
     }
 }
 
 impl Producer for GraspWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        vec![Channel::GraspRun]
+        let trials = self.job.settings.physics.map(|_| Channel::GraspTrials);
+        std::iter::once(Channel::GraspRun).chain(trials).collect()
     }
 
     fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
@@ -102,17 +127,24 @@ impl Producer for GraspWorker<'_> {
         let run = self.annealer.run(&object.search, &object.seeds[view.0 as usize], &mut stream);
         recorded(&run, sample, &self.hand.hand, &mut self.record);
         self.payload.clear();
-        let facts = self.record.facts().into();
+        self.trials_payload.clear();
+        #[cfg_attr(not(feature = "sim"), expect(unused_mut, reason = "nothing is tried"))]
+        let mut facts = self.record.facts();
         if run.grasps.is_empty() {
             let detail = format!("{} of {} steps had no legal neighbour", run.failed, run.steps);
-            return Ok((sample, Outcome::Rejected { reason: NO_LEGAL_STATE, detail, facts }));
+            return Ok((sample, Outcome::Rejected { reason: NO_LEGAL_STATE, detail, facts: facts.into() }));
         }
         self.record.encode(&mut self.payload);
-        Ok((sample, Outcome::Kept(facts)))
+        #[cfg(feature = "sim")]
+        if let Some(trials) = &mut self.trials {
+            facts.trials = trials.run(&self.record, &mut self.trials_payload)?;
+        }
+        Ok((sample, Outcome::Kept(facts.into())))
     }
 
     fn payloads(&self) -> Vec<(Channel, &[u8])> {
-        let payload = Some(self.payload.as_slice()).filter(|payload| !payload.is_empty());
-        payload.map(|payload| (Channel::GraspRun, payload)).into_iter().collect()
+        let payloads = [self.payload.as_slice(), &self.trials_payload];
+        let kept = payloads.into_iter().filter(|payload| !payload.is_empty());
+        self.channels().into_iter().zip(kept).collect()
     }
 }

@@ -9,7 +9,7 @@ use super::{
     chart::{Bar, Histogram, Ink, bar_chart, grouped, percent, round_step},
     grasps::{GraspSurvey, grasp_counts_in_words},
     page::{bytes_in_words, escaped, shell},
-    sections,
+    sections, trials,
 };
 use crate::{
     dataset::{DatasetError, DatasetReader, GraspCounts},
@@ -29,6 +29,7 @@ pub(super) fn page(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(Stri
         meaning(survey),
         pictures,
         distributions(survey),
+        trials::section(facts.trials.as_ref()),
         course(facts),
         types(facts),
         objects(facts),
@@ -39,7 +40,7 @@ pub(super) fn page(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(Stri
 }
 
 fn counts(facts: &GraspsInspection) -> GraspCounts {
-    GraspCounts { verdicts: facts.verdicts.clone(), given_up: facts.given_up }
+    GraspCounts { verdicts: facts.verdicts.clone(), given_up: facts.given_up, trials: None }
 }
 
 fn header(facts: &GraspsInspection) -> String {
@@ -254,17 +255,18 @@ fn types(facts: &GraspsInspection) -> String {
             "<section id=\"types\"><h2>Types</h2><p>{} types among {} kept grasps. A type is eight digits from 0 to 4, each a ",
             "closed joint's place in its range: the spread, the proximal and the distal joints of fingers 1, 2 and 3, and the ",
             "roll of the wrist.</p><table class=\"figures\"><thead><tr><th>type</th><th>grasps</th><th></th><th>spread</th>",
-            "<th>proximal</th><th>distal</th><th>roll</th></tr></thead><tbody>"
+            "<th>proximal</th><th>distal</th><th>roll</th>{}</tr></thead><tbody>"
         ),
         grouped(facts.types.len() as u64),
         grouped(all),
+        if facts.trials.is_some() { "<th>held</th>" } else { "" },
     );
     for row in facts.types.iter().take(TYPES) {
         let [spread, a, b, c, d, e, f, roll] = row.digits;
         let _ = write!(
             html,
             concat!(
-                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{} {} {}</td><td>{} {} {}</td><td>{}</td></tr>"
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{} {} {}</td><td>{} {} {}</td><td>{}</td>{}</tr>"
             ),
             row.kind,
             grouped(row.grasps),
@@ -277,10 +279,20 @@ fn types(facts: &GraspsInspection) -> String {
             e,
             f,
             roll,
+            held_cell(facts, row.held, row.grasps),
         );
     }
     html.push_str("</tbody></table></section>");
     html
+}
+
+/// How many of the tried held; nothing without trials.
+fn held_cell(facts: &GraspsInspection, held: u64, tried: u64) -> String {
+    match facts.trials {
+        Some(_) if tried > 0 => format!("<td>{} ({})</td>", grouped(held), percent(held as f64 / tried as f64)),
+        Some(_) => "<td>-</td>".to_owned(),
+        None => String::new(),
+    }
 }
 
 fn objects(facts: &GraspsInspection) -> String {
@@ -291,14 +303,18 @@ fn objects(facts: &GraspsInspection) -> String {
     for verdict in GraspVerdict::ALL {
         let _ = write!(html, "<th>{}</th>", in_words(verdict));
     }
+    if facts.trials.is_some() {
+        html.push_str("<th>held</th>");
+    }
     html.push_str("<th>best energy</th><th>best epsilon</th></tr></thead><tbody>");
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
     for object in &facts.objects {
-        let GraspedObject { name, object: id, runs, given_up, verdicts, best_energy, best_epsilon } = object;
+        let GraspedObject { name, object: id, runs, given_up, verdicts, trials, best_energy, best_epsilon } = object;
         let counts: String = verdicts.iter().map(|count| format!("<td>{}</td>", grouped(*count))).collect();
+        let held = held_cell(facts, trials[1], trials[0]);
         let _ = write!(
             html,
-            "<tr><td title=\"{id}\">{}</td><td>{}</td><td>{}</td><td>{}</td>{counts}<td>{}</td><td>{}</td></tr>",
+            "<tr><td title=\"{id}\">{}</td><td>{}</td><td>{}</td><td>{}</td>{counts}{held}<td>{}</td><td>{}</td></tr>",
             escaped(name),
             grouped(*runs),
             grouped(*given_up),

@@ -121,6 +121,17 @@ impl TrialSpread {
     pub const STANDARD: Self = Self { friction: 0.2, mass: 0.1, shift: 0.001, turn: std::f64::consts::PI / 180.0 };
 }
 
+/// What holds the object while the hand closes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WhileClosing {
+    /// Nothing: fingers push it about.
+    Free,
+    /// As in syrup: it gives way to what pushes it, and stands as soon as nothing does.
+    Damped,
+    /// It stays where it is until the hand has closed.
+    Still,
+}
+
 /// How a trial goes on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialProtocol {
@@ -128,6 +139,10 @@ pub struct TrialProtocol {
     pub start_depth: f64,
     /// Longest closing, without gravity [s]; it ends before, when the hand is at rest.
     pub closing: f64,
+    /// What holds the object meanwhile.
+    pub while_closing: WhileClosing,
+    /// How long hand and object have to settle once it is let go, without gravity [s].
+    pub settling: f64,
     /// How hard the hand closes, and goes on closing to the end.
     pub effort: Effort,
     /// How high it lifts [m], by minimum jerk, in how long [s].
@@ -154,6 +169,8 @@ impl TrialProtocol {
     pub const STANDARD: Self = Self {
         start_depth: 0.001,
         closing: 1.0,
+        while_closing: WhileClosing::Damped,
+        settling: 0.2,
         effort: Effort::GRASP,
         lift: 0.1,
         lift_time: 1.0,
@@ -168,9 +185,10 @@ impl TrialProtocol {
     pub(super) fn check(&self) -> Result<(), HandError> {
         let [x, y, z] = self.frequencies;
         let Effort { speed, torque, .. } = self.effort;
-        let sizes = [self.start_depth, self.closing, self.lift, self.lift_time, self.shake, self.shake_time]
-            .into_iter()
-            .chain([self.turned_time, self.lost_distance, self.lost_angle, x, y, z]);
+        let sizes =
+            [self.start_depth, self.closing, self.settling, self.lift, self.lift_time, self.shake, self.shake_time]
+                .into_iter()
+                .chain([self.turned_time, self.lost_distance, self.lost_angle, x, y, z]);
         match sizes.chain([speed, torque]).find(|size| !(*size >= 0.0 && *size < 1e3)) {
             Some(size) => Err(HandError::Trial { reason: format!("a protocol with a number of {size}") }),
             None => Ok(()),

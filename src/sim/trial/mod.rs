@@ -11,7 +11,7 @@ mod worker;
 
 use std::sync::Arc;
 
-pub use conditions::{Gravity, TrialConditions, TrialProtocol, TrialSpread, mass_of_volume};
+pub use conditions::{Gravity, TrialConditions, TrialProtocol, TrialSpread, WhileClosing, mass_of_volume};
 pub use outcome::{Grip, Outcome, Phase, Slip, Start, Verdict};
 pub use worker::TrialWorker;
 

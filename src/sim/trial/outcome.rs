@@ -4,7 +4,10 @@ use nalgebra::IsometryMatrix3;
 
 use crate::{
     hand::Motor,
-    sim::closing::{LinkTouch, Unstable},
+    sim::{
+        closing::{LinkTouch, Unstable},
+        hand_sim::STEP,
+    },
 };
 
 /// A part of a trial.
@@ -175,4 +178,11 @@ pub struct Outcome {
     pub steps: u32,
     /// How often MuJoCo warned.
     pub warnings: u32,
+}
+
+impl Outcome {
+    /// How long the trial went on [s].
+    pub fn time(&self) -> f64 {
+        f64::from(self.steps) * STEP
+    }
 }

@@ -4,14 +4,16 @@ use std::sync::Arc;
 
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
-use super::{Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict};
+use super::{
+    Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict, WhileClosing,
+};
 use crate::{
     contact::EDGE_RADIUS,
     sim::{
         closing::{Command, HandWorker},
         error::HandError,
         ffi,
-        hand_sim::{FreeObject, Hold, STEP},
+        hand_sim::{FreeObject, Hold, SLIDE_MASS, STEP, quaternion},
     },
 };
 
@@ -64,7 +66,7 @@ impl TrialWorker {
         conditions: &TrialConditions,
     ) -> Result<Outcome, HandError> {
         conditions.check()?;
-        self.set_object(conditions);
+        self.set_object(conditions, self.closing_mass(conditions));
         let place = conditions.placed(base_from_object, &self.object.centre);
         let start = self.seat(posture, &place, conditions.backs_off)?;
         let mut outcome = Outcome {
@@ -80,7 +82,7 @@ impl TrialWorker {
             steps: 0,
             warnings: 0,
         };
-        let decided = self.decide(&mut outcome, conditions.gravity);
+        let decided = self.decide(&mut outcome, conditions);
         outcome.verdict = decided.err().unwrap_or(Verdict::Held);
         outcome.steps = self.hand.steps();
         outcome.warnings = self.hand.data.warning().iter().map(|warning| warning.number as u32).sum();
@@ -91,16 +93,16 @@ impl TrialWorker {
     }
 
     /// The phases, until one decides.
-    fn decide(&mut self, outcome: &mut Outcome, gravity: Gravity) -> Decided<()> {
+    fn decide(&mut self, outcome: &mut Outcome, conditions: &TrialConditions) -> Decided<()> {
         let penetration = outcome.start.penetration;
         if penetration > self.deepest_start() {
             return Err(Verdict::Refused { penetration });
         }
-        self.close(outcome)?;
+        self.close(outcome, conditions)?;
         let upright = outcome.start.base_from_object.rotation;
         let reference = self.hand.base_from_object();
         let protocol = self.protocol;
-        match gravity {
+        match conditions.gravity {
             Gravity::Lifted => {
                 let lift = |time| -protocol.lifting(time) - Vector3::z() * GRAVITY;
                 self.carry(outcome, &reference, (Phase::Lift, protocol.lift_time), |time| upright * lift(time))?;
@@ -120,11 +122,23 @@ impl TrialWorker {
         if links < 2 { Err(Verdict::LetGo { links }) } else { Ok(()) }
     }
 
-    /// Gives the object its mass and friction.
-    fn set_object(&mut self, conditions: &TrialConditions) {
-        let wanted = [conditions.mass, conditions.friction, conditions.torsion];
+    /// What the object weighs while the hand closes [kg]: one that stays is heavy, so that contacts are as hard as on a wall.
+    fn closing_mass(&self, conditions: &TrialConditions) -> f64 {
+        match self.protocol.while_closing {
+            WhileClosing::Still => SLIDE_MASS,
+            WhileClosing::Free | WhileClosing::Damped => conditions.mass,
+        }
+    }
+
+    /// Gives the object a mass [kg], and its friction.
+    fn set_object(&mut self, conditions: &TrialConditions, mass: f64) {
+        let wanted = [mass, conditions.friction, conditions.torsion];
         if self.set != Some(wanted) {
+            // What MuJoCo derives from the masses it derives in the hand's first posture, and leaves the hand there.
+            let [qpos, qvel] = [self.hand.data.qpos().to_vec(), self.hand.data.qvel().to_vec()];
             ffi::set_object(&mut self.hand.data, &self.object, wanted);
+            self.hand.data.qpos_mut().copy_from_slice(&qpos);
+            self.hand.data.qvel_mut().copy_from_slice(&qvel);
             self.set = Some(wanted);
         }
         self.hand.data.model_opt_mut().gravity = [0.0; 3];
@@ -186,11 +200,12 @@ impl TrialWorker {
         })
     }
 
-    /// Closes the hand without gravity.
-    fn close(&mut self, outcome: &mut Outcome) -> Decided<()> {
+    /// Closes the hand without gravity, and lets the object go.
+    fn close(&mut self, outcome: &mut Outcome, conditions: &TrialConditions) -> Decided<()> {
         let from = outcome.start.base_from_object * self.object.centre;
         for _ in 0..steps_in(self.protocol.closing) {
             self.step(Phase::Closing)?;
+            self.hold_object(outcome);
             if self.hand.is_at_rest() {
                 outcome.closed_at_rest = true;
                 break;
@@ -200,6 +215,22 @@ impl TrialWorker {
             }
         }
         outcome.closing_time = f64::from(self.hand.steps()) * STEP;
+        self.touching(outcome)?;
+        if self.protocol.while_closing != WhileClosing::Free {
+            self.set_object(conditions, conditions.mass);
+            for _ in 0..steps_in(self.protocol.settling) {
+                self.step(Phase::Closing)?;
+                if (self.centre() - from).norm() > PUSHED_AWAY {
+                    return Err(self.lost(Phase::Closing));
+                }
+            }
+            self.touching(outcome)?;
+        }
+        Ok(())
+    }
+
+    /// Keeps the closed hand; with fewer than two links at the object nothing can hold it.
+    fn touching(&self, outcome: &mut Outcome) -> Decided<()> {
         let closed = self.grip();
         let links = closed.links().len();
         outcome.closed = Some(closed);
@@ -208,6 +239,21 @@ impl TrialWorker {
             1 => Err(Verdict::OneLink),
             _ => Ok(()),
         }
+    }
+
+    /// What holds the object while the hand closes takes the way or the speed from it that the last step gave it.
+    fn hold_object(&mut self, outcome: &Outcome) {
+        let FreeObject { address, dof, .. } = self.object;
+        if self.protocol.while_closing == WhileClosing::Free {
+            return;
+        }
+        if self.protocol.while_closing == WhileClosing::Still {
+            let place = &outcome.start.base_from_object;
+            let coordinates = &mut self.hand.data.qpos_mut()[address..][..7];
+            coordinates[..3].copy_from_slice(place.translation.vector.as_slice());
+            coordinates[3..].copy_from_slice(&quaternion(place));
+        }
+        self.hand.data.qvel_mut()[dof..][..6].fill(0.0);
     }
 
     /// One phase under a field of acceleration in the hand's base [m/s^2], told by the time since it began; the object may not

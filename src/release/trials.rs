@@ -1,0 +1,188 @@
+//! The facts of physical trials, out of the same pass as the grasps.
+
+use std::{
+    collections::BTreeMap,
+    fmt::{self, Write as _},
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Spread,
+    chart::{Bar, Ink, bar_chart, grouped, percent},
+};
+use crate::record::{GraspTrials, TrialMethod, TrialVerdict};
+
+/// What came of trying the kept grasps in MuJoCo.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrialsInspection {
+    /// Grasps that were tried.
+    pub tried: u64,
+    /// Of them by verdict.
+    pub verdicts: BTreeMap<String, u64>,
+    /// Perturbed runs of them.
+    pub perturbed: u64,
+    /// Of these such whose verdict, held or not, is another than that of the grasp itself.
+    pub turned: u64,
+    /// Hand in object when gravity came on, of those that held [m].
+    pub closed_penetration: Spread,
+    /// At most after that, likewise [m].
+    pub shaken_penetration: Spread,
+    /// How far the object slipped in the hand during the lift, or the first direction of gravity, likewise [m].
+    pub slip: Spread,
+    /// Closings that used up their time before the hand came to rest.
+    pub not_at_rest: u64,
+    /// Probability of success of the grasps that were rolled out; `None` where none was.
+    pub success: Option<Spread>,
+    /// Friction and gravity of the first sample.
+    pub conditions: String,
+}
+
+impl TrialsInspection {
+    /// Of the tried grasps those that held.
+    pub fn held(&self) -> u64 {
+        self.verdicts.get(TrialVerdict::Held.name()).copied().unwrap_or(0)
+    }
+
+    /// One line with the counts.
+    pub fn in_words(&self) -> String {
+        let others = TrialVerdict::ALL.into_iter().skip(1).filter_map(|verdict| {
+            let count = self.verdicts.get(verdict.name())?;
+            Some(format!("{} {}", grouped(*count), verdict.name()))
+        });
+        let others: Vec<String> = others.collect();
+        let others = if others.is_empty() { String::new() } else { format!(" ({})", others.join(", ")) };
+        let share = percent(self.held() as f64 / self.tried.max(1) as f64);
+        format!("{} grasps tried, {} of them held: {share}{others}", grouped(self.tried), grouped(self.held()))
+    }
+}
+
+impl fmt::Display for TrialsInspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "\n{}; {}", self.in_words(), self.conditions)?;
+        if self.perturbed > 0 {
+            let share = percent(self.turned as f64 / self.perturbed as f64);
+            writeln!(
+                f,
+                "  {} of {} perturbed runs end otherwise: {share}",
+                grouped(self.turned),
+                grouped(self.perturbed)
+            )?;
+        }
+        for (name, spread) in self.spreads() {
+            let Spread { median, p95, max, .. } = spread;
+            let [median, p95, max] = [median, p95, max].map(|metres| 1e3 * metres);
+            writeln!(f, "  {name:<24} median {median:.3} mm, 95 % {p95:.3}, max {max:.3}")?;
+        }
+        if let Some(success) = &self.success {
+            writeln!(f, "  probability of success   median {:.2}, mean {:.2}", success.median, success.mean)?;
+        }
+        Ok(())
+    }
+}
+
+impl TrialsInspection {
+    fn spreads(&self) -> [(&'static str, &Spread); 3] {
+        [
+            ("penetration when closed", &self.closed_penetration),
+            ("penetration when shaken", &self.shaken_penetration),
+            ("slip in the lift", &self.slip),
+        ]
+    }
+}
+
+/// What a pass gathers.
+#[derive(Default)]
+pub(super) struct TrialSums {
+    tried: u64,
+    verdicts: BTreeMap<String, u64>,
+    perturbed: u64,
+    turned: u64,
+    depths: [Vec<f64>; 2],
+    slips: Vec<f64>,
+    not_at_rest: u64,
+    success: Vec<f64>,
+    method: Option<TrialMethod>,
+}
+
+impl TrialSums {
+    pub fn add(&mut self, trials: &GraspTrials) {
+        if self.method.is_none() {
+            self.method = Some(trials.method.clone());
+        }
+        for trial in &trials.trials {
+            let outcome = &trial.outcome;
+            self.tried += 1;
+            *self.verdicts.entry(outcome.verdict.name().to_owned()).or_default() += 1;
+            self.perturbed += trial.perturbed.len() as u64;
+            self.turned += trial.turned() as u64;
+            self.success.extend(trial.success());
+            self.not_at_rest += u64::from(outcome.closing_time > 0.0 && !outcome.closed_at_rest);
+            if outcome.verdict.is_held() {
+                self.depths[0].push(outcome.penetration[1]);
+                self.depths[1].push(outcome.penetration[2]);
+                self.slips.extend(outcome.slips.first().map(|[moved, _]| *moved));
+            }
+        }
+    }
+
+    /// `None` where nothing was tried.
+    pub fn finish(self) -> Option<TrialsInspection> {
+        let method = self.method?;
+        let [closed, shaken] = self.depths.map(Spread::of);
+        let pull = if method.gravity == "six" { "gravity from six directions" } else { "lifted and shaken" };
+        Some(TrialsInspection {
+            tried: self.tried,
+            verdicts: self.verdicts,
+            perturbed: self.perturbed,
+            turned: self.turned,
+            closed_penetration: closed,
+            shaken_penetration: shaken,
+            slip: Spread::of(self.slips),
+            not_at_rest: self.not_at_rest,
+            success: (!self.success.is_empty()).then(|| Spread::of(self.success)),
+            conditions: format!("friction {}, {pull}, mass by {}", method.friction, method.mass_from),
+        })
+    }
+}
+
+/// The section of a page; nothing without trials.
+pub(super) fn section(trials: Option<&TrialsInspection>) -> String {
+    let Some(trials) = trials else { return String::new() };
+    let bars = TrialVerdict::ALL.into_iter().filter_map(|verdict| {
+        let value = trials.verdicts.get(verdict.name()).copied()?;
+        let ink = if verdict.is_held() { Ink::Partial } else { Ink::Reject };
+        Some(Bar { label: verdict.name().replace('_', " "), value, ink })
+    });
+    let bars: Vec<Bar> = bars.collect();
+    let mut html = format!(
+        concat!(
+            "<section id=\"trials\"><h2>Physical trials</h2><p>Each kept grasp was closed on the free object in MuJoCo, without ",
+            "gravity; {}. It held when the object stayed within 30 mm and 30 degrees of where it was in the hand, two links at ",
+            "least on it. No grasp depends on what came of it.</p><p>{}.{}</p><figure>{}<figcaption>Tried grasps, by what came ",
+            "of them</figcaption></figure><table class=\"figures\"><thead><tr><th>of those that held</th><th>median</th>",
+            "<th>95 %</th><th>max</th></tr></thead><tbody>"
+        ),
+        trials.conditions,
+        trials.in_words(),
+        match trials.perturbed {
+            0 => String::new(),
+            runs => format!(
+                " Of {} runs under conditions a little off, {} end otherwise.",
+                grouped(runs),
+                percent(trials.turned as f64 / runs as f64)
+            ),
+        },
+        bar_chart("grasps by verdict of their trial", &bars),
+    );
+    for (name, Spread { median, p95, max, .. }) in trials.spreads() {
+        let [median, p95, max] = [median, p95, max].map(|metres| 1e3 * metres);
+        let _ = write!(html, "<tr><td>{name}</td><td>{median:.3} mm</td><td>{p95:.3} mm</td><td>{max:.3} mm</td></tr>");
+    }
+    html.push_str("</tbody></table>");
+    if let Some(Spread { median, mean, .. }) = &trials.success {
+        let _ = write!(html, "<p>Probability of success of those rolled out: median {median:.2}, mean {mean:.2}.</p>");
+    }
+    html.push_str("</section>");
+    html
+}
