@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     ids::Product,
-    job::{Estimate, Work, expected_bytes, grasp_costs, seconds_of_hands},
+    job::{Estimate, Job, Work, expected_bytes, grasp_costs, seconds_of_hands},
     run::{Crew, PilotRate, pilot},
 };
 
@@ -80,33 +80,8 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
             covering_radius: job.reachability().map(|work| work.poses.covering().radius),
         })?;
     } else {
-        let Estimate { objects, views, samples, shards, bytes, seconds } = estimate;
-        let (what, more) = match &job.work {
-            Work::Completion(_) => (
-                format!("{objects} objects x {views} views = {samples} samples"),
-                format!("{} meshes refused\n", job.refused().len()),
-            ),
-            Work::Grasps(_) => {
-                let of_trials = grasp_costs(job).map_or(0.0, |costs| costs.trial_seconds);
-                let of_trials = match of_trials > 0.0 {
-                    true => format!("{:.0} ms a run of physical trials among it\n", 1e3 * of_trials),
-                    false => String::new(),
-                };
-                (
-                    format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
-                    format!("{of_trials}{} meshes refused\n", job.refused().len()),
-                )
-            }
-            Work::Patches(work) => (
-                format!("{samples} grasps of {objects} objects, of {} types", work.grasps.types.chosen.len()),
-                format!("root of the grasps {}\n", work.grasps.root),
-            ),
-            Work::Reachability(work) => {
-                let (poses, orientations) = (work.poses.cells(), work.orientations());
-                let what = format!("{views} positions x {orientations} orientations = {poses} poses");
-                (what, format!("{}\n", work.poses.covering()))
-            }
-        };
+        let Estimate { shards, bytes, seconds, .. } = estimate;
+        let (what, more) = in_words(job, &estimate);
         let of_hands = match of_hands > 0.0 {
             true => format!(" and {:.0} ms of hands, which the pilot leaves out", 1e3 * of_hands),
             false => String::new(),
@@ -128,4 +103,35 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
         ));
     }
     Ok(Exit::Complete)
+}
+
+/// What a job makes, and what else there is to say of it.
+fn in_words(job: &Job, estimate: &Estimate) -> (String, String) {
+    let Estimate { objects, views, samples, .. } = estimate;
+    match &job.work {
+        Work::Completion(_) => (
+            format!("{objects} objects x {views} views = {samples} samples"),
+            format!("{} meshes refused\n", job.refused().len()),
+        ),
+        Work::Grasps(_) => {
+            let of_trials = grasp_costs(job).map_or(0.0, |costs| costs.trial_seconds);
+            let of_trials = match of_trials > 0.0 {
+                true => format!("{:.0} ms a run of physical trials among it\n", 1e3 * of_trials),
+                false => String::new(),
+            };
+            (
+                format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
+                format!("{of_trials}{} meshes refused\n", job.refused().len()),
+            )
+        }
+        Work::Patches(work) => (
+            format!("{samples} grasps of {objects} objects, of {} types", work.grasps.types.chosen.len()),
+            format!("root of the grasps {}\n", work.grasps.root),
+        ),
+        Work::Reachability(work) => {
+            let (poses, orientations) = (work.poses.cells(), work.orientations());
+            let what = format!("{views} positions x {orientations} orientations = {poses} poses");
+            (what, format!("{}\n", work.poses.covering()))
+        }
+    }
 }
