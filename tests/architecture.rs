@@ -22,7 +22,7 @@ const USES: &[(&str, &[&str])] = &[
     ("collision", &["geom", "kinematics"]),
     ("contact", &["geom", "voxel"]),
     ("hand", &["geom", "kinematics"]),
-    ("grasp", &["geom", "ids", "seed", "collision", "contact", "hand", "kinematics"]),
+    ("grasp", &["record", "geom", "ids", "seed", "collision", "contact", "hand", "kinematics"]),
     ("sim", &["ids", "seed", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
     (
         "produce",

@@ -20,6 +20,8 @@ mod render_mesh;
 mod shape;
 mod simd;
 #[cfg(feature = "factory")]
+mod spread;
+#[cfg(feature = "factory")]
 mod triangle_tree;
 mod views;
 
@@ -42,6 +44,8 @@ pub use render_mesh::RenderMesh;
 pub use shape::{Shape, Triangles};
 pub use simd::SimdLevel;
 pub(crate) use simd::kernel;
+#[cfg(feature = "factory")]
+pub use spread::farthest_first;
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};
 #[cfg(feature = "factory")]
 pub(crate) use {

@@ -2,6 +2,8 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
+use crate::record::GraspVerdict;
+
 /// How a state of the hand was rated; lower is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energies {
@@ -37,37 +39,6 @@ pub struct Quality {
     pub epsilon_wrench: f64,
     /// Volume of the hull of forces and torques.
     pub volume: f64,
-}
-
-/// What became of a state that annealing kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum GraspVerdict {
-    /// Force closure, epsilon at least the job's.
-    Kept,
-    /// Deeper in the true mesh than allowed before closing: the annealing's grid did not see it.
-    Penetrates,
-    /// The closed hand touches with one link or none.
-    OpenHand,
-    /// The origin is not inside the wrench space.
-    NoForceClosure,
-    /// Epsilon below what the job asks.
-    LowQuality,
-}
-
-impl GraspVerdict {
-    /// Every verdict, in the order of its number in records.
-    pub const ALL: [Self; 5] = [Self::Kept, Self::Penetrates, Self::OpenHand, Self::NoForceClosure, Self::LowQuality];
-
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Kept => "kept",
-            Self::Penetrates => "penetrates",
-            Self::OpenHand => "open_hand",
-            Self::NoForceClosure => "no_force_closure",
-            Self::LowQuality => "low_quality",
-        }
-    }
 }
 
 /// One state of the best list, closed and rated.

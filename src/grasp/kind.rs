@@ -4,13 +4,10 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::hand::Hand;
-
-/// Bins of each digit.
-const BINS: u32 = 5;
-
-/// Digits: spread, three proximal joints, three distal ones, and the roll of the wrist.
-pub const DIGITS: usize = 8;
+use crate::{
+    hand::Hand,
+    record::{TYPE_BINS, TYPE_DIGITS},
+};
 
 /// Of a direction of sight that is nearer to the world's z axis than this angle [rad], the x axis is up.
 const NEARLY_UP: f64 = PI / 36.0;
@@ -18,7 +15,7 @@ const NEARLY_UP: f64 = PI / 36.0;
 /// What is binned of a hand: places in its tree of joints, in the order of the digits, with the range of each [rad].
 #[derive(Clone, Debug, PartialEq)]
 pub struct KindDigits {
-    joints: [(usize, [f64; 2]); DIGITS - 1],
+    joints: [(usize, [f64; 2]); TYPE_DIGITS - 1],
 }
 
 impl KindDigits {
@@ -52,18 +49,13 @@ impl KindDigits {
     pub fn kind(&self, joints: &[f64], turn: &Matrix3<f64>) -> u32 {
         let fingers = self.joints.iter().map(|(joint, range)| bin(joints[*joint], *range));
         let digits = fingers.chain([bin(wrist_roll(turn), [-PI, PI])]);
-        digits.zip(0..).map(|(digit, place)| digit * BINS.pow(place)).sum()
+        digits.zip(0..).map(|(digit, place)| digit * TYPE_BINS.pow(place)).sum()
     }
 }
 
 fn bin(value: f64, [low, high]: [f64; 2]) -> u32 {
-    let share = f64::from(BINS) * (value - low) / (high - low);
-    share.floor().clamp(0.0, f64::from(BINS - 1)) as u32
-}
-
-/// The digits of a type.
-pub fn digits(kind: u32) -> [u32; DIGITS] {
-    std::array::from_fn(|place| kind / BINS.pow(place as u32) % BINS)
+    let share = f64::from(TYPE_BINS) * (value - low) / (high - low);
+    share.floor().clamp(0.0, f64::from(TYPE_BINS - 1)) as u32
 }
 
 /// Roll of the hand about its approach against a camera that looks along it, upright [rad], from -pi to pi: the angle from
@@ -85,11 +77,12 @@ pub fn camera_axes(sight: &Vector3<f64>) -> [Vector3<f64>; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::type_digits;
 
     #[test]
     fn bins_end_where_the_ranges_do() {
         assert_eq!([-1.0, 0.0, 0.487, 0.489, 2.44, 9.0].map(|value| bin(value, [0.0, 2.44])), [0, 0, 0, 1, 4, 4]);
-        assert_eq!(digits(5 + 3 * 125 + 4 * 78_125), [0, 1, 0, 3, 0, 0, 0, 4]);
+        assert_eq!(type_digits(5 + 3 * 125 + 4 * 78_125), [0, 1, 0, 3, 0, 0, 0, 4]);
     }
 
     #[test]

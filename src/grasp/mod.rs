@@ -19,10 +19,11 @@ mod state;
 mod variables;
 pub mod wrench;
 
+pub use crate::record::{GraspVerdict, type_digits};
 pub use anneal::{Annealer, ObjectSearch};
 pub use closing::TOUCHES;
 pub use field::DistanceField;
-pub use found::{Energies, Grasp, GraspContact, GraspRun, GraspVerdict, Quality, Stretch};
-pub use kind::{DIGITS, KindDigits, camera_axes, digits, wrist_roll};
+pub use found::{Energies, Grasp, GraspContact, GraspRun, Quality, Stretch};
+pub use kind::{KindDigits, camera_axes, wrist_roll};
 pub use settings::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace};
 pub use state::{ALLOWED_OVERLAP, HandSearch, UnsearchableHand};

@@ -9,13 +9,13 @@ use super::{
     best::Candidate,
     closing::Closing,
     energy::{Potential, contact_energy},
-    found::{Energies, Grasp, GraspContact, GraspVerdict, Quality},
+    found::{Energies, Grasp, GraspContact, Quality},
     kind::KindDigits,
     settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
     state::{HandSearch, VirtualContact},
     wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
 };
-use crate::{contact::ContactSurface, geom::SimdLevel, hand::Hand};
+use crate::{contact::ContactSurface, geom::SimdLevel, hand::Hand, record::GraspVerdict};
 
 /// Edges of the cones whose hull's volume is taken.
 const VOLUME_EDGES: usize = 8;

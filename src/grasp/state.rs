@@ -26,6 +26,9 @@ pub const ALLOWED_OVERLAP: f64 = 1e-4;
 /// Of a kernel.
 pub(super) const LANES: usize = 16;
 
+/// As many as a word has bits for.
+const MOST_SOLIDS: usize = u64::BITS as usize;
+
 /// Why a hand cannot be annealed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnsearchableHand {
@@ -51,6 +54,14 @@ pub enum UnsearchableHand {
     /// The approach frame has to stand still against the base.
     #[error("its approach frame moves with a joint: put it on the base")]
     MovingApproach,
+    /// More shapes than there is room for.
+    #[error("it has {count} shapes that can touch, more than {most}: put one in the place of several")]
+    TooManyShapes {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
     /// A part of it is a mesh.
     #[error("a shape of {body} is a mesh: put boxes, balls, capsules or cylinders in its place")]
     Mesh {
@@ -122,6 +133,10 @@ impl HandSearch {
             return Err(UnsearchableHand::MovingApproach);
         }
         let mut solids = HandSolids::new(bodies)?;
+        let count = solids.solids.len();
+        if count > MOST_SOLIDS {
+            return Err(UnsearchableHand::TooManyShapes { count, most: MOST_SOLIDS });
+        }
         // The order of the pairs is that of the links.
         solids.pairs.sort_unstable();
         let block = |solids: &[Solid]| Middles {

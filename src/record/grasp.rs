@@ -31,7 +31,7 @@ impl Frame for Seed {
 pub enum GraspVerdict {
     /// Force closure, of the quality that was asked for.
     Kept,
-    /// Too deep in the mesh before closing.
+    /// Too deep in the mesh before closing: what annealing reads distances from did not see it.
     Penetrates,
     /// The closed hand touches with one link or none.
     OpenHand,

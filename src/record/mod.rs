@@ -15,6 +15,7 @@ mod field;
 mod grasp;
 #[cfg(test)]
 mod grasp_tests;
+mod grasp_type;
 mod hand;
 mod pair;
 mod patch;
@@ -43,6 +44,7 @@ pub use field::{FieldHeader, ReachabilityField};
 pub use grasp::{
     FORCE, Grasp, GraspMethod, GraspRun, GraspVerdict, HandNames, HeldContact, RunStretch, STRETCHES, Seed, WRENCH,
 };
+pub use grasp_type::{TYPE_BINS, TYPE_DIGITS, type_digits};
 pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
 pub use pair::VoxelPair;
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};

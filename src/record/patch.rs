@@ -3,11 +3,11 @@
 use prost::Message;
 
 use super::{
-    FORCE, PatchFacts, RecordError, WRENCH,
+    FORCE, PatchFacts, RecordError, TYPE_DIGITS, WRENCH,
     channels::broken,
     grasp::named,
     pair::{intrinsics, lengthy, pose, ranged},
-    proto, sample_from_proto, wire,
+    proto, sample_from_proto, type_digits, wire,
 };
 use crate::{
     geom::{Approach, CameraCv, Intrinsics, Object, Pose},
@@ -21,10 +21,6 @@ const COLOUR: &str = "PatchColour";
 pub const PATCH_POINTS: usize = 4;
 /// What people call these points.
 pub const POINT_NAMES: [&str; PATCH_POINTS] = ["palm", "F0", "F1", "F2"];
-/// Digits of a grasp type.
-const DIGITS: usize = 8;
-/// Values of a digit.
-const BINS: u32 = 5;
 /// What a label may be: -epsilon, or the energy.
 const LABELS: [&str; 2] = ["epsilon", "energy"];
 
@@ -120,7 +116,7 @@ impl HeatmapPatch {
         wire::uint32(out, 3, self.run);
         wire::uint32(out, 4, self.rank);
         wire::uint32(out, 5, self.kind());
-        wire::uint32s(out, 6, digits(self.kind()).into_iter());
+        wire::uint32s(out, 6, type_digits(self.kind()).into_iter());
         wire::uint32(out, 7, self.type_index);
         wire::uint32s(out, 8, self.types.iter().copied());
         wire::double(out, 9, self.energy);
@@ -157,8 +153,8 @@ impl HeatmapPatch {
         ranged(MESSAGE, "type_index", type_index as f64, type_index < types, "a place in types")?;
         let kind = raw.types[type_index];
         ranged(MESSAGE, "type", f64::from(raw.r#type), raw.r#type == kind, "that of types at type_index")?;
-        lengthy(MESSAGE, "digits", DIGITS, raw.digits.len())?;
-        ranged(MESSAGE, "digits", f64::from(kind), raw.digits == digits(kind), "those of the type")?;
+        lengthy(MESSAGE, "digits", TYPE_DIGITS, raw.digits.len())?;
+        ranged(MESSAGE, "digits", f64::from(kind), raw.digits == type_digits(kind), "those of the type")?;
         ranged(MESSAGE, "energy", raw.energy, raw.energy.is_finite(), "finite")?;
         let epsilon = raw.epsilon;
         ranged(MESSAGE, "epsilon", epsilon, epsilon >= 0.0 && epsilon.is_finite(), "0 or positive, and finite")?;
@@ -187,11 +183,6 @@ impl HeatmapPatch {
             label: raw.label,
         })
     }
-}
-
-/// The digits of a type to base 5.
-fn digits(kind: u32) -> [u32; DIGITS] {
-    std::array::from_fn(|place| kind / BINS.pow(place as u32) % BINS)
 }
 
 fn digest(field: &'static str, bytes: &[u8]) -> Result<Digest, RecordError> {

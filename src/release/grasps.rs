@@ -13,7 +13,7 @@ use super::{
 use crate::{
     dataset::{DatasetError, DatasetReader, Fate, GraspCounts, NumberClass, Selection},
     ids::{Digest, JobDigest, ObjectId, Product, SampleIndex},
-    record::{GraspMethod, GraspRun, GraspTrials, GraspVerdict, HandNames, STRETCHES},
+    record::{GraspMethod, GraspRun, GraspTrials, GraspVerdict, HandNames, STRETCHES, type_digits},
 };
 
 /// What a dataset of grasps holds. `Display` is for people; serialised, it is for machines.
@@ -85,7 +85,7 @@ pub struct TypeFacts {
 
 impl TypeFacts {
     pub(super) fn new(kind: u32, [grasps, held]: [u64; 2]) -> Self {
-        Self { kind, grasps, held, digits: std::array::from_fn(|place| (kind / 5_u32.pow(place as u32) % 5) as u8) }
+        Self { kind, grasps, held, digits: type_digits(kind).map(|digit| digit as u8) }
     }
 }
 

@@ -1,4 +1,8 @@
-//! The page around a report, and text inside HTML.
+//! The page around a report, what reports share, and text inside HTML.
+
+use std::fmt::Display;
+
+use super::{Speed, chart::grouped};
 
 /// `text` with the characters that HTML and SVG give a meaning to spelled out.
 pub(super) fn escaped(text: &str) -> String {
@@ -29,6 +33,29 @@ pub(super) fn shell(title: &str, body: &str) -> String {
         include_str!("report.css"),
         body,
     )
+}
+
+/// The end of a header's list of numbers, which stands open, and the warnings below it.
+pub(super) fn numbers_and_warnings(numbers: &[(impl Display, String)], warnings: &[String]) -> String {
+    let number = |(name, value): &(_, String)| format!("<div><dt>{name}</dt><dd>{value}</dd></div>");
+    let warning = |warning: &String| format!("<p class=\"alarm\">{}</p>", escaped(warning));
+    let numbers: String = numbers.iter().map(number).collect();
+    format!("{numbers}</dl>{}", warnings.iter().map(warning).collect::<String>())
+}
+
+/// How fast the run was; `what` is what it made.
+pub(super) fn speed(speed: Option<&Speed>, what: &str) -> String {
+    let text = match speed {
+        Some(speed) => format!(
+            "{} {what} in {:.1} s on {} threads{}. Part of no digest.",
+            grouped(speed.samples),
+            speed.seconds,
+            speed.threads,
+            speed.peak_memory.map_or_else(String::new, |bytes| format!(", peak memory {}", bytes_in_words(bytes))),
+        ),
+        None => "The run left no figures.".to_owned(),
+    };
+    format!("<section id=\"speed\"><h2>Speed</h2><p>{text}</p></section>")
 }
 
 /// A size for people.

@@ -2,7 +2,7 @@
 
 use graspmill::{
     geom::SimdLevel,
-    grasp::{Annealing, EnergyKind, GraspVerdict, WrenchSpace, digits},
+    grasp::{Annealing, EnergyKind, GraspVerdict, WrenchSpace, type_digits},
 };
 
 use super::{Bench, annealed, quick, stream, thesis};
@@ -108,7 +108,7 @@ fn verdicts_and_types_are_what_their_numbers_say() {
         if let Some(kind) = grasp.kind {
             let value = |name: &str| grasp.joints[bench.hand.tree().joint_named(name).expect("a joint")];
             let bin = |value: f64, high: f64| ((5.0 * value / high).floor().clamp(0.0, 4.0)) as u32;
-            let digits = digits(kind);
+            let digits = type_digits(kind);
             assert_eq!(digits[0], bin(value("spread_1"), std::f64::consts::PI));
             assert_eq!(digits[2], bin(value("proximal_2"), 2.44));
             assert_eq!(digits[6], bin(value("distal_3"), 0.84));

@@ -12,7 +12,7 @@ use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Unit, 
 use super::touch::{SeenSurface, cell_of, single};
 use crate::{
     contact::ContactSurface,
-    geom::{CameraCv, Object, Pose, TriMesh, turned_towards},
+    geom::{CameraCv, Object, Pose, TriMesh, farthest_first, turned_towards},
     job::{JobHand, TouchByHand},
     produce::ProduceError,
     record::{Approach, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair},
@@ -166,16 +166,11 @@ impl HandBeforeObject {
             let centre = camera_from_object.point(&self.centre);
             hidden.push((centre, centre.coords.normalize()));
         }
-        // How far each is from the nearest one that was taken.
-        let mut apart = vec![f64::INFINITY; hidden.len()];
-        let mut taken = 0;
-        (0..count)
-            .map(|_| {
+        let places: Vec<Point3<f64>> = hidden.iter().map(|(place, _)| *place).collect();
+        farthest_first(&places, count)
+            .into_iter()
+            .map(|taken| {
                 let (target, out) = hidden[taken];
-                for ((point, _), apart) in hidden.iter().zip(&mut apart) {
-                    *apart = apart.min((point - target).norm_squared());
-                }
-                taken = (0..hidden.len()).fold(0, |best, next| if apart[next] > apart[best] { next } else { best });
                 let roll = stream.uniform(-PI, PI);
                 Way { target, turn: turned_towards(&-out, roll), effort: Effort::FEEL }
             })

@@ -5,7 +5,7 @@ use crate::{
     grasp::{self, Annealing, EnergyKind, Keeping, WrenchSpace},
     hand::Hand,
     ids::{ObjectId, SampleId},
-    record::{FORCE, Grasp, GraspMethod, GraspRun, GraspVerdict, HandNames, HeldContact, RunStretch, WRENCH},
+    record::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, WRENCH},
 };
 
 /// How far back along the approach the pregrasp is [m].
@@ -96,16 +96,6 @@ fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
         volume: grasp.quality.volume,
         kind: grasp.kind,
         width: hand.width(&hand.link_frames(&grasp.joints)),
-        verdict: verdict(grasp.verdict),
-    }
-}
-
-fn verdict(verdict: grasp::GraspVerdict) -> GraspVerdict {
-    match verdict {
-        grasp::GraspVerdict::Kept => GraspVerdict::Kept,
-        grasp::GraspVerdict::Penetrates => GraspVerdict::Penetrates,
-        grasp::GraspVerdict::OpenHand => GraspVerdict::OpenHand,
-        grasp::GraspVerdict::NoForceClosure => GraspVerdict::NoForceClosure,
-        grasp::GraspVerdict::LowQuality => GraspVerdict::LowQuality,
+        verdict: grasp.verdict,
     }
 }

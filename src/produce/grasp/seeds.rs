@@ -4,7 +4,11 @@ use std::f64::consts::PI;
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
-use crate::{contact::ContactSurface, geom::turned_towards, seed::Stream};
+use crate::{
+    contact::ContactSurface,
+    geom::{farthest_first, turned_towards},
+    seed::Stream,
+};
 
 /// Points that are drawn for each seed, and at least.
 const DRAWN: (u32, u32) = (8, 1024);
@@ -15,16 +19,11 @@ const DRAWN: (u32, u32) = (8, 1024);
 /// few seeds are spread, too.
 pub fn seeds(surface: &ContactSurface, count: u32, stream: &mut Stream) -> Vec<IsometryMatrix3<f64>> {
     let points = drawn(surface, (DRAWN.0 * count).max(DRAWN.1), stream);
-    // How far each is from the nearest one that was taken.
-    let mut apart = vec![f64::INFINITY; points.len()];
-    let mut taken = 0;
-    (0..count)
-        .map(|_| {
+    let places: Vec<Point3<f64>> = points.iter().map(|(place, _)| *place).collect();
+    farthest_first(&places, count)
+        .into_iter()
+        .map(|taken| {
             let (place, out) = points[taken];
-            for ((point, _), apart) in points.iter().zip(&mut apart) {
-                *apart = apart.min((point - place).norm_squared());
-            }
-            taken = (0..points.len()).fold(0, |best, next| if apart[next] > apart[best] { next } else { best });
             let turn = Rotation3::from_matrix_unchecked(turned_towards(&-out, stream.uniform(-PI, PI)));
             IsometryMatrix3::from_parts(Translation3::from(place), turn)
         })

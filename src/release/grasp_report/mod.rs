@@ -8,7 +8,7 @@ use super::{
     GraspedObject, GraspsInspection, Spread,
     chart::{Bar, Histogram, Ink, bar_chart, grouped, percent, round_step},
     grasps::{GraspSurvey, grasp_counts_in_words},
-    page::{bytes_in_words, escaped, shell},
+    page::{bytes_in_words, escaped, numbers_and_warnings, shell, speed},
     sections, trials,
 };
 use crate::{
@@ -33,7 +33,7 @@ pub(super) fn page(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(Stri
         course(facts),
         types(facts),
         objects(facts),
-        speed(facts),
+        speed(facts.notes.speed.as_ref(), "runs"),
         sections::job(&reader.job_text()?),
     ];
     Ok((shell(&facts.name, &body.join("\n")), shown))
@@ -66,13 +66,7 @@ fn header(facts: &GraspsInspection) -> String {
         ("types", grouped(facts.types.len() as u64)),
         ("shards", format!("{} · {}", grouped(facts.shards), bytes_in_words(facts.shard_bytes))),
     ];
-    for (name, value) in numbers {
-        let _ = write!(html, "<div><dt>{name}</dt><dd>{value}</dd></div>");
-    }
-    html.push_str("</dl>");
-    for warning in &facts.warnings {
-        let _ = write!(html, "<p class=\"alarm\">{}</p>", escaped(warning));
-    }
+    html.push_str(&numbers_and_warnings(&numbers, &facts.warnings));
     html.push_str(concat!(
         "<nav><a href=\"#check\">Check</a> <a href=\"#meaning\">Meaning</a> <a href=\"#gallery\">Grasps</a> ",
         "<a href=\"#distributions\">Distributions</a> <a href=\"#course\">Course</a> <a href=\"#types\">Types</a> ",
@@ -325,18 +319,4 @@ fn objects(facts: &GraspsInspection) -> String {
     }
     html.push_str("</tbody></table></div></section>");
     html
-}
-
-fn speed(facts: &GraspsInspection) -> String {
-    let text = match &facts.notes.speed {
-        Some(speed) => format!(
-            "{} runs in {:.1} s on {} threads{}. Part of no digest.",
-            grouped(speed.samples),
-            speed.seconds,
-            speed.threads,
-            speed.peak_memory.map_or_else(String::new, |bytes| format!(", peak memory {}", bytes_in_words(bytes))),
-        ),
-        None => "The run left no figures.".to_owned(),
-    };
-    format!("<section id=\"speed\"><h2>Speed</h2><p>{text}</p></section>")
 }

@@ -8,7 +8,7 @@ use super::{
     ChosenType, LookedAtObject, PatchesInspection,
     chart::{Ink, grouped, percent},
     grasp_report::histogram,
-    page::{bytes_in_words, escaped, shell},
+    page::{bytes_in_words, escaped, numbers_and_warnings, shell},
     patches::PatchSurvey,
     sections,
 };
@@ -51,13 +51,7 @@ fn header(facts: &PatchesInspection) -> String {
         ("patches", grouped(4 * facts.kept)),
         ("shards", format!("{} · {}", grouped(facts.shards), bytes_in_words(facts.shard_bytes))),
     ];
-    for (name, value) in numbers {
-        let _ = write!(html, "<div><dt>{name}</dt><dd>{value}</dd></div>");
-    }
-    html.push_str("</dl>");
-    for warning in &facts.warnings {
-        let _ = write!(html, "<p class=\"alarm\">{}</p>", escaped(warning));
-    }
+    html.push_str(&numbers_and_warnings(&numbers, &facts.warnings));
     html.push_str(concat!(
         "<nav><a href=\"#check\">Check</a> <a href=\"#types\">Types</a> <a href=\"#gallery\">Patches</a> ",
         "<a href=\"#distributions\">Distribution</a> <a href=\"#rejects\">Rejects</a> <a href=\"#objects\">Objects</a> ",

@@ -13,7 +13,7 @@ use self::{
 use super::{
     ReachabilityFacts,
     chart::{Bar, Ink, StackedRow, bar_chart, grouped, percent, short, stacked_rows},
-    page::{bytes_in_words, escaped, shell},
+    page::{bytes_in_words, escaped, numbers_and_warnings, shell, speed},
     sections,
 };
 use crate::{
@@ -37,7 +37,7 @@ pub(super) fn page(facts: &ReachabilityFacts, field: &ReachabilityField, job_tex
         sections_of(facts, field, &census, &cuts),
         counts(facts, field, &census),
         directions(&census),
-        speed(facts),
+        speed(facts.notes.speed.as_ref(), "positions"),
         sections::job(job_text),
     ];
     (shell(&facts.name, &body.join("\n")), cuts.len())
@@ -78,13 +78,7 @@ fn header(facts: &ReachabilityFacts) -> String {
         let poses = speed.rate() * facts.poses as f64 / facts.positions.max(1) as f64;
         numbers.push(("poses a second".to_owned(), grouped(poses.round() as u64)));
     }
-    for (name, value) in numbers {
-        let _ = write!(html, "<div><dt>{name}</dt><dd>{value}</dd></div>");
-    }
-    html.push_str("</dl>");
-    for warning in &facts.warnings {
-        let _ = write!(html, "<p class=\"alarm\">{}</p>", escaped(warning));
-    }
+    html.push_str(&numbers_and_warnings(&numbers, &facts.warnings));
     html.push_str(concat!(
         "<nav><a href=\"#check\">Check</a> <a href=\"#meaning\">Meaning</a> <a href=\"#sections\">Cross-sections</a> ",
         "<a href=\"#counts\">Counts</a> <a href=\"#directions\">Directions</a> <a href=\"#speed\">Speed</a> ",
@@ -380,18 +374,4 @@ fn directions(census: &Census) -> String {
     }
     html.push_str("</tbody></table></details></section>");
     html
-}
-
-fn speed(facts: &ReachabilityFacts) -> String {
-    let text = match &facts.notes.speed {
-        Some(speed) => format!(
-            "{} positions in {:.1} s on {} threads{}. Part of no digest.",
-            grouped(speed.samples),
-            speed.seconds,
-            speed.threads,
-            speed.peak_memory.map_or_else(String::new, |bytes| format!(", peak memory {}", bytes_in_words(bytes))),
-        ),
-        None => "The run left no figures.".to_owned(),
-    };
-    format!("<section id=\"speed\"><h2>Speed</h2><p>{text}</p></section>")
 }
