@@ -17,6 +17,8 @@ use graspmill::{
     record::{Channel, GraspVerdict},
 };
 
+mod python;
+
 fn graspmill() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
     command.current_dir(env!("CARGO_MANIFEST_DIR"));
@@ -144,7 +146,29 @@ fn trials_move_no_grasp() {
     assert!(inspected.contains("grasps tried") && inspected.contains("perturbed runs"), "{inspected}");
     succeeded(&graspmill().arg("report").arg(&out).output().expect("graspmill starts"));
     let page = fs::read_to_string(out.join("report.html")).expect("a page");
-    assert!(page.contains("id=\"trials\"") && page.contains("<th>held</th>"));
+    assert!(page.contains("id=\"trials\"") && page.contains("<th>held</th>") && page.contains("Brier score"));
+    replays_in_plain_mujoco(&out);
+}
+
+/// MuJoCo out of its own Python package, with contacts of its own, says of nearly all grasps what we say of them.
+fn replays_in_plain_mujoco(dataset: &Path) {
+    let replay = dataset.join("replay");
+    let mut export = graspmill();
+    export.arg("export").arg(dataset).args(["--to", "mujoco", "--limit", "8", "--out"]).arg(&replay);
+    assert!(succeeded(&export.output().expect("graspmill starts")).starts_with("8 grasps in "));
+    let told = python::run(python::PYTHON, |command| command.arg(replay.join("replay.py")));
+    let agreement = || fs::read_to_string(replay.join("agreement.json")).expect("written");
+    let found: serde_json::Value = serde_json::from_str(&agreement()).expect("JSON");
+    let [replayed, sure, agreed] = ["replayed", "sure", "sure_agreed"].map(|key| found[key].as_u64().expect("a count"));
+    assert!(replayed == 8 && sure >= 4 && sure - agreed <= 1, "{told}");
+    succeeded(&graspmill().arg("report").arg(dataset).output().expect("graspmill starts"));
+    let page = fs::read_to_string(dataset.join("report.html")).expect("a page");
+    assert!(page.contains("Replayed in plain MuJoCo 3.17.0"));
+    // What it says of another dataset does not count.
+    let root = Manifest::read(dataset).expect("a dataset").root.hex();
+    fs::write(replay.join("agreement.json"), agreement().replace(&root, &"0".repeat(64))).expect("written");
+    let refused = graspmill().arg("report").arg(dataset).output().expect("graspmill starts");
+    assert!(!refused.status.success() && String::from_utf8_lossy(&refused.stderr).contains("agreement.json"));
 }
 
 #[test]

@@ -153,7 +153,7 @@ pub struct ExportArgs {
     /// Only objects of this name (repeatable).
     #[arg(long, value_name = "NAME")]
     pub object: Vec<String>,
-    /// At most this many samples.
+    /// At most this many samples; mujoco: so many grasps, evenly over the dataset.
     #[arg(long, value_name = "N")]
     pub limit: Option<u64>,
     /// npy: one byte a cell, shape (N, n, n, n), instead of packed bits.
@@ -171,6 +171,8 @@ pub enum ExportFormat {
     Pcd,
     /// Labels and field of a reachability dataset as raw float64 files, for GraspIt.
     Graspit,
+    /// Trials of grasps as scenes of plain MuJoCo, and a script that makes them again.
+    Mujoco,
 }
 
 #[derive(Subcommand, Debug)]

@@ -115,9 +115,14 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
         ExportFormat::Binvox => Format::Binvox,
         ExportFormat::Pcd => Format::Pcd,
         ExportFormat::Graspit => Format::Graspit,
+        ExportFormat::Mujoco => Format::Mujoco,
     };
     let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;
-    let what = if format == Format::Graspit { "poses" } else { "samples" };
+    let what = match format {
+        Format::Graspit => "poses",
+        Format::Mujoco => "grasps",
+        _ => "samples",
+    };
     printer.result(&format!("{} {what} in {} files, in {}", summary.samples, summary.files, summary.folder.display()));
     Ok(Exit::Complete)
 }

@@ -1,6 +1,7 @@
 //! `shapes.mcap`: the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed from the dataset alone.
 //!
-//! One chunk a message: the hand first, then the objects by content. Their `log_time` counts them.
+//! One chunk a message: the hand first, then the objects by content. Their `log_time` counts them. Where grasps were tried in
+//! MuJoCo, two attachments say how the hand was compiled and driven.
 
 use std::{
     collections::BTreeMap,
@@ -10,7 +11,7 @@ use std::{
 };
 
 use mcap::{
-    Compression, McapError, WriteOptions,
+    Attachment, Compression, McapError, WriteOptions,
     records::{MessageHeader, Record, op},
 };
 
@@ -20,12 +21,15 @@ use super::{
     error::REWRITE,
     layout::SHAPES,
     shard::{LIBRARY, ZSTD_LEVEL},
-    shard_file::{MESSAGE_HEADER, read_at, read_summary, records, unpack},
+    shard_file::{MESSAGE_HEADER, attachment, read_at, read_summary, records, unpack},
 };
 use crate::{
     ids::{JobDigest, ObjectId, Product},
-    record::{self, FORMAT_VERSION, HandShape, ObjectShape, RecordError},
+    record::{self, FORMAT_VERSION, HandShape, ObjectShape, RecordError, TrialHand},
 };
+
+/// Names of the attachments of trials, and what they are.
+const TRIAL_HAND: [(&str, &str); 2] = [("trial_hand.xml", "application/xml"), ("trial_hand.json", "application/json")];
 
 /// Writes the shapes of a dataset, one at a time.
 pub struct ShapesWriter {
@@ -81,13 +85,20 @@ impl ShapesWriter {
         written.map_err(DatasetError::mcap("writing", self.temporary.path()))
     }
 
-    /// Publishes the file.
+    /// Publishes the file, with the hand as trials had it.
     ///
     /// # Errors
     /// When it can't be written.
-    pub fn finish(self) -> Result<(), DatasetError> {
-        let Self { mut writer, file, temporary, folder, .. } = self;
-        let finished = writer.finish().map(|_| ());
+    pub fn finish(self, trial_hand: Option<&TrialHand>) -> Result<(), DatasetError> {
+        let Self { mut writer, file, temporary, folder, next, .. } = self;
+        let texts = trial_hand.map(|TrialHand { mjcf, drive }| [mjcf, drive]);
+        let attach = |((name, media_type), text): ((&str, &str), &String)| {
+            let data = text.as_bytes().into();
+            let (name, media_type) = (name.to_owned(), media_type.to_owned());
+            writer.attach(&Attachment { log_time: next, create_time: 0, name, media_type, data })
+        };
+        let attached = TRIAL_HAND.into_iter().zip(texts.into_iter().flatten()).try_for_each(attach);
+        let finished = attached.and_then(|()| writer.finish().map(|_| ()));
         finished.map_err(DatasetError::mcap("writing", temporary.path()))?;
         writer.into_inner().flush().map_err(DatasetError::io("writing", temporary.path()))?;
         temporary.publish(&file, &folder, SHAPES).map(|_| ())
@@ -128,6 +139,8 @@ pub struct Shapes {
     path: PathBuf,
     /// Offset and length of each chunk, in order.
     chunks: Vec<(u64, u64)>,
+    /// Offset, length and size of the data of each attachment of trials.
+    trial_hand: [Option<(u64, u64, u64)>; 2],
 }
 
 impl Shapes {
@@ -147,20 +160,26 @@ impl Shapes {
         })?;
         let bytes = file.metadata().map_err(DatasetError::io("reading", &path))?.len();
         let summary = read_summary(&file, bytes).map_err(failed(&path))?;
-        let mut chunks = Vec::new();
+        let (mut chunks, mut trial_hand) = (Vec::new(), [None; 2]);
         for record in records(&summary) {
             let record = record.and_then(|(opcode, body)| mcap::parse_record(opcode, body)).map_err(failed(&path))?;
-            if let Record::ChunkIndex(chunk) = record
-                && !chunk.message_index_offsets.is_empty()
-            {
-                chunks.push((chunk.message_start_time, (chunk.chunk_start_offset, chunk.chunk_length)));
+            match record {
+                Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => {
+                    chunks.push((chunk.message_start_time, (chunk.chunk_start_offset, chunk.chunk_length)));
+                }
+                Record::AttachmentIndex(index) => {
+                    if let Some(place) = TRIAL_HAND.iter().position(|(name, _)| *name == index.name) {
+                        trial_hand[place] = Some((index.offset, index.length, index.data_size));
+                    }
+                }
+                _ => {}
             }
         }
         chunks.sort_unstable();
         if chunks.iter().zip(0..).any(|((time, _), place)| *time != place) || chunks.is_empty() {
             return Err(damaged(&path, "its messages are not numbered from 0".to_owned()));
         }
-        Ok(Self { path, chunks: chunks.into_iter().map(|(_, place)| place).collect() })
+        Ok(Self { path, chunks: chunks.into_iter().map(|(_, place)| place).collect(), trial_hand })
     }
 
     /// The hand.
@@ -169,6 +188,20 @@ impl Shapes {
     /// When it can't be read.
     pub fn hand(&self) -> Result<HandShape, DatasetError> {
         HandShape::decode(&self.payload(0)?).map_err(|error| self.broken(&error))
+    }
+
+    /// The hand as trials had it; `None` where there were none, or a stranger could not compile it without further files.
+    ///
+    /// # Errors
+    /// When it can't be read.
+    pub fn trial_hand(&self) -> Result<Option<TrialHand>, DatasetError> {
+        let text = |(offset, length, size)| {
+            let record = read_at(&self.path, offset, length)?;
+            let data = attachment(&record, size).map_err(failed(&self.path))?;
+            String::from_utf8(data.to_vec()).map_err(|error| damaged(&self.path, error.to_string()))
+        };
+        let [Some(mjcf), Some(drive)] = self.trial_hand else { return Ok(None) };
+        Ok(Some(TrialHand { mjcf: text(mjcf)?, drive: text(drive)? }))
     }
 
     /// Count of objects.

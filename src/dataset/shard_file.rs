@@ -196,7 +196,7 @@ pub(super) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8
 }
 
 /// The data of an attachment record: its last bytes but for the CRC of everything before.
-fn attachment(record: &[u8], data_size: u64) -> Result<&[u8], McapError> {
+pub(super) fn attachment(record: &[u8], data_size: u64) -> Result<&[u8], McapError> {
     let (opcode, body) = records(record).next().ok_or(McapError::UnexpectedEof)??;
     if opcode != op::ATTACHMENT {
         return Err(McapError::BadIndex);

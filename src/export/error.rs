@@ -35,6 +35,21 @@ pub enum ExportError {
          `roll`, `pitch` and `yaw`, or read field.mcap"
     )]
     Directions,
+    /// Grasps that were not tried.
+    #[error("this dataset has no trials; run its job with [physics] in it")]
+    NoTrials,
+    /// A hand that cannot be told without further files.
+    #[error(
+        "shapes.mcap has no hand for plain MuJoCo: its description names mesh files; give it boxes, spheres, capsules and \
+         cylinders alone"
+    )]
+    NoPlainHand,
+    /// An object without inside.
+    #[error("{name} has no solid inside to be weighed")]
+    NoSolid {
+        /// The object.
+        name: String,
+    },
     /// The output folder holds something.
     #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", path.display())]
     OutputExists {
@@ -97,7 +112,8 @@ fn forms(product: Product) -> &'static str {
     match product {
         Product::Completion => "give --to npy, binvox or pcd",
         Product::Reachability => "give --to graspit",
-        Product::Grasps | Product::Patches => "its shards are MCAP: read them as docs/format.md says",
+        Product::Grasps => "give --to mujoco for its trials; its shards are MCAP: read them as docs/format.md says",
+        Product::Patches => "its shards are MCAP: read them as docs/format.md says",
     }
 }
 

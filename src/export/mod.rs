@@ -1,10 +1,12 @@
-//! Datasets in other formats: NumPy arrays, binvox grids, PCD point clouds; reachability maps as GraspIt's files.
+//! Datasets in other formats: NumPy arrays, binvox grids, PCD point clouds; reachability maps as GraspIt's files; trials of
+//! grasps as scenes of plain MuJoCo.
 //!
 //! An export is a view of a dataset, not a second truth: `export.json` in it names the root digest that it was made
 //! from, and `samples.csv` says which sample each row or file is.
 
 mod error;
 mod graspit;
+mod mujoco;
 mod names;
 mod npy;
 mod pcd;
@@ -46,6 +48,9 @@ pub enum Format {
     /// `reach_data.full`, `.sdf`, `.dims`, `.mins`, `.step` and `.csv` of a reachability dataset, after the thesis's code;
     /// their field is positive where reachable.
     Graspit,
+    /// `<object>/scene.xml` and `grasps.json` of a dataset of grasps that were tried, with `hand.xml`, `drive.json` and `replay.py`,
+    /// which makes the trials again in plain MuJoCo.
+    Mujoco,
 }
 
 impl Format {
@@ -56,6 +61,7 @@ impl Format {
             Self::Binvox => "binvox",
             Self::Pcd => "pcd",
             Self::Graspit => "graspit",
+            Self::Mujoco => "mujoco",
         }
     }
 
@@ -86,6 +92,12 @@ impl Format {
                  pitch, yaw. reach_data.dims, .mins, .step: cells, first centre and step of the six axes [m, rad]. \
                  reach_data.csv: i x y z roll pitch yaw 0|1 a line, rotation Rz(yaw) Ry(pitch) Rx(roll)"
             }
+            Self::Mujoco => {
+                "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
+                 <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
+                 <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], and what came of each trial; replay.py \
+                 makes the trials again and writes agreement.json"
+            }
         }
     }
 }
@@ -97,7 +109,7 @@ pub struct ExportSelection {
     pub samples: Selection,
     /// Of the objects of these names alone; of all when empty.
     pub objects: Vec<String>,
-    /// At most so many, in the dataset's order.
+    /// At most so many, in the dataset's order; of tried grasps as many, evenly over the selection.
     pub limit: Option<u64>,
 }
 
@@ -106,7 +118,7 @@ pub struct ExportSelection {
 pub struct ExportSummary {
     /// The folder.
     pub folder: PathBuf,
-    /// Samples; of a reachability dataset, poses.
+    /// Samples; of a reachability dataset poses, of trials grasps.
     pub samples: u64,
     /// Files.
     pub files: u64,
@@ -129,6 +141,9 @@ pub fn export(
     let reader = DatasetReader::open(folder)?;
     if format == Format::Graspit {
         return graspit::export(&reader, out, selection);
+    }
+    if format == Format::Mujoco {
+        return mujoco::export(&reader, out, selection);
     }
     let product = reader.manifest().product;
     if product != Product::Completion {
@@ -251,7 +266,7 @@ impl Writer {
                 }
             }
             // Of another product: it has no samples, and `export` has turned aside before.
-            Format::Graspit => Ok(()),
+            Format::Graspit | Format::Mujoco => Ok(()),
         }
     }
 

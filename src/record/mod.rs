@@ -48,7 +48,7 @@ pub use grasp_type::{TYPE_BINS, TYPE_DIGITS, type_digits};
 pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
 pub use pair::VoxelPair;
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};
-pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape};
+pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
 pub use touch::{TactileContacts, TouchContact};
 pub use trial::{
     ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TrialMethod, TrialOutcome, TrialVerdict,

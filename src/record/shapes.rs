@@ -60,6 +60,15 @@ pub struct LinkSolid {
     pub link_from_solid: IsometryMatrix3<f64>,
 }
 
+/// What it takes to make trials again in plain MuJoCo, beside the object's mesh: both are texts, for programs that are not ours.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TrialHand {
+    /// The hand as trials compile it, without an object: MJCF with a servo for each joint.
+    pub mjcf: String,
+    /// What the motors do with the servos, and how a trial goes on: JSON (docs/format.md).
+    pub drive: String,
+}
+
 /// An object's mesh as it was prepared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectShape {

@@ -322,7 +322,7 @@ impl Scales {
     }
 }
 
-fn opening(title: &str, width: f64, height: f64) -> String {
+pub(super) fn opening(title: &str, width: f64, height: f64) -> String {
     format!(
         r#"<svg class="chart" viewBox="0 0 {width} {height}" role="img" aria-label="{0}"><title>{0}</title>"#,
         escaped(title)

@@ -3,6 +3,7 @@
 //! Everything here is drawn in plain Rust without a display, and two reports of one dataset have the same bytes.
 //! Releases (checksums, cards, provenance) join this room later.
 
+mod calibration;
 mod card;
 mod chart;
 mod facts;
@@ -16,6 +17,7 @@ mod patches;
 pub mod picture;
 mod reach_report;
 mod reachability;
+mod replayed;
 mod report;
 mod sections;
 mod survey;
@@ -24,6 +26,7 @@ mod text;
 mod touch_facts;
 mod trials;
 
+pub use calibration::{Calibration, ReliabilityBin};
 pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
 pub use grasps::{GraspedObject, GraspsInspection, TypeFacts, grasp_counts_in_words, inspect_grasps};
 pub use notes::{RunNotes, Speed};

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Spread,
+    calibration::{Calibration, CalibrationSums},
     chart::{Bar, Ink, bar_chart, grouped, percent},
 };
 use crate::record::{GraspTrials, TrialMethod, TrialVerdict};
@@ -34,6 +35,9 @@ pub struct TrialsInspection {
     pub not_at_rest: u64,
     /// Probability of success of the grasps that were rolled out; `None` where none was.
     pub success: Option<Spread>,
+    /// How well it was told; `None` where no grasp was rolled out and perturbed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<Calibration>,
     /// Friction and gravity of the first sample.
     pub conditions: String,
 }
@@ -77,6 +81,9 @@ impl fmt::Display for TrialsInspection {
         if let Some(success) = &self.success {
             writeln!(f, "  probability of success   median {:.2}, mean {:.2}", success.median, success.mean)?;
         }
+        if let Some(calibration) = &self.calibration {
+            writeln!(f, "  {}", calibration.in_words())?;
+        }
         Ok(())
     }
 }
@@ -102,6 +109,7 @@ pub(super) struct TrialSums {
     slips: Vec<f64>,
     not_at_rest: u64,
     success: Vec<f64>,
+    calibration: CalibrationSums,
     method: Option<TrialMethod>,
 }
 
@@ -117,6 +125,7 @@ impl TrialSums {
             self.perturbed += trial.perturbed.len() as u64;
             self.turned += trial.turned() as u64;
             self.success.extend(trial.success());
+            self.calibration.add(trial);
             self.not_at_rest += u64::from(outcome.closing_time > 0.0 && !outcome.closed_at_rest);
             if outcome.verdict.is_held() {
                 self.depths[0].push(outcome.penetration[1]);
@@ -141,13 +150,14 @@ impl TrialSums {
             slip: Spread::of(self.slips),
             not_at_rest: self.not_at_rest,
             success: (!self.success.is_empty()).then(|| Spread::of(self.success)),
+            calibration: self.calibration.finish(),
             conditions: format!("friction {}, {pull}, mass by {}", method.friction, method.mass_from),
         })
     }
 }
 
-/// The section of a page; nothing without trials.
-pub(super) fn section(trials: Option<&TrialsInspection>) -> String {
+/// The section of a page, with what came of a replay; nothing without trials.
+pub(super) fn section(trials: Option<&TrialsInspection>, replayed: &str) -> String {
     let Some(trials) = trials else { return String::new() };
     let bars = TrialVerdict::ALL.into_iter().filter_map(|verdict| {
         let value = trials.verdicts.get(verdict.name()).copied()?;
@@ -183,6 +193,8 @@ pub(super) fn section(trials: Option<&TrialsInspection>) -> String {
     if let Some(Spread { median, mean, .. }) = &trials.success {
         let _ = write!(html, "<p>Probability of success of those rolled out: median {median:.2}, mean {mean:.2}.</p>");
     }
+    html.extend(trials.calibration.as_ref().map(Calibration::html));
+    html.push_str(replayed);
     html.push_str("</section>");
     html
 }

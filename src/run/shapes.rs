@@ -6,7 +6,7 @@ use super::{Cancel, Crew, RunError, RunTask};
 use crate::{
     dataset::ShapesWriter,
     job::{GraspJob, JobObject},
-    produce::grasp::{GraspHand, hand_shape, object_shape},
+    produce::grasp::{GraspHand, hand_shape, object_shape, trial_hand},
 };
 
 /// Writes `shapes.mcap`: a few meshes in memory at a time.
@@ -29,5 +29,5 @@ pub(super) fn write_shapes(
             pool.install(|| few.par_iter().map(|object| object_shape(object)).collect::<Result<_, _>>())?;
         shapes.iter().try_for_each(|shape| writer.object(shape))?;
     }
-    Ok(writer.finish()?)
+    Ok(writer.finish(trial_hand(job)?.as_ref())?)
 }

@@ -17,19 +17,19 @@ use super::{
 use crate::hand::{Driven, Hand, Motor};
 
 /// A motor speeds up with this share of what stops it: started at once, it would feel its own gears as an obstacle.
-const START: f64 = 0.2;
+pub(super) const START: f64 = 0.2;
 
 /// A motor that stands starts again when what holds it falls below this share of its torque.
-const HOLDS: f64 = 0.95;
+pub(super) const HOLDS: f64 = 0.95;
 
 /// A clutch opens when its joint was stopped for so many steps: what an impact does is over by then.
-const STEPS_TO_OPEN: u32 = 10;
+pub(super) const STEPS_TO_OPEN: u32 = 10;
 
 /// A joint that moves by less than its motor would in this time [s] stands: contacts creep for ever.
-const STANDING: f64 = 0.0005;
+pub(super) const STANDING: f64 = 0.0005;
 
 /// The hand has come to rest when it stood for so many steps, each motor at times.
-const STEPS_AT_REST: u32 = 25;
+pub(super) const STEPS_AT_REST: u32 = 25;
 
 /// What a motor is told.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,6 +14,7 @@ use mujoco_rs::{
     wrappers::{
         mj_editing::{MjSpec, MjsBody, MjtLimited, PositionConfig, SpecElement, SpecItem},
         mj_model::{MjModel, MjtEq, MjtGeomBase, MjtJoint, MjtObjBase, MjtSensor, MjtTrn},
+        mj_option::MjOption,
     },
 };
 use nalgebra::{IsometryMatrix3, Point3, UnitQuaternion};
@@ -46,8 +47,8 @@ const SLIDE_SAG: f64 = 0.000_25;
 const STIFFNESS_OF_A_STEP: f64 = 0.3;
 
 /// Contacts [s, ratio]: as hard as two steps allow. A fingertip sinks in by 0.2 mm.
-const CONTACT_SOLREF: [f64; 2] = [0.004, 1.0];
-const CONTACT_SOLIMP: [f64; 5] = [0.95, 0.995, 0.0005, 0.5, 2.0];
+pub(super) const CONTACT_SOLREF: [f64; 2] = [0.004, 1.0];
+pub(super) const CONTACT_SOLIMP: [f64; 5] = [0.95, 0.995, 0.0005, 0.5, 2.0];
 
 /// The group that the description's own actuators are put into, to be switched off.
 const OWN_ACTUATORS: i32 = 30;
@@ -193,29 +194,18 @@ impl HandSim {
         add_geoms: impl FnOnce(&mut MjSpec),
         surface: Option<&Arc<ContactSurface>>,
     ) -> Result<Self, HandError> {
-        let refused = |error: mujoco_rs::error::MjEditError| {
-            HandError::from(RobotError::Refused { path: model.robot.path.clone(), message: error.to_string() })
-        };
-        let mut spec = MjSpec::from_xml(&model.robot.path).map_err(refused)?;
+        let refused = refused_by(model);
+        let (mut spec, gains) = hand_spec(model)?;
         let hand = Arc::clone(&model.hand);
-        for actuator in spec.actuator_iter_mut() {
-            actuator.set_group(OWN_ACTUATORS);
-        }
-        for equality in spec.equality_iter_mut().filter(|equality| equality.type_() == MjtEq::mjEQ_JOINT) {
-            equality.set_active(false);
-        }
-        // Their controls would be of the wrong length.
-        for key in spec.key_iter_mut() {
-            key.set_ctrl(&[]);
-        }
-        let gains = add_servos(&mut spec, &hand).map_err(refused)?;
         match mass {
             Some(mass) => add_free_object(&mut spec, mass),
             None => add_object(&mut spec).map_err(refused)?,
         }
         add_geoms(&mut spec);
         let mut compiled = spec.compile().map_err(refused)?;
-        set_options(&mut compiled);
+        set_option(compiled.opt_mut());
+        compiled.geom_solref_mut().fill(CONTACT_SOLREF);
+        compiled.geom_solimp_mut().fill(CONTACT_SOLIMP);
         let servos = servos(&compiled, &hand, &gains);
         let true_mesh = surface.map(|surface| {
             let probes = TrueMeshCollider::probes(&compiled);
@@ -283,6 +273,29 @@ impl std::fmt::Debug for HandSim {
     }
 }
 
+/// What MuJoCo says against a hand's description.
+pub(super) fn refused_by(model: &HandModel) -> impl Fn(mujoco_rs::error::MjEditError) -> HandError + Copy {
+    |error| HandError::from(RobotError::Refused { path: model.robot.path.clone(), message: error.to_string() })
+}
+
+/// The hand alone, its own actuators and couplings switched off, with a servo for each joint; their stiffness, by joint.
+pub(super) fn hand_spec(model: &HandModel) -> Result<(MjSpec, Vec<f64>), HandError> {
+    let refused = refused_by(model);
+    let mut spec = MjSpec::from_xml(&model.robot.path).map_err(refused)?;
+    for actuator in spec.actuator_iter_mut() {
+        actuator.set_group(OWN_ACTUATORS);
+    }
+    for equality in spec.equality_iter_mut().filter(|equality| equality.type_() == MjtEq::mjEQ_JOINT) {
+        equality.set_active(false);
+    }
+    // Their controls would be of the wrong length.
+    for key in spec.key_iter_mut() {
+        key.set_ctrl(&[]);
+    }
+    let gains = add_servos(&mut spec, &model.hand).map_err(refused)?;
+    Ok((spec, gains))
+}
+
 fn check(object: &[Geometry]) -> Result<(), HandError> {
     let wrong = |reason: String| Err(HandError::Object { reason });
     if object.is_empty() {
@@ -347,7 +360,7 @@ fn add_servo(spec: &mut MjSpec, joint: &str, stiffness: f64) -> Result<(), mujoc
 }
 
 /// Name of a joint's servo.
-fn servo_of(joint: &str) -> String {
+pub(super) fn servo_of(joint: &str) -> String {
     format!("graspmill {joint}")
 }
 
@@ -455,8 +468,7 @@ pub(super) fn quaternion(place: &IsometryMatrix3<f64>) -> [f64; 4] {
 
 /// The settings that held most grasps with least penetration; a pyramid for the friction cone, or impratio 1, would turn most
 /// labels.
-fn set_options(model: &mut MjModel) {
-    let option = model.opt_mut();
+pub(super) fn set_option(option: &mut MjOption) {
     option.timestep = STEP;
     option.integrator = mjtIntegrator::mjINT_IMPLICITFAST as i32;
     option.cone = mjtCone::mjCONE_ELLIPTIC as i32;
@@ -469,8 +481,6 @@ fn set_options(model: &mut MjModel) {
         | mjtDisableBit::mjDSBL_LIMIT as i32
         | mjtDisableBit::mjDSBL_SENSOR as i32;
     option.disableflags &= !needed;
-    model.geom_solref_mut().fill(CONTACT_SOLREF);
-    model.geom_solimp_mut().fill(CONTACT_SOLIMP);
 }
 
 fn servos(model: &MjModel, hand: &Hand, gains: &[f64]) -> Vec<Servo> {

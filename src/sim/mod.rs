@@ -49,6 +49,6 @@ pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;
 pub use trial::{
-    Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, TrialSpread, TrialWorker,
-    Verdict, WhileClosing, mass_of_volume,
+    Gravity, Grip, Outcome, Phase, PlainHand, Slip, Start, TrialConditions, TrialProtocol, TrialSim, TrialSpread,
+    TrialWorker, Verdict, WhileClosing, mass_of_volume, plain_hand,
 };

@@ -14,5 +14,5 @@ mod worker;
 
 pub use hand::GraspHand;
 pub use seeds::seeds;
-pub use shapes::{hand_shape, object_shape};
+pub use shapes::{hand_shape, object_shape, trial_hand};
 pub use worker::GraspWorker;

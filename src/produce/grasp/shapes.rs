@@ -3,10 +3,10 @@
 use super::hand::GraspHand;
 use crate::{
     ids::ObjectId,
-    job::JobObject,
+    job::{GraspJob, JobObject},
     kinematics::JointKind,
     produce::{ProduceError, objects::prepared},
-    record::{HandJoint, HandShape, LinkSolid, ObjectShape},
+    record::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand},
 };
 
 /// The hand, whose content is `id`.
@@ -42,4 +42,31 @@ pub fn hand_shape(hand: &GraspHand, id: ObjectId) -> HandShape {
 pub fn object_shape(object: &JobObject) -> Result<ObjectShape, ProduceError> {
     let mesh = prepared(object)?.mesh;
     Ok(ObjectShape { object: object.id(), mesh })
+}
+
+/// The hand as trials have it, for plain MuJoCo; `None` where the job asks for none, or the hand's description names mesh files.
+///
+/// # Errors
+/// When the hand cannot be read any more.
+#[cfg(feature = "sim")]
+pub fn trial_hand(job: &GraspJob) -> Result<Option<TrialHand>, ProduceError> {
+    use crate::sim::{HandModel, PlainHand, TrialProtocol, plain_hand};
+
+    if job.settings.physics.is_none() {
+        return Ok(None);
+    }
+    let scene = &job.hand.scene;
+    let plain = HandModel::open(scene).and_then(|model| plain_hand(&model, &TrialProtocol::STANDARD));
+    let plain =
+        plain.map_err(|error| ProduceError::NoGrasps { name: scene.display().to_string(), why: error.to_string() })?;
+    Ok(plain.map(|PlainHand { mjcf, drive }| TrialHand { mjcf, drive }))
+}
+
+/// None: without a simulator there are no trials.
+///
+/// # Errors
+/// Never.
+#[cfg(not(feature = "sim"))]
+pub fn trial_hand(_: &GraspJob) -> Result<Option<TrialHand>, ProduceError> {
+    Ok(None)
 }

@@ -9,7 +9,7 @@ use super::{
     chart::{Bar, Histogram, Ink, bar_chart, grouped, percent, round_step},
     grasps::{GraspSurvey, grasp_counts_in_words},
     page::{bytes_in_words, escaped, numbers_and_warnings, shell, speed},
-    sections, trials,
+    replayed, sections, trials,
 };
 use crate::{
     dataset::{DatasetError, DatasetReader, GraspCounts},
@@ -29,7 +29,7 @@ pub(super) fn page(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(Stri
         meaning(survey),
         pictures,
         distributions(survey),
-        trials::section(facts.trials.as_ref()),
+        trials::section(facts.trials.as_ref(), &replayed::paragraph(reader.folder(), reader.manifest())?),
         course(facts),
         types(facts),
         objects(facts),

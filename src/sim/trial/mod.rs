@@ -7,12 +7,14 @@
 
 mod conditions;
 mod outcome;
+mod replay;
 mod worker;
 
 use std::sync::Arc;
 
 pub use conditions::{Gravity, TrialConditions, TrialProtocol, TrialSpread, WhileClosing, mass_of_volume};
 pub use outcome::{Grip, Outcome, Phase, Slip, Start, Verdict};
+pub use replay::{PlainHand, plain_hand};
 pub use worker::TrialWorker;
 
 use super::{

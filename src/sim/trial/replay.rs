@@ -1,0 +1,175 @@
+//! A hand as a stranger's MuJoCo can try it: MJCF with the servos, and what drives them.
+
+use serde::Serialize;
+
+use super::TrialProtocol;
+use crate::{
+    hand::{Driven, Follower, Hand},
+    sim::{
+        closing::{HOLDS, STANDING, START, STEPS_AT_REST, STEPS_TO_OPEN},
+        error::HandError,
+        hand::HandModel,
+        hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, hand_spec, refused_by, servo_of, set_option},
+    },
+};
+
+/// What is written at most before asking for more room.
+const ROOM: usize = 1 << 16;
+
+/// A hand for plain MuJoCo.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlainHand {
+    /// The hand as trials compile it, without an object: MJCF with a servo for each joint.
+    pub mjcf: String,
+    /// What the motors do with the servos, and how a trial goes on: JSON.
+    pub drive: String,
+}
+
+/// What drives the servos, and how a trial goes on. What the numbers mean stands in docs/format.md.
+#[derive(Serialize)]
+struct Drive<'h> {
+    hand: &'h str,
+    motors: Vec<MotorText<'h>>,
+    law: Law,
+    protocol: Protocol,
+}
+
+#[derive(Serialize)]
+struct MotorText<'h> {
+    name: &'h str,
+    joint: &'h str,
+    servo: String,
+    opened: f64,
+    closed: Option<f64>,
+    speed: f64,
+    torque: f64,
+    followers: Vec<FollowerText<'h>>,
+}
+
+#[derive(Serialize)]
+struct FollowerText<'h> {
+    joint: &'h str,
+    servo: String,
+    ratio: f64,
+    offset: f64,
+    limits: [f64; 2],
+    /// Once the clutch has opened.
+    alone: Option<Alone>,
+}
+
+#[derive(Serialize)]
+struct Alone {
+    ratio: f64,
+    torque: f64,
+}
+
+#[derive(Serialize)]
+struct Law {
+    start: f64,
+    holds: f64,
+    steps_to_open: u32,
+    steps_at_rest: u32,
+    standing: f64,
+}
+
+#[derive(Serialize)]
+struct Protocol {
+    start_depth: f64,
+    closing: f64,
+    settling: f64,
+    speed: f64,
+    torque: f64,
+    lift: f64,
+    lift_time: f64,
+    shake: f64,
+    frequencies: [f64; 3],
+    shake_time: f64,
+    turned_time: f64,
+    lost_distance: f64,
+    lost_angle: f64,
+}
+
+/// The hand alone as trials compile it, and how it is driven; `None` where the description names mesh files, without which
+/// plain MuJoCo could not read it.
+///
+/// # Errors
+/// When MuJoCo refuses the hand.
+pub fn plain_hand(model: &HandModel, protocol: &TrialProtocol) -> Result<Option<PlainHand>, HandError> {
+    let refused = refused_by(model);
+    let (mut spec, _) = hand_spec(model)?;
+    if spec.mesh_iter().next().is_some() {
+        return Ok(None);
+    }
+    set_option(spec.option_mut());
+    for geom in spec.geom_iter_mut() {
+        *geom.solref_mut() = CONTACT_SOLREF;
+        *geom.solimp_mut() = CONTACT_SOLIMP;
+    }
+    spec.compile().map_err(refused)?;
+    let mjcf = match spec.save_xml_string(ROOM) {
+        Err(mujoco_rs::error::MjEditError::XmlBufferTooSmall { required_size }) => {
+            spec.save_xml_string(required_size + 1)
+        }
+        saved => saved,
+    };
+    let hand = &model.hand;
+    let drive = Drive {
+        hand: hand.name(),
+        motors: hand.driven().iter().map(|driven| motor(hand, driven)).collect(),
+        law: Law {
+            start: START,
+            holds: HOLDS,
+            steps_to_open: STEPS_TO_OPEN,
+            steps_at_rest: STEPS_AT_REST,
+            standing: STANDING,
+        },
+        protocol: told(protocol),
+    };
+    let drive = serde_json::to_string_pretty(&drive).expect("plain data with text keys") + "\n";
+    Ok(Some(PlainHand { mjcf: mjcf.map_err(refused)?, drive }))
+}
+
+fn motor<'h>(hand: &'h Hand, driven: &'h Driven) -> MotorText<'h> {
+    let name_of = |joint: usize| hand.tree().joints()[joint].joint.name.as_str();
+    let follower = |(place, Follower { joint, ratio, offset, limits }): (usize, &Follower)| {
+        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == place);
+        FollowerText {
+            joint: name_of(*joint),
+            servo: servo_of(name_of(*joint)),
+            ratio: *ratio,
+            offset: *offset,
+            limits: *limits,
+            alone: alone.map(|breakaway| Alone { ratio: breakaway.ratio, torque: breakaway.torque }),
+        }
+    };
+    MotorText {
+        name: &driven.name,
+        joint: name_of(driven.joint),
+        servo: servo_of(name_of(driven.joint)),
+        opened: driven.opened,
+        closed: driven.closed,
+        speed: driven.speed,
+        torque: driven.torque,
+        followers: driven.followers.iter().enumerate().map(follower).collect(),
+    }
+}
+
+fn told(protocol: &TrialProtocol) -> Protocol {
+    let TrialProtocol { start_depth, closing, settling, effort, lift, lift_time, shake, .. } = *protocol;
+    let TrialProtocol { frequencies, shake_time, turned_time, lost_distance, lost_angle, .. } = *protocol;
+    Protocol {
+        start_depth,
+        closing,
+        settling,
+        speed: effort.speed,
+        torque: effort.torque,
+        lift,
+        lift_time,
+        shake,
+        frequencies,
+        shake_time,
+        turned_time,
+        lost_distance,
+        lost_angle,
+    }
+}
