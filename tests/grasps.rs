@@ -14,7 +14,7 @@ use std::{
 use graspmill::{
     dataset::{DatasetReader, Manifest, NumberClass, Selection, Shapes, VerifyLevel, VerifyOptions, verify},
     geom::Shape,
-    record::{Channel, GraspVerdict},
+    record::{Channel, Grasp, GraspVerdict},
 };
 
 mod python;
@@ -221,6 +221,86 @@ fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
     assert_eq!(one, two, "two reports of one dataset have the same bytes");
     assert!(one.contains("id=\"types\"") && one.contains("half-cube-sphere") && one.contains("data:image/png"));
     assert!(fs::metadata(out.join("preview.mcap")).is_ok_and(|file| file.len() > 10_000));
+}
+
+/// What a run says of tables is what the asset table says; with `keep.table` nothing changes but verdicts.
+#[test]
+fn objects_rest_and_hands_stay_above_the_table() {
+    let place = Place::new();
+    place.run("plain", &[]);
+    let watched = place.run("watched", &["--set", "keep.table=true", "--threads", "1"]);
+    let [plain, other] = ["plain", "watched"].map(|name| DatasetReader::open(&place.out(name)).expect("a dataset"));
+    let assets = plain.assets().expect("the asset table");
+    assert_eq!(assets, other.assets().expect("the asset table"));
+    let mut below = 0;
+    for (one, two) in plain.iter(Selection::default()).zip(other.iter(Selection::default())) {
+        let [one, two] = [one, two].map(|sample| sample.expect("a sample").grasp_run().expect("a run"));
+        let row = assets.objects.iter().find(|row| row.object == one.sample.subject).expect("a row");
+        let resting = row.facts["resting"].as_array().expect("poses");
+        assert!(resting.len() >= 2 && resting.len() == one.resting.poses.len());
+        assert_eq!(row.facts["resting_left_out"], one.resting.left_out);
+        for (row, pose) in resting.iter().zip(&one.resting.poses) {
+            assert_eq!((&row["probability"], &row["height"]), (&pose.probability.into(), &pose.height.into()));
+            assert_eq!(row["world_from_object"], serde_json::json!(pose.world_from_object.to_rows()));
+        }
+        for (one, two) in one.grasps.iter().zip(&two.grasps) {
+            let low = (0..resting.len()).all(|pose| !one.is_above_table(pose));
+            let falls = one.verdict == GraspVerdict::Kept && low;
+            let verdict = if falls { GraspVerdict::BelowTable } else { one.verdict };
+            assert_eq!(*two, Grasp { verdict, ..one.clone() });
+            below += u64::from(falls);
+        }
+    }
+    assert_eq!(watched.counts.grasps.expect("counts of grasps").of_verdict(GraspVerdict::BelowTable), below);
+    let inspected = succeeded(&graspmill().arg("inspect").arg(place.out("plain")).output().expect("graspmill starts"));
+    assert!(inspected.contains("on a table the hand stays above it"), "{inspected}");
+    succeeded(&graspmill().arg("report").arg(place.out("watched")).output().expect("graspmill starts"));
+    let page = fs::read_to_string(place.out("watched").join("report.html")).expect("a page");
+    assert!(page.contains("id=\"table\"") && page.contains("below table") && page.contains("resting poses"));
+}
+
+/// The table of objects says what one weighs; another weighs by its volume.
+#[test]
+fn masses_of_the_table_are_those_of_trials() {
+    let place = Place::new();
+    let table = "name,mass,mass_source\ncan-01,0.25,scales\n";
+    fs::write(place.out("masses.csv"), table).expect("a table");
+    let objects = "objects=[{built_in=[\"can-01\",\"box-01\"],table=\"masses.csv\"}]";
+    let physics = "physics={perturbed=0}";
+    let tried = place.run("tried", &["--set", objects, "--set", physics]);
+    let reader = DatasetReader::open(&place.out("tried")).expect("a dataset");
+    let assets = reader.assets().expect("the asset table");
+    let mut seen = BTreeSet::new();
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let method = sample.grasp_trials().expect("readable").expect("trials").method;
+        let name = &assets.objects.iter().find(|row| row.object == sample.id.subject).expect("a row").name;
+        match name.as_str() {
+            "can-01" => assert_eq!((method.mass, method.mass_source.as_str()), (0.25, "scales")),
+            _ => assert!(method.mass != 0.25 && method.mass_source.is_empty()),
+        }
+        seen.insert((name.clone(), method.mass_from));
+    }
+    let expected = [("box-01", "volume"), ("can-01", "table")].map(|(name, from)| (name.to_owned(), from.to_owned()));
+    assert_eq!(seen, expected.into_iter().collect());
+    // The resolved job says the same; the job itself says what all weigh.
+    let resolved = place.out("tried").join("job.toml");
+    let again = place.out("resolved");
+    let mut command = graspmill();
+    command.arg("run").arg(&resolved).arg("--out").arg(&again).args(["--progress", "none"]);
+    succeeded(&command.output().expect("graspmill starts"));
+    assert_eq!(Manifest::read(&again).expect("a dataset").root, tried.root);
+    let plain = place.run("plain", &["--set", "objects=[{built_in=[\"can-01\",\"box-01\"]}]", "--set", physics]);
+    assert_eq!(plain.classes[&NumberClass::Exact], tried.classes[&NumberClass::Exact]);
+    assert!(plain.job != tried.job && plain.classes[&NumberClass::Physics] != tried.classes[&NumberClass::Physics]);
+    let given = ["--set", objects, "--set", "physics={perturbed=0,mass=0.3}"];
+    let given = place.run("given", &given);
+    let reader = DatasetReader::open(&place.out("given")).expect("a dataset");
+    let sample = reader.iter(Selection::default()).next().expect("samples").expect("a sample");
+    let method = sample.grasp_trials().expect("readable").expect("trials").method;
+    assert_eq!((method.mass, method.mass_from.as_str()), (0.3, "job"));
+    assert!(!fs::read_to_string(place.out("given").join("job.toml")).expect("a job").contains("scales"));
+    assert!(given.job != tried.job);
 }
 
 #[test]

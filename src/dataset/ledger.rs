@@ -261,8 +261,12 @@ fn grasp_facts(bytes: &[u8]) -> Result<Vec<SampleFacts>, String> {
             [tried, held, refused] => TrialFacts { tried, held, refused },
             _ => return Err(format!("a row with {} counts of trials", trials.len())),
         };
-        let count = verdicts.len();
-        let verdicts = verdicts.try_into().map_err(|_| format!("a row with {count} verdicts"))?;
+        let mut counts = GraspFacts::default().verdicts;
+        // Before tables were watched, there was a verdict less.
+        let known =
+            counts.get_mut(..verdicts.len()).ok_or_else(|| format!("a row with {} verdicts", verdicts.len()))?;
+        known.copy_from_slice(&verdicts);
+        let verdicts = counts;
         Ok(GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials }.into())
     };
     raw.rows.into_iter().map(facts).collect()

@@ -6,6 +6,7 @@ mod doubles;
 mod field;
 mod frames;
 mod grid;
+mod hull;
 mod image;
 #[cfg_attr(
     not(feature = "factory"),
@@ -17,6 +18,7 @@ mod mesh;
 mod query;
 #[cfg(feature = "factory")]
 mod render_mesh;
+mod rest;
 mod shape;
 mod simd;
 #[cfg(feature = "factory")]
@@ -41,6 +43,7 @@ pub use mesh::{Aabb, TriMesh};
 pub use query::{MeshQuery, NoSurface, RayHit, TouchShape};
 #[cfg(feature = "factory")]
 pub use render_mesh::RenderMesh;
+pub use rest::{RestingPose, RestingPoses, every_resting_pose};
 pub use shape::{Shape, Triangles};
 pub use simd::SimdLevel;
 pub(crate) use simd::kernel;

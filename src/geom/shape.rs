@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 /// A solid in its own frame [m]; of a mesh the surface alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +33,21 @@ pub enum Shape {
     },
     /// A triangle mesh.
     Mesh(Arc<Triangles>),
+}
+
+impl Shape {
+    /// How far the shape goes along a direction of unit length, from its frame's origin [m].
+    pub fn reach_along(&self, way: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Box { half } => way.abs().dot(&Vector3::from(*half)),
+            Self::Sphere { radius } => *radius,
+            Self::Capsule { radius, half } => radius + half * way.z.abs(),
+            Self::Cylinder { radius, half } => radius * (way.x * way.x + way.y * way.y).sqrt() + half * way.z.abs(),
+            Self::Mesh(mesh) => {
+                mesh.corners.iter().map(|corner| way.dot(&corner.coords)).fold(f64::NEG_INFINITY, f64::max)
+            }
+        }
+    }
 }
 
 /// A triangle mesh as its file has it: not mended, in double precision.

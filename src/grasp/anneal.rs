@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     contact::ContactSurface,
-    geom::{MassProperties, SimdLevel, TriMesh},
+    geom::{MassProperties, RestingPoses, SimdLevel, TriMesh},
     seed::Stream,
 };
 
@@ -54,6 +54,8 @@ pub struct ObjectSearch {
     pub(super) radius: f64,
     /// What torques refer to.
     pub(super) mass: MassFrame,
+    /// How it rests on a table.
+    resting: RestingPoses,
 }
 
 impl ObjectSearch {
@@ -65,11 +67,17 @@ impl ObjectSearch {
         let mass = MassFrame { centre, radius: mesh.vertices.iter().map(far).fold(0.0, f64::max) };
         Some(Self {
             mass,
+            resting: RestingPoses::of(mesh, &centre),
             surface: Arc::clone(surface),
             field: DistanceField::new(surface),
             middle: bounds.centre(),
             radius: (bounds.max - bounds.min).norm() / 2.0,
         })
+    }
+
+    /// How it rests on a table.
+    pub fn resting(&self) -> &RestingPoses {
+        &self.resting
     }
 }
 

@@ -293,7 +293,7 @@ impl Closing {
             let before = now.clone();
             for (place, driven) in hand.driven().iter().enumerate() {
                 let way = f64::from(look) * STRIDE / fastest * speed(place);
-                now[place] = at(start[place], ends[place], driven, way);
+                now[place] = motor_at(start[place], ends[place], driven, way);
             }
             // Each meeting stops the motors of both links; what remains is looked at again.
             while let Some(links) = meets(&now) {
@@ -330,7 +330,7 @@ fn groups(hand: &Hand, reaches: &[Vec<[f64; 2]>]) -> Vec<Vec<usize>> {
 }
 
 /// A motor on its way from start to end after it has turned so far.
-fn at(start: Motor, end: Motor, driven: &Driven, way: f64) -> Motor {
+pub(super) fn motor_at(start: Motor, end: Motor, driven: &Driven, way: f64) -> Motor {
     let whole = end.angle - start.angle;
     if way >= whole.abs() {
         return end;

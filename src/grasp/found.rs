@@ -2,6 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
+use super::table::TableClearance;
 use crate::record::GraspVerdict;
 
 /// How a state of the hand was rated; lower is better.
@@ -68,6 +69,9 @@ pub struct Grasp {
     pub kind: Option<u32>,
     /// Whether it is kept.
     pub verdict: GraspVerdict,
+    /// For each pose in which the object rests on a table, how far the hand stays above it; none where the verdict is
+    /// [`GraspVerdict::Penetrates`].
+    pub clearances: Vec<TableClearance>,
 }
 
 /// A tenth of an annealing run.

@@ -16,6 +16,7 @@ mod rate;
 mod settings;
 mod solids;
 mod state;
+mod table;
 mod variables;
 pub mod wrench;
 
@@ -27,3 +28,4 @@ pub use found::{Energies, Grasp, GraspContact, GraspRun, Quality, Stretch};
 pub use kind::{KindDigits, camera_axes, wrist_roll};
 pub use settings::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace};
 pub use state::{ALLOWED_OVERLAP, HandSearch, UnsearchableHand};
+pub use table::{STAND_OFF, TableClearance};

@@ -13,6 +13,7 @@ use super::{
     kind::KindDigits,
     settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
     state::{HandSearch, VirtualContact},
+    table::TableWatch,
     wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
 };
 use crate::{contact::ContactSurface, geom::SimdLevel, hand::Hand, record::GraspVerdict};
@@ -24,6 +25,7 @@ const VOLUME_EDGES: usize = 8;
 pub(super) struct Rating {
     hand: Arc<Hand>,
     closing: Closing,
+    table: TableWatch,
     keeping: Keeping,
     energy: EnergyKind,
     potential_scale: f64,
@@ -38,6 +40,7 @@ impl Rating {
         Self {
             hand: Arc::clone(hand),
             closing: Closing::new(hand, &search.solids),
+            table: TableWatch::new(hand, &search.solids),
             keeping: *keeping,
             energy: annealing.energy,
             potential_scale: annealing.potential_scale,
@@ -69,6 +72,7 @@ impl Rating {
             quality: Quality::default(),
             kind: None,
             verdict: GraspVerdict::Penetrates,
+            clearances: Vec::new(),
         };
         if penetration > self.keeping.most_penetration {
             return grasp;
@@ -79,11 +83,14 @@ impl Rating {
         let advanced = Translation3::from(way * grasp.advance);
         grasp.object_from_approach = advanced * object_from_approach;
         let object_from_base = advanced * object_from_base;
-        grasp.joints = self.closing.close(&object.surface, &object_from_base, &grasp.posture).joints;
+        let closed = self.closing.close(&object.surface, &object_from_base, &grasp.posture);
+        grasp.joints = closed.joints;
         grasp.contacts = self.closing.contacts(&object.surface, &object_from_base, &grasp.joints);
         grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
         let turn = object_from_approach.rotation.matrix();
         grasp.kind = self.kind.as_ref().map(|digits| digits.kind(&grasp.joints, turn));
+        let resting = &object.resting().poses;
+        grasp.clearances = self.table.clearances(resting, &object_from_base, &way, &grasp.posture, &closed.motors);
         grasp.verdict = self.verdict(&grasp);
         grasp
     }
@@ -123,6 +130,8 @@ impl Rating {
             GraspVerdict::NoForceClosure
         } else if epsilon < self.keeping.min_epsilon {
             GraspVerdict::LowQuality
+        } else if self.keeping.table && !grasp.clearances.iter().any(|lowest| lowest.shaped >= 0.0) {
+            GraspVerdict::BelowTable
         } else {
             GraspVerdict::Kept
         }

@@ -82,4 +82,6 @@ pub struct Keeping {
     pub advance: f64,
     /// Deepest overlap of hand and true mesh before closing [m].
     pub most_penetration: f64,
+    /// Whether a grasp is kept only where the hand stays above the table in one of the object's resting poses at least.
+    pub table: bool,
 }

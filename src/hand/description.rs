@@ -188,6 +188,16 @@ impl Hand {
         }
     }
 
+    /// The posture in which the hand comes to take on another one: opened, but for joints that shape the hand.
+    ///
+    /// # Panics
+    /// When the posture has another length than the driven joints.
+    pub fn opening(&self, posture: &[f64]) -> Vec<f64> {
+        assert_eq!(posture.len(), self.driven().len(), "one value a driven joint");
+        let of = |(driven, value): (&Driven, &f64)| if driven.closed.is_some() { driven.opened } else { *value };
+        self.driven().iter().zip(posture).map(of).collect()
+    }
+
     /// Values of all joints [rad or m] in a posture, every clutch engaged.
     ///
     /// # Panics

@@ -9,7 +9,7 @@ use std::{
 use super::{
     built_in,
     check::Checker,
-    checked::PackageFile,
+    checked::{KnownMass, PackageFile},
     decode::did_you_mean,
     document::Path,
     draft::{FoundMesh, Surroundings},
@@ -339,6 +339,8 @@ fn joined(above: MeshRow, below: MeshRow) -> MeshRow {
         group: above.group.or(below.group),
         licence: above.licence.or(below.licence),
         citation: above.citation.or(below.citation),
+        mass_source: if above.mass.is_some() { above.mass_source } else { above.mass_source.or(below.mass_source) },
+        mass: above.mass.or(below.mass),
         object: above.object.or(below.object),
     }
 }
@@ -385,6 +387,7 @@ fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate
             citation: row.citation,
             group: row.group,
         },
+        mass: row.mass.map(|kilograms| KnownMass { kilograms, source: row.mass_source.unwrap_or_default() }),
         package: package.map(|package| PackageFile { package: package.name.to_owned(), file: candidate.relative }),
         pinned: row.object.as_deref().and_then(Digest::from_hex).map(ObjectId),
     }

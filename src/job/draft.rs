@@ -8,7 +8,8 @@ use std::{
 use super::{
     check::{self, Checker, GraspsReader, HandReader, RobotReader, SceneReader},
     checked::{
-        Completion, GraspSettings, JobHand, PackageFile, PatchJob, Profile, ReachabilityJob, Renderer, SplitSettings,
+        Completion, GraspSettings, JobHand, KnownMass, PackageFile, PatchJob, Profile, ReachabilityJob, Renderer,
+        SplitSettings,
     },
     decode::{self, Decoded},
     discover,
@@ -142,6 +143,8 @@ pub struct FoundMesh {
     pub source: MeshSource,
     /// The package that holds it, where one does.
     pub package: Option<PackageFile>,
+    /// What it weighs, where the job knows.
+    pub mass: Option<KnownMass>,
     /// The content that it must have, where the job pins it.
     pub pinned: Option<crate::ids::ObjectId>,
 }

@@ -8,7 +8,11 @@ use super::{
     spec::completion::{MeshRow, UnitSpec},
 };
 
-const COLUMNS: [&str; 8] = ["name", "unit", "scale", "size", "group", "licence", "citation", "object"];
+const COLUMNS: [&str; 10] =
+    ["name", "unit", "scale", "size", "group", "licence", "citation", "mass", "mass_source", "object"];
+
+/// Heaviest object [kg].
+pub(super) const MOST_MASS: f64 = 100.0;
 
 /// One field and the bytes that it stands on.
 struct Field {
@@ -91,6 +95,14 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
         "group" => row.group = Some(text.to_owned()),
         "licence" => row.licence = Some(text.to_owned()),
         "citation" => row.citation = Some(text.to_owned()),
+        "mass" => match text.parse::<f64>() {
+            Ok(mass) if mass > 0.0 && mass <= MOST_MASS => row.mass = Some(mass),
+            _ => {
+                let expected = format!("a number above 0, at most {MOST_MASS} [kg]");
+                return Err(Problem::OutOfRange { expected, found: text.to_owned() });
+            }
+        },
+        "mass_source" => row.mass_source = Some(text.to_owned()),
         "object" if crate::ids::Digest::from_hex(text).is_some() => row.object = Some(text.to_owned()),
         "object" => {
             let expected = "64 hexadecimal digits".to_owned();
@@ -162,6 +174,21 @@ mod tests {
         assert_eq!(rows.len(), 2);
         assert_eq!(rows["mug"].0.group.as_deref(), Some("cups, mugs"));
         assert_eq!((rows["a \"b\""].0.scale, rows["a \"b\""].0.group.clone()), (Some(0.001), None));
+    }
+
+    #[test]
+    fn masses_are_checked() {
+        let text = "name,mass,mass_source\nmug,0.118,scales\nbowl,,\n";
+        let (rows, errors) = read("t.csv", text);
+        assert_eq!(errors, []);
+        assert_eq!((rows["mug"].0.mass, rows["mug"].0.mass_source.as_deref()), (Some(0.118), Some("scales")));
+        assert_eq!((rows["bowl"].0.mass, &rows["bowl"].0.mass_source), (None, &None));
+        for wrong in ["0", "-0.1", "nan", "inf", "100.5", "118 g"] {
+            let (_, errors) = read("t.csv", &format!("name,mass\nmug,{wrong}\n"));
+            let found: Vec<(u32, u32, &str)> =
+                errors.iter().map(|error| (error.place.line, error.place.column, error.problem.code())).collect();
+            assert_eq!(found, [(2, 5, "out_of_range")], "{wrong}");
+        }
     }
 
     #[test]

@@ -31,10 +31,10 @@ pub use check::{
 };
 pub use checked::{
     Channels, ChosenGrasp, Collisions, Completion, CompletionJob, DepthFormat, Distance, Divided, FoundGrasps, Gate,
-    GraspJob, GraspSettings, GraspedObject, ImplicitSamples, Job, JobHand, JobObject, ModelChoice, ObjectSide,
-    PackageFile, PatchColours, PatchJob, PatchLabel, PatchSettings, Physics, Pivot, Profile, RandomRays, RayTarget,
-    ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand, Truth,
-    TypeChoice, WORLD, Work,
+    GraspJob, GraspSettings, GraspedObject, ImplicitSamples, Job, JobHand, JobObject, KnownMass, ModelChoice,
+    ObjectSide, PackageFile, PatchColours, PatchJob, PatchLabel, PatchSettings, Physics, Pivot, Profile, RandomRays,
+    RayTarget, ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand,
+    Truth, TypeChoice, WORLD, Work,
 };
 pub use draft::{
     CompletionDraft, FoundMesh, GraspDraft, JobDraft, JobText, ObjectsDraft, Surroundings, WorkDraft,

@@ -54,7 +54,7 @@ impl CompletionDraft {
         document: &Document,
         notes: &mut Vec<String>,
     ) -> Result<CompletionJob, JobErrors> {
-        let Resolved { objects, refused, split } = self.objects.resolve(assets, document)?;
+        let Resolved { objects, refused, split } = self.objects.resolve(assets, document, false)?;
         notes.extend(dotted_partials(&objects, &self.settings));
         Ok(CompletionJob { objects, refused, settings: self.settings, split })
     }
@@ -66,7 +66,8 @@ impl GraspDraft {
         assets: Vec<Result<AssetRecord, MeshRefusal>>,
         document: &Document,
     ) -> Result<GraspJob, JobErrors> {
-        let Resolved { objects, refused, split } = self.objects.resolve(assets, document)?;
+        let with_masses = self.settings.asks_for_masses();
+        let Resolved { objects, refused, split } = self.objects.resolve(assets, document, with_masses)?;
         Ok(GraspJob { objects, refused, hand: self.hand, settings: self.settings, split })
     }
 }
@@ -79,10 +80,12 @@ struct Resolved {
 }
 
 impl ObjectsDraft {
+    /// `with_masses`: whether something depends on what they weigh.
     fn resolve(
         self,
         assets: Vec<Result<AssetRecord, MeshRefusal>>,
         document: &Document,
+        with_masses: bool,
     ) -> Result<Resolved, JobErrors> {
         let mut refused = self.refused;
         let mut objects: Vec<JobObject> = Vec::new();
@@ -123,7 +126,9 @@ impl ObjectsDraft {
                 continue;
             }
             contents.into_iter().for_each(|content| drop(seen.insert(content, asset.name.clone())));
-            objects.push(JobObject { source: mesh.source, package: mesh.package, asset });
+            // What nothing depends on is no part of the job.
+            let mass = mesh.mass.filter(|_| with_masses);
+            objects.push(JobObject { source: mesh.source, package: mesh.package, asset, mass });
         }
         let mut errors = Vec::new();
         if objects.is_empty() {

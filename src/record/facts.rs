@@ -41,7 +41,7 @@ pub struct BlockFacts {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GraspFacts {
     /// States with each verdict, in the order of [`GraspVerdict::ALL`](super::GraspVerdict::ALL).
-    pub verdicts: [u32; 5],
+    pub verdicts: [u32; super::GraspVerdict::ALL.len()],
     /// Lowest energy of any state; infinite where none was found.
     pub best_energy: f64,
     /// Highest epsilon of a kept grasp, in the space that the job asks for; 0 where none was kept.
@@ -79,7 +79,7 @@ pub struct PatchFacts {
 impl Default for GraspFacts {
     fn default() -> Self {
         Self {
-            verdicts: [0; 5],
+            verdicts: [0; super::GraspVerdict::ALL.len()],
             best_energy: f64::INFINITY,
             best_epsilon: 0.0,
             given_up: false,

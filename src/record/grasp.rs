@@ -10,7 +10,7 @@ use super::{
     proto, sample_from_proto, wire,
 };
 use crate::{
-    geom::{Approach, Frame, HandBase, Object, Pose},
+    geom::{Approach, Frame, HandBase, Object, Pose, RestingPose, RestingPoses},
     ids::{Digest, ObjectId, SampleId},
 };
 
@@ -39,11 +39,14 @@ pub enum GraspVerdict {
     NoForceClosure,
     /// Epsilon below what was asked for.
     LowQuality,
+    /// The hand comes below the table in every pose in which the object rests on one.
+    BelowTable,
 }
 
 impl GraspVerdict {
     /// Every verdict, in the order of their numbers on disk.
-    pub const ALL: [Self; 5] = [Self::Kept, Self::Penetrates, Self::OpenHand, Self::NoForceClosure, Self::LowQuality];
+    pub const ALL: [Self; 6] =
+        [Self::Kept, Self::Penetrates, Self::OpenHand, Self::NoForceClosure, Self::LowQuality, Self::BelowTable];
 
     /// The name in tables.
     pub fn name(self) -> &'static str {
@@ -53,6 +56,7 @@ impl GraspVerdict {
             Self::OpenHand => "open_hand",
             Self::NoForceClosure => "no_force_closure",
             Self::LowQuality => "low_quality",
+            Self::BelowTable => "below_table",
         }
     }
 }
@@ -166,9 +170,18 @@ pub struct Grasp {
     pub width: Option<f64>,
     /// Whether it is kept.
     pub verdict: GraspVerdict,
+    /// For each pose of [`GraspRun::resting`], the lowest place of the hand over the table [m], below 0 under it: while it comes in
+    /// its posture and closes; and while it comes opened, takes on that posture, and closes. None where the verdict is
+    /// [`GraspVerdict::Penetrates`]: such a hand was not closed.
+    pub clearances: Vec<[f64; 2]>,
 }
 
 impl Grasp {
+    /// Whether the hand, coming in its posture, stays above the table on which the object rests in a pose.
+    pub fn is_above_table(&self, pose: usize) -> bool {
+        self.clearances.get(pose).is_some_and(|[shaped, _]| *shaped >= 0.0)
+    }
+
     /// Its quality in the space that a method asks for.
     pub fn epsilon(&self, method: &GraspMethod) -> f64 {
         if method.space == FORCE { self.epsilon_force } else { self.epsilon_wrench }
@@ -200,6 +213,8 @@ pub struct GraspRun {
     pub method: GraspMethod,
     /// Best first by energy.
     pub grasps: Vec<Grasp>,
+    /// How the object rests on a table.
+    pub resting: RestingPoses,
 }
 
 /// Names of spaces, energies and contact models.
@@ -222,7 +237,7 @@ impl GraspRun {
 
     /// Counts for tables.
     pub fn facts(&self) -> GraspFacts {
-        let mut verdicts = [0; 5];
+        let mut verdicts = [0; GraspVerdict::ALL.len()];
         self.grasps.iter().for_each(|grasp| verdicts[grasp.verdict as usize] += 1);
         GraspFacts {
             verdicts,
@@ -259,6 +274,14 @@ impl GraspRun {
             grasp.encode(&mut message);
             wire::element(out, 28, &message);
         }
+        for pose in &self.resting.poses {
+            message.clear();
+            wire::doubles(&mut message, 1, &pose.world_from_object.to_rows());
+            wire::double(&mut message, 2, pose.probability);
+            wire::double(&mut message, 3, pose.height);
+            wire::element(out, 29, &message);
+        }
+        wire::uint32(out, 30, self.resting.left_out);
     }
 
     /// Reads and checks a payload.
@@ -299,6 +322,7 @@ impl GraspRun {
             course,
             method,
             grasps,
+            resting: resting(&run)?,
             hand: HandNames { name: run.hand, id, links: run.links, joints: run.joints, driven: run.driven },
         })
     }
@@ -311,6 +335,22 @@ fn course(run: &proto::GraspRun) -> Result<[RunStretch; STRETCHES], RecordError>
         ranged(MESSAGE, "mean_energy", *value, false, "finite or NaN")?;
     }
     Ok(std::array::from_fn(|place| RunStretch { accepted: run.accepted[place], mean_energy: run.mean_energy[place] }))
+}
+
+fn resting(run: &proto::GraspRun) -> Result<RestingPoses, RecordError> {
+    let mut poses: Vec<RestingPose> = Vec::with_capacity(run.resting.len());
+    for found in &run.resting {
+        let (probability, height) = (found.probability, found.height);
+        let most = poses.last().map_or(1.0, |before| before.probability);
+        let sound = probability > 0.0 && probability <= most;
+        ranged(MESSAGE, "resting.probability", probability, sound, "above 0, and at most that of the one before")?;
+        ranged(MESSAGE, "resting.height", height, height > 0.0 && height.is_finite(), "positive and finite")?;
+        let world_from_object = pose(MESSAGE, "resting.world_from_object", &found.world_from_object)?;
+        poses.push(RestingPose { world_from_object, probability, height });
+    }
+    let sum: f64 = poses.iter().map(|pose| pose.probability).sum();
+    ranged(MESSAGE, "resting.probability", sum, sum < 1.0 + 1e-9, "1 at most in all")?;
+    Ok(RestingPoses { poses, left_out: run.resting_left_out })
 }
 
 impl GraspMethod {
@@ -399,11 +439,16 @@ impl Grasp {
         wire::doubles_of(out, 20, self.width.iter().copied());
         wire::uint32(out, 21, self.verdict as u32);
         wire::double(out, 22, self.advance);
+        for (field, way) in [(24, 0), (25, 1)] {
+            wire::doubles_of(out, field, self.clearances.iter().map(|lowest| lowest[way]));
+        }
     }
 
     /// Reads a grasp of a run whose names have been checked.
     fn of(grasp: &proto::Grasp, run: &proto::GraspRun) -> Result<Self, RecordError> {
         let (driven, joints) = (run.driven.len(), run.joints.len());
+        let is_closed = grasp.verdict != GraspVerdict::Penetrates as u32;
+        let watched = if is_closed { run.resting.len() } else { 0 };
         for (field, expected, values) in [
             ("grasps.opening", driven, &grasp.opening),
             ("grasps.posture", driven, &grasp.posture),
@@ -414,6 +459,8 @@ impl Grasp {
             ("grasps.normals", 3 * grasp.links.len(), &grasp.normals),
             ("grasps.distances", grasp.links.len(), &grasp.distances),
             ("grasps.width", grasp.width.len().min(1), &grasp.width),
+            ("grasps.clearances", watched, &grasp.clearances),
+            ("grasps.clearances_opened", watched, &grasp.clearances_opened),
         ] {
             lengthy(MESSAGE, field, expected, values.len())?;
             let wild = values.iter().find(|value| !value.is_finite());
@@ -441,7 +488,7 @@ impl Grasp {
             message: MESSAGE,
             field: "grasps.verdict",
             value: f64::from(grasp.verdict),
-            allowed: "0 to 4",
+            allowed: "0 to 5",
         };
         Ok(Self {
             object_from_approach: pose(MESSAGE, "grasps.object_from_approach", &grasp.object_from_approach)?,
@@ -463,6 +510,7 @@ impl Grasp {
             kind: grasp.r#type.first().copied(),
             width: grasp.width.first().copied(),
             verdict: verdict.ok_or(unknown)?,
+            clearances: grasp.clearances.iter().zip(&grasp.clearances_opened).map(|(a, b)| [*a, *b]).collect(),
         })
     }
 }

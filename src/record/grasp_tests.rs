@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use prost::Message;
 
 use super::*;
-use crate::geom::{HandBase, Object, Pose, Shape, TriMesh, Triangles};
+use crate::geom::{HandBase, Object, Pose, RestingPose, RestingPoses, Shape, TriMesh, Triangles};
 
 fn pose() -> impl Strategy<Value = [f64; 6]> {
     prop::array::uniform6(-3.0..3.0f64)
@@ -16,9 +16,10 @@ fn pose() -> impl Strategy<Value = [f64; 6]> {
 fn grasp() -> impl Strategy<Value = Grasp> {
     let contact = (0..3u32, prop::array::uniform3(-0.3..0.3f64), prop::array::uniform3(0.1..1.0f64), -1e-3..1e-3f64);
     let numbers = (0.0..9.0f64, prop::array::uniform3(0.0..2.0f64), prop::array::uniform4(-2.0..2.0f64));
-    let more = (prop::option::of(0..390_625u32), prop::option::of(-0.1..0.2f64), 0..5usize);
-    (pose(), pose(), prop::collection::vec(contact, 0..9), numbers, more).prop_map(
-        |(approach, base, contacts, (energy, quality, joints), (kind, width, verdict))| {
+    let more = (prop::option::of(0..390_625u32), prop::option::of(-0.1..0.2f64), 0..6usize);
+    let lowest = prop::array::uniform2(prop::array::uniform2(-0.1..0.1f64));
+    (pose(), pose(), prop::collection::vec(contact, 0..9), numbers, more, lowest).prop_map(
+        |(approach, base, contacts, (energy, quality, joints), (kind, width, verdict), lowest)| {
             let contacts = contacts.into_iter().map(|(link, point, normal, distance)| HeldContact {
                 link,
                 point,
@@ -45,9 +46,16 @@ fn grasp() -> impl Strategy<Value = Grasp> {
                 kind,
                 width,
                 verdict: GraspVerdict::ALL[verdict],
+                clearances: if verdict == 1 { Vec::new() } else { lowest.to_vec() },
             }
         },
     )
+}
+
+/// Two poses, one as likely as the other.
+fn resting(place: [f64; 6]) -> RestingPoses {
+    let pose = RestingPose { world_from_object: Pose::from_xyz_rpy(place), probability: 0.4, height: 0.1 };
+    RestingPoses { poses: vec![pose.clone(), pose], left_out: 3 }
 }
 
 fn run() -> impl Strategy<Value = GraspRun> {
@@ -91,6 +99,7 @@ fn run() -> impl Strategy<Value = GraspRun> {
                     stand_off: 0.1,
                 },
                 grasps,
+                resting: resting(seed),
             }
         },
     )
@@ -145,7 +154,7 @@ proptest! {
         }], ..extra }];
         run.encode(&mut payload);
         let generated = proto::GraspRun::decode(payload.as_slice()).unwrap();
-        let lies: [fn(&mut proto::GraspRun); 19] = [
+        let lies: [fn(&mut proto::GraspRun); 24] = [
             |run| run.steps = 0,
             |run| run.asked_steps = run.steps - 1,
             |run| run.failed = run.steps + 1,
@@ -162,7 +171,12 @@ proptest! {
             |run| run.grasps[0].joints.push(0.0),
             |run| run.grasps[0].links[0] = 3,
             |run| run.grasps[0].normals[2] = 0.5,
-            |run| run.grasps[0].verdict = 5,
+            |run| run.grasps[0].verdict = 6,
+            |run| run.grasps[0].clearances.push(0.1),
+            |run| run.grasps[0].clearances_opened.push(0.1),
+            |run| run.resting.push(run.resting[0].clone()),
+            |run| run.resting[1].probability = 0.5,
+            |run| run.resting[0].height = 0.0,
             |run| run.grasps[0].epsilon_wrench = -1e-9,
             |run| {
                 let better = proto::Grasp { energy: run.grasps[0].energy - 1.0, ..run.grasps[0].clone() };

@@ -92,8 +92,10 @@ pub struct TrialMethod {
     pub torsion: f64,
     /// The object's mass [kg].
     pub mass: f64,
-    /// Where that is from: `volume` or `job`.
+    /// Where that is from: `volume`, `job` or `table`.
     pub mass_from: String,
+    /// Where the table has it from; may be empty.
+    pub mass_source: String,
     /// What pulls: `lifted` (a lift and a shake) or `six` (directions, one after another).
     pub gravity: String,
     /// Standard deviations of perturbed runs: of the logarithms of friction and mass, of place [m] and turn [rad].
@@ -216,7 +218,7 @@ pub struct GraspTrials {
     pub trials: Vec<GraspTrial>,
 }
 
-const SOURCES: [&str; 2] = ["volume", "job"];
+const SOURCES: [&str; 3] = ["volume", "job", "table"];
 const GRAVITIES: [&str; 2] = ["lifted", "six"];
 
 impl GraspTrials {
@@ -241,7 +243,7 @@ impl GraspTrials {
 
     /// Appends the payload to `out`; equal records give equal bytes.
     pub fn encode(&self, out: &mut Vec<u8>) {
-        let TrialMethod { friction, torsion, mass, mass_from, gravity, spreads } = &self.method;
+        let TrialMethod { friction, torsion, mass, mass_from, mass_source, gravity, spreads } = &self.method;
         wire::sample(out, 1, &self.sample);
         wire::bytes(out, 2, self.hand.as_bytes());
         self.links.iter().for_each(|name| wire::element(out, 3, name.as_bytes()));
@@ -257,6 +259,7 @@ impl GraspTrials {
         for trial in &self.trials {
             nested(out, 14, |out| trial.encode(out));
         }
+        wire::bytes(out, 15, mass_source.as_bytes());
     }
 
     /// Reads and checks a payload.
@@ -286,13 +289,13 @@ impl GraspTrials {
             read.push(GraspTrial::of(trial, joints as usize)?);
         }
         let (friction, torsion, mass) = (raw.friction, raw.torsion, raw.mass);
-        let (mass_from, gravity) = (raw.mass_from, raw.gravity);
+        let (mass_from, mass_source, gravity) = (raw.mass_from, raw.mass_source, raw.gravity);
         Ok(Self {
             sample,
             hand: raw.hand,
             links,
             joints,
-            method: TrialMethod { friction, torsion, mass, mass_from, gravity, spreads },
+            method: TrialMethod { friction, torsion, mass, mass_from, mass_source, gravity, spreads },
             trials: read,
         })
     }

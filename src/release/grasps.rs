@@ -13,7 +13,7 @@ use super::{
 use crate::{
     dataset::{DatasetError, DatasetReader, Fate, GraspCounts, NumberClass, Selection},
     ids::{Digest, JobDigest, ObjectId, Product, SampleIndex},
-    record::{GraspMethod, GraspRun, GraspTrials, GraspVerdict, HandNames, STRETCHES, type_digits},
+    record::{Grasp, GraspMethod, GraspRun, GraspTrials, GraspVerdict, HandNames, STRETCHES, type_digits},
 };
 
 /// What a dataset of grasps holds. `Display` is for people; serialised, it is for machines.
@@ -51,6 +51,9 @@ pub struct GraspsInspection {
     pub epsilon: Spread,
     /// Kept grasps by type, the most common first.
     pub types: Vec<TypeFacts>,
+    /// Kept grasps on a table.
+    #[serde(default)]
+    pub table: TableFacts,
     /// What came of physical trials; absent without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<TrialsInspection>,
@@ -89,6 +92,40 @@ impl TypeFacts {
     }
 }
 
+/// Kept grasps of objects that rest on a table: where the hand stays above it while it comes and closes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TableFacts {
+    /// Kept grasps.
+    pub grasps: u64,
+    /// Of them above the table in at least one pose of the object, the hand coming in the posture of the grasp.
+    pub somewhere: u64,
+    /// Of them above the table in the object's most likely pose.
+    pub likely: u64,
+    /// Of them above the table in at least one pose, the hand coming opened.
+    pub opened: u64,
+}
+
+impl TableFacts {
+    fn add(&mut self, grasp: &Grasp) {
+        self.grasps += 1;
+        self.somewhere += u64::from(grasp.clearances.iter().any(|[shaped, _]| *shaped >= 0.0));
+        self.likely += u64::from(grasp.is_above_table(0));
+        self.opened += u64::from(grasp.clearances.iter().any(|[_, opened]| *opened >= 0.0));
+    }
+
+    /// One line.
+    pub fn in_words(&self) -> String {
+        let share = |count: u64| percent(count as f64 / self.grasps.max(1) as f64);
+        format!(
+            "on a table the hand stays above it for {} of the kept grasps in some pose of the object ({} where it comes opened), \
+             for {} in the most likely one",
+            share(self.somewhere),
+            share(self.opened),
+            share(self.likely)
+        )
+    }
+}
+
 /// One object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraspedObject {
@@ -101,9 +138,18 @@ pub struct GraspedObject {
     /// Of them rejected or given up.
     pub given_up: u64,
     /// States with each verdict, in the order of [`GraspVerdict::ALL`].
-    pub verdicts: [u64; 5],
+    pub verdicts: [u64; GraspVerdict::ALL.len()],
     /// Grasps that were tried, and of them held; zeros without trials.
     pub trials: [u64; 2],
+    /// Poses in which it rests on a table.
+    #[serde(default)]
+    pub resting: u64,
+    /// Probability of the most likely of them; `None` where none is known.
+    #[serde(default)]
+    pub likely: Option<f64>,
+    /// Its kept grasps on a table.
+    #[serde(default)]
+    pub table: TableFacts,
     /// Lowest energy of any state.
     pub best_energy: Option<f64>,
     /// Highest epsilon of a kept grasp.
@@ -152,6 +198,7 @@ struct Pass {
     epsilons: Vec<f64>,
     /// Kept grasps of each type, and of them held.
     types: BTreeMap<u32, [u64; 2]>,
+    table: TableFacts,
     trials: TrialSums,
     /// Accepted steps and steps; sum and count of mean energies.
     course: [(u64, f64, f64, u64); STRETCHES],
@@ -162,8 +209,11 @@ struct Pass {
 struct ObjectSums {
     runs: u64,
     given_up: u64,
-    verdicts: [u64; 5],
+    verdicts: [u64; GraspVerdict::ALL.len()],
     trials: [u64; 2],
+    /// Resting poses, and the probability of the first.
+    resting: (u64, Option<f64>),
+    table: TableFacts,
     /// The state of lowest energy.
     lowest: Option<(f64, GraspPlace)>,
     /// The best and the worst kept grasp, by epsilon.
@@ -196,6 +246,8 @@ impl Pass {
             }
         }
         let object = self.objects.entry(run.sample.subject).or_default();
+        let resting = &run.resting.poses;
+        object.resting = (resting.len() as u64, resting.first().map(|pose| pose.probability));
         for (place, grasp) in run.grasps.iter().enumerate() {
             self.energies.push(grasp.energy);
             object.verdicts[grasp.verdict as usize] += 1;
@@ -206,6 +258,8 @@ impl Pass {
             if grasp.verdict != GraspVerdict::Kept {
                 continue;
             }
+            self.table.add(grasp);
+            object.table.add(grasp);
             if let Some(kind) = grasp.kind {
                 self.types.entry(kind).or_default()[0] += 1;
             }
@@ -275,6 +329,9 @@ impl GraspSurvey {
                 given_up: sums.given_up,
                 verdicts: sums.verdicts,
                 trials: sums.trials,
+                resting: sums.resting.0,
+                likely: sums.resting.1,
+                table: sums.table,
                 best_energy: sums.lowest.map(|(energy, _)| energy),
                 best_epsilon: sums.extremes.map(|[best, _]| best.0),
             });
@@ -313,6 +370,7 @@ fn facts(
         energy: Spread::of(pass.energies.clone()),
         epsilon: Spread::of(pass.epsilons.clone()),
         types,
+        table: pass.table,
         trials: std::mem::take(&mut pass.trials).finish(),
         acceptance: pass.course.map(|(accepted, steps, ..)| if steps > 0.0 { accepted as f64 / steps } else { 0.0 }),
         course: pass.course.map(|(.., sum, count)| (count > 0).then(|| sum / count as f64)),
@@ -360,26 +418,37 @@ impl fmt::Display for GraspsInspection {
             }
             writeln!(f)?;
         }
+        writeln!(f, "  {}", self.table.in_words())?;
         if let Some(trials) = &self.trials {
             write!(f, "{trials}")?;
         }
         if !self.types.is_empty() {
-            writeln!(f, "\ntype      grasps  spread  proximal  distal  roll")?;
+            writeln!(f, "\ntype      grasps     held  spread  proximal  distal  roll")?;
         }
-        for TypeFacts { kind, grasps, held: _, digits: [spread, a, b, c, d, e, g, roll] } in self.types.iter().take(8) {
-            writeln!(f, "{kind:>6} {:>9}  {spread:>6}  {a:>4} {b} {c}  {d:>2} {e} {g}  {roll:>4}", grouped(*grasps))?;
+        for TypeFacts { kind, grasps, held, digits: [spread, a, b, c, d, e, g, roll] } in self.types.iter().take(8) {
+            let held = if self.trials.is_some() { percent(*held as f64 / *grasps as f64) } else { "-".to_owned() };
+            let grasps = grouped(*grasps);
+            writeln!(f, "{kind:>6} {grasps:>9} {held:>8}  {spread:>6}  {a:>4} {b} {c}  {d:>2} {e} {g}  {roll:>4}")?;
         }
         let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
-        writeln!(f, "\n{:<wide$}    runs  given up    found     kept     held  best energy  best epsilon", "object")?;
+        writeln!(
+            f,
+            "\n{:<wide$}    runs  given up    found     kept     held  rests  on table  best energy  best epsilon",
+            "object"
+        )?;
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
         for object in &self.objects {
-            let GraspedObject { name, runs, given_up, verdicts, trials, best_energy, best_epsilon, .. } = object;
+            let GraspedObject {
+                name, runs, given_up, verdicts, trials, resting, table, best_energy, best_epsilon, ..
+            } = object;
+            let on_table = table.somewhere;
             let (found, kept) = (object.found(), verdicts[GraspVerdict::Kept as usize]);
             let (energy, epsilon) = (number(*best_energy), number(*best_epsilon));
             let held = if trials[0] > 0 { trials[1].to_string() } else { "-".to_owned() };
             writeln!(
                 f,
-                "{name:<wide$}  {runs:>6}  {given_up:>8} {found:>8} {kept:>8} {held:>8}  {energy:>11}  {epsilon:>12}"
+                "{name:<wide$}  {runs:>6}  {given_up:>8} {found:>8} {kept:>8} {held:>8}  {resting:>5}  {on_table:>8}  \
+                 {energy:>11}  {epsilon:>12}"
             )?;
         }
         if let Some(speed) = &self.notes.speed {

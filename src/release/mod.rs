@@ -28,7 +28,7 @@ mod trials;
 
 pub use calibration::{Calibration, ReliabilityBin};
 pub use facts::{Inspection, ObjectFacts, Setup, SplitFacts, inspect};
-pub use grasps::{GraspedObject, GraspsInspection, TypeFacts, grasp_counts_in_words, inspect_grasps};
+pub use grasps::{GraspedObject, GraspsInspection, TableFacts, TypeFacts, grasp_counts_in_words, inspect_grasps};
 pub use notes::{RunNotes, Speed};
 pub use patches::{ChosenType, LookedAtObject, PatchesInspection, inspect_patches, types_in_words};
 pub use reachability::{

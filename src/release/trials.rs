@@ -110,6 +110,8 @@ pub(super) struct TrialSums {
     not_at_rest: u64,
     success: Vec<f64>,
     calibration: CalibrationSums,
+    /// Tried grasps by where the mass of their object is from.
+    masses: BTreeMap<String, u64>,
     method: Option<TrialMethod>,
 }
 
@@ -118,6 +120,7 @@ impl TrialSums {
         if self.method.is_none() {
             self.method = Some(trials.method.clone());
         }
+        *self.masses.entry(trials.method.mass_from.clone()).or_default() += trials.trials.len() as u64;
         for trial in &trials.trials {
             let outcome = &trial.outcome;
             self.tried += 1;
@@ -138,6 +141,10 @@ impl TrialSums {
     /// `None` where nothing was tried.
     pub fn finish(self) -> Option<TrialsInspection> {
         let method = self.method?;
+        let masses: Vec<String> = match self.masses.len() {
+            1 => self.masses.into_keys().collect(),
+            _ => self.masses.iter().map(|(from, tried)| format!("{from} of {}", grouped(*tried))).collect(),
+        };
         let [closed, shaken] = self.depths.map(Spread::of);
         let pull = if method.gravity == "six" { "gravity from six directions" } else { "lifted and shaken" };
         Some(TrialsInspection {
@@ -151,7 +158,7 @@ impl TrialSums {
             not_at_rest: self.not_at_rest,
             success: (!self.success.is_empty()).then(|| Spread::of(self.success)),
             calibration: self.calibration.finish(),
-            conditions: format!("friction {}, {pull}, mass by {}", method.friction, method.mass_from),
+            conditions: format!("friction {}, {pull}, mass by {}", method.friction, masses.join(", by ")),
         })
     }
 }

@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Cancel, Event, Listener, Progress, shapes::write_shapes, workshop::open_workshop};
+use super::{Cancel, Event, Listener, Progress, shapes::write_shapes, tables::add_resting, workshop::open_workshop};
 use crate::{
     dataset::{
         Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, ShardHeader, ShardWriter, begin_run,
@@ -129,10 +129,14 @@ pub fn run(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) ->
     crew.pool()?.install(|| missing.par_iter().with_max_len(1).try_for_each(make))?;
     let seconds = tally.finish();
     listener(Event::Finishing);
-    if let Workshop::Grasps { job, hand, .. } = &workshop {
-        write_shapes(task, job, hand, crew, cancel)?;
-    }
-    let manifest = finish_dataset(folder, header)?;
+    let manifest = if let Workshop::Grasps { job, hand, .. } = &workshop {
+        let resting = write_shapes(task, job, hand, crew, cancel)?;
+        let mut header = header.clone();
+        header.assets.iter_mut().for_each(|row| add_resting(row, &resting));
+        finish_dataset(folder, &header)?
+    } else {
+        finish_dataset(folder, header)?
+    };
     Ok(RunSummary { finished_before: false, product, made: to_make, seconds, manifest })
 }
 

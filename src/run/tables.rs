@@ -9,7 +9,8 @@ use crate::sim::{gl_facts, sim_facts};
 use crate::{
     assets::MeshRefusal,
     dataset::{DatasetHeader, NumberClass, ObjectSplit, ProductTables, Split, SplitTable as StoredSplits, TypeCounts},
-    ids::ViewId,
+    geom::{RestingPose, RestingPoses},
+    ids::{Digest, ObjectId, ViewId},
     job::{
         Collisions, Completion, Divided, FoundGrasps, Job, JobHand, JobObject, ObjectSide, ReachabilityJob, Renderer,
         TypeChoice, Work,
@@ -91,6 +92,21 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
         tables,
         warnings,
     }
+}
+
+/// Says in an object's row of the asset table how it rests on a table.
+pub(super) fn add_resting(row: &mut Value, resting: &BTreeMap<ObjectId, RestingPoses>) {
+    let object = row["object"].as_str().and_then(Digest::from_hex).map(ObjectId);
+    let Some(RestingPoses { poses, left_out }) = object.and_then(|object| resting.get(&object)) else { return };
+    let pose = |pose: &RestingPose| {
+        serde_json::json!({
+            "world_from_object": pose.world_from_object.to_rows(),
+            "probability": pose.probability,
+            "height": pose.height,
+        })
+    };
+    row["resting"] = poses.iter().map(pose).collect();
+    row["resting_left_out"] = (*left_out).into();
 }
 
 /// A hand as a row of the asset table.

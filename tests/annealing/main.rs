@@ -5,6 +5,7 @@ mod closing;
 mod energies;
 mod scans;
 mod search;
+mod table;
 
 use std::{path::Path, sync::Arc};
 
@@ -109,6 +110,7 @@ fn keeping() -> Keeping {
         min_epsilon: 0.01,
         advance: 0.03,
         most_penetration: 5e-4,
+        table: false,
     }
 }
 

@@ -87,6 +87,7 @@ impl Kept {
             min_epsilon: 0.01,
             advance: 0.03,
             most_penetration: 5e-4,
+            table: false,
         };
         let object = ObjectSearch::new(&surface, &mesh).expect("a solid");
         let mut annealer = Annealer::new(&search, annealing, &keeping, SimdLevel::detect());

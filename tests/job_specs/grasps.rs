@@ -170,6 +170,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "keep.min_epsilon=0.0",
         "keep.advance=0.0",
         "keep.most_penetration=0.001",
+        "keep.table=true",
         "hand.scene=../scenes/parallel_gripper.xml",
         "physics={}",
         "physics.friction=0.2",

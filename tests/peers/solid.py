@@ -1,7 +1,7 @@
 """What libigl and trimesh say about the cases that tests/solid_oracles.rs leaves in a folder; one JSON line a case.
 
 A case NAME is NAME.vertices (f32, xyz), NAME.triangles (u32), and NAME.words (u64, the solid grid); cases.json lists
-{name, origin, pitch}. solid.py winding DIR STEP | volume DIR | distance DIR | binvox FILE...
+{name, origin, pitch}. solid.py winding DIR STEP | volume DIR | distance DIR | rest DIR | binvox FILE...
 """
 
 import json
@@ -73,6 +73,19 @@ def distance(folder):
         print(json.dumps({"name": case["name"], "distances": np.sqrt(squared).tolist()}))
 
 
+def resting(folder):
+    """Stable poses about the centre of mass in NAME.points (f64, xyz): probability, and which way is up in the object."""
+    import trimesh
+    from trimesh.poses import compute_stable_poses
+
+    for case, vertices, triangles in cases(folder):
+        centre = np.fromfile(folder / f"{case['name']}.points", "<f8")
+        mesh = trimesh.Trimesh(vertices, triangles, process=False)
+        poses, probabilities = compute_stable_poses(mesh, center_mass=centre, sigma=0.0, n_samples=1)
+        facts = {"probabilities": probabilities.tolist(), "ups": poses[:, 2, :3].tolist()}
+        print(json.dumps({"name": case["name"], **facts}))
+
+
 def binvox(paths):
     """Each file as trimesh reads it, as packed bits beside it (x slowest, z fastest)."""
     from trimesh.exchange.binvox import load_binvox
@@ -93,6 +106,8 @@ if __name__ == "__main__":
         volume(Path(rest[0]))
     elif what == "distance":
         distance(Path(rest[0]))
+    elif what == "rest":
+        resting(Path(rest[0]))
     elif what == "binvox":
         binvox(rest)
     else:

@@ -10,8 +10,8 @@ use crate::{
     geom::ViewSet,
     job::{
         checked::{
-            Channels, Completion, DepthFormat, Distance, JobObject, ModelChoice, Pivot, RandomRays, RayTarget,
-            Renderer, SplitSettings, SubsetSize, Touch, TouchByHand, Truth,
+            Channels, Completion, DepthFormat, Distance, JobObject, KnownMass, ModelChoice, Pivot, RandomRays,
+            RayTarget, Renderer, SplitSettings, SubsetSize, Touch, TouchByHand, Truth,
         },
         discover, pattern,
     },
@@ -258,6 +258,10 @@ impl Text {
         }
         let words = [("group", &source.group), ("licence", &source.licence), ("citation", &source.citation)];
         row.extend(words.into_iter().filter_map(|(key, word)| Some((key, Value::from(word.as_deref()?)))));
+        if let Some(KnownMass { kilograms, source }) = &object.mass {
+            row.push(("mass", Value::from(*kilograms)));
+            row.extend((!source.is_empty()).then(|| ("mass_source", Value::from(source.as_str()))));
+        }
         row.push(("object", Value::from(object.id().0.hex())));
         let row: Vec<String> = row.into_iter().map(|(key, value)| format!("{key} = {value}")).collect();
         // A JSON string is a TOML string on one line, which a key must be.

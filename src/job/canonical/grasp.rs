@@ -8,7 +8,7 @@ use super::{Text, relative_to};
 use crate::{
     grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace},
     job::{
-        checked::{GraspSettings, JobHand, Physics},
+        checked::{GraspSettings, JobHand, JobObject, KnownMass, Physics},
         discover,
     },
 };
@@ -19,7 +19,7 @@ impl Text {
         self.section("grasps");
         self.key("seeds", i64::from(*seeds));
         self.annealing(annealing);
-        let Keeping { friction, edges, torsion, space, min_epsilon, advance, most_penetration } = keeping;
+        let Keeping { friction, edges, torsion, space, min_epsilon, advance, most_penetration, table } = keeping;
         self.section("keep");
         self.key("friction", *friction);
         self.key("edges", i64::from(*edges));
@@ -30,7 +30,18 @@ impl Text {
         self.key("min_epsilon", *min_epsilon);
         self.key("advance", *advance);
         self.key("most_penetration", *most_penetration);
+        self.key("table", *table);
         physics.iter().for_each(|physics| self.physics(physics));
+    }
+
+    /// What objects weigh by themselves.
+    pub(super) fn masses(&mut self, objects: &[JobObject]) {
+        for object in objects {
+            if let Some(KnownMass { kilograms, source }) = &object.mass {
+                let of = Value::from(object.source.name.as_str());
+                self.list("mass", [of, Value::from(*kilograms), Value::from(source.as_str())]);
+            }
+        }
     }
 
     fn physics(&mut self, physics: &Physics) {

@@ -84,15 +84,18 @@ impl Job {
         self.settings(&mut text);
         match &self.work {
             Work::Completion(job) => text.divided(&job.split, &job.objects),
-            Work::Grasps(job) => text.divided(&job.split, &job.objects),
+            Work::Grasps(job) => {
+                text.divided(&job.split, &job.objects);
+                text.masses(&job.objects);
+            }
             Work::Patches(job) => text.grasped(&job.grasps),
             Work::Reachability(job) => text.key("robot", job.robot.id.0.hex()),
         }
         JobDigest(Digest::of(text.0.as_bytes()))
     }
 
-    /// Names what a sample depends on beside its subject and view: seed and settings of the product. Equal in two jobs
-    /// whose common subjects make the same samples.
+    /// Names what a sample depends on beside its subject, with what the job knows of that, and its view: seed and settings of the
+    /// product. Equal in two jobs whose common subjects make the same samples.
     pub fn sample_settings(&self) -> Digest {
         let mut text = Text(format!("{CANONICAL_FORM}, samples\n"));
         self.settings(&mut text);

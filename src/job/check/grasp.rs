@@ -73,8 +73,8 @@ fn annealing(checker: &mut Checker<'_>, spec: &AnnealingSpec) -> Annealing {
 }
 
 fn keeping(spec: &KeepSpec) -> Keeping {
-    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, most_penetration, .. } = spec;
-    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, most_penetration }
+    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, most_penetration, table, .. } = spec;
+    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, most_penetration, table }
 }
 
 fn physics(checker: &mut Checker<'_>, spec: &PhysicsSpec) -> Physics {

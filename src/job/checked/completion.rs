@@ -57,6 +57,17 @@ pub struct JobObject {
     pub package: Option<PackageFile>,
     /// What it is.
     pub asset: AssetRecord,
+    /// What it weighs, where the job knows and something depends on it.
+    pub mass: Option<KnownMass>,
+}
+
+/// What an object weighs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownMass {
+    /// [kg].
+    pub kilograms: f64,
+    /// Where that is known from; may be empty.
+    pub source: String,
 }
 
 /// A file of a package of meshes.

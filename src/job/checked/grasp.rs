@@ -34,12 +34,19 @@ pub struct GraspSettings {
     pub physics: Option<Physics>,
 }
 
+impl GraspSettings {
+    /// Whether trials depend on what each object weighs by itself.
+    pub fn asks_for_masses(&self) -> bool {
+        self.physics.is_some_and(|physics| physics.mass.is_none())
+    }
+}
+
 /// Physical trials of the kept grasps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Physics {
     /// Coefficient of friction.
     pub friction: f64,
-    /// What each object weighs [kg]; `None` by its volume.
+    /// What each object weighs [kg]; `None` as the job knows of it, else by its volume.
     pub mass: Option<f64>,
     /// Perturbed runs of each grasp.
     pub perturbed: u32,

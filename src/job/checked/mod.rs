@@ -7,9 +7,9 @@ mod patches;
 mod reachability;
 
 pub use completion::{
-    Channels, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, JobHand, JobObject, ModelChoice,
-    PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch, TouchByHand,
-    Truth,
+    Channels, Completion, CompletionJob, DepthFormat, Distance, Gate, ImplicitSamples, JobHand, JobObject, KnownMass,
+    ModelChoice, PackageFile, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, SplitSettings, SubsetSize, Touch,
+    TouchByHand, Truth,
 };
 pub use grasp::{GraspJob, GraspSettings, Physics};
 pub use objects::Divided;

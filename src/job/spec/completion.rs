@@ -132,6 +132,12 @@ pub struct MeshRow {
     pub licence: Option<String>,
     /// How to cite the mesh.
     pub citation: Option<String>,
+    /// What the object weighs: for physical trials of grasps (`physics.mass = "auto"`), nothing else depends on it.
+    #[schemars(extend("x-unit" = "kg", "exclusiveMinimum" = 0, "examples" = [0.118]), range(max = 100))]
+    pub mass: Option<f64>,
+    /// Where that is known from.
+    #[schemars(extend("examples" = ["Calli et al. 2015"]))]
+    pub mass_source: Option<String>,
     /// Content that the prepared mesh must have (64 hexadecimal digits); a resolved job pins every mesh.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub object: Option<String>,

@@ -164,6 +164,10 @@ pub struct KeepSpec {
     /// Deepest overlap of hand and mesh before closing.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
     pub most_penetration: f64,
+    /// Keeps only what a hand can do to an object on a table: in one pose at least in which the object rests there, the hand stays
+    /// above it while it comes over 10 cm and closes.
+    #[schemars(extend("examples" = [true]))]
+    pub table: bool,
 }
 
 /// Physical trials of the kept grasps.
@@ -174,7 +178,8 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::friction")]
     #[schemars(range(min = 0, max = 10))]
     pub friction: f64,
-    /// What the object weighs: `auto`, 400 kg/m^3 times the volume of its solid, 0.02 to 2 kg, or a number [kg].
+    /// What the object weighs: `auto`, what `mass` of the table of objects says, else 400 kg/m^3 times the volume of its solid,
+    /// 0.02 to 2 kg; or a number [kg].
     #[serde(default = "physics::mass")]
     #[schemars(extend("examples" = [0.3]))]
     pub mass: MassSpec,
@@ -222,7 +227,7 @@ mod physics {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MassSpec {
-    /// By its volume.
+    /// By the table of objects, else by its volume.
     Auto(AutoMass),
     /// Every object the same [kg].
     Kilograms(#[schemars(range(min = 0.001, max = 100))] f64),
@@ -232,7 +237,7 @@ pub enum MassSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AutoMass {
-    /// By the volume of the solid.
+    /// By the table of objects, else by the volume of the solid.
     Auto,
 }
 

@@ -2,14 +2,11 @@
 
 use crate::{
     geom::Pose,
-    grasp::{self, Annealing, EnergyKind, Keeping, WrenchSpace},
+    grasp::{self, Annealing, EnergyKind, Keeping, STAND_OFF, WrenchSpace},
     hand::Hand,
     ids::{ObjectId, SampleId},
     record::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, WRENCH},
 };
-
-/// How far back along the approach the pregrasp is [m].
-const STAND_OFF: f64 = 0.1;
 
 /// What energies and quality are computed with.
 pub(super) fn method(annealing: &Annealing, keeping: &Keeping) -> GraspMethod {
@@ -67,10 +64,6 @@ fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
     let joints_before = hand.posture_values(&grasp.posture);
     let base_from_approach = hand.approach_pose(&hand.link_frames(&joints_before));
     let object_from_approach = Pose::from_isometry(grasp.object_from_approach);
-    let opening = hand.driven().iter().zip(&grasp.posture).map(|(driven, value)| match driven.closed {
-        Some(_) => driven.opened,
-        None => *value,
-    });
     let contacts = grasp.contacts.iter().map(|contact| HeldContact {
         link: contact.link as u32,
         point: contact.point.coords.into(),
@@ -80,7 +73,7 @@ fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
     Grasp {
         object_from_approach,
         object_from_base: object_from_approach * base_from_approach.inverse(),
-        opening: opening.collect(),
+        opening: hand.opening(&grasp.posture),
         posture: grasp.posture.clone(),
         amplitudes: grasp.amplitudes.clone(),
         joints_before,
@@ -97,5 +90,6 @@ fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
         kind: grasp.kind,
         width: hand.width(&hand.link_frames(&grasp.joints)),
         verdict: grasp.verdict,
+        clearances: grasp.clearances.iter().map(|lowest| [lowest.shaped, lowest.opened]).collect(),
     }
 }

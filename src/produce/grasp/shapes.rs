@@ -2,11 +2,17 @@
 
 use super::hand::GraspHand;
 use crate::{
+    assets::PreparedMesh,
+    geom::{MassProperties, RestingPoses},
     ids::ObjectId,
     job::{GraspJob, JobObject},
     kinematics::JointKind,
-    produce::{ProduceError, objects::prepared},
+    produce::{
+        ProduceError,
+        objects::{inside_test, prepared},
+    },
     record::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand},
+    voxel::solid_occupancy,
 };
 
 /// The hand, whose content is `id`.
@@ -35,13 +41,15 @@ pub fn hand_shape(hand: &GraspHand, id: ObjectId) -> HandShape {
     }
 }
 
-/// An object's mesh, prepared again.
+/// An object's mesh, prepared again, and how it rests on a table.
 ///
 /// # Errors
 /// When it can't be prepared any more, or is another one than when the job was resolved.
-pub fn object_shape(object: &JobObject) -> Result<ObjectShape, ProduceError> {
-    let mesh = prepared(object)?.mesh;
-    Ok(ObjectShape { object: object.id(), mesh })
+pub fn object_shape(object: &JobObject) -> Result<(ObjectShape, RestingPoses), ProduceError> {
+    let PreparedMesh { mesh, record } = prepared(object)?;
+    let mass = MassProperties::of_solid(&solid_occupancy(&mesh, inside_test(&record), false));
+    let resting = mass.map_or_else(RestingPoses::default, |mass| RestingPoses::of(&mesh, &mass.centre));
+    Ok((ObjectShape { object: object.id(), mesh }, resting))
 }
 
 /// The hand as trials have it, for plain MuJoCo; `None` where the job asks for none, or the hand's description names mesh files.

@@ -8,7 +8,7 @@ use crate::{
     contact::ContactSurface,
     geom::{MassProperties, Pose},
     ids::SampleId,
-    job::{GraspJob, JobHand, Physics},
+    job::{GraspJob, JobHand, KnownMass, Physics},
     produce::ProduceError,
     record::{
         ClosedHand, Grasp, GraspRun, GraspTrial, GraspTrials, GraspVerdict, PerturbedTrial, PressedContact, TrialFacts,
@@ -58,7 +58,8 @@ impl Trials {
                 friction: settings.friction,
                 torsion: TrialConditions::TORSION,
                 mass: 1.0,
-                mass_from: if settings.mass.is_some() { "job" } else { "volume" }.to_owned(),
+                mass_from: String::new(),
+                mass_source: String::new(),
                 gravity: if settings.six_directions { "six" } else { "lifted" }.to_owned(),
                 spreads: [friction, mass, shift, turn],
             },
@@ -67,19 +68,24 @@ impl Trials {
         Ok(Self { model, scene: name, settings, seed, object: None, record })
     }
 
-    /// Turns to an object.
+    /// Turns to an object; `known` is what the job knows of its mass.
     ///
     /// # Errors
     /// When it has no solid inside, or MuJoCo refuses the hand.
-    pub fn load(&mut self, surface: &Arc<ContactSurface>) -> Result<(), ProduceError> {
+    pub fn load(&mut self, surface: &Arc<ContactSurface>, known: Option<&KnownMass>) -> Result<(), ProduceError> {
         self.object = None;
         let no_solid = || ProduceError::NoGrasps { name: self.scene.clone(), why: "no solid to be weighed".to_owned() };
         let properties = MassProperties::of_solid(surface.solid()).ok_or_else(no_solid)?;
         let sim = TrialSim::new(&self.model, surface, &properties).map_err(|error| failed(&self.scene, &error))?;
-        let mass = self.settings.mass.unwrap_or_else(|| mass_of_volume(properties.volume));
+        let (mass, from, source) = match (self.settings.mass, known) {
+            (Some(mass), _) => (mass, "job", ""),
+            (None, Some(known)) => (known.kilograms, "table", known.source.as_str()),
+            (None, None) => (mass_of_volume(properties.volume), "volume", ""),
+        };
         let gravity = if self.settings.six_directions { Gravity::Six } else { Gravity::Lifted };
         let conditions = TrialConditions { friction: self.settings.friction, gravity, ..TrialConditions::new(mass) };
-        self.record.method.mass = mass;
+        let method = &mut self.record.method;
+        (method.mass, method.mass_from, method.mass_source) = (mass, from.to_owned(), source.to_owned());
         self.object = Some(TriedObject { worker: TrialWorker::new(&sim), conditions });
         Ok(())
     }

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     contact::ContactSurface,
-    geom::{Pose, SimdLevel},
+    geom::{Pose, RestingPoses, SimdLevel},
     grasp::{Annealer, ObjectSearch},
     ids::{Digest, ObjectId, SampleId, ViewId},
     job::GraspJob,
@@ -70,6 +70,7 @@ impl<'j> GraspWorker<'j> {
             course: [RunStretch::default(); STRETCHES],
             method: method(annealing, keeping),
             grasps: Vec::new(),
+            resting: RestingPoses::default(),
         };
         let annealer = Annealer::new(&hand.search, annealing, keeping, level);
         Ok(Self {
@@ -99,7 +100,7 @@ impl<'j> GraspWorker<'j> {
         let search = search.ok_or_else(|| no_surface("it has no solid inside".to_owned()))?;
         #[cfg(feature = "sim")]
         if let Some(trials) = &mut self.trials {
-            trials.load(&surface)?;
+            trials.load(&surface, object.mass.as_ref())?;
         }
         Ok(LoadedObject { id, seeds, search })
     }
@@ -126,6 +127,7 @@ impl Producer for GraspWorker<'_> {
         let mut stream = Stream::of_sample(self.seed, &sample, "annealing");
         let run = self.annealer.run(&object.search, &object.seeds[view.0 as usize], &mut stream);
         recorded(&run, sample, &self.hand.hand, &mut self.record);
+        self.record.resting.clone_from(object.search.resting());
         self.payload.clear();
         self.trials_payload.clear();
         #[cfg_attr(not(feature = "sim"), expect(unused_mut, reason = "nothing is tried"))]

@@ -5,7 +5,7 @@ mod gallery;
 use std::fmt::Write as _;
 
 use super::{
-    GraspedObject, GraspsInspection, Spread,
+    GraspedObject, GraspsInspection, Spread, TableFacts,
     chart::{Bar, Histogram, Ink, bar_chart, grouped, percent, round_step},
     grasps::{GraspSurvey, grasp_counts_in_words},
     page::{bytes_in_words, escaped, numbers_and_warnings, shell, speed},
@@ -29,6 +29,7 @@ pub(super) fn page(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(Stri
         meaning(survey),
         pictures,
         distributions(survey),
+        table(facts),
         trials::section(facts.trials.as_ref(), &replayed::paragraph(reader.folder(), reader.manifest())?),
         course(facts),
         types(facts),
@@ -69,7 +70,7 @@ fn header(facts: &GraspsInspection) -> String {
     html.push_str(&numbers_and_warnings(&numbers, &facts.warnings));
     html.push_str(concat!(
         "<nav><a href=\"#check\">Check</a> <a href=\"#meaning\">Meaning</a> <a href=\"#gallery\">Grasps</a> ",
-        "<a href=\"#distributions\">Distributions</a> <a href=\"#course\">Course</a> <a href=\"#types\">Types</a> ",
+        "<a href=\"#distributions\">Distributions</a> <a href=\"#table\">Table</a> <a href=\"#course\">Course</a> <a href=\"#types\">Types</a> ",
         "<a href=\"#objects\">Objects</a> <a href=\"#speed\">Speed</a> <a href=\"#job\">Job</a></nav></header>"
     ));
     html
@@ -152,6 +153,7 @@ fn why(verdict: GraspVerdict) -> &'static str {
         GraspVerdict::OpenHand => "the closed hand touches with one link or none",
         GraspVerdict::NoForceClosure => "some disturbance meets no resistance",
         GraspVerdict::LowQuality => "every disturbance is resisted, but some hardly",
+        GraspVerdict::BelowTable => "on a table the hand would come below it, however the object rests",
     }
 }
 
@@ -209,6 +211,26 @@ pub(super) fn histogram(values: &[f64], spread: &Spread, title: &str, x_label: &
         ink,
         mark: Some((spread.median, "median".to_owned())),
     }
+}
+
+/// What can be done on a table.
+fn table(facts: &GraspsInspection) -> String {
+    let TableFacts { grasps, somewhere, likely, opened } = facts.table;
+    let row = |what: &str, count: u64| {
+        let share = percent(count as f64 / grasps.max(1) as f64);
+        format!("<tr><td>{what}</td><td>{}</td><td>{share}</td></tr>", grouped(count))
+    };
+    format!(
+        concat!(
+            "<section id=\"table\"><h2>On a table</h2><p>Each object rests on a table in a few poses, as likely as random drops ",
+            "end in them. For each of them a grasp says how far the hand stays above the table while it comes over 10 cm along its ",
+            "approach, takes hold and closes.</p><table class=\"figures\"><thead><tr><th>the hand stays above the table</th>",
+            "<th>kept grasps</th><th></th></tr></thead><tbody>{}{}{}</tbody></table></section>"
+        ),
+        row("in some pose of the object, coming in the posture of the grasp", somewhere),
+        row("in some pose of the object, coming opened", opened),
+        row("in its most likely pose, coming in the posture of the grasp", likely),
+    )
 }
 
 /// How the search cooled down.
@@ -300,21 +322,34 @@ fn objects(facts: &GraspsInspection) -> String {
     if facts.trials.is_some() {
         html.push_str("<th>held</th>");
     }
-    html.push_str("<th>best energy</th><th>best epsilon</th></tr></thead><tbody>");
+    html.push_str(concat!(
+        "<th>resting poses</th><th>likeliest</th><th>on a table</th><th>in the likeliest pose</th>",
+        "<th>best energy</th><th>best epsilon</th></tr></thead><tbody>"
+    ));
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
     for object in &facts.objects {
-        let GraspedObject { name, object: id, runs, given_up, verdicts, trials, best_energy, best_epsilon } = object;
+        let GraspedObject { name, object: id, runs, given_up, verdicts, trials, resting, likely, table, .. } = object;
         let counts: String = verdicts.iter().map(|count| format!("<td>{}</td>", grouped(*count))).collect();
         let held = held_cell(facts, trials[1], trials[0]);
         let _ = write!(
             html,
-            "<tr><td title=\"{id}\">{}</td><td>{}</td><td>{}</td><td>{}</td>{counts}{held}<td>{}</td><td>{}</td></tr>",
+            concat!(
+                "<tr><td title=\"{}\">{}</td><td>{}</td><td>{}</td><td>{}</td>{}{}<td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
+                "<td>{}</td><td>{}</td></tr>"
+            ),
+            id,
             escaped(name),
             grouped(*runs),
             grouped(*given_up),
             grouped(object.found()),
-            number(*best_energy),
-            number(*best_epsilon),
+            counts,
+            held,
+            resting,
+            likely.map_or_else(|| "-".to_owned(), percent),
+            grouped(table.somewhere),
+            grouped(table.likely),
+            number(object.best_energy),
+            number(object.best_epsilon),
         );
     }
     html.push_str("</tbody></table></div></section>");

@@ -1,0 +1,337 @@
+//! Convex hulls, decided by integers.
+//!
+//! Points are rounded to a lattice of 2^24 steps along the longest side of their box, and every question which side of a plane a
+//! point is on is one of whole numbers: no tolerance, no degenerate case, the same hull everywhere. By quickhull (Barber, Dobkin
+//! and Huhdanpaa 1996, "The quickhull algorithm for convex hulls").
+
+use nalgebra::{Point3, Vector3};
+
+/// Steps along the longest side.
+const STEPS: f64 = (1 << 24) as f64;
+
+/// No face.
+const NONE: u32 = u32::MAX;
+
+/// A point of the lattice.
+type Site = [i64; 3];
+
+/// A convex hull with a volume.
+#[derive(Clone, Debug)]
+pub(super) struct ConvexHull {
+    /// Its corners as they were rounded [m].
+    pub(super) corners: Vec<Point3<f64>>,
+    /// Its facets; no two lie in one plane.
+    pub(super) facets: Vec<Facet>,
+}
+
+/// A facet: a convex polygon.
+#[derive(Clone, Debug)]
+pub(super) struct Facet {
+    /// Its corners, counter-clockwise seen from outside: places in [`ConvexHull::corners`].
+    pub(super) corners: Vec<u32>,
+    /// Across the edge from corner k to corner k + 1.
+    pub(super) neighbours: Vec<u32>,
+    /// Outward, of unit length.
+    pub(super) normal: Vector3<f64>,
+}
+
+/// A triangle of the hull while it grows.
+struct Face {
+    corners: [u32; 3],
+    /// Across the edge from corner k to corner k + 1.
+    neighbours: [u32; 3],
+    /// Outward.
+    normal: Site,
+    /// Points that it sees, each with one face only.
+    outside: Vec<u32>,
+    /// Whether it is still a face of the hull.
+    stands: bool,
+}
+
+impl ConvexHull {
+    /// The hull of points [m]; `None` where they lie in a plane.
+    pub(super) fn of(points: &[Point3<f64>]) -> Option<Self> {
+        let first = *points.first()?;
+        let low = points.iter().fold(first, |low, point| low.inf(point));
+        let high = points.iter().fold(first, |high, point| high.sup(point));
+        let pitch = (high - low).max() / STEPS;
+        if pitch.is_nan() || pitch <= 0.0 {
+            return None;
+        }
+        let mut sites: Vec<Site> =
+            points.iter().map(|point| ((point - low) / pitch).map(|part| part.round() as i64).into()).collect();
+        sites.sort_unstable();
+        sites.dedup();
+        let mut growth = Growth::begin(sites)?;
+        growth.finish();
+        let facets = growth.facets();
+        let metres = |site: &Site| low + Vector3::from(site.map(|part| part as f64)) * pitch;
+        Some(Self { corners: growth.sites.iter().map(metres).collect(), facets })
+    }
+}
+
+/// A hull that grows point by point.
+struct Growth {
+    sites: Vec<Site>,
+    faces: Vec<Face>,
+    /// Faces that may see points.
+    waiting: Vec<u32>,
+}
+
+fn minus(one: &Site, other: &Site) -> Site {
+    std::array::from_fn(|axis| one[axis] - other[axis])
+}
+
+/// Of differences of sites: every part fits 53 bits.
+fn cross(one: &Site, other: &Site) -> Site {
+    let part = |a: usize, b: usize| one[a] * other[b] - one[b] * other[a];
+    [part(1, 2), part(2, 0), part(0, 1)]
+}
+
+fn dot(one: &Site, other: &Site) -> i128 {
+    (0..3).map(|axis| i128::from(one[axis]) * i128::from(other[axis])).sum()
+}
+
+impl Growth {
+    /// A tetrahedron, and every point outside with one of its faces; `None` where all lie in a plane.
+    fn begin(sites: Vec<Site>) -> Option<Self> {
+        let all = || 0..sites.len() as u32;
+        let site = |place: u32| &sites[place as usize];
+        let (a, b) = (0, sites.len() as u32 - 1);
+        let along = minus(site(b), site(a));
+        let aside = |place: &u32| {
+            let across = cross(&along, &minus(site(*place), site(a)));
+            dot(&across, &across)
+        };
+        let c = all().max_by_key(aside).filter(|place| aside(place) > 0)?;
+        let normal = cross(&along, &minus(site(c), site(a)));
+        let height = |place: &u32| dot(&normal, &minus(site(*place), site(a)));
+        let d = all().max_by_key(|place| height(place).abs()).filter(|place| height(place) != 0)?;
+        // So that the fourth corner is behind the first three.
+        let [b, c] = if height(&d) > 0 { [c, b] } else { [b, c] };
+        let mut growth = Self { sites, faces: Vec::new(), waiting: Vec::new() };
+        for (corners, neighbours) in
+            [([a, b, c], [1, 2, 3]), ([b, a, d], [0, 3, 2]), ([c, b, d], [0, 1, 3]), ([a, c, d], [0, 2, 1])]
+        {
+            growth.add(corners, neighbours);
+        }
+        let points = (0..growth.sites.len() as u32).filter(|place| ![a, b, c, d].contains(place)).collect();
+        growth.share(points, 0..4);
+        Some(growth)
+    }
+
+    fn add(&mut self, corners: [u32; 3], neighbours: [u32; 3]) -> u32 {
+        let [a, b, c] = corners.map(|place| &self.sites[place as usize]);
+        let normal = cross(&minus(b, a), &minus(c, a));
+        self.faces.push(Face { corners, neighbours, normal, outside: Vec::new(), stands: true });
+        self.faces.len() as u32 - 1
+    }
+
+    /// How far a point is before a face, in units of the face's own; 0 in its plane.
+    fn height(&self, face: u32, place: u32) -> i128 {
+        let Face { normal, corners, .. } = &self.faces[face as usize];
+        dot(normal, &minus(&self.sites[place as usize], &self.sites[corners[0] as usize]))
+    }
+
+    /// Gives each point to the first of some faces that sees it; the others are inside.
+    fn share(&mut self, points: Vec<u32>, faces: std::ops::Range<u32>) {
+        for point in points {
+            if let Some(face) = faces.clone().find(|face| self.height(*face, point) > 0) {
+                self.faces[face as usize].outside.push(point);
+            }
+        }
+        self.waiting.extend(faces.filter(|face| !self.faces[*face as usize].outside.is_empty()));
+    }
+
+    /// Takes points until none is outside.
+    fn finish(&mut self) {
+        while let Some(face) = self.waiting.pop() {
+            if !self.faces[face as usize].stands {
+                continue;
+            }
+            let outside = &self.faces[face as usize].outside;
+            let apex = outside.iter().copied().max_by_key(|point| (self.height(face, *point), *point));
+            if let Some(apex) = apex {
+                self.take(face, apex);
+            }
+        }
+    }
+
+    /// Puts a cone over the horizon in place of the faces that see a point, of which one is known.
+    fn take(&mut self, seen_from: u32, apex: u32) {
+        let mut seen = vec![seen_from];
+        self.faces[seen_from as usize].stands = false;
+        // From a corner of the horizon to the next, and the face beyond.
+        let mut horizon = Vec::new();
+        let mut next = 0;
+        while let Some(face) = seen.get(next).copied() {
+            next += 1;
+            for edge in 0..3 {
+                let beyond = self.faces[face as usize].neighbours[edge];
+                if !self.faces[beyond as usize].stands {
+                    continue;
+                }
+                if self.height(beyond, apex) > 0 {
+                    self.faces[beyond as usize].stands = false;
+                    seen.push(beyond);
+                } else {
+                    let corners = self.faces[face as usize].corners;
+                    horizon.push((corners[edge], corners[(edge + 1) % 3], beyond));
+                }
+            }
+        }
+        // A face that was kept at first may have been seen later.
+        horizon.retain(|(.., beyond)| self.faces[*beyond as usize].stands);
+        horizon.sort_unstable();
+        let first = self.faces.len() as u32;
+        let place = |from: u32| horizon.partition_point(|(corner, ..)| *corner < from) as u32;
+        let mut before = vec![NONE; horizon.len()];
+        for (number, (_, to, _)) in (0..).zip(&horizon) {
+            before[place(*to) as usize] = number;
+        }
+        for (number, (from, to, beyond)) in horizon.iter().enumerate() {
+            let new = self.add([*from, *to, apex], [*beyond, first + place(*to), first + before[number]]);
+            let Face { corners, neighbours, .. } = &mut self.faces[*beyond as usize];
+            let edge = (0..3).find(|edge| corners[*edge] == *to && corners[(*edge + 1) % 3] == *from);
+            neighbours[edge.expect("faces beside each other share an edge")] = new;
+        }
+        let mut points = Vec::new();
+        seen.iter().for_each(|face| points.append(&mut self.faces[*face as usize].outside));
+        points.retain(|point| *point != apex);
+        self.share(points, first..first + horizon.len() as u32);
+    }
+
+    /// Faces in one plane, together.
+    fn facets(&self) -> Vec<Facet> {
+        let mut facet_of = vec![NONE; self.faces.len()];
+        let mut members: Vec<Vec<u32>> = Vec::new();
+        for start in (0..self.faces.len() as u32).filter(|face| self.faces[*face as usize].stands) {
+            if facet_of[start as usize] != NONE {
+                continue;
+            }
+            let number = members.len() as u32;
+            facet_of[start as usize] = number;
+            let (mut faces, mut next) = (vec![start], 0);
+            while let Some(face) = faces.get(next).copied() {
+                next += 1;
+                for beyond in self.faces[face as usize].neighbours {
+                    let corners = self.faces[beyond as usize].corners;
+                    let flat = corners.iter().all(|corner| self.height(start, *corner) == 0);
+                    if facet_of[beyond as usize] == NONE && flat {
+                        facet_of[beyond as usize] = number;
+                        faces.push(beyond);
+                    }
+                }
+            }
+            members.push(faces);
+        }
+        members.iter().map(|faces| self.facet(faces, &facet_of)).collect()
+    }
+
+    /// The polygon that faces in one plane make.
+    fn facet(&self, faces: &[u32], facet_of: &[u32]) -> Facet {
+        let mine = facet_of[faces[0] as usize];
+        let mut edges = Vec::new();
+        for face in faces {
+            let Face { corners, neighbours, .. } = &self.faces[*face as usize];
+            for edge in 0..3 {
+                let beyond = facet_of[neighbours[edge] as usize];
+                if beyond != mine {
+                    edges.push((corners[edge], corners[(edge + 1) % 3], beyond));
+                }
+            }
+        }
+        edges.sort_unstable();
+        let (mut corners, mut neighbours) = (Vec::new(), Vec::new());
+        let mut at = edges[0].0;
+        for _ in 0..edges.len() {
+            let place = edges.partition_point(|(from, ..)| *from < at);
+            let (from, to, beyond) = edges[place];
+            corners.push(from);
+            neighbours.push(beyond);
+            at = to;
+        }
+        let normal = Vector3::from(self.faces[faces[0] as usize].normal.map(|part| part as f64)).normalize();
+        Facet { corners, neighbours, normal }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(points: &[[f64; 3]]) -> Option<ConvexHull> {
+        ConvexHull::of(&points.iter().map(|point| Point3::from(*point)).collect::<Vec<_>>())
+    }
+
+    fn grid(n: usize) -> Vec<[f64; 3]> {
+        let part = |number: usize| number as f64 / (n - 1) as f64;
+        (0..n * n * n).map(|k| [part(k % n), part(k / n % n), 0.5 * part(k / n / n)]).collect()
+    }
+
+    /// What a closed convex surface is, whatever it is of.
+    fn check(hull: &ConvexHull, points: &[[f64; 3]]) {
+        let edges: usize = hull.facets.iter().map(|facet| facet.corners.len()).sum();
+        let mut used: Vec<u32> = hull.facets.iter().flat_map(|facet| facet.corners.clone()).collect();
+        used.sort_unstable();
+        used.dedup();
+        assert_eq!(used.len() + hull.facets.len(), edges / 2 + 2, "Euler's formula");
+        for (number, facet) in (0..).zip(&hull.facets) {
+            let at = |corner: u32| hull.corners[corner as usize];
+            let base = at(facet.corners[0]);
+            for point in points {
+                assert!(facet.normal.dot(&(Point3::from(*point) - base)) < 1e-6, "a point outside");
+            }
+            for (edge, beyond) in facet.neighbours.iter().enumerate() {
+                let ends = |facet: &Facet, edge: usize| {
+                    [edge, (edge + 1) % facet.corners.len()].map(|place| facet.corners[place])
+                };
+                let [from, to] = ends(facet, edge);
+                let other = &hull.facets[*beyond as usize];
+                let back =
+                    (0..other.corners.len()).find(|edge| ends(other, *edge) == [to, from]).expect("an edge back");
+                assert_eq!(other.neighbours[back], number);
+                let inward = facet.normal.cross(&(at(to) - at(from)));
+                assert!(facet.corners.iter().all(|corner| inward.dot(&(at(*corner) - at(from))) > -1e-12), "convex");
+            }
+        }
+    }
+
+    #[test]
+    fn a_brick_full_of_points_has_six_facets() {
+        let points = grid(6);
+        let hull = of(&points).expect("a hull");
+        check(&hull, &points);
+        assert_eq!(hull.facets.len(), 6);
+        let normals: Vec<[f64; 3]> = hull.facets.iter().map(|facet| facet.normal.into()).collect();
+        for axis in 0..3 {
+            for side in [1.0, -1.0] {
+                let wanted: [f64; 3] = std::array::from_fn(|other| if other == axis { side } else { 0.0 });
+                assert!(normals.contains(&wanted), "{normals:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_on_a_sphere_are_all_corners() {
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let points: Vec<[f64; 3]> =
+            (0..500).map(|_| Vector3::from([(); 3].map(|()| random())).normalize().into()).collect();
+        let hull = of(&points).expect("a hull");
+        check(&hull, &points);
+        assert_eq!(hull.facets.len(), 2 * 500 - 4, "triangles");
+    }
+
+    #[test]
+    fn what_has_no_volume_has_no_hull() {
+        assert!(of(&[]).is_none());
+        assert!(of(&[[1.0; 3]; 5]).is_none());
+        assert!(of(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]).is_none());
+        assert!(of(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]).is_none());
+        assert!(of(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1e-3]]).is_some());
+    }
+}
