@@ -21,6 +21,7 @@ use nalgebra::{IsometryMatrix3, Point3, UnitQuaternion};
 use super::{
     depth::{Inertia, add_mesh},
     error::{HandError, RobotError},
+    ffi::drop_free_joints,
     hand::HandModel,
     robot::{index, isometry},
     true_mesh::{self, TrueMesh, TrueMeshCollider},
@@ -197,6 +198,7 @@ impl HandSim {
             HandError::from(RobotError::Refused { path: model.robot.path.clone(), message: error.to_string() })
         };
         let mut spec = MjSpec::from_xml(&model.robot.path).map_err(refused)?;
+        drop_free_joints(&mut spec).map_err(refused)?;
         let hand = Arc::clone(&model.hand);
         for actuator in spec.actuator_iter_mut() {
             actuator.set_group(OWN_ACTUATORS);
