@@ -107,14 +107,14 @@ fn threads_levels_kills_and_shards_change_no_byte() {
 #[test]
 fn samplers_without_a_search_make_datasets() {
     let place = Place::new();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/panda_hand.xml");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fetch_gripper.xml");
     for (sampler, keys, most) in
-        [("uniform", "grasps = 6\nposes = \"any\"", 6), ("antipodal", "pairs = 40\nbest = 5", 5)]
+        [("uniform", "grasps = 3\nposes = \"any\"", 3), ("antipodal", "pairs = 100\nbest = 2", 2)]
     {
         let job = format!(
             concat!(
                 "product = \"grasps\"\nname = \"{}\"\nseed = 5\n[hand]\nscene = \"{}\"\n[[objects]]\n",
-                "built_in = [\"half-cube-sphere\"]\n[grasps]\nseeds = 2\nsampler = \"{}\"\n[{}]\n{}\n",
+                "built_in = [\"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"{}\"\n[{}]\n{}\n",
                 "[keep]\ntorsion = 0.002\n[split]\nvalidation_models = 0\ntest_models = 0\n"
             ),
             sampler,
