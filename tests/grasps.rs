@@ -105,6 +105,46 @@ fn threads_levels_kills_and_shards_change_no_byte() {
     }
 }
 
+/// Grasps that no search was for, of a gripper that gives way until both pads hold the object.
+#[test]
+fn samplers_without_a_search_make_datasets() {
+    let place = Place::new();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fetch_gripper.xml");
+    for (sampler, keys, most) in
+        [("uniform", "grasps = 3\nposes = \"any\"", 3), ("antipodal", "pairs = 100\nbest = 2", 2)]
+    {
+        let job = format!(
+            concat!(
+                "product = \"grasps\"\nname = \"{}\"\nseed = 5\n[hand]\nscene = \"{}\"\n[[objects]]\n",
+                "built_in = [\"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"{}\"\n[{}]\n{}\n",
+                "[keep]\ntorsion = 0.002\n[split]\nvalidation_models = 0\ntest_models = 0\n"
+            ),
+            sampler,
+            scene.display(),
+            sampler,
+            sampler,
+            keys
+        );
+        fs::write(place.folder.path().join("job.toml"), job).expect("a job file");
+        let first = place.run(&format!("{sampler}-one"), &["--threads", "1"]);
+        assert_eq!(
+            place.run(&format!("{sampler}-two"), &["--threads", "2", "--set", "shards.runs=1"]).root,
+            first.root
+        );
+        let mut command = place.command(&format!("{sampler}-scalar"), &[]);
+        succeeded(&command.env("GRASPMILL_SIMD", "scalar").output().expect("graspmill starts"));
+        assert_eq!(Manifest::read(&place.out(&format!("{sampler}-scalar"))).expect("a dataset"), first);
+        let reader = DatasetReader::open(&place.out(&format!("{sampler}-one"))).expect("a dataset");
+        let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
+        let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
+        assert!(runs.iter().all(|run| run.method.sampler == sampler && run.grasps.len() <= most));
+        assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{sampler}");
+    }
+    let plain = place.command("barrett", &["--set", "hand.scene=scenes/barrett_bh8_280.xml"]).output();
+    let said = String::from_utf8_lossy(&plain.expect("graspmill starts").stderr).into_owned();
+    assert!(said.contains("needs a gripper"), "{said}");
+}
+
 /// Physics is a class of its own: with it and without it the root of class exact is the same.
 #[test]
 fn trials_move_no_grasp() {

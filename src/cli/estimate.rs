@@ -120,7 +120,7 @@ fn in_words(job: &Job, estimate: &Estimate) -> (String, String) {
                 false => String::new(),
             };
             (
-                format!("{objects} objects x {views} seeds = {samples} runs of annealing"),
+                format!("{objects} objects x {views} seeds = {samples} runs"),
                 format!("{of_trials}{} meshes refused\n", job.refused().len()),
             )
         }

@@ -11,7 +11,7 @@ use super::{
     field::DistanceField,
     found::{Grasp, GraspRun, Stretch},
     links::Place,
-    rate::Rating,
+    rate::{Rating, Start},
     settings::{Annealing, EnergyKind, Keeping, SearchFrame},
     state::{HandSearch, StateScratch, legal, look},
     variables::{Variables, search_from_approach},
@@ -49,7 +49,7 @@ pub struct ObjectSearch {
     pub(super) surface: Arc<ContactSurface>,
     pub(super) field: DistanceField,
     /// The middle of its box.
-    middle: Point3<f64>,
+    pub(super) middle: Point3<f64>,
     /// From there to its farthest point [m].
     pub(super) radius: f64,
     /// What torques refer to.
@@ -136,8 +136,12 @@ impl Annealer {
         stream: &mut Stream,
     ) -> GraspRun {
         let counts = self.search(object, object_from_seed, stream);
-        let rate =
-            |candidate: &Candidate| self.rating.grasp(object, candidate, self.variables.amplitudes(&candidate.state));
+        let rate = |candidate: &Candidate| {
+            let amplitudes = self.variables.amplitudes(&candidate.state);
+            let object_from_approach = candidate.object_from_approach.isometry();
+            let posture = self.hand.hand.posture_of(amplitudes);
+            self.rating.started(object, Start { object_from_approach, posture, amplitudes: amplitudes.to_vec() })
+        };
         let mut grasps: Vec<Grasp> = self.best.list().iter().map(rate).collect();
         // Exact energies may stand in another order.
         grasps.sort_by(|one, other| one.energies.total.total_cmp(&other.energies.total));

@@ -17,26 +17,30 @@ pub const TOUCHES: f64 = 1e-5;
 const NEAR: f64 = 0.002;
 
 /// What leaves the object goes on by so much, at most [m].
-const LEAVES: f64 = 1e-4;
+pub(super) const LEAVES: f64 = 1e-4;
 
 /// A finger that has not met the object after so many looks creeps along it, and stays.
-const MOST_LOOKS: u32 = 1000;
+pub(super) const MOST_LOOKS: u32 = 1000;
 
 /// Between looks whether links meet each other, motors turn by this at most [rad], or slide by a hundredth of it [m].
 const STRIDE: f64 = 0.01;
 
 /// A hand and what of it can touch.
 pub(super) struct Closing {
-    hand: Arc<Hand>,
-    solids: HandSolids,
-    probes: Vec<Probe>,
+    pub(super) hand: Arc<Hand>,
+    pub(super) solids: HandSolids,
+    pub(super) probes: Vec<Probe>,
     /// Of each solid and each driven joint: before and after its clutch has opened, how far a place of the solid moves for a
     /// unit of the motor at most [m].
     reaches: Vec<Vec<[f64; 2]>>,
     /// Motors that close the hand, those together that move the same solids: fingers.
     groups: Vec<Vec<usize>>,
+    /// Of a gripper: its motor, and the first pad's way for a unit of it, seen from the base.
+    pub(super) line: Option<(usize, Vector3<f64>)>,
+    /// Of each solid: 1 where it moves as the first pad does, -1 as the second one, 0 as the base.
+    pub(super) sides: Vec<f64>,
     scratch: ContactScratch,
-    found: Vec<SurfaceContact>,
+    pub(super) found: Vec<SurfaceContact>,
 }
 
 /// Where the hand has come to.
@@ -56,11 +60,15 @@ impl Closing {
         });
         let reaches: Vec<Vec<[f64; 2]>> = reaches.collect();
         let groups = groups(hand, &reaches);
+        let line = hand.closing_line().zip(groups.first()).map(|(line, group)| (group[0], line));
+        let sides = solids.solids.iter().map(|solid| hand.closing_side(solid.link)).collect();
         Self {
             hand: Arc::clone(hand),
             probes: solids.solids.iter().map(probe).collect(),
             reaches,
             groups,
+            line,
+            sides,
             solids: solids.clone(),
             scratch: ContactScratch::default(),
             found: Vec::new(),
@@ -237,7 +245,7 @@ impl Closing {
     }
 
     /// From the object to a solid [m]: exact where it is below [`NEAR`], with the contacts in `found`; else a lower bound.
-    fn distance(
+    pub(super) fn distance(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
@@ -269,7 +277,7 @@ impl Closing {
     }
 
     /// Stops motors earlier whose links would meet each other, all closing together at their speeds.
-    fn part(&self, start: &[Motor], ends: &mut [Motor]) {
+    pub(super) fn part(&self, start: &[Motor], ends: &mut [Motor]) {
         let hand = &self.hand;
         let mut joints = vec![0.0; hand.tree().len()];
         let mut places = vec![Place::identity(); hand.tree().len() + 1];

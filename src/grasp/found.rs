@@ -50,6 +50,11 @@ pub struct Grasp {
     /// How far the hand came along its approach until it met the object, from the state that was annealed [m]; 0 where it does
     /// not meet it on its way.
     pub advance: f64,
+    /// How far a gripper then gave way so that both pads hold the object, its approach frame seen from where it was [m]; `None`
+    /// where it did not.
+    pub shift: Option<Vector3<f64>>,
+    /// How far it turned with that, likewise: an axis times an angle [rad].
+    pub turn: Option<Vector3<f64>>,
     /// Amplitudes of the hand's eigengrasps before closing.
     pub amplitudes: Vec<f64>,
     /// The posture of these amplitudes, one value a driven joint [rad or m].

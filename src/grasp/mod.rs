@@ -4,6 +4,7 @@
 
 mod anneal;
 mod best;
+mod centring;
 mod closing;
 mod energy;
 mod field;
@@ -12,7 +13,9 @@ mod kind;
 mod links;
 mod meeting;
 mod numbers;
+mod pairs;
 mod rate;
+mod sampled;
 mod settings;
 mod solids;
 mod state;
@@ -26,6 +29,9 @@ pub use closing::TOUCHES;
 pub use field::DistanceField;
 pub use found::{Energies, Grasp, GraspContact, GraspRun, Quality, Stretch};
 pub use kind::{KindDigits, camera_axes, wrist_roll};
-pub use settings::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace};
+pub use sampled::{GraspSampler, axes};
+pub use settings::{
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, Rolls, Sampler, SearchFrame, Uniform, WrenchSpace,
+};
 pub use state::{ALLOWED_OVERLAP, HandSearch, UnsearchableHand};
 pub use table::{STAND_OFF, TableClearance};

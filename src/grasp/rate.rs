@@ -6,20 +6,31 @@ use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
     anneal::ObjectSearch,
-    best::Candidate,
     closing::Closing,
     energy::{Potential, contact_energy},
     found::{Energies, Grasp, GraspContact, Quality},
     kind::KindDigits,
+    links::Place,
     settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
     state::{HandSearch, VirtualContact},
     table::TableWatch,
+    variables::axis_and_angle,
     wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
 };
 use crate::{contact::ContactSurface, geom::SimdLevel, hand::Hand, record::GraspVerdict};
 
 /// Edges of the cones whose hull's volume is taken.
 const VOLUME_EDGES: usize = 8;
+
+/// A state of the hand before it closes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Start {
+    pub(super) object_from_approach: IsometryMatrix3<f64>,
+    /// One value a driven joint.
+    pub(super) posture: Vec<f64>,
+    /// Of the eigengrasps; none where they did not make the posture.
+    pub(super) amplitudes: Vec<f64>,
+}
 
 /// What one thread needs to rate grasps of one hand.
 pub(super) struct Rating {
@@ -50,11 +61,17 @@ impl Rating {
         }
     }
 
-    /// Closes and rates a state of the best list.
-    pub(super) fn grasp(&mut self, object: &ObjectSearch, candidate: &Candidate, amplitudes: &[f64]) -> Grasp {
+    /// The energies of a state, with exact distances.
+    pub(super) fn energies_of(&mut self, object: &ObjectSearch, start: &Start) -> Energies {
+        let frames = self.hand.link_frames(&self.hand.posture_values(&start.posture));
+        let object_from_base = start.object_from_approach * self.hand.approach_pose(&frames).isometry().inverse();
+        self.energies(object, &object_from_base, &frames)
+    }
+
+    /// Closes and rates a state.
+    pub(super) fn started(&mut self, object: &ObjectSearch, start: Start) -> Grasp {
         let hand = Arc::clone(&self.hand);
-        let object_from_approach = candidate.object_from_approach.isometry();
-        let posture = hand.posture_of(amplitudes);
+        let Start { object_from_approach, posture, amplitudes } = start;
         let open = hand.posture_values(&posture);
         let frames = hand.link_frames(&open);
         let object_from_base = object_from_approach * hand.approach_pose(&frames).isometry().inverse();
@@ -62,11 +79,13 @@ impl Rating {
         let energies = self.energies(object, &object_from_base, &frames);
         let mut grasp = Grasp {
             object_from_approach,
-            amplitudes: amplitudes.to_vec(),
+            amplitudes,
             posture,
             penetration,
             energies,
             advance: 0.0,
+            shift: None,
+            turn: None,
             joints: open,
             contacts: Vec::new(),
             quality: Quality::default(),
@@ -82,14 +101,26 @@ impl Rating {
         grasp.advance = self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &way, most);
         let advanced = Translation3::from(way * grasp.advance);
         grasp.object_from_approach = advanced * object_from_approach;
-        let object_from_base = advanced * object_from_base;
-        let closed = self.closing.close(&object.surface, &object_from_base, &grasp.posture);
+        let mut object_from_base = advanced * object_from_base;
+        let most = self.keeping.most_penetration;
+        let closed = match self.closing.centred(&object.surface, &object_from_base, &grasp.posture, most) {
+            Some(centred) => {
+                let base_from_approach = hand.approach_pose(&frames);
+                let object_from_approach = centred.object_from_base * base_from_approach.isometry();
+                let moved = Place::of(&(grasp.object_from_approach.inverse() * object_from_approach));
+                let (axis, angle) = axis_and_angle(&moved.turn);
+                (grasp.shift, grasp.turn) = (Some(moved.at), Some(axis * angle));
+                (grasp.object_from_approach, object_from_base) = (object_from_approach, centred.object_from_base);
+                centred.closed
+            }
+            None => self.closing.close(&object.surface, &object_from_base, &grasp.posture),
+        };
         grasp.joints = closed.joints;
         grasp.contacts = self.closing.contacts(&object.surface, &object_from_base, &grasp.joints);
         grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
-        let turn = object_from_approach.rotation.matrix();
-        grasp.kind = self.kind.as_ref().map(|digits| digits.kind(&grasp.joints, turn));
-        let resting = &object.resting().poses;
+        let turn = *grasp.object_from_approach.rotation.matrix();
+        grasp.kind = self.kind.as_ref().map(|digits| digits.kind(&grasp.joints, &turn));
+        let (resting, way) = (&object.resting().poses, grasp.object_from_approach.rotation * Vector3::z());
         grasp.clearances = self.table.clearances(resting, &object_from_base, &way, &grasp.posture, &closed.motors);
         grasp.verdict = self.verdict(&grasp);
         grasp

@@ -85,3 +85,47 @@ pub struct Keeping {
     /// Whether a grasp is kept only where the hand stays above the table in one of the object's resting poses at least.
     pub table: bool,
 }
+
+/// How states of the hand are come by.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sampler {
+    /// They are searched for by annealing.
+    Annealing,
+    /// Approaches all round an axis.
+    Uniform(Uniform),
+    /// A gripper's pads on opposite sides of the object.
+    Antipodal(Antipodal),
+}
+
+/// Approaches all round an axis, at right angles to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uniform {
+    /// Grasps of a run, at least 1.
+    pub grasps: u32,
+    /// Rolls of the hand about its approach, which grasps take in turn.
+    pub rolls: Rolls,
+    /// Whether the axis is the object's z axis, at a height of its own in each run; else it has any direction.
+    pub upright: bool,
+}
+
+/// Rolls about an approach [rad], at least one: at 0 the approach frame's x axis is level, to the right along the approach.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rolls(pub Vec<f64>);
+
+impl Rolls {
+    /// That of a grasp.
+    pub fn of(&self, grasp: u32) -> f64 {
+        self.0[grasp as usize % self.0.len()]
+    }
+}
+
+/// A gripper's pads on pairs of points on opposite sides of the object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Antipodal {
+    /// Pairs that a run draws, at least 1.
+    pub pairs: u32,
+    /// The line between two points is within the friction cones of this coefficient, above 0.
+    pub friction: f64,
+    /// How many of the places of the hand are kept, best first by energy, at least 1.
+    pub best: u32,
+}

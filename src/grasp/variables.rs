@@ -172,7 +172,7 @@ pub(super) fn search_from_approach(state: &State) -> Place {
 }
 
 /// Unit axis and angle from 0 to pi of a turn; of no turn the z axis.
-fn axis_and_angle(turn: &Matrix3<f64>) -> (Vector3<f64>, f64) {
+pub(super) fn axis_and_angle(turn: &Matrix3<f64>) -> (Vector3<f64>, f64) {
     let twice = Vector3::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]);
     let (sin, cos) = (twice.norm() / 2.0, (turn.trace() - 1.0) / 2.0);
     let angle = libm::atan2(sin, cos);

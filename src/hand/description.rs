@@ -7,8 +7,11 @@ use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 use super::{Driven, Motor};
 use crate::{
     geom::{Approach, HandBase, Pose},
-    kinematics::JointTree,
+    kinematics::{JointKind, JointTree, TreeJoint},
 };
+
+/// Two ways are opposite whose sum is shorter than this share of one.
+const OPPOSED: f64 = 1e-9;
 
 /// A frame that a link carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -243,11 +246,58 @@ impl Hand {
         (base_from_link * point, base_from_link * normal)
     }
 
+    /// The two contacts whose distance is the width, where that means something.
+    pub fn pads(&self) -> Option<[usize; 2]> {
+        self.parts.width
+    }
+
     /// The free width between the hand's two pads [m]: how far the second lies before the first. `None` where a width means
     /// nothing.
     pub fn width(&self, frames: &[IsometryMatrix3<f64>]) -> Option<f64> {
         let [first, second] = self.parts.width?.map(|contact| self.contact_in_base(contact, frames));
         Some((second.0 - first.0).dot(&first.1))
+    }
+
+    /// How the first pad moves for a unit of the motor that closes a gripper, seen from the base: the other goes as far the
+    /// opposite way. Of a hand with a width whose two pads slide towards each other, carried by nothing else that moves, both by
+    /// the only motor that closes it, and with no link that it moves another way; `None` of every other.
+    pub fn closing_line(&self) -> Option<Vector3<f64>> {
+        let pads = self.parts.width?.map(|contact| self.contacts()[contact].link);
+        let line = self.slid(pads[0])?;
+        let opposed = |link: usize, with: f64| {
+            let off = |way: Vector3<f64>| (way - line * with).norm();
+            self.slid(link).is_some_and(|way| off(way) < OPPOSED * line.norm())
+        };
+        let one_of_them = |link: usize| [1.0, 0.0, -1.0].iter().any(|with| opposed(link, *with));
+        let links = 0..self.links().len();
+        (line != Vector3::zeros() && opposed(pads[1], -1.0) && links.into_iter().all(one_of_them)).then_some(line)
+    }
+
+    /// Of a link of a hand with a [`Hand::closing_line`]: 1 where it goes along it while the hand closes, -1 against it, else 0.
+    pub fn closing_side(&self, link: usize) -> f64 {
+        let along = |line: Vector3<f64>| Some(self.slid(link)?.dot(&line) / line.norm_squared());
+        self.closing_line().and_then(along).map_or(0.0, f64::round)
+    }
+
+    /// How a link moves for a unit of the only motor that closes the hand, seen from the base, where it hangs on slides of that
+    /// motor alone.
+    fn slid(&self, link: usize) -> Option<Vector3<f64>> {
+        let mut closing = self.driven().iter().filter(|driven| driven.closing_sign() != 0.0);
+        let (Some(driven), None) = (closing.next(), closing.next()) else { return None };
+        let mut way = Vector3::zeros();
+        let mut link = link;
+        while link > 0 {
+            let TreeJoint { joint, carried_by } = &self.tree().joints()[link - 1];
+            let follower = driven.followers.iter().find(|follower| follower.joint == link - 1);
+            let rate = if driven.joint == link - 1 { 1.0 } else { follower?.ratio };
+            if joint.kind != JointKind::Prismatic {
+                return None;
+            }
+            // What carries it only slides: the turn of its frame is that of its origin.
+            way = joint.origin.rotation * (way + joint.axis.into_inner() * (rate * driven.closing_sign()));
+            link = *carried_by;
+        }
+        Some(way)
     }
 
     /// The range in which every driven joint stays within its own along an eigengrasp, the other amplitudes at 0.

@@ -253,8 +253,8 @@ fn grasps(
     let (objects, notes) = objects(checker, &spec.split, &spec.objects, folder, surroundings)?;
     let hand = hand.expect("what is wrong with the hand was reported");
     Ok(Worked {
-        work: WorkDraft::Grasps(GraspDraft { settings, hand, objects }),
         shard_samples: spec.shards.runs.unwrap_or(settings.seeds),
+        work: WorkDraft::Grasps(GraspDraft { settings, hand, objects }),
         notes,
     })
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::checked::{Completion, DepthFormat, Job, Physics, Work};
-use crate::grasp::{EnergyKind, WrenchSpace};
+use crate::grasp::{EnergyKind, Sampler, WrenchSpace};
 
 /// Counts are exact; bytes and seconds follow from the given rates.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,6 +61,9 @@ pub fn seconds_of_hands(job: &Job) -> f64 {
 /// Processor time of a step of annealing [s]: with the contact energy, with a potential of forces, and of wrenches. A pilot
 /// would take as long as a job.
 const SECONDS_A_STEP: [f64; 3] = [8e-6, 12e-6, 90e-6];
+/// The same of coming along an approach from afar [s], and of a pair of points.
+const SECONDS_A_SAMPLED_APPROACH: f64 = 0.005;
+const SECONDS_A_PAIR: f64 = 2e-4;
 /// The same of closing and rating a state of the best list [s], and of preparing an object for its runs.
 const SECONDS_A_GRASP: f64 = 0.004;
 const SECONDS_A_GRASPED_OBJECT: f64 = 1.0;
@@ -98,15 +101,21 @@ pub fn grasp_costs(job: &Job) -> Option<GraspCosts> {
         (EnergyKind::ContactAndPotential, WrenchSpace::Force) => force,
         (EnergyKind::ContactAndPotential, WrenchSpace::Wrench) => wrench,
     };
-    let kept = KEPT_SHARE * f64::from(annealing.best);
+    let step = match &settings.sampler {
+        Sampler::Annealing => step,
+        Sampler::Uniform(_) => SECONDS_A_SAMPLED_APPROACH,
+        Sampler::Antipodal(_) => SECONDS_A_PAIR,
+    };
+    let best = f64::from(settings.best());
+    let kept = KEPT_SHARE * best;
     let trial_seconds = settings.physics.map_or(0.0, |physics| SECONDS_A_TRIAL * kept * physics.trials());
     let of_trials = |physics: Physics| BYTES_A_TRIED_GRASP + BYTES_A_PERTURBED_TRIAL * f64::from(physics.perturbed);
     let trial_bytes = settings.physics.map_or(0.0, |physics| 400.0 + kept * of_trials(physics));
-    let run_seconds = step * f64::from(annealing.steps) + SECONDS_A_GRASP * f64::from(annealing.best) + trial_seconds;
+    let run_seconds = step * f64::from(settings.steps()) + SECONDS_A_GRASP * best + trial_seconds;
     Some(GraspCosts {
         run_seconds,
         object_seconds: SECONDS_A_GRASPED_OBJECT,
-        run_bytes: 800.0 + BYTES_A_GRASP * f64::from(annealing.best) + trial_bytes,
+        run_bytes: 800.0 + BYTES_A_GRASP * best + trial_bytes,
         trial_seconds,
     })
 }

@@ -64,6 +64,8 @@ impl GraspVerdict {
 /// How grasps were searched for and judged: what energies and quality were computed with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspMethod {
+    /// How states of the hand were come by: `annealing`, `uniform` or `antipodal`.
+    pub sampler: String,
     /// What was minimised: `contact` or `contact_and_potential`.
     pub energy: String,
     /// The space of the potential: `force` or `wrench`.
@@ -148,6 +150,11 @@ pub struct Grasp {
     pub joints: Vec<f64>,
     /// How far the hand came along its approach from the state that was annealed [m].
     pub advance: f64,
+    /// How far a gripper then gave way until both pads hold the object: its approach frame seen from where it was [m]; `None`
+    /// where it did not.
+    pub shift: Option<[f64; 3]>,
+    /// How far it turned with that: an axis times an angle [rad].
+    pub turn: Option<[f64; 3]>,
     /// Overlap of hand and mesh in that state [m].
     pub penetration: f64,
     /// What was minimised, of that state, with exact distances.
@@ -222,6 +229,7 @@ pub const FORCE: &str = "force";
 /// Forces and torques.
 pub const WRENCH: &str = "wrench";
 const ENERGIES: [&str; 2] = ["contact", "contact_and_potential"];
+const SAMPLERS: [&str; 3] = ["annealing", "uniform", "antipodal"];
 const MODELS: [&str; 2] = ["hard_point", "soft_finger"];
 
 impl GraspRun {
@@ -282,6 +290,10 @@ impl GraspRun {
             wire::element(out, 29, &message);
         }
         wire::uint32(out, 30, self.resting.left_out);
+        // That of annealing is not written: runs of before there were others keep their bytes.
+        if self.method.sampler != SAMPLERS[0] {
+            wire::bytes(out, 40, self.method.sampler.as_bytes());
+        }
     }
 
     /// Reads and checks a payload.
@@ -372,6 +384,8 @@ impl GraspMethod {
     }
 
     fn of(run: &proto::GraspRun) -> Result<Self, RecordError> {
+        let sampler = if run.sampler.is_empty() { SAMPLERS[0] } else { &run.sampler };
+        named(MESSAGE, "sampler", sampler, &SAMPLERS)?;
         named(MESSAGE, "energy", &run.energy, &ENERGIES)?;
         named(MESSAGE, "energy_space", &run.energy_space, &[FORCE, WRENCH])?;
         named(MESSAGE, "space", &run.space, &[FORCE, WRENCH])?;
@@ -397,6 +411,7 @@ impl GraspMethod {
         }
         ranged(MESSAGE, "edges", f64::from(run.edges), run.edges >= 3, "3 or more")?;
         Ok(Self {
+            sampler: sampler.to_owned(),
             energy: run.energy.clone(),
             energy_space: run.energy_space.clone(),
             energy_friction: run.energy_friction,
@@ -442,6 +457,8 @@ impl Grasp {
         for (field, way) in [(24, 0), (25, 1)] {
             wire::doubles_of(out, field, self.clearances.iter().map(|lowest| lowest[way]));
         }
+        wire::doubles_of(out, 30, self.shift.iter().flatten().copied());
+        wire::doubles_of(out, 31, self.turn.iter().flatten().copied());
     }
 
     /// Reads a grasp of a run whose names have been checked.
@@ -461,6 +478,8 @@ impl Grasp {
             ("grasps.width", grasp.width.len().min(1), &grasp.width),
             ("grasps.clearances", watched, &grasp.clearances),
             ("grasps.clearances_opened", watched, &grasp.clearances_opened),
+            ("grasps.turn", grasp.shift.len(), &grasp.turn),
+            ("grasps.shift", if grasp.shift.is_empty() { 0 } else { 3 }, &grasp.shift),
         ] {
             lengthy(MESSAGE, field, expected, values.len())?;
             let wild = values.iter().find(|value| !value.is_finite());
@@ -499,6 +518,8 @@ impl Grasp {
             joints_before: grasp.joints_before.clone(),
             joints: grasp.joints.clone(),
             advance: grasp.advance,
+            shift: grasp.shift.as_slice().try_into().ok(),
+            turn: grasp.turn.as_slice().try_into().ok(),
             penetration: grasp.penetration,
             energy: grasp.energy,
             contact_energy: grasp.contact_energy,

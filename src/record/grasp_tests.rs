@@ -35,6 +35,8 @@ fn grasp() -> impl Strategy<Value = Grasp> {
                 joints_before: joints[..2].to_vec(),
                 joints: joints[1..3].to_vec(),
                 advance: quality[1],
+                shift: width.map(|width| [width, joints[0], joints[1]]),
+                turn: width.map(|_| quality),
                 penetration: quality[0],
                 energy,
                 contact_energy: energy,
@@ -84,6 +86,7 @@ fn run() -> impl Strategy<Value = GraspRun> {
                 potentials: u64::from(tries),
                 course,
                 method: GraspMethod {
+                    sampler: if soft { "uniform" } else { "annealing" }.to_owned(),
                     energy: "contact_and_potential".to_owned(),
                     energy_space: WRENCH.to_owned(),
                     energy_friction: 0.2,

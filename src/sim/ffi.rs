@@ -9,12 +9,14 @@ use std::{
 
 use khronos_egl as egl;
 use mujoco_rs::{
+    error::MjEditError,
     logging::set_log_handler,
     mujoco_c::{mjCOLLISIONFUNC, mjData, mjModel, mjPreContact, mjfCollision, mjtDepthMap},
     wrappers::{
         mj_data::MjData,
+        mj_editing::{MjSpec, SpecObject},
         mj_logging::{MjLogMessage, MjtLogLevel},
-        mj_model::{MjModel, MjtGeomBase},
+        mj_model::{MjModel, MjtGeomBase, MjtJoint},
         mj_rendering::{MjrContext, MjtFramebuffer},
         mj_visualization::MjvScene,
     },
@@ -52,6 +54,29 @@ pub(super) fn prepare_library() {
         // Inside the `Once` nobody else has set it.
         let _ = OWN_COLLISIONS.set(own);
     });
+}
+
+/// Takes the free joints of what stands in the world out of a description, so that it stands still. Keyframes would have another
+/// length; they go to the joints' own values.
+pub(super) fn drop_free_joints(spec: &mut MjSpec) -> Result<(), MjEditError> {
+    let mut dropped = false;
+    for body in spec.world_body_mut().body_iter_mut() {
+        if let Some(joint) = body.joint_iter_mut(false).find(|joint| joint.type_() == MjtJoint::mjJNT_FREE) {
+            dropped = true;
+            // SAFETY: the walk has just found it, it is deleted once, and no handle to it outlives this.
+            #[expect(unsafe_code, reason = "MuJoCo frees what it deletes")]
+            unsafe {
+                joint.delete()?;
+            }
+        }
+    }
+    if dropped {
+        for key in spec.key_iter_mut() {
+            key.set_qpos(&[]);
+            key.set_qvel(&[]);
+        }
+    }
+    Ok(())
 }
 
 /// The geoms that a true mesh is held against, before a mesh in MuJoCo's order.

@@ -11,6 +11,7 @@ use mujoco_rs::wrappers::mj_model::{MjtEq, MjtJoint, MjtObjBase};
 use super::{
     bodies::{PairRule, Places},
     error::{HandError, RobotError},
+    ffi::drop_free_joints,
     robot::{RobotModel, index, isometry},
 };
 use crate::{
@@ -32,7 +33,8 @@ impl HandModel {
     /// When MuJoCo refuses the one, or the other is wrong or does not fit.
     pub fn open(path: &Path) -> Result<Self, HandError> {
         let description = description_of(path);
-        let robot = RobotModel::open(&description)?;
+        // A hand that floats in its file stands still here: grasps move the object against it.
+        let robot = RobotModel::open_edited(&description, drop_free_joints)?;
         let table = HandTable::read(&HandTable::beside(&description))?;
         let hand = table.hand(robot.skeleton()?)?;
         Ok(Self { robot, hand: Arc::new(hand) })

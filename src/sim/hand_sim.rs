@@ -22,6 +22,7 @@ use nalgebra::{IsometryMatrix3, Point3, UnitQuaternion};
 use super::{
     depth::{Inertia, add_mesh},
     error::{HandError, RobotError},
+    ffi::drop_free_joints,
     hand::HandModel,
     robot::{index, isometry},
     true_mesh::{self, TrueMesh, TrueMeshCollider},
@@ -282,6 +283,7 @@ pub(super) fn refused_by(model: &HandModel) -> impl Fn(mujoco_rs::error::MjEditE
 pub(super) fn hand_spec(model: &HandModel) -> Result<(MjSpec, Vec<f64>), HandError> {
     let refused = refused_by(model);
     let mut spec = MjSpec::from_xml(&model.robot.path).map_err(refused)?;
+    drop_free_joints(&mut spec).map_err(refused)?;
     for actuator in spec.actuator_iter_mut() {
         actuator.set_group(OWN_ACTUATORS);
     }

@@ -7,6 +7,7 @@ use std::{
 };
 
 use mujoco_rs::{
+    error::MjEditError,
     mujoco_c::mjtDisableBit,
     wrappers::{
         mj_data::MjData,
@@ -48,12 +49,24 @@ impl RobotModel {
     /// # Errors
     /// When MuJoCo refuses it.
     pub fn open(path: &Path) -> Result<Self, RobotError> {
+        Self::open_edited(path, |_| Ok(()))
+    }
+
+    /// The same of a description that is edited before MuJoCo compiles it.
+    ///
+    /// # Errors
+    /// When MuJoCo refuses it.
+    pub(super) fn open_edited(
+        path: &Path,
+        edit: impl FnOnce(&mut MjSpec) -> Result<(), MjEditError>,
+    ) -> Result<Self, RobotError> {
         ffi::prepare_library();
         let refused = |message: String| RobotError::Refused { path: path.to_owned(), message };
         if path.to_str().is_none_or(|text| text.contains('\0')) {
             return Err(refused("path is not UTF-8".into()));
         }
         let mut spec = MjSpec::from_xml(path).map_err(|error| missing_or(path, error.to_string()))?;
+        edit(&mut spec).map_err(|error| refused(error.to_string()))?;
         let mut model = spec.compile().map_err(|error| missing_or(path, error.to_string()))?;
         // Contacts are what a robot is opened for.
         model.opt_mut().disableflags &= !(mjtDisableBit::mjDSBL_CONTACT as i32);

@@ -3,6 +3,7 @@
 
 mod closing;
 mod energies;
+mod grippers;
 mod scans;
 mod search;
 mod table;
@@ -39,10 +40,18 @@ impl Bench {
         Self::of(prepare(&built_in_source(name)).expect("a sound shape"))
     }
 
+    fn with(name: &str, scene: &str) -> Self {
+        Self::of_hand(prepare(&built_in_source(name)).expect("a sound shape"), scene)
+    }
+
     fn of(prepared: PreparedMesh) -> Self {
+        Self::of_hand(prepared, "scenes/barrett_bh8_280.xml")
+    }
+
+    fn of_hand(prepared: PreparedMesh, scene: &str) -> Self {
         let surface = ContactSurface::new(&prepared.mesh, inside_test(&prepared.record)).expect("a surface");
         let surface = Arc::new(surface);
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/barrett_bh8_280.xml");
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(scene);
         let model = HandModel::open(&scene).expect("the hand");
         let (bodies, _) = model.bodies().expect("its bodies");
         let hand = Arc::clone(model.hand());

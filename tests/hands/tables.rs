@@ -1,8 +1,13 @@
 //! Tables with mistakes: file, place, what is wrong, how to mend it.
 
-use std::{fs, path::Path};
+use std::{fs, path::Path, sync::Arc};
 
-use graspmill::sim::{HandError, HandModel};
+use graspmill::{
+    collision::Geometry,
+    geom::Shape,
+    sim::{HandError, HandModel, HandSim, HandWorker, RunEnd},
+};
+use nalgebra::{IsometryMatrix3, Translation3};
 
 use super::{BARRETT, GRIPPER};
 
@@ -129,4 +134,34 @@ fn descriptions_that_make_no_hand() {
     fs::copy(GRIPPER, &path).expect("a copy");
     let error = HandModel::open(&path).err().expect("no table").to_string();
     assert!(error.contains("hand.toml: ") && error.contains("docs/hands.md"), "{error}");
+}
+
+/// A hand that floats in its file is the same hand that stands.
+#[test]
+fn a_floating_hand_stands_still() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("hand.xml");
+    let text = fs::read_to_string(GRIPPER).expect("a description");
+    let floating =
+        text.replace("<body name=\"palm\">", "<body name=\"palm\" pos=\"0 0 0.1\"><freejoint name=\"root\"/>");
+    let keyed = floating.replace("</mujoco>", "<keyframe><key qpos=\"0 0 1 1 0 0 0 0.01 0.01\"/></keyframe></mujoco>");
+    fs::write(&path, keyed).expect("a file");
+    fs::copy(Path::new(GRIPPER).with_extension("toml"), path.with_extension("toml")).expect("a copy");
+    let (floats, stands) = (HandModel::open(&path).unwrap_or_else(|error| panic!("{error}")), super::open(GRIPPER));
+    assert_eq!(floats.hand().links(), stands.hand().links());
+    assert_eq!(floats.hand().tree().len(), 2);
+    let raised = Translation3::new(0.0, 0.0, 0.1);
+    for values in [[0.0, 0.0], [0.03, 0.03]] {
+        let [ours, theirs] = [&floats, &stands].map(|model| model.hand().link_frames(&values));
+        for (one, other) in ours.iter().zip(&theirs) {
+            assert!((one.to_homogeneous() - (raised * other).to_homogeneous()).amax() < 1e-12);
+        }
+    }
+    let ball = [Geometry { shape: Shape::Sphere { radius: 0.02 }, link_from_shape: IsometryMatrix3::identity() }];
+    let mut worker = HandWorker::new(&Arc::new(HandSim::new(&floats, &ball).expect("a simulation")));
+    worker.start(&floats.hand().opened(), &IsometryMatrix3::translation(0.0, 0.0, 0.205)).expect("a posture");
+    let run = worker.close(2000);
+    assert_eq!(run.end, RunEnd::AtRest, "{run:?}");
+    let width = floats.hand().width(&floats.hand().link_frames(&run.joints)).expect("a gripper");
+    assert!((width - 0.04).abs() < 1e-3, "{width}");
 }

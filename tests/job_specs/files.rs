@@ -17,8 +17,8 @@ use super::{
     resolve, surroundings,
 };
 
-/// The job whose robot is no part of what `make test` fetches; `make robots` fetches it, for the slow test.
-const FETCHED_APART: &str = "jobs/panda-reachability.toml";
+/// The jobs whose robot or hand is no part of what `make test` fetches; `make robots hands` fetches them, for the slow test.
+const FETCHED_APART: [&str; 2] = ["jobs/allegro-grasps.toml", "jobs/panda-reachability.toml"];
 
 fn job_files() -> Vec<PathBuf> {
     let files = fs::read_dir("jobs").expect("jobs/ is there").map(|entry| entry.expect("jobs/ is readable").path());
@@ -32,8 +32,8 @@ fn job_files() -> Vec<PathBuf> {
 fn jobs_at_hand() -> Vec<PathBuf> {
     let mut files = job_files();
     let all = files.len();
-    files.retain(|file| file != Path::new(FETCHED_APART));
-    assert_eq!(files.len(), all - 1, "{FETCHED_APART} is there");
+    files.retain(|file| !FETCHED_APART.iter().any(|apart| file == Path::new(apart)));
+    assert_eq!(files.len(), all - FETCHED_APART.len(), "{FETCHED_APART:?} are there");
     files
 }
 
@@ -60,6 +60,7 @@ fn every_job_file_is_a_job_of_its_size() {
     let expected = [
         ("builtin", 33, 726),
         ("exploration", 78, 12),
+        ("fetch-grasps", 78, 20),
         ("fetch-reachability-halfstep", 1, 42_240),
         ("fetch-reachability-meshes", 1, 5280),
         ("fetch-reachability-sphere", 1, 5280),
@@ -67,6 +68,7 @@ fn every_job_file_is_a_job_of_its_size() {
         ("fetch-torso-reachability", 1, 5280),
         ("grasps-quick", 3, 4),
         ("half-shapes", 36, 1),
+        ("panda-grasps", 78, 20),
         // Of made-up grasps.
         ("patches-quick", 3, 3),
         ("quickstart", 18, 726),
@@ -75,19 +77,22 @@ fn every_job_file_is_a_job_of_its_size() {
         ("thesis", 608, 726),
         ("tx60l-table-reachability", 1, 5054),
         ("ycb-completion", 78, 726),
+        ("ycb-grasp-database", 78, 3),
         ("ycb-grasps", 78, 20),
         ("ycb-patches", 3, 3),
         ("ycb-touch", 78, 726),
+        ("ycb-uniform-grasps", 78, 24),
     ];
     assert_eq!(sizes(&jobs_at_hand()), expected.map(|(name, objects, views)| (name.to_owned(), objects, views)));
 }
 
 #[test]
-#[ignore = "needs the meshes of make robots"]
-fn the_job_fetched_apart_is_a_job_of_its_size() {
-    let file = PathBuf::from(FETCHED_APART);
-    assert_eq!(sizes(std::slice::from_ref(&file)), [("panda-reachability".to_owned(), 1, 6137)]);
-    assert_resolves_and_reads_back(&file);
+#[ignore = "needs the meshes of make robots and make hands"]
+fn the_jobs_fetched_apart_are_jobs_of_their_size() {
+    let files = FETCHED_APART.map(PathBuf::from);
+    let expected = [("allegro-grasps", 78, 20), ("panda-reachability", 1, 6137)];
+    assert_eq!(sizes(&files), expected.map(|(name, objects, views)| (name.to_owned(), objects, views)));
+    files.iter().for_each(|file| assert_resolves_and_reads_back(file));
 }
 
 #[test]

@@ -96,6 +96,10 @@ fn mistakes_are_shown_at_once_with_their_places() {
             "annealing.potential_scale",
             "no potential",
         ),
+        (&["grasps.sampler=uniform", "annealing.steps=50"], "annealing.steps", "nothing is searched for"),
+        (&["grasps.sampler=uniform", "uniform.rolls=[nan]"], "uniform.rolls[0]", "a number"),
+        (&["uniform.grasps=50"], "uniform", "settings of another sampler"),
+        (&["grasps.sampler=antipodal", "uniform={poses=\"any\"}"], "uniform", "settings of another sampler"),
         (&["annealing.steps=50", "annealing.most_failures=60"], "annealing.most_failures", "no seed is ever given up"),
         (&["annealing.amplitudes={clamped=0.0}"], "annealing.amplitudes.clamped", "above 0"),
         (&["keep.torsion=0"], "keep.torsion", "above 0"),
@@ -137,6 +141,9 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         vec!["physics={}"],
         vec!["physics={friction=0.2,mass=0.3,perturbed=0,roll_out_share=0.1,roll_outs=4,gravity=\"six\"}"],
         vec!["annealing.energy=contact", "annealing.descent=true", "grasps.seeds=7", "shards.runs=5"],
+        vec!["grasps.sampler=uniform", "profile=thesis"],
+        vec!["grasps.sampler=uniform", "uniform={grasps=7,poses=\"any\",rolls=[0.5]}", "annealing.energy=contact"],
+        vec!["grasps.sampler=antipodal", "antipodal={pairs=70,friction=0.3,best=5}", "annealing.friction=0.5"],
     ] {
         let job = job(&overrides);
         let text = job.to_toml(Path::new("jobs"));
@@ -174,9 +181,23 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "hand.scene=../scenes/parallel_gripper.xml",
         "physics={}",
         "physics.friction=0.2",
+        "grasps.sampler=uniform",
+        "grasps.sampler=antipodal",
     ] {
         assert_ne!(job(&[other]).digest(), plain.digest(), "{other}");
         assert_ne!(job(&[other]).sample_settings(), plain.sample_settings(), "{other}");
+    }
+    for (sampler, other) in [
+        ("uniform", "uniform.grasps=21"),
+        ("uniform", "uniform.poses=any"),
+        ("uniform", "uniform.rolls=[0.1]"),
+        ("uniform", "annealing.energy=contact"),
+        ("antipodal", "antipodal.pairs=70"),
+        ("antipodal", "antipodal.friction=0.4"),
+        ("antipodal", "antipodal.best=7"),
+    ] {
+        let sampler = format!("grasps.sampler={sampler}");
+        assert_ne!(job(&[&sampler, other]).digest(), job(&[&sampler]).digest(), "{other}");
     }
     let split = job(&["split.test_models=2"]);
     assert_ne!(split.digest(), plain.digest());
@@ -204,6 +225,8 @@ fn tables_name_the_hand_and_costs_grow_with_the_steps() {
     assert_eq!(header.channel_classes, [(Channel::GraspTrials, NumberClass::Physics)].into_iter().collect());
     assert!(costs(&["physics={}"]).trial_seconds > 0.0 && costs(&[]).trial_seconds == 0.0);
     assert!(costs(&["annealing.best=40"]).run_bytes > costs(&[]).run_bytes);
+    assert!(costs(&["grasps.sampler=uniform"]).run_seconds < costs(&[]).run_seconds);
+    assert!(costs(&["grasps.sampler=antipodal", "antipodal.best=1"]).run_bytes < costs(&[]).run_bytes);
     assert!(expected_bytes(&plain, 1000.0) > 0.0);
     assert_eq!(grasp_costs(&resolve(read(MINIMAL, &[]).expect("a job"))), None);
 }

@@ -6,7 +6,7 @@ use toml::Value;
 
 use super::{Text, relative_to};
 use crate::{
-    grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace},
+    grasp::{AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, Sampler, SearchFrame, Uniform, WrenchSpace},
     job::{
         checked::{GraspSettings, JobHand, JobObject, KnownMass, Physics},
         discover,
@@ -15,10 +15,11 @@ use crate::{
 
 impl Text {
     pub(super) fn grasps(&mut self, settings: &GraspSettings) {
-        let GraspSettings { seeds, annealing, keeping, physics } = settings;
+        let GraspSettings { seeds, sampler, annealing, keeping, physics } = settings;
         self.section("grasps");
         self.key("seeds", i64::from(*seeds));
-        self.annealing(annealing);
+        self.sampler(sampler);
+        self.annealing(annealing, *sampler == Sampler::Annealing);
         let Keeping { friction, edges, torsion, space, min_epsilon, advance, most_penetration, table } = keeping;
         self.section("keep");
         self.key("friction", *friction);
@@ -58,7 +59,29 @@ impl Text {
         self.key("gravity", if *six_directions { "six" } else { "lifted" });
     }
 
-    fn annealing(&mut self, annealing: &Annealing) {
+    /// Nothing where annealing searches: jobs of before other samplers were keep their names.
+    fn sampler(&mut self, sampler: &Sampler) {
+        match sampler {
+            Sampler::Annealing => {}
+            Sampler::Uniform(Uniform { grasps, rolls, upright }) => {
+                self.key("sampler", "uniform");
+                self.section("uniform");
+                self.key("grasps", i64::from(*grasps));
+                self.key("poses", if *upright { "upright" } else { "any" });
+                self.key("rolls", Value::Array(rolls.0.iter().copied().map(Value::from).collect()));
+            }
+            Sampler::Antipodal(Antipodal { pairs, friction, best }) => {
+                self.key("sampler", "antipodal");
+                self.section("antipodal");
+                self.key("pairs", i64::from(*pairs));
+                self.key("friction", *friction);
+                self.key("best", i64::from(*best));
+            }
+        }
+    }
+
+    /// What of it counts: the energy alone where nothing is searched for.
+    fn annealing(&mut self, annealing: &Annealing, searches: bool) {
         let Annealing {
             steps,
             energy,
@@ -73,7 +96,9 @@ impl Text {
             most_failures,
         } = annealing;
         self.section("annealing");
-        self.key("steps", i64::from(*steps));
+        if searches {
+            self.key("steps", i64::from(*steps));
+        }
         self.key(
             "energy",
             match energy {
@@ -86,6 +111,9 @@ impl Text {
         // What scales nothing changes nothing.
         if *energy == EnergyKind::ContactAndPotential {
             self.key("potential_scale", *potential_scale);
+        }
+        if !searches {
+            return;
         }
         self.key("whole_schedule", *whole_schedule);
         self.key("descent", *descent);

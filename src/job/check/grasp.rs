@@ -7,12 +7,14 @@ use super::{
     touch::{HandReader, read_hand},
 };
 use crate::{
-    grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace},
+    grasp::{
+        AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, Rolls, Sampler, SearchFrame, Uniform, WrenchSpace,
+    },
     job::{
         checked::{GraspSettings, JobHand, Physics},
         spec::grasp::{
-            AmplitudesSpec, AnnealingSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec, KeepSpec, MassSpec,
-            PhysicsSpec, SpaceSpec,
+            AmplitudesSpec, AnnealingSpec, AntipodalSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec, KeepSpec,
+            MassSpec, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec, UniformSpec,
         },
     },
 };
@@ -27,11 +29,55 @@ pub(in crate::job) fn grasps(
     let hand = spec.hand.as_ref().and_then(|hand| read_hand(checker, "hand", hand, folder, hands));
     let settings = GraspSettings {
         seeds: spec.grasps.seeds,
+        sampler: sampler(checker, spec),
         annealing: annealing(checker, &spec.annealing),
         keeping: keeping(&spec.keep),
         physics: spec.physics.as_ref().map(|spec| physics(checker, spec)),
     };
     (settings, hand)
+}
+
+/// Keys of the annealing that say how it searches; the others rate what any sampler comes to.
+const OF_SEARCH: [&str; 7] = [
+    "annealing.steps",
+    "annealing.whole_schedule",
+    "annealing.descent",
+    "annealing.frame",
+    "annealing.amplitudes",
+    "annealing.best",
+    "annealing.most_failures",
+];
+
+fn sampler(checker: &mut Checker<'_>, spec: &GraspsSpec) -> Sampler {
+    let chosen = match spec.grasps.sampler {
+        SamplerSpec::Annealing => "annealing",
+        SamplerSpec::Uniform => "uniform",
+        SamplerSpec::Antipodal => "antipodal",
+    };
+    let other = format!("grasps.sampler = \"{chosen}\"");
+    for section in ["uniform", "antipodal"].into_iter().filter(|section| *section != chosen) {
+        if checker.document.has(section) {
+            checker.contradiction(section, &other, "these are settings of another sampler");
+        }
+    }
+    for key in OF_SEARCH.into_iter().filter(|key| chosen != "annealing" && checker.document.has(key)) {
+        checker.contradiction(key, &other, "nothing is searched for: of the annealing its energy alone counts");
+    }
+    match spec.grasps.sampler {
+        SamplerSpec::Annealing => Sampler::Annealing,
+        SamplerSpec::Uniform => {
+            let UniformSpec { grasps, poses, rolls } = &spec.uniform;
+            Sampler::Uniform(Uniform {
+                grasps: *grasps,
+                rolls: Rolls(rolls.clone()),
+                upright: *poses == PosesSpec::Upright,
+            })
+        }
+        SamplerSpec::Antipodal => {
+            let &AntipodalSpec { pairs, friction, best } = &spec.antipodal;
+            Sampler::Antipodal(Antipodal { pairs, friction, best })
+        }
+    }
 }
 
 fn annealing(checker: &mut Checker<'_>, spec: &AnnealingSpec) -> Annealing {

@@ -3,7 +3,7 @@
 use super::{JobHand, JobObject, SplitSettings};
 use crate::{
     assets::MeshRefusal,
-    grasp::{Annealing, Keeping},
+    grasp::{Annealing, Keeping, Sampler},
 };
 
 /// Which grasps of which hand are searched for on which objects.
@@ -22,11 +22,13 @@ pub struct GraspJob {
 }
 
 /// How grasps are searched for and judged.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct GraspSettings {
-    /// Runs of annealing an object, at least 1.
+    /// Runs an object, at least 1.
     pub seeds: u32,
-    /// The search.
+    /// How states of the hand are come by.
+    pub sampler: Sampler,
+    /// The search; where there is none, how states are rated.
     pub annealing: Annealing,
     /// What is kept.
     pub keeping: Keeping,
@@ -56,6 +58,26 @@ pub struct Physics {
     pub roll_outs: u32,
     /// Gravity from six directions, without lift and shake.
     pub six_directions: bool,
+}
+
+impl GraspSettings {
+    /// Steps of a run: of annealing, or how many states or pairs it looks at.
+    pub fn steps(&self) -> u32 {
+        match &self.sampler {
+            Sampler::Annealing => self.annealing.steps,
+            Sampler::Uniform(uniform) => uniform.grasps,
+            Sampler::Antipodal(antipodal) => antipodal.pairs,
+        }
+    }
+
+    /// Grasps of a run, at most.
+    pub fn best(&self) -> u32 {
+        match &self.sampler {
+            Sampler::Annealing => self.annealing.best,
+            Sampler::Uniform(uniform) => uniform.grasps,
+            Sampler::Antipodal(antipodal) => antipodal.best,
+        }
+    }
 }
 
 impl Physics {

@@ -21,8 +21,12 @@ pub struct GraspsSpec {
     pub hand: Option<HandSpec>,
     /// How much is searched.
     pub grasps: GraspRunsSpec,
-    /// Simulated annealing of the hand's pose and posture.
+    /// Simulated annealing of the hand's pose and posture. Its energy rates states of the other samplers, too.
     pub annealing: AnnealingSpec,
+    /// What `sampler = "uniform"` does.
+    pub uniform: UniformSpec,
+    /// What `sampler = "antipodal"` does.
+    pub antipodal: AntipodalSpec,
     /// Which of the states that annealing kept are kept as grasps, once the hand is closed. The others stay in the dataset,
     /// with the reason why not.
     pub keep: KeepSpec,
@@ -40,9 +44,67 @@ pub struct GraspsSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GraspRunsSpec {
-    /// Runs of annealing an object, each from a seed of its own; seeds are spread evenly over the surface.
+    /// Runs an object. Those of annealing start each from a seed of its own; seeds are spread evenly over the surface.
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
     pub seeds: u32,
+    /// How states of the hand are come by, before they are closed and judged.
+    #[schemars(extend("examples" = ["uniform"]))]
+    pub sampler: SamplerSpec,
+}
+
+/// How states of the hand are come by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SamplerSpec {
+    /// They are searched for: `[annealing]`.
+    Annealing,
+    /// Approaches all round an axis of the object, no search: `[uniform]`.
+    Uniform,
+    /// A gripper's pads on opposite sides of the object, no search: `[antipodal]`. Needs a hand with a `width` whose two pads
+    /// one motor slides towards each other.
+    Antipodal,
+}
+
+/// Approaches all round an axis, at right angles to it, spread evenly: the opened hand comes from afar until it meets the object
+/// or its approach frame is on the axis, and closes there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UniformSpec {
+    /// Grasps of a run.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "grasps"))]
+    pub grasps: u32,
+    /// The axis of each run.
+    #[schemars(extend("examples" = ["any"]))]
+    pub poses: PosesSpec,
+    /// Rolls of the hand about its approach, which the grasps of a run take in turn. At 0 the approach frame's x axis is at right
+    /// angles to the axis, to the right along the approach.
+    #[schemars(length(min = 1, max = 1000), extend("x-unit" = "rad", "examples" = [[0.0]]))]
+    pub rolls: Vec<f64>,
+}
+
+/// Which axes runs go round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PosesSpec {
+    /// The object's z axis, through the middle of its box; each run at a height of its own, spread evenly.
+    Upright,
+    /// Any direction, drawn for each run, through the middle of the box: the object's z axis as it is turned to any pose.
+    Any,
+}
+
+/// A gripper's pads on pairs of points whose line is within the friction cones of both.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AntipodalSpec {
+    /// Pairs that a run draws, over all the surface, each with a roll of the hand about its line.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "pairs"))]
+    pub pairs: u32,
+    /// Coefficient of these cones.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
+    pub friction: f64,
+    /// States that a run keeps, the best by energy, no two alike.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
+    pub best: u32,
 }
 
 /// Simulated annealing.

@@ -2,19 +2,27 @@
 
 use crate::{
     geom::Pose,
-    grasp::{self, Annealing, EnergyKind, Keeping, STAND_OFF, WrenchSpace},
+    grasp::{self, EnergyKind, STAND_OFF, Sampler, WrenchSpace},
     hand::Hand,
     ids::{ObjectId, SampleId},
+    job::GraspSettings,
     record::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, WRENCH},
 };
 
 /// What energies and quality are computed with.
-pub(super) fn method(annealing: &Annealing, keeping: &Keeping) -> GraspMethod {
+pub(super) fn method(settings: &GraspSettings) -> GraspMethod {
+    let GraspSettings { sampler, annealing, keeping, .. } = settings;
+    let sampler = match sampler {
+        Sampler::Annealing => "annealing",
+        Sampler::Uniform(_) => "uniform",
+        Sampler::Antipodal(_) => "antipodal",
+    };
     let energy = match annealing.energy {
         EnergyKind::Contact => "contact",
         EnergyKind::ContactAndPotential => "contact_and_potential",
     };
     GraspMethod {
+        sampler: sampler.to_owned(),
         energy: energy.to_owned(),
         energy_space: space(annealing.space),
         energy_friction: annealing.friction,
@@ -79,6 +87,8 @@ fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
         joints_before,
         joints: grasp.joints.clone(),
         advance: grasp.advance,
+        shift: grasp.shift.map(Into::into),
+        turn: grasp.turn.map(Into::into),
         penetration: grasp.penetration,
         energy: grasp.energies.total,
         contact_energy: grasp.energies.contact,

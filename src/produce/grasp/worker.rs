@@ -14,9 +14,9 @@ use super::{
 use crate::{
     contact::ContactSurface,
     geom::{Pose, RestingPoses, SimdLevel},
-    grasp::{Annealer, ObjectSearch},
+    grasp::{Annealer, Antipodal, GraspSampler, ObjectSearch, Sampler, Uniform, axes},
     ids::{Digest, ObjectId, SampleId, ViewId},
-    job::GraspJob,
+    job::{GraspJob, GraspSettings},
     produce::{
         Outcome, ProduceError, Producer,
         objects::{inside_test, prepared},
@@ -33,7 +33,7 @@ pub struct GraspWorker<'j> {
     job: &'j GraspJob,
     seed: u64,
     hand: &'j GraspHand,
-    annealer: Annealer,
+    search: Search,
     /// The object that was loaded last, and its place in the job.
     loaded: Option<(usize, LoadedObject)>,
     record: GraspRun,
@@ -42,6 +42,13 @@ pub struct GraspWorker<'j> {
     #[cfg(feature = "sim")]
     trials: Option<Trials>,
     trials_payload: Vec<u8>,
+}
+
+/// What comes by states of the hand.
+enum Search {
+    Annealing(Box<Annealer>),
+    Uniform(Box<GraspSampler>, Uniform),
+    Antipodal(Box<GraspSampler>, Antipodal),
 }
 
 /// An object ready for its runs.
@@ -57,27 +64,37 @@ impl<'j> GraspWorker<'j> {
     /// # Errors
     /// When the job asks for physics and the hand cannot be read.
     pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand, level: SimdLevel) -> Result<Self, ProduceError> {
-        let (annealing, keeping) = (&job.settings.annealing, &job.settings.keeping);
+        let GraspSettings { sampler, annealing, keeping, .. } = &job.settings;
         let record = GraspRun {
             sample: SampleId::of_object(ObjectId(Digest([0; 32])), ViewId(0)),
             hand: names(&hand.hand, job.hand.id),
             object_from_seed: Pose::identity(),
-            asked_steps: annealing.steps,
+            asked_steps: job.settings.steps(),
             steps: 0,
             failed: 0,
             tries: 0,
             potentials: 0,
             course: [RunStretch::default(); STRETCHES],
-            method: method(annealing, keeping),
+            method: method(&job.settings),
             grasps: Vec::new(),
             resting: RestingPoses::default(),
         };
-        let annealer = Annealer::new(&hand.search, annealing, keeping, level);
+        if matches!(sampler, Sampler::Antipodal(_)) && hand.hand.closing_line().is_none() {
+            let why = "grasps.sampler = \"antipodal\" needs a gripper: a `width` in its table, its pads slid towards each other \
+                       by one motor";
+            return Err(ProduceError::NoGrasps { name: job.hand.scene.display().to_string(), why: why.to_owned() });
+        }
+        let sampling = || Box::new(GraspSampler::new(&hand.search, annealing, keeping, level));
+        let search = match sampler {
+            Sampler::Annealing => Search::Annealing(Box::new(Annealer::new(&hand.search, annealing, keeping, level))),
+            Sampler::Uniform(uniform) => Search::Uniform(sampling(), uniform.clone()),
+            Sampler::Antipodal(antipodal) => Search::Antipodal(sampling(), *antipodal),
+        };
         Ok(Self {
             job,
             seed,
             hand,
-            annealer,
+            search,
             loaded: None,
             payload: Vec::new(),
             #[cfg(feature = "sim")]
@@ -95,7 +112,11 @@ impl<'j> GraspWorker<'j> {
         let surface = Arc::new(surface.map_err(|error| no_surface(error.to_string()))?);
         let id = object.id();
         let mut stream = Stream::of_job(self.seed, &id.0.0, "grasp seeds");
-        let seeds = seeds(&surface, self.job.settings.seeds, &mut stream);
+        let GraspSettings { sampler, seeds: runs, .. } = &self.job.settings;
+        let seeds = match sampler {
+            Sampler::Uniform(uniform) => axes(&surface, uniform, *runs, &mut stream),
+            _ => seeds(&surface, *runs, &mut stream),
+        };
         let search = ObjectSearch::new(&surface, &prepared.mesh);
         let search = search.ok_or_else(|| no_surface("it has no solid inside".to_owned()))?;
         #[cfg(feature = "sim")]
@@ -125,7 +146,12 @@ impl Producer for GraspWorker<'_> {
         let (_, object) = self.loaded.as_mut().expect("an object is loaded before its runs are made");
         let sample = SampleId::of_object(object.id, view);
         let mut stream = Stream::of_sample(self.seed, &sample, "annealing");
-        let run = self.annealer.run(&object.search, &object.seeds[view.0 as usize], &mut stream);
+        let seed = &object.seeds[view.0 as usize];
+        let run = match &mut self.search {
+            Search::Annealing(annealer) => annealer.run(&object.search, seed, &mut stream),
+            Search::Uniform(search, uniform) => search.uniform(&object.search, seed, uniform),
+            Search::Antipodal(search, antipodal) => search.antipodal(&object.search, antipodal, &mut stream),
+        };
         recorded(&run, sample, &self.hand.hand, &mut self.record);
         self.record.resting.clone_from(object.search.resting());
         self.payload.clear();
