@@ -7,7 +7,7 @@ use crate::{
     geom::{Aabb, NoSurface, SolidGrid, TriMesh},
     voxel::{
         InsideTest,
-        channels::{Closest, Surface},
+        channels::{Closest, Neighbourhood, Surface},
         solid_occupancy,
     },
 };
@@ -24,6 +24,9 @@ const SEPARATION: f64 = 0.008;
 const PROJECTIONS: usize = 24;
 /// One that does not bring the two nearer by this much ends them [m].
 const NEARER: f64 = 1e-8;
+/// The surface's triangles are gathered for so much around a place [m], once it moves by less than this share of it at a time.
+const NEARBY: f64 = 2e-4;
+const SLOW: f64 = 0.1;
 /// Distances below which directions are lost [m].
 const SETTLED: f64 = 1e-7;
 /// How far apart two contacts count for pressing at 60 degrees to each other [m].
@@ -109,6 +112,60 @@ pub(super) struct Pair {
     normal: Vector3<f64>,
     /// From the surface to the core [m], negative inside.
     distance: f64,
+}
+
+/// What is remembered of the surface around one place that is followed step by step: it moves micrometres a step.
+pub(super) struct Trail {
+    near: Nearby,
+    /// The same for the place from which another wall is looked for.
+    beyond: Nearby,
+}
+
+impl Trail {
+    /// One that remembers, or asks anew each time.
+    pub(super) fn new(remembers: bool) -> Self {
+        let nearby = || Nearby { remembers, around: Neighbourhood::default(), asked: Point3::origin() };
+        Self { near: nearby(), beyond: nearby() }
+    }
+
+    /// Begins again.
+    pub(super) fn forget(&mut self) {
+        for nearby in [&mut self.near, &mut self.beyond] {
+            nearby.around.forget();
+            nearby.asked = Point3::origin();
+        }
+    }
+}
+
+struct Nearby {
+    remembers: bool,
+    around: Neighbourhood,
+    /// Where the last question was asked that the neighbourhood did not answer.
+    asked: Point3<f64>,
+}
+
+impl Nearby {
+    /// [`Surface::closest_from`], out of the neighbourhood if it can answer; of what moves slowly one is gathered.
+    fn closest(
+        &mut self,
+        surface: &Surface,
+        point: &Point3<f64>,
+        reach: f64,
+        hint: Option<&Closest>,
+    ) -> Option<Closest> {
+        if self.around.holds(point) {
+            let found = surface.closest_among(point, &self.around);
+            return found.filter(|closest| closest.distance_squared < reach * reach);
+        }
+        let found = surface.closest_from(point, reach, hint);
+        let slow = self.remembers && (point - self.asked).norm_squared() < (NEARBY * SLOW).powi(2);
+        self.asked = *point;
+        if slow {
+            let far = found.map_or(reach + NEARBY, |closest| closest.distance_squared.sqrt() + 2.0 * NEARBY);
+            surface.gather(point, NEARBY, far, &mut self.around);
+        }
+        found
+    }
 }
 
 impl ContactSurface {
@@ -197,8 +254,8 @@ impl ContactSurface {
         out.clear();
         let mut places = std::mem::take(&mut scratch.places);
         self.search(probe, object_from_probe, margin, scratch, &mut places);
-        let pairs = places.iter().map(|place| &place.pair);
-        self.list(probe, margin, pairs, out);
+        let pairs = places.iter().map(|place| &place.pair).enumerate();
+        self.list(probe, margin, pairs, |_, point, reach| self.surface.closest(point, reach), out);
         scratch.places = places;
     }
 
@@ -236,7 +293,9 @@ impl ContactSurface {
                 if distance > most + reach {
                     continue;
                 }
-                self.followed(probe, object_from_probe, &probe_from_object, start, closest)
+                self.followed(probe, object_from_probe, &probe_from_object, start, closest, |_, next, closest| {
+                    self.surface.closest_from(next, f64::INFINITY, Some(closest))
+                })
             };
             let core = probe_from_object * pair.core;
             if near(places, &core) {
@@ -258,28 +317,49 @@ impl ContactSurface {
         object_from_probe: &IsometryMatrix3<f64>,
         probe_from_object: &IsometryMatrix3<f64>,
         place: &mut Place,
+        Trail { near, .. }: &mut Trail,
     ) {
         let start = object_from_probe * place.core;
-        let closest = self.surface.closest_from(&start, f64::INFINITY, Some(&place.pair.closest));
+        let closest = near.closest(&self.surface, &start, f64::INFINITY, Some(&place.pair.closest));
         let closest = closest.expect("a mesh has a closest point");
         let may_be_inside = self.distances.at_least(&start) < 0.0;
         place.pair = if may_be_inside && self.surface.inside(&self.solid, &start, Some(&closest)) {
             self.pair_inside(start, closest)
         } else {
-            self.followed(probe, object_from_probe, probe_from_object, start, closest)
+            self.followed(probe, object_from_probe, probe_from_object, start, closest, |from, next, closest| {
+                // So small a step brings the two no nearer than it is long.
+                let stands = near.remembers && (next - from).norm_squared() <= NEARER * NEARER;
+                (!stands).then(|| near.closest(&self.surface, next, f64::INFINITY, Some(closest)))?
+            })
         };
         place.core = probe_from_object * place.pair.core;
     }
 
-    /// The contacts of pairs that are nearer than `margin`, the nearest first.
-    pub(super) fn list<'a>(
+    /// The contacts of pairs that are nearer than `margin`, the nearest first; each with the memory of its place.
+    pub(super) fn list_followed<'a>(
         &self,
         probe: &Probe,
         margin: f64,
-        pairs: impl Iterator<Item = &'a Pair>,
+        pairs: impl Iterator<Item = (usize, &'a Pair)>,
+        trails: &mut [Trail],
         out: &mut Vec<SurfaceContact>,
     ) {
-        for pair in pairs {
+        let beyond =
+            |place: usize, point: &Point3<f64>, reach| trails[place].beyond.closest(&self.surface, point, reach, None);
+        self.list(probe, margin, pairs, beyond, out);
+    }
+
+    /// The contacts of pairs that are nearer than `margin`, the nearest first; `closest` looks for the surface from a place
+    /// within a reach.
+    fn list<'a>(
+        &self,
+        probe: &Probe,
+        margin: f64,
+        pairs: impl Iterator<Item = (usize, &'a Pair)>,
+        mut closest: impl FnMut(usize, &Point3<f64>, f64) -> Option<Closest>,
+        out: &mut Vec<SurfaceContact>,
+    ) {
+        for (place, pair) in pairs {
             let contact = SurfaceContact {
                 point: pair.core - pair.normal * probe.thickness,
                 normal: Unit::new_unchecked(pair.normal),
@@ -287,7 +367,8 @@ impl ContactSurface {
             };
             if contact.distance < margin {
                 out.push(contact);
-                out.extend(self.other_wall(probe, pair).filter(|other| other.distance < margin));
+                let other = other_wall(probe, pair, |point, reach| closest(place, point, reach));
+                out.extend(other.filter(|other| other.distance < margin));
             }
         }
         out.sort_by(|one, other| one.distance.total_cmp(&other.distance));
@@ -336,7 +417,8 @@ impl ContactSurface {
         Pair { core, closest, normal: self.away(&core, &closest, distance), distance }
     }
 
-    /// Follows a place of the core, outside of the mesh, to where core and surface are nearest to each other.
+    /// Follows a place of the core, outside of the mesh, to where core and surface are nearest to each other. `look` goes from a
+    /// place of the core with its closest point to the next place.
     fn followed(
         &self,
         probe: &Probe,
@@ -344,6 +426,7 @@ impl ContactSurface {
         probe_from_object: &IsometryMatrix3<f64>,
         start: Point3<f64>,
         closest: Closest,
+        mut look: impl FnMut(&Point3<f64>, &Point3<f64>, &Closest) -> Option<Closest>,
     ) -> Pair {
         let (mut core, mut closest) = (start, closest);
         // A solid that lies nearly parallel to the surface creeps: as long as it comes nearer it takes longer steps.
@@ -354,7 +437,7 @@ impl ContactSurface {
                 1.0 => next,
                 stretch => object_from_probe * probe.nearest(&(probe_from_object * (core + (next - core) * stretch))),
             };
-            let found = self.surface.closest_from(&next, f64::INFINITY, Some(&closest));
+            let found = look(&core, &next, &closest);
             // Where the surface cuts the core there is no way out to be read from it.
             let found = found.filter(|found| found.distance_squared > SETTLED * SETTLED);
             let nearer = found.filter(|found| closest.distance_squared.sqrt() - found.distance_squared.sqrt() > NEARER);
@@ -375,26 +458,30 @@ impl ContactSurface {
     fn away(&self, place: &Point3<f64>, closest: &Closest, distance: f64) -> Vector3<f64> {
         if distance.abs() > SETTLED { (place - closest.point) / distance } else { self.surface.normal(closest) }
     }
+}
 
-    /// A ball, or the end of a capsule, may lie in a corner: another part of the surface that the same place of the core is
-    /// near to, in another direction.
-    fn other_wall(&self, probe: &Probe, pair: &Pair) -> Option<SurfaceContact> {
-        if probe.most_contacts() > 2 || pair.distance <= 0.0 {
-            return None;
-        }
-        // Seen from farther away from the wall, another one is the nearest.
-        let beyond = pair.core + pair.normal * (probe.thickness - pair.distance).abs().max(probe.thickness / 2.0);
-        let closest = self.surface.closest(&beyond, 2.0 * probe.thickness)?;
-        let way = pair.core - closest.point;
-        let distance = way.norm();
-        let normal = way / distance;
-        let other = distance > SETTLED && normal.dot(&pair.normal) < OTHER_WALL;
-        other.then(|| SurfaceContact {
-            point: pair.core - normal * probe.thickness,
-            normal: Unit::new_unchecked(normal),
-            distance: distance - probe.thickness,
-        })
+/// A ball, or the end of a capsule, may lie in a corner: another part of the surface that the same place of the core is near
+/// to, in another direction. `closest` looks for the surface from a place within a reach.
+fn other_wall(
+    probe: &Probe,
+    pair: &Pair,
+    closest: impl FnOnce(&Point3<f64>, f64) -> Option<Closest>,
+) -> Option<SurfaceContact> {
+    if probe.most_contacts() > 2 || pair.distance <= 0.0 {
+        return None;
     }
+    // Seen from farther away from the wall, another one is the nearest.
+    let beyond = pair.core + pair.normal * (probe.thickness - pair.distance).abs().max(probe.thickness / 2.0);
+    let closest = closest(&beyond, 2.0 * probe.thickness)?;
+    let way = pair.core - closest.point;
+    let distance = way.norm();
+    let normal = way / distance;
+    let other = distance > SETTLED && normal.dot(&pair.normal) < OTHER_WALL;
+    other.then(|| SurfaceContact {
+        point: pair.core - normal * probe.thickness,
+        normal: Unit::new_unchecked(normal),
+        distance: distance - probe.thickness,
+    })
 }
 
 /// Keeps the nearest contact and, of the others, those that lie and press most unlike what is kept; in their order. The nearest

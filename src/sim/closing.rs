@@ -183,7 +183,9 @@ impl HandWorker {
     pub fn new(sim: &Arc<HandSim>) -> Self {
         let data = MjData::new(Box::new(MjModel::clone(&sim.model)));
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
-        let collider = sim.true_mesh.as_ref().map(|mesh| TrueMeshCollider::new(&sim.model, mesh));
+        // What hands feel of an object that stays keeps every bit.
+        let remembers = matches!(sim.hold, Hold::Free(_));
+        let collider = sim.true_mesh.as_ref().map(|mesh| TrueMeshCollider::new(&sim.model, mesh, remembers));
         let mut worker = Self {
             sim: Arc::clone(sim),
             data,

@@ -96,11 +96,16 @@ impl TrueMeshCollider {
         model.name_to_id(MjtObjBase::mjOBJ_GEOM, NAME).expect("the true mesh has a geom")
     }
 
-    pub(super) fn new(model: &MjModel, mesh: &TrueMesh) -> Self {
+    /// One that [remembers](ContactTracker::new), or not.
+    pub(super) fn new(model: &MjModel, mesh: &TrueMesh, remembers: bool) -> Self {
         Self {
             surface: Arc::clone(&mesh.surface),
             geom: Self::geom_of(model) as i32,
-            trackers: mesh.probes.iter().map(|probe| probe.map(ContactTracker::new)).collect(),
+            trackers: mesh
+                .probes
+                .iter()
+                .map(|probe| probe.map(|probe| ContactTracker::new(probe, remembers)))
+                .collect(),
             scratch: ContactScratch::default(),
             found: Vec::new(),
         }
@@ -201,7 +206,7 @@ mod tests {
         model.geom_friction_mut().fill([0.5, 0.005, 0.002]);
         let model = Arc::new(model);
         let probes = TrueMeshCollider::probes(&model);
-        let collider = TrueMeshCollider::new(&model, &TrueMesh { surface: Arc::clone(surface), probes });
+        let collider = TrueMeshCollider::new(&model, &TrueMesh { surface: Arc::clone(surface), probes }, true);
         (Arc::clone(&model), MjData::new(model), Some(collider))
     }
 

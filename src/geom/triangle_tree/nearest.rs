@@ -47,6 +47,35 @@ impl TriangleTree {
         }
         best
     }
+
+    /// Tells `found` the place and the squared distance [m^2] of every triangle that is nearer to `point` than `bound` [m^2];
+    /// in no order that matters.
+    pub(crate) fn within(&self, point: [f32; 3], bound: f32, mut found: impl FnMut(u32, f32)) {
+        let mut waiting = [NONE; 64];
+        let mut depth = 0;
+        let mut next = self.root;
+        while next != NONE {
+            if next & LEAF != 0 {
+                let leaf = &self.leaves[(next & !LEAF) as usize];
+                let distances = leaf.distances(point);
+                for (place, distance) in (0..leaf.count).zip(distances) {
+                    if distance < bound {
+                        found(leaf.first + place, distance);
+                    }
+                }
+            } else {
+                let node = &self.nodes[next as usize];
+                for (distance, child) in node.distances(point).into_iter().zip(node.children) {
+                    if distance < bound && child != NONE {
+                        waiting[depth] = child;
+                        depth += 1;
+                    }
+                }
+            }
+            depth = depth.wrapping_sub(1);
+            next = waiting.get(depth).copied().unwrap_or(NONE);
+        }
+    }
 }
 
 impl Node {

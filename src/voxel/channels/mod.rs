@@ -10,6 +10,7 @@ mod tsdf;
 pub use cloud::point_cloud;
 pub use coverage::CoverageBlocks;
 pub use implicit::{ImplicitPoints, implicit_points};
+pub(crate) use surface::Neighbourhood;
 pub use surface::{Closest, Surface};
 pub use tsdf::{TSDF_STEPS, tsdf};
 

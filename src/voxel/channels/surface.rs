@@ -33,6 +33,33 @@ pub struct Closest {
     feature: Feature,
 }
 
+/// The triangles that are nearest to any place near one, for many questions from there: a few of them are looked at, where
+/// the tree looks at dozens.
+#[derive(Default)]
+pub(crate) struct Neighbourhood {
+    /// Its middle, in `Object` [m].
+    middle: Point3<f64>,
+    /// How far from there a place may be [m]; 0 before it was gathered.
+    radius: f64,
+    /// Distances from the middle [m] and triangles, the nearest first.
+    triangles: Vec<(f32, u32)>,
+}
+
+/// Distances in f32 are off by less [m]: coordinates are below a few metres.
+const ROUNDED: f64 = 1e-6;
+
+impl Neighbourhood {
+    /// From now on it answers for no place.
+    pub(crate) fn forget(&mut self) {
+        self.radius = 0.0;
+    }
+
+    /// Whether it answers for a place.
+    pub(crate) fn holds(&self, place: &Point3<f64>) -> bool {
+        (place - self.middle).norm_squared() < self.radius * self.radius
+    }
+}
+
 /// The part of a triangle that holds a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Feature {
@@ -91,6 +118,34 @@ impl Surface {
             (found, first) => found.or(first),
         };
         nearer.filter(|closest| closest.distance_squared < reach * reach)
+    }
+
+    /// Gathers what answers [`Surface::closest_among`] for places within `radius` [m] of `middle`, as far as the surface is
+    /// nearer to the middle than `reach` [m]: where the closest point is wanted, its distance and twice the radius.
+    pub(crate) fn gather(&self, middle: &Point3<f64>, radius: f64, reach: f64, into: &mut Neighbourhood) {
+        (into.middle, into.radius) = (*middle, radius);
+        into.triangles.clear();
+        let bound = (reach + ROUNDED).powi(2) as f32;
+        let place = middle.coords.map(|v| v as f32).into();
+        self.tree.within(place, bound, |triangle, squared| into.triangles.push((squared.sqrt(), triangle)));
+        into.triangles.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
+    }
+
+    /// The closest point of the surface among the triangles of a neighbourhood that holds `point`; for as far as that was
+    /// gathered it is the surface's, to f64.
+    pub(crate) fn closest_among(&self, point: &Point3<f64>, near: &Neighbourhood) -> Option<Closest> {
+        let away = (point - near.middle).norm() + ROUNDED;
+        let mut best: Option<(f64, Closest)> = None;
+        for (distance, triangle) in &near.triangles {
+            if best.is_some_and(|(least, _)| f64::from(*distance) - away >= least) {
+                break;
+            }
+            let found = self.on_triangle(*triangle, point);
+            if best.is_none_or(|(_, best)| found.distance_squared < best.distance_squared) {
+                best = Some((found.distance_squared.sqrt(), found));
+            }
+        }
+        best.map(|(_, found)| found)
     }
 
     fn on_triangle(&self, triangle: u32, point: &Point3<f64>) -> Closest {
@@ -375,6 +430,33 @@ mod tests {
             assert!(surface.closest(&point, all.sqrt() * 0.999).is_none());
             assert!(surface.closest(&point, all.sqrt() * 1.001).is_some());
         }
+    }
+
+    #[test]
+    fn a_neighbourhood_finds_what_trying_every_triangle_finds() {
+        let shape = shapes::sphere(0.05);
+        let surface = Surface::new(&shape.mesh);
+        let mut stream = Stream::of_job(4, b"", "neighbourhoods");
+        let (mut near, radius) = (Neighbourhood::default(), 3e-4);
+        for _ in 0..20 {
+            let away = Vector3::from_fn(|_, _| stream.normal()).normalize();
+            let middle = shape.centre + away * stream.uniform(0.04, 0.06);
+            assert!(!near.holds(&middle));
+            let distance = surface.closest(&middle, f64::INFINITY).expect("a surface").distance_squared.sqrt();
+            surface.gather(&middle, radius, distance + 2.0 * radius, &mut near);
+            for _ in 0..20 {
+                let way = Vector3::from_fn(|_, _| stream.normal()).normalize();
+                let point = middle + way * stream.uniform(0.0, 0.99 * radius);
+                assert!(near.holds(&point));
+                let all = (0..shape.mesh.triangles.len())
+                    .map(|t| (point - closest_on_triangle(&point, &shape.mesh.corners(t)).0).norm_squared())
+                    .fold(f64::INFINITY, f64::min);
+                let found = surface.closest_among(&point, &near).expect("one of them");
+                assert_eq!(found.distance_squared, all);
+            }
+        }
+        near.forget();
+        assert!(!near.holds(&shape.centre));
     }
 
     #[test]
