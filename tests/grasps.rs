@@ -109,7 +109,8 @@ fn threads_levels_kills_and_shards_change_no_byte() {
 #[test]
 fn samplers_without_a_search_make_datasets() {
     let place = Place::new();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/fetch_gripper.xml");
+    let scene_of = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    let scene = scene_of("fetch_gripper.xml");
     for (sampler, keys, most) in
         [("uniform", "grasps = 3\nposes = \"any\"", 3), ("antipodal", "pairs = 100\nbest = 2", 2)]
     {
@@ -140,7 +141,8 @@ fn samplers_without_a_search_make_datasets() {
         assert!(runs.iter().all(|run| run.method.sampler == sampler && run.grasps.len() <= most));
         assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{sampler}");
     }
-    let plain = place.command("barrett", &["--set", "hand.scene=scenes/barrett_bh8_280.xml"]).output();
+    let barrett = scene_of("barrett_bh8_280.xml");
+    let plain = place.command("barrett", &["--set", &format!("hand.scene={}", barrett.display())]).output();
     let said = String::from_utf8_lossy(&plain.expect("graspmill starts").stderr).into_owned();
     assert!(said.contains("needs a gripper"), "{said}");
 }
