@@ -40,8 +40,8 @@ pub enum ExportError {
     NoTrials,
     /// A hand that cannot be told without further files.
     #[error(
-        "shapes.mcap has no hand for plain MuJoCo: its description names mesh files; give it boxes, spheres, capsules and \
-         cylinders alone"
+        "shapes.mcap has no hand for plain MuJoCo: its description names mesh files, and a body of it has no name; name its \
+         bodies"
     )]
     NoPlainHand,
     /// An object without inside.

@@ -43,7 +43,7 @@ pub struct GraspsInspection {
     pub rejected: BTreeMap<String, u64>,
     /// Runs whose seed was given up before they were over.
     pub given_up: u64,
-    /// States that annealing kept, by verdict.
+    /// States that were closed, by verdict.
     pub verdicts: BTreeMap<String, u64>,
     /// Energies of all states.
     pub energy: Spread,

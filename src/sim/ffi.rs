@@ -14,9 +14,9 @@ use mujoco_rs::{
     mujoco_c::{mjCOLLISIONFUNC, mjData, mjModel, mjPreContact, mjfCollision, mjtDepthMap},
     wrappers::{
         mj_data::MjData,
-        mj_editing::{MjSpec, SpecObject},
+        mj_editing::{MjSpec, MjsGeom, SpecObject},
         mj_logging::{MjLogMessage, MjtLogLevel},
-        mj_model::{MjModel, MjtGeomBase, MjtJoint},
+        mj_model::{MjModel, MjtGeomBase, MjtJoint, MjtObjBase},
         mj_rendering::{MjrContext, MjtFramebuffer},
         mj_visualization::MjvScene,
     },
@@ -77,6 +77,37 @@ pub(super) fn drop_free_joints(spec: &mut MjSpec) -> Result<(), MjEditError> {
         }
     }
     Ok(())
+}
+
+/// Takes all meshes out of a description that was compiled to this model, whose bodies weigh what they did; `false` where a body
+/// without a name cannot be reached.
+pub(super) fn drop_meshes(spec: &mut MjSpec, model: &MjModel) -> Result<bool, MjEditError> {
+    for body in 1..model.body_mass().len() {
+        let name = model.id_to_name(MjtObjBase::mjOBJ_BODY, body).filter(|name| !name.is_empty());
+        let Some(written) = name.and_then(|name| spec.body_mut(name)) else { return Ok(false) };
+        written.set_mass(model.body_mass()[body]);
+        *written.ipos_mut() = model.body_ipos()[body];
+        *written.iquat_mut() = model.body_iquat()[body];
+        *written.inertia_mut() = model.body_inertia()[body];
+        *written.fullinertia_mut() = [f64::NAN; 6];
+        written.set_explicitinertial(true);
+    }
+    let is_mesh = |geom: &&mut MjsGeom| geom.type_() == MjtGeomBase::mjGEOM_MESH;
+    while let Some(geom) = spec.geom_iter_mut().find(is_mesh) {
+        // SAFETY: the walk has just found it, it is deleted once, and no handle to it outlives this.
+        #[expect(unsafe_code, reason = "MuJoCo frees what it deletes")]
+        unsafe {
+            geom.delete()?;
+        }
+    }
+    while let Some(mesh) = spec.mesh_iter_mut().next() {
+        // SAFETY: as above.
+        #[expect(unsafe_code, reason = "MuJoCo frees what it deletes")]
+        unsafe {
+            mesh.delete()?;
+        }
+    }
+    Ok(true)
 }
 
 /// The geoms that a true mesh is held against, before a mesh in MuJoCo's order.

@@ -52,7 +52,7 @@ pub fn object_shape(object: &JobObject) -> Result<(ObjectShape, RestingPoses), P
     Ok((ObjectShape { object: object.id(), mesh }, resting))
 }
 
-/// The hand as trials have it, for plain MuJoCo; `None` where the job asks for none, or the hand's description names mesh files.
+/// The hand as trials have it, for plain MuJoCo; `None` where the job asks for none, or the hand cannot be told without further files.
 ///
 /// # Errors
 /// When the hand cannot be read any more.

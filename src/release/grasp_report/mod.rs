@@ -24,14 +24,14 @@ pub(super) fn page(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(Stri
     let facts = &survey.facts;
     let (pictures, shown) = gallery::gallery(reader, survey)?;
     let body = [
-        header(facts),
+        header(survey),
         how_to_check(facts),
         meaning(survey),
         pictures,
         distributions(survey),
         table(facts),
         trials::section(facts.trials.as_ref(), &replayed::paragraph(reader.folder(), reader.manifest())?),
-        course(facts),
+        if sampler(survey) == "annealing" { course(facts) } else { String::new() },
         types(facts),
         objects(facts),
         speed(facts.notes.speed.as_ref(), "runs"),
@@ -44,19 +44,25 @@ fn counts(facts: &GraspsInspection) -> GraspCounts {
     GraspCounts { verdicts: facts.verdicts.clone(), given_up: facts.given_up, trials: None }
 }
 
-fn header(facts: &GraspsInspection) -> String {
+fn header(survey: &GraspSurvey) -> String {
+    let facts = &survey.facts;
     let counts = counts(facts);
     let hand = facts.hand.as_deref().unwrap_or("a hand");
     let mut html = format!(
         concat!(
             "<header><p class=\"over\">graspmill grasps</p><h1>{}</h1>",
-            "<p class=\"lead\">{} grasps of {} by {}, found by annealing, and {} states that are none, with the reason.</p>",
+            "<p class=\"lead\">{} grasps of {} by {}, {}, and {} states that are none, with the reason.</p>",
             "<p class=\"digest\"><span class=\"quiet\">root digest</span> <code>{}</code></p><dl class=\"numbers\">"
         ),
         escaped(&facts.name),
         grouped(counts.of_verdict(GraspVerdict::Kept)),
         if facts.objects.len() == 1 { "one object".to_owned() } else { format!("{} objects", facts.objects.len()) },
         escaped(hand),
+        match sampler(survey) {
+            "uniform" => "approached from all round",
+            "antipodal" => "its pads on opposite sides",
+            _ => "found by annealing",
+        },
         grouped(counts.found() - counts.of_verdict(GraspVerdict::Kept)),
         facts.root,
     );
@@ -70,7 +76,7 @@ fn header(facts: &GraspsInspection) -> String {
     html.push_str(&numbers_and_warnings(&numbers, &facts.warnings));
     html.push_str(concat!(
         "<nav><a href=\"#check\">Check</a> <a href=\"#meaning\">Meaning</a> <a href=\"#gallery\">Grasps</a> ",
-        "<a href=\"#distributions\">Distributions</a> <a href=\"#table\">Table</a> <a href=\"#course\">Course</a> <a href=\"#types\">Types</a> ",
+        "<a href=\"#distributions\">Distributions</a> <a href=\"#table\">Table</a> <a href=\"#types\">Types</a> ",
         "<a href=\"#objects\">Objects</a> <a href=\"#speed\">Speed</a> <a href=\"#job\">Job</a></nav></header>"
     ));
     html
@@ -95,13 +101,33 @@ fn how_to_check(facts: &GraspsInspection) -> String {
     )
 }
 
+/// How the states were come by.
+fn sampler(survey: &GraspSurvey) -> &str {
+    survey.method.as_ref().map_or("annealing", |(method, _)| &method.sampler)
+}
+
 fn meaning(survey: &GraspSurvey) -> String {
-    let mut html = String::from(concat!(
-        "<section id=\"meaning\"><h2>What a grasp is</h2><p>A run of annealing begins at a seed on the object's surface and ",
-        "searches place, turn and posture of the hand. The best states that it came by are closed, joint by joint, until each ",
-        "link touches or is at its limit. Energies are of the state before closing, lower is better; epsilon is of the contacts ",
-        "after it: the largest disturbance, in any direction, that they resist with a unit of force.</p>"
-    ));
+    let run = match sampler(survey) {
+        "uniform" => {
+            "A run comes with the opened hand from all round an axis of the object; no state is searched for. The states"
+        }
+        "antipodal" => {
+            "A run puts the pads on pairs of points whose line lies within the friction cones of both; no state is searched \
+             for. The best states"
+        }
+        _ => {
+            "A run of annealing begins at a seed on the object's surface and searches place, turn and posture of the hand. The \
+             best states"
+        }
+    };
+    let mut html = format!(
+        concat!(
+            "<section id=\"meaning\"><h2>What a grasp is</h2><p>{} that it came by are closed, joint by joint, until each ",
+            "link touches or is at its limit. Energies are of the state before closing, lower is better; epsilon is of the contacts ",
+            "after it: the largest disturbance, in any direction, that they resist with a unit of force.</p>"
+        ),
+        run
+    );
     if let Some((method, hand)) = &survey.method {
         html.push_str(&method_in_words(method, hand));
     }
@@ -121,12 +147,13 @@ fn method_in_words(method: &GraspMethod, hand: &HandNames) -> String {
     };
     format!(
         concat!(
-            "<p>Hand: {} with {} joints, {} of them with motors. Minimised: {} (friction {}, epsilon in the space of {}). ",
+            "<p>Hand: {} with {} joints, {} of them with motors. {}: {} (friction {}, epsilon in the space of {}). ",
             "Quality: {} with friction {} and cones of {} edges; kept: epsilon of at least {} in the space of {}.</p>"
         ),
         escaped(&hand.name),
         hand.joints.len(),
         hand.driven.len(),
+        if method.sampler == "annealing" { "Minimised" } else { "Energy that states are rated by" },
         energy.replace('_', " "),
         energy_friction,
         space_in_words(energy_space),
@@ -172,7 +199,7 @@ fn distributions(survey: &GraspSurvey) -> String {
         })
         .collect();
     let energy = histogram(&survey.energies, &facts.energy, "Energy of all states", "energy", Ink::Neutral);
-    let mut charts = figure(&bar_chart("states by verdict", &bars), "States that annealing kept, by verdict");
+    let mut charts = figure(&bar_chart("states by verdict", &bars), "States that were closed, by verdict");
     charts.push_str(&figure(&energy.svg(), "Energy of all states, before closing"));
     if !survey.epsilons.is_empty() {
         let epsilon = histogram(&survey.epsilons, &facts.epsilon, "Epsilon of kept grasps", "epsilon", Ink::Partial);

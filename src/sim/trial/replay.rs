@@ -8,6 +8,7 @@ use crate::{
     sim::{
         closing::{HOLDS, STANDING, START, STEPS_AT_REST, STEPS_TO_OPEN},
         error::HandError,
+        ffi::drop_meshes,
         hand::HandModel,
         hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, hand_spec, refused_by, servo_of, set_option},
     },
@@ -90,7 +91,7 @@ struct Protocol {
 }
 
 /// The hand alone as trials compile it, and how it is driven; `None` where the description names mesh files, without which
-/// plain MuJoCo could not read it.
+/// plain MuJoCo could not read it, and bodies without a name. Meshes touch nothing in trials: they are left out.
 ///
 /// # Errors
 /// When MuJoCo refuses the hand.
@@ -98,7 +99,10 @@ pub fn plain_hand(model: &HandModel, protocol: &TrialProtocol) -> Result<Option<
     let refused = refused_by(model);
     let (mut spec, _) = hand_spec(model)?;
     if spec.mesh_iter().next().is_some() {
-        return Ok(None);
+        let model = spec.compile().map_err(refused)?;
+        if !drop_meshes(&mut spec, &model).map_err(refused)? {
+            return Ok(None);
+        }
     }
     set_option(spec.option_mut());
     for geom in spec.geom_iter_mut() {
