@@ -94,6 +94,10 @@ bench-peers: setup robot-fetch build $(PEERS)/.complete ## pairs a second beside
 	$(PEERS)/bin/python benches/peers_field.py
 	$(PEERS)/bin/python benches/peers_reach.py --graspmill $(PROGRAM)
 
+.PHONY: bench-coverage
+bench-coverage: setup hands build $(VENV)/.complete ## grasps that hold, a core-hour, and what they cover: annealing beside plain samplers
+	$(VENV_PYTHON) benches/coverage.py --graspmill $(PROGRAM) --hands barrett panda allegro
+
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only
 	$(VENV_PYTHON) benches/data.py --graspmill $(PROGRAM)

