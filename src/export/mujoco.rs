@@ -195,7 +195,7 @@ fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
         ),
         contact
     );
-    let asset = "  <asset>\n    <mesh name=\"object\" file=\"object.obj\" inertia=\"shell\" octree_maxdepth=\"8\"/>\n  </asset>\n";
+    let asset = "  <asset>\n    <mesh name=\"object\" file=\"object.obj\" inertia=\"shell\"/>\n  </asset>\n";
     let distances = format!("      <geom type=\"sdf\" mesh=\"object\" mass=\"0\" {contact}/>\n");
     [body("", &triangles), body(asset, &distances)]
 }

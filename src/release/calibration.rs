@@ -137,7 +137,7 @@ impl Calibration {
             concat!(
                 "<p>Does the probability of success mean what it says? Roll-outs tell it; the perturbed runs of the same grasps, ",
                 "drawn from the same spread by a stream of their own, are what came: {}.</p>",
-                "<figure>{}<figcaption>Share of perturbed runs that held against the probability that roll-outs told, with ",
+                "<figure style=\"max-width:320px\">{}<figcaption>Share of perturbed runs that held against the probability that roll-outs told, with ",
                 "95 % intervals; on the line it means what it says</figcaption></figure>",
                 "<table class=\"figures\"><thead><tr><th>told</th><th>runs</th><th>held</th><th>95 % of such counts</th></tr>",
                 "</thead><tbody>{}</tbody></table>"
