@@ -106,6 +106,8 @@ fn damaged(out: &Path) {
     let told = graspmill(&["run", &other.to_string_lossy(), "--out", &folder]);
     assert_eq!(told.status.code(), Some(2));
     assert!(text(&told.stderr).contains("this is grasps (grasps)"), "{}", text(&told.stderr));
+    let told = graspmill(&["inspect", &folder]);
+    assert!(text(&told.stderr).contains("give one of completion, touch, grasps, patches"), "{}", text(&told.stderr));
     let set = fs::read_to_string(out.join("set.json")).expect("a set");
     fs::write(out.join("set.json"), set.replacen("\"bottle-01\"", "\"bottle-02\"", 1)).expect("a lie");
     let told = graspmill(&["verify", &folder]);

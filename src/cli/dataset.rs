@@ -87,6 +87,7 @@ pub fn status_words(status: &Status) -> String {
 
 /// `graspmill inspect`.
 pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
+    set::refuse(&arguments.dir)?;
     match Manifest::read(&arguments.dir)?.product {
         Product::Completion => show(&release::inspect(&arguments.dir)?, arguments.json, printer),
         Product::Reachability => show(&release::inspect_reachability(&arguments.dir)?, arguments.json, printer),
@@ -106,6 +107,7 @@ fn show(facts: &(impl Serialize + fmt::Display), json: bool, printer: &Printer) 
 
 /// `graspmill report`.
 pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure> {
+    set::refuse(&arguments.dir)?;
     let summary = release::report(&arguments.dir, arguments.out.as_deref())?;
     printer.result(&format!("{} ({:.1} MB)", summary.path.display(), summary.bytes as f64 / 1e6));
     Ok(Exit::Complete)
@@ -113,6 +115,7 @@ pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure
 
 /// `graspmill export`.
 pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure> {
+    set::refuse(&arguments.dir)?;
     let split = arguments.split.as_deref().map(|name| {
         let known = Split::ALL.map(Split::name).join(", ");
         Split::from_name(name)

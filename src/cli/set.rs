@@ -127,6 +127,14 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
     Ok(exit)
 }
 
+/// Refuses the folder of a set where a verb wants one dataset.
+pub fn refuse(folder: &Path) -> Result<(), Failure> {
+    let Some(table) = SetTable::read(folder)? else { return Ok(()) };
+    let names: Vec<&str> = table.jobs.iter().map(|job| job.name.as_str()).collect();
+    let told = format!("{}: a set of datasets; give one of {} in it", folder.display(), names.join(", "));
+    Err(Failure::message(Exit::BadSpec, told))
+}
+
 /// The root of a set whose datasets are all finished.
 pub fn root(folder: &Path, table: &SetTable) -> Result<String, Failure> {
     let unfinished = || Failure::from(DatasetError::Unfinished { folder: folder.to_owned() });
