@@ -96,8 +96,7 @@ pub fn make(
             Work::Completion(completion) => run::preview(folder, completion, job.seed, crew),
             Work::Reachability(_) => run::map_preview(folder),
             Work::Grasps(_) => run::grasp_preview(folder),
-            // The report shows them; no viewer draws patches.
-            Work::Patches(_) => Ok(()),
+            Work::Patches(_) => run::patch_preview(folder),
         }
         .map_err(run_failure)?;
     }

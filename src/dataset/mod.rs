@@ -36,6 +36,8 @@ mod map_preview;
 #[cfg(test)]
 mod measure;
 mod merkle;
+mod patch_preview;
+mod patch_sample;
 mod preview;
 mod reader;
 mod roots;
@@ -60,6 +62,7 @@ pub use manifest::{
     Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry, TrialCounts, TypeCounts,
 };
 pub use map_preview::write_map_preview;
+pub use patch_preview::write_patch_preview;
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection, TouchedPair};
 pub use set::{SetContent, SetEntry, SetObject, SetTable};
