@@ -14,7 +14,7 @@ use std::{
 use graspmill::{
     dataset::{DatasetReader, Manifest, NumberClass, Selection, Shapes, VerifyLevel, VerifyOptions, verify},
     geom::{CameraCv, Object, Pose, RenderMesh, SimdLevel, TriMesh},
-    record::{GraspRun, HeatmapPatch, PATCH_POINTS},
+    record::{Channel, Depth, GraspRun, HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchHeatmap, PatchPoint},
     render::Rasteriser,
     sim::{HandModel, Inertia, Look, SimModel, SimWorker},
 };
@@ -234,6 +234,96 @@ fn points_are_where_mujoco_sees_them() {
     assert!(worst < 0.5);
 }
 
+/// Images and heatmaps lie on topics of their own: what was there before stays, bit for bit.
+#[test]
+fn whole_images_hold_the_patches_and_the_grasps_from_about_one_side() {
+    let more = [&NO_COLOUR[..], &["--set", "images.full=true", "--set", "images.heatmaps=true"]].concat();
+    let first = PLACE.run("patches", "images", &[&more[..], &["--threads", "1"]].concat());
+    assert_eq!(PLACE.run("patches", "images-two", &[&more[..], &["--threads", "2"]].concat()), first, "every file");
+    assert_eq!(first.topics, ["/patches/patch", "/patches/image", "/patches/heatmap"]);
+    let options = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: false, threads: 2 };
+    assert!(verify(&PLACE.at("images"), options, |_| ()).expect("readable").is_intact());
+    let (reader, plain) = (PLACE.open("images"), PLACE.open("depth"));
+    let all = patches(&reader);
+    let mut bytes = [0; 3];
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let patch = sample.heatmap_patch().expect("a patch");
+        let alone = plain.sample_of(&sample.id).expect("readable").expect("the same grasp");
+        assert_eq!(alone.payload(Channel::Patch), sample.payload(Channel::Patch));
+        let channels = [Channel::Patch, Channel::PatchImage, Channel::PatchHeatmap];
+        for (sum, channel) in bytes.iter_mut().zip(channels) {
+            *sum += sample.payload(channel).map_or(0, <[u8]>::len);
+        }
+        patches_are_cuts(&patch, &sample.patch_image().expect("readable").expect("an image"));
+        heatmaps_hold_the_near(&patch, &sample.patch_heatmap().expect("readable").expect("a heatmap"), &all);
+    }
+    println!("{} grasps, bytes of patches, images and heatmaps before compression: {bytes:?}", all.len());
+}
+
+fn patches_are_cuts(patch: &HeatmapPatch, image: &Depth) {
+    let whole = image.crop.whole(patch.camera.width, patch.camera.height);
+    assert_eq!((whole.len(), whole.iter().filter(|depth| !depth.is_nan()).count()), (640 * 480, image.crop.returns()));
+    for (place, PatchPoint { corner: [left, top], .. }) in patch.points.iter().enumerate() {
+        for (k, depth) in (0..).zip(patch.depth_of(place)) {
+            let at = whole[((top + k / patch.side) * 640 + left + k % patch.side) as usize];
+            assert!(at.to_bits() == depth.to_bits() || at.is_nan() && depth.is_nan());
+        }
+    }
+}
+
+/// Holds the points against all patches of the object, each of which says where its own points are in space.
+fn heatmaps_hold_the_near(patch: &HeatmapPatch, heatmap: &PatchHeatmap, all: &[HeatmapPatch]) {
+    let axis = |patch: &HeatmapPatch| patch.object_from_approach.rotation().matrix().column(2).into_owned();
+    let mut expected = Vec::new();
+    for other in all.iter().filter(|other| other.sample.subject == patch.sample.subject) {
+        if axis(other).dot(&axis(patch)).clamp(-1.0, 1.0).acos() > heatmap.angle {
+            continue;
+        }
+        for (place, point) in (0..).zip(&other.points) {
+            let (u, v) = patch.camera.project(&patch.camera_from_object.point(&point.point.into()));
+            let (run, rank, type_index, value) = (other.run, other.rank, other.type_index, other.value);
+            expected.push(HeatmapPoint { run, rank, type_index, point: place, pixel: [u, v], value });
+        }
+    }
+    expected.sort_by_key(|point| (point.run, point.rank, point.point));
+    assert_eq!(heatmap.points, expected);
+    let own: Vec<&HeatmapPoint> =
+        heatmap.points.iter().filter(|point| (point.run, point.rank) == (patch.run, patch.rank)).collect();
+    for (point, own) in patch.points.iter().zip(&own) {
+        assert_eq!((point.pixel, patch.value, patch.type_index), (own.pixel, own.value, own.type_index));
+    }
+    assert_eq!(own.len(), PATCH_POINTS);
+    let maps = heatmap.maps();
+    let types = patch.types.len();
+    assert_eq!(maps.len(), PATCH_POINTS * types * 640 * 480);
+    for point in &heatmap.points {
+        let map = PATCH_POINTS * point.type_index as usize + point.point as usize;
+        let [column, row] = point.pixel.map(|pixel| pixel as usize);
+        assert!(maps[(map * 480 + row) * 640 + column] <= point.value);
+    }
+}
+
+/// The thesis's code draws with one focal length and projects with another: the same points lie 6 % further from the middle.
+#[test]
+fn the_thesis_projects_with_a_focal_length_of_its_own() {
+    let quirk = [&NO_COLOUR[..], &["--set", "camera.point_focal_length=589.366454"]].concat();
+    PLACE.run("patches", "quirk", &quirk);
+    let (quirk, plain) = (PLACE.open("quirk"), PLACE.open("depth"));
+    for patch in patches(&quirk) {
+        let straight = plain.sample_of(&patch.sample).expect("readable").expect("the same grasp");
+        let straight = straight.heatmap_patch().expect("a patch");
+        assert_eq!((patch.camera, straight.point_focal_length), (straight.camera, None));
+        assert_eq!(patch.point_focal_length, Some(589.366_454));
+        for (point, straight) in patch.points.iter().zip(&straight.points) {
+            for (axis, middle) in [320.0, 240.0].into_iter().enumerate() {
+                let told = middle + (straight.pixel[axis] - middle) * 589.366_454 / patch.camera.fx;
+                assert!((point.pixel[axis] - told).abs() < 1e-9);
+            }
+        }
+    }
+}
+
 /// Triangles of a ball.
 fn ball(radius: f32) -> TriMesh {
     let (rings, around) = (12, 24);
@@ -370,6 +460,63 @@ fn colours_lie_over_depth() {
     command.arg("report").arg(PLACE.at("colour")).arg("--out").arg(PLACE.at("colour.html"));
     succeeded(&command.output().expect("graspmill starts"));
     assert!(fs::read_to_string(PLACE.at("colour.html")).expect("a page").contains("colours around palm"));
+}
+
+/// The image in colour is drawn apart from the patches; both show the same.
+#[test]
+fn whole_images_in_colour_hold_the_patches() {
+    let plain = PLACE.run("patches", "colour-alone", &[]);
+    let full = PLACE.run("patches", "colour-images", &["--set", "images.full=true", "--threads", "1"]);
+    assert_eq!(PLACE.run("patches", "colour-images-two", &["--set", "images.full=true", "--threads", "2"]), full);
+    assert_eq!(full.class_topics[&NumberClass::Colour], ["/patches/colour", "/patches/image_colour"]);
+    let options = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: false, threads: 2 };
+    assert!(verify(&PLACE.at("colour-images"), options, |_| ()).expect("readable").is_intact());
+    let (reader, plain) = (PLACE.open("colour-images"), (PLACE.open("colour-alone"), plain).0);
+    let (mut apart, mut pixels, mut bytes) = (0, 0, 0);
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let (patch, colour) = (sample.heatmap_patch().expect("a patch"), sample.patch_colour().expect("readable"));
+        let alone = plain.sample_of(&sample.id).expect("readable").expect("the same grasp");
+        assert_eq!(alone.payload(Channel::PatchColour), sample.payload(Channel::PatchColour));
+        let image = sample.patch_image_colour().expect("readable").expect("an image");
+        let depth = sample.patch_image().expect("readable").expect("an image");
+        let whole = image.whole(640, 480);
+        bytes += sample.payload(Channel::PatchImageColour).map_or(0, <[u8]>::len);
+        let colour = colour.expect("colours");
+        for (place, PatchPoint { corner: [left, top], .. }) in patch.points.iter().enumerate() {
+            for (k, rgb) in (0..).zip(colour.rgb_of(place)) {
+                let (column, row) = (left + k % patch.side, top + k / patch.side);
+                let same = whole[(row * 640 + column) as usize] == *rgb;
+                apart += u32::from(!same);
+                pixels += u32::from(!depth.crop.at(column, row).is_nan());
+            }
+        }
+        // All that has depth is inside the box.
+        assert!(image.left <= depth.crop.left && image.top <= depth.crop.top);
+        assert!(image.left + image.width >= depth.crop.left + depth.crop.width);
+        assert!(image.top + image.height >= depth.crop.top + depth.crop.height);
+    }
+    println!(
+        "colour images: {apart} of {pixels} pixels of patches differ; {bytes} bytes of {} grasps",
+        full.counts.kept
+    );
+    assert!(f64::from(apart) < 1e-3 * f64::from(pixels), "{apart} of {pixels}");
+}
+
+#[test]
+fn viewers_have_a_preview() {
+    for (name, more) in [("seen", &NO_COLOUR[..]), ("seen-in-colour", &["--set", "images.full=true"])] {
+        PLACE.run("patches", name, more);
+        let first = fs::read(PLACE.at(name).join("preview.mcap")).expect("a preview");
+        assert!(first.len() > 10_000);
+        let again = format!("{name}-again");
+        PLACE.run("patches", &again, more);
+        assert_eq!(fs::read(PLACE.at(&again).join("preview.mcap")).expect("a preview"), first);
+        let schemas: &[&[u8]] = &[b"foxglove.RawImage", b"foxglove.CameraCalibration", b"foxglove.SceneUpdate"];
+        for schema in schemas {
+            assert!(first.windows(schema.len()).any(|window| window == *schema));
+        }
+    }
 }
 
 /// Without EGL colours are refused with what to install, and all else is made as it is.

@@ -21,7 +21,7 @@ pub struct Cli {
 pub enum Command {
     /// What a job would make: samples, shards, bytes, time (measured on a short pilot).
     Estimate(EstimateArgs),
-    /// Make a job's dataset; run again to resume.
+    /// Make a job's dataset, or those of a set; run again to resume.
     Run(RunArgs),
     /// How far a dataset is.
     Status(DatasetArgs),
@@ -57,9 +57,10 @@ pub enum Command {
 
 #[derive(Args, Debug)]
 pub struct JobArgs {
-    /// The job file (TOML).
+    /// The job file (TOML); `run` takes a set of jobs, too.
     pub job: PathBuf,
-    /// Replace a setting: `--set seed=7 --set grid.resolution=64`. Recorded in the dataset.
+    /// Replace a setting: `--set seed=7 --set grid.resolution=64`. Recorded in the dataset. In a set: of every job, or of one:
+    /// `--set patches:render.colour=false`.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Threads; by default every core that the cgroup and the scheduler grant.

@@ -1,6 +1,6 @@
 //! Verbs that look at a dataset: status, inspect, report, export, digest.
 
-use std::fmt;
+use std::{fmt, path::Path};
 
 use serde::Serialize;
 
@@ -8,10 +8,10 @@ use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ExportFormat, ReportArgs},
     exit::{Exit, Failure},
     printer::Printer,
-    words,
+    set, words,
 };
 use crate::{
-    dataset::{Manifest, Selection, Split, read_mark, scan_shards},
+    dataset::{Manifest, Selection, SetTable, Split, read_mark, scan_shards},
     export::{self, ExportError, ExportSelection, Format},
     ids::Product,
     release,
@@ -19,7 +19,7 @@ use crate::{
 
 /// How far a dataset is.
 #[derive(Serialize)]
-struct Status {
+pub struct Status {
     dataset: String,
     state: &'static str,
     product: Product,
@@ -36,12 +36,26 @@ struct Status {
 /// `graspmill status`: reads the folder alone.
 pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.dir;
-    let mark = read_mark(folder)?
+    if let Some(table) = SetTable::read(folder)? {
+        return set::status(arguments, &table, printer);
+    }
+    let status = status_of(folder)?
         .ok_or_else(|| Failure::message(Exit::Failed, format!("{}: no dataset (no run.json)", folder.display())))?;
+    if arguments.json {
+        printer.json(&status)?;
+    } else {
+        printer.result(&status_words(&status));
+    }
+    Ok(Exit::Complete)
+}
+
+/// How far the dataset in a folder is; `None` where none was begun.
+pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
+    let Some(mark) = read_mark(folder)? else { return Ok(None) };
     let scan = scan_shards(folder, &mark)?;
     let manifest = Manifest::read(folder).ok();
     let complete = manifest.is_some() && scan.done.len() == mark.shards as usize;
-    let status = Status {
+    Ok(Some(Status {
         dataset: folder.display().to_string(),
         state: if complete { "complete" } else { "unfinished" },
         product: mark.product,
@@ -53,27 +67,27 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
         leftovers: scan.leftovers.len(),
         bytes: scan.done.values().map(|shard| shard.bytes).sum(),
         root: manifest.filter(|_| complete).map(|manifest| manifest.root.hex()),
-    };
-    if arguments.json {
-        printer.json(&status)?;
-    } else {
-        let mut lines = vec![
-            format!("{}: {}", status.dataset, status.state),
-            format!("{} of {} shards done, {:.1} MB", status.shards_done, status.shards, status.bytes as f64 / 1e6),
-            format!("{} {} planned, job {}", status.samples, words::samples(status.product), status.job),
-        ];
-        lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));
-        match &status.root {
-            Some(root) => lines.push(format!("root {root}")),
-            None => lines.push("run the job again to resume".to_owned()),
-        }
-        printer.result(&lines.join("\n"));
+    }))
+}
+
+/// The same for people.
+pub fn status_words(status: &Status) -> String {
+    let mut lines = vec![
+        format!("{}: {}", status.dataset, status.state),
+        format!("{} of {} shards done, {:.1} MB", status.shards_done, status.shards, status.bytes as f64 / 1e6),
+        format!("{} {} planned, job {}", status.samples, words::samples(status.product), status.job),
+    ];
+    lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));
+    match &status.root {
+        Some(root) => lines.push(format!("root {root}")),
+        None => lines.push("run the job again to resume".to_owned()),
     }
-    Ok(Exit::Complete)
+    lines.join("\n")
 }
 
 /// `graspmill inspect`.
 pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
+    set::refuse(&arguments.dir)?;
     match Manifest::read(&arguments.dir)?.product {
         Product::Completion => show(&release::inspect(&arguments.dir)?, arguments.json, printer),
         Product::Reachability => show(&release::inspect_reachability(&arguments.dir)?, arguments.json, printer),
@@ -93,6 +107,7 @@ fn show(facts: &(impl Serialize + fmt::Display), json: bool, printer: &Printer) 
 
 /// `graspmill report`.
 pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure> {
+    set::refuse(&arguments.dir)?;
     let summary = release::report(&arguments.dir, arguments.out.as_deref())?;
     printer.result(&format!("{} ({:.1} MB)", summary.path.display(), summary.bytes as f64 / 1e6));
     Ok(Exit::Complete)
@@ -100,6 +115,7 @@ pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure
 
 /// `graspmill export`.
 pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure> {
+    set::refuse(&arguments.dir)?;
     let split = arguments.split.as_deref().map(|name| {
         let known = Split::ALL.map(Split::name).join(", ");
         Split::from_name(name)
@@ -137,6 +153,10 @@ fn export_failure(error: ExportError) -> Failure {
 
 /// `graspmill digest`.
 pub fn digest(arguments: &DigestArgs, printer: &Printer) -> Result<Exit, Failure> {
-    printer.result(&Manifest::read(&arguments.dir)?.root.hex());
+    let root = match SetTable::read(&arguments.dir)? {
+        Some(table) => set::root(&arguments.dir, &table)?,
+        None => Manifest::read(&arguments.dir)?.root.hex(),
+    };
+    printer.result(&root);
     Ok(Exit::Complete)
 }

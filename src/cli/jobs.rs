@@ -1,6 +1,6 @@
 //! From a job file on the command line to a job with its plan and its dataset's tables.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use super::{
     args::JobArgs,
@@ -10,7 +10,7 @@ use super::{
 use crate::{
     assets,
     ids::JobDigest,
-    job::{self, Job, JobDraft, JobErrors, JobText, Surroundings},
+    job::{self, Job, JobDraft, JobErrors, JobSet, JobText, Surroundings},
     plan::{Plan, Sides},
     run::{Cancel, Crew, Listener, RunError, prepare_assets},
     voxel::twins,
@@ -37,16 +37,31 @@ pub fn schema(printer: &Printer) -> Result<Exit, Failure> {
     Ok(Exit::Complete)
 }
 
-/// Reads a job file, looks at its meshes, makes the plan.
-pub fn open(arguments: &JobArgs, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
-    let text = JobText::open(&arguments.job, &arguments.set)
-        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.job.display())))?;
-    open_text(&text, crew, cancel, listener)
+/// The text of a job file, or of a set.
+pub fn text(arguments: &JobArgs) -> Result<JobText, Failure> {
+    JobText::open(&arguments.job, &arguments.set)
+        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.job.display())))
 }
 
-/// The same for a job file already read.
-pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
-    let draft = read(text)?;
+/// Reads a job file, looks at its meshes, makes the plan.
+pub fn open(arguments: &JobArgs, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
+    let text = text(arguments)?;
+    if JobSet::is_one(&text) {
+        let told = format!("{}: a set of jobs; only `run` takes sets, give one of its jobs", arguments.job.display());
+        return Err(Failure::message(Exit::BadSpec, told));
+    }
+    open_text(&text, None, crew, cancel, listener)
+}
+
+/// The same for a job file already read; `grasps` is the dataset that stands in for `grasps.dataset`.
+pub fn open_text(
+    text: &JobText,
+    grasps: Option<&Path>,
+    crew: &Crew,
+    cancel: &Cancel,
+    listener: &Listener,
+) -> Result<OpenJob, Failure> {
+    let draft = read(text, grasps)?;
     #[cfg(feature = "sim")]
     if draft.draws_colours() {
         super::machine::set_gl_environment()?;
@@ -68,8 +83,8 @@ pub fn open_text(text: &JobText, crew: &Crew, cancel: &Cancel, listener: &Listen
     Ok(OpenJob { digest: job.digest(), plan: Plan::new(&job), sides, job })
 }
 
-/// Reads and checks a job file without opening its meshes.
-pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
+/// Reads and checks a job file without opening its meshes; `grasps` stands in for `grasps.dataset`.
+pub fn read(text: &JobText, grasps: Option<&Path>) -> Result<JobDraft, Failure> {
     let surroundings = Surroundings {
         packages: PACKAGES.into(),
         built_in: assets::built_in_names(24).collect(),
@@ -91,7 +106,11 @@ pub fn read(text: &JobText) -> Result<JobDraft, Failure> {
         grasping_hands: &job::no_hands,
         grasps: &super::grasps_reader::grasps,
     };
-    JobDraft::read(text, &surroundings).map_err(|errors| job_failure(&errors))
+    let read = match grasps {
+        Some(grasps) => JobDraft::read_with_grasps(text, grasps, &surroundings),
+        None => JobDraft::read(text, &surroundings),
+    };
+    read.map_err(|errors| job_failure(&errors))
 }
 
 #[cfg(feature = "sim")]
@@ -115,7 +134,8 @@ fn grasping_hand_fault(hand: &job::JobHand) -> Result<(), String> {
     model.check_grasping().map_err(|error| error.to_string())
 }
 
-fn job_failure(errors: &JobErrors) -> Failure {
+/// What is wrong with a job, for people.
+pub fn job_failure(errors: &JobErrors) -> Failure {
     Failure::message(Exit::BadSpec, format!("\n{}", errors.render().trim_end()))
 }
 

@@ -21,6 +21,7 @@ mod robot;
 #[cfg(feature = "sim")]
 mod robot_reader;
 mod run;
+mod set;
 mod verify;
 mod words;
 

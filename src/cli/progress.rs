@@ -43,6 +43,15 @@ impl ProgressView {
         Self { look, last_line: Mutex::new(None), product: OnceLock::new() }
     }
 
+    /// Says which of several runs this is.
+    pub fn name(&self, printer: &Printer, name: &str) {
+        match &self.look {
+            Look::Bar(_) | Look::Plain => printer.say(name),
+            Look::Json => printer.say(&serde_json::json!({ "event": "dataset", "name": name }).to_string()),
+            Look::Silent => {}
+        }
+    }
+
     /// Shows one event.
     pub fn show(&self, printer: &Printer, event: &Event) {
         if let Event::Planned { product, .. } = event {

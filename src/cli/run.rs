@@ -1,6 +1,6 @@
 //! `graspmill run`.
 
-use std::{collections::BTreeMap, time::Instant};
+use std::{collections::BTreeMap, path::Path, time::Instant};
 
 use serde::Serialize;
 
@@ -11,15 +11,15 @@ use super::{
     machine,
     printer::Printer,
     progress::ProgressView,
-    words,
+    set, words,
 };
 use crate::{
     dataset::{Counts, GraspCounts, Manifest, NumberClass, PoseCounts, TypeCounts},
     ids::{Digest, Product},
-    job::Work,
+    job::{JobSet, JobText, Work},
     plan::Sides,
     release::{RunNotes, Speed, grasp_counts_in_words, pose_counts_in_words, types_in_words},
-    run::{self, Crew, Event, RunSummary, RunTask},
+    run::{self, Cancel, Crew, Event, RunSummary, RunTask},
 };
 
 /// What a run made, for machines.
@@ -53,40 +53,54 @@ struct RunReport<'a> {
     warnings: &'a [String],
 }
 
-/// Makes a job's dataset, or what is missing of it.
+/// Makes a job's dataset, or what is missing of it; of a set every dataset.
 pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let text = jobs::text(&arguments.job)?;
+    if JobSet::is_one(&text) {
+        return set::run(arguments, &text, printer);
+    }
     let crew = Crew { threads: machine::threads(arguments.job.threads), level: machine::simd_level()? };
     let cancel = machine::cancel_on_signals()?;
     let view = ProgressView::new(arguments.progress, printer);
-    let listener = |event: Event| view.show(printer, &event);
-    let began = Instant::now();
-    let ended = jobs::open(&arguments.job, &crew, &cancel, &listener).and_then(|open| {
-        let OpenJob { job, plan, digest, sides } = &open;
-        let header = run::dataset_header(job, sides.as_ref(), &arguments.out);
-        let task = RunTask { job, plan, digest: *digest, header: &header, folder: &arguments.out };
-        let summary = run::run(&task, &crew, &cancel, &listener).map_err(run_failure)?;
-        if !summary.finished_before {
-            notes(&crew, &summary, sides.as_ref(), began).write(&arguments.out)?;
-            match &job.work {
-                Work::Completion(completion) => run::preview(&arguments.out, completion, job.seed, &crew),
-                Work::Reachability(_) => run::map_preview(&arguments.out),
-                Work::Grasps(_) => run::grasp_preview(&arguments.out),
-                // The report shows them; no viewer draws patches.
-                Work::Patches(_) => Ok(()),
-            }
-            .map_err(run_failure)?;
-        }
-        Ok(summary)
-    });
+    let made = make(&text, None, &arguments.out, &crew, &cancel, |event| view.show(printer, event));
     view.finish();
-    let summary = ended?;
-    let seconds = began.elapsed().as_secs_f64();
+    let (summary, seconds) = made?;
     if arguments.json {
-        printer.json(&report(arguments, &crew, &summary, seconds))?;
+        printer.json(&report(&arguments.out, &crew, &summary, seconds))?;
     } else {
-        printer.result(&text(arguments, &crew, &summary, seconds));
+        printer.result(&self::text(&arguments.out, &crew, &summary, seconds));
     }
     Ok(if summary.manifest.counts.refused_meshes > 0 { Exit::Refused } else { Exit::Complete })
+}
+
+/// Makes the dataset of a job in a folder, or what is missing of it, and says how long that took [s]. `grasps` is the dataset
+/// that stands in for `grasps.dataset`.
+pub fn make(
+    text: &JobText,
+    grasps: Option<&Path>,
+    folder: &Path,
+    crew: &Crew,
+    cancel: &Cancel,
+    show: impl Fn(&Event) + Sync,
+) -> Result<(RunSummary, f64), Failure> {
+    let listener = |event: Event| show(&event);
+    let began = Instant::now();
+    let open = jobs::open_text(text, grasps, crew, cancel, &listener)?;
+    let OpenJob { job, plan, digest, sides } = &open;
+    let header = run::dataset_header(job, sides.as_ref(), folder);
+    let task = RunTask { job, plan, digest: *digest, header: &header, folder };
+    let summary = run::run(&task, crew, cancel, &listener).map_err(run_failure)?;
+    if !summary.finished_before {
+        notes(crew, &summary, sides.as_ref(), began).write(folder)?;
+        match &job.work {
+            Work::Completion(completion) => run::preview(folder, completion, job.seed, crew),
+            Work::Reachability(_) => run::map_preview(folder),
+            Work::Grasps(_) => run::grasp_preview(folder),
+            Work::Patches(_) => run::patch_preview(folder),
+        }
+        .map_err(run_failure)?;
+    }
+    Ok((summary, began.elapsed().as_secs_f64()))
 }
 
 /// What a report says about the run; part of no digest.
@@ -107,11 +121,12 @@ fn bytes(manifest: &Manifest) -> u64 {
     manifest.shards.iter().map(|shard| shard.bytes).sum()
 }
 
-fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds: f64) -> RunReport<'a> {
+/// The summary of a run, for machines.
+pub fn report<'a>(folder: &Path, crew: &Crew, summary: &'a RunSummary, seconds: f64) -> impl Serialize + use<'a> {
     let RunSummary { finished_before, product, made, manifest, .. } = summary;
     let counts = &manifest.counts;
     RunReport {
-        dataset: arguments.out.display().to_string(),
+        dataset: folder.display().to_string(),
         product: *product,
         root: manifest.root.hex(),
         classes: &manifest.classes,
@@ -136,11 +151,12 @@ fn report<'a>(arguments: &RunArgs, crew: &Crew, summary: &'a RunSummary, seconds
     }
 }
 
-fn text(arguments: &RunArgs, crew: &Crew, summary: &RunSummary, seconds: f64) -> String {
+/// The summary of a run, for people.
+pub fn text(folder: &Path, crew: &Crew, summary: &RunSummary, seconds: f64) -> String {
     let RunSummary { finished_before, product, made, manifest, .. } = summary;
     let counts = &manifest.counts;
     let samples = words::samples(*product);
-    let folder = arguments.out.display();
+    let folder = folder.display();
     let mut lines = Vec::new();
     if *finished_before {
         lines.push(format!("{folder} is complete already: nothing to do"));

@@ -1,5 +1,7 @@
 //! `graspmill verify`.
 
+use std::path::{Path, PathBuf};
+
 use serde::Serialize;
 
 use super::{
@@ -8,17 +10,17 @@ use super::{
     jobs::{self, run_failure},
     machine,
     printer::Printer,
-    words,
+    set, words,
 };
 use crate::{
-    dataset::{DatasetReader, VerifyLevel, VerifyOptions, VerifyReport},
+    dataset::{DatasetReader, SetTable, VerifyLevel, VerifyOptions, VerifyReport},
     job::{CompletionDraft, JobDraft, JobText, Truth},
-    run::{Crew, Regeneration, regenerate},
+    run::{Cancel, Crew, Regeneration, regenerate},
 };
 
 /// What was found, for machines.
 #[derive(Serialize)]
-struct VerifyJson {
+struct VerifyJson<'a> {
     dataset: String,
     intact: bool,
     root: String,
@@ -30,18 +32,47 @@ struct VerifyJson {
     payloads: u64,
     problems: Vec<String>,
     notes: Vec<String>,
-    regenerated: Option<Regeneration>,
+    regenerated: Option<&'a Regeneration>,
 }
 
-/// Checks a dataset; with `--regenerate K`, makes K random samples again from the manifest alone and compares.
+/// What was found of one dataset.
+pub struct Checked<'a> {
+    arguments: &'a VerifyArgs,
+    folder: PathBuf,
+    report: VerifyReport,
+    regenerated: Option<Regeneration>,
+    /// How the program ends if nothing else is checked.
+    pub exit: Exit,
+}
+
+/// Checks a dataset; with `--regenerate K`, makes K random samples again from the manifest alone and compares. Of a set, every
+/// dataset.
 pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let folder = &arguments.dir;
+    if let Some(table) = SetTable::read(&arguments.dir)? {
+        return set::verify(arguments, &table, printer);
+    }
     let crew = Crew { threads: machine::threads(None), level: machine::simd_level()? };
     let cancel = machine::cancel_on_signals()?;
+    let checked = check(arguments, &arguments.dir, &crew, &cancel)?;
+    if arguments.json {
+        printer.json(&checked.json())?;
+    } else {
+        printer.result(&checked.words());
+    }
+    Ok(checked.exit)
+}
+
+/// Checks the dataset in a folder as the arguments say.
+pub fn check<'a>(
+    arguments: &'a VerifyArgs,
+    folder: &Path,
+    crew: &Crew,
+    cancel: &Cancel,
+) -> Result<Checked<'a>, Failure> {
     let job_file = folder.join("job.toml");
     let text = JobText::open(&job_file, &[]);
     // The settings alone, meshes unopened: whether partial must lie inside complete.
-    let draft = text.as_ref().ok().and_then(|text| jobs::read(text).ok());
+    let draft = text.as_ref().ok().and_then(|text| jobs::read(text, None).ok());
     let any_overlap =
         draft.as_ref().and_then(JobDraft::completion).is_some_and(|CompletionDraft { settings, .. }| {
             settings.truth == Truth::AnyOverlap && settings.sensor.is_none() && !settings.drop_index_zero
@@ -51,7 +82,7 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
     let report = crate::dataset::verify(folder, options, |_| {})?;
     let mut regenerated = None;
     if let (Some(count), true) = (arguments.regenerate, report.is_intact()) {
-        let open = jobs::open_text(&text?, &crew, &cancel, &|_| {})?;
+        let open = jobs::open_text(&text?, None, crew, cancel, &|_| {})?;
         let reader = DatasetReader::open(folder)?;
         if open.digest != reader.manifest().job {
             let message = format!(
@@ -62,67 +93,68 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
             );
             return Err(Failure::message(Exit::Mismatch, message));
         }
-        let made = regenerate(&reader, &open.job, &open.plan, count, arguments.seed, &crew, &cancel);
+        let made = regenerate(&reader, &open.job, &open.plan, count, arguments.seed, crew, cancel);
         regenerated = Some(made.map_err(run_failure)?);
     }
     let same = regenerated.as_ref().is_none_or(|regenerated| regenerated.differences.is_empty());
     let exit = if report.is_intact() && same { Exit::Complete } else { Exit::Mismatch };
-    if arguments.json {
-        printer.json(&json(arguments, &report, regenerated))?;
-    } else {
-        printer.result(&words(arguments, &report, regenerated.as_ref()));
-    }
-    Ok(exit)
+    Ok(Checked { arguments, folder: folder.to_owned(), report, regenerated, exit })
 }
 
-fn json(arguments: &VerifyArgs, report: &VerifyReport, regenerated: Option<Regeneration>) -> VerifyJson {
-    VerifyJson {
-        dataset: arguments.dir.display().to_string(),
-        intact: report.is_intact(),
-        root: report.saved.hex(),
-        root_calculated: report.calculated.map(|digest| digest.hex()),
-        shards: report.checked.of_shards,
-        intact_shards: report.intact_shards,
-        samples: report.checked.samples,
-        bytes: report.checked.bytes,
-        payloads: report.payloads,
-        problems: report.problems.iter().map(ToString::to_string).collect(),
-        notes: report.notes.clone(),
-        regenerated,
+impl Checked<'_> {
+    /// For machines.
+    pub fn json(&self) -> impl Serialize + use<'_> {
+        let report = &self.report;
+        VerifyJson {
+            dataset: self.folder.display().to_string(),
+            intact: report.is_intact(),
+            root: report.saved.hex(),
+            root_calculated: report.calculated.map(|digest| digest.hex()),
+            shards: report.checked.of_shards,
+            intact_shards: report.intact_shards,
+            samples: report.checked.samples,
+            bytes: report.checked.bytes,
+            payloads: report.payloads,
+            problems: report.problems.iter().map(ToString::to_string).collect(),
+            notes: report.notes.clone(),
+            regenerated: self.regenerated.as_ref(),
+        }
     }
-}
 
-fn words(arguments: &VerifyArgs, report: &VerifyReport, regenerated: Option<&Regeneration>) -> String {
-    let folder = arguments.dir.display();
-    let samples = words::samples(report.product);
-    let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
-    lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
-    lines.push(format!(
-        "{} of {} shards intact, {} {samples}, {} payloads checked, {:.1} MB",
-        report.intact_shards,
-        report.checked.of_shards,
-        report.checked.samples,
-        report.payloads,
-        report.checked.bytes as f64 / 1e6
-    ));
-    if let Some(made) = regenerated {
-        lines.extend(made.differences.iter().map(|difference| {
-            format!("differs: sample {} ({}): {}", difference.sample, difference.id, difference.what)
-        }));
-        lines.push(if made.differences.is_empty() {
-            format!(
-                "{} of {} {samples} made again, all equal: with 95 % confidence fewer than {:.3} % of the dataset differ",
-                made.samples,
-                made.of_samples,
-                100.0 * made.bound()
-            )
-        } else {
-            format!("{} of {} {samples} made again differ", made.differences.len(), made.samples)
-        });
-    } else if arguments.regenerate.is_some() {
-        lines.push("nothing was made again: mend the problems first".to_owned());
+    /// For people.
+    pub fn words(&self) -> String {
+        let Self { arguments, folder, report, regenerated, .. } = self;
+        let folder = folder.display();
+        let samples = words::samples(report.product);
+        let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
+        lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
+        lines.push(format!(
+            "{} of {} shards intact, {} {samples}, {} payloads checked, {:.1} MB",
+            report.intact_shards,
+            report.checked.of_shards,
+            report.checked.samples,
+            report.payloads,
+            report.checked.bytes as f64 / 1e6
+        ));
+        if let Some(made) = regenerated {
+            lines.extend(made.differences.iter().map(|difference| {
+                format!("differs: sample {} ({}): {}", difference.sample, difference.id, difference.what)
+            }));
+            lines.push(if made.differences.is_empty() {
+                format!(
+                    "{} of {} {samples} made again, all equal: with 95 % confidence fewer than {:.3} % of the dataset differ",
+                    made.samples,
+                    made.of_samples,
+                    100.0 * made.bound()
+                )
+            } else {
+                format!("{} of {} {samples} made again differ", made.differences.len(), made.samples)
+            });
+        } else if arguments.regenerate.is_some() {
+            lines.push("nothing was made again: mend the problems first".to_owned());
+        }
+        let verdict = if report.is_intact() { "is intact" } else { "is NOT intact" };
+        lines.push(format!("{folder} {verdict}, root {}", report.saved));
+        lines.join("\n")
     }
-    let verdict = if report.is_intact() { "is intact" } else { "is NOT intact" };
-    lines.push(format!("{folder} {verdict}, root {}", report.saved));
-    lines.join("\n")
 }

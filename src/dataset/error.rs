@@ -57,6 +57,16 @@ pub enum DatasetError {
         /// Shards of this run, in words.
         expected: String,
     },
+    /// The folder holds another set.
+    #[error("{} holds the set {found}, this is {expected}; give another --out, or delete the folder", folder.display())]
+    ForeignSet {
+        /// The folder.
+        folder: PathBuf,
+        /// Its datasets.
+        found: String,
+        /// Those of this set.
+        expected: String,
+    },
     /// The folder holds something that is no dataset.
     #[error("{} is not empty and no dataset ('{entry}' stands in it); give an empty or new folder", folder.display())]
     NotADataset {
@@ -168,7 +178,10 @@ impl DatasetError {
 
     /// Whether the folder is another job's, or no dataset: exit code 2, give another one.
     pub fn is_foreign(&self) -> bool {
-        matches!(self, Self::ForeignJob { .. } | Self::OtherShards { .. } | Self::NotADataset { .. })
+        matches!(
+            self,
+            Self::ForeignJob { .. } | Self::ForeignSet { .. } | Self::OtherShards { .. } | Self::NotADataset { .. }
+        )
     }
 
     /// Whether the operating system is to blame (disk full, read-only, gone): exit code 74, retry and resume.

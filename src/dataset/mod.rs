@@ -15,6 +15,8 @@
 //! manifest.json  digests of all of these; written last
 //! ```
 //!
+//! A set is a folder of datasets, with `set.json` beside them ([`SetTable`]).
+//!
 //! A shard proves itself: it is done when a file of its name has the content that the name says. [`begin_run`],
 //! [`scan_shards`] and [`ShardWriter`] fill a folder, [`finish_dataset`] closes it. This room takes plain data: it
 //! knows no job, plan, simulator or producer.
@@ -34,9 +36,12 @@ mod map_preview;
 #[cfg(test)]
 mod measure;
 mod merkle;
+mod patch_preview;
+mod patch_sample;
 mod preview;
 mod reader;
 mod roots;
+mod set;
 mod shapes;
 mod shard;
 mod shard_file;
@@ -57,8 +62,10 @@ pub use manifest::{
     Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry, TrialCounts, TypeCounts,
 };
 pub use map_preview::write_map_preview;
+pub use patch_preview::write_patch_preview;
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection, TouchedPair};
+pub use set::{SetContent, SetEntry, SetObject, SetTable};
 pub use shapes::{Shapes, ShapesWriter};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
 pub use split::{ObjectSplit, Split, SplitTable};

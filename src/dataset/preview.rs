@@ -12,7 +12,7 @@ use prost::Message;
 
 use super::{DatasetError, DatasetReader, Selection, durable::Temporary};
 use crate::{
-    geom::{DepthCrop, Frame, GridPlacement, OccupancyGrid, Pose},
+    geom::{DepthCrop, Frame, GridPlacement, Intrinsics, OccupancyGrid, Pose},
     ids::SampleIndex,
     record::{Channel, TouchContact, VoxelPair},
 };
@@ -149,9 +149,14 @@ fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -
             "foxglove.FrameTransform",
             &transform(time, &pair.world_from_object, "object"),
         )?;
-        preview.write(second, "/preview/camera", "foxglove.CameraCalibration", &calibration(time, pair))?;
+        preview.write(second, "/preview/camera", "foxglove.CameraCalibration", &calibration(time, &pair.camera))?;
         if let Some(depth) = depth {
-            preview.write(second, "/preview/depth", "foxglove.RawImage", &image(time, pair, depth))?;
+            preview.write(
+                second,
+                "/preview/depth",
+                "foxglove.RawImage",
+                &image(time, [pair.camera.width, pair.camera.height], |column, row| depth.at(column, row)),
+            )?;
         }
         preview.write(second, "/preview/partial", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.partial))?;
         preview.write(second, "/preview/complete", "foxglove.PointCloud", &cloud(time, &pair.grid, &pair.complete))?;
@@ -162,7 +167,11 @@ fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -
     preview.finish()
 }
 
-fn transform<To: Frame, From: Frame>(time: Option<Timestamp>, pose: &Pose<To, From>, child: &str) -> FrameTransform {
+pub(super) fn transform<To: Frame, From: Frame>(
+    time: Option<Timestamp>,
+    pose: &Pose<To, From>,
+    child: &str,
+) -> FrameTransform {
     let rotation = UnitQuaternion::from_rotation_matrix(pose.rotation());
     let (at, q) = (pose.translation(), rotation.coords);
     FrameTransform {
@@ -174,8 +183,7 @@ fn transform<To: Frame, From: Frame>(time: Option<Timestamp>, pose: &Pose<To, Fr
     }
 }
 
-fn calibration(time: Option<Timestamp>, pair: &VoxelPair) -> CameraCalibration {
-    let camera = &pair.camera;
+pub(super) fn calibration(time: Option<Timestamp>, camera: &Intrinsics) -> CameraCalibration {
     let (fx, fy, cx, cy) = (camera.fx, camera.fy, camera.cx, camera.cy);
     CameraCalibration {
         timestamp: time,
@@ -190,10 +198,10 @@ fn calibration(time: Option<Timestamp>, pair: &VoxelPair) -> CameraCalibration {
     }
 }
 
-/// The whole image in millimetres, 0 = no return.
-fn image(time: Option<Timestamp>, pair: &VoxelPair, depth: &DepthCrop) -> RawImage {
-    let (width, height) = (pair.camera.width, pair.camera.height);
-    let pixels = (0..height).flat_map(|row| (0..width).map(move |column| depth.at(column, row)));
+/// An image of this width and height in millimetres, 0 = no return, of depths at its columns and rows [m].
+pub(super) fn image(time: Option<Timestamp>, [width, height]: [u32; 2], depth: impl Fn(u32, u32) -> f32) -> RawImage {
+    let pixels = (0..height).flat_map(|row| (0..width).map(move |column| [column, row]));
+    let pixels = pixels.map(|[column, row]| depth(column, row));
     // A saturating cast: NaN becomes 0.
     let data = pixels.flat_map(|depth| ((depth * 1000.0 + 0.5) as u16).to_le_bytes()).collect();
     RawImage {

@@ -17,8 +17,8 @@ use crate::{
     geom::OccupancyGrid,
     ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
     record::{
-        Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HeatmapPatch, Implicit, PatchColour, ReachabilityBlock,
-        RecordError, TactileContacts, Tsdf, Visibility, VoxelPair,
+        Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HeatmapPatch, Implicit, ReachabilityBlock, RecordError,
+        TactileContacts, Tsdf, Visibility, VoxelPair,
     },
 };
 
@@ -370,14 +370,6 @@ impl Sample {
         HeatmapPatch::decode(payload).map_err(|source| self.broken(source))
     }
 
-    /// The same patches in colour; `None` when not stored.
-    ///
-    /// # Errors
-    /// When the payload is no valid record.
-    pub fn patch_colour(&self) -> Result<Option<PatchColour>, DatasetError> {
-        self.decoded(Channel::PatchColour, PatchColour::decode)
-    }
-
     /// Trials of the grasps that the run kept; `None` where the dataset has none.
     ///
     /// # Errors
@@ -386,7 +378,7 @@ impl Sample {
         self.decoded(Channel::GraspTrials, GraspTrials::decode)
     }
 
-    fn decoded<T>(
+    pub(super) fn decoded<T>(
         &self,
         channel: Channel,
         decode: impl Fn(&[u8]) -> Result<T, RecordError>,

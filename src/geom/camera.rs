@@ -75,6 +75,11 @@ impl Intrinsics {
         Ok(self)
     }
 
+    /// The same camera with another focal length [px], where one is given.
+    pub fn with_focal_length(self, focal_length: Option<f64>) -> Self {
+        focal_length.map_or(self, |f| Self { fx: f, fy: f, ..self })
+    }
+
     /// Vertical field of view [rad], as MuJoCo's `fovy` wants it (there in degrees).
     pub fn vertical_fov(&self) -> f64 {
         2.0 * libm::atan(f64::from(self.height) / 2.0 / self.fy)

@@ -26,6 +26,11 @@ impl DepthCrop {
         if x < self.width && y < self.height { self.depth[(y * self.width + x) as usize] } else { f32::NAN }
     }
 
+    /// The whole image of this size [m]; NaN = no return. Shape (height, width), row-major.
+    pub fn whole(&self, width: u32, height: u32) -> Vec<f32> {
+        (0..height).flat_map(|row| (0..width).map(move |column| self.at(column, row))).collect()
+    }
+
     /// The smallest crop with the same returns; empty when there are none.
     pub fn trimmed(&self) -> Self {
         let mut bounds: Option<[u32; 4]> = None;

@@ -13,7 +13,7 @@ use super::{
     document::{Document, Node, NodeValue, Path},
     errors::{JobError, JobErrors, Problem},
     schema,
-    spec::{BodySpec, HeadSpec},
+    spec::{BodySpec, HeadSpec, set::SetSpec},
 };
 use crate::ids::Product;
 
@@ -39,7 +39,7 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
     let (mut document, errors) = Document::read(label, text, overrides);
     let mut root = document.root.clone();
     let product = product_of(&root);
-    let mut walk = Walk { product, document: &document, errors, wrong: Vec::new() };
+    let mut walk = Walk { product: Some(product), document: &document, errors, wrong: Vec::new() };
     walk.value(&mut root, schema::of(product), &Path::default());
     let Walk { mut errors, mut wrong, .. } = walk;
     let mut written = match root.to_toml() {
@@ -96,8 +96,45 @@ fn read(product: Product, filled: &toml::Value) -> Result<(HeadSpec, BodySpec), 
     Ok((HeadSpec::deserialize(filled.clone())?, body))
 }
 
+/// A set as read, with what was wrong in it.
+pub(super) struct DecodedSet {
+    /// Its keys.
+    pub spec: SetSpec,
+    /// As written, without the mistakes.
+    pub document: Document,
+    /// The mistakes.
+    pub errors: Vec<JobError>,
+    /// Where the mistakes were.
+    pub wrong: Vec<Path>,
+}
+
+/// Reads a job file that names job files.
+///
+/// # Errors
+/// When a key that it cannot do without is missing or wrong: nothing further can be said.
+pub(super) fn decode_set(label: &str, text: &str) -> Result<DecodedSet, JobErrors> {
+    let (mut document, errors) = Document::read(label, text, &[]);
+    let mut root = document.root.clone();
+    let mut walk = Walk { product: None, document: &document, errors, wrong: Vec::new() };
+    walk.value(&mut root, schema::of_sets(), &Path::default());
+    let Walk { mut errors, wrong, .. } = walk;
+    let spec = match SetSpec::deserialize(root.to_toml()) {
+        Ok(spec) => spec,
+        Err(error) => {
+            if errors.is_empty() {
+                let problem = Problem::Syntax { message: error.message().to_owned() };
+                errors.push(JobError::at(document.place_of(&Path::default()), "", problem));
+            }
+            return Err(JobErrors::of(errors));
+        }
+    };
+    document.root = root;
+    Ok(DecodedSet { spec, document, errors, wrong })
+}
+
 struct Walk<'a> {
-    product: Product,
+    /// `None` in a set.
+    product: Option<Product>,
     document: &'a Document,
     errors: Vec<JobError>,
     wrong: Vec<Path>,
@@ -343,7 +380,8 @@ fn quoted(choices: &[String]) -> String {
 }
 
 /// The key that was meant: one that is known here, else the same key in another section or of another product.
-fn suggestion(product: Product, key: &str, known: &[String]) -> Option<String> {
+fn suggestion(product: Option<Product>, key: &str, known: &[String]) -> Option<String> {
+    let Some(product) = product else { return did_you_mean(key, known.iter().map(String::as_str)) };
     let elsewhere = || KEY_PLACES[product as usize].get(key).map(|path| format!("did you mean `{path}`?"));
     let other = |other: &Product| KEY_PLACES[*other as usize].contains_key(key);
     let of_another = || {

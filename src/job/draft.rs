@@ -176,6 +176,19 @@ impl JobDraft {
         })
     }
 
+    /// [`JobDraft::read`] of a job for patches that takes its grasps from the dataset in `grasps`, whatever the file says. Where
+    /// that is stands in the resolved job, as if the file had said it.
+    ///
+    /// # Errors
+    /// Every mistake of the file and of its overrides.
+    pub fn read_with_grasps(job: &JobText, grasps: &Path, surroundings: &Surroundings<'_>) -> Result<Self, JobErrors> {
+        let mut job = job.clone();
+        job.overrides.push(format!("grasps.dataset = {}", toml::Value::from(discover::with_slashes(grasps))));
+        let mut draft = Self::read(&job, surroundings)?;
+        draft.overrides.pop();
+        Ok(draft)
+    }
+
     /// What to prepare, in order: `resolve` wants the results in the same order.
     pub fn sources(&self) -> impl ExactSizeIterator<Item = &MeshSource> {
         let meshes = match &self.work {

@@ -24,6 +24,7 @@ mod pattern;
 mod reference;
 mod resolve;
 mod schema;
+mod set;
 mod spec;
 
 pub use check::{
@@ -45,4 +46,5 @@ pub use estimate::{Estimate, GraspCosts, expected_bytes, grasp_costs, seconds_of
 pub use packages::{MeshPackage, PACKAGES, package};
 pub use reference::reference;
 pub use schema::schema;
+pub use set::{JobSet, SetMember};
 pub use spec::completion::UnitSpec;

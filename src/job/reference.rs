@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use super::schema;
+use super::{schema, set::SET};
 use crate::ids::Product;
 
 /// Order of the sections, and of the keys whose alphabetical order would mislead; the others follow by name.
@@ -13,6 +13,8 @@ const ORDER: &[&str] = &[
     "name",
     "seed",
     "profile",
+    "jobs",
+    "job",
     "objects",
     "grasps",
     "annealing",
@@ -110,8 +112,8 @@ const ORDER: &[&str] = &[
 /// Every key of a job file, product by product: type, unit, default of each profile, meaning, example.
 pub fn reference() -> String {
     let mut text = String::new();
-    for (place, product) in Product::ALL.into_iter().enumerate() {
-        let root = schema::of(product);
+    let products = Product::ALL.into_iter().map(|product| (product.name(), schema::of(product)));
+    for (place, (product, root)) in products.chain([(SET, schema::of_sets())]).enumerate() {
         let before = if place > 0 { "\n" } else { "" };
         let _ = writeln!(text, "{before}# Keys of `product = \"{product}\"`\n\n{}\n", words(root));
         let _ = writeln!(text, "## Top level\n");
@@ -121,7 +123,7 @@ pub fn reference() -> String {
             if entry.get("properties").is_some() || section.get("anyOf").is_some() {
                 let _ = writeln!(text, "\n## `{key}`\n\n{}\n", words(section));
                 forms(&mut text, key, entry);
-            } else if section.get("oneOf").is_some() && product != Product::Completion {
+            } else if section.get("oneOf").is_some() && product != Product::Completion.name() {
                 let _ = writeln!(text, "\n`{key}` is one of\n");
                 choices(&mut text, section, "");
             }

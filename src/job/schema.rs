@@ -12,6 +12,7 @@ use super::{
     checked::Profile,
     spec::{
         HeadSpec, completion::CompletionSpec, grasp::GraspsSpec, patches::PatchesSpec, reachability::ReachabilitySpec,
+        set::SetSpec,
     },
 };
 use crate::{
@@ -32,10 +33,11 @@ static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "graspmill job",
-        "oneOf": Product::ALL.map(alone),
+        "oneOf": Product::ALL.map(alone).into_iter().chain([SET.clone()]).collect::<Vec<_>>(),
     })
 });
 static SCHEMAS: LazyLock<[Value; 4]> = LazyLock::new(|| Product::ALL.map(build));
+static SET: LazyLock<Value> = LazyLock::new(build_set);
 
 /// The JSON Schema of a job file. Beyond the draft's keywords: `x-unit`, and `x-default-thesis` where the `thesis`
 /// profile has another default.
@@ -46,6 +48,11 @@ pub fn schema() -> &'static Value {
 /// The schema of one product's job files; `product` may still name any.
 pub(super) fn of(product: Product) -> &'static Value {
     &SCHEMAS[product as usize]
+}
+
+/// The schema of a set.
+pub(super) fn of_sets() -> &'static Value {
+    &SET
 }
 
 /// The schema of one product's job files and of no other's.
@@ -155,6 +162,16 @@ fn build(product: Product) -> Value {
         }
     }
     root.insert("title".to_owned(), json!(format!("graspmill {product} job")));
+    schema
+}
+
+fn build_set() -> Value {
+    let generator = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true).into_generator();
+    let mut schema = generator.into_root_schema_for::<SetSpec>().to_value();
+    simplify(&mut schema);
+    let root = schema.as_object_mut().expect("the schema of a struct is an object");
+    root.remove("$schema");
+    root.insert("title".to_owned(), json!("graspmill set of jobs"));
     schema
 }
 

@@ -1,13 +1,15 @@
 //! What is on disk: records, their protobuf codec and schema, the format's number.
 //!
 //! A record is one protobuf message on one MCAP topic (`proto/graspmill.proto`, `proto/touch.proto`, `proto/hand.proto`,
-//! `proto/reachability.proto`, `proto/grasp.proto`, `proto/trials.proto`, `proto/patches.proto`). Encoding is written by hand, in tag
+//! `proto/reachability.proto`, `proto/grasp.proto`, `proto/trials.proto`, `proto/patches.proto`, `proto/patch_images.proto`,
+//! `proto/heatmaps.proto`). Encoding is written by hand, in tag
 //! order, straight from the record's own memory; decoding goes through the generated types and then checks every
 //! length, range and count, so that a decoded record can be trusted. Names of objects, paths, clocks and sample
 //! indices never enter a payload: the same sample has the same bytes in every dataset.
 
 mod block;
 mod channels;
+mod colour_image;
 mod depth;
 mod error;
 mod facts;
@@ -17,6 +19,7 @@ mod grasp;
 mod grasp_tests;
 mod grasp_type;
 mod hand;
+mod heatmap;
 mod pair;
 mod patch;
 #[cfg(test)]
@@ -37,6 +40,7 @@ pub(crate) mod proto {
 
 pub use block::ReachabilityBlock;
 pub use channels::{Cloud, Coverage, Implicit, Tsdf, Visibility};
+pub use colour_image::PatchImageColour;
 pub use depth::{Depth, DepthCoding};
 pub use error::RecordError;
 pub use facts::{BlockFacts, GraspFacts, PairFacts, PatchFacts, SampleFacts, TrialFacts};
@@ -46,6 +50,7 @@ pub use grasp::{
 };
 pub use grasp_type::{TYPE_BINS, TYPE_DIGITS, type_digits};
 pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
+pub use heatmap::{HeatmapPoint, PatchHeatmap};
 pub use pair::VoxelPair;
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
@@ -92,11 +97,17 @@ pub enum Channel {
     Patch,
     /// [`PatchColour`]: the same patches in colour.
     PatchColour,
+    /// [`Depth`] of the whole image that the patches are cut out of.
+    PatchImage,
+    /// [`PatchImageColour`]: the same image in colour.
+    PatchImageColour,
+    /// [`PatchHeatmap`]: truth for heatmaps over the whole image.
+    PatchHeatmap,
 }
 
 impl Channel {
     /// Every channel, in the order in which a sample's messages are written.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 18] = [
         Self::Pair,
         Self::Visibility,
         Self::Depth,
@@ -112,6 +123,9 @@ impl Channel {
         Self::GraspTrials,
         Self::Patch,
         Self::PatchColour,
+        Self::PatchImage,
+        Self::PatchImageColour,
+        Self::PatchHeatmap,
     ];
 
     /// The product whose samples have such messages.
@@ -129,7 +143,9 @@ impl Channel {
             | Self::TouchGrasp => Product::Completion,
             Self::Block => Product::Reachability,
             Self::GraspRun | Self::GraspTrials => Product::Grasps,
-            Self::Patch | Self::PatchColour => Product::Patches,
+            Self::Patch | Self::PatchColour | Self::PatchImage | Self::PatchImageColour | Self::PatchHeatmap => {
+                Product::Patches
+            }
         }
     }
 
@@ -171,6 +187,9 @@ impl Channel {
             Self::GraspTrials => "/grasps/trials",
             Self::Patch => "/patches/patch",
             Self::PatchColour => "/patches/colour",
+            Self::PatchImage => "/patches/image",
+            Self::PatchImageColour => "/patches/image_colour",
+            Self::PatchHeatmap => "/patches/heatmap",
         }
     }
 
@@ -184,7 +203,7 @@ impl Channel {
         match self {
             Self::Pair => "graspmill.VoxelPair",
             Self::Visibility => "graspmill.Visibility",
-            Self::Depth => "graspmill.Depth",
+            Self::Depth | Self::PatchImage => "graspmill.Depth",
             Self::Cloud => "graspmill.Cloud",
             Self::Tsdf => "graspmill.Tsdf",
             Self::Coverage => "graspmill.Coverage",
@@ -196,6 +215,8 @@ impl Channel {
             Self::GraspTrials => "graspmill.GraspTrials",
             Self::Patch => "graspmill.HeatmapPatch",
             Self::PatchColour => "graspmill.PatchColour",
+            Self::PatchImageColour => "graspmill.PatchImageColour",
+            Self::PatchHeatmap => "graspmill.PatchHeatmap",
         }
     }
 
@@ -205,6 +226,9 @@ impl Channel {
             Self::TouchRays => include_bytes!(concat!(env!("OUT_DIR"), "/touch.bin")),
             Self::TouchExploration | Self::TouchGrasp => include_bytes!(concat!(env!("OUT_DIR"), "/hand.bin")),
             Self::GraspTrials => include_bytes!(concat!(env!("OUT_DIR"), "/trials.bin")),
+            Self::PatchImage => descriptors(Product::Completion),
+            Self::PatchImageColour => include_bytes!(concat!(env!("OUT_DIR"), "/patch_images.bin")),
+            Self::PatchHeatmap => include_bytes!(concat!(env!("OUT_DIR"), "/heatmaps.bin")),
             other => descriptors(other.product()),
         }
     }
@@ -233,6 +257,8 @@ pub struct Checker {
     pair: Option<VoxelPair>,
     /// Whose run it is, and the places of its kept grasps.
     kept: Option<(SampleId, Vec<u32>)>,
+    /// The patches of the sample.
+    patch: Option<HeatmapPatch>,
 }
 
 /// What a payload says that its sample's ledger row says too.
@@ -279,10 +305,26 @@ impl Checker {
                 Ok(Checked { trials: Some(trials.facts()), ..checked(trials.sample)? })
             }
             Channel::Patch => {
-                let patch = HeatmapPatch::decode(payload)?;
+                self.patch = None;
+                let patch = self.patch.insert(HeatmapPatch::decode(payload)?);
                 Ok(Checked { facts: Some(patch.facts().into()), ..checked(patch.sample)? })
             }
             Channel::PatchColour => checked(PatchColour::decode(payload)?.sample),
+            Channel::PatchImage => {
+                let image = Depth::decode(payload)?;
+                if let Some(patch) = self.patch.as_ref().filter(|patch| patch.sample == image.sample) {
+                    patch.check_image(&image)?;
+                }
+                checked(image.sample)
+            }
+            Channel::PatchImageColour => checked(PatchImageColour::decode(payload)?.sample),
+            Channel::PatchHeatmap => {
+                let heatmap = PatchHeatmap::decode(payload)?;
+                if let Some(patch) = self.patch.as_ref().filter(|patch| patch.sample == heatmap.sample) {
+                    heatmap.check_beside(patch)?;
+                }
+                checked(heatmap.sample)
+            }
             Channel::TouchRays | Channel::TouchExploration | Channel::TouchGrasp => {
                 let touch = TactileContacts::decode_of(channel, payload)?;
                 let Some(pair) = self.pair.as_ref().filter(|pair| pair.sample == touch.sample) else {

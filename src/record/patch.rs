@@ -3,14 +3,14 @@
 use prost::Message;
 
 use super::{
-    FORCE, PatchFacts, RecordError, TYPE_DIGITS, WRENCH,
+    Depth, FORCE, PatchFacts, RecordError, TYPE_DIGITS, WRENCH,
     channels::broken,
     grasp::named,
     pair::{intrinsics, lengthy, pose, ranged},
     proto, sample_from_proto, type_digits, wire,
 };
 use crate::{
-    geom::{Approach, CameraCv, Intrinsics, Object, Pose},
+    geom::{Approach, CameraCv, DepthCrop, Intrinsics, Object, Pose},
     ids::{Digest, ObjectId, SampleId},
 };
 
@@ -64,6 +64,8 @@ pub struct HeatmapPatch {
     pub hand_id: ObjectId,
     /// The camera [px].
     pub camera: Intrinsics,
+    /// Quirk of the thesis: the focal length that points are projected with [px]; `None` where it is the camera's.
+    pub point_focal_length: Option<f64>,
     /// The object as the camera sees it.
     pub camera_from_object: Pose<CameraCv, Object>,
     /// The approach frame: origin on the palm, z towards the object.
@@ -95,6 +97,30 @@ impl HeatmapPatch {
         let mut labels = vec![0.0; PATCH_POINTS * self.types.len()];
         labels[PATCH_POINTS * self.type_index as usize + point] = self.value;
         labels
+    }
+
+    /// The camera that points are projected with: the one that sees, but for the quirk of the thesis.
+    pub fn projection(&self) -> Intrinsics {
+        self.camera.with_focal_length(self.point_focal_length)
+    }
+
+    /// Checks that the patches are cuts of a whole image.
+    ///
+    /// # Errors
+    /// When the image has parts outside the camera's, or another depth in a pixel of a patch.
+    pub fn check_image(&self, image: &Depth) -> Result<(), RecordError> {
+        const IMAGE: &str = "Depth";
+        let DepthCrop { left, top, width, height, .. } = image.crop;
+        ranged(IMAGE, "width", f64::from(width), left + width <= self.camera.width, "inside the image")?;
+        ranged(IMAGE, "height", f64::from(height), top + height <= self.camera.height, "inside the image")?;
+        for (place, PatchPoint { corner: [left, top], .. }) in self.points.iter().enumerate() {
+            for (k, depth) in (0..).zip(self.depth_of(place)) {
+                let whole = image.crop.at(left + k % self.side, top + k / self.side);
+                let same = whole.to_bits() == depth.to_bits() || whole.is_nan() && depth.is_nan();
+                ranged(IMAGE, "data", f64::from(whole), same, "that of the patch around each point")?;
+            }
+        }
+        Ok(())
     }
 
     /// The depth of the patch around a point.
@@ -137,6 +163,7 @@ impl HeatmapPatch {
         let labels: Vec<f32> = (0..PATCH_POINTS).flat_map(|point| self.labels(point)).collect();
         wire::floats(out, 23, &labels);
         wire::bytes(out, 24, self.label.as_bytes());
+        wire::double(out, 25, self.point_focal_length.unwrap_or_default());
     }
 
     /// Reads and checks a payload.
@@ -161,6 +188,9 @@ impl HeatmapPatch {
         named(MESSAGE, "space", &raw.space, &[FORCE, WRENCH])?;
         named(MESSAGE, "label", &raw.label, &LABELS)?;
         let value = value_of(&raw)?;
+        let focal = raw.point_focal_length;
+        ranged(MESSAGE, "point_focal_length", focal, focal >= 0.0 && focal.is_finite(), "positive, or absent")?;
+        let point_focal_length = (focal > 0.0).then_some(focal);
         Ok(Self {
             sample,
             grasps: digest("grasps", &raw.grasps)?,
@@ -171,9 +201,10 @@ impl HeatmapPatch {
             epsilon,
             hand_id: ObjectId(digest("hand_digest", &raw.hand_digest)?),
             camera,
+            point_focal_length,
             camera_from_object,
             object_from_approach: pose(MESSAGE, "object_from_approach", &raw.object_from_approach)?,
-            points: points(&raw, &camera, &camera_from_object)?,
+            points: points(&raw, &camera.with_focal_length(point_focal_length), &camera_from_object)?,
             side: raw.side,
             depth: depth(&raw)?,
             value,

@@ -15,11 +15,13 @@ fn patch() -> impl Strategy<Value = HeatmapPatch> {
     (place, points, numbers, depth).prop_map(|((digest, run, rank, type_index), points, numbers, mut depth)| {
         let (energy, epsilon, quirk, approach, side) = numbers;
         let camera = Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("a camera");
+        let point_focal_length = quirk.then_some(589.366_454);
         let camera_from_object = Pose::from_xyz_rpy([0.0, 0.0, 2.0, 0.3, 0.2, -1.0]);
         let points: Vec<PatchPoint> = points
             .into_iter()
             .map(|(point, name)| {
-                let (u, v) = camera.project(&camera_from_object.point(&point.into()));
+                let (u, v) =
+                    camera.with_focal_length(point_focal_length).project(&camera_from_object.point(&point.into()));
                 let corner = [u, v].map(|pixel| (pixel - f64::from(side) / 2.0 + 0.5).floor() as u32);
                 PatchPoint { name, point, pixel: [u, v], corner }
             })
@@ -39,6 +41,7 @@ fn patch() -> impl Strategy<Value = HeatmapPatch> {
             hand: "hand".to_owned(),
             hand_id: ObjectId(Digest([9; 32])),
             camera,
+            point_focal_length,
             camera_from_object,
             object_from_approach: Pose::from_xyz_rpy(approach),
             points: points.try_into().expect("four points"),
@@ -88,6 +91,61 @@ proptest! {
     }
 }
 
+fn heatmap() -> PatchHeatmap {
+    let point =
+        |run, rank, type_index, point, pixel, value| HeatmapPoint { run, rank, type_index, point, pixel, value };
+    PatchHeatmap {
+        sample: SampleId::of_object(ObjectId(Digest([1; 32])), ViewId(2)),
+        width: 6,
+        height: 4,
+        types: 2,
+        angle: 0.35,
+        points: vec![
+            point(0, 1, 1, 0, [0.0, 3.9], -0.25),
+            point(0, 1, 1, 3, [5.5, 0.5], -0.25),
+            point(2, 0, 1, 0, [0.7, 3.0], -0.5),
+            point(2, 0, 1, 2, [2.0, 2.0], -0.5),
+            point(2, 7, 1, 0, [0.2, 3.2], -0.125),
+        ],
+    }
+}
+
+#[test]
+fn heatmaps_come_back_and_become_maps() {
+    let heatmap = heatmap();
+    let mut bytes = Vec::new();
+    heatmap.encode(&mut bytes);
+    let raw = proto::PatchHeatmap::decode(bytes.as_slice()).expect("protobuf");
+    assert_eq!(raw.encode_to_vec(), bytes);
+    assert_eq!(PatchHeatmap::decode(&bytes).expect("a record"), heatmap);
+    let maps = heatmap.maps();
+    let at = |map: usize, column: usize, row: usize| maps[(map * 4 + row) * 6 + column];
+    assert_eq!(maps.len(), 8 * 4 * 6);
+    // Of three palms in one pixel the best.
+    assert_eq!((at(4, 0, 3), at(7, 5, 0), at(6, 2, 2)), (-0.5, -0.25, -0.5));
+    assert_eq!(maps.iter().filter(|value| **value != 0.0).count(), 3);
+    type Change = fn(&mut proto::PatchHeatmap);
+    let refused: [(&str, Change); 7] = [
+        ("width", |raw| raw.width = 0),
+        ("types", |raw| raw.types = 0),
+        ("angle", |raw| raw.angle = 4.0),
+        ("ranks", |raw| raw.ranks.truncate(1)),
+        ("type_indices", |raw| raw.type_indices[1] = 2),
+        ("pixels", |raw| raw.pixels[1] = 4.0),
+        ("runs", |raw| raw.runs.reverse()),
+    ];
+    for (field, change) in refused {
+        let mut raw = raw.clone();
+        change(&mut raw);
+        let error = PatchHeatmap::decode(&raw.encode_to_vec()).expect_err(field).to_string();
+        assert!(error.contains(field), "{field}: {error}");
+    }
+    // A label of the thesis may be above 0: the lowest wins there, too.
+    let mut worse = heatmap.clone();
+    worse.points.iter_mut().for_each(|point| point.value += 1.0);
+    assert_eq!(worse.maps()[(4 * 4 + 3) * 6], 0.5);
+}
+
 /// The message with one thing changed, decoded.
 fn changed(change: impl FnOnce(&mut proto::HeatmapPatch)) -> Result<HeatmapPatch, RecordError> {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
@@ -103,7 +161,7 @@ fn changed(change: impl FnOnce(&mut proto::HeatmapPatch)) -> Result<HeatmapPatch
 fn what_contradicts_itself_is_no_patch() {
     assert!(changed(|_| ()).is_ok());
     type Change = fn(&mut proto::HeatmapPatch);
-    let refused: [(&str, Change); 12] = [
+    let refused: [(&str, Change); 13] = [
         ("sample", |raw| raw.sample = None),
         ("grasps", |raw| raw.grasps.truncate(31)),
         ("type", |raw| raw.r#type += 1),
@@ -113,6 +171,7 @@ fn what_contradicts_itself_is_no_patch() {
         ("pixels", |raw| raw.pixels[5] += 1e-3),
         ("corners", |raw| raw.corners[0] += 1),
         ("points", |raw| raw.points[2] = f64::NAN),
+        ("point_focal_length", |raw| raw.point_focal_length = -1.0),
         ("depth", |raw| raw.depth[..4].copy_from_slice(&(-1.0f32).to_le_bytes())),
         ("labels", |raw| {
             // The palm's label in another place as well.

@@ -16,6 +16,6 @@ mod workshop;
 pub use assets::{PreparedAssets, prepare_assets};
 pub use event::{Cancel, Event, Listener, Progress};
 pub use execute::{Crew, PilotRate, RunError, RunSummary, RunTask, pilot, run};
-pub use preview::{grasp_preview, map_preview, preview};
+pub use preview::{grasp_preview, map_preview, patch_preview, preview};
 pub use regenerate::{Difference, Regeneration, regenerate};
 pub use tables::dataset_header;

@@ -4,7 +4,10 @@ use std::path::Path;
 
 use super::{Crew, RunError};
 use crate::{
-    dataset::{DatasetReader, preview_samples, read_field, write_grasp_preview, write_map_preview, write_preview},
+    dataset::{
+        DatasetReader, preview_samples, read_field, write_grasp_preview, write_map_preview, write_patch_preview,
+        write_preview,
+    },
     job::CompletionJob,
     produce::{Producer, completion::CompletionWorker},
 };
@@ -41,6 +44,15 @@ pub fn preview(folder: &Path, job: &CompletionJob, seed: u64, crew: &Crew) -> Re
 /// When the dataset cannot be read or the file not be written.
 pub fn grasp_preview(folder: &Path) -> Result<(), RunError> {
     write_grasp_preview(&DatasetReader::open(folder)?, SAMPLES as usize)?;
+    Ok(())
+}
+
+/// Writes `preview.mcap` into a finished dataset of patches: images and points in the well-known schemas.
+///
+/// # Errors
+/// When the dataset cannot be read or the file not be written.
+pub fn patch_preview(folder: &Path) -> Result<(), RunError> {
+    write_patch_preview(&DatasetReader::open(folder)?, SAMPLES as usize)?;
     Ok(())
 }
 

@@ -66,6 +66,9 @@ pub fn dataset_header(job: &Job, sides: Option<&Sides>, folder: &Path) -> Datase
             let mut platform = BTreeMap::new();
             if work.settings.colour.is_some() {
                 channel_classes.insert(Channel::PatchColour, NumberClass::Colour);
+                if work.settings.image {
+                    channel_classes.insert(Channel::PatchImageColour, NumberClass::Colour);
+                }
                 platform = colour_platform();
             }
             (NumberClass::Exact, platform, assets, ProductTables::Patches { splits, types })

@@ -7,7 +7,7 @@ use std::{
 
 use graspmill::{
     assets::ScaleRule,
-    job::{JobDraft, JobText, reference, schema},
+    job::{JobDraft, JobSet, JobText, SetMember, reference, schema},
 };
 use serde_json::Value;
 
@@ -24,8 +24,62 @@ fn job_files() -> Vec<PathBuf> {
     let files = fs::read_dir("jobs").expect("jobs/ is there").map(|entry| entry.expect("jobs/ is readable").path());
     let mut files: Vec<PathBuf> =
         files.filter(|path| path.extension().is_some_and(|ending| ending == "toml")).collect();
+    files.retain(|file| !is_set(file));
     files.sort();
     files
+}
+
+fn is_set(file: &Path) -> bool {
+    JobSet::is_one(&JobText::open(file, &[]).expect("the job file is readable"))
+}
+
+#[test]
+fn sets_name_jobs_that_are_there() {
+    for (name, expected) in [
+        ("everything-quick", ["completion", "touch", "grasps", "patches"]),
+        ("ycb-everything", ["completion", "touch", "grasps", "patches"]),
+    ] {
+        let file = PathBuf::from(format!("jobs/{name}.toml"));
+        let text = JobText::open(&file, &["patches:render.colour=false".to_owned()]).expect("readable");
+        let set = JobSet::read(&text).unwrap_or_else(|errors| panic!("{}", errors.render()));
+        let jobs: Vec<&str> = set.jobs.iter().map(|job| job.name.as_str()).collect();
+        assert_eq!((set.name.as_str(), jobs.as_slice()), (name, expected.as_slice()));
+        assert_eq!(set.jobs[3].grasps.as_deref(), Some("grasps"));
+        assert_eq!(set.jobs[3].text.overrides.last().map(String::as_str), Some("render.colour=false"));
+        let overridden = |job: &SetMember| job.text.overrides.contains(&"render.colour=false".to_owned());
+        assert!(!set.jobs[..3].iter().any(overridden));
+        // What the others say is said of the same objects.
+        for job in &set.jobs[..3] {
+            JobDraft::read(&job.text, &surroundings(".deps")).unwrap_or_else(|errors| panic!("{}", errors.render()));
+        }
+    }
+}
+
+#[test]
+fn every_mistake_of_a_set_is_said() {
+    let told = |text: &str| {
+        let text = JobText { label: "t.toml".into(), folder: "jobs".into(), text: text.into(), overrides: Vec::new() };
+        assert!(JobSet::is_one(&text));
+        JobSet::read(&text).expect_err("mistakes").render()
+    };
+    let grasps = "[[jobs]]\nname = \"grasps\"\njob = \"grasps-quick.toml\"\n";
+    let patches = |name: &str, grasps: &str| {
+        format!("[[jobs]]\nname = \"{name}\"\njob = \"patches-quick.toml\"\ngrasps = \"{grasps}\"\n")
+    };
+    let head = "product = \"set\"\n";
+    let both = told(&format!("{head}{}{grasps}{grasps}", patches("../up", "grasp")));
+    for words in ["jobs[0].name", "small letters", "`grasp` among the jobs further up", "a name that no other job has"]
+    {
+        assert!(both.contains(words), "{words}: {both}");
+    }
+    assert!(both.contains("3 errors"), "{both}");
+    let missing = told(&format!("{head}[[jobs]]\nname = \"a\"\njob = \"nowhere.toml\"\nsets = []\n"));
+    assert!(missing.contains("nowhere.toml") && missing.contains("did you mean `set`?"), "{missing}");
+    let wrong = told(&format!("{head}{grasps}grasps = \"grasps\"\n"));
+    assert!(wrong.contains("a job for grasps takes no grasps"), "{wrong}");
+    let nested = told(&format!("{head}[[jobs]]\nname = \"a\"\njob = \"ycb-everything.toml\"\n"));
+    assert!(nested.contains("name its jobs here instead"), "{nested}");
+    assert!(told(&format!("{head}jobs = []\n")).contains("at least 1"));
 }
 
 /// The jobs whose meshes `make test` fetches.
@@ -224,8 +278,8 @@ fn every_key_of_the_schema_says_what_it_means() {
         }
     }
     let mut silent = Vec::new();
-    let products = schema()["oneOf"].as_array().expect("one schema a product");
-    assert_eq!(products.len(), 4);
+    let products = schema()["oneOf"].as_array().expect("one schema a product, and one of sets");
+    assert_eq!(products.len(), 5);
     products.iter().for_each(|product| walk(product, "", &mut silent));
     assert_eq!(silent, Vec::<String>::new());
     let text = schema().to_string();

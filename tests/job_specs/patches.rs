@@ -106,6 +106,10 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     assert_eq!((plan.samples, plan.shards.len(), plan.units().count()), (5, 1, 2));
     let thesis = job(&["profile=thesis"]);
     assert_eq!(work(&thesis).settings.label, PatchLabel::Energy);
+    // Without quirks the points are where the images show them.
+    assert_eq!((settings.point_focal_length, settings.image, settings.heatmap_angle), (None, false, None));
+    assert_eq!(work(&thesis).settings.point_focal_length, Some(589.366_454));
+    assert_eq!(work(&job(&["images.heatmaps=true"])).settings.heatmap_angle, Some(0.349));
 }
 
 #[test]
@@ -127,7 +131,16 @@ fn what_names_a_job_is_what_its_samples_depend_on() {
     for same in [vec!["shards.samples=7"], vec!["name=another"], vec!["grasps.dataset=../elsewhere"]] {
         assert_eq!(job(&same).digest(), first.digest(), "{same:?}");
     }
-    for other in ["seed=3", "grasps.types=2", "patches.side=64", "patches.label=energy", "render.colour=false"] {
+    for other in [
+        "seed=3",
+        "grasps.types=2",
+        "patches.side=64",
+        "patches.label=energy",
+        "render.colour=false",
+        "images.full=true",
+        "images.heatmaps=true",
+        "camera.point_focal_length=589.0",
+    ] {
         assert_ne!(job(&[other]).digest(), first.digest(), "{other}");
     }
     let elsewhere = |change: fn(&mut FoundGrasps)| {

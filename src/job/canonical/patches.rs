@@ -13,7 +13,8 @@ use crate::job::{
 impl Text {
     /// The settings, with the dataset's folder where there is one to see it from.
     pub(super) fn patches(&mut self, job: &PatchJob, folder: Option<&Path>) {
-        let PatchSettings { types, side, tips, label, camera, horizontal_fov, distance, colour } = &job.settings;
+        let PatchSettings { types, side, tips, label, camera, horizontal_fov, distance, colour, .. } = &job.settings;
+        let PatchSettings { point_focal_length, image, heatmap_angle, .. } = &job.settings;
         self.section("grasps");
         if let Some(folder) = folder {
             self.key("dataset", discover::with_slashes(&relative_to(&job.dataset, folder)));
@@ -30,11 +31,23 @@ impl Text {
         self.key("height", i64::from(camera.height));
         self.key("horizontal_fov", *horizontal_fov);
         self.key("near", camera.near);
+        if let Some(focal_length) = point_focal_length {
+            self.key("point_focal_length", *focal_length);
+        }
         self.section("render");
         self.key("colour", colour.is_some());
         // Without colours there is nothing to draw anew.
         if let Some(colour) = colour {
             self.key("randomise", colour.randomise);
+        }
+        // Jobs without whole images keep the digest that they had before there were any.
+        if *image || heatmap_angle.is_some() {
+            self.section("images");
+            self.key("full", *image);
+            self.key("heatmaps", heatmap_angle.is_some());
+        }
+        if let Some(angle) = heatmap_angle {
+            self.key("heatmap_angle", *angle);
         }
     }
 

@@ -90,7 +90,7 @@ fn read_grasps(
 }
 
 fn settings(checker: &mut Checker<'_>, spec: &PatchesSpec) -> Option<PatchSettings> {
-    let &PatchCameraSpec { distance, width, height, horizontal_fov, near } = &spec.camera;
+    let &PatchCameraSpec { distance, width, height, horizontal_fov, near, point_focal_length } = &spec.camera;
     let camera = match Intrinsics::from_horizontal_fov(width, height, horizontal_fov, near) {
         Ok(camera) => camera,
         Err(error) => {
@@ -126,6 +126,9 @@ fn settings(checker: &mut Checker<'_>, spec: &PatchesSpec) -> Option<PatchSettin
         camera,
         horizontal_fov,
         distance,
+        point_focal_length,
+        image: spec.images.full,
+        heatmap_angle: spec.images.heatmaps.then_some(spec.images.heatmap_angle),
         colour: spec.render.colour.then_some(PatchColours { randomise: spec.render.randomise }),
     })
 }

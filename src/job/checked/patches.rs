@@ -147,8 +147,30 @@ pub struct PatchSettings {
     pub horizontal_fov: f64,
     /// How far it is from the centre of the object's box [m].
     pub distance: f64,
+    /// Quirk of the thesis: the focal length that points are projected with [px]; `None`: the camera's.
+    pub point_focal_length: Option<f64>,
     /// Colours besides depth.
     pub colour: Option<PatchColours>,
+    /// The whole image is stored besides its patches.
+    pub image: bool,
+    /// Truth for heatmaps over the whole image: how far approaches are from the camera's axis, at most [rad].
+    pub heatmap_angle: Option<f64>,
+}
+
+impl PatchSettings {
+    /// The camera that points are projected with.
+    pub fn projection(&self) -> Intrinsics {
+        self.camera.with_focal_length(self.point_focal_length)
+    }
+
+    /// The label of a grasp.
+    pub fn label_of(&self, grasp: &ChosenGrasp) -> f32 {
+        let label = match self.label {
+            PatchLabel::Epsilon => -grasp.epsilon,
+            PatchLabel::Energy => grasp.energy,
+        };
+        label as f32
+    }
 }
 
 /// What a label is.

@@ -9,6 +9,7 @@ pub mod completion;
 pub mod grasp;
 pub mod patches;
 pub mod reachability;
+pub mod set;
 pub mod touch;
 
 use schemars::JsonSchema;

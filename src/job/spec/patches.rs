@@ -23,6 +23,8 @@ pub struct PatchesSpec {
     pub camera: PatchCameraSpec,
     /// The images.
     pub render: RenderSpec,
+    /// Whole images beside the patches.
+    pub images: PatchImagesSpec,
     /// The files of the dataset.
     pub shards: PatchShardsSpec,
 }
@@ -86,6 +88,10 @@ pub struct PatchCameraSpec {
     /// Nothing nearer than this along the optical axis is seen.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0))]
     pub near: f64,
+    /// Quirk of the thesis: points of the hand are projected with this focal length and not with that of the images, so that patches
+    /// lie off their points, the further the nearer to the border (6 % for 640 px and 1.047 rad).
+    #[schemars(extend("x-unit" = "px", "exclusiveMinimum" = 0))]
+    pub point_focal_length: Option<f64>,
 }
 
 /// The images.
@@ -96,6 +102,20 @@ pub struct RenderSpec {
     pub colour: bool,
     /// With `colour`: lights and the colours of object and background are drawn anew for each grasp, by the job's seed.
     pub randomise: bool,
+}
+
+/// Whole images beside the patches, each on a topic of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatchImagesSpec {
+    /// The depth image that the patches are cut out of; with `render.colour` the same image in colour, too.
+    pub full: bool,
+    /// Truth for heatmaps over that image: palm and fingertips of all grasps of the object, of the chosen types, that come from about
+    /// where the camera stands.
+    pub heatmaps: bool,
+    /// With `heatmaps`: how far their approaches are from the camera's axis, at most.
+    #[schemars(range(min = 0, max = std::f64::consts::PI), extend("x-unit" = "rad"))]
+    pub heatmap_angle: f64,
 }
 
 /// The files of the dataset.

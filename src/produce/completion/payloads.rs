@@ -51,7 +51,14 @@ pub fn channels_of(settings: &Completion) -> Vec<Channel> {
         Channel::TouchRays => settings.touch.random_rays.is_some(),
         Channel::TouchExploration => by_hand.is_some_and(|touch| touch.exploration.is_some()),
         Channel::TouchGrasp => by_hand.is_some_and(|touch| touch.grasp),
-        Channel::Block | Channel::GraspRun | Channel::GraspTrials | Channel::Patch | Channel::PatchColour => false,
+        Channel::Block
+        | Channel::GraspRun
+        | Channel::GraspTrials
+        | Channel::Patch
+        | Channel::PatchColour
+        | Channel::PatchImage
+        | Channel::PatchImageColour
+        | Channel::PatchHeatmap => false,
     };
     Channel::ALL.into_iter().filter(stored).collect()
 }
@@ -148,7 +155,14 @@ impl Payloads {
                     }
                 }
                 // No channel of this product.
-                Channel::Block | Channel::GraspRun | Channel::GraspTrials | Channel::Patch | Channel::PatchColour => {}
+                Channel::Block
+                | Channel::GraspRun
+                | Channel::GraspTrials
+                | Channel::Patch
+                | Channel::PatchColour
+                | Channel::PatchImage
+                | Channel::PatchImageColour
+                | Channel::PatchHeatmap => {}
                 Channel::Implicit => {
                     let counts = settings.channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
                     let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");

@@ -8,7 +8,7 @@ use crate::{
     geom::TriMesh,
     job::PatchColours,
     produce::ProduceError,
-    record::{HeatmapPatch, PatchColour, PatchPoint},
+    record::{HeatmapPatch, PatchColour, PatchImageColour, PatchPoint},
     seed::Stream,
     sim::{GlError, Inertia, Light, Look, SimModel, SimWorker, gl_facts},
 };
@@ -30,12 +30,25 @@ pub(super) struct ColourView {
     window: Vec<[u8; 3]>,
     record: PatchColour,
     pub payload: Vec<u8>,
+    /// The whole image and its payload, where the job asks for it.
+    pub image: Option<(PatchImageColour, Vec<u8>)>,
 }
 
 impl ColourView {
-    pub fn new(settings: PatchColours, seed: u64, record: &HeatmapPatch) -> Self {
+    /// `with_image`: whether whole images are drawn besides the patches.
+    pub fn new(settings: PatchColours, with_image: bool, seed: u64, record: &HeatmapPatch) -> Self {
+        let image = PatchImageColour {
+            sample: record.sample,
+            left: 0,
+            top: 0,
+            width: 0,
+            height: 0,
+            background: [0; 3],
+            rgb: Vec::new(),
+        };
         let record = PatchColour { sample: record.sample, side: record.side, rgb: Vec::new() };
-        Self { settings, seed, worker: None, window: Vec::new(), record, payload: Vec::new() }
+        let image = with_image.then(|| (image, Vec::new()));
+        Self { settings, seed, worker: None, window: Vec::new(), record, payload: Vec::new(), image }
     }
 
     /// Turns to an object.
@@ -70,6 +83,17 @@ impl ColourView {
         }
         self.payload.clear();
         self.record.encode(&mut self.payload);
+        // Drawn once more: the patches stay what they are without it.
+        if let Some((image, payload)) = &mut self.image {
+            let whole = [0, 0, patch.camera.width, patch.camera.height];
+            worker
+                .gl_colours(&patch.camera, &patch.camera_from_object, whole, &look, &mut self.window)
+                .map_err(|error| ProduceError::NoColour { why: error.to_string() })?;
+            (image.sample, image.background) = (patch.sample, look.background);
+            image.take(&self.window, patch.camera.width);
+            payload.clear();
+            image.encode(payload);
+        }
         Ok(())
     }
 }

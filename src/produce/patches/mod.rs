@@ -6,6 +6,7 @@
 #[cfg(feature = "sim")]
 mod colour;
 mod hand;
+mod heat;
 mod look;
 mod worker;
 

@@ -4,14 +4,14 @@ use nalgebra::Point3;
 
 #[cfg(feature = "sim")]
 use super::colour::ColourView;
-use super::{PatchHand, camera_from_object, corner};
+use super::{PatchHand, camera_from_object, corner, heat::HeatView};
 use crate::{
     assets::object_id,
     geom::{Pose, RenderMesh, SimdLevel, TriMesh},
     ids::{SampleId, ViewId},
-    job::{ChosenGrasp, GraspedObject, PatchJob, PatchLabel},
+    job::{ChosenGrasp, GraspedObject, PatchJob},
     produce::{Outcome, ProduceError, Producer},
-    record::{Channel, HeatmapPatch, PATCH_POINTS, PatchFacts, PatchPoint},
+    record::{Channel, Depth, DepthCoding, HeatmapPatch, PATCH_POINTS, PatchFacts, PatchPoint},
     render::Rasteriser,
 };
 
@@ -34,6 +34,10 @@ pub struct PatchWorker<'j> {
     rasteriser: Rasteriser,
     record: HeatmapPatch,
     payload: Vec<u8>,
+    /// The whole image, where the job asks for it.
+    image: Option<Vec<u8>>,
+    /// Where the job asks for heatmaps.
+    heat: Option<HeatView>,
     /// Where the job asks for colours.
     #[cfg(feature = "sim")]
     colours: Option<ColourView>,
@@ -63,6 +67,7 @@ impl<'j> PatchWorker<'j> {
             hand: hand.name().to_owned(),
             hand_id: job.hand.id,
             camera: settings.camera,
+            point_focal_length: settings.point_focal_length,
             camera_from_object: Pose::identity(),
             object_from_approach: Pose::identity(),
             points: hand.names().each_ref().map(point),
@@ -76,7 +81,9 @@ impl<'j> PatchWorker<'j> {
         let _ = seed;
         Self {
             #[cfg(feature = "sim")]
-            colours: settings.colour.map(|colour| ColourView::new(colour, seed, &record)),
+            colours: settings.colour.map(|colour| ColourView::new(colour, settings.image, seed, &record)),
+            image: settings.image.then(Vec::new),
+            heat: settings.heatmap_angle.map(|angle| HeatView::new(angle, record.sample, job)),
             job,
             hand,
             meshes,
@@ -102,6 +109,9 @@ impl<'j> PatchWorker<'j> {
         if let Some(colours) = &mut self.colours {
             colours.turn_to(&mesh)?;
         }
+        if let Some(heat) = &mut self.heat {
+            heat.turn_to(object, self.job, self.hand);
+        }
         // Both sides of a face are seen: nobody says here whether the mesh is closed.
         Ok(RenderMesh::new(&mesh, false))
     }
@@ -115,20 +125,18 @@ impl<'j> PatchWorker<'j> {
         (record.run, record.rank) = (grasp.run, grasp.rank);
         record.type_index = self.job.grasps.types.index_of(grasp.kind).unwrap_or_default() as u32;
         (record.energy, record.epsilon) = (grasp.energy, grasp.epsilon);
-        record.value = match settings.label {
-            PatchLabel::Epsilon => -grasp.epsilon,
-            PatchLabel::Energy => grasp.energy,
-        } as f32;
+        record.value = settings.label_of(grasp);
         record.object_from_approach = grasp.object_from_approach;
         let pose = camera_from_object(&grasp.object_from_approach, middle, settings.distance);
         record.camera_from_object = pose;
         let points = self.hand.points(grasp);
+        let projection = settings.projection();
         for (place, (point, record)) in points.iter().zip(&mut record.points).enumerate() {
             let seen = pose.point(point);
             if seen.z < settings.camera.near {
                 return Err((place, format!("{:.3} m before the camera", seen.z)));
             }
-            let (u, v) = settings.camera.project(&seen);
+            let (u, v) = projection.project(&seen);
             let corners =
                 (corner(u, settings.side, settings.camera.width), corner(v, settings.side, settings.camera.height));
             let (Some(left), Some(top)) = corners else { return Err((place, format!("at ({u:.1}, {v:.1}) px"))) };
@@ -147,6 +155,10 @@ impl<'j> PatchWorker<'j> {
                 record.depth.extend((*left..left + record.side).map(|column| crop.at(column, row)));
             }
         }
+        if let Some(image) = &mut self.image {
+            image.clear();
+            Depth::encode_parts(&record.sample, crop, DepthCoding::F32, image);
+        }
     }
 
     fn make(&mut self, place: usize, mesh: &RenderMesh, view: ViewId) -> Result<(SampleId, Outcome), ProduceError> {
@@ -158,6 +170,9 @@ impl<'j> PatchWorker<'j> {
         }
         self.look(mesh);
         self.record.encode(&mut self.payload);
+        if let Some(heat) = &mut self.heat {
+            heat.look(&self.record, view.0 as usize, &self.job.settings);
+        }
         #[cfg(feature = "sim")]
         if let Some(colours) = &mut self.colours {
             colours.look(&self.record)?;
@@ -177,8 +192,12 @@ impl<'j> PatchWorker<'j> {
 
 impl Producer for PatchWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        let colour = self.job.settings.colour.map(|_| Channel::PatchColour);
-        [Channel::Patch].into_iter().chain(colour).collect()
+        let settings = &self.job.settings;
+        let colour = settings.colour.map(|_| Channel::PatchColour);
+        let image = settings.image.then_some(Channel::PatchImage);
+        let image_colour = colour.and(image).map(|_| Channel::PatchImageColour);
+        let heatmap = settings.heatmap_angle.map(|_| Channel::PatchHeatmap);
+        [Channel::Patch].into_iter().chain(colour).chain(image).chain(image_colour).chain(heatmap).collect()
     }
 
     fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
@@ -204,8 +223,14 @@ impl Producer for PatchWorker<'_> {
         let patch = (Channel::Patch, self.payload.as_slice());
         #[cfg(feature = "sim")]
         let colours = self.colours.as_ref().map(|colours| (Channel::PatchColour, colours.payload.as_slice()));
+        #[cfg(feature = "sim")]
+        let image_colour = self.colours.as_ref().and_then(|colours| colours.image.as_ref());
+        #[cfg(feature = "sim")]
+        let image_colour = image_colour.map(|(_, payload)| (Channel::PatchImageColour, payload.as_slice()));
         #[cfg(not(feature = "sim"))]
-        let colours = None;
-        [patch].into_iter().chain(colours).collect()
+        let (colours, image_colour) = (None, None);
+        let image = self.image.as_ref().map(|image| (Channel::PatchImage, image.as_slice()));
+        let heatmap = self.heat.as_ref().map(|heat| (Channel::PatchHeatmap, heat.payload.as_slice()));
+        [patch].into_iter().chain(colours).chain(image).chain(image_colour).chain(heatmap).collect()
     }
 }
