@@ -18,7 +18,6 @@ use super::{
 };
 use crate::{
     dataset::{DatasetError, SetContent, SetEntry, SetTable},
-    ids::Product,
     job::{JobSet, JobText, SetMember},
     run::{Crew, RunError},
 };
@@ -40,7 +39,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     let set = JobSet::read(text).map_err(|errors| jobs::job_failure(&errors))?;
     // Colours want the program to start again: rather now than between two datasets.
     #[cfg(feature = "sim")]
-    if set.jobs.iter().any(|job| job.product == Product::Patches) {
+    if set.jobs.iter().any(|job| job.product == crate::ids::Product::Patches) {
         machine::set_gl_environment()?;
     }
     // Nothing is begun before every job that can be read is free of mistakes; the others need what is made on the way.

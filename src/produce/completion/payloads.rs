@@ -154,15 +154,6 @@ impl Payloads {
                         return Err(ProduceError::NoTouch { name: by_hand.hand.scene.display().to_string(), why });
                     }
                 }
-                // No channel of this product.
-                Channel::Block
-                | Channel::GraspRun
-                | Channel::GraspTrials
-                | Channel::Patch
-                | Channel::PatchColour
-                | Channel::PatchImage
-                | Channel::PatchImageColour
-                | Channel::PatchHeatmap => {}
                 Channel::Implicit => {
                     let counts = settings.channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
                     let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");
@@ -183,6 +174,8 @@ impl Payloads {
                     points.space = record.space_points;
                     points.distances = record.space_distances;
                 }
+                // No channel of this product: `channels_of` names them all.
+                _ => {}
             }
         }
         Ok(())
