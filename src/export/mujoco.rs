@@ -155,14 +155,15 @@ fn object(
     target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
 }
 
-/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram.
+/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram. Small objects have thousands of
+/// triangles near a hand: MuJoCo's own share of memory would not hold what may touch.
 fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
     let body = |assets: &str, geometry: &str| {
         let at = |row, column| method.mass * unit.inertia[(row, column)];
         let [x, y, z] = unit.centre.coords.into();
         format!(
             concat!(
-                "<mujoco model=\"trials\">\n  <include file=\"../hand.xml\"/>\n{}  <worldbody>\n    <body name=\"object\">\n",
+                "<mujoco model=\"trials\">\n  <include file=\"../hand.xml\"/>\n  <size memory=\"256M\"/>\n{}  <worldbody>\n    <body name=\"object\">\n",
                 "      <freejoint name=\"object\"/>\n",
                 "      <inertial mass=\"{}\" pos=\"{} {} {}\" fullinertia=\"{} {} {} {} {} {}\"/>\n{}",
                 "    </body>\n  </worldbody>\n</mujoco>\n"
