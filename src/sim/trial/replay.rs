@@ -104,6 +104,8 @@ pub fn plain_hand(model: &HandModel, protocol: &TrialProtocol) -> Result<Option<
             return Ok(None);
         }
     }
+    // The object's file stands elsewhere.
+    spec.compiler_mut().set_meshdir("");
     set_option(spec.option_mut());
     for geom in spec.geom_iter_mut() {
         *geom.solref_mut() = CONTACT_SOLREF;
