@@ -50,6 +50,14 @@ pub enum ExportError {
         /// The object.
         name: String,
     },
+    /// A row of the asset table that does not say how the object's inside was told.
+    #[error("assets.json: `inside` of {name} is {}, expected winding_number or crossings; `verify` the dataset", found.as_deref().unwrap_or("missing"))]
+    NoInside {
+        /// The object.
+        name: String,
+        /// What stands there.
+        found: Option<String>,
+    },
     /// The output folder holds something.
     #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", path.display())]
     OutputExists {

@@ -108,11 +108,7 @@ fn object(
     tried: &[Tried],
     (folder, target): (&str, &mut Target),
 ) -> Result<(), ExportError> {
-    let inside = match row.facts.get("inside").and_then(|inside| inside.as_str()) {
-        Some("winding_number") => InsideTest::WindingNumber,
-        _ => InsideTest::Crossings,
-    };
-    let solid = solid_occupancy(mesh, inside, false);
+    let solid = solid_occupancy(mesh, inside_test(row)?, false);
     let unit = MassProperties::of_solid(&solid).ok_or_else(|| ExportError::NoSolid { name: row.name.clone() })?;
     let (mut grasps, mut method) = (Vec::new(), None);
     for (index, place) in tried {
@@ -214,4 +210,13 @@ fn write_obj(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
 
 fn pretty(value: &serde_json::Value) -> String {
     serde_json::to_string_pretty(value).expect("plain data with text keys") + "\n"
+}
+
+/// How the trials told inside from outside, as the asset table says.
+fn inside_test(row: &AssetRow) -> Result<InsideTest, ExportError> {
+    match row.facts.get("inside").and_then(|inside| inside.as_str()) {
+        Some("winding_number") => Ok(InsideTest::WindingNumber),
+        Some("crossings") => Ok(InsideTest::Crossings),
+        found => Err(ExportError::NoInside { name: row.name.clone(), found: found.map(str::to_owned) }),
+    }
 }

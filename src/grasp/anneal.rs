@@ -20,6 +20,7 @@ use super::{
 use crate::{
     contact::ContactSurface,
     geom::{MassProperties, RestingPoses, SimdLevel, TriMesh},
+    record::STRETCHES,
     seed::Stream,
 };
 
@@ -88,7 +89,7 @@ struct Counts {
     failed: u32,
     tries: u64,
     potentials: u64,
-    course: [Stretch; 10],
+    course: [Stretch; STRETCHES],
 }
 
 /// One thread's annealing of one hand.
@@ -176,13 +177,13 @@ impl Annealer {
         let approach_from_base = Place::of(&base_from_approach.inverse());
         let mut energy = WORST;
         let mut counts = Counts::default();
-        let mut sums = [(0.0, 0u32); 10];
+        let mut sums = [(0.0, 0u32); STRETCHES];
         let mut failures = 0;
         self.best.clear(object.radius);
         self.potential.forget();
         for step in 0..self.settings.steps {
             let [temperature, log_span] = self.schedule[step as usize];
-            let stretch = (u64::from(step) * 10 / u64::from(self.settings.steps)) as usize;
+            let stretch = (u64::from(step) * STRETCHES as u64 / u64::from(self.settings.steps)) as usize;
             counts.steps += 1;
             let mut found = None;
             for _ in 0..TRIES {

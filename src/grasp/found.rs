@@ -3,7 +3,7 @@
 use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
 use super::table::TableClearance;
-use crate::record::GraspVerdict;
+use crate::record::{GraspVerdict, STRETCHES};
 
 /// How a state of the hand was rated; lower is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +102,7 @@ pub struct GraspRun {
     /// Neighbours whose wrench space was evaluated.
     pub potentials: u64,
     /// Ten tenths of the run.
-    pub course: [Stretch; 10],
+    pub course: [Stretch; STRETCHES],
     /// The best states, best first by total energy; no two are duplicates.
     pub grasps: Vec<Grasp>,
 }

@@ -23,6 +23,7 @@ use crate::{
     geom::{SimdLevel, turned_towards},
     hand::Hand,
     kinematics::JointKind,
+    record::STRETCHES,
     seed::Stream,
 };
 
@@ -221,17 +222,17 @@ impl Pads {
 struct Tally {
     steps: u32,
     failed: u32,
-    stretches: [(u32, f64); 10],
+    stretches: [(u32, f64); STRETCHES],
 }
 
 impl Tally {
     fn new(steps: u32) -> Self {
-        Self { steps, failed: 0, stretches: [(0, 0.0); 10] }
+        Self { steps, failed: 0, stretches: [(0, 0.0); STRETCHES] }
     }
 
     /// Step `place` came to a state of this energy, or to none.
     fn count(&mut self, place: u32, energy: Option<f64>) {
-        let stretch = &mut self.stretches[(u64::from(place) * 10 / u64::from(self.steps)) as usize];
+        let stretch = &mut self.stretches[(u64::from(place) * STRETCHES as u64 / u64::from(self.steps)) as usize];
         match energy {
             Some(energy) => *stretch = (stretch.0 + 1, stretch.1 + energy),
             None => self.failed += 1,
