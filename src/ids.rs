@@ -213,3 +213,15 @@ impl fmt::Display for SampleId {
         write!(f, "{}.{}.{}.{}", self.subject.0.short(), self.instance, self.view, self.camera)
     }
 }
+/// Ascending numbers as schedulers write arrays: `3,17-19`.
+pub fn ranges(numbers: &[u32]) -> String {
+    let mut runs: Vec<(u32, u32)> = Vec::new();
+    for number in numbers {
+        match runs.last_mut() {
+            Some((_, last)) if last.checked_add(1) == Some(*number) => *last = *number,
+            _ => runs.push((*number, *number)),
+        }
+    }
+    let words = |(first, last): &(u32, u32)| if first == last { first.to_string() } else { format!("{first}-{last}") };
+    runs.iter().map(words).collect::<Vec<_>>().join(",")
+}

@@ -26,6 +26,8 @@ pub mod assets;
 #[cfg(feature = "factory")]
 pub mod cli;
 #[cfg(feature = "factory")]
+pub mod cluster;
+#[cfg(feature = "factory")]
 pub mod contact;
 #[cfg(feature = "factory")]
 pub mod export;

@@ -201,3 +201,19 @@ fn results_go_to_stdout_and_talk_to_stderr() {
         assert!(event["event"].is_string(), "{line}");
     }
 }
+
+#[test]
+fn shells_and_manuals_know_every_verb() {
+    let place = Place::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let done = graspmill(&["completions", shell]);
+        let script = text(&done.stdout);
+        assert!(exit(&done) == 0 && ["submit", "--task", "verify"].iter().all(|word| script.contains(word)), "{shell}");
+    }
+    let pages = place.path("man1");
+    assert_eq!(exit(&graspmill(&["man", "--out", &pages])), 0);
+    for page in ["graspmill.1", "graspmill-run.1", "graspmill-query-reach.1"] {
+        let page = fs::read_to_string(Path::new(&pages).join(page)).expect("a page");
+        assert!(page.contains(".TH") && page.contains(".SH"), "{page}");
+    }
+}

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::cluster::TaskChoice;
+
 /// Simulation-driven data factory for robotic grasping.
 #[derive(Parser, Debug)]
 #[command(name = "graspmill", version, max_term_width = 100, arg_required_else_help = true)]
@@ -23,8 +25,12 @@ pub enum Command {
     Estimate(EstimateArgs),
     /// Make a job's dataset, or those of a set; run again to resume.
     Run(RunArgs),
-    /// How far a dataset is.
+    /// How far a dataset is: reads its folder alone, so it works with every engine.
     Status(DatasetArgs),
+    /// Close a dataset whose shards were made by tasks (`run --task`).
+    Merge(MergeArgs),
+    /// Have a cluster's engine make a job's dataset: tasks, then the merge.
+    Submit(SubmitArgs),
     /// Check a dataset: hashes, structure, ranges, root digest; optionally make samples again and compare.
     Verify(VerifyArgs),
     /// The facts of a dataset, as text or JSON.
@@ -53,6 +59,10 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Print a dataset's root digest, and nothing else.
     Digest(DigestArgs),
+    /// Print a shell's completion script: `graspmill completions bash > ~/.local/share/bash-completion/completions/graspmill`.
+    Completions(CompletionsArgs),
+    /// Write manual pages.
+    Man(ManArgs),
 }
 
 #[derive(Args, Debug)]
@@ -84,12 +94,93 @@ pub struct RunArgs {
     /// The dataset's folder; made if absent.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Make one task's share of the shards and leave the dataset open for `merge`: task I (from 0) of N, or `env`, or `env/N`:
+    /// as the variables of Slurm, Kubernetes, AWS Batch, Cloud Run, HyperQueue, PBS, Grid Engine, LSF or GNU parallel say.
+    #[arg(long, value_name = "I/N")]
+    pub task: Option<TaskChoice>,
     /// How progress is shown.
     #[arg(long, value_enum, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
     /// Print the summary as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct MergeArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// Wait so many minutes for shards that are missing.
+    #[arg(long, value_name = "MINUTES", default_value_t = 0)]
+    pub wait: u32,
+    /// Threads; by default every core that the cgroup and the scheduler grant.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct SubmitArgs {
+    /// The job file (TOML).
+    #[arg(required_unless_present = "retry")]
+    pub job: Option<PathBuf>,
+    /// The dataset's folder; scripts and logs go to `cluster` in it.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// What runs the tasks.
+    #[arg(long, value_enum, required_unless_present = "retry")]
+    pub backend: Option<EngineName>,
+    /// Replace a setting: `--set seed=7`.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Print what the engine would be given; write and send nothing.
+    #[arg(long)]
+    pub print: bool,
+    /// Send those tasks again whose shards are missing, as they were sent before.
+    #[arg(long, conflicts_with_all = ["job", "backend", "set", "tasks", "at_once", "cpus", "memory", "minutes", "option", "image"])]
+    pub retry: bool,
+    /// Tasks; by default as many as take about half an hour each.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub tasks: Option<u32>,
+    /// Most tasks at a time.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub at_once: Option<u32>,
+    /// Processors of a task.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..))]
+    pub cpus: u16,
+    /// Memory of a task [MiB].
+    #[arg(long, value_name = "MIB", default_value_t = 4096)]
+    pub memory: u32,
+    /// Most time of a task; by default four times what it is expected to take, and an hour at least.
+    #[arg(long, value_name = "MINUTES", value_parser = clap::value_parser!(u32).range(1..))]
+    pub minutes: Option<u32>,
+    /// Another option for Slurm (repeatable): `--option=--partition=long`.
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    pub option: Vec<String>,
+    /// Kubernetes: the image, with graspmill in its PATH.
+    #[arg(long, value_name = "IMAGE", required_if_eq("backend", "kubernetes"))]
+    pub image: Option<String>,
+    /// Kubernetes: the claim of a volume that many pods may write to, and where they see it. Job file, meshes and dataset lie
+    /// below; give them here as pods see them.
+    #[arg(long, value_name = "NAME=PATH", required_if_eq("backend", "kubernetes"))]
+    pub claim: Option<String>,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EngineName {
+    /// An array of Slurm and a merge that depends on it; sent with sbatch.
+    Slurm,
+    /// An Indexed Job and a merge that waits for it, as a manifest for kubectl.
+    Kubernetes,
+    /// A script for GNU parallel.
+    Parallel,
+    /// A script of processes of this machine.
+    Local,
 }
 
 /// How long work shows how far it is (always on stderr).
@@ -273,6 +364,19 @@ pub struct DoctorArgs {
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct CompletionsArgs {
+    /// The shell.
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Args, Debug)]
+pub struct ManArgs {
+    /// The folder for them; made if absent.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 #[derive(Args, Debug)]

@@ -8,12 +8,14 @@ use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ExportFormat, ReportArgs},
     exit::{Exit, Failure},
     printer::Printer,
-    set, words,
+    set,
+    submit::submitted,
+    words,
 };
 use crate::{
     dataset::{Manifest, Selection, SetTable, Split, read_mark, scan_shards},
     export::{self, ExportError, ExportSelection, Format},
-    ids::Product,
+    ids::{Product, ShardId, ranges},
     release,
 };
 
@@ -27,7 +29,11 @@ pub struct Status {
     samples: u64,
     shards: u32,
     shards_done: usize,
+    /// As schedulers write arrays: `3,17-19`.
+    shards_missing: String,
     shards_bad: Vec<String>,
+    /// Temporary files that somebody writes, as far as locks tell.
+    at_work: usize,
     leftovers: usize,
     bytes: u64,
     root: Option<String>,
@@ -54,16 +60,23 @@ pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
     let Some(mark) = read_mark(folder)? else { return Ok(None) };
     let scan = scan_shards(folder, &mark)?;
     let manifest = Manifest::read(folder).ok();
+    let missing: Vec<u32> = (0..mark.shards).filter(|shard| !scan.done.contains_key(&ShardId(*shard))).collect();
     let complete = manifest.is_some() && scan.done.len() == mark.shards as usize;
     Ok(Some(Status {
         dataset: folder.display().to_string(),
-        state: if complete { "complete" } else { "unfinished" },
+        state: match (complete, missing.is_empty()) {
+            (true, _) => "complete",
+            (false, true) => "all shards are there",
+            (false, false) => "unfinished",
+        },
         product: mark.product,
         job: mark.job.to_string(),
         samples: mark.samples,
         shards: mark.shards,
         shards_done: scan.done.len(),
+        shards_missing: ranges(&missing),
         shards_bad: scan.bad.iter().map(|bad| format!("{}: {}", bad.path.display(), bad.problem)).collect(),
+        at_work: scan.at_work.len(),
         leftovers: scan.leftovers.len(),
         bytes: scan.done.values().map(|shard| shard.bytes).sum(),
         root: manifest.filter(|_| complete).map(|manifest| manifest.root.hex()),
@@ -80,7 +93,17 @@ pub fn status_words(status: &Status) -> String {
     lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));
     match &status.root {
         Some(root) => lines.push(format!("root {root}")),
-        None => lines.push("run the job again to resume".to_owned()),
+        None if status.shards_missing.is_empty() => lines.push(format!("close it: graspmill merge {}", status.dataset)),
+        None => {
+            lines.push(format!("missing: shards {}", status.shards_missing));
+            if status.at_work > 0 {
+                lines.push(format!("{} being written", status.at_work));
+            }
+            lines.push(match submitted(Path::new(&status.dataset)) {
+                true => format!("what failed, again: graspmill submit --retry --out {}", status.dataset),
+                false => "run the job again to resume".to_owned(),
+            });
+        }
     }
     lines.join("\n")
 }

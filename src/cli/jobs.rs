@@ -43,17 +43,16 @@ pub fn text(arguments: &JobArgs) -> Result<JobText, Failure> {
         .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.job.display())))
 }
 
-/// Reads a job file, looks at its meshes, makes the plan.
-pub fn open(arguments: &JobArgs, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<OpenJob, Failure> {
-    let text = text(arguments)?;
-    if JobSet::is_one(&text) {
-        let told = format!("{}: a set of jobs; only `run` takes sets, give one of its jobs", arguments.job.display());
+/// Reads a job of one dataset, looks at its meshes, makes the plan.
+pub fn open_one(text: &JobText, crew: &Crew, cancel: &Cancel) -> Result<OpenJob, Failure> {
+    if JobSet::is_one(text) {
+        let told = format!("{}: a set of jobs; only `run` takes sets, give one of its jobs", text.label);
         return Err(Failure::message(Exit::BadSpec, told));
     }
-    open_text(&text, None, crew, cancel, listener)
+    open_text(text, None, crew, cancel, &|_| {})
 }
 
-/// The same for a job file already read; `grasps` is the dataset that stands in for `grasps.dataset`.
+/// Looks at a job's meshes and makes its plan; `grasps` is the dataset that stands in for `grasps.dataset`.
 pub fn open_text(
     text: &JobText,
     grasps: Option<&Path>,
@@ -145,7 +144,7 @@ pub fn run_failure(error: RunError) -> Failure {
         RunError::Interrupted => Exit::Interrupted,
         RunError::Dataset(error) if error.is_io() => Exit::InputOutput,
         RunError::Dataset(error) if error.is_foreign() => Exit::BadSpec,
-        RunError::Dataset(_) | RunError::Produce(_) | RunError::Threads(_) => Exit::Failed,
+        RunError::Dataset(_) | RunError::Produce(_) | RunError::Gap { .. } | RunError::Threads(_) => Exit::Failed,
     };
     Failure::new(exit, error)
 }

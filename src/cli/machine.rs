@@ -3,7 +3,7 @@
 use std::{env, fs, num::NonZero, sync::Arc, thread};
 
 use super::exit::{Exit, Failure};
-use crate::{geom::SimdLevel, run::Cancel};
+use crate::{cluster::granted_threads, geom::SimdLevel, run::Cancel};
 
 /// The SIMD level: `GRASPMILL_SIMD` where it is set, else the best of this machine.
 pub fn simd_level() -> Result<SimdLevel, Failure> {
@@ -38,9 +38,16 @@ pub fn set_gl_environment() -> Result<(), Failure> {
     ))
 }
 
-/// Threads asked for, or as many as affinity and cgroup quota grant.
+/// Threads asked for, or as many as affinity, cgroup quota and the cluster's engine grant.
 pub fn threads(asked: Option<u16>) -> usize {
-    asked.map_or_else(|| thread::available_parallelism().map_or(1, NonZero::get), usize::from)
+    let available = || thread::available_parallelism().map_or(1, NonZero::get);
+    let granted = || granted_threads(&variable).map_or_else(available, |grant| grant.threads.min(available()));
+    asked.map_or_else(granted, usize::from)
+}
+
+/// The value of a variable of the environment; one that is empty says nothing.
+pub fn variable(name: &str) -> Option<String> {
+    env::var(name).ok().filter(|value| !value.is_empty())
 }
 
 /// A wish to stop that INT, TERM and USR1 set; a second signal ends the program at once.

@@ -2,6 +2,7 @@
 
 mod args;
 mod dataset;
+mod docs;
 mod doctor;
 mod estimate;
 mod exit;
@@ -10,6 +11,7 @@ mod grasps_reader;
 mod hand;
 mod jobs;
 mod machine;
+mod merge;
 mod meshes;
 #[cfg(feature = "sim")]
 mod pairs;
@@ -22,6 +24,8 @@ mod robot;
 mod robot_reader;
 mod run;
 mod set;
+mod submit;
+mod task;
 mod verify;
 mod words;
 
@@ -60,6 +64,8 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Estimate(arguments) => estimate::estimate(arguments, printer),
         Command::Run(arguments) => run::run(arguments, printer),
         Command::Status(arguments) => dataset::status(arguments, printer),
+        Command::Merge(arguments) => merge::merge(arguments, printer),
+        Command::Submit(arguments) => submit::submit(arguments, printer),
         Command::Inspect(arguments) => dataset::inspect(arguments, printer),
         Command::Report(arguments) => dataset::report(arguments, printer),
         Command::Export(arguments) => dataset::export(arguments, printer),
@@ -73,5 +79,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Hand(args::HandCommand::Check(arguments)) => hand::check(arguments, printer),
         Command::Schema => jobs::schema(printer),
         Command::Digest(arguments) => dataset::digest(arguments, printer),
+        Command::Completions(arguments) => docs::completions(arguments, printer),
+        Command::Man(arguments) => docs::man(arguments, printer),
     }
 }

@@ -11,7 +11,7 @@ use super::{
     machine,
     printer::Printer,
     progress::ProgressView,
-    set, words,
+    set, task, words,
 };
 use crate::{
     dataset::{Counts, GraspCounts, Manifest, NumberClass, PoseCounts, TypeCounts},
@@ -56,6 +56,9 @@ struct RunReport<'a> {
 /// Makes a job's dataset, or what is missing of it; of a set every dataset.
 pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
     let text = jobs::text(&arguments.job)?;
+    if let Some(choice) = arguments.task {
+        return task::run(arguments, choice, &text, printer);
+    }
     if JobSet::is_one(&text) {
         return set::run(arguments, &text, printer);
     }
@@ -65,10 +68,22 @@ pub fn run(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
     let made = make(&text, None, &arguments.out, &crew, &cancel, |event| view.show(printer, event));
     view.finish();
     let (summary, seconds) = made?;
-    if arguments.json {
-        printer.json(&report(&arguments.out, &crew, &summary, seconds))?;
+    show(&arguments.out, &crew, &summary, seconds, arguments.json, printer)
+}
+
+/// Tells how a dataset was finished.
+pub fn show(
+    folder: &Path,
+    crew: &Crew,
+    summary: &RunSummary,
+    seconds: f64,
+    json: bool,
+    printer: &Printer,
+) -> Result<Exit, Failure> {
+    if json {
+        printer.json(&report(folder, crew, summary, seconds))?;
     } else {
-        printer.result(&self::text(&arguments.out, &crew, &summary, seconds));
+        printer.result(&text(folder, crew, summary, seconds));
     }
     Ok(if summary.manifest.counts.refused_meshes > 0 { Exit::Refused } else { Exit::Complete })
 }
@@ -91,16 +106,28 @@ pub fn make(
     let task = RunTask { job, plan, digest: *digest, header: &header, folder };
     let summary = run::run(&task, crew, cancel, &listener).map_err(run_failure)?;
     if !summary.finished_before {
-        notes(crew, &summary, sides.as_ref(), began).write(folder)?;
-        match &job.work {
-            Work::Completion(completion) => run::preview(folder, completion, job.seed, crew),
-            Work::Reachability(_) => run::map_preview(folder),
-            Work::Grasps(_) => run::grasp_preview(folder),
-            Work::Patches(_) => run::patch_preview(folder),
-        }
-        .map_err(run_failure)?;
+        add_views(folder, &open, &summary, crew, began)?;
     }
     Ok((summary, began.elapsed().as_secs_f64()))
+}
+
+/// Writes what stands beside a dataset that was just finished: notes for its report, and the preview.
+pub fn add_views(
+    folder: &Path,
+    open: &OpenJob,
+    summary: &RunSummary,
+    crew: &Crew,
+    began: Instant,
+) -> Result<(), Failure> {
+    let OpenJob { job, sides, .. } = open;
+    notes(crew, summary, sides.as_ref(), began).write(folder)?;
+    match &job.work {
+        Work::Completion(completion) => run::preview(folder, completion, job.seed, crew),
+        Work::Reachability(_) => run::map_preview(folder),
+        Work::Grasps(_) => run::grasp_preview(folder),
+        Work::Patches(_) => run::patch_preview(folder),
+    }
+    .map_err(run_failure)
 }
 
 /// What a report says about the run; part of no digest.

@@ -1,7 +1,7 @@
 //! A dataset's folder while it is being filled: whose it is, and which shards are done.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs::{self, File},
     io::{self, Read},
     path::{Path, PathBuf},
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     DatasetError,
     durable::{self, TEMPORARY},
-    layout::{MANIFEST, RUN, SHARDS, ShardName},
+    layout::{CLUSTER, MANIFEST, RUN, SHARDS, ShardName},
 };
 use crate::{
     ids::{Digest, JobDigest, Product, ShardId},
@@ -85,7 +85,8 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
                 let entry = entry.map_err(DatasetError::io("reading", folder))?;
                 let name = entry.file_name().to_string_lossy().into_owned();
                 // What a first start that was killed, or another task of it, leaves behind is ours.
-                let ours = name == SHARDS || (name.starts_with('.') && name.ends_with(TEMPORARY));
+                let ours =
+                    [SHARDS, CLUSTER].contains(&name.as_str()) || (name.starts_with('.') && name.ends_with(TEMPORARY));
                 if !ours {
                     return Err(DatasetError::NotADataset { folder: folder.to_owned(), entry: name });
                 }
@@ -142,6 +143,8 @@ pub struct ShardScan {
     pub bad: Vec<BadShard>,
     /// Temporary files that nobody is writing any more.
     pub leftovers: Vec<PathBuf>,
+    /// Those that somebody is writing.
+    pub at_work: Vec<PathBuf>,
 }
 
 /// A shard that is done.
@@ -171,6 +174,18 @@ pub struct BadShard {
 /// # Errors
 /// When the folder or a file can't be read.
 pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetError> {
+    scan_some_shards(folder, mark, &|_| true)
+}
+
+/// The same of the wanted shards alone.
+///
+/// # Errors
+/// When the folder or a file can't be read.
+pub fn scan_some_shards(
+    folder: &Path,
+    mark: &RunMark,
+    wanted: &dyn Fn(ShardId) -> bool,
+) -> Result<ShardScan, DatasetError> {
     let shards = folder.join(SHARDS);
     let mut scan = ShardScan::default();
     let temporary = |path: &PathBuf| path.to_string_lossy().ends_with(TEMPORARY) && path.is_file();
@@ -180,9 +195,7 @@ pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetEr
     for path in sorted_entries(&shards)? {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if name.ends_with(TEMPORARY) {
-            if durable::is_leftover(&path) {
-                scan.leftovers.push(path);
-            }
+            if durable::is_leftover(&path) { &mut scan.leftovers } else { &mut scan.at_work }.push(path);
             continue;
         }
         if name.ends_with(".bad") {
@@ -190,6 +203,9 @@ pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetEr
         }
         let parsed = ShardName::parse(&name);
         let shard = parsed.as_ref().map(|name| name.shard);
+        if shard.is_some_and(|shard| !wanted(shard)) {
+            continue;
+        }
         let mut bad = |problem: String| scan.bad.push(BadShard { path: path.clone(), shard, problem });
         let Some(parsed) = parsed else {
             bad("its name is no shard's".to_owned());
@@ -211,6 +227,16 @@ pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetEr
         scan.done.insert(parsed.shard, DoneShard { path, digest, bytes });
     }
     Ok(scan)
+}
+
+/// Numbers of the shards that have a file, by the files' names alone: quick, and no proof.
+///
+/// # Errors
+/// When the folder can't be read.
+pub fn listed_shards(folder: &Path) -> Result<BTreeSet<u32>, DatasetError> {
+    let names = sorted_entries(&folder.join(SHARDS))?;
+    let name = |path: &PathBuf| ShardName::parse(&path.file_name()?.to_string_lossy());
+    Ok(names.iter().filter_map(name).map(|name| name.shard.0).collect())
 }
 
 /// Clears the way for a run: removes leftovers of killed writers and renames bad files to `<name>.bad`, so that nothing

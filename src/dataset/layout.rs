@@ -21,6 +21,11 @@ pub(super) const FIELD: &str = "field.mcap";
 /// The hand's shapes and the objects' meshes.
 pub(super) const SHAPES: &str = "shapes.mcap";
 
+/// What tasks tell the merge that closes the dataset; gone when it is closed.
+pub(super) const PENDING: &str = "pending.json";
+/// Scripts and logs of a cluster's tasks; no part of the dataset.
+pub(super) const CLUSTER: &str = "cluster";
+
 /// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
 pub(super) fn files_of(product: Product) -> &'static [&'static str] {
     match product {

@@ -38,6 +38,7 @@ mod measure;
 mod merkle;
 mod patch_preview;
 mod patch_sample;
+mod pending;
 mod preview;
 mod reader;
 mod roots;
@@ -53,7 +54,8 @@ pub use error::DatasetError;
 pub use field::read_field;
 pub use finish::{DatasetHeader, ProductTables, finish_dataset};
 pub use folder::{
-    BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, read_mark, scan_shards, shards_folder,
+    BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, listed_shards, read_mark, scan_shards,
+    scan_some_shards, shards_folder,
 };
 pub use grasp_preview::write_grasp_preview;
 pub use layout::ShardName;
@@ -63,6 +65,7 @@ pub use manifest::{
 };
 pub use map_preview::write_map_preview;
 pub use patch_preview::write_patch_preview;
+pub use pending::{Pending, clear_pending, read_pending, write_pending};
 pub use preview::{PreviewSample, preview_samples, write_preview};
 pub use reader::{DatasetReader, Sample, Samples, Selection, TouchedPair};
 pub use set::{SetContent, SetEntry, SetObject, SetTable};

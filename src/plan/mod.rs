@@ -12,8 +12,10 @@ use crate::{
     job::Job,
 };
 
+mod share;
 mod split;
 
+pub use share::Share;
 pub use split::{LeakReport, ModelRole, SampleRole, Sides, SplitTable};
 
 /// What a job makes, in order.

@@ -12,13 +12,14 @@ use serde::Serialize;
 use super::{Cancel, Event, Listener, Progress, shapes::write_shapes, tables::add_resting, workshop::open_workshop};
 use crate::{
     dataset::{
-        Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, ShardHeader, ShardWriter, begin_run,
-        clear_away, finish_dataset, scan_shards, shards_folder,
+        BadShard, Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, ShardHeader, ShardScan,
+        ShardWriter, begin_run, clear_away, clear_pending, finish_dataset, scan_shards, scan_some_shards,
+        shards_folder, write_pending,
     },
     geom::SimdLevel,
-    ids::{JobDigest, Product, ViewId},
+    ids::{JobDigest, Product, ShardId, ViewId, ranges},
     job::Job,
-    plan::{Plan, ShardPlan},
+    plan::{Plan, ShardPlan, Share},
     produce::{Outcome, ProduceError, Workshop},
 };
 
@@ -42,6 +43,11 @@ impl Crew {
             .build()
             .map_err(|error| RunError::Threads(error.to_string()))
     }
+}
+
+/// Words for files that are no shards, after what is missing.
+fn not_whole(bad: &[BadShard]) -> String {
+    bad.iter().map(|bad| format!("\n{}: {}", bad.path.display(), bad.problem)).collect()
 }
 
 /// What to run, and what the dataset's tables say beside the samples.
@@ -70,6 +76,16 @@ pub enum RunError {
     /// A sample could not be made.
     #[error(transparent)]
     Produce(#[from] ProduceError),
+    /// A dataset cannot be closed: shards are missing.
+    #[error("{} of {shards} shards are missing: {}{}", missing.len(), ranges(missing), not_whole(bad))]
+    Gap {
+        /// Which, in order.
+        missing: Vec<u32>,
+        /// Of how many.
+        shards: u32,
+        /// Files that claim to be shards and are none.
+        bad: Vec<BadShard>,
+    },
     /// The threads could not be started.
     #[error("starting threads: {0}; try fewer with --threads")]
     Threads(String),
@@ -90,54 +106,154 @@ pub struct RunSummary {
     pub manifest: Manifest,
 }
 
-/// Makes what is missing of the dataset.
+/// What a task did of its share.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ShareSummary {
+    /// Shards of the share.
+    pub shards: u32,
+    /// Of these, finished before.
+    pub shards_before: u32,
+    /// Samples made, kept and rejected.
+    pub made: u64,
+    /// Time of making them [s].
+    pub seconds: f64,
+}
+
+/// Makes what is missing of the dataset, and closes it.
 ///
 /// # Errors
 /// When the folder belongs to another job, cannot be written, a mesh changed since the job was resolved, or the run is
 /// interrupted. Finished shards stay; the same call resumes.
 pub fn run(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<RunSummary, RunError> {
-    let RunTask { job, plan, digest, header, folder } = *task;
-    let shards = plan.shards.len() as u32;
-    let product = job.product();
-    let mark = RunMark::new(product, digest, plan.samples, shards, job.shard_samples);
-    let begun = begin_run(folder, &mark)?;
-    let scan = scan_shards(folder, &mark)?;
+    let (mark, product) = (task.mark(), task.job.product());
+    let begun = begin_run(task.folder, &mark)?;
+    let scan = scan_shards(task.folder, &mark)?;
     clear_away(&scan)?;
-    let missing: Vec<&ShardPlan> = plan.shards.iter().filter(|shard| !scan.done.contains_key(&shard.id)).collect();
-    if begun == Begun::Finished && missing.is_empty() {
-        let manifest = Manifest::read(folder)?;
+    if begun == Begun::Finished && scan.done.len() == task.plan.shards.len() {
+        let manifest = Manifest::read(task.folder)?;
         return Ok(RunSummary { finished_before: true, product, made: 0, seconds: 0.0, manifest });
     }
-    let to_make: u64 = missing.iter().map(|shard| shard.samples.end - shard.samples.start).sum();
+    let workshop = open_workshop(task.job, crew.level)?;
+    let all: Vec<&ShardPlan> = task.plan.shards.iter().collect();
+    let (made, seconds) = make_missing(task, &all, &scan, &workshop, crew, cancel, listener)?;
+    let manifest = close(task, &workshop, crew, cancel, listener)?;
+    Ok(RunSummary { finished_before: false, product, made, seconds, manifest })
+}
+
+/// Makes what is missing of one task's share of the shards, and leaves the dataset open for [`merge`]. Any number of tasks
+/// may fill a folder at the same time, and one may run twice: equal shards have equal names. What other tasks write is neither
+/// read nor cleared away.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_share(
+    task: &RunTask,
+    share: Share,
+    crew: &Crew,
+    cancel: &Cancel,
+    listener: &Listener,
+) -> Result<ShareSummary, RunError> {
+    let mark = task.mark();
+    if begin_run(task.folder, &mark)? != Begun::Finished {
+        write_pending(task.folder, task.header)?;
+    }
+    let mut scan = scan_some_shards(task.folder, &mark, &|shard| share.holds(shard))?;
+    // On some file systems a lock is seen on one machine only: a temporary file may be another task's, at work.
+    scan.leftovers.clear();
+    clear_away(&scan)?;
+    let own: Vec<&ShardPlan> = task.plan.shards.iter().filter(|shard| share.holds(shard.id)).collect();
+    let (shards, shards_before) = (own.len() as u32, scan.done.len() as u32);
+    if shards == shards_before {
+        return Ok(ShareSummary { shards, shards_before, made: 0, seconds: 0.0 });
+    }
+    let workshop = open_workshop(task.job, crew.level)?;
+    let (made, seconds) = make_missing(task, &own, &scan, &workshop, crew, cancel, listener)?;
+    Ok(ShareSummary { shards, shards_before, made, seconds })
+}
+
+/// Closes a dataset whose shards were made by tasks: checks each, and writes what [`run`] writes in the end. Makes no sample.
+///
+/// # Errors
+/// As [`run`]; and [`RunError::Gap`] when shards are missing.
+pub fn merge(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) -> Result<RunSummary, RunError> {
+    let (mark, product) = (task.mark(), task.job.product());
+    let begun = begin_run(task.folder, &mark)?;
+    let scan = scan_shards(task.folder, &mark)?;
+    let missing: Vec<u32> = (0..mark.shards).filter(|shard| !scan.done.contains_key(&ShardId(*shard))).collect();
+    if !missing.is_empty() {
+        // Nothing is cleared away: tasks may be at work.
+        return Err(RunError::Gap { missing, shards: mark.shards, bad: scan.bad });
+    }
+    clear_away(&scan)?;
+    let finished_before = begun == Begun::Finished;
+    let manifest = if finished_before {
+        Manifest::read(task.folder)?
+    } else {
+        close(task, &open_workshop(task.job, crew.level)?, crew, cancel, listener)?
+    };
+    Ok(RunSummary { finished_before, product, made: 0, seconds: 0.0, manifest })
+}
+
+impl RunTask<'_> {
+    fn mark(&self) -> RunMark {
+        let Self { job, plan, digest, .. } = *self;
+        RunMark::new(job.product(), digest, plan.samples, plan.shards.len() as u32, job.shard_samples)
+    }
+}
+
+/// Makes those of `shards` that are not done: how many samples that were, and how long it took [s].
+fn make_missing(
+    task: &RunTask,
+    shards: &[&ShardPlan],
+    scan: &ShardScan,
+    workshop: &Workshop,
+    crew: &Crew,
+    cancel: &Cancel,
+    listener: &Listener,
+) -> Result<(u64, f64), RunError> {
+    let samples_of = |shard: &ShardPlan| shard.samples.end - shard.samples.start;
+    let missing: Vec<&ShardPlan> = shards.iter().filter(|shard| !scan.done.contains_key(&shard.id)).copied().collect();
+    let to_make = missing.iter().map(|shard| samples_of(shard)).sum();
+    let samples: u64 = shards.iter().map(|shard| samples_of(shard)).sum();
     listener(Event::Planned {
-        product,
-        samples: plan.samples,
-        samples_before: plan.samples - to_make,
-        shards: u64::from(shards),
+        product: task.job.product(),
+        samples,
+        samples_before: samples - to_make,
+        shards: shards.len() as u64,
         shards_before: scan.done.len() as u64,
         threads: crew.threads,
     });
-    let workshop = open_workshop(job, crew.level)?;
     let tally = Tally::new(to_make, listener);
     let make = |shard: &&ShardPlan| {
-        let made = make_shard(task, shard, &workshop, cancel, &tally)?;
+        let made = make_shard(task, shard, workshop, cancel, &tally)?;
         let file = made.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         listener(Event::ShardFinished { shard: shard.id.0, file });
         Ok::<_, RunError>(())
     };
     // One shard a task: rayon may not hand a thread a run of them that another one then waits for.
     crew.pool()?.install(|| missing.par_iter().with_max_len(1).try_for_each(make))?;
-    let seconds = tally.finish();
+    Ok((to_make, tally.finish()))
+}
+
+/// Writes index, tables and manifest; all shards are there.
+fn close(
+    task: &RunTask,
+    workshop: &Workshop,
+    crew: &Crew,
+    cancel: &Cancel,
+    listener: &Listener,
+) -> Result<Manifest, RunError> {
     listener(Event::Finishing);
-    let manifest = if let Workshop::Grasps { job, hand, .. } = &workshop {
+    let manifest = if let Workshop::Grasps { job, hand, .. } = workshop {
         let resting = write_shapes(task, job, hand, crew, cancel)?;
-        let mut header = header.clone();
+        let mut header = task.header.clone();
         header.assets.iter_mut().for_each(|row| add_resting(row, &resting));
-        finish_dataset(folder, &header)?
+        finish_dataset(task.folder, &header)?
     } else {
-        finish_dataset(folder, header)?
+        finish_dataset(task.folder, task.header)?
     };
-    Ok(RunSummary { finished_before: false, product, made: to_make, seconds, manifest })
+    clear_pending(task.folder)?;
+    Ok(manifest)
 }
 
 /// Makes one shard from its first sample to its last.

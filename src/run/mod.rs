@@ -15,7 +15,7 @@ mod workshop;
 
 pub use assets::{PreparedAssets, prepare_assets};
 pub use event::{Cancel, Event, Listener, Progress};
-pub use execute::{Crew, PilotRate, RunError, RunSummary, RunTask, pilot, run};
+pub use execute::{Crew, PilotRate, RunError, RunSummary, RunTask, ShareSummary, merge, pilot, run, run_share};
 pub use preview::{grasp_preview, map_preview, patch_preview, preview};
 pub use regenerate::{Difference, Regeneration, regenerate};
 pub use tables::dataset_header;

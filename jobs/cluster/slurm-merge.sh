@@ -1,0 +1,17 @@
+#!/bin/bash
+#SBATCH --job-name={{name}}-merge
+#SBATCH --cpus-per-task={{cpus}}
+#SBATCH --mem={{memory}}
+#SBATCH --time={{minutes}}
+#SBATCH --requeue
+#SBATCH --open-mode=append
+#SBATCH --output={{logs}}/%j_merge.log
+{{options}}
+# Sent with --dependency=afterok on the tasks. Checks every shard, writes index, manifest and root digest.
+set -u
+cd {{folder}} || exit 74
+{{program}} merge {{out}} --threads {{cpus}}
+code=$?
+# 3: complete, but meshes were refused. The log names them; Slurm would call it a failure.
+if [ "$code" -eq 3 ]; then exit 0; fi
+exit "$code"

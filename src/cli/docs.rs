@@ -1,0 +1,46 @@
+//! What shells and manual readers want to know of the command line: completions, manual pages.
+
+use std::{fs, io, path::Path};
+
+use clap::{Command, CommandFactory};
+
+use super::{
+    args::{Cli, CompletionsArgs, ManArgs},
+    exit::{Exit, Failure},
+    printer::Printer,
+};
+
+/// Prints a shell's completion script.
+pub fn completions(arguments: &CompletionsArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Cli::command(), "graspmill", &mut script);
+    printer.result(&String::from_utf8(script)?);
+    Ok(Exit::Complete)
+}
+
+/// Writes a manual page of the program and one of each verb: `graspmill.1`, `graspmill-run.1`.
+pub fn man(arguments: &ManArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let folder = &arguments.out;
+    fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
+    let mut command = Cli::command();
+    command.build();
+    let mut pages = 0;
+    write_pages(&command, folder, &mut pages)?;
+    printer.result(&format!("{pages} pages in {}; MANPATH wants them in a folder man1", folder.display()));
+    Ok(Exit::Complete)
+}
+
+fn write_pages(command: &Command, folder: &Path, pages: &mut u32) -> Result<(), Failure> {
+    let name = command.get_display_name().unwrap_or_else(|| command.get_name()).to_owned();
+    let path = folder.join(format!("{name}.1"));
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command.clone()).title(name).render(&mut page)?;
+    fs::write(&path, page).map_err(|error| failed(&path, error))?;
+    *pages += 1;
+    let verbs = command.get_subcommands().filter(|verb| !verb.is_hide_set() && verb.get_name() != "help");
+    verbs.into_iter().try_for_each(|verb| write_pages(verb, folder, pages))
+}
+
+fn failed(path: &Path, error: io::Error) -> Failure {
+    Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(path.display().to_string()))
+}

@@ -1,0 +1,239 @@
+//! `graspmill submit`.
+
+use std::{
+    env, fs,
+    io::{self, Write},
+    path::{self, Path, PathBuf},
+    process::{Command, Stdio},
+    time::Duration,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    args::{EngineName, JobArgs, SubmitArgs},
+    estimate,
+    exit::{Exit, Failure},
+    jobs, machine,
+    printer::Printer,
+    progress::duration_text,
+};
+use crate::{
+    cluster::{Backend, Container, Resources, Submission, SubmissionFile, TaskPlan},
+    dataset::{DatasetError, read_mark, scan_shards},
+    ids::ranges,
+    run::Crew,
+};
+
+/// Scripts, logs and [`RECORD`], in the dataset's folder.
+const FOLDER: &str = "cluster";
+/// What was sent, in [`FOLDER`].
+const RECORD: &str = "submit.json";
+
+/// What was sent, for machines.
+#[derive(Serialize)]
+struct SubmitReport<'a> {
+    submission: &'a Submission,
+    /// The tasks, as schedulers write arrays.
+    array: String,
+    files: Vec<PathBuf>,
+    /// The engine's numbers of the array and of the merge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sent: Option<Sent>,
+}
+
+#[derive(Serialize)]
+struct Sent {
+    tasks: String,
+    merge: String,
+}
+
+/// What `submit.json` holds.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Record {
+    submission: Submission,
+}
+
+/// Whether the dataset in a folder was submitted.
+pub fn submitted(out: &Path) -> bool {
+    out.join(FOLDER).join(RECORD).exists()
+}
+
+/// Writes what an engine needs to make a job's dataset; sends it where the engine is Slurm.
+pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let folder = arguments.out.join(FOLDER);
+    let (submission, tasks) = if arguments.retry { again(arguments, &folder)? } else { anew(arguments, printer)? };
+    if tasks.is_empty() {
+        printer.result(&format!(
+            "{0}: all {1} shards are there: graspmill merge {0}",
+            arguments.out.display(),
+            submission.plan.shards
+        ));
+        return Ok(Exit::Complete);
+    }
+    let files = submission.files(&tasks);
+    if arguments.print {
+        printer.result(&files.iter().map(|file| file.text.as_str()).collect::<Vec<_>>().join("\n"));
+        return Ok(Exit::Complete);
+    }
+    let written = write(&folder, &submission, &files)?;
+    let sent = if submission.backend == Backend::Slurm { Some(send(&written)?) } else { None };
+    let report = SubmitReport { submission: &submission, array: ranges(&tasks), files: written, sent };
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        printer.result(&words(&report, tasks.len()));
+    }
+    Ok(Exit::Complete)
+}
+
+/// A job that was not sent before: all of its tasks.
+fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u32>), Failure> {
+    let (Some(job), Some(backend)) = (&arguments.job, arguments.backend) else {
+        return Err(Failure::message(Exit::BadSpec, "give a job file and --backend, or --retry"));
+    };
+    let crew = Crew { threads: machine::threads(None), level: machine::simd_level()? };
+    let cancel = machine::cancel_on_signals()?;
+    let text = jobs::text(&JobArgs { job: job.clone(), set: arguments.set.clone(), threads: None })?;
+    let open = jobs::open_one(&text, &crew, &cancel)?;
+    if let Some(mark) = read_mark(&arguments.out)?
+        && mark.job != open.digest
+    {
+        let (folder, found) = (arguments.out.clone(), mark.job);
+        return Err(jobs::run_failure(DatasetError::ForeignJob { folder, found, expected: open.digest }.into()));
+    }
+    let costs = estimate::costs(&open, &crew, &cancel)?;
+    let cpus = arguments.cpus;
+    let mut plan = costs.tasks(cpus);
+    if let Some(asked) = arguments.tasks {
+        plan.tasks = asked.min(plan.shards.max(1));
+        if plan.tasks < asked {
+            printer.say(&format!("{} tasks: there are no more shards", plan.tasks));
+        }
+    }
+    plan.at_once = arguments.at_once;
+    let seconds = costs.task_seconds(&plan, cpus);
+    let expected = duration_text(Duration::from_secs_f64(seconds));
+    printer.say(&format!("about {expected} a task of {cpus} processors, by this machine's pace"));
+    let minutes = arguments.minutes.unwrap_or(((4.0 * seconds / 60.0).ceil() as u32).max(60));
+    let backend = match backend {
+        EngineName::Slurm => Backend::Slurm,
+        EngineName::Kubernetes => Backend::Kubernetes,
+        EngineName::Parallel => Backend::Parallel,
+        EngineName::Local => Backend::Local,
+    };
+    let container = container(arguments)?;
+    // In a container the program stands where its image has it.
+    let program = if container.is_some() { "graspmill".into() } else { env::current_exe()? };
+    let tasks = (0..plan.tasks).collect();
+    let submission = Submission {
+        backend,
+        name: open.job.name.clone(),
+        program,
+        folder: env::current_dir()?,
+        job: path::absolute(job)?,
+        overrides: arguments.set.clone(),
+        out: path::absolute(&arguments.out)?,
+        plan,
+        resources: Resources { cpus, memory: arguments.memory, minutes },
+        options: arguments.option.clone(),
+        container,
+    };
+    Ok((submission, tasks))
+}
+
+fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
+    if arguments.backend != Some(EngineName::Kubernetes) {
+        return Ok(None);
+    }
+    let claim = arguments.claim.as_deref().and_then(|claim| claim.split_once('='));
+    let Some((image, (claim, mount))) = arguments.image.clone().zip(claim) else {
+        return Err(Failure::message(Exit::BadSpec, "--claim: expected NAME=PATH, such as data=/data"));
+    };
+    Ok(Some(Container { image, claim: claim.to_owned(), mount: mount.into() }))
+}
+
+/// What was sent before: the tasks whose shards are missing.
+fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
+    let path = folder.join(RECORD);
+    let text = fs::read(&path).map_err(|error| {
+        let told = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
+        Failure::message(if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput }, told)
+    })?;
+    let Record { submission } = serde_json::from_slice(&text)
+        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.display())))?;
+    let Some(mark) = read_mark(&arguments.out)? else {
+        let tasks = (0..submission.plan.tasks).collect();
+        return Ok((submission, tasks));
+    };
+    let scan = scan_shards(&arguments.out, &mark)?;
+    let done: Vec<u32> = scan.done.keys().map(|shard| shard.0).collect();
+    let missing: Vec<u32> = (0..mark.shards).filter(|shard| done.binary_search(shard).is_err()).collect();
+    let tasks = submission.tasks_of(&missing);
+    Ok((submission, tasks))
+}
+
+/// Writes the scripts and the record; where the scripts stand.
+fn write(folder: &Path, submission: &Submission, files: &[SubmissionFile]) -> Result<Vec<PathBuf>, Failure> {
+    let logs = folder.join("logs");
+    let failed = |path: &Path| {
+        let path = path.display().to_string();
+        move |error: io::Error| Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(path))
+    };
+    fs::create_dir_all(&logs).map_err(failed(&logs))?;
+    let record = serde_json::to_string_pretty(&Record { submission: submission.clone() })? + "\n";
+    let mut written = Vec::new();
+    for (name, text) in files.iter().map(|file| (file.name, &file.text)).chain([(RECORD, &record)]) {
+        let path = path::absolute(folder.join(name))?;
+        let mut file = fs::File::create(&path).map_err(failed(&path))?;
+        file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed(&path))?;
+        written.push(path);
+    }
+    written.pop();
+    Ok(written)
+}
+
+/// Sends the tasks and the merge that depends on them to Slurm.
+fn send(files: &[PathBuf]) -> Result<Sent, Failure> {
+    let [tasks, merge] = files else { unreachable!("Slurm is given two scripts") };
+    let tasks = sbatch(&[tasks.as_os_str()])?;
+    let dependency = format!("--dependency=afterok:{tasks}");
+    let merge = sbatch(&[dependency.as_ref(), "--kill-on-invalid-dep=yes".as_ref(), merge.as_os_str()])?;
+    Ok(Sent { tasks, merge })
+}
+
+/// Calls sbatch; the job's number.
+fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
+    let output = Command::new("sbatch").arg("--parsable").args(arguments).stdin(Stdio::null()).output();
+    let output = output.map_err(|error| {
+        let told =
+            format!("sbatch: {error}; the scripts are written, send them where Slurm is, the merge after the tasks");
+        Failure::message(Exit::Failed, told)
+    })?;
+    if !output.status.success() {
+        let told = String::from_utf8_lossy(&output.stderr);
+        return Err(Failure::message(Exit::Failed, format!("sbatch: {}", told.trim())));
+    }
+    // `number;cluster` where there are several clusters.
+    let told = String::from_utf8_lossy(&output.stdout);
+    Ok(told.trim().split(';').next().unwrap_or_default().to_owned())
+}
+
+fn words(report: &SubmitReport, count: usize) -> String {
+    let SubmitReport { submission, array, files, sent } = report;
+    let TaskPlan { tasks, shards, .. } = submission.plan;
+    let out = submission.out.display();
+    let mut lines = vec![format!("{count} of {tasks} tasks ({array}) for {shards} shards of {out}")];
+    lines.extend(files.iter().map(|file| format!("wrote {}", file.display())));
+    let first = files.first().map(|file| file.display().to_string()).unwrap_or_default();
+    match (submission.backend, sent) {
+        (_, Some(Sent { tasks, merge })) => lines.push(format!("sent: tasks {tasks}, then the merge {merge}")),
+        (Backend::Kubernetes, None) => lines.push(format!("send it: kubectl apply -f {first}")),
+        (_, None) => lines.push(format!("start it: bash {first}")),
+    }
+    lines.push(format!(
+        "how far it is: graspmill status {out}; what failed, again: graspmill submit --retry --out {out}"
+    ));
+    lines.join("\n")
+}

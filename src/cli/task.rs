@@ -1,0 +1,99 @@
+//! `graspmill run --task`: one task's share of a dataset.
+
+use serde::Serialize;
+
+use super::{
+    args::RunArgs,
+    exit::{Exit, Failure},
+    jobs::{self, OpenJob, run_failure},
+    machine,
+    printer::Printer,
+    progress::ProgressView,
+    words,
+};
+use crate::{
+    cluster::{TaskChoice, TaskFound},
+    dataset::listed_shards,
+    job::{JobSet, JobText},
+    plan::Share,
+    run::{self, Crew, Event, RunTask, ShareSummary},
+};
+
+/// What a task made, for machines.
+#[derive(Serialize)]
+struct TaskReport {
+    dataset: String,
+    task: u32,
+    tasks: u32,
+    /// The engine's variable that said so.
+    from: Option<String>,
+    #[serde(flatten)]
+    summary: ShareSummary,
+    samples_per_second: f64,
+    /// Shards of the dataset, and how many are there, by their names.
+    dataset_shards: usize,
+    dataset_shards_there: usize,
+    threads: usize,
+    peak_memory_bytes: Option<u64>,
+}
+
+/// Makes one task's share of the shards. Refused meshes are no failure of a task: the merge tells of them.
+pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Printer) -> Result<Exit, Failure> {
+    if JobSet::is_one(text) {
+        let told = format!(
+            "{}: the datasets of a set are made one after another; give tasks one of its jobs",
+            arguments.job.job.display()
+        );
+        return Err(Failure::message(Exit::BadSpec, told));
+    }
+    let found = choice.find(&machine::variable).map_err(|error| Failure::new(Exit::BadSpec, error))?;
+    let TaskFound { task, tasks, from } = &found;
+    let share = Share::new(*task, *tasks).expect("a task that was found is one of them");
+    let crew = Crew { threads: machine::threads(arguments.job.threads), level: machine::simd_level()? };
+    let cancel = machine::cancel_on_signals()?;
+    printer.say(&found.to_string());
+    let view = ProgressView::new(arguments.progress, printer);
+    let listener = |event: Event| view.show(printer, &event);
+    let folder = &arguments.out;
+    let open = jobs::open_text(text, None, &crew, &cancel, &listener)?;
+    let OpenJob { job, plan, digest, sides } = &open;
+    let header = run::dataset_header(job, sides.as_ref(), folder);
+    let task_of = RunTask { job, plan, digest: *digest, header: &header, folder };
+    let made = run::run_share(&task_of, share, &crew, &cancel, &listener).map_err(run_failure);
+    view.finish();
+    let summary = made?;
+    let report = TaskReport {
+        dataset: folder.display().to_string(),
+        task: *task,
+        tasks: *tasks,
+        from: from.clone(),
+        summary,
+        samples_per_second: if summary.made > 0 { summary.made as f64 / summary.seconds } else { 0.0 },
+        dataset_shards: plan.shards.len(),
+        dataset_shards_there: listed_shards(folder)?.len(),
+        threads: crew.threads,
+        peak_memory_bytes: machine::peak_memory(),
+    };
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        printer.result(&self::words(&report, words::samples(job.product())));
+    }
+    Ok(Exit::Complete)
+}
+
+fn words(report: &TaskReport, samples: &str) -> String {
+    let TaskReport { task, tasks, dataset, dataset_shards, dataset_shards_there, threads, .. } = report;
+    let ShareSummary { shards, shards_before, made, seconds } = report.summary;
+    let before = if shards_before > 0 { format!(" ({shards_before} of them before)") } else { String::new() };
+    let mut lines = vec![format!("task {task} of {tasks}: all of its {shards} shards are there{before}")];
+    if made > 0 {
+        let rate = report.samples_per_second;
+        lines.push(format!("{made} {samples} in {seconds:.1} s: {rate:.0} {samples}/s on {threads} threads"));
+    }
+    lines.push(format!("{dataset_shards_there} of {dataset_shards} shards of {dataset}"));
+    if dataset_shards_there == dataset_shards {
+        lines.push(format!("all are there: graspmill merge {dataset}"));
+    }
+    lines.join("\n")
+}

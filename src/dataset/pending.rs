@@ -1,0 +1,73 @@
+//! What tasks leave behind for the merge that closes their dataset: the resolved job, and what it does not say.
+
+use std::{fs, io, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    DatasetError, DatasetHeader, durable,
+    layout::{JOB, PENDING},
+};
+
+/// `pending.json`: what the tables of a dataset will say that does not follow from its `job.toml`, which names usable meshes
+/// alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pending {
+    /// Meshes that could not be used.
+    pub refused: Vec<serde_json::Value>,
+    /// Things a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Writes `job.toml` and `pending.json`, where they do not stand there yet. Every task of a job writes the same.
+///
+/// # Errors
+/// When they can't be read or written.
+pub fn write_pending(folder: &Path, header: &DatasetHeader) -> Result<(), DatasetError> {
+    let DatasetHeader { job_text, refused, warnings, .. } = header;
+    let pending = Pending { refused: refused.clone(), warnings: warnings.clone() };
+    let text = serde_json::to_string_pretty(&pending).expect("plain data") + "\n";
+    for (name, content) in [(JOB, job_text), (PENDING, &text)] {
+        let path = folder.join(name);
+        let stands = match fs::read(&path) {
+            Ok(found) => found == content.as_bytes(),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => false,
+            Err(error) => return Err(DatasetError::io("reading", &path)(error)),
+        };
+        if !stands {
+            durable::write_file(folder, name, content.as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+/// What tasks left in a folder; `None` where there is no `pending.json`.
+///
+/// # Errors
+/// When the file can't be read, or is none of ours.
+pub fn read_pending(folder: &Path) -> Result<Option<Pending>, DatasetError> {
+    let path = folder.join(PENDING);
+    let text = match fs::read(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(DatasetError::io("reading", &path)(error)),
+    };
+    serde_json::from_slice(&text).map(Some).map_err(|error| DatasetError::Invalid {
+        path,
+        problem: error.to_string(),
+        remedy: "delete it and run one task again, which writes it anew",
+    })
+}
+
+/// Removes `pending.json`, if it is there: the dataset is closed.
+///
+/// # Errors
+/// When it can't be removed.
+pub fn clear_pending(folder: &Path) -> Result<(), DatasetError> {
+    let path = folder.join(PENDING);
+    match fs::remove_file(&path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(DatasetError::io("removing", &path)(error)),
+        _ => Ok(()),
+    }
+}
