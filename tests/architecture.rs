@@ -83,6 +83,7 @@ const HOMES: &[(&str, &str)] = &[
     ("parry3d_f64", "src/geom/query.rs"),
     ("mcap", "src/dataset/"),
     ("parquet", "src/dataset/"),
+    ("tar", "src/export/"),
     ("rayon", "src/run/"),
     ("anyhow", "src/cli/"),
     ("clap", "src/cli/"),

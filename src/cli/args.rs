@@ -257,6 +257,10 @@ pub struct ExportArgs {
 pub enum ExportFormat {
     /// NumPy arrays and a table of samples.
     Npy,
+    /// One Parquet table of samples, for pandas, DuckDB and dataset viewers.
+    Parquet,
+    /// Tar shards, for WebDataset's loaders.
+    Webdataset,
     /// binvox, two files a sample.
     Binvox,
     /// Point clouds of occupied cells (PCD).

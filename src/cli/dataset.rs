@@ -151,6 +151,8 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
     };
     let format = match arguments.to {
         ExportFormat::Npy => Format::Npy { packed: !arguments.unpacked },
+        ExportFormat::Parquet => Format::Parquet,
+        ExportFormat::Webdataset => Format::Webdataset,
         ExportFormat::Binvox => Format::Binvox,
         ExportFormat::Pcd => Format::Pcd,
         ExportFormat::Graspit => Format::Graspit,

@@ -258,7 +258,7 @@ fn write_row_group(writer: &mut SerializedFileWriter<File>, columns: &Columns) -
     group.close().map(|_| ())
 }
 
-fn unwritten(path: &Path, error: ParquetError) -> DatasetError {
+pub(super) fn unwritten(path: &Path, error: ParquetError) -> DatasetError {
     match error {
         ParquetError::External(source) => match source.downcast::<std::io::Error>() {
             Ok(source) => DatasetError::Io { action: "writing", path: path.to_owned(), source: *source },

@@ -36,6 +36,7 @@ mod map_preview;
 #[cfg(test)]
 mod measure;
 mod merkle;
+mod pair_table;
 mod patch_preview;
 mod patch_sample;
 mod pending;
@@ -64,6 +65,7 @@ pub use manifest::{
     Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry, TrialCounts, TypeCounts,
 };
 pub use map_preview::write_map_preview;
+pub use pair_table::{PairRow, PairTableWriter};
 pub use patch_preview::write_patch_preview;
 pub use pending::{Pending, clear_pending, read_pending, write_pending};
 pub use preview::{PreviewSample, preview_samples, write_preview};

@@ -118,7 +118,7 @@ impl ExportError {
 /// The formats of a product.
 fn forms(product: Product) -> &'static str {
     match product {
-        Product::Completion => "give --to npy, binvox or pcd",
+        Product::Completion => "give --to npy, parquet, webdataset, binvox or pcd",
         Product::Reachability => "give --to graspit",
         Product::Grasps => "give --to mujoco for its trials; its shards are MCAP: read them as docs/format.md says",
         Product::Patches => "its shards are MCAP: read them as docs/format.md says",

@@ -1,4 +1,4 @@
-//! Datasets in other formats: NumPy arrays, binvox grids, PCD point clouds; reachability maps as GraspIt's files; trials of
+//! Datasets in other formats: NumPy arrays, Parquet tables, WebDataset tars, binvox grids, PCD point clouds; reachability maps as GraspIt's files; trials of
 //! grasps as scenes of plain MuJoCo.
 //!
 //! An export is a view of a dataset, not a second truth: `export.json` in it names the root digest that it was made
@@ -12,6 +12,7 @@ mod npy;
 mod pcd;
 mod table;
 mod target;
+mod webdataset;
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -20,9 +21,9 @@ use std::{
 
 pub use error::ExportError;
 
-use self::{names::object_folders, npy::PairArrays, table::SampleTable, target::Target};
+use self::{names::object_folders, npy::PairArrays, table::SampleTable, target::Target, webdataset::TarShards};
 use crate::{
-    dataset::{AssetRow, DatasetError, DatasetReader, Sample, Selection},
+    dataset::{AssetRow, DatasetError, DatasetReader, PairRow, PairTableWriter, Sample, Selection},
     geom::{GridPlacement, OccupancyGrid},
     ids::{ObjectId, Product, SampleIndex},
     record::VoxelPair,
@@ -39,6 +40,11 @@ pub enum Format {
         /// `numpy.unpackbits(..., axis=1, bitorder="little")`; otherwise bool of shape (samples, n, n, n).
         packed: bool,
     },
+    /// `pairs.parquet`, one row a sample: bits, ids, grid, camera and poses ([`PairTableWriter`]).
+    Parquet,
+    /// `completion-000000.tar` and on: of each sample `<index>.json`, `<index>.partial.npy`, `<index>.complete.npy`, with touch
+    /// also `<index>.tactile.npy`.
+    Webdataset,
     /// `<object>/view_00003_partial.binvox` and `..._complete.binvox`, with touch also `..._tactile.binvox`.
     Binvox,
     /// `<object>/view_00003_x.pcd` (partial) and `..._y.pcd` (complete): occupied cells by index, as the data of the
@@ -58,6 +64,8 @@ impl Format {
     pub fn name(self) -> &'static str {
         match self {
             Self::Npy { .. } => "npy",
+            Self::Parquet => "parquet",
+            Self::Webdataset => "webdataset",
             Self::Binvox => "binvox",
             Self::Pcd => "pcd",
             Self::Graspit => "graspit",
@@ -76,6 +84,16 @@ impl Format {
             Self::Npy { packed: false } => {
                 "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): bool (samples, n, n, n), indexed [sample, x, y, z], in \
                  the order of samples.csv"
+            }
+            Self::Parquet => {
+                "pairs.parquet: one row a sample in row groups of 256, in the order of samples.csv; partial, complete, with \
+                 touch tactile (cells that any kind of touch met) are n^3 / 8 bytes, for numpy.unpackbits(..., \
+                 bitorder='little')[:n**3].reshape(n, n, n), indexed [x, y, z]; poses are the top three rows of 4 x 4, row-major"
+            }
+            Self::Webdataset => {
+                "completion-<shard>.tar, 2048 samples each: <sample index>.json, .partial.npy, .complete.npy, with touch \
+                 .tactile.npy (cells that any kind of touch met), uint8 of n^3 / 8 bytes, for numpy.unpackbits(..., \
+                 bitorder='little')[:n**3].reshape(n, n, n), indexed [x, y, z]"
             }
             Self::Binvox => {
                 "<stem>_partial.binvox, <stem>_complete.binvox, with touch <stem>_tactile.binvox (cells that any kind of touch met); stems in samples.csv; translate is the grid's lower \
@@ -166,7 +184,10 @@ pub fn export(
         folders: object_folders(&assets),
         table: SampleTable::create(&mut target)?,
         arrays: None,
+        rows: None,
+        tars: TarShards::default(),
         samples: indices.len() as u64,
+        root: reader.manifest().root.to_string(),
     };
     let mut take = |sample: Sample, target: &mut Target| -> Result<(), ExportError> {
         let name = names.get(&sample.id.subject).copied().unwrap_or_default();
@@ -221,7 +242,11 @@ struct Writer {
     folders: BTreeMap<ObjectId, String>,
     table: SampleTable,
     arrays: Option<PairArrays>,
+    rows: Option<PairTableWriter>,
+    tars: TarShards,
     samples: u64,
+    /// Of the dataset.
+    root: String,
 }
 
 impl Writer {
@@ -243,6 +268,17 @@ impl Writer {
                 };
                 arrays.push(sample.index, &pair, tactile)
             }
+            Format::Parquet => {
+                let rows = match &mut self.rows {
+                    Some(rows) => rows,
+                    None => {
+                        let (file, path) = target.file("pairs.parquet")?;
+                        self.rows.insert(PairTableWriter::create(file, path, tactile.is_some(), &self.root)?)
+                    }
+                };
+                Ok(rows.push(&PairRow { index: sample.index, pair: &pair, tactile, object: name, split })?)
+            }
+            Format::Webdataset => self.tars.push(target, sample.index, &pair, tactile, (name, split)),
             Format::Binvox => {
                 let grids =
                     [("partial", Some(&pair.partial)), ("complete", Some(&pair.complete)), ("tactile", tactile)];
@@ -270,9 +306,10 @@ impl Writer {
         }
     }
 
-    /// `<object>/view_00003`, with instance and camera where they are not the first; empty for arrays.
+    /// `<object>/view_00003`, with instance and camera where they are not the first; empty where samples have no files of
+    /// their own.
     fn stem(&self, pair: &VoxelPair) -> String {
-        if matches!(self.format, Format::Npy { .. }) {
+        if matches!(self.format, Format::Npy { .. } | Format::Parquet | Format::Webdataset) {
             return String::new();
         }
         let id = pair.sample;
@@ -288,6 +325,10 @@ impl Writer {
         if let Some(arrays) = self.arrays {
             arrays.finish()?;
         }
+        if let Some(rows) = self.rows {
+            rows.finish()?;
+        }
+        self.tars.finish()?;
         self.table.finish()
     }
 }

@@ -10,7 +10,7 @@ use super::{ExportError, target::Target};
 use crate::{geom::OccupancyGrid, ids::SampleIndex, record::VoxelPair};
 
 /// The head of an array file: magic, version, and a Python literal padded so that data begins at a multiple of 64.
-fn head(kind: &str, shape: &[u64]) -> Vec<u8> {
+pub(super) fn head(kind: &str, shape: &[u64]) -> Vec<u8> {
     let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
     let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", sides.trim_end());
     let before = 6 + 2 + 2;

@@ -48,17 +48,18 @@ impl Target {
 
     /// Opens a new file below the folder; also returns where it stands for the time being.
     pub fn open(&mut self, name: &str) -> Result<(BufWriter<File>, PathBuf), ExportError> {
-        let (file, path) = self.new_file(name)?;
+        let (file, path) = self.file(name)?;
         Ok((BufWriter::with_capacity(128 << 10, file), path))
     }
 
     /// Writes a whole file.
     pub fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), ExportError> {
-        let (mut file, path) = self.new_file(name)?;
+        let (mut file, path) = self.file(name)?;
         file.write_all(bytes).map_err(ExportError::io("writing", &path))
     }
 
-    fn new_file(&mut self, name: &str) -> Result<(File, PathBuf), ExportError> {
+    /// Opens a new file below the folder, for writers with a buffer of their own.
+    pub fn file(&mut self, name: &str) -> Result<(File, PathBuf), ExportError> {
         let path = self.temporary.join(name);
         let folder = path.parent().unwrap_or(&self.temporary);
         if folder != self.last_folder {
