@@ -1,0 +1,30 @@
+"""Patches around palm and fingertips as a training set: inputs, labels, and the best pixel of a heatmap.
+
+    python python/examples/patches.py datasets/everything-quick/patches
+"""
+
+import argparse
+
+import numpy as np
+from graspmill import Dataset, PatchSample
+
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("dataset")
+data = Dataset(parser.parse_args().dataset, PatchSample)
+
+samples = data.gather(range(min(64, len(data))))
+# (samples, 4 points, side, side): depth relative to the middle of its own patch; no return counts as far away.
+depth = np.stack([np.nan_to_num(sample.depth, nan=10.0) for sample in samples])
+middle = depth.shape[-1] // 2
+inputs = np.clip(depth - depth[..., middle : middle + 1, middle : middle + 1], -0.2, 0.2)
+if samples[0].has("colour"):
+    inputs = np.concatenate([inputs[..., None], np.stack([sample.rgb for sample in samples]) / 255.0], axis=-1)
+labels = np.stack([sample.labels for sample in samples])  # (samples, 4, 4 types), lower is better
+print(f"inputs {inputs.shape}, labels {labels.shape}, from {labels.min():.3f} to {labels.max():.3f}")
+kinds, counts = np.unique([sample.type_index for sample in samples], return_counts=True)
+for kind, count in zip(kinds, counts):
+    print(f"type {samples[0].types[kind]}: {count} patches, best label {labels[..., 4 * kind].min():.3f}")
+if samples[0].has("heatmap"):
+    heatmap = samples[0].heatmap.image()  # (4 types, height, width), NaN where no grasp is known
+    channel, row, column = np.unravel_index(np.nanargmin(heatmap), heatmap.shape)
+    print(f"of its view the best place for point {channel % 4} of a grasp is pixel ({column}, {row})")

@@ -1,0 +1,26 @@
+"""What touch adds to sight: of the cells that the camera did not see, how many a hand or rays found, and how wide that is.
+
+    python python/examples/touch.py datasets/half-shapes
+"""
+
+import argparse
+
+import numpy as np
+from graspmill import CompletionSample, Dataset
+
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("dataset")
+data = Dataset(parser.parse_args().dataset, CompletionSample)
+
+for sample, name in zip(data, data.column("object")):
+    complete, seen, felt = sample.complete, sample.partial, sample.tactile
+    network_input = np.stack([seen, felt])  # (2, n, n, n): or one channel, `sample.seen_or_touched`
+    hidden = complete & ~seen
+    contacts = sum(len(touch.probe) for touch in sample.touch.values())
+    # How deep the shape is known to reach, in cells along the camera's axis.
+    depth = {kind: np.ptp(np.nonzero(cells)[2]) + 1 for kind, cells in [("seen", seen), ("with touch", seen | felt)]}
+    print(
+        f"{name}: {seen.sum()} cells seen, {contacts} contacts in {felt.sum()} cells, {(felt & hidden).sum()} of them hidden; "
+        f"depth {depth['seen']} cells seen, {depth['with touch']} with touch, {np.ptp(np.nonzero(complete)[2]) + 1} in truth; "
+        f"input {network_input.shape}"
+    )

@@ -1,0 +1,33 @@
+"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps and patches.
+
+    import graspmill
+    data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
+    partial, complete = data[0].partial, data[0].complete    # bool (n, n, n), indexed (x, y, z)
+
+``docs/python.md`` says more; ``docs/format.md`` what every number means.
+"""
+
+from .arrays import NpyExport
+from .completion import CompletionSample, Contacts, Depth, Implicit, Pair, PairBatch, Tsdf
+from .dataset import Dataset
+from .errors import BadSelection, DamagedFile, DatasetError, UnfinishedDataset, UnknownFormat, WrongProduct
+from .field import Axis, Nearest, ReachabilityField
+from .folder import FORMAT_VERSION, Folder
+from .geometry import Camera, Grid, SampleId, pack, unpack
+from .grasps import TRIAL_VERDICTS, VERDICTS, GraspSample
+from .index import Index
+from .patches import Heatmap, ImageColour, PatchSample
+from .reachability import LABELS, PROOFS, ReachabilitySample
+from .samples import Sample
+from .shapes import Mesh, object_meshes
+from .shuffle import ShuffledChunks
+
+__version__ = "0.1.0"
+
+__all__ = [
+    *("FORMAT_VERSION", "LABELS", "PROOFS", "TRIAL_VERDICTS", "VERDICTS", "Axis", "BadSelection", "Camera"),
+    *("CompletionSample", "Contacts", "DamagedFile", "Dataset", "DatasetError", "Depth", "Folder", "GraspSample", "Grid"),
+    *("Heatmap", "ImageColour", "Implicit", "Index", "Mesh", "Nearest", "NpyExport", "Pair", "PairBatch", "PatchSample"),
+    *("ReachabilityField", "ReachabilitySample", "Sample", "SampleId", "ShuffledChunks", "Tsdf", "UnfinishedDataset"),
+    *("UnknownFormat", "WrongProduct", "object_meshes", "pack", "unpack"),
+]

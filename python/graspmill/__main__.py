@@ -1,0 +1,60 @@
+"""``python -m graspmill info DIR``: what a dataset holds."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import Any
+
+from . import __version__
+from .errors import DatasetError
+from .folder import Folder
+
+
+def _facts(folder: Folder) -> dict[str, Any]:
+    manifest = folder.manifest
+    keys = ("product", "format_version", "generator", "root", "classes", "topics", "counts", "warnings")
+    sizes = {"shards": len(folder.shards), "bytes": sum(shard["bytes"] for shard in manifest["shards"])}
+    return {key: manifest[key] for key in keys} | sizes | {"objects": [row["name"] for row in folder.objects()]}
+
+
+def _text(facts: dict[str, Any]) -> str:
+    counts = facts["counts"]
+    lines = [f"{facts['product']}: {counts['kept']} samples of {len(facts['objects'])} objects, {facts['generator']}"]
+    lines.append(f"root      {facts['root']}")
+    lines.append(f"channels  {', '.join(topic.rsplit('/', 1)[-1] for topic in facts['topics'])}")
+    for split, count in counts["splits"].items():
+        lines.append(f"split     {split}: {count}")
+    for reason, count in counts["rejected"].items():
+        lines.append(f"rejected  {reason}: {count}")
+    for name in ("poses", "grasps", "types"):
+        if name in counts:
+            lines.append(f"{name:<9} {json.dumps(counts[name])}")
+    lines.append(f"shards    {facts['shards']}, {facts['bytes'] / 1e6:.1f} MB")
+    some = ", ".join(facts["objects"][:12])
+    lines.append(f"objects   {some}{', ...' if len(facts['objects']) > 12 else ''}")
+    lines += [f"warning   {warning}" for warning in facts["warnings"]]
+    return "\n".join(lines)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command line; 0 when the dataset could be read, 2 for bad arguments, else 1."""
+    parser = argparse.ArgumentParser(prog="python -m graspmill", description="Reads datasets of graspmill.")
+    parser.add_argument("--version", action="version", version=__version__)
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    info = verbs.add_parser("info", help="what a dataset holds")
+    info.add_argument("dir", metavar="DIR")
+    info.add_argument("--json", action="store_true", help="one JSON object")
+    given = parser.parse_args(arguments)
+    try:
+        facts = _facts(Folder(given.dir))
+    except DatasetError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    print(json.dumps(facts) if given.json else _text(facts))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

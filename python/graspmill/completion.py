@@ -1,0 +1,337 @@
+"""Samples of completion datasets: pairs of grids, what goes with them, and touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from .geometry import Camera, Floats, Grid, SampleId, pack, pose, unpack
+from .samples import Sample, as_array
+from .wire import find_bytes
+
+Bits = npt.NDArray[np.uint8]
+Cells = npt.NDArray[np.bool_]
+Points = npt.NDArray[np.float32]
+
+# Fields of VoxelPair and Visibility in proto/graspmill.proto: the hot path of batches skips all others.
+_PARTIAL, _COMPLETE, _FREE = 7, 8, 3
+
+TOUCH = ("touch_rays", "touch_exploration", "touch_grasp")
+"""The channels of touch."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """All of a ``VoxelPair`` but its bits."""
+
+    sample: SampleId
+    grid: Grid
+    camera: Camera
+    camera_from_object: Floats
+    """(4, 4)"""
+    world_from_object: Floats
+    """(4, 4)"""
+    world_from_camera: Floats
+    """(4, 4)"""
+    partial_cells: int
+    complete_cells: int
+    both_cells: int
+    solid_share: float
+    """Share of the solid's volume that lies inside the grid, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Depth:
+    """A crop of a depth image."""
+
+    left: int
+    """First column of the image in the crop, px."""
+    top: int
+    """First row of the image in the crop, px."""
+    metres: Points
+    """(height, width) m along the optical axis, NaN = no return."""
+
+    @classmethod
+    def of(cls, sample: Sample, channel: str) -> Depth:
+        """Out of a ``Depth`` message."""
+        message = sample.message(channel)
+        shape = message["height"], message["width"]
+        if message["step"] == 0.0:
+            return cls(message["left"], message["top"], as_array(message["data"], "<f4", *shape))
+        steps = as_array(message["data"], "<u2", *shape)
+        metres = np.where(steps == 0, np.float32(np.nan), (steps * message["step"]).astype(np.float32))
+        return cls(message["left"], message["top"], metres)
+
+
+@dataclass(frozen=True, eq=False)
+class Tsdf:
+    """Truncated signed distances to the mesh at the cell centres, negative inside."""
+
+    steps: npt.NDArray[np.int16]
+    """(n, n, n), indexed (x, y, z): distance / truncation * 32767."""
+    truncation: float
+    """m"""
+
+    @property
+    def metres(self) -> Points:
+        """(n, n, n) m."""
+        return self.steps * np.float32(self.truncation / 32767.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Implicit:
+    """Points for implicit networks, in the camera's frame [m]."""
+
+    surface_points: Points
+    """(s, 3)"""
+    surface_normals: Points
+    """(s, 3), outward, unit length."""
+    space_points: Points
+    """(p, 3), in the grid's box."""
+    space_distances: Points
+    """(p,), negative inside."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Where the object was touched, in the camera's frame; one row a contact, in the order of the probes."""
+
+    probes: int
+    """Count of what was sent out to touch: rays, or approaches of a hand."""
+    probe: npt.NDArray[np.uint64]
+    """(contacts,) which probe made each."""
+    positions: Points
+    """(contacts, 3) m"""
+    normals: Points
+    """(contacts, 3) outward, unit length."""
+    distances: Points
+    """(contacts,) m that the probe came."""
+    visible: Cells
+    """(contacts,) whether no surface stands between it and the camera."""
+    cells: npt.NDArray[np.uint64]
+    """(contacts,) cell (x n + y) n + z of the pair's grid; n^3: outside."""
+    misses: Points
+    """(probes without a contact, 3) m: where each started."""
+    hand: str = ""
+    """Name of the hand; empty of rays, and so is all below."""
+    links: list[str] = field(default_factory=list)
+    joints: list[str] = field(default_factory=list)
+    link: npt.NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, np.uint64))
+    """(contacts,) place in ``links``."""
+    forces: Points = field(default_factory=lambda: np.zeros(0, np.float32))
+    """(contacts,) N along the normal."""
+    gaps: Points = field(default_factory=lambda: np.zeros(0, np.float32))
+    """(contacts,) m from the mesh to the link, negative where it presses in."""
+    camera_from_hand: Floats = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    """(approaches, 4, 4) pose of the hand's base at the end."""
+    joint_values: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(approaches, joints) rad or m at the end."""
+    ends: Bits = field(default_factory=lambda: np.zeros(0, np.uint8))
+    """(approaches,) 0 at rest, 1 timed out, 2 missed, 3 unstable."""
+
+    @classmethod
+    def of(cls, sample: Sample, channel: str) -> Contacts:
+        """Out of a ``TactileContacts`` or a ``HandContacts`` message."""
+        message = sample.message(channel)
+        rays = {
+            "probes": message["probes"],
+            "probe": message["probe"],
+            "positions": as_array(message["positions"], "<f4", -1, 3),
+            "normals": as_array(message["normals"], "<f4", -1, 3),
+            "distances": as_array(message["distances"], "<f4", -1),
+            "visible": as_array(message["visible"], "u1", -1) == 1,
+            "cells": message["cells"],
+            "misses": as_array(message["misses"], "<f4", -1, 3),
+        }
+        if "hand" not in message:
+            return cls(**rays)
+        poses = message["camera_from_hand"].reshape(-1, 12)
+        return cls(
+            **rays,
+            hand=message["hand"],
+            links=message["links"],
+            joints=message["joints"],
+            link=message["link"],
+            forces=as_array(message["forces"], "<f4", -1),
+            gaps=as_array(message["gaps"], "<f4", -1),
+            camera_from_hand=np.array([pose(rows) for rows in poses]).reshape(-1, 4, 4),
+            joint_values=message["joint_values"].reshape(len(poses), -1),
+            ends=as_array(message["ends"], "u1", -1),
+        )
+
+
+class CompletionSample(Sample):
+    """A pair of grids and what goes with it, in the camera's frame."""
+
+    product = "completion"
+    __slots__ = ()
+
+    @property
+    def pair(self) -> Pair:
+        """Grid, camera, poses and counts."""
+        message = self.message("pair")
+        return Pair(
+            sample=SampleId.of(message["sample"]),
+            grid=Grid.of(message["grid"]),
+            camera=Camera(**message["camera"]),
+            camera_from_object=pose(message["camera_from_object"]),
+            world_from_object=pose(message["world_from_object"]),
+            world_from_camera=pose(message["world_from_camera"]),
+            partial_cells=message["partial_cells"],
+            complete_cells=message["complete_cells"],
+            both_cells=message["both_cells"],
+            solid_share=message["solid_share"],
+        )
+
+    @property
+    def resolution(self) -> int:
+        """Cells along each axis, n."""
+        return int(self.message("pair")["grid"]["resolution"])
+
+    @property
+    def partial_bits(self) -> Bits:
+        """Cells that hold a point the camera saw, packed: (ceil(n^3 / 8),)."""
+        return np.frombuffer(find_bytes(self.payload("pair"), _PARTIAL)[0], np.uint8)
+
+    @property
+    def complete_bits(self) -> Bits:
+        """Cells of the solid object, packed: (ceil(n^3 / 8),)."""
+        return np.frombuffer(find_bytes(self.payload("pair"), _COMPLETE)[0], np.uint8)
+
+    @property
+    def partial(self) -> Cells:
+        """Cells that hold a point the camera saw: (n, n, n), indexed (x, y, z)."""
+        return unpack(self.partial_bits, self.resolution)
+
+    @property
+    def complete(self) -> Cells:
+        """Cells of the solid object: (n, n, n), indexed (x, y, z)."""
+        return unpack(self.complete_bits, self.resolution)
+
+    @property
+    def free_bits(self) -> Bits:
+        """Cells that the camera saw to be free, packed (channel ``visibility``)."""
+        return np.frombuffer(find_bytes(self.payload("visibility"), _FREE)[0], np.uint8)
+
+    @property
+    def free(self) -> Cells:
+        """Cells that the camera saw to be free: (n, n, n) (channel ``visibility``)."""
+        return unpack(self.free_bits, self.resolution)
+
+    @property
+    def depth(self) -> Depth:
+        """The crop of the depth image."""
+        return Depth.of(self, "depth")
+
+    @property
+    def cloud(self) -> Points:
+        """The points that the camera saw, (points, 3) m."""
+        return as_array(self.message("cloud")["points"], "<f4", -1, 3)
+
+    @property
+    def tsdf(self) -> Tsdf:
+        """Truncated signed distances at the cell centres."""
+        message = self.message("tsdf")
+        n = message["resolution"]
+        return Tsdf(as_array(message["values"], "<i2", n, n, n), message["truncation"])
+
+    @property
+    def coverage(self) -> Bits:
+        """Share of each cell that is solid, times 255: (n, n, n)."""
+        message = self.message("coverage")
+        n = message["resolution"]
+        return as_array(message["share"], "u1", n, n, n)
+
+    @property
+    def implicit(self) -> Implicit:
+        """Points on and around the surface."""
+        message = self.message("implicit")
+        return Implicit(
+            surface_points=as_array(message["surface_points"], "<f4", -1, 3),
+            surface_normals=as_array(message["surface_normals"], "<f4", -1, 3),
+            space_points=as_array(message["space_points"], "<f4", -1, 3),
+            space_distances=as_array(message["space_distances"], "<f4", -1),
+        )
+
+    @property
+    def touch(self) -> dict[str, Contacts]:
+        """The contacts of each kind of touch that is stored, by channel."""
+        return {channel: Contacts.of(self, channel) for channel in TOUCH if self.has(channel)}
+
+    @property
+    def tactile(self) -> Cells:
+        """Cells that any kind of touch met: (n, n, n)."""
+        n = self.resolution
+        cells = np.zeros(n**3 + 1, np.bool_)
+        for channel in TOUCH:
+            if self.has(channel):
+                cells[self.message(channel)["cells"].astype(np.int64)] = True
+        return cells[:-1].reshape(n, n, n)
+
+    @property
+    def seen_or_touched(self) -> Cells:
+        """``partial | tactile``: a network's input."""
+        return self.partial | self.tactile
+
+
+@dataclass(frozen=True, eq=False)
+class PairBatch:
+    """Pairs of one resolution side by side, packed: a tenth of the bytes on the way to a device."""
+
+    resolution: int
+    indices: npt.NDArray[np.int64]
+    """(samples,) sample indices."""
+    partial: Bits
+    """(samples, ceil(n^3 / 8))"""
+    complete: Bits
+    """(samples, ceil(n^3 / 8))"""
+    free: Bits | None = None
+    """(samples, ceil(n^3 / 8)), where visibility is read."""
+    tactile: Bits | None = None
+    """(samples, ceil(n^3 / 8)), where touch is read."""
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def cells(self, plane: str) -> Cells:
+        """A plane (``partial``, ``complete``, ``free``, ``tactile``) as (samples, n, n, n)."""
+        bits: Bits | None = getattr(self, plane)
+        if bits is None:
+            raise KeyError(f"no '{plane}' in this batch: its channel is not stored, or not read")
+        return unpack(bits, self.resolution)
+
+    @classmethod
+    def of(cls, samples: Sequence[CompletionSample]) -> PairBatch:
+        """Stacks samples, which must be of one resolution.
+
+        Raises ``ValueError`` where they are not, or there are none.
+        """
+        if not samples:
+            raise ValueError("a batch of no samples")
+        resolution = samples[0].resolution
+        size = (resolution**3 + 7) // 8
+        parts: list[memoryview] = []
+        place = samples[0].layout.places["pair"]
+        for sample in samples:
+            payload = sample.payloads[place]
+            partial, at = find_bytes(payload, _PARTIAL)
+            complete, _ = find_bytes(payload, _COMPLETE, at)
+            parts += (partial, complete)
+        planes = _planes(parts, size).reshape(len(samples), 2, size)
+        free = tactile = None
+        if samples[0].has("visibility"):
+            at = samples[0].layout.places["visibility"]
+            free = _planes([find_bytes(sample.payloads[at], _FREE)[0] for sample in samples], size)
+        if any(samples[0].has(channel) for channel in TOUCH):
+            tactile = np.stack([pack(sample.tactile) for sample in samples])
+        indices = np.fromiter((sample.index for sample in samples), np.int64, len(samples))
+        return cls(resolution, indices, planes[:, 0], planes[:, 1], free, tactile)
+
+
+def _planes(parts: list[memoryview], size: int) -> Bits:
+    if any(len(part) != size for part in parts):
+        raise ValueError("samples of different resolutions; batch them apart")
+    return np.frombuffer(bytearray().join(parts), np.uint8).reshape(-1, size)

@@ -1,0 +1,288 @@
+"""A dataset, map style: samples by their place in a selection, straight from the compressed shards."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, Generic, TypeVar, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from .completion import CompletionSample
+from .errors import BadSelection, DamagedFile, VERIFY
+from .folder import SPLITS, Folder
+from .geometry import SampleId
+from .grasps import GraspSample
+from .index import Index
+from .mcap import McapFile
+from .patches import PatchSample
+from .reachability import ReachabilitySample
+from .samples import Layout, Sample
+
+S = TypeVar("S", bound=Sample)
+
+KINDS: dict[str, type[Sample]] = {
+    kind.product: kind for kind in (CompletionSample, ReachabilitySample, GraspSample, PatchSample)
+}
+
+
+class Dataset(Generic[S]):
+    """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data.gather([...])``.
+
+    ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``, ``PatchSample``):
+    with it type checkers know what a sample has, and a dataset of another product is refused. ``split``, ``objects``
+    (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to read, all without it.
+    ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.
+
+    Files are opened when they are first needed, once a process, so a ``Dataset`` can be pickled and forked at will. It
+    serves one thread at a time.
+
+    Raises ``DatasetError`` for a folder that cannot be read, ``BadSelection`` for a selection that it cannot fulfil.
+    """
+
+    @overload
+    def __init__(
+        self: Dataset[Any],
+        folder: str | Path,
+        kind: None = None,
+        *,
+        split: str | None = ...,
+        objects: Iterable[str] | None = ...,
+        channels: Iterable[str] | None = ...,
+        subset: int | None = ...,
+        cached_chunks: int = ...,
+    ) -> None: ...
+
+    @overload
+    def __init__(
+        self,
+        folder: str | Path,
+        kind: type[S],
+        *,
+        split: str | None = ...,
+        objects: Iterable[str] | None = ...,
+        channels: Iterable[str] | None = ...,
+        subset: int | None = ...,
+        cached_chunks: int = ...,
+    ) -> None: ...
+
+    def __init__(
+        self,
+        folder: str | Path,
+        kind: type[Any] | None = None,
+        *,
+        split: str | None = None,
+        objects: Iterable[str] | None = None,
+        channels: Iterable[str] | None = None,
+        subset: int | None = None,
+        cached_chunks: int = 64,
+    ) -> None:
+        self.folder = Folder(folder)
+        self.kind: type[Any] = kind or KINDS[self.folder.product]
+        self.folder.expect(self.kind.product)
+        self.channels = self._channels(channels)
+        self.cached_chunks = max(1, cached_chunks)
+        self._firsts = np.array([shard["first_sample"] for shard in self.folder.manifest["shards"]], np.int64)
+        self._index: Index | None = None
+        self._reset()
+        if split is None and objects is None and subset is None and self.folder.kept == self.folder.samples:
+            # Nothing to look up: the index is read when it is asked for.
+            self.indices: npt.NDArray[np.int64] = np.arange(self.folder.samples)
+        else:
+            self.indices = np.flatnonzero(self._selected(split, objects, subset))
+        """Sample index of each place, ascending."""
+
+    def _reset(self) -> None:
+        self._files: dict[int, McapFile] = {}
+        self._layout: Layout | None = None
+        self._wanted: list[dict[int, int] | None] = [None] * len(self.folder.shards)
+        self._cache: OrderedDict[tuple[int, int], dict[int, list[memoryview]]] = OrderedDict()
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = ("folder", "kind", "channels", "cached_chunks", "indices", "_firsts")
+        return {name: self.__dict__[name] for name in kept}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._index = None
+        self._reset()
+
+    def __repr__(self) -> str:
+        return f"<graspmill.Dataset {self.folder.path}: {len(self)} samples of {self.folder.product}>"
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def __getitem__(self, place: int) -> S:
+        """The sample at a place of the selection; negative places count from the end.
+
+        Raises ``IndexError`` past the end, ``DamagedFile`` where a chunk does not hold what its checksum says.
+        """
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"place {place} of {len(self)} samples")
+        index = int(self.indices[place])
+        shard = int(np.searchsorted(self._firsts, index, side="right")) - 1
+        chunk = int(self._file(shard).chunk_of(index))
+        return self._sample(shard, chunk, index)
+
+    def __getitems__(self, places: Sequence[int]) -> list[S]:
+        """Samples at several places, in the order asked for; each chunk is unpacked once. What PyTorch's loaders call."""
+        asked = np.asarray(places, np.int64)
+        if len(asked) and not (-len(self) <= asked.min() and asked.max() < len(self)):
+            raise IndexError(f"places {asked.min()} to {asked.max()} of {len(self)} samples")
+        indices = self.indices[asked]
+        shards, chunks = self._chunks_of(indices)
+        order = np.lexsort((chunks, shards)).tolist()
+        rows = list(zip(shards.tolist(), chunks.tolist(), indices.tolist()))
+        samples: list[Any] = [None] * len(rows)
+        for place in order:
+            samples[place] = self._sample(*rows[place])
+        return samples
+
+    gather = __getitems__
+
+    def __iter__(self) -> Iterator[S]:
+        """All samples in order, a chunk at a time."""
+        return (self[place] for place in range(len(self)))
+
+    @property
+    def index(self) -> Index:
+        """The sample index: a row a sample index, rejected ones included."""
+        if self._index is None:
+            self._index = Index(self.folder)
+        return self._index
+
+    def column(self, name: str) -> npt.NDArray[Any]:
+        """A column of the index for the places of this selection: ``object``, ``split``, ``view``, ..."""
+        return self.index[name][self.indices]
+
+    def place_of(self, sample: SampleId) -> int | None:
+        """The place of the sample of this id, say of a pair of the same view in another dataset; ``None`` without one."""
+        index = self.index
+        if sample.subject not in index.subjects:
+            return None
+        found = index.subject_number == index.subjects.index(sample.subject)
+        for name in ("instance", "view", "camera"):
+            found &= index[name] == getattr(sample, name)
+        places = np.flatnonzero(found[self.indices])
+        return int(places[0]) if len(places) else None
+
+    def chunk_table(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Shard, chunk and first place of each chunk that holds a selected sample, in order.
+
+        The samples of chunk k stand at the places from its first one to that of the next.
+        """
+        shards, chunks = self._chunks_of(self.indices)
+        new = np.ones(len(self), np.bool_)
+        new[1:] = (np.diff(shards) != 0) | (np.diff(chunks) != 0)
+        firsts = np.flatnonzero(new)
+        return shards[firsts], chunks[firsts], firsts
+
+    def run_of(self, shard: int, chunk: int, first: int, end: int) -> list[S]:
+        """The samples at the places from ``first`` to before ``end``, which all stand in this chunk (``chunk_table``)."""
+        held, path = self._read_chunk(shard, chunk), self.folder.shards[shard]
+        try:
+            return [self.kind(index, self._layout, held[index]) for index in self.indices[first:end].tolist()]
+        except KeyError as error:
+            raise DamagedFile(path, f"sample {error} is in the index, not in the shard", VERIFY) from None
+
+    def _chunks_of(self, indices: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Shard and chunk of sample indices."""
+        shards = np.searchsorted(self._firsts, indices, side="right") - 1
+        chunks = np.zeros(len(indices), np.int64)
+        for shard in np.unique(shards).tolist():
+            mine = shards == shard
+            chunks[mine] = self._file(shard).chunk_of(indices[mine])
+        return shards, chunks
+
+    def _channels(self, channels: Iterable[str] | None) -> list[str]:
+        stored = [topic.rsplit("/", 1)[-1] for topic in self.folder.topics]
+        if channels is None:
+            return stored
+        wanted = [channels] if isinstance(channels, str) else list(channels)
+        unknown = sorted(set(wanted) - set(stored))
+        if unknown or not wanted:
+            raise BadSelection(f"{self.folder.path}: channels {unknown}; it stores {', '.join(stored)}")
+        return [channel for channel in stored if channel in wanted]
+
+    def _selected(
+        self, split: str | None, objects: Iterable[str] | None, subset: int | None
+    ) -> npt.NDArray[np.bool_]:
+        index, path = self.index, self.folder.path
+        selected = index["kept"].astype(np.bool_)
+        if split is not None:
+            if "split" not in index or split not in SPLITS:
+                known = ", ".join(SPLITS) if "split" in index else "none, since reachability has none"
+                raise BadSelection(f"{path}: no split '{split}'; there are {known}")
+            selected &= index["split"] == split
+        if subset is not None:
+            count = len(self.folder.splits()["training_subsets"])
+            if not 0 <= subset < count:
+                raise BadSelection(f"{path}: no training subset {subset}; it has {count}, counted from 0")
+            selected &= (index.subset >= 0) & (index.subset <= subset)
+        if objects is not None:
+            wanted = [objects] if isinstance(objects, str) else list(objects)
+            known_names = {row["name"] for row in self.folder.objects()}
+            unknown = sorted(set(wanted) - known_names)
+            if unknown:
+                some = ", ".join(sorted(known_names)[:12])
+                raise BadSelection(f"{path}: no object is called {', '.join(unknown)}; it has {some}, ...")
+            selected &= np.isin(index["object"], wanted)
+        return selected
+
+    def _file(self, shard: int) -> McapFile:
+        file = self._files.get(shard)
+        if file is None:
+            file = self._files[shard] = McapFile(self.folder.shards[shard])
+            by_topic = {channel.topic: (number, channel) for number, channel in file.channels.items()}
+            topics = {topic.rsplit("/", 1)[-1]: topic for topic in self.folder.topics}
+            missing = [topics[name] for name in self.channels if topics[name] not in by_topic]
+            if missing:
+                raise file.damaged(f"it has no topic {', '.join(missing)}")
+            own = [by_topic[topics[name]] for name in self.channels]
+            self._wanted[shard] = {number: place for place, (number, _) in enumerate(own)}
+            if self._layout is None:
+                channels = {name: channel for name, (_, channel) in zip(self.channels, own)}
+                self._layout = Layout(channels, {name: place for place, name in enumerate(self.channels)})
+        return file
+
+    def _chunk(self, shard: int, chunk: int) -> dict[int, list[memoryview]]:
+        """As ``_read_chunk``, out of memory where the chunk is still there."""
+        key = (shard, chunk)
+        found = self._cache.get(key)
+        if found is not None:
+            self._cache.move_to_end(key)
+            return found
+        found = self._cache[key] = self._read_chunk(shard, chunk)
+        if len(self._cache) > self.cached_chunks:
+            self._cache.popitem(last=False)
+        return found
+
+    def _read_chunk(self, shard: int, chunk: int) -> dict[int, list[memoryview]]:
+        """Payloads of every sample of a chunk by sample index, channel by channel."""
+        file = self._file(shard)
+        wanted = self._wanted[shard] or {}
+        found: dict[int, list[memoryview]] = {}
+        count = 0
+        if chunk < len(file.offsets):
+            for channel, time, payload in file.messages(file.chunk(chunk)):
+                place = wanted.get(channel)
+                if place is not None:
+                    payloads = found.get(time)
+                    if payloads is None:
+                        payloads = found[time] = [payload] * len(wanted)
+                    payloads[place] = payload
+                    count += 1
+        if count != len(found) * len(wanted):
+            raise file.damaged(f"a sample of chunk {chunk} has not one message on every topic")
+        return found
+
+    def _sample(self, shard: int, chunk: int, index: int) -> S:
+        payloads = self._chunk(shard, chunk).get(index)
+        if payloads is None or self._layout is None:
+            path = self.folder.shards[shard]
+            raise DamagedFile(path, f"sample {index} is in the index, not in the shard", VERIFY)
+        sample: S = self.kind(index, self._layout, payloads)
+        return sample

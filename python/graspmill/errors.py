@@ -1,0 +1,40 @@
+"""What can go wrong while a dataset is read. Every error names the file and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+VERIFY = "`graspmill verify` finds what is damaged, `graspmill run` with the same job makes it again"
+
+
+class DatasetError(Exception):
+    """A dataset that cannot be read: which file, what is wrong with it, and the remedy."""
+
+    def __init__(self, path: Path, problem: str, remedy: str) -> None:
+        super().__init__(path, problem, remedy)
+        self.path = path
+        self.problem = problem
+        self.remedy = remedy
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.problem}; {self.remedy}"
+
+
+class UnfinishedDataset(DatasetError):
+    """A folder without a manifest: its run was interrupted, or it never was a dataset."""
+
+
+class UnknownFormat(DatasetError):
+    """A dataset of another format version, or with things in it that this version does not know."""
+
+
+class DamagedFile(DatasetError):
+    """A file that is not what its own checksums, or the manifest, say."""
+
+
+class WrongProduct(DatasetError):
+    """A dataset of another product than the one asked for."""
+
+
+class BadSelection(ValueError):
+    """A split, object, subset or channel that the dataset does not have."""

@@ -1,0 +1,116 @@
+"""A dataset's folder: its manifest and tables, checked before anything else is read."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from .errors import VERIFY, DamagedFile, DatasetError, UnfinishedDataset, UnknownFormat, WrongProduct
+
+FORMAT_VERSION = 1
+PRODUCTS = ("completion", "reachability", "grasps", "patches")
+SPLITS = ("training", "holdout_views", "validation_models", "test_models")
+
+_KEYS = {
+    *("format_version", "generator", "product", "root", "classes", "class_topics", "platform", "job", "topics"),
+    *("counts", "shards", "files", "warnings"),
+}
+
+
+class Folder:
+    """A finished dataset on disk, or a release of one.
+
+    Raises ``UnfinishedDataset`` where there is no manifest, ``UnknownFormat`` where the format is another than
+    ``FORMAT_VERSION``, ``DamagedFile`` where a shard is missing or of another size than the manifest says.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        self.path = Path(folder)
+        self.manifest = _manifest(self.path)
+        self.product: str = self.manifest["product"]
+        self.root: str = self.manifest["root"]
+        self.topics: list[str] = self.manifest["topics"]
+        self.samples: int = self.manifest["counts"]["samples"]
+        self.kept: int = self.manifest["counts"]["kept"]
+        self.shards = [self.path / "shards" / shard["file"] for shard in self.manifest["shards"]]
+        for path, shard in zip(self.shards, self.manifest["shards"]):
+            if not path.is_file():
+                raise DamagedFile(path, "it is missing, and the manifest names it", VERIFY)
+            if path.stat().st_size != shard["bytes"]:
+                size = path.stat().st_size
+                raise DamagedFile(path, f"it has {size} bytes, and the manifest says {shard['bytes']}", VERIFY)
+
+    def expect(self, product: str) -> None:
+        """Raises ``WrongProduct`` unless the dataset is of this product."""
+        if self.product != product:
+            remedy = f"give a dataset whose job says product = \"{product}\""
+            raise WrongProduct(self.path, f"a dataset of {self.product}, not of {product}", remedy)
+
+    def objects(self) -> list[dict[str, Any]]:
+        """The rows of ``assets.json``: at least ``object`` (digest) and ``name``."""
+        rows: list[dict[str, Any]] = self._table("assets.json")["objects"]
+        return rows
+
+    def splits(self) -> dict[str, Any]:
+        """``splits.json``; empty tables where the product has no splits."""
+        if self.product == "reachability":
+            return {"training_subsets": [], "objects": []}
+        return self._table("splits.json")
+
+    def _table(self, name: str) -> dict[str, Any]:
+        path = self.path / name
+        table = _json(path)
+        entry = self.manifest["files"].get(name)
+        if entry is None or entry["bytes"] != path.stat().st_size:
+            raise DamagedFile(path, "the manifest knows it otherwise", VERIFY)
+        return table
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        value = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise DamagedFile(path, "it is missing", VERIFY) from None
+    except (ValueError, UnicodeDecodeError) as error:
+        raise DamagedFile(path, f"it is no JSON ({error})", VERIFY) from error
+    if not isinstance(value, dict):
+        raise DamagedFile(path, "it holds no JSON object", VERIFY)
+    return value
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    path = folder / "manifest.json"
+    if not path.is_file():
+        raise _without_manifest(folder)
+    manifest = _json(path)
+    version = manifest.get("format_version")
+    if version != FORMAT_VERSION:
+        problem = f"format_version {version!r}, and this package reads {FORMAT_VERSION}"
+        raise UnknownFormat(path, problem, "install the graspmill package of the program that wrote it")
+    unknown = sorted(set(manifest) - _KEYS)
+    if unknown:
+        problem = f"unknown keys {', '.join(unknown)}"
+        raise UnknownFormat(path, problem, "install the graspmill package of the program that wrote it")
+    missing = sorted(_KEYS - {"class_topics"} - set(manifest))
+    if missing:
+        raise DamagedFile(path, f"keys are missing: {', '.join(missing)}", VERIFY)
+    if manifest["product"] not in PRODUCTS:
+        problem = f"product {manifest['product']!r}, and this package knows {', '.join(PRODUCTS)}"
+        raise UnknownFormat(path, problem, "install the graspmill package of the program that wrote it")
+    return manifest
+
+
+def _without_manifest(folder: Path) -> DatasetError:
+    if not folder.is_dir():
+        return UnfinishedDataset(folder, "no such folder", "give the folder that `graspmill run --out` made")
+    if (folder / "set.json").is_file():
+        names = ", ".join(job["name"] for job in _json(folder / "set.json").get("jobs", []))
+        return UnfinishedDataset(folder, f"a set of datasets ({names})", "give the folder of one of them")
+    if (folder / "run.json").is_file():
+        return UnfinishedDataset(
+            folder, "unfinished: it has no manifest.json", "run the same `graspmill run` again, which goes on where it stopped"
+        )
+    if (folder / "export.json").is_file():
+        return UnfinishedDataset(folder, "an export, not a dataset", "read `--to npy` with graspmill.NpyExport")
+    return UnfinishedDataset(folder, "no dataset: it has no manifest.json", "give the folder that `graspmill run --out` made")

@@ -1,0 +1,106 @@
+"""What places samples in space: ids, cameras, grids, poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, order=True)
+class SampleId:
+    """The name of a sample; the same in every dataset."""
+
+    subject: str
+    """BLAKE3 of the prepared object (of the robot's description, of reachability), 64 hexadecimal digits."""
+    instance: int
+    view: int
+    camera: int
+
+    @classmethod
+    def of(cls, message: dict[str, Any]) -> SampleId:
+        """Out of a ``SampleId`` message."""
+        return cls(bytes(message["subject"]).hex(), message["instance"], message["view"], message["camera"])
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera: x right, y down, +z away from it; pixel centres at +0.5."""
+
+    width: int
+    """px"""
+    height: int
+    """px"""
+    fx: float
+    """px"""
+    fy: float
+    """px"""
+    cx: float
+    """px"""
+    cy: float
+    """px"""
+    near: float
+    """m"""
+
+    def points(self, depth: npt.NDArray[np.float32], left: int = 0, top: int = 0) -> Floats:
+        """The points behind a crop of depth (m, NaN = no return) whose first pixel is (``left``, ``top``).
+
+        Shape (height, width, 3), metres, in the camera's frame.
+        """
+        rows, columns = np.indices(depth.shape)
+        x = (columns + left + 0.5 - self.cx) / self.fx
+        y = (rows + top + 0.5 - self.cy) / self.fy
+        return np.stack([x, y, np.ones_like(x)], axis=-1) * depth.astype(np.float64)[..., None]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Where a pair's cells are, in the camera's frame."""
+
+    resolution: int
+    """Cells along each axis, n."""
+    centre: Floats
+    """(3,) m. It stands at 0.5 n, 0.5 n and 0.45 n cells from the lower corner."""
+    cell_size: float
+    """m"""
+
+    @classmethod
+    def of(cls, message: dict[str, Any]) -> Grid:
+        """Out of a ``Grid`` message."""
+        centre = np.array([message["centre_x"], message["centre_y"], message["centre_z"]])
+        return cls(message["resolution"], centre, message["cell_size"])
+
+    @property
+    def lower_corner(self) -> Floats:
+        """(3,) m, in the camera's frame."""
+        return self.centre - np.array([0.5, 0.5, 0.45]) * self.resolution * self.cell_size
+
+    def cells(self, points: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """The cells (x, y, z) of points (..., 3) in the camera's frame [m]; they may lie outside 0..n."""
+        places = (np.asarray(points, np.float64) - self.centre) / self.cell_size
+        cells: npt.NDArray[np.int64] = np.floor(places + np.array([0.5, 0.5, 0.45]) * self.resolution).astype(np.int64)
+        return cells
+
+    def centres(self, cells: npt.ArrayLike) -> Floats:
+        """The centres of cells (..., 3) in the camera's frame [m]."""
+        return self.lower_corner + (np.asarray(cells, np.float64) + 0.5) * self.cell_size
+
+
+def pose(rows: npt.NDArray[np.float64]) -> Floats:
+    """A pose ``a_from_b`` as (4, 4), out of its twelve stored numbers."""
+    return np.vstack([rows.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+
+
+def unpack(bits: npt.NDArray[np.uint8], resolution: int) -> npt.NDArray[np.bool_]:
+    """Packed bit planes (..., ceil(n^3 / 8)) as cells (..., n, n, n), indexed (x, y, z)."""
+    cells = np.unpackbits(bits, axis=-1, count=resolution**3, bitorder="little")
+    return cells.reshape(*bits.shape[:-1], resolution, resolution, resolution).view(np.bool_)
+
+
+def pack(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.uint8]:
+    """Cells (..., n, n, n) as packed bit planes (..., ceil(n^3 / 8))."""
+    return np.packbits(cells.reshape(*cells.shape[:-3], -1), axis=-1, bitorder="little")

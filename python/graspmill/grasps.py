@@ -1,0 +1,133 @@
+"""Samples of grasp datasets: one run of annealing, its grasps, and physical trials of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .geometry import pose
+from .samples import Sample
+from .wire import Message
+
+VERDICTS = ("kept", "penetrates", "open_hand", "no_force_closure", "low_quality", "below_table")
+"""Name of each verdict on a grasp."""
+TRIAL_VERDICTS = (
+    *("held", "starts_too_deep", "not_touching", "one_link", "lost_closing", "lost_lifting", "lost_shaking"),
+    *("lost_turned", "let_go", "unstable"),
+)
+"""Name of each verdict on a physical trial."""
+
+_NUMBERS = (
+    *("penetration", "energy", "contact_energy", "potential", "epsilon_force", "epsilon_wrench", "volume", "advance"),
+)
+_JOINTS = ("opening", "posture", "amplitudes", "joints_before", "joints")
+_OUTCOME = (
+    *("time", "closing_time", "start_penetration", "closed_penetration", "shaken_penetration", "farthest", "force"),
+    *("opened_by", "drawn_back"),
+)
+_CONTACT = [("grasp", "<i4"), ("link", "<i4"), ("point", "<f8", 3), ("normal", "<f8", 3), ("distance", "<f8")]
+
+Table = npt.NDArray[np.void]
+
+
+class GraspSample(Sample):
+    """One run from one seed on an object's surface. Metres and radians, in the object's frame."""
+
+    product = "grasps"
+    __slots__ = ()
+
+    @property
+    def run(self) -> Message:
+        """The run itself, every field of ``GraspRun`` by name; ``grasps`` in it are messages, as stored."""
+        return self.message("run")
+
+    @property
+    def grasps(self) -> Table:
+        """One row a grasp, the lowest energy first, as a structured array.
+
+        Poses (4, 4): ``object_from_approach``, ``object_from_base``. Joints: ``opening`` and ``posture`` of the driven
+        ones, ``joints_before`` and ``joints`` of all; ``amplitudes``. Numbers: ``penetration`` (m), ``energy``,
+        ``contact_energy``, ``potential``, ``epsilon_force``, ``epsilon_wrench``, ``volume``, ``advance`` (m), ``width``
+        (m, NaN where it means nothing). ``shift`` (m) and ``turn`` (rad) of grippers. ``clearances`` and
+        ``clearances_opened`` (m, one a resting pose; NaN where not measured). ``type`` (-1: none), ``verdict`` (place in
+        ``VERDICTS``), ``contacts`` (how many rows it has in ``contacts``).
+        """
+        run = self.run
+        rows: list[Message] = run["grasps"]
+        poses = len(run["resting"])
+        sizes = {name: max((len(row[name]) for row in rows), default=0) for name in _JOINTS}
+        fields: list[Any] = [("object_from_approach", "<f8", (4, 4)), ("object_from_base", "<f8", (4, 4))]
+        fields += [(name, "<f8", (sizes[name],)) for name in _JOINTS]
+        fields += [(name, "<f8") for name in (*_NUMBERS, "width")]
+        fields += [("shift", "<f8", (3,)), ("turn", "<f8", (3,))]
+        fields += [("clearances", "<f8", (poses,)), ("clearances_opened", "<f8", (poses,))]
+        fields += [("type", "<i8"), ("verdict", "u1"), ("contacts", "<i4")]
+        table = np.zeros(len(rows), fields)
+        for place, row in enumerate(rows):
+            for name in ("object_from_approach", "object_from_base"):
+                table[name][place] = pose(row[name])
+            for name in (*_JOINTS, *_NUMBERS, "verdict"):
+                table[name][place] = row[name]
+            for name in ("shift", "turn"):
+                if len(row[name]):
+                    table[name][place] = row[name]
+            for name in ("clearances", "clearances_opened"):
+                table[name][place] = row[name] if len(row[name]) else np.nan
+            table["width"][place] = row["width"][0] if len(row["width"]) else np.nan
+            table["type"][place] = row["type"][0] if len(row["type"]) else -1
+            table["contacts"][place] = len(row["links"])
+        return table
+
+    @property
+    def contacts(self) -> Table:
+        """One row a contact of a closed hand: ``grasp`` (row of ``grasps``), ``link`` (place in ``run["links"]``),
+        ``point`` and ``normal`` (on the object's surface, out of it), ``distance`` (m, from the object to the link)."""
+        return _contacts(self.run["grasps"], _CONTACT)
+
+    @property
+    def trials(self) -> Table:
+        """One row a physical trial of a kept grasp (channel ``trials``).
+
+        ``grasp`` (row of ``grasps``), ``verdict`` (place in ``TRIAL_VERDICTS``; 0: held), ``closed_at_rest``, ``links``
+        that touched in the end, times (s), penetrations, ``farthest`` and ``drawn_back`` (m), ``force`` (N),
+        ``opened_by``, ``perturbed`` and ``perturbed_held`` (runs), ``roll_outs`` and ``roll_outs_held``.
+        """
+        rows: list[Message] = self.message("trials")["trials"]
+        fields = [("grasp", "<i4"), ("verdict", "u1"), ("closed_at_rest", "?"), ("links", "<i4")]
+        fields += [(name, "<f8") for name in _OUTCOME]
+        fields += [(name, "<i4") for name in ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")]
+        table = np.zeros(len(rows), fields)
+        for place, row in enumerate(rows):
+            outcome = row["outcome"]
+            for name in ("verdict", "closed_at_rest", "links", *_OUTCOME):
+                table[name][place] = outcome[name]
+            for name in ("grasp", "roll_outs", "roll_outs_held"):
+                table[name][place] = row[name]
+            table["perturbed"][place] = len(row["perturbed"])
+            table["perturbed_held"][place] = sum(run["outcome"]["verdict"] == 0 for run in row["perturbed"])
+        return table
+
+    @property
+    def trial_contacts(self) -> Table:
+        """As ``contacts``, when gravity came on (channel ``trials``); also ``force`` (N, along the normal)."""
+        rows: list[Message] = self.message("trials")["trials"]
+        return _contacts(rows, [*_CONTACT, ("force", "<f8")])
+
+
+def _contacts(rows: list[Message], fields: list[Any]) -> Table:
+    counts = [len(row["links"]) for row in rows]
+    table = np.zeros(sum(counts), fields)
+    first = 0
+    for place, (row, count) in enumerate(zip(rows, counts)):
+        some = table[first : first + count]
+        some["grasp"] = row.get("grasp", place)
+        some["link"] = row["links"]
+        some["point"] = row["points"].reshape(-1, 3)
+        some["normal"] = row["normals"].reshape(-1, 3)
+        some["distance"] = row["distances"]
+        if "forces" in row:
+            some["force"] = row["forces"]
+        first += count
+    return table

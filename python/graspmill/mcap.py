@@ -1,0 +1,201 @@
+"""MCAP files as graspmill writes them: the summary, chunks by the time they cover, messages of a chunk.
+
+The official ``mcap`` package reads these files, too, and tests hold the two against each other; it walks Python objects
+for each record, which is too slow for shuffled training (``docs/python.md`` has the figures). Source: the MCAP
+specification, version 0.
+"""
+
+from __future__ import annotations
+
+import mmap
+import struct
+import threading
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Iterator
+
+import numpy as np
+import numpy.typing as npt
+import zstandard
+
+from .errors import VERIFY, DamagedFile
+from .wire import Schema
+
+MAGIC = b"\x89MCAP0\r\n"
+_FOOTER = 1 + 8 + 8 + 8 + 4
+_RECORD = struct.Struct("<BQ")
+_FOOT = struct.Struct("<QQI")
+_TIMES = struct.Struct("<QQQQ")
+_CHUNK = struct.Struct("<QQQI")
+_SIZES = struct.Struct("<QQ")
+_MESSAGE = struct.Struct("<HIQ")
+_U16 = struct.Struct("<H")
+_U32 = struct.Struct("<I")
+_U64 = struct.Struct("<Q")
+
+_OP_SCHEMA, _OP_CHANNEL, _OP_MESSAGE, _OP_CHUNK = 0x03, 0x04, 0x05, 0x06
+_OP_CHUNK_INDEX, _OP_ATTACHMENT, _OP_ATTACHMENT_INDEX = 0x08, 0x09, 0x0A
+
+_own = threading.local()
+
+
+def _unpack(data: memoryview, size: int) -> bytes:
+    """One zstd frame; a context of libzstd serves one thread at a time."""
+    context = getattr(_own, "context", None)
+    if context is None:
+        context = _own.context = zstandard.ZstdDecompressor()
+    return bytes(context.decompress(data, max_output_size=size))
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic and the message type on it."""
+
+    topic: str
+    schema_name: str
+    schema: Schema
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """A named file inside the file."""
+
+    name: str
+    media_type: str
+    data: memoryview
+
+
+@dataclass
+class McapFile:
+    """A finished MCAP file, mapped into memory; it may be pickled, and is then opened anew."""
+
+    path: Path
+    channels: dict[int, Channel] = field(default_factory=dict)
+    first: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """First time of each chunk (in shards: sample index), ascending."""
+    last: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    offsets: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def __post_init__(self) -> None:
+        self._map()
+        try:
+            self._read_summary()
+        except (struct.error, IndexError, UnicodeDecodeError, ValueError) as error:
+            raise self.damaged(f"its summary cannot be read ({error})") from error
+
+    def damaged(self, problem: str) -> DamagedFile:
+        """An error about this file."""
+        return DamagedFile(self.path, problem, VERIFY)
+
+    def _map(self) -> None:
+        try:
+            with self.path.open("rb") as file:
+                self._bytes = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        except FileNotFoundError:
+            raise DamagedFile(self.path, "it is missing", VERIFY) from None
+        except ValueError:
+            raise DamagedFile(self.path, "it is empty", VERIFY) from None
+
+    def __getstate__(self) -> dict[str, object]:
+        return {"path": self.path}
+
+    def __setstate__(self, state: dict[str, Path]) -> None:
+        self.__init__(state["path"])  # type: ignore[misc]
+
+    def _read_summary(self) -> None:
+        data = self._bytes
+        end = len(data) - len(MAGIC)
+        if end < _FOOTER or data[:8] != MAGIC or data[end:] != MAGIC:
+            raise self.damaged("it is no whole MCAP file")
+        start, _, crc = _FOOT.unpack_from(data, end - 20)
+        if not 8 <= start < end - _FOOTER or zlib.crc32(data[start : end - 4]) != crc:
+            raise self.damaged("the checksum of its summary does not hold")
+        schemas: dict[int, tuple[str, memoryview]] = {}
+        channels: dict[int, tuple[int, str]] = {}
+        chunks: list[tuple[int, int, int]] = []
+        self._attachments: list[tuple[int, int]] = []
+        place = start
+        while place < end - _FOOTER:
+            op, length = _RECORD.unpack_from(data, place)
+            place += 9
+            if op == _OP_CHUNK_INDEX:
+                chunks.append(_TIMES.unpack_from(data, place)[:3])
+            elif op == _OP_SCHEMA:
+                number = _U16.unpack_from(data, place)[0]
+                name, at = _string(data, place + 2)
+                _, at = _string(data, at)
+                size = _U32.unpack_from(data, at)[0]
+                schemas[number] = (name, data[at + 4 : at + 4 + size])
+            elif op == _OP_CHANNEL:
+                number, schema = struct.unpack_from("<HH", data, place)
+                channels[number] = (schema, _string(data, place + 4)[0])
+            elif op == _OP_ATTACHMENT_INDEX:
+                self._attachments.append(_SIZES.unpack_from(data, place))
+            place += length
+        # Channels of one `.proto` share their descriptors.
+        parsed: dict[bytes, Schema] = {}
+        for number, (schema, topic) in channels.items():
+            name, descriptors = schemas[schema]
+            key = bytes(descriptors)
+            parsed[key] = parsed.get(key) or Schema(key)
+            self.channels[number] = Channel(topic, name, parsed[key])
+        table = np.array(chunks, np.int64).reshape(-1, 3)
+        table = table[np.argsort(table[:, 0], kind="stable")]
+        self.first, self.last, self.offsets = table.T.copy()
+
+    def chunk_of(self, time: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """The chunk whose span holds each time; of a time between chunks, the one after it."""
+        return np.searchsorted(self.last, time)
+
+    def chunk(self, number: int) -> memoryview:
+        """The records of a chunk, unpacked; its checksum is compared each time.
+
+        Raises ``DamagedFile``.
+        """
+        data, place = self._bytes, int(self.offsets[number])
+        op, _ = _RECORD.unpack_from(data, place)
+        if op != _OP_CHUNK:
+            raise self.damaged(f"no chunk stands at byte {place}")
+        _, _, size, crc = _CHUNK.unpack_from(data, place + 9)
+        codec, at = _string(data, place + 9 + 28)
+        packed = _U64.unpack_from(data, at)[0]
+        records = data[at + 8 : at + 8 + packed]
+        if codec == "zstd":
+            try:
+                # The size is the file's word, not a promise: the checksum covers it.
+                records = memoryview(_unpack(records, min(size, 1 << 31)))
+            except zstandard.ZstdError as error:
+                raise self.damaged(f"chunk {number} cannot be unpacked ({error})") from error
+        elif codec:
+            raise self.damaged(f"chunk {number} is packed by '{codec}'")
+        if len(records) != size or (crc and zlib.crc32(records) != crc):
+            raise self.damaged(f"the checksum of chunk {number} does not hold")
+        return records
+
+    def messages(self, records: memoryview) -> Iterator[tuple[int, int, memoryview]]:
+        """Channel, time and payload of each message of a chunk's records."""
+        place, end = 0, len(records)
+        while place < end:
+            op, length = _RECORD.unpack_from(records, place)
+            place += 9
+            if op == _OP_MESSAGE:
+                channel, _, time = _MESSAGE.unpack_from(records, place)
+                yield channel, time, records[place + 22 : place + length]
+            place += length
+
+    def attachments(self) -> Iterator[Attachment]:
+        """The attachments, each with its checksum compared."""
+        for place, length in self._attachments:
+            data = self._bytes[place + 9 : place + length]
+            if self._bytes[place] != _OP_ATTACHMENT or zlib.crc32(data[:-4]) != _U32.unpack(data[-4:])[0]:
+                raise self.damaged("the checksum of an attachment does not hold")
+            name, at = _string(data, 16)
+            media_type, at = _string(data, at)
+            size = _U64.unpack_from(data, at)[0]
+            yield Attachment(name, media_type, data[at + 8 : at + 8 + size])
+
+
+def _string(data: memoryview, place: int) -> tuple[str, int]:
+    length = _U32.unpack_from(data, place)[0]
+    return str(data[place + 4 : place + 4 + length], "utf-8"), place + 4 + length

@@ -1,0 +1,167 @@
+"""Samples of patch datasets: what a camera sees around palm and fingertips of one grasp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .completion import Depth
+from .geometry import Camera, Floats, pose
+from .samples import Sample, as_array
+from .wire import Message
+
+Bytes = npt.NDArray[np.uint8]
+Points = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class ImageColour:
+    """A colour image of which a box is stored; outside of it all is ``background``."""
+
+    left: int
+    """px"""
+    top: int
+    """px"""
+    rgb: Bytes
+    """(height, width, 3) of the box."""
+    background: Bytes
+    """(3,)"""
+
+    def whole(self, camera: Camera) -> Bytes:
+        """The whole image, (height, width, 3)."""
+        image = np.empty((camera.height, camera.width, 3), np.uint8)
+        image[:] = self.background
+        height, width = self.rgb.shape[:2]
+        image[self.top : self.top + height, self.left : self.left + width] = self.rgb
+        return image
+
+
+@dataclass(frozen=True, eq=False)
+class Heatmap:
+    """The truth for heatmaps over a whole image: where palm and fingertips of grasps would be, and how good each is."""
+
+    width: int
+    """px"""
+    height: int
+    """px"""
+    types: int
+    """Count of chosen types."""
+    runs: npt.NDArray[np.uint64]
+    """(entries,) with ``ranks`` the grasp in the dataset of grasps."""
+    ranks: npt.NDArray[np.uint64]
+    type_indices: npt.NDArray[np.uint64]
+    """(entries,) places among the chosen types."""
+    points: npt.NDArray[np.uint64]
+    """(entries,) 0 palm, 1 to 3 the fingertips."""
+    pixels: Floats
+    """(entries, 2) px"""
+    values: Points
+    """(entries,) labels of the grasps, lower is better."""
+
+    def image(self) -> Points:
+        """(4 types, height, width): the lowest label of a pixel, channel 4 type_index + point; NaN without one."""
+        image = np.full((4 * self.types, self.height, self.width), np.inf, np.float32)
+        column, row = np.floor(self.pixels).astype(np.int64).T
+        channel = (4 * self.type_indices + self.points).astype(np.int64)
+        inside = (column >= 0) & (column < self.width) & (row >= 0) & (row < self.height)
+        np.minimum.at(image, (channel[inside], row[inside], column[inside]), self.values[inside])
+        return np.where(np.isinf(image), np.float32(np.nan), image)
+
+
+class PatchSample(Sample):
+    """Four patches (palm, F0, F1, F2) of one view of one grasp, and their labels."""
+
+    product = "patches"
+    __slots__ = ()
+
+    @property
+    def patch(self) -> Message:
+        """Every field of ``HeatmapPatch`` by name; poses as twelve numbers."""
+        return self.message("patch")
+
+    @property
+    def camera(self) -> Camera:
+        """The camera."""
+        return Camera(**self.patch["camera"])
+
+    @property
+    def camera_from_object(self) -> Floats:
+        """(4, 4)"""
+        return pose(self.patch["camera_from_object"])
+
+    @property
+    def object_from_approach(self) -> Floats:
+        """(4, 4) of the grasp, before closing."""
+        return pose(self.patch["object_from_approach"])
+
+    @property
+    def depth(self) -> Points:
+        """(4, side, side) m along the optical axis, NaN = no return."""
+        patch = self.patch
+        return as_array(patch["depth"], "<f4", -1, patch["side"], patch["side"])
+
+    @property
+    def rgb(self) -> Bytes:
+        """(4, side, side, 3) red, green, blue (channel ``colour``)."""
+        message = self.message("colour")
+        return as_array(message["rgb"], "u1", -1, message["side"], message["side"], 3)
+
+    @property
+    def rgbd(self) -> Points:
+        """(4, side, side, 4): red, green, blue from 0 to 1, and depth in metres, NaN = no return."""
+        return np.concatenate([self.rgb / np.float32(255.0), self.depth[..., None]], axis=-1)
+
+    @property
+    def labels(self) -> Points:
+        """(4, 4 types): row k is 0 but at 4 type_index + k, where the grasp's label stands; lower is better."""
+        return as_array(self.patch["labels"], "<f4", 4, -1)
+
+    @property
+    def type_index(self) -> int:
+        """The grasp's type, a place in ``types``."""
+        return int(self.patch["type_index"])
+
+    @property
+    def types(self) -> list[int]:
+        """The chosen types, the most common first."""
+        return [int(kind) for kind in self.patch["types"]]
+
+    @property
+    def corners(self) -> npt.NDArray[np.int64]:
+        """(4, 2) px, left and top pixel of each patch."""
+        corners: npt.NDArray[np.int64] = self.patch["corners"].astype(np.int64).reshape(-1, 2)
+        return corners
+
+    @property
+    def pixels(self) -> Floats:
+        """(4, 2) px, projections of palm and fingertips."""
+        pixels: Floats = self.patch["pixels"].reshape(-1, 2)
+        return pixels
+
+    @property
+    def image(self) -> Depth:
+        """The box of the depth image that holds the object (channel ``image``)."""
+        return Depth.of(self, "image")
+
+    @property
+    def image_colour(self) -> ImageColour:
+        """The same view in colour (channel ``image_colour``)."""
+        message = self.message("image_colour")
+        rgb = as_array(message["rgb"], "u1", message["height"], message["width"], 3)
+        return ImageColour(message["left"], message["top"], rgb, as_array(message["background"], "u1", 3))
+
+    @property
+    def heatmap(self) -> Heatmap:
+        """The labels of all grasps from about this side (channel ``heatmap``)."""
+        message = self.message("heatmap")
+        lists = {name: message[name] for name in ("runs", "ranks", "type_indices", "points")}
+        return Heatmap(
+            width=message["width"],
+            height=message["height"],
+            types=message["types"],
+            pixels=message["pixels"].reshape(-1, 2),
+            values=as_array(message["values"], "<f4", -1),
+            **lists,
+        )

@@ -1,0 +1,38 @@
+"""Samples of reachability datasets: one position with all its orientations."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .geometry import Floats
+from .samples import Sample, as_array
+
+LABELS = ("no_solution", "colliding", "reachable")
+"""Name of each label: no joint values lead there, with all of them something collides, reachable."""
+PROOFS = ("bound", "interval_ends", "swept", "searched", "witness")
+"""Name of each proof: how a label is known."""
+
+
+class ReachabilitySample(Sample):
+    """Labels of the cells of one position, C order over (roll, pitch, yaw) or (direction, roll)."""
+
+    product = "reachability"
+    __slots__ = ()
+
+    @property
+    def labels(self) -> npt.NDArray[np.uint8]:
+        """(orientations,) places in ``LABELS``."""
+        return as_array(self.message("block")["labels"], "u1", -1)
+
+    @property
+    def proofs(self) -> npt.NDArray[np.uint8]:
+        """(orientations,) places in ``PROOFS``."""
+        return as_array(self.message("block")["proofs"], "u1", -1)
+
+    @property
+    def witnesses(self) -> Floats:
+        """(reachable cells, joints) rad or m: joint values of each cell with label 2, in the order of the cells."""
+        message = self.message("block")
+        found: Floats = message["witnesses"].reshape(-1, message["joints"])
+        return found

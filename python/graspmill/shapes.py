@@ -1,0 +1,51 @@
+"""The objects' meshes beside a dataset of grasps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from .folder import Folder
+from .mcap import McapFile
+from .samples import as_array
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """An object's mesh as it was prepared, in the object's frame."""
+
+    object: str
+    """BLAKE3 of the prepared mesh, 64 hexadecimal digits."""
+    name: str
+    vertices: npt.NDArray[np.float32]
+    """(n, 3) m"""
+    triangles: npt.NDArray[np.int64]
+    """(m, 3) places in ``vertices``, counter-clockwise seen from outside."""
+
+
+def object_meshes(folder: str | Path) -> dict[str, Mesh]:
+    """The meshes in ``shapes.mcap`` of a dataset of grasps, by name of the object; two of one name are told apart by
+    the digest.
+
+    Raises ``DatasetError`` when the dataset is of another product, or damaged.
+    """
+    dataset = Folder(folder)
+    dataset.expect("grasps")
+    names = {row["object"]: row["name"] for row in dataset.objects()}
+    file = McapFile(dataset.path / "shapes.mcap")
+    meshes: dict[str, Mesh] = {}
+    for chunk in range(len(file.offsets)):
+        for number, _, payload in file.messages(file.chunk(chunk)):
+            channel = file.channels[number]
+            if channel.topic != "/grasps/object":
+                continue
+            message = channel.schema.decode(channel.schema_name, payload)
+            digest = bytes(message["object"]).hex()
+            vertices = as_array(message["vertices"], "<f4", -1, 3)
+            triangles = message["triangles"].astype(np.int64).reshape(-1, 3)
+            mesh = Mesh(digest, names.get(digest, digest), vertices, triangles)
+            meshes[digest if mesh.name in meshes else mesh.name] = mesh
+    return meshes

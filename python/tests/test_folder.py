@@ -1,0 +1,107 @@
+"""What is refused, and whether the error says what to do."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from graspmill import (
+    CompletionSample,
+    DamagedFile,
+    Dataset,
+    DatasetError,
+    GraspSample,
+    NpyExport,
+    ReachabilityField,
+    UnfinishedDataset,
+    UnknownFormat,
+    WrongProduct,
+)
+from graspmill.__main__ import main
+
+
+@pytest.fixture
+def copy(data: Path, tmp_path: Path) -> Path:
+    """A dataset that may be damaged."""
+    return Path(shutil.copytree(data / "pairs", tmp_path / "copy"))
+
+
+def refused(kind: type[DatasetError], folder: Path, *words: str) -> None:
+    with pytest.raises(kind) as caught:
+        Dataset(folder)
+    for word in words:
+        assert word in str(caught.value), str(caught.value)
+
+
+def test_unfinished_folders_are_refused(copy: Path, data: Path, tmp_path: Path) -> None:
+    (copy / "manifest.json").unlink()
+    refused(UnfinishedDataset, copy, str(copy), "unfinished", "graspmill run")
+    refused(UnfinishedDataset, tmp_path / "nowhere", "no such folder")
+    refused(UnfinishedDataset, data / "set", "a set of datasets (completion, touch, grasps, patches)", "one of them")
+    refused(UnfinishedDataset, data / "npy", "an export", "NpyExport")
+    refused(UnfinishedDataset, tmp_path, "no dataset")
+    with pytest.raises(UnfinishedDataset, match="graspmill export --to npy"):
+        NpyExport(data / "pairs")
+    with pytest.raises(UnfinishedDataset, match="an export to parquet"):
+        NpyExport(data / "parquet")
+    with pytest.raises(UnfinishedDataset, match="no field.mcap"):
+        ReachabilityField(data / "pairs")
+
+
+def test_other_formats_and_products_are_refused(copy: Path) -> None:
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text(encoding="utf-8"))
+    path.write_text(json.dumps(manifest | {"format_version": 2}), encoding="utf-8")
+    refused(UnknownFormat, copy, "manifest.json", "format_version 2", "install")
+    path.write_text(json.dumps(manifest | {"colour": 1}), encoding="utf-8")
+    refused(UnknownFormat, copy, "unknown keys colour")
+    path.write_text("{", encoding="utf-8")
+    refused(DamagedFile, copy, "manifest.json", "no JSON")
+    path.write_text(json.dumps(manifest), encoding="utf-8")
+    with pytest.raises(WrongProduct, match="a dataset of completion, not of grasps"):
+        Dataset(copy, GraspSample)
+
+
+def test_missing_and_short_shards_are_refused(copy: Path) -> None:
+    shard = sorted((copy / "shards").iterdir())[1]
+    whole = shard.read_bytes()
+    shard.write_bytes(whole[:-1])
+    refused(DamagedFile, copy, shard.name, f"{len(whole) - 1} bytes", "graspmill verify")
+    shard.unlink()
+    refused(DamagedFile, copy, shard.name, "missing")
+
+
+def test_no_flipped_bit_goes_unseen(copy: Path) -> None:
+    """Every sample is read; a flip anywhere in a shard is an error, or lies where nothing is read."""
+    good = [bytes(sample.payload("pair")) for sample in Dataset(copy, CompletionSample)]
+    shard = sorted((copy / "shards").iterdir())[0]
+    whole = shard.read_bytes()
+    seen = 0
+    places = range(11, len(whole), len(whole) // 60)
+    for place in places:
+        damaged = bytearray(whole)
+        damaged[place] ^= 0x10
+        shard.write_bytes(damaged)
+        try:
+            found = [bytes(sample.payload("pair")) for sample in Dataset(copy, CompletionSample)]
+        except DamagedFile as error:
+            assert shard.name in str(error)
+            seen += 1
+        else:
+            assert found == good
+    # What is not read: message indexes, the index of attachments' neighbours, the header.
+    assert seen > 0.9 * len(places)
+
+
+def test_info_says_what_a_folder_holds(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(data / "pairs")]) == 0
+    said = capsys.readouterr().out
+    manifest = json.loads((data / "pairs" / "manifest.json").read_text(encoding="utf-8"))
+    assert manifest["root"] in said and "touch_rays" in said and "mug-01" in said
+    assert main(["info", str(data / "set/grasps"), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["product"] == "grasps" and facts["counts"]["grasps"]["verdicts"]
+    assert main(["info", str(data)]) == 1
+    assert "error: " in capsys.readouterr().err

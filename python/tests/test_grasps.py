@@ -1,0 +1,101 @@
+"""Grasps, trials, patches and heatmaps: the arrays against the index and against each other's geometry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from graspmill import TRIAL_VERDICTS, VERDICTS, Dataset, GraspSample, PatchSample, object_meshes
+
+
+@pytest.fixture(scope="module")
+def runs(data: Path) -> Dataset[GraspSample]:
+    return Dataset(data / "set/grasps", GraspSample)
+
+
+def test_verdicts_are_those_of_the_index(runs: Dataset[GraspSample]) -> None:
+    for place, run in enumerate(runs):
+        grasps = run.grasps
+        counts = np.bincount(grasps["verdict"], minlength=len(VERDICTS))
+        assert counts.tolist() == [runs.column(f"grasps_{verdict}")[place] for verdict in VERDICTS]
+        assert (np.diff(grasps["energy"]) >= 0).all() and grasps["energy"][0] == runs.column("best_energy")[place]
+        for name in ("object_from_approach", "object_from_base"):
+            turn = grasps[name][:, :3, :3]
+            assert np.allclose(turn @ turn.transpose(0, 2, 1), np.eye(3), atol=1e-9)
+        assert grasps["joints"].shape == (len(grasps), len(run.run["joints"]))
+        assert grasps["posture"].shape == (len(grasps), len(run.run["driven"]))
+        assert np.isnan(grasps["clearances"][grasps["verdict"] == 1]).all()
+        assert not np.isnan(grasps["clearances"][grasps["verdict"] != 1]).any()
+
+
+def test_contacts_lie_on_the_objects_mesh(data: Path, runs: Dataset[GraspSample]) -> None:
+    meshes = object_meshes(data / "set/grasps")
+    names = runs.column("object")
+    assert set(meshes) == set(names)
+    for run, name in zip(runs, names):
+        contacts, grasps = run.contacts, run.grasps
+        assert np.bincount(contacts["grasp"], minlength=len(grasps)).tolist() == grasps["contacts"].tolist()
+        mesh = meshes[name]
+        squared = igl.point_mesh_squared_distance(contacts["point"], mesh.vertices.astype(np.float64), mesh.triangles)[0]
+        assert len(contacts) and np.sqrt(squared.max()) < 1e-6
+        assert contacts["link"].max() < len(run.run["links"])
+
+
+def test_trials_are_counted_as_the_index_does(runs: Dataset[GraspSample]) -> None:
+    tried = 0
+    for place, run in enumerate(runs):
+        trials = run.trials
+        tried += len(trials)
+        assert (run.grasps["verdict"][trials["grasp"]] == 0).all()
+        assert len(trials) == runs.column("grasps_tried")[place]
+        held = trials["verdict"] == TRIAL_VERDICTS.index("held")
+        assert held.sum() == runs.column("grasps_held")[place]
+        # What was refused was not perturbed either.
+        assert set(trials["perturbed"][trials["verdict"] != 1]) <= {1}
+        contacts = run.trial_contacts
+        assert set(contacts["grasp"]) <= set(trials["grasp"]) and (contacts["force"] >= 0).all()
+    assert tried > 0
+
+
+def test_patches_are_cut_from_their_images(data: Path, runs: Dataset[GraspSample]) -> None:
+    patches = Dataset(data / "set/patches", PatchSample)
+    assert len(patches)
+    for sample in patches:
+        camera, image = sample.camera, sample.image
+        whole = np.full((camera.height, camera.width), np.nan, np.float32)
+        height, width = image.metres.shape
+        whole[image.top : image.top + height, image.left : image.left + width] = image.metres
+        side = sample.patch["side"]
+        for (column, row), patch in zip(sample.corners, sample.depth):
+            assert np.array_equal(whole[row : row + side, column : column + side], patch, equal_nan=True)
+        labels = sample.labels
+        assert np.flatnonzero(labels).tolist() == [k * labels.shape[1] + 4 * sample.type_index + k for k in range(4)]
+        assert sample.types[sample.type_index] == sample.patch["type"]
+        # The points project to the pixels.
+        points = sample.patch["points"].reshape(-1, 3) @ sample.camera_from_object[:3, :3].T + sample.camera_from_object[:3, 3]
+        pixels = points[:, :2] / points[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+        assert np.allclose(pixels, sample.pixels, atol=1e-6)
+        with pytest.raises(KeyError, match="colour"):
+            sample.rgb
+
+
+def test_heatmaps_hold_the_patchs_own_grasp(data: Path, runs: Dataset[GraspSample]) -> None:
+    patches = Dataset(data / "set/patches", PatchSample)
+    for place, sample in enumerate(patches):
+        heatmap, patch = sample.heatmap, sample.patch
+        own = (heatmap.runs == patch["run"]) & (heatmap.ranks == patch["rank"])
+        assert sorted(heatmap.points[own].tolist()) == [0, 1, 2, 3]
+        image = heatmap.image()
+        assert image.shape == (4 * len(sample.types), heatmap.height, heatmap.width)
+        for k, (column, row) in enumerate(np.floor(sample.pixels).astype(int)):
+            channel = 4 * sample.type_index + k
+            assert image[channel, row, column] <= sample.labels[k, channel]
+        # The grasp itself, in the dataset beside.
+        found = np.flatnonzero(
+            (runs.column("subject") == sample.id.subject) & (runs.column("view") == patch["run"])
+        )
+        grasp = runs[int(found[0])].grasps[patch["rank"]]
+        assert grasp["type"] == patch["type"] and grasp["energy"] == patch["energy"]
+        assert np.allclose(grasp["object_from_approach"], sample.object_from_approach)
