@@ -139,15 +139,15 @@ fn the_package_is_typed_and_of_this_version() {
     let found = python::run(PYTHON, |command| command.args(["-c", version]).env("PYTHONPATH", &python));
     assert_eq!(found.trim(), env!("CARGO_PKG_VERSION"));
     python::run(PYTHON, |command| {
-        // The helpers for PyTorch are checked where that is: `make test-slow`.
-        let settings = ["--strict", "--cache-dir", "/dev/null", "--allow-untyped-calls", "--ignore-missing-imports"];
-        let relaxed = ["--disable-error-code", "misc", "--disable-error-code", "unused-ignore"];
-        command.current_dir(&python).args(["-m", "mypy"]).args(settings).args(relaxed).args(["graspmill", "examples"])
+        // PyTorch, which these two import, is not there.
+        let without = ["--exclude", r"^graspmill/torch\.py$", "--exclude", r"^examples/completion\.py$"];
+        command.current_dir(&python).args(["-m", "mypy", "--strict", "--cache-dir", "/dev/null"]).args(without);
+        command.args(["graspmill", "examples"])
     });
 }
 
 #[test]
-#[ignore = "slow: needs PyTorch (1 GB)"]
+#[ignore = "slow: needs PyTorch (3 GB)"]
 fn pytorch_trains_on_it() {
     let said = pytest("torch/bin/python", &["tests/test_torch.py"]);
     println!("{said}");
