@@ -14,6 +14,8 @@ PROGRAM := $(TARGET)/release/graspmill
 VENV := .deps/venv
 VENV_PYTHON := $(VENV)/bin/python
 PEERS := .deps/peers
+# PyTorch, for the slow tests of the Python package: 3 GB, since the wheels for Linux bring CUDA along.
+TORCH := .deps/torch
 
 QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
@@ -78,7 +80,7 @@ test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integrati
 	$(CARGO) test --release --locked
 
 .PHONY: test-slow
-test-slow: setup robots deps-test $(PEERS)/.complete ## tests too long for CI
+test-slow: setup robots deps-test $(PEERS)/.complete $(TORCH)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked -- --ignored
 
 .PHONY: bench
@@ -102,11 +104,16 @@ bench-coverage: setup hands build $(VENV)/.complete ## grasps that hold, a core-
 bench-data: build deps-test ## does good data beat planted faults? numpy only
 	$(VENV_PYTHON) benches/data.py --graspmill $(PROGRAM)
 
+.PHONY: bench-readers
+bench-readers: build $(PEERS)/.complete ## pairs a second from Python: our package, the exports, the official MCAP reader
+	$(PEERS)/bin/python benches/readers.py --graspmill $(PROGRAM)
+
 .PHONY: deps-test
 deps-test: $(VENV)/.complete ## Python packages that the tests compare with, into .deps/venv
 
 $(VENV)/.complete: tests/requirements.txt
 $(PEERS)/.complete: benches/requirements.txt
+$(TORCH)/.complete: python/requirements.txt
 # Comes as source only (a C++ compiler builds it).
 $(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm
 %/.complete:
@@ -116,9 +123,9 @@ $(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm
 	@touch $@
 
 .PHONY: requirements
-requirements: ## pin both requirements.txt anew (for maintainers)
+requirements: ## pin every requirements.txt anew (for maintainers)
 	@$(PYTHON) -m venv .deps/uv && .deps/uv/bin/python -m pip install --quiet --disable-pip-version-check uv
-	@for room in tests benches; do \
+	@for room in tests benches python; do \
 	  { echo "# Written by 'make requirements' from $$room/requirements.in."; \
 	    .deps/uv/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-header \
 	      --no-emit-index-url --no-emit-find-links $$room/requirements.in; } > .deps/requirements.txt; \
