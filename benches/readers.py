@@ -1,12 +1,12 @@
-"""Completion pairs a second from Python, in one process: our package, the exports with their own libraries, the official
-MCAP reader.
+"""Completion pairs a second from Python, in one process: our package, the exports with their own libraries, the
+official MCAP reader.
 
     make bench-readers
 
-Random: every sample alone, anywhere. Shuffled: as training takes them, an epoch in random order. `packed` hands over the
-bits as they are stored (16 kB a pair at 40^3), `cells` unpacks both grids with numpy (128 kB). Each figure is the best of
-three passes, wall clock and processor time apart: on a shared machine the second is the one to compare. Every reader's
-samples are counted and their bits summed, and all must agree.
+Random: every sample alone, anywhere. Shuffled: as training takes them, an epoch in random order. `packed` hands over
+the bits as they are stored (16 kB a pair at 40^3), `cells` unpacks both grids with numpy (128 kB). Each figure is the
+best of three passes, wall clock and processor time apart: on a shared machine the second is the one to compare. Every
+reader's samples are counted and their bits summed, and all must agree.
 """
 
 from __future__ import annotations
@@ -79,7 +79,9 @@ def parquet_shuffled(folder: pathlib.Path, places: np.ndarray) -> Iterator[Plane
     draws = np.random.default_rng(len(places))
     groups = draws.permutation(file.num_row_groups)
     for first in range(0, len(groups), 8):
-        table = file.read_row_groups(groups[first : first + 8].tolist(), columns=["partial", "complete"], use_threads=False)
+        table = file.read_row_groups(
+            groups[first : first + 8].tolist(), columns=["partial", "complete"], use_threads=False
+        )
         table = table.combine_chunks()
         planes = [_binary(table[name].chunk(0)) for name in ("partial", "complete")]
         order = draws.permutation(len(planes[0]))
@@ -122,7 +124,7 @@ def official_random(folder: pathlib.Path, places: np.ndarray) -> Iterator[Planes
     readers = [make_reader(path.open("rb"), decoder_factories=[DecoderFactory()]) for path in data.folder.shards]
     for index in data.indices[places].tolist():
         reader = readers[int(np.searchsorted(firsts, index, side="right")) - 1]
-        messages = reader.iter_decoded_messages(topics=["/completion/pair"], start_time=index, end_time=index + 1)
+        messages = reader.iter_decoded_messages(topics=["/completion/pair"], starting_at=index, ending_before=index + 1)
         pair = next(iter(messages)).decoded_message
         yield np.frombuffer(pair.partial, np.uint8)[None], np.frombuffer(pair.complete, np.uint8)[None]
 

@@ -1,6 +1,6 @@
 """Trains a small 3D network to complete shapes, straight from the compressed shards. Needs PyTorch.
 
-    python python/examples/completion.py datasets/quickstart --epochs 3
+python python/examples/completion.py datasets/quickstart --epochs 3
 """
 
 import argparse
@@ -22,7 +22,14 @@ train = Dataset(given.dataset, CompletionSample, split="training", channels=["pa
 test = Dataset(given.dataset, CompletionSample, split="test_models", channels=["pair"])
 batches = ShuffledChunks(train, seed=0, batch=32)
 loader = DataLoader(batches, batch_size=None, num_workers=1)
-down = [nn.Conv3d(1, 16, 4, 2, 1), nn.ReLU(), nn.Conv3d(16, 32, 4, 2, 1), nn.ReLU(), nn.Conv3d(32, 64, 4, 2, 1), nn.ReLU()]
+down = [
+    nn.Conv3d(1, 16, 4, 2, 1),
+    nn.ReLU(),
+    nn.Conv3d(16, 32, 4, 2, 1),
+    nn.ReLU(),
+    nn.Conv3d(32, 64, 4, 2, 1),
+    nn.ReLU(),
+]
 up = [nn.ConvTranspose3d(64, 32, 4, 2, 1), nn.ReLU(), nn.ConvTranspose3d(32, 16, 4, 2, 1), nn.ReLU()]
 model = nn.Sequential(*down, *up, nn.ConvTranspose3d(16, 1, 4, 2, 1)).to(given.device)
 optimiser = torch.optim.Adam(model.parameters(), 2e-3)

@@ -1,6 +1,6 @@
 """Grasps as arrays: which are good, how good they are where they were tried, and where to send the hand.
 
-    python python/examples/grasps.py datasets/grasps-quick
+python python/examples/grasps.py datasets/grasps-quick
 """
 
 import argparse
@@ -17,7 +17,9 @@ names = data.column("object")
 
 for name in sorted(set(names)):
     runs = data.gather(np.flatnonzero(names == name).tolist())
-    grasps = np.concatenate([run.grasps[["verdict", "epsilon_wrench", "object_from_approach", "posture"]] for run in runs])
+    grasps = np.concatenate(
+        [run.grasps[["verdict", "epsilon_wrench", "object_from_approach", "posture"]] for run in runs]
+    )
     kept = grasps[grasps["verdict"] == VERDICTS.index("kept")]
     print(f"{name}: {len(meshes[name].triangles)} triangles, {len(runs)} runs, {len(grasps)} grasps, {len(kept)} kept")
     if len(kept):
@@ -25,7 +27,9 @@ for name in sorted(set(names)):
         # The hand comes along the approach's z axis, from `stand_off` back.
         approach = best["object_from_approach"]
         start = approach[:3, 3] - runs[0].run["stand_off"] * approach[:3, 2]
-        print(f"  best epsilon {best['epsilon_wrench']:.3f}: from {np.round(start, 3)} to {np.round(approach[:3, 3], 3)} m")
+        print(
+            f"  best epsilon {best['epsilon_wrench']:.3f}: from {np.round(start, 3)} to {np.round(approach[:3, 3], 3)} m"
+        )
     if runs[0].has("trials"):
         trials = np.concatenate([run.trials["verdict"] for run in runs])
         print(f"  {np.sum(trials == 0)} of {len(trials)} held when lifted and shaken")

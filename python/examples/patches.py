@@ -1,6 +1,6 @@
 """Patches around palm and fingertips as a training set: inputs, labels, and the best pixel of a heatmap.
 
-    python python/examples/patches.py datasets/everything-quick/patches
+python python/examples/patches.py datasets/everything-quick/patches
 """
 
 import argparse

@@ -1,6 +1,6 @@
 """A reachability map as a filter of grasps: rank poses by signed distance, and climb into the reachable set.
 
-    python python/examples/reachability.py datasets/fetch-reachability
+python python/examples/reachability.py datasets/fetch-reachability
 """
 
 import argparse

@@ -1,6 +1,7 @@
-"""What touch adds to sight: of the cells that the camera did not see, how many a hand or rays found, and how wide that is.
+"""What touch adds to sight: of the cells that the camera did not see, how many a hand or rays found, and how wide that
+is.
 
-    python python/examples/touch.py datasets/half-shapes
+python python/examples/touch.py datasets/half-shapes
 """
 
 import argparse
@@ -17,10 +18,9 @@ for sample, name in zip(data, data.column("object")):
     network_input = np.stack([seen, felt])  # (2, n, n, n): or one channel, `sample.seen_or_touched`
     hidden = complete & ~seen
     contacts = sum(len(touch.probe) for touch in sample.touch.values())
-    # How deep the shape is known to reach, in cells along the camera's axis.
-    depth = {kind: np.ptp(np.nonzero(cells)[2]) + 1 for kind, cells in [("seen", seen), ("with touch", seen | felt)]}
+    # How far the shape is known to reach, in cells along the camera's axis.
+    known = [np.ptp(np.nonzero(cells)[2]) + 1 for cells in (seen, seen | felt, complete)]
     print(
-        f"{name}: {seen.sum()} cells seen, {contacts} contacts in {felt.sum()} cells, {(felt & hidden).sum()} of them hidden; "
-        f"depth {depth['seen']} cells seen, {depth['with touch']} with touch, {np.ptp(np.nonzero(complete)[2]) + 1} in truth; "
-        f"input {network_input.shape}"
+        f"{name}: {seen.sum()} cells seen, {contacts} contacts in {felt.sum()} cells, {(felt & hidden).sum()} hidden ones"
     )
+    print(f"  depth {known[0]} cells seen, {known[1]} with touch, {known[2]} in truth; input {network_input.shape}")

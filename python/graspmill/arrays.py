@@ -26,13 +26,13 @@ class NpyExport:
     Raises ``DatasetError`` for a folder that is no such export, ``BadSelection`` for a selection that holds nothing.
     """
 
-    def __init__(
-        self, folder: str | Path, *, split: str | None = None, objects: Iterable[str] | None = None
-    ) -> None:
+    def __init__(self, folder: str | Path, *, split: str | None = None, objects: Iterable[str] | None = None) -> None:
         self.path = Path(folder)
         facts = self.path / "export.json"
         if not facts.is_file():
-            raise UnfinishedDataset(self.path, "no export: it has no export.json", "make it with `graspmill export --to npy`")
+            raise UnfinishedDataset(
+                self.path, "no export: it has no export.json", "make it with `graspmill export --to npy`"
+            )
         self.facts: dict[str, Any] = json.loads(facts.read_text(encoding="utf-8"))
         if self.facts.get("format") != "npy":
             raise UnfinishedDataset(self.path, f"an export to {self.facts.get('format')}", "give one `--to npy`")
@@ -74,7 +74,9 @@ class NpyExport:
         return array
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_partial", "_complete", "_tactile")}
+        return {
+            name: value for name, value in self.__dict__.items() if name not in ("_partial", "_complete", "_tactile")
+        }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

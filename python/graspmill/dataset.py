@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .completion import CompletionSample
-from .errors import BadSelection, DamagedFile, VERIFY
+from .errors import VERIFY, BadSelection, DamagedFile
 from .folder import SPLITS, Folder
 from .geometry import SampleId
 from .grasps import GraspSample
@@ -31,10 +31,10 @@ KINDS: dict[str, type[Sample]] = {
 class Dataset(Generic[S]):
     """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data.gather([...])``.
 
-    ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``, ``PatchSample``):
-    with it type checkers know what a sample has, and a dataset of another product is refused. ``split``, ``objects``
-    (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to read, all without it.
-    ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.
+    ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
+    ``PatchSample``): with it type checkers know what a sample has, and a dataset of another product is refused.
+    ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to
+    read, all without it. ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.
 
     Files are opened when they are first needed, once a process, so a ``Dataset`` can be pickled and forked at will. It
     serves one thread at a time.
@@ -128,7 +128,8 @@ class Dataset(Generic[S]):
         return self._sample(shard, chunk, index)
 
     def __getitems__(self, places: Sequence[int]) -> list[S]:
-        """Samples at several places, in the order asked for; each chunk is unpacked once. What PyTorch's loaders call."""
+        """Samples at several places, in the order asked for; each chunk is unpacked once. What PyTorch's loaders
+        call."""
         asked = np.asarray(places, np.int64)
         if len(asked) and not (-len(self) <= asked.min() and asked.max() < len(self)):
             raise IndexError(f"places {asked.min()} to {asked.max()} of {len(self)} samples")
@@ -159,7 +160,8 @@ class Dataset(Generic[S]):
         return self.index[name][self.indices]
 
     def place_of(self, sample: SampleId) -> int | None:
-        """The place of the sample of this id, say of a pair of the same view in another dataset; ``None`` without one."""
+        """The place of the sample of this id, say of a pair of the same view in another dataset; ``None`` without
+        one."""
         index = self.index
         if sample.subject not in index.subjects:
             return None
@@ -181,7 +183,8 @@ class Dataset(Generic[S]):
         return shards[firsts], chunks[firsts], firsts
 
     def run_of(self, shard: int, chunk: int, first: int, end: int) -> list[S]:
-        """The samples at the places from ``first`` to before ``end``, which all stand in this chunk (``chunk_table``)."""
+        """The samples at the places from ``first`` to before ``end``, which all stand in this chunk
+        (``chunk_table``)."""
         held, path = self._read_chunk(shard, chunk), self.folder.shards[shard]
         try:
             return [self.kind(index, self._layout, held[index]) for index in self.indices[first:end].tolist()]
@@ -207,9 +210,7 @@ class Dataset(Generic[S]):
             raise BadSelection(f"{self.folder.path}: channels {unknown}; it stores {', '.join(stored)}")
         return [channel for channel in stored if channel in wanted]
 
-    def _selected(
-        self, split: str | None, objects: Iterable[str] | None, subset: int | None
-    ) -> npt.NDArray[np.bool_]:
+    def _selected(self, split: str | None, objects: Iterable[str] | None, subset: int | None) -> npt.NDArray[np.bool_]:
         index, path = self.index, self.folder.path
         selected = index["kept"].astype(np.bool_)
         if split is not None:

@@ -127,9 +127,9 @@ class ReachabilityField:
         """Signed distance (...,) and its gradient (..., 6), by metre and radian, at poses (..., 6).
 
         Between centres: multilinear on six axes; of directions linear in position, in the triangle of directions and in
-        roll. Beyond the box of the centres: the value at its border plus the distance to it. Where the gradient jumps (at
-        centres) it is that of one side. A field without a border is infinite, with a zero gradient; a pose that is not
-        finite gives NaN.
+        roll. Beyond the box of the centres: the value at its border plus the distance to it. Where the gradient jumps
+        (at centres) it is that of one side. A field without a border is infinite, with a zero gradient; a pose that is
+        not finite gives NaN.
         """
         given = np.asarray(poses, np.float64)
         if given.shape[-1:] != (6,):
@@ -212,8 +212,8 @@ class ReachabilityField:
             along += weight[:, None] * own[:, 1:]
             # The direction moves with velocity x ahead.
             turning += own[:, :1] * np.cross(ahead, slopes[:, k])
-            # Swung along, the turn about the other direction grows so: half the two axes' sum, over the cosine squared of
-            # half the angle between them.
+            # Swung along, the turn about the other direction grows so: half the two axes' sum, over the cosine squared
+            # of half the angle between them.
             towards = frame[:, :, 0]
             cosine = np.sum(ahead * towards, axis=1)
             by_turn = weight * (ends[1][:, 0] - ends[0][:, 0]) / roll.step / (1.0 + cosine)
@@ -227,7 +227,9 @@ class ReachabilityField:
         """Value at an orientation and its slopes along x, y, z: (poses, 4)."""
         x, y, z = (np.stack([low[k], high[k]], axis=1) for k in range(3))
         some = direction[:, None, None, None], roll[:, None, None, None]
-        corners = self.distances[x[:, :, None, None], y[:, None, :, None], z[:, None, None, :], *some].astype(np.float64)
+        corners = self.distances[x[:, :, None, None], y[:, None, :, None], z[:, None, None, :], *some].astype(
+            np.float64
+        )
         slopes: list[Floats] = []
         for k in range(3):
             by = share[k].reshape((-1,) + (1,) * (2 - k))
@@ -267,7 +269,8 @@ class ReachabilityField:
         return Nearest(cells, self.labels.reshape(-1)[cells], self.poses(cells), inside)
 
     def _nearest_orientation(self, poses: Floats) -> Ints:
-        """Direction and roll nearest to each pose, (2, poses): the largest cosine of half the angle between rotations."""
+        """Direction and roll nearest to each pose, (2, poses): the largest cosine of half the angle between
+        rotations."""
         roll = self.axes[4]
         rotation = _rotations(*poses[:, 3:].T)
         ahead, side = rotation[:, None, :, 0], rotation[:, None, :, 1]

@@ -44,7 +44,7 @@ class Folder:
     def expect(self, product: str) -> None:
         """Raises ``WrongProduct`` unless the dataset is of this product."""
         if self.product != product:
-            remedy = f"give a dataset whose job says product = \"{product}\""
+            remedy = f'give a dataset whose job says product = "{product}"'
             raise WrongProduct(self.path, f"a dataset of {self.product}, not of {product}", remedy)
 
     def objects(self) -> list[dict[str, Any]]:
@@ -109,8 +109,12 @@ def _without_manifest(folder: Path) -> DatasetError:
         return UnfinishedDataset(folder, f"a set of datasets ({names})", "give the folder of one of them")
     if (folder / "run.json").is_file():
         return UnfinishedDataset(
-            folder, "unfinished: it has no manifest.json", "run the same `graspmill run` again, which goes on where it stopped"
+            folder,
+            "unfinished: it has no manifest.json",
+            "run the same `graspmill run` again, which goes on where it stopped",
         )
     if (folder / "export.json").is_file():
         return UnfinishedDataset(folder, "an export, not a dataset", "read `--to npy` with graspmill.NpyExport")
-    return UnfinishedDataset(folder, "no dataset: it has no manifest.json", "give the folder that `graspmill run --out` made")
+    return UnfinishedDataset(
+        folder, "no dataset: it has no manifest.json", "give the folder that `graspmill run --out` made"
+    )

@@ -51,8 +51,8 @@ class GraspSample(Sample):
         ones, ``joints_before`` and ``joints`` of all; ``amplitudes``. Numbers: ``penetration`` (m), ``energy``,
         ``contact_energy``, ``potential``, ``epsilon_force``, ``epsilon_wrench``, ``volume``, ``advance`` (m), ``width``
         (m, NaN where it means nothing). ``shift`` (m) and ``turn`` (rad) of grippers. ``clearances`` and
-        ``clearances_opened`` (m, one a resting pose; NaN where not measured). ``type`` (-1: none), ``verdict`` (place in
-        ``VERDICTS``), ``contacts`` (how many rows it has in ``contacts``).
+        ``clearances_opened`` (m, one a resting pose; NaN where not measured). ``type`` (-1: none), ``verdict`` (place
+        in ``VERDICTS``), ``contacts`` (how many rows it has in ``contacts``).
         """
         run = self.run
         rows: list[Message] = run["grasps"]

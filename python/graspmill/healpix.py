@@ -1,8 +1,8 @@
 """Directions spread evenly over the sphere, and between which three of them another one lies.
 
 The same numbers as the Rust program's ``geom::field``: ring order after Gorski et al., "HEALPix", Astrophysical Journal
-622 (2005), section 4.1; strips of triangles between neighbouring rings; weights where a direction meets the plane of its
-three.
+622 (2005), section 4.1; strips of triangles between neighbouring rings; weights where a direction meets the plane of
+its three.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Ints = npt.NDArray[np.int64]
 
 
 def _rings(nside: int) -> list[tuple[float, float, int, float]]:
-    """Height, distance from the axis, count and azimuth of the first direction (in steps) of each ring, from +z down."""
+    """Of each ring, from +z down: height, distance from the axis, count, azimuth of the first direction in steps."""
     rings = []
     for i in range(1, 4 * nside):
         north = min(i, 4 * nside - i)
@@ -56,7 +56,7 @@ def directions(nside: int) -> Floats:
 
 
 def triangles(nside: int) -> Ints:
-    """Triangles over the sphere whose corners are the directions, counter-clockwise from outside, (24 nside^2 - 4, 3)."""
+    """Triangles over the sphere whose corners are the directions, (24 nside^2 - 4, 3), counter-clockwise from outside."""
     rings = _rings(nside)
     found = [(0, 1, 2), (0, 2, 3)]
     above, first = rings[0], 0
@@ -89,7 +89,9 @@ class DirectionMesh:
         volume = np.sum(a * np.cross(b, c), axis=1)[:, None]
         # A direction's weights are its products with these, over their sum.
         self._duals = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1) / volume[..., None]
-        sides = {(row[(k + 1) % 3], row[(k + 2) % 3]): at for at, row in enumerate(self.corners.tolist()) for k in range(3)}
+        sides = {
+            (row[(k + 1) % 3], row[(k + 2) % 3]): at for at, row in enumerate(self.corners.tolist()) for k in range(3)
+        }
         self._beyond = np.array(
             [[sides[row[(k + 2) % 3], row[(k + 1) % 3]] for k in range(3)] for row in self.corners.tolist()], np.int64
         )

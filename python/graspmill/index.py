@@ -1,8 +1,8 @@
 """The sample index as NumPy columns.
 
-``index.parquet`` holds the same rows, but reading it takes pyarrow (150 MB installed). The ledgers inside the shards hold
-them, too: one protobuf row a sample index. They are read here column by column, all rows of a shard at a time, so that
-NumPy alone serves hundreds of thousands of rows a second.
+``index.parquet`` holds the same rows, but reading it takes pyarrow (170 MB installed). The ledgers inside the shards
+hold them, too: one protobuf row a sample index. They are read here column by column, all rows of a shard at a time, so
+that NumPy alone is enough.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Index(Mapping[str, Column]):
     """One row a sample index, in order, kept or rejected: the columns of ``index.parquet`` by name.
 
     ``dict(index)`` is what ``pandas.DataFrame`` takes. ``object`` is the object's name, ``subject`` its digest in 64
-    hexadecimal digits, ``split`` empty where the product has no splits; ``digest_<channel>`` are (rows, 32) bytes, BLAKE3
-    of the payload, zeros of rejected samples.
+    hexadecimal digits, ``split`` empty where the product has no splits; ``digest_<channel>`` are (rows, 32) bytes,
+    BLAKE3 of the payload, zeros of rejected samples.
     """
 
     def __init__(self, folder: Folder) -> None:
@@ -49,7 +49,8 @@ class Index(Mapping[str, Column]):
         number = {subject: place for place, subject in enumerate(self.subjects)}
         parts = [np.array([number[subject] for subject in table.subjects], np.int64) for table in tables]
         self.subject_number = np.concatenate(
-            [of[table.columns["subject"].astype(np.int64)] for of, table in zip(parts, tables)] or [np.zeros(0, np.int64)]
+            [of[table.columns["subject"].astype(np.int64)] for of, table in zip(parts, tables)]
+            or [np.zeros(0, np.int64)]
         )
         columns: dict[str, Column] = {"sample_index": np.arange(len(self.subject_number), dtype=np.int64)}
         if len(self.subject_number) != folder.samples:

@@ -69,7 +69,9 @@ class Sample:
             return self.payloads[self.layout.places[channel]]
         except KeyError:
             known = ", ".join(self.layout.places)
-            raise KeyError(f"no channel '{channel}' is read here, only {known}; the job or `channels=` leaves it out") from None
+            raise KeyError(
+                f"no channel '{channel}' is read here, only {known}; the job or `channels=` leaves it out"
+            ) from None
 
     def message(self, channel: str) -> Message:
         """The message on a channel, every field by its name in ``proto/``."""

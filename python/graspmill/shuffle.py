@@ -14,10 +14,10 @@ from .dataset import Dataset, S
 class ShuffledChunks(Generic[S]):
     """An epoch of a dataset's selection in an order drawn from ``seed`` and ``epoch``.
 
-    Chunks are put into random order and dealt out to ``world_size`` ranks and their ``workers``, so that no sample comes
-    twice and none is left out; a buffer of ``buffer`` samples mixes those of a chunk among others. The order depends on
-    seed, epoch, buffer, rank and worker alone. With ``batch`` lists of so many samples come (the last one is shorter), else
-    single samples.
+    Chunks are put into random order and dealt out to ``world_size`` ranks and their ``workers``, so that no sample
+    comes twice and none is left out; a buffer of ``buffer`` samples mixes those of a chunk among others. The order
+    depends on seed, epoch, buffer, rank and worker alone. With ``batch`` lists of so many samples come (the last one is
+    shorter), else single samples.
 
     Ranks get different counts of samples, by a few chunks; with ``even`` each stops at the least of them, so that ranks
     that wait for each other do not hang, and the few samples at the end of the longer ones are left out this epoch.

@@ -41,8 +41,8 @@ class ShuffledChunks(IterableDataset[Any]):
     """``graspmill.ShuffledChunks`` for ``DataLoader``: each worker of each rank takes its own share, by itself.
 
     With ``batch`` give the loader ``batch_size=None`` and it gets collated batches of pairs; without it single samples.
-    The rank comes from ``torch.distributed`` where that is initialised, else from the arguments. Call ``set_epoch`` before
-    each epoch.
+    The rank comes from ``torch.distributed`` where that is initialised, else from the arguments. Call ``set_epoch``
+    before each epoch.
     """
 
     def __init__(

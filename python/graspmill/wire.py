@@ -22,7 +22,12 @@ Message = dict[str, Any]
 # FieldDescriptorProto.Type
 DOUBLE, FLOAT, FIXED64, FIXED32, BOOL, STRING, MESSAGE, BYTES = 1, 2, 6, 7, 8, 9, 11, 12
 _VARINTS = {3, 4, 5, BOOL, 13, 14}
-_FIXED: dict[int, np.dtype[Any]] = {DOUBLE: np.dtype("<f8"), FLOAT: np.dtype("<f4"), FIXED64: np.dtype("<u8"), FIXED32: np.dtype("<u4")}
+_FIXED: dict[int, np.dtype[Any]] = {
+    DOUBLE: np.dtype("<f8"),
+    FLOAT: np.dtype("<f4"),
+    FIXED64: np.dtype("<u8"),
+    FIXED32: np.dtype("<u4"),
+}
 _REPEATED = 3
 
 

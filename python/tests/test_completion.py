@@ -26,7 +26,11 @@ def test_grids_are_those_of_the_programs_export(data: Path, pairs: Dataset[Compl
             assert np.array_equal(getattr(sample, name), expected[place]), (place, name)
         assert np.array_equal(sample.seen_or_touched, planes["partial"][place] | planes["tactile"][place])
         pair = sample.pair
-        assert sample.id == pair.sample == SampleId(row["subject"], int(row["instance"]), int(row["view"]), int(row["camera"]))
+        assert (
+            sample.id
+            == pair.sample
+            == SampleId(row["subject"], int(row["instance"]), int(row["view"]), int(row["camera"]))
+        )
         assert pair.grid.cell_size == float(row["cell_size"])
         assert pair.grid.centre.tolist() == [float(row[f"centre_{axis}"]) for axis in "xyz"]
         assert (pair.partial_cells, pair.complete_cells) == (sample.partial.sum(), sample.complete.sum())
@@ -57,8 +61,8 @@ def test_channels_agree_with_the_solid(pairs: Dataset[CompletionSample]) -> None
     for sample in pairs.gather(range(0, len(pairs), 9)):
         complete, n = sample.complete, sample.resolution
         assert sample.coverage.shape == sample.tsdf.steps.shape == complete.shape == (n, n, n)
-        # A cell whose centre is inside by more than its half diagonal, and a little for the solid's own voxels, is covered
-        # whole; outside, it is empty.
+        # A cell whose centre is inside by more than its half diagonal, and a little for the solid's own voxels, is
+        # covered whole; outside, it is empty.
         deep = 1.2 * sample.pair.grid.cell_size
         metres = sample.tsdf.metres
         assert complete[metres < -deep].all() and not complete[metres > deep].any()
@@ -89,7 +93,10 @@ def test_contacts_stand_in_their_cells(data: Path, pairs: Dataset[CompletionSamp
             if kind == "touch_rays":
                 assert touch.probes == len(touch.probe) + len(touch.misses) == 40
             else:
-                assert touch.hand and len(touch.ends) == len(touch.camera_from_hand) == len(touch.joint_values) == touch.probes
+                assert (
+                    touch.hand
+                    and len(touch.ends) == len(touch.camera_from_hand) == len(touch.joint_values) == touch.probes
+                )
                 assert touch.joint_values.shape[1] == len(touch.joints) and (touch.forces >= 0).all()
         assert np.array_equal(tactile, sample.tactile)
     assert kinds == {"touch_rays", "touch_exploration", "touch_grasp"}
@@ -122,7 +129,9 @@ def test_selections_are_those_of_the_index(data: Path, pairs: Dataset[Completion
         found += len(part)
     assert found == len(pairs) == index["kept"].sum() < len(index["kept"])
     mugs = Dataset(folder, CompletionSample, objects=["mug-01"])
-    assert set(mugs.column("object")) == {"mug-01"} and {sample.id.subject for sample in mugs} == set(mugs.column("subject"))
+    assert set(mugs.column("object")) == {"mug-01"} and {sample.id.subject for sample in mugs} == set(
+        mugs.column("subject")
+    )
     models = [len(set(Dataset(folder, split="training", subset=k).column("object"))) for k in (0, 1)]
     assert models == [1, 2]
     few = Dataset(folder, CompletionSample, channels=["pair"])

@@ -13,7 +13,13 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 @pytest.mark.parametrize(
     ("name", "folder"),
-    [("touch", "felt"), ("patches", "set/patches"), ("grasps", "set/grasps"), ("reachability", "axes"), ("reachability", "sphere")],
+    [
+        ("touch", "felt"),
+        ("patches", "set/patches"),
+        ("grasps", "set/grasps"),
+        ("reachability", "axes"),
+        ("reachability", "sphere"),
+    ],
 )
 def test_an_example_runs(data: Path, name: str, folder: str) -> None:
     command = [sys.executable, str(EXAMPLES / f"{name}.py"), str(data / folder)]

@@ -24,7 +24,11 @@ def facts_of(sample: CompletionSample) -> dict[str, object]:
     poses = ("camera_from_object", "world_from_object", "world_from_camera")
     facts |= {name: getattr(pair, name)[:3].reshape(-1).tolist() for name in poses}
     own = {"subject": pair.sample.subject, "instance": pair.sample.instance, "view": pair.sample.view}
-    return facts | own | {"sample_index": sample.index, "resolution": pair.grid.resolution, "cell_size": pair.grid.cell_size}
+    return (
+        facts
+        | own
+        | {"sample_index": sample.index, "resolution": pair.grid.resolution, "cell_size": pair.grid.cell_size}
+    )
 
 
 def test_parquet_holds_the_pairs(data: Path, pairs: Dataset[CompletionSample]) -> None:

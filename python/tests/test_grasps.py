@@ -38,7 +38,8 @@ def test_contacts_lie_on_the_objects_mesh(data: Path, runs: Dataset[GraspSample]
         contacts, grasps = run.contacts, run.grasps
         assert np.bincount(contacts["grasp"], minlength=len(grasps)).tolist() == grasps["contacts"].tolist()
         mesh = meshes[name]
-        squared = igl.point_mesh_squared_distance(contacts["point"], mesh.vertices.astype(np.float64), mesh.triangles)[0]
+        corners = mesh.vertices.astype(np.float64)
+        squared = igl.point_mesh_squared_distance(contacts["point"], corners, mesh.triangles)[0]
         assert len(contacts) and np.sqrt(squared.max()) < 1e-6
         assert contacts["link"].max() < len(run.run["links"])
 
@@ -74,7 +75,10 @@ def test_patches_are_cut_from_their_images(data: Path, runs: Dataset[GraspSample
         assert np.flatnonzero(labels).tolist() == [k * labels.shape[1] + 4 * sample.type_index + k for k in range(4)]
         assert sample.types[sample.type_index] == sample.patch["type"]
         # The points project to the pixels.
-        points = sample.patch["points"].reshape(-1, 3) @ sample.camera_from_object[:3, :3].T + sample.camera_from_object[:3, 3]
+        points = (
+            sample.patch["points"].reshape(-1, 3) @ sample.camera_from_object[:3, :3].T
+            + sample.camera_from_object[:3, 3]
+        )
         pixels = points[:, :2] / points[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
         assert np.allclose(pixels, sample.pixels, atol=1e-6)
         with pytest.raises(KeyError, match="colour"):
@@ -93,9 +97,7 @@ def test_heatmaps_hold_the_patchs_own_grasp(data: Path, runs: Dataset[GraspSampl
             channel = 4 * sample.type_index + k
             assert image[channel, row, column] <= sample.labels[k, channel]
         # The grasp itself, in the dataset beside.
-        found = np.flatnonzero(
-            (runs.column("subject") == sample.id.subject) & (runs.column("view") == patch["run"])
-        )
+        found = np.flatnonzero((runs.column("subject") == sample.id.subject) & (runs.column("view") == patch["run"]))
         grasp = runs[int(found[0])].grasps[patch["rank"]]
         assert grasp["type"] == patch["type"] and grasp["energy"] == patch["energy"]
         assert np.allclose(grasp["object_from_approach"], sample.object_from_approach)
