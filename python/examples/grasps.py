@@ -27,9 +27,8 @@ for name in sorted(set(names)):
         # The hand comes along the approach's z axis, from `stand_off` back.
         approach = best["object_from_approach"]
         start = approach[:3, 3] - runs[0].run["stand_off"] * approach[:3, 2]
-        print(
-            f"  best epsilon {best['epsilon_wrench']:.3f}: from {np.round(start, 3)} to {np.round(approach[:3, 3], 3)} m"
-        )
+        end = np.round(approach[:3, 3], 3)
+        print(f"  best epsilon {best['epsilon_wrench']:.3f}: from {np.round(start, 3)} to {end} m")
     if runs[0].has("trials"):
         trials = np.concatenate([run.trials["verdict"] for run in runs])
         print(f"  {np.sum(trials == 0)} of {len(trials)} held when lifted and shaken")

@@ -1,5 +1,4 @@
-"""What touch adds to sight: of the cells that the camera did not see, how many a hand or rays found, and how wide that
-is.
+"""What touch adds to sight: how many hidden cells a hand or rays found, and how deep the shape is then known to be.
 
 python python/examples/touch.py datasets/half-shapes
 """
@@ -20,7 +19,6 @@ for sample, name in zip(data, data.column("object")):
     contacts = sum(len(touch.probe) for touch in sample.touch.values())
     # How far the shape is known to reach, in cells along the camera's axis.
     known = [np.ptp(np.nonzero(cells)[2]) + 1 for cells in (seen, seen | felt, complete)]
-    print(
-        f"{name}: {seen.sum()} cells seen, {contacts} contacts in {felt.sum()} cells, {(felt & hidden).sum()} hidden ones"
-    )
+    found = (felt & hidden).sum()
+    print(f"{name}: {seen.sum()} cells seen, {contacts} contacts in {felt.sum()} cells, {found} of them hidden")
     print(f"  depth {known[0]} cells seen, {known[1]} with touch, {known[2]} in truth; input {network_input.shape}")

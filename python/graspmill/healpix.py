@@ -56,7 +56,7 @@ def directions(nside: int) -> Floats:
 
 
 def triangles(nside: int) -> Ints:
-    """Triangles over the sphere whose corners are the directions, (24 nside^2 - 4, 3), counter-clockwise from outside."""
+    """Triangles over the sphere with the directions as corners, (24 nside^2 - 4, 3), counter-clockwise from outside."""
     rings = _rings(nside)
     found = [(0, 1, 2), (0, 2, 3)]
     above, first = rings[0], 0
