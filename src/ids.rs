@@ -32,9 +32,9 @@ impl Digest {
         self.hex()[..16].to_owned()
     }
 
-    /// Reads 64 hexadecimal digits; `None` for anything else.
+    /// Reads 64 hexadecimal digits, lower-case; `None` for anything else, so that a digest has one spelling.
     pub fn from_hex(text: &str) -> Option<Self> {
-        if text.len() != 64 || !text.is_ascii() {
+        if text.len() != 64 || !text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f')) {
             return None;
         }
         let mut bytes = [0; 32];

@@ -11,7 +11,7 @@ use crate::cluster::TaskChoice;
 #[command(name = "graspmill", version, max_term_width = 100, arg_required_else_help = true)]
 #[command(
     after_help = "Exit codes: 0 complete; 1 failed; 2 bad job or arguments; 3 complete, but meshes were refused;\n\
-    4 verification mismatch; 74 input/output (disk full, read-only: mend, then run again); 75 interrupted, resumable.\n\
+    4 verify or diff found a difference; 74 input/output (disk full, read-only: mend, then run again); 75 interrupted, resumable.\n\
     Environment: GRASPMILL_SIMD=scalar|avx2|avx512 picks the vector instructions (same bytes); NO_COLOR=1 for plain text."
 )]
 pub struct Cli {
@@ -33,6 +33,8 @@ pub enum Command {
     Submit(SubmitArgs),
     /// Check a dataset: hashes, structure, ranges, root digest; optionally make samples again and compare.
     Verify(VerifyArgs),
+    /// What differs between two datasets, sample by sample, and why; exit code 4 when something does.
+    Diff(DiffArgs),
     /// The facts of a dataset, as text or JSON.
     Inspect(DatasetArgs),
     /// Write report.html: pictures, distributions, assets, splits.
@@ -215,6 +217,17 @@ pub struct VerifyArgs {
     /// Seed of the choice of samples to make again.
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args, Debug)]
+pub struct DiffArgs {
+    /// A dataset's folder.
+    pub a: PathBuf,
+    /// Another's.
+    pub b: PathBuf,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

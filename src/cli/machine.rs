@@ -1,6 +1,11 @@
 //! What the environment and the machine say: SIMD level, threads, signals, memory.
 
-use std::{env, fs, num::NonZero, sync::Arc, thread};
+use std::{
+    env, fs,
+    num::NonZero,
+    sync::{Arc, atomic::AtomicBool},
+    thread,
+};
 
 use super::exit::{Exit, Failure};
 use crate::{cluster::granted_threads, geom::SimdLevel, run::Cancel};
@@ -48,6 +53,14 @@ pub fn threads(asked: Option<u16>) -> usize {
 /// The value of a variable of the environment; one that is empty says nothing.
 pub fn variable(name: &str) -> Option<String> {
     env::var(name).ok().filter(|value| !value.is_empty())
+}
+
+/// Makes a limit on the size of files (`ulimit -f`) an error of the write that meets it; left alone, the signal XFSZ would end
+/// the program without a word.
+pub fn outlive_file_limits() -> Result<(), Failure> {
+    let seen = Arc::new(AtomicBool::new(false));
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen)?;
+    Ok(())
 }
 
 /// A wish to stop that INT, TERM and USR1 set; a second signal ends the program at once.

@@ -2,6 +2,7 @@
 
 mod args;
 mod dataset;
+mod diff;
 mod docs;
 mod doctor;
 mod estimate;
@@ -41,10 +42,12 @@ use printer::Printer;
 pub fn main() -> ExitCode {
     let printer = Printer;
     let exit = match Cli::try_parse() {
-        Ok(cli) => dispatch(&cli.command, &printer).unwrap_or_else(|failure| {
-            printer.error(&failure);
-            failure.exit
-        }),
+        Ok(cli) => {
+            machine::outlive_file_limits().and_then(|()| dispatch(&cli.command, &printer)).unwrap_or_else(|failure| {
+                printer.error(&failure);
+                failure.exit
+            })
+        }
         Err(error) => {
             // clap prints help and version to stdout and calls them errors; wrong arguments mean 2.
             let wrong = error.use_stderr();
@@ -71,6 +74,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Export(arguments) => dataset::export(arguments, printer),
         Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
         Command::Verify(arguments) => verify::verify(arguments, printer),
+        Command::Diff(arguments) => diff::diff(arguments, printer),
         Command::Doctor(arguments) => doctor::doctor(arguments, printer),
         Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),
         #[cfg(feature = "sim")]

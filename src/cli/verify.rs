@@ -13,8 +13,9 @@ use super::{
     set, words,
 };
 use crate::{
-    dataset::{DatasetReader, SetTable, VerifyLevel, VerifyOptions, VerifyReport},
-    job::{CompletionDraft, JobDraft, JobText, Truth},
+    assets::MeshOrigin,
+    dataset::{DatasetReader, Problem, SetTable, VerifyLevel, VerifyOptions, VerifyReport, read_mark},
+    job::{CompletionDraft, Job, JobDraft, JobText, Truth},
     run::{Cancel, Crew, Regeneration, regenerate},
 };
 
@@ -79,14 +80,32 @@ pub fn check<'a>(
         });
     let options =
         VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: any_overlap, threads: crew.threads };
-    let report = crate::dataset::verify(folder, options, |_| {})?;
+    let mut report = crate::dataset::verify(folder, options, |_| {})?;
+    // The shards of a small dataset do not say how large they might have been; its job does.
+    if let (Some(draft), Ok(Some(mark))) = (&draft, read_mark(folder))
+        && mark.shard_samples != draft.shard_samples
+    {
+        let what = format!("it says shards of {} samples, job.toml {}", mark.shard_samples, draft.shard_samples);
+        report.problems.push(Problem {
+            file: "run.json".to_owned(),
+            shard: None,
+            place: String::new(),
+            what,
+            remedy: "delete it and `run` the job again: finished shards are kept",
+        });
+    }
     let mut regenerated = None;
     if let (Some(count), true) = (arguments.regenerate, report.is_intact()) {
         let open = jobs::open_text(&text?, None, crew, cancel, &|_| {})?;
         let reader = DatasetReader::open(folder)?;
         if open.digest != reader.manifest().job {
+            let others = changed_objects(&reader, &open.job)?;
+            let what = match others.is_empty() {
+                true => "its meshes, robot, hand or settings have changed".to_owned(),
+                false => format!("other content than that of the dataset: {}; put the files back", others.join(", ")),
+            };
             let message = format!(
-                "{}: its meshes, robot, hand or settings give job {}, the manifest says {}: samples cannot be made again here",
+                "{}: {what}; they give job {}, the manifest says {}: samples cannot be made again here",
                 job_file.display(),
                 open.digest.0.short(),
                 reader.manifest().job.0.short()
@@ -99,6 +118,21 @@ pub fn check<'a>(
     let same = regenerated.as_ref().is_none_or(|regenerated| regenerated.differences.is_empty());
     let exit = if report.is_intact() && same { Exit::Complete } else { Exit::Mismatch };
     Ok(Checked { arguments, folder: folder.to_owned(), report, regenerated, exit })
+}
+
+/// Objects of the dataset that its job does not find here, or finds with other content: by file where one was read.
+fn changed_objects(reader: &DatasetReader, job: &Job) -> Result<Vec<String>, Failure> {
+    let Some(divided) = job.divided() else { return Ok(Vec::new()) };
+    let mut changed = Vec::new();
+    for row in reader.assets()?.objects {
+        let found = divided.objects.iter().find(|object| object.source.name == row.name);
+        match found.map(|object| (object.id() == row.object, &object.source.origin)) {
+            Some((true, _)) => {}
+            Some((false, MeshOrigin::File(path))) => changed.push(path.display().to_string()),
+            _ => changed.push(row.name),
+        }
+    }
+    Ok(changed)
 }
 
 impl Checked<'_> {

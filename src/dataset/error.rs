@@ -195,6 +195,9 @@ fn io_remedy(error: &io::Error) -> &'static str {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "; make room and run again: finished shards are kept"
         }
+        io::ErrorKind::FileTooLarge => {
+            "; files may not grow so large here (`ulimit -f`): lift the limit and run again, finished shards are kept"
+        }
         io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
             "; give a folder that can be written, or mend its permissions"
         }

@@ -18,7 +18,7 @@ use super::{
     error::REWRITE,
     layout::{FIELD, SHARDS},
     shard::{LIBRARY, ZSTD_LEVEL},
-    shard_file::{MESSAGE_HEADER, MOST_CHUNK_BYTES, ShardFile, invalid, read_at, read_summary, records, unpack},
+    shard_file::{MESSAGE_HEADER, MOST_CHUNK_BYTES, ShardFile, invalid, parse, read_at, read_summary, records, unpack},
 };
 use crate::{
     geom::{PoseGrid, PoseLabel},
@@ -160,7 +160,7 @@ fn read_payload(path: &Path) -> Result<Vec<u8>, DatasetError> {
     let summary = read_summary(&file, bytes).map_err(failed)?;
     let (mut place, mut topic) = (None, None);
     for record in records(&summary) {
-        match record.and_then(|(opcode, body)| mcap::parse_record(opcode, body)).map_err(failed)? {
+        match record.and_then(|(opcode, body)| parse(opcode, body)).map_err(failed)? {
             Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => place = Some(chunk),
             Record::Channel(channel) => topic = Some(channel.topic),
             _ => {}

@@ -22,6 +22,7 @@ use super::{
     merkle::{self, Tree},
     read_mark,
     roots::{ClassChannels, Leaf, Roots},
+    seal::sealed,
     shard_file::{ShardFile, invalid},
 };
 use crate::{
@@ -180,7 +181,7 @@ pub fn finish_dataset(folder: &Path, header: &DatasetHeader) -> Result<Manifest,
             .collect::<Result<_, _>>()?,
         warnings: header.warnings.clone(),
     };
-    durable::write_file(folder, MANIFEST, pretty(&manifest).as_bytes())?;
+    durable::write_file(folder, MANIFEST, sealed(&pretty(&manifest)).as_bytes())?;
     Manifest::read(folder)
 }
 
@@ -319,8 +320,6 @@ impl<'a> Pass<'a> {
             samples: ledger.rows.len() as u64,
             kept,
         });
-        self.sums.counts.samples += ledger.rows.len() as u64;
-        self.sums.counts.kept += kept;
         Ok(())
     }
 
@@ -367,39 +366,52 @@ impl<'a> Pass<'a> {
         let split = self.splits.map(|splits| splits.of(&row.sample).ok_or_else(|| unknown("split table")));
         let split: Option<Split> = split.transpose()?;
         self.leaves.extend(Leaf::of_row(*rank, row, &self.classes));
-        // A run that is rejected may have been given up: that counts, too.
-        if let SampleFacts::Grasps(facts) = &row.facts {
-            self.sums.counts.grasps.get_or_insert_with(GraspCounts::default).add(facts);
-        }
-        match &row.fate {
-            Fate::Kept(_) => {
-                if let Some(split) = split {
-                    *self.sums.counts.splits.entry(split).or_default() += 1;
-                }
-                if let SampleFacts::Block(facts) = &row.facts {
-                    self.sums.counts.poses.get_or_insert_with(PoseCounts::default).add(facts);
-                }
-            }
-            Fate::Rejected { reason, detail } => {
-                *self.sums.counts.rejected.entry(reason.clone()).or_default() += 1;
-                let line = serde_json::json!({
-                    "sample_index": row.index.0,
-                    "subject": row.sample.subject,
-                    "instance": row.sample.instance,
-                    "view": row.sample.view.0,
-                    "camera": row.sample.camera,
-                    "reason": reason,
-                    "detail": detail,
-                });
-                let Rejects { out, temporary } = &mut self.rejects;
-                writeln!(out, "{line}").map_err(DatasetError::io("writing", temporary.path()))?;
-            }
+        count_row(&mut self.sums.counts, row, split);
+        if let Some(line) = reject_line(row) {
+            let Rejects { out, temporary } = &mut self.rejects;
+            writeln!(out, "{line}").map_err(DatasetError::io("writing", temporary.path()))?;
         }
         if let Some(index) = &mut self.index {
             index.push(&IndexRow { row, object: name, subject: hex, split, shard: number })?;
         }
         Ok(matches!(row.fate, Fate::Kept(_)))
     }
+}
+
+/// Counts a row of a ledger; `split` is its sample's, where the product has splits.
+pub(super) fn count_row(counts: &mut Counts, row: &LedgerRow, split: Option<Split>) {
+    counts.samples += 1;
+    // A run that is rejected may have been given up: that counts, too.
+    if let SampleFacts::Grasps(facts) = &row.facts {
+        counts.grasps.get_or_insert_with(GraspCounts::default).add(facts);
+    }
+    match &row.fate {
+        Fate::Kept(_) => {
+            counts.kept += 1;
+            if let Some(split) = split {
+                *counts.splits.entry(split).or_default() += 1;
+            }
+            if let SampleFacts::Block(facts) = &row.facts {
+                counts.poses.get_or_insert_with(PoseCounts::default).add(facts);
+            }
+        }
+        Fate::Rejected { reason, .. } => *counts.rejected.entry(reason.clone()).or_default() += 1,
+    }
+}
+
+/// The line of a rejected sample in `rejects.jsonl`; `None` of a kept one.
+pub(super) fn reject_line(row: &LedgerRow) -> Option<String> {
+    let Fate::Rejected { reason, detail } = &row.fate else { return None };
+    let line = serde_json::json!({
+        "sample_index": row.index.0,
+        "subject": row.sample.subject,
+        "instance": row.sample.instance,
+        "view": row.sample.view.0,
+        "camera": row.sample.camera,
+        "reason": reason,
+        "detail": detail,
+    });
+    Some(line.to_string())
 }
 
 /// `rejects.jsonl` while it grows.

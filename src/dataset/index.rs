@@ -12,6 +12,7 @@ use parquet::{
         reader::{FileReader, SerializedFileReader},
         writer::SerializedFileWriter,
     },
+    record::{Field, reader::RowIter},
     schema::{parser::parse_message_type, types::ColumnPath},
 };
 
@@ -348,4 +349,78 @@ fn read_rows(file: File, product: Product, take: &mut impl FnMut(u64, IndexEntry
         }
     }
     Ok(())
+}
+
+/// An index row by row with all its columns, to be held against ledgers.
+pub(super) struct IndexRows {
+    rows: RowIter<'static>,
+    product: Product,
+    channels: Vec<Channel>,
+}
+
+impl IndexRows {
+    /// Opens an index; `Err` says in words why its columns are not those of a dataset of such channels.
+    pub fn open(path: &Path, product: Product, channels: &[Channel]) -> Result<Self, String> {
+        let words = |error: ParquetError| error.to_string();
+        let file = File::open(path).map_err(|error| error.to_string())?;
+        let reader = SerializedFileReader::new(file).map_err(words)?;
+        let expected = parse_message_type(&schema(product, channels)).map_err(words)?;
+        if *reader.metadata().file_metadata().schema() != expected {
+            return Err("its columns are not those of the manifest's product and topics".to_owned());
+        }
+        let rows = RowIter::from_file_into(Box::new(reader));
+        Ok(Self { rows, product, channels: channels.to_vec() })
+    }
+
+    /// Passes over rows.
+    pub fn skip(&mut self, rows: u64) {
+        (0..rows).for_each(|_| drop(self.rows.next()));
+    }
+
+    /// Holds the next row against a ledger's; `Err` says in words what differs.
+    pub fn compare(&mut self, row: &IndexRow) -> Result<(), String> {
+        let found = match self.rows.next() {
+            None => return Err("the row is missing".to_owned()),
+            Some(Err(error)) => return Err(error.to_string()),
+            Some(Ok(found)) => found,
+        };
+        let expected = fields_of(row, self.product, &self.channels);
+        for ((name, found), expected) in found.get_column_iter().zip(&expected) {
+            let same = match (found, expected) {
+                (Field::Double(found), Field::Double(expected)) => found.to_bits() == expected.to_bits(),
+                _ => found == expected,
+            };
+            if !same {
+                return Err(format!("{name} is {found}, the ledger says {expected}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a row says, in the order of the schema.
+fn fields_of(row: &IndexRow, product: Product, channels: &[Channel]) -> Vec<Field> {
+    let LedgerRow { index, sample, facts, fate } = row.row;
+    let text = |bytes: &ByteArray| Field::Str(String::from_utf8_lossy(bytes.data()).into_owned());
+    let mut fields = vec![Field::ULong(index.0), text(row.subject), text(row.object)];
+    fields.extend([sample.instance, sample.view.0, sample.camera].map(Field::UInt));
+    if has_splits(product) {
+        fields.push(Field::Str(row.split.map_or_else(String::new, |split| split.name().to_owned())));
+    }
+    fields.extend([Field::UInt(row.shard), Field::Bool(matches!(fate, Fate::Kept(_)))]);
+    match fate {
+        Fate::Kept(_) => fields.extend([Field::Null, Field::Null]),
+        Fate::Rejected { reason, detail } => fields.extend([reason, detail].map(|word| Field::Str(word.clone()))),
+    }
+    let (counts, shares) = facts_of(facts);
+    let (names, _) = fact_columns(product, channels);
+    fields.extend(counts.into_iter().take(names.len()).map(Field::UInt));
+    fields.extend(shares.into_iter().map(Field::Double));
+    match fate {
+        Fate::Kept(digests) => {
+            fields.extend(digests.iter().map(|digest| Field::Bytes(ByteArray::from(digest.0.to_vec()))));
+        }
+        Fate::Rejected { .. } => fields.extend(channels.iter().map(|_| Field::Null)),
+    }
+    fields
 }

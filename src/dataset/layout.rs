@@ -26,6 +26,9 @@ pub(super) const PENDING: &str = "pending.json";
 /// Scripts and logs of a cluster's tasks; no part of the dataset.
 pub(super) const CLUSTER: &str = "cluster";
 
+/// A few samples, or a map, for viewers; no part of the dataset.
+pub(super) const PREVIEW: &str = "preview.mcap";
+
 /// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
 pub(super) fn files_of(product: Product) -> &'static [&'static str] {
     match product {

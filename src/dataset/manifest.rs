@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     DatasetError, Split,
     layout::{MANIFEST, ShardName, files_of, has_splits},
+    seal::unsealed,
 };
 use crate::{
     geom::{PoseLabel, Proof},
@@ -260,6 +261,7 @@ impl Manifest {
         if found != FORMAT_VERSION {
             return Err(DatasetError::Version { path, found, expected: FORMAT_VERSION });
         }
+        let text = unsealed(&text).map_err(|problem| invalid(&path, problem))?;
         let manifest: Self = serde_json::from_slice(&text).map_err(unreadable)?;
         manifest.check(&path)?;
         Ok(manifest)

@@ -22,6 +22,7 @@
 //! knows no job, plan, simulator or producer.
 
 mod assets;
+mod diff;
 mod durable;
 mod error;
 mod field;
@@ -43,6 +44,7 @@ mod pending;
 mod preview;
 mod reader;
 mod roots;
+mod seal;
 mod set;
 mod shapes;
 mod shard;
@@ -51,6 +53,7 @@ mod split;
 mod verify;
 
 pub use assets::{AssetRow, AssetTable};
+pub use diff::{ChannelCounts, DatasetDifference, ObjectDifference, Reason, SampleCounts, diff};
 pub use error::DatasetError;
 pub use field::read_field;
 pub use finish::{DatasetHeader, ProductTables, finish_dataset};

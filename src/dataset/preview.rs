@@ -26,14 +26,12 @@ pub(super) mod google {
         include!(concat!(env!("OUT_DIR"), "/google.protobuf.rs"));
     }
 }
+pub(super) use super::layout::PREVIEW;
 use foxglove::{
     ArrowPrimitive, CameraCalibration, Color, FrameTransform, PackedElementField, PointCloud, Quaternion, RawImage,
     SceneEntity, SceneUpdate, Vector3,
 };
 use google::protobuf::Timestamp;
-
-/// Name of the preview in a dataset's folder.
-pub(super) const PREVIEW: &str = "preview.mcap";
 
 /// One sample of a preview.
 #[derive(Clone, Debug, PartialEq)]

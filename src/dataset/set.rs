@@ -12,6 +12,7 @@ use super::{
     DatasetError, DatasetReader, Manifest, NumberClass,
     durable::{self, TEMPORARY},
     folder::sorted_entries,
+    seal::{sealed, unsealed},
 };
 use crate::{
     ids::{Digest, ObjectId, Product},
@@ -91,11 +92,13 @@ impl SetTable {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(DatasetError::io("reading", &path)(error)),
         };
-        let table: Self = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
+        let invalid = |problem: String| DatasetError::Invalid {
             path: path.clone(),
-            problem: error.to_string(),
+            problem,
             remedy: "delete it and `run` the set again: what is made is kept",
-        })?;
+        };
+        let text = unsealed(&text).map_err(invalid)?;
+        let table: Self = serde_json::from_slice(&text).map_err(|error| invalid(error.to_string()))?;
         if table.format_version != FORMAT_VERSION {
             return Err(DatasetError::Version { path, found: table.format_version, expected: FORMAT_VERSION });
         }
@@ -140,7 +143,7 @@ impl SetTable {
 
     fn write(&self, folder: &Path) -> Result<(), DatasetError> {
         let text = serde_json::to_string_pretty(self).expect("a set is plain data with text keys") + "\n";
-        durable::write_file(folder, SET, text.as_bytes()).map(drop)
+        durable::write_file(folder, SET, sealed(&text).as_bytes()).map(drop)
     }
 
     fn words(&self) -> String {

@@ -21,7 +21,7 @@ use super::{
     error::REWRITE,
     layout::SHAPES,
     shard::{LIBRARY, ZSTD_LEVEL},
-    shard_file::{MESSAGE_HEADER, attachment, read_at, read_summary, records, unpack},
+    shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
 };
 use crate::{
     ids::{JobDigest, ObjectId, Product},
@@ -162,7 +162,7 @@ impl Shapes {
         let summary = read_summary(&file, bytes).map_err(failed(&path))?;
         let (mut chunks, mut trial_hand) = (Vec::new(), [None; 2]);
         for record in records(&summary) {
-            let record = record.and_then(|(opcode, body)| mcap::parse_record(opcode, body)).map_err(failed(&path))?;
+            let record = record.and_then(|(opcode, body)| parse(opcode, body)).map_err(failed(&path))?;
             match record {
                 Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => {
                     chunks.push((chunk.message_start_time, (chunk.chunk_start_offset, chunk.chunk_length)));

@@ -2,6 +2,7 @@
 
 use std::{
     cell::RefCell,
+    collections::BTreeMap,
     fs::File,
     os::unix::fs::FileExt,
     path::{Path, PathBuf},
@@ -13,7 +14,10 @@ use mcap::{
 };
 
 use super::{DatasetError, Ledger, error::REMAKE, shard::LEDGER};
-use crate::{ids::SampleIndex, record::Channel};
+use crate::{
+    ids::{Digest, SampleIndex},
+    record::Channel,
+};
 
 /// Opcode, length, start of summary, start of its offsets, CRC, magic bytes.
 const FOOTER_BYTES: u64 = 1 + 8 + 8 + 8 + 4 + 8;
@@ -53,6 +57,8 @@ pub(super) struct ShardFile {
     /// Channel of each MCAP channel id.
     channels: Vec<(u16, Channel)>,
     ledger: AttachmentIndex,
+    /// Channels whose schema or encoding is not ours, in words.
+    pub oddities: Vec<String>,
 }
 
 impl ShardFile {
@@ -61,14 +67,20 @@ impl ShardFile {
         let bytes = file.metadata().map_err(DatasetError::io("reading", path))?.len();
         let summary = read_summary(&file, bytes).map_err(|error| damaged(path, bytes, error))?;
         let refuse = |problem: &str| invalid(path, problem.to_owned());
-        let mut channels = Vec::new();
+        let (mut channels, mut schemas, mut uses) = (Vec::new(), BTreeMap::new(), Vec::new());
         let (mut chunk_indexes, mut ledger) = (Vec::new(), None);
         for record in records(&summary) {
-            match record.and_then(|(opcode, body)| mcap::parse_record(opcode, body)) {
+            match record.and_then(|(opcode, body)| parse(opcode, body)) {
                 Ok(Record::Channel(channel)) => match Channel::from_topic(&channel.topic) {
-                    Some(known) => channels.push((channel.id, known)),
+                    Some(known) => {
+                        channels.push((channel.id, known));
+                        uses.push((known, channel.schema_id, channel.message_encoding));
+                    }
                     None => return Err(refuse(&format!("unknown topic '{}'", channel.topic))),
                 },
+                Ok(Record::Schema { header, data }) => {
+                    schemas.insert(header.id, (header.name, header.encoding, data.into_owned()));
+                }
                 Ok(Record::ChunkIndex(chunk)) => chunk_indexes.push(chunk),
                 Ok(Record::AttachmentIndex(index)) if index.name == LEDGER => ledger = Some(index),
                 Ok(_) => {}
@@ -90,7 +102,9 @@ impl ShardFile {
             return Err(refuse("two chunks share a sample"));
         }
         let ledger = ledger.ok_or_else(|| refuse("it has no ledger"))?;
-        Ok(Self { path: path.to_owned(), chunks, channels, ledger })
+        let oddities =
+            uses.iter().filter_map(|(channel, id, encoding)| oddity(*channel, schemas.get(id), encoding)).collect();
+        Ok(Self { path: path.to_owned(), chunks, channels, ledger, oddities })
     }
 
     /// The shard's ledger.
@@ -136,10 +150,26 @@ impl ShardFile {
     }
 }
 
+/// Name, encoding and text of a schema.
+type Schema = (String, String, Vec<u8>);
+
+/// What is not ours about a channel's schema.
+fn oddity(channel: Channel, schema: Option<&Schema>, encoding: &str) -> Option<String> {
+    let topic = channel.topic();
+    let Some((name, kind, text)) = schema else { return Some(format!("{topic} has no schema")) };
+    if (encoding, kind.as_str(), name.as_str()) != ("protobuf", "protobuf", channel.schema_name()) {
+        return Some(format!("{topic} has {encoding} messages of the {kind} schema {name}"));
+    }
+    (text != channel.descriptors()).then(|| {
+        let (found, ours) = (Digest::of(text).short(), Digest::of(channel.descriptors()).short());
+        format!("the schema of {topic} has another text ({found}) than this program's ({ours})")
+    })
+}
+
 /// What a chunk record holds, after its CRC was checked.
 pub(super) fn unpack(record: &[u8]) -> Result<Vec<u8>, McapError> {
     let (opcode, body) = records(record).next().ok_or(McapError::UnexpectedEof)??;
-    let Record::Chunk { header, data } = mcap::parse_record(opcode, body)? else {
+    let Record::Chunk { header, data } = parse(opcode, body)? else {
         return Err(McapError::BadIndex);
     };
     if header.uncompressed_size > MOST_CHUNK_BYTES {
@@ -193,6 +223,45 @@ pub(super) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8
             }
         }
     })
+}
+
+/// Parses a record once the lengths inside it fit it: the library takes memory for a text before it looks whether the text is
+/// there, up to 4 GiB for a length that four bytes say.
+pub(super) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
+    // Bytes before the first length, then what follows: texts (or other runs of bytes) and bytes between them.
+    let (first, lengths): (usize, &[usize]) = match opcode {
+        op::SCHEMA => (2, &[0, 0, 0]),
+        op::CHANNEL => (4, &[0, 0]),
+        op::CHUNK => (28, &[0]),
+        op::CHUNK_INDEX => (32, &[8, 0]),
+        op::ATTACHMENT_INDEX => (40, &[0, 0]),
+        op::METADATA_INDEX => (16, &[0]),
+        op::STATISTICS => (42, &[0]),
+        op::FOOTER | op::SUMMARY_OFFSET => (0, &[]),
+        // Records of others are passed over.
+        other if other > op::DATA_END => (0, &[]),
+        // Nothing else stands in a summary.
+        _ => return Err(McapError::BadIndex),
+    };
+    let mut rest = body.get(first..).ok_or(McapError::UnexpectedEoc)?;
+    for between in lengths {
+        rest = after_text(rest)?.get(*between..).ok_or(McapError::UnexpectedEoc)?;
+    }
+    if opcode == op::CHANNEL {
+        // A map: its length, then texts in pairs.
+        let inside = after_text(rest)?.len();
+        let mut texts = &rest[4..rest.len() - inside];
+        while !texts.is_empty() {
+            texts = after_text(texts)?;
+        }
+    }
+    mcap::parse_record(opcode, body)
+}
+
+/// What follows a text and its length.
+fn after_text(bytes: &[u8]) -> Result<&[u8], McapError> {
+    let (length, rest) = bytes.split_first_chunk::<4>().ok_or(McapError::UnexpectedEoc)?;
+    rest.get(u32::from_le_bytes(*length) as usize..).ok_or(McapError::UnexpectedEoc)
 }
 
 /// The data of an attachment record: its last bytes but for the CRC of everything before.

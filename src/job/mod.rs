@@ -13,6 +13,7 @@ mod canonical;
 mod check;
 mod checked;
 mod decode;
+mod difference;
 mod discover;
 mod document;
 mod draft;
@@ -37,6 +38,7 @@ pub use checked::{
     RayTarget, ReachabilityJob, Renderer, Robot, SceneCamera, Solver, SplitSettings, SubsetSize, Touch, TouchByHand,
     Truth, TypeChoice, WORLD, Work,
 };
+pub use difference::{SettingDifference, setting_differences};
 pub use draft::{
     CompletionDraft, FoundMesh, GraspDraft, JobDraft, JobText, ObjectsDraft, Surroundings, WorkDraft,
     default_shard_samples,

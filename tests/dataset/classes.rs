@@ -9,7 +9,7 @@ use graspmill::{
     record::{Channel, TactileContacts},
 };
 
-use crate::made::{Made, names, pair, touch};
+use crate::made::{Made, names, pair, touch, unsealed};
 
 const FULL: VerifyOptions = VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: true, threads: 1 };
 
@@ -95,7 +95,7 @@ fn change(folder: &Path, from: &str, to: &str) {
     let path = folder.join("manifest.json");
     let text = fs::read_to_string(&path).unwrap();
     assert_eq!(text.matches(from).count(), 1, "{from}");
-    fs::write(path, text.replace(from, to)).unwrap();
+    fs::write(path, unsealed(&text).replace(from, to)).unwrap();
 }
 
 #[test]
@@ -127,6 +127,7 @@ fn a_manifest_that_forgets_a_topics_class_is_refused() {
     let path = folder.path().join("manifest.json");
     let mut manifest: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     manifest.as_object_mut().unwrap().remove("class_topics");
+    manifest.as_object_mut().unwrap().remove("seal");
     fs::write(&path, manifest.to_string()).unwrap();
     let error = Manifest::read(folder.path()).unwrap_err().to_string();
     assert!(error.contains("it has roots of [Exact, Physics] and topics of []"), "{error}");
