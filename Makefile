@@ -83,6 +83,17 @@ test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integrati
 test-slow: setup robots deps-test $(PEERS)/.complete $(TORCH)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked -- --ignored
 
+FUZZ_SECONDS ?= 60
+FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))
+
+.PHONY: fuzz
+fuzz: ## coverage-guided fuzzing of all readers (cargo-fuzz and a nightly toolchain; FUZZ_SECONDS a target)
+	@scripts/fuzz.sh $(FUZZ_SECONDS) $(FUZZ_TARGETS)
+
+.PHONY: fuzz-seeds
+fuzz-seeds: mujoco ## write the seeds of fuzz/corpus anew
+	GRASPMILL_WRITE_SEEDS=1 $(CARGO) test --release --locked --test fuzz_corpus seeds_are_written
+
 .PHONY: bench
 bench: setup robot-fetch ## criterion benches of the kernels
 	$(CARGO) bench --locked

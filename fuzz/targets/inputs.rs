@@ -1,0 +1,131 @@
+//! What a user writes or finds: jobs, hands, robots, meshes, grids.
+
+use std::{fs, path::Path, sync::LazyLock};
+
+use graspmill::{
+    assets::{Description, MeshSource, built_in_names, prepare, read_triangles},
+    hand::HandTable,
+    job::{JobDraft, JobSet, JobText, Surroundings, WorkDraft, no_grasps, no_scenes},
+    plan::Plan,
+    voxel::Binvox,
+};
+
+/// Endings of mesh files.
+pub const MESHES: [&str; 4] = ["stl", "obj", "ply", "off"];
+
+/// A folder of this process alone, in memory where the machine has such a place.
+pub fn scratch() -> tempfile::TempDir {
+    let memory = Path::new("/dev/shm");
+    let parent = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
+    tempfile::tempdir_in(parent).expect("a scratch folder")
+}
+
+/// A job file, or one of a set: read, checked, its mistakes rendered; what needs no mesh is resolved, written back and read
+/// again.
+pub fn job(input: &[u8]) {
+    static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let place = scratch();
+        fs::write(place.path().join("robot.xml"), "<mujoco model='robot'/>").expect("a robot");
+        fs::write(place.path().join("hand.xml"), "<mujoco model='hand'/>").expect("a hand");
+        fs::write(place.path().join("hand.toml"), "").expect("a table");
+        fs::write(place.path().join("part.off"), "OFF\n").expect("a mesh");
+        fs::write(place.path().join("masses.csv"), "name,mass\npart,0.1\n").expect("a table");
+        place
+    });
+    let Ok(text) = std::str::from_utf8(input) else { return };
+    // The other folders of this machine are none of the input.
+    if ["..", "/", "\\u"].iter().any(|word| text.contains(word)) {
+        return;
+    }
+    let named = |text: String| JobText {
+        label: "job.toml".to_owned(),
+        folder: PLACE.path().to_owned(),
+        text,
+        overrides: vec![],
+    };
+    let read = |text: &JobText| {
+        let surroundings = Surroundings {
+            packages: PLACE.path().join("packages"),
+            built_in: built_in_names(24).collect(),
+            scenes: &no_scenes,
+            robots: &|_| Vec::new(),
+            hands: &|_| Ok(()),
+            grasping_hands: &|_| Ok(()),
+            grasps: &no_grasps,
+        };
+        JobDraft::read(text, &surroundings)
+    };
+    let written = named(text.to_owned());
+    if JobSet::is_one(&written) {
+        match JobSet::read(&written) {
+            Ok(_) => {}
+            Err(errors) => assert!(!errors.render().is_empty()),
+        }
+        return;
+    }
+    let draft = match read(&written) {
+        Ok(draft) => draft,
+        Err(errors) => return assert!(!errors.render().is_empty()),
+    };
+    if !matches!(draft.work, WorkDraft::Reachability(_)) {
+        return;
+    }
+    let Ok(job) = draft.resolve(Vec::new()) else { return };
+    let _ = Plan::new(&job);
+    let again = named(job.to_toml(PLACE.path()));
+    let again = read(&again).map_err(|errors| errors.render()).expect("a resolved job reads back");
+    let again = again.resolve(Vec::new()).map_err(|errors| errors.render()).expect("and resolves");
+    assert_eq!(again.digest(), job.digest(), "a resolved job is the same job");
+}
+
+/// A hand's table.
+pub fn hand(input: &[u8]) {
+    let Ok(text) = std::str::from_utf8(input) else { return };
+    match HandTable::parse(Path::new("hand.toml"), text.to_owned()) {
+        Ok(_) => {}
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// An MJCF file, as far as the program itself reads it: which files it names.
+pub fn description(input: &[u8]) {
+    static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
+    // Devices of this machine are none of the input.
+    if input.contains(&b'/') && input.windows(2).any(|pair| pair == b"\"/" || pair == b"'/" || pair == b"..") {
+        return;
+    }
+    let path = PLACE.path().join("robot.xml");
+    fs::write(&path, input).expect("a file");
+    if let Err(error) = Description::read(&path) {
+        assert!(!error.to_string().is_empty() && !error.remedy().is_empty());
+    }
+}
+
+/// A mesh file of the format that the first byte names: read, mended, checked.
+pub fn mesh(input: &[u8]) {
+    static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
+    let Some((format, bytes)) = input.split_first() else { return };
+    let path = PLACE.path().join(format!("mesh.{}", MESHES[usize::from(*format) % MESHES.len()]));
+    fs::write(&path, bytes).expect("a file");
+    let raw = read_triangles(&path);
+    match prepare(&MeshSource::of_file("mesh", &path)) {
+        Ok(prepared) => {
+            assert!(raw.is_ok(), "what is prepared can be read");
+            let corners = prepared.mesh.vertices.len() as u32;
+            assert!(prepared.mesh.triangles.iter().flatten().all(|corner| *corner < corners));
+            assert!(prepared.mesh.vertices.iter().all(|vertex| vertex.iter().all(|x| x.is_finite())));
+        }
+        Err(refusal) => assert!(!refusal.to_string().is_empty()),
+    }
+}
+
+/// A binvox file; one that is read is written and read again.
+pub fn binvox(input: &[u8]) {
+    match Binvox::from_bytes(input) {
+        Ok(grid) => {
+            let again = Binvox::from_bytes(&grid.to_bytes()).expect("what was written reads back");
+            assert_eq!(again.grid, grid.grid);
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}

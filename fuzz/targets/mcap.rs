@@ -1,0 +1,148 @@
+//! Checksums mended, so that damage reaches what stands behind them: whoever forges a file can count, too.
+
+use std::io::Write;
+
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+const FOOTER: u8 = 0x02;
+const SCHEMA: u8 = 0x03;
+const CHANNEL: u8 = 0x04;
+const CHUNK: u8 = 0x06;
+const CHUNK_INDEX: u8 = 0x08;
+const ATTACHMENT: u8 = 0x09;
+const ATTACHMENT_INDEX: u8 = 0x0a;
+const DATA_END: u8 = 0x0f;
+
+/// Most bytes that a chunk is unpacked to for its checksum.
+const MOST: usize = 1 << 24;
+
+/// The same file with the right checksums of chunks, attachments and summary, as far as records can be told apart.
+pub fn with_checksums(file: &[u8]) -> Vec<u8> {
+    let mut file = file.to_vec();
+    let mut at = MAGIC.len();
+    while let Some(head) = file.get(at..at + 9) {
+        let (opcode, length) = (head[0], u64::from_le_bytes(head[1..].try_into().expect("8 bytes")));
+        let start = at + 9;
+        let Some(end) = usize::try_from(length).ok().and_then(|length| start.checked_add(length)) else { break };
+        if end > file.len() {
+            break;
+        }
+        match opcode {
+            CHUNK => {
+                if let Some(crc) = chunk_checksum(&file[start..end]) {
+                    file[start + 24..start + 28].copy_from_slice(&crc.to_le_bytes());
+                }
+            }
+            ATTACHMENT if end - start >= 4 => {
+                let crc = crc32fast::hash(&file[start..end - 4]);
+                file[end - 4..end].copy_from_slice(&crc.to_le_bytes());
+            }
+            FOOTER if end - start == 20 => {
+                let summary = u64::from_le_bytes(file[start..start + 8].try_into().expect("8 bytes")) as usize;
+                if let Some(covered) = file.get(summary..start + 16) {
+                    let crc = crc32fast::hash(covered);
+                    file[start + 16..end].copy_from_slice(&crc.to_le_bytes());
+                }
+            }
+            _ => {}
+        }
+        at = end;
+    }
+    file
+}
+
+fn chunk_checksum(body: &[u8]) -> Option<u32> {
+    let size = u64::from_le_bytes(body.get(16..24)?.try_into().ok()?);
+    let word = u32::from_le_bytes(body.get(28..32)?.try_into().ok()?) as usize;
+    let records = body.get(32usize.checked_add(word)?.checked_add(8)?..)?;
+    let size = usize::try_from(size).ok().filter(|size| *size <= MOST)?;
+    let unpacked = zstd::bulk::decompress(records, size).ok()?;
+    Some(crc32fast::hash(&unpacked))
+}
+
+/// An input of the target `shard_content`.
+pub fn parts(ledger: &[u8], records: &[u8]) -> Vec<u8> {
+    let mut input = (ledger.len() as u32).to_le_bytes().to_vec();
+    input.extend_from_slice(ledger);
+    input.extend_from_slice(records);
+    input
+}
+
+/// A well-formed shard with this ledger and a chunk of these records; channel k is topic k.
+pub fn shard_of(input: &[u8], topics: &[&str]) -> Option<Vec<u8>> {
+    let (length, rest) = input.split_first_chunk::<4>()?;
+    let (ledger, records) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    let mut file = MAGIC.to_vec();
+    record(&mut file, 0x01, &[text("graspmill"), text("graspmill format 1")].concat());
+    let attachment_at = file.len();
+    let mut body = vec![0; 16];
+    body.extend([text("ledger"), text("application/x-protobuf")].concat());
+    body.extend((ledger.len() as u64).to_le_bytes());
+    body.extend(ledger);
+    body.extend(crc32fast::hash(&body).to_le_bytes());
+    record(&mut file, ATTACHMENT, &body);
+    let chunk_at = file.len();
+    let times = times(records);
+    let (first, last) = (times.iter().min().copied().unwrap_or(0), times.iter().max().copied().unwrap_or(0));
+    let packed = packed(records);
+    let mut body = [first, last, records.len() as u64].map(u64::to_le_bytes).concat();
+    body.extend(crc32fast::hash(records).to_le_bytes());
+    body.extend(text("zstd"));
+    body.extend((packed.len() as u64).to_le_bytes());
+    body.extend(&packed);
+    record(&mut file, CHUNK, &body);
+    let chunk_end = file.len();
+    record(&mut file, DATA_END, &[0; 4]);
+    let summary = file.len();
+    record(&mut file, SCHEMA, &[&1u16.to_le_bytes()[..], &text("any"), &text("protobuf"), &[0; 4]].concat());
+    for (id, topic) in (0u16..).zip(topics) {
+        let body = [&id.to_le_bytes()[..], &1u16.to_le_bytes(), &text(topic), &text("protobuf"), &[0; 4]].concat();
+        record(&mut file, CHANNEL, &body);
+    }
+    let mut body = [first, last, chunk_at as u64, (chunk_end - chunk_at) as u64].map(u64::to_le_bytes).concat();
+    // One entry of message indexes, wherever they are, says that the chunk has messages.
+    body.extend([&10u32.to_le_bytes()[..], &0u16.to_le_bytes(), &(chunk_end as u64).to_le_bytes(), &[0; 8]].concat());
+    body.extend(text("zstd"));
+    body.extend([packed.len() as u64, records.len() as u64].map(u64::to_le_bytes).concat());
+    record(&mut file, CHUNK_INDEX, &body);
+    let mut body = [attachment_at as u64, (chunk_at - attachment_at) as u64, 0, 0, ledger.len() as u64]
+        .map(u64::to_le_bytes)
+        .concat();
+    body.extend([text("ledger"), text("application/x-protobuf")].concat());
+    record(&mut file, ATTACHMENT_INDEX, &body);
+    let footer = [summary as u64, 0].map(u64::to_le_bytes).concat();
+    record(&mut file, FOOTER, &[footer, vec![0; 4]].concat());
+    file.extend(MAGIC);
+    Some(with_checksums(&file))
+}
+
+/// Log times of the messages among records.
+fn times(mut records: &[u8]) -> Vec<u64> {
+    let mut times = Vec::new();
+    while let Some((head, rest)) = records.split_at_checked(9) {
+        let length = u64::from_le_bytes(head[1..].try_into().expect("8 bytes"));
+        let Some((body, rest)) = usize::try_from(length).ok().and_then(|length| rest.split_at_checked(length)) else {
+            break;
+        };
+        if let (0x05, Some(time)) = (head[0], body.get(6..14)) {
+            times.push(u64::from_le_bytes(time.try_into().expect("8 bytes")));
+        }
+        records = rest;
+    }
+    times
+}
+
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = zstd::Encoder::new(Vec::new(), 1).expect("an encoder");
+    encoder.write_all(bytes).expect("memory");
+    encoder.finish().expect("memory")
+}
+
+fn text(text: &str) -> Vec<u8> {
+    [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
+}
+
+fn record(file: &mut Vec<u8>, opcode: u8, body: &[u8]) {
+    file.push(opcode);
+    file.extend((body.len() as u64).to_le_bytes());
+    file.extend(body);
+}

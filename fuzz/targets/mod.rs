@@ -1,0 +1,33 @@
+//! What reads bytes from outside, one target each: none may panic, hang, or take memory beyond a bound, whatever the
+//! bytes. The fuzzer feeds them (`make fuzz`); `tests/fuzz_corpus.rs` replays the kept inputs without it.
+
+mod dataset;
+mod inputs;
+mod mcap;
+mod records;
+
+pub use mcap::parts;
+pub use records::RECORDS;
+
+/// Takes one input.
+pub type Target = fn(&[u8]);
+
+/// Every target, by name: that of its folder in `fuzz/corpus`.
+pub const TARGETS: [(&str, Target); 11] = [
+    ("beside", dataset::beside),
+    ("binvox", inputs::binvox),
+    ("description", inputs::description),
+    ("hand", inputs::hand),
+    ("index", dataset::index),
+    ("job", inputs::job),
+    ("mesh", inputs::mesh),
+    ("records", records::records),
+    ("shard", dataset::shard),
+    ("shard_content", dataset::shard_content),
+    ("tables", dataset::tables),
+];
+
+/// Names of the tables, by the first byte of an input of the target `tables`.
+pub use dataset::TABLES;
+/// Endings of mesh files, by the first byte of an input of the target `mesh`.
+pub use inputs::MESHES;
