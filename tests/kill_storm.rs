@@ -94,6 +94,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Digest> {
 }
 
 /// Kills so many times, spread over the jobs.
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn storm(kills: u32, size: u32, seed: u64) {
     let place = tempfile::tempdir().expect("a scratch folder");
     let jobs = jobs(place.path(), size);

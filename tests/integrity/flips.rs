@@ -66,6 +66,7 @@ fn caught_by(exit: i32, report: Option<&serde_json::Value>, said: &str) -> Optio
 
 /// Flips so many bits, one at a time: files in turn, then bits at random, so that small files get their share. No cheap ways
 /// to cheat: each flip is undone by the saved bytes, and the datasets must be whole in the end.
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn flip(count: u64, seed: u64) {
     let place = tempfile::tempdir().expect("a scratch folder");
     let mut datasets = all_products(place.path());
