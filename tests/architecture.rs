@@ -47,7 +47,7 @@ const USES: &[(&str, &[&str])] = &[
     ),
     ("run", &["plan", "produce", "record", "dataset", "ids", "seed", "job", "assets", "geom", "voxel", "sim"]),
     ("export", &["dataset", "record", "geom", "voxel", "ids"]),
-    ("release", &["dataset", "record", "geom", "voxel", "ids"]),
+    ("release", &["dataset", "record", "geom", "voxel", "ids", "job"]),
     ("runtime", &["dataset", "record", "geom", "voxel", "ids"]),
     (
         "cli",

@@ -41,6 +41,8 @@ pub enum Command {
     Report(ReportArgs),
     /// Write samples in another format.
     Export(ExportArgs),
+    /// Make a publication of a dataset: card, datasheet, licences, metadata, provenance, digests.
+    Release(ReleaseArgs),
     /// Ask a dataset.
     #[command(subcommand)]
     Query(QueryCommand),
@@ -240,6 +242,24 @@ pub struct ReportArgs {
     /// Where to write; `report.html` in the dataset's folder by default.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct ReleaseArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// The release's folder; must not exist yet or be empty.
+    #[arg(long, value_name = "REL")]
+    pub out: PathBuf,
+    /// What only its authors know: title, date, licence, uses (TOML; docs/releases.md).
+    #[arg(long, value_name = "ABOUT")]
+    pub about: PathBuf,
+    /// Leave out what may not be shipped, with a recipe that makes it again.
+    #[arg(long)]
+    pub recipe: bool,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args, Debug)]

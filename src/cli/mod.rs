@@ -19,6 +19,7 @@ mod pairs;
 mod printer;
 mod progress;
 mod query;
+mod release;
 #[cfg(feature = "sim")]
 mod robot;
 #[cfg(feature = "sim")]
@@ -72,6 +73,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Inspect(arguments) => dataset::inspect(arguments, printer),
         Command::Report(arguments) => dataset::report(arguments, printer),
         Command::Export(arguments) => dataset::export(arguments, printer),
+        Command::Release(arguments) => release::release(arguments, printer),
         Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
         Command::Verify(arguments) => verify::verify(arguments, printer),
         Command::Diff(arguments) => diff::diff(arguments, printer),

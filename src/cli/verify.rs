@@ -16,6 +16,7 @@ use crate::{
     assets::MeshOrigin,
     dataset::{DatasetReader, Problem, SetTable, VerifyLevel, VerifyOptions, VerifyReport, read_mark},
     job::{CompletionDraft, Job, JobDraft, JobText, Truth},
+    release::{ReleaseCheck, check_release},
     run::{Cancel, Crew, Regeneration, regenerate},
 };
 
@@ -34,6 +35,8 @@ struct VerifyJson<'a> {
     problems: Vec<String>,
     notes: Vec<String>,
     regenerated: Option<&'a Regeneration>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    release_files: Option<usize>,
 }
 
 /// What was found of one dataset.
@@ -42,6 +45,8 @@ pub struct Checked<'a> {
     folder: PathBuf,
     report: VerifyReport,
     regenerated: Option<Regeneration>,
+    /// Where the folder is a release.
+    release: Option<ReleaseCheck>,
     /// How the program ends if nothing else is checked.
     pub exit: Exit,
 }
@@ -94,8 +99,13 @@ pub fn check<'a>(
             remedy: "delete it and `run` the job again: finished shards are kept",
         });
     }
+    let release = check_release(folder)?;
+    if let Some(release) = &release {
+        release.add_to(&mut report);
+    }
     let mut regenerated = None;
-    if let (Some(count), true) = (arguments.regenerate, report.is_intact()) {
+    let whole = release.as_ref().is_none_or(|release| release.left_out.is_empty());
+    if let (Some(count), true) = (arguments.regenerate, report.is_intact() && whole) {
         let open = jobs::open_text(&text?, None, crew, cancel, &|_| {})?;
         let reader = DatasetReader::open(folder)?;
         if open.digest != reader.manifest().job {
@@ -117,7 +127,7 @@ pub fn check<'a>(
     }
     let same = regenerated.as_ref().is_none_or(|regenerated| regenerated.differences.is_empty());
     let exit = if report.is_intact() && same { Exit::Complete } else { Exit::Mismatch };
-    Ok(Checked { arguments, folder: folder.to_owned(), report, regenerated, exit })
+    Ok(Checked { arguments, folder: folder.to_owned(), report, regenerated, release, exit })
 }
 
 /// Objects of the dataset that its job does not find here, or finds with other content: by file where one was read.
@@ -152,12 +162,13 @@ impl Checked<'_> {
             problems: report.problems.iter().map(ToString::to_string).collect(),
             notes: report.notes.clone(),
             regenerated: self.regenerated.as_ref(),
+            release_files: self.release.as_ref().map(|release| release.files),
         }
     }
 
     /// For people.
     pub fn words(&self) -> String {
-        let Self { arguments, folder, report, regenerated, .. } = self;
+        let Self { arguments, folder, report, regenerated, release, .. } = self;
         let folder = folder.display();
         let samples = words::samples(report.product);
         let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
@@ -170,6 +181,9 @@ impl Checked<'_> {
             report.payloads,
             report.checked.bytes as f64 / 1e6
         ));
+        if let Some(release) = release {
+            lines.push(format!("a release: {} files listed by SHA-256 were compared", release.files));
+        }
         if let Some(made) = regenerated {
             lines.extend(made.differences.iter().map(|difference| {
                 format!("differs: sample {} ({}): {}", difference.sample, difference.id, difference.what)
@@ -185,7 +199,10 @@ impl Checked<'_> {
                 format!("{} of {} {samples} made again differ", made.differences.len(), made.samples)
             });
         } else if arguments.regenerate.is_some() {
-            lines.push("nothing was made again: mend the problems first".to_owned());
+            lines.push(match report.is_intact() {
+                true => "nothing was made again: a recipe holds nothing to compare with; run its job.toml".to_owned(),
+                false => "nothing was made again: mend the problems first".to_owned(),
+            });
         }
         let verdict = if report.is_intact() { "is intact" } else { "is NOT intact" };
         lines.push(format!("{folder} {verdict}, root {}", report.saved));

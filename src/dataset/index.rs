@@ -106,6 +106,57 @@ fn facts_of(facts: &SampleFacts) -> (Vec<u32>, Vec<f64>) {
     }
 }
 
+/// A column of a dataset's index.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IndexColumn {
+    /// Its name.
+    pub name: String,
+    /// What its cells are.
+    pub kind: ColumnKind,
+}
+
+/// What the cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// UTF-8 text.
+    Text,
+    /// True or false.
+    Boolean,
+    /// A whole number from 0 to 2^32 - 1.
+    U32,
+    /// A whole number from 0 to 2^64 - 1.
+    U64,
+    /// A double.
+    F64,
+    /// The 32 bytes of a BLAKE3 digest.
+    Digest,
+}
+
+/// The columns of the index of a dataset of this product with these channels, in order.
+pub fn index_columns(product: Product, channels: &[Channel]) -> Vec<IndexColumn> {
+    let (counts, shares) = fact_columns(product, channels);
+    let split = has_splits(product).then_some(("split", ColumnKind::Text));
+    let before = [
+        ("sample_index", ColumnKind::U64),
+        ("subject", ColumnKind::Text),
+        ("object", ColumnKind::Text),
+        ("instance", ColumnKind::U32),
+        ("view", ColumnKind::U32),
+        ("camera", ColumnKind::U32),
+    ];
+    let after = [
+        ("shard", ColumnKind::U32),
+        ("kept", ColumnKind::Boolean),
+        ("reason", ColumnKind::Text),
+        ("detail", ColumnKind::Text),
+    ];
+    let named = before.into_iter().chain(split).chain(after).map(|(name, kind)| (name.to_owned(), kind));
+    let facts = (counts.into_iter().map(|name| (name, ColumnKind::U32)))
+        .chain(shares.into_iter().map(|name| (name, ColumnKind::F64)));
+    let digests = channels.iter().map(|channel| (format!("digest_{}", channel.name()), ColumnKind::Digest));
+    named.chain(facts).chain(digests).map(|(name, kind)| IndexColumn { name, kind }).collect()
+}
+
 fn schema(product: Product, channels: &[Channel]) -> String {
     let split = if has_splits(product) { "required binary split (string);" } else { "" };
     let (counts, shares) = fact_columns(product, channels);
@@ -423,4 +474,31 @@ fn fields_of(row: &IndexRow, product: Product, channels: &[Channel]) -> Vec<Fiel
         Fate::Rejected { .. } => fields.extend(channels.iter().map(|_| Field::Null)),
     }
     fields
+}
+#[cfg(test)]
+mod tests {
+    use parquet::basic::{LogicalType, Type};
+
+    use super::*;
+
+    #[test]
+    fn the_listed_columns_are_those_of_the_schema() {
+        for product in Product::ALL {
+            let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|each| each.product() == product).collect();
+            let schema = parse_message_type(&schema(product, &channels)).expect("a schema");
+            let written = schema.get_fields().iter().map(|field| {
+                let kind = match (field.get_physical_type(), field.get_basic_info().logical_type_ref()) {
+                    (Type::BYTE_ARRAY, Some(LogicalType::String)) => ColumnKind::Text,
+                    (Type::BOOLEAN, None) => ColumnKind::Boolean,
+                    (Type::INT32, Some(_)) => ColumnKind::U32,
+                    (Type::INT64, Some(_)) => ColumnKind::U64,
+                    (Type::DOUBLE, None) => ColumnKind::F64,
+                    (Type::FIXED_LEN_BYTE_ARRAY, None) => ColumnKind::Digest,
+                    other => panic!("{product}: {}: {other:?}", field.name()),
+                };
+                IndexColumn { name: field.name().to_owned(), kind }
+            });
+            assert_eq!(written.collect::<Vec<_>>(), index_columns(product, &channels), "{product}");
+        }
+    }
 }

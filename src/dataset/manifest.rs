@@ -283,6 +283,15 @@ impl Manifest {
         }
     }
 
+    /// The files of the dataset by their paths inside its folder, sorted: run mark, manifest, tables and shards.
+    pub fn paths(&self) -> Vec<String> {
+        let shards = self.shards.iter().map(|shard| format!("{}/{}", super::layout::SHARDS, shard.file));
+        let tables = self.files.keys().cloned().chain([super::layout::RUN, MANIFEST].map(str::to_owned));
+        let mut paths: Vec<String> = shards.chain(tables).collect();
+        paths.sort();
+        paths
+    }
+
     /// Path of a shard's file.
     pub fn shard_path(&self, folder: &Path, shard: usize) -> PathBuf {
         folder.join(super::layout::SHARDS).join(&self.shards[shard].file)

@@ -62,6 +62,7 @@ pub use folder::{
     scan_some_shards, shards_folder,
 };
 pub use grasp_preview::write_grasp_preview;
+pub use index::{ColumnKind, IndexColumn, index_columns};
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow};
 pub use manifest::{

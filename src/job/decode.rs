@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Deserialize;
+use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 
 use super::{
@@ -96,10 +96,10 @@ fn read(product: Product, filled: &toml::Value) -> Result<(HeadSpec, BodySpec), 
     Ok((HeadSpec::deserialize(filled.clone())?, body))
 }
 
-/// A set as read, with what was wrong in it.
-pub(super) struct DecodedSet {
+/// A file of one form as read, with what was wrong in it.
+pub(super) struct DecodedAs<T> {
     /// Its keys.
-    pub spec: SetSpec,
+    pub spec: T,
     /// As written, without the mistakes.
     pub document: Document,
     /// The mistakes.
@@ -112,13 +112,25 @@ pub(super) struct DecodedSet {
 ///
 /// # Errors
 /// When a key that it cannot do without is missing or wrong: nothing further can be said.
-pub(super) fn decode_set(label: &str, text: &str) -> Result<DecodedSet, JobErrors> {
+pub(super) fn decode_set(label: &str, text: &str) -> Result<DecodedAs<SetSpec>, JobErrors> {
+    decode_as(label, text, schema::of_sets())
+}
+
+/// Reads a file whose form `schema` says.
+///
+/// # Errors
+/// When a key that it cannot do without is missing or wrong: nothing further can be said.
+pub(super) fn decode_as<T: DeserializeOwned>(
+    label: &str,
+    text: &str,
+    schema: &Value,
+) -> Result<DecodedAs<T>, JobErrors> {
     let (mut document, errors) = Document::read(label, text, &[]);
     let mut root = document.root.clone();
     let mut walk = Walk { product: None, document: &document, errors, wrong: Vec::new() };
-    walk.value(&mut root, schema::of_sets(), &Path::default());
+    walk.value(&mut root, schema, &Path::default());
     let Walk { mut errors, wrong, .. } = walk;
-    let spec = match SetSpec::deserialize(root.to_toml()) {
+    let spec = match T::deserialize(root.to_toml()) {
         Ok(spec) => spec,
         Err(error) => {
             if errors.is_empty() {
@@ -129,11 +141,11 @@ pub(super) fn decode_set(label: &str, text: &str) -> Result<DecodedSet, JobError
         }
     };
     document.root = root;
-    Ok(DecodedSet { spec, document, errors, wrong })
+    Ok(DecodedAs { spec, document, errors, wrong })
 }
 
 struct Walk<'a> {
-    /// `None` in a set.
+    /// `None` in a file that is no job of one product.
     product: Option<Product>,
     document: &'a Document,
     errors: Vec<JobError>,

@@ -277,9 +277,14 @@ impl JobErrors {
 
     /// All mistakes as a compiler shows them, and how many.
     pub fn render(&self) -> String {
+        self.render_of("the job")
+    }
+
+    /// The same of a file that is no job: `what` names it.
+    pub fn render_of(&self, what: &str) -> String {
         let mut text: String = self.0.iter().map(|error| error.render() + "\n").collect();
         let plural = if self.0.len() == 1 { "error" } else { "errors" };
-        let _ = writeln!(text, "{} {plural} in the job", self.0.len());
+        let _ = writeln!(text, "{} {plural} in {what}", self.0.len());
         text
     }
 }

@@ -27,6 +27,7 @@ mod resolve;
 mod schema;
 mod set;
 mod spec;
+mod strict;
 
 pub use check::{
     GraspsReader, HandReader, RobotFault, RobotKey, RobotReader, SceneReader, no_grasps, no_hands, no_robots, no_scenes,
@@ -39,6 +40,7 @@ pub use checked::{
     Truth, TypeChoice, WORLD, Work,
 };
 pub use difference::{SettingDifference, setting_differences};
+pub use document::Step;
 pub use draft::{
     CompletionDraft, FoundMesh, GraspDraft, JobDraft, JobText, ObjectsDraft, Surroundings, WorkDraft,
     default_shard_samples,
@@ -50,3 +52,4 @@ pub use reference::reference;
 pub use schema::schema;
 pub use set::{JobSet, SetMember};
 pub use spec::completion::UnitSpec;
+pub use strict::{StrictFile, fits, meant};

@@ -5,7 +5,7 @@
 
 use std::sync::LazyLock;
 
-use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
 
 use super::{
@@ -166,12 +166,17 @@ fn build(product: Product) -> Value {
 }
 
 fn build_set() -> Value {
+    of_form::<SetSpec>("graspmill set of jobs")
+}
+
+/// The schema of any file that is read as strictly as a job.
+pub(super) fn of_form<T: JsonSchema>(title: &str) -> Value {
     let generator = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true).into_generator();
-    let mut schema = generator.into_root_schema_for::<SetSpec>().to_value();
+    let mut schema = generator.into_root_schema_for::<T>().to_value();
     simplify(&mut schema);
     let root = schema.as_object_mut().expect("the schema of a struct is an object");
     root.remove("$schema");
-    root.insert("title".to_owned(), json!("graspmill set of jobs"));
+    root.insert("title".to_owned(), json!(title));
     schema
 }
 

@@ -4,7 +4,7 @@ use std::path::Path as FilePath;
 
 use super::{
     check::Checker,
-    decode::{self, DecodedSet, did_you_mean},
+    decode::{self, DecodedAs, did_you_mean},
     document::{Document, NodeValue, Path},
     draft::JobText,
     errors::{JobErrors, Problem},
@@ -49,7 +49,7 @@ impl JobSet {
     /// # Errors
     /// Every mistake of the file; those of its jobs are found when these are read.
     pub fn read(text: &JobText) -> Result<Self, JobErrors> {
-        let DecodedSet { spec, document, errors, wrong } = decode::decode_set(&text.label, &text.text)?;
+        let DecodedAs { spec, document, errors, wrong } = decode::decode_set(&text.label, &text.text)?;
         let mut checker = Checker { document: &document, errors, wrong };
         let jobs = members(&mut checker, &spec, text);
         JobErrors::check(checker.errors)?;

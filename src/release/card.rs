@@ -57,6 +57,23 @@ pub(super) fn card(sample: &Sample, pick: &Pick, object: &str, split: Option<Spl
     Ok(html)
 }
 
+/// A sample in one picture of four: depth, partial, complete, and both from behind; each `side` pixels wide and high.
+pub(super) fn picture_of(sample: &Sample, side: u32) -> Result<Picture, DatasetError> {
+    let pair = sample.pair()?;
+    let crop = sample.depth()?.map_or_else(|| height_map(&pair.partial, &pair.grid), |depth| depth.crop).trimmed();
+    let depth = DepthRange::of(&crop).map(|range| {
+        let zoom = (side / crop.width.max(crop.height).max(1)).max(1);
+        depth_picture(&crop, range, zoom).in_square(side)
+    });
+    let (partial, complete) = (&pair.partial, &pair.complete);
+    let front = VoxelPainter::new(side, Eye::CameraSide, &[complete, partial]);
+    let behind = VoxelPainter::new(side, Eye::Behind, &[complete, partial]);
+    let grids =
+        [front.draw(Some(partial), None), front.draw(None, Some(complete)), behind.draw(Some(partial), Some(complete))];
+    let pictures: Vec<Picture> = depth.into_iter().chain(grids).collect();
+    Ok(Picture::row(&pictures, side / 20).with_few_colours())
+}
+
 /// What was touched, from behind: cells beside the seen ones, and contacts on the whole solid.
 fn touch_panels(touched: &TouchedPair, object: &str, behind: &VoxelPainter) -> String {
     let TouchedPair { pair, touch, tactile, .. } = touched;

@@ -13,7 +13,7 @@ use crate::{
         GraspedObject,
         grasps::{GraspPlace, GraspSurvey},
         page::escaped,
-        picture::{Colour, Solid, SolidView, solid_picture},
+        picture::{Colour, Picture, Solid, SolidView, solid_picture},
     },
 };
 
@@ -35,37 +35,88 @@ struct DrawnHand {
     dot: TouchShape,
 }
 
+impl DrawnHand {
+    /// The hand of a dataset; `None` where it has a shape that cannot be drawn.
+    fn of(shapes: &Shapes) -> Result<Option<Self>, DatasetError> {
+        let shape = shapes.hand()?;
+        let solids: Result<_, NoSurface> = shape.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
+        let dot = TouchShape::new(&Shape::Sphere { radius: DOT });
+        Ok(solids.ok().zip(dot.ok()).map(|(solids, dot)| Self { shape, solids, dot }))
+    }
+}
+
+/// The objects with any state at even steps through their names, at most so many, with their places in the shapes.
+fn shown<'a>(
+    reader: &DatasetReader,
+    survey: &'a GraspSurvey,
+    most: usize,
+) -> Result<Vec<(&'a GraspedObject, usize)>, DatasetError> {
+    // The shapes are sorted as the asset table is.
+    let places: BTreeMap<ObjectId, usize> =
+        reader.assets()?.objects.iter().enumerate().map(|(place, row)| (row.object, place)).collect();
+    let grasped: Vec<&GraspedObject> =
+        survey.facts.objects.iter().filter(|object| !picks(survey, object).is_empty()).collect();
+    let count = grasped.len().min(most);
+    let even = (0..count).map(|step| grasped[step * grasped.len() / count]);
+    Ok(even.filter_map(|object| Some((object, *places.get(&object.object)?))).collect())
+}
+
+fn picks<'a>(survey: &'a GraspSurvey, object: &GraspedObject) -> &'a [(&'static str, GraspPlace)] {
+    survey.picks.get(&object.object).map(Vec::as_slice).unwrap_or_default()
+}
+
 /// The section, and how many objects it shows: those with any state at even steps through their names.
 pub(super) fn gallery(reader: &DatasetReader, survey: &GraspSurvey) -> Result<(String, usize), DatasetError> {
     let shapes = Shapes::open(reader.folder())?;
-    let shape = shapes.hand()?;
-    let solids: Result<_, NoSurface> = shape.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
-    let dot = TouchShape::new(&Shape::Sphere { radius: DOT });
-    let (Ok(solids), Ok(dot)) = (solids, dot) else {
+    let Some(hand) = DrawnHand::of(&shapes)? else {
         let nothing =
             "<section id=\"gallery\"><h2>Grasps</h2><p>The hand has a shape that cannot be drawn.</p></section>";
         return Ok((nothing.to_owned(), 0));
     };
-    let hand = DrawnHand { shape, solids, dot };
-    // The shapes are sorted as the asset table is.
-    let places: BTreeMap<ObjectId, usize> =
-        reader.assets()?.objects.iter().enumerate().map(|(place, row)| (row.object, place)).collect();
-    let picks = |object: &GraspedObject| survey.picks.get(&object.object).map(Vec::as_slice).unwrap_or_default();
-    let grasped: Vec<&GraspedObject> = survey.facts.objects.iter().filter(|object| !picks(object).is_empty()).collect();
-    let count = grasped.len().min(SHOWN);
+    let shown = shown(reader, survey, SHOWN)?;
     let mut html = String::from(concat!(
         "<section id=\"gallery\"><h2>Grasps</h2><p>The best and the worst kept grasp of each object, by epsilon, the hand ",
         "closed and a dot at each contact, or the state of lowest energy where none was kept; two looks at each, across the approach and a quarter turn on. ",
         "Objects at even steps through their names.</p>"
     ));
-    for step in 0..count {
-        let object = grasped[step * grasped.len() / count];
-        let Some(place) = places.get(&object.object) else { continue };
+    for (object, place) in &shown {
         let mesh = shapes.object(*place)?.mesh;
-        html.push_str(&card(reader, object, &mesh, &hand, picks(object))?);
+        html.push_str(&card(reader, object, &mesh, &hand, picks(survey, object))?);
     }
     html.push_str("</section>");
-    Ok((html, count))
+    Ok((html, shown.len()))
+}
+
+/// Of at most `most` objects the first grasp that a page shows, from two sides, each `side` pixels wide and high, with the
+/// object's name; none where the hand has a shape that cannot be drawn.
+pub(in crate::release) fn pictures(
+    reader: &DatasetReader,
+    survey: &GraspSurvey,
+    most: usize,
+    side: u32,
+) -> Result<Vec<(String, Picture)>, DatasetError> {
+    let shapes = Shapes::open(reader.folder())?;
+    let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(Vec::new()) };
+    let mut pictures = Vec::new();
+    for (object, place) in shown(reader, survey, most)? {
+        let Some((_, pick)) = picks(survey, object).first() else { continue };
+        let Some(sample) = reader.sample(pick.run)? else { continue };
+        let run = sample.grasp_run()?;
+        let (Some(grasp), Ok(solid)) = (run.grasps.get(pick.grasp), solid_of(&shapes.object(place)?.mesh)) else {
+            continue;
+        };
+        let looks = [FRAC_PI_2, 0.0].map(|turn| look(grasp, &solid, &hand, turn, side));
+        pictures.push((object.name.clone(), Picture::row(&looks, side / 20).with_few_colours()));
+    }
+    Ok(pictures)
+}
+
+fn solid_of(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
+    let triangles = Triangles {
+        corners: mesh.vertices.iter().map(|corner| Point3::from(corner.map(f64::from))).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    TouchShape::new(&Shape::Mesh(Arc::new(triangles)))
 }
 
 fn card(
@@ -83,11 +134,7 @@ fn card(
         object.runs,
     );
     html.push_str("<div class=\"pictures\">");
-    let triangles = Triangles {
-        corners: mesh.vertices.iter().map(|corner| Point3::from(corner.map(f64::from))).collect(),
-        triangles: mesh.triangles.clone(),
-    };
-    let solid = TouchShape::new(&Shape::Mesh(Arc::new(triangles)));
+    let solid = solid_of(mesh);
     for (word, place) in picks {
         let Some(sample) = reader.sample(place.run)? else { continue };
         let run = sample.grasp_run()?;
@@ -110,23 +157,7 @@ fn panel(
     word: &str,
     name: &str,
 ) -> String {
-    let frames = hand.shape.link_frames(&grasp.joints);
-    let parts = hand.shape.solids.iter().zip(&hand.solids);
-    let mut solids: Vec<Solid<'_>> = parts
-        .map(|(part, shape)| Solid {
-            shape,
-            place: grasp.object_from_base.isometry() * frames[part.link] * part.link_from_solid,
-            colour: Colour::EXPLORED,
-        })
-        .collect();
-    solids.push(Solid { shape: object, place: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
-    solids.extend(grasp.contacts.iter().map(|contact| Solid {
-        shape: &hand.dot,
-        place: IsometryMatrix3::translation(contact.point[0], contact.point[1], contact.point[2]),
-        colour: Colour::HELD,
-    }));
-    let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), turn);
-    let picture = solid_picture(&solids, &view, SIDE).with_few_colours();
+    let picture = look(grasp, object, hand, turn, SIDE).with_few_colours();
     let seed = run.sample.view;
     let mut html = String::new();
     let _ = write!(
@@ -145,6 +176,27 @@ fn panel(
         seed,
     );
     html
+}
+
+/// Object, hand and contacts, `turn` away from the approach's azimuth [rad].
+fn look(grasp: &Grasp, object: &TouchShape, hand: &DrawnHand, turn: f64, side: u32) -> Picture {
+    let frames = hand.shape.link_frames(&grasp.joints);
+    let parts = hand.shape.solids.iter().zip(&hand.solids);
+    let mut solids: Vec<Solid<'_>> = parts
+        .map(|(part, shape)| Solid {
+            shape,
+            place: grasp.object_from_base.isometry() * frames[part.link] * part.link_from_solid,
+            colour: Colour::EXPLORED,
+        })
+        .collect();
+    solids.push(Solid { shape: object, place: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
+    solids.extend(grasp.contacts.iter().map(|contact| Solid {
+        shape: &hand.dot,
+        place: IsometryMatrix3::translation(contact.point[0], contact.point[1], contact.point[2]),
+        colour: Colour::HELD,
+    }));
+    let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), turn);
+    solid_picture(&solids, &view, side)
 }
 
 /// Hand and object in the middle, seen from the side of the approach.

@@ -2,6 +2,8 @@
 
 mod gallery;
 
+pub(super) use gallery::pictures;
+
 use std::fmt::Write as _;
 
 use super::{

@@ -2,6 +2,8 @@
 
 mod sheets;
 
+pub(super) use sheets::picture_of;
+
 use std::fmt::Write as _;
 
 use super::{

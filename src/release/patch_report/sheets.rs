@@ -55,25 +55,46 @@ fn card(index: SampleIndex, patch: &HeatmapPatch, colour: Option<&PatchColour>, 
     );
     for point in 0..PATCH_POINTS {
         if let Some(colour) = colour {
-            let pixels = colour.rgb_of(point).iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect();
-            let picture = Picture { width: colour.side, height: colour.side, pixels };
-            figure(&mut html, &enlarged(&picture), patch, point, "colours");
+            figure(&mut html, &enlarged(&in_colour(colour, point)), patch, point, "colours");
         }
     }
-    let crop = |point: usize| DepthCrop {
-        left: 0,
-        top: 0,
-        width: patch.side,
-        height: patch.side,
-        depth: patch.depth_of(point).to_vec(),
-    };
-    let whole = DepthCrop { width: patch.side, height: 4 * patch.side, depth: patch.depth.clone(), ..crop(0) };
-    let range = DepthRange::of(&whole).unwrap_or(DepthRange { near: 0.0, far: 1.0 });
+    let range = range_of(patch);
     for point in 0..PATCH_POINTS {
-        figure(&mut html, &depth_picture(&crop(point), range, ZOOM), patch, point, "depth");
+        figure(&mut html, &depth_picture(&crop_of(patch, point), range, ZOOM), patch, point, "depth");
     }
     html.push_str("</div></article>\n");
     html
+}
+
+/// The patches of a grasp in one picture: palm and fingertips from left to right, in colour where there is any, else depth.
+pub(in crate::release) fn picture_of(patch: &HeatmapPatch, colour: Option<&PatchColour>) -> Picture {
+    let range = range_of(patch);
+    let of_point = |point: usize| {
+        let picture = match colour {
+            Some(colour) => enlarged(&in_colour(colour, point)),
+            None => depth_picture(&crop_of(patch, point), range, ZOOM),
+        };
+        picture.framed()
+    };
+    let pictures: Vec<Picture> = (0..PATCH_POINTS).map(of_point).collect();
+    Picture::row(&pictures, 4 * ZOOM).with_few_colours()
+}
+
+fn in_colour(colour: &PatchColour, point: usize) -> Picture {
+    let pixels = colour.rgb_of(point).iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect();
+    Picture { width: colour.side, height: colour.side, pixels }
+}
+
+fn crop_of(patch: &HeatmapPatch, point: usize) -> DepthCrop {
+    let depth = patch.depth_of(point).to_vec();
+    DepthCrop { left: 0, top: 0, width: patch.side, height: patch.side, depth }
+}
+
+/// The range of depth of all four patches, which share their scale.
+fn range_of(patch: &HeatmapPatch) -> DepthRange {
+    let (width, height) = (patch.side, 4 * patch.side);
+    let whole = DepthCrop { left: 0, top: 0, width, height, depth: patch.depth.clone() };
+    DepthRange::of(&whole).unwrap_or(DepthRange { near: 0.0, far: 1.0 })
 }
 
 fn figure(html: &mut String, picture: &Picture, patch: &HeatmapPatch, point: usize, what: &str) {

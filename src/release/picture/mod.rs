@@ -73,6 +73,59 @@ impl Picture {
         self
     }
 
+    /// Pictures from left to right on white, `gap` pixels apart, each in the middle of the row's height.
+    pub fn row(pictures: &[Self], gap: u32) -> Self {
+        let width =
+            pictures.iter().map(|picture| picture.width).sum::<u32>() + gap * pictures.len().max(1) as u32 - gap;
+        let height = pictures.iter().map(|picture| picture.height).max().unwrap_or(0);
+        let mut row = Self::filled(width.max(1), height.max(1), [255; 4]);
+        let mut left = 0;
+        for picture in pictures {
+            row.lay(picture, left, (height - picture.height) / 2);
+            left += picture.width + gap;
+        }
+        row
+    }
+
+    /// Lays a picture over this opaque one, its upper left corner at (`left`, `top`).
+    fn lay(&mut self, picture: &Self, left: u32, top: u32) {
+        for row in 0..picture.height {
+            for column in 0..picture.width {
+                let [red, green, blue, alpha] = picture.at(column, row);
+                let place = ((top + row) * self.width + left + column) as usize;
+                let under = self.pixels[place];
+                let over = |above: u8, below: u8| {
+                    let alpha = u32::from(alpha);
+                    ((u32::from(above) * alpha + u32::from(below) * (255 - alpha) + 127) / 255) as u8
+                };
+                self.pixels[place] = [over(red, under[0]), over(green, under[1]), over(blue, under[2]), 255];
+            }
+        }
+    }
+
+    /// The same picture with a grey line around it, one pixel wide.
+    pub fn framed(self) -> Self {
+        let (width, height) = (self.width + 2, self.height + 2);
+        let mut framed = Self::filled(width, height, [0xb4, 0xb4, 0xb4, 255]);
+        framed.fill(1..width - 1, 1..height - 1, [255; 4]);
+        framed.lay(&self, 1, 1);
+        framed
+    }
+
+    /// The picture in the middle of a clear square of `side` pixels, or itself where it is larger.
+    pub fn in_square(self, side: u32) -> Self {
+        if self.width > side || self.height > side {
+            return self;
+        }
+        let mut square = Self::filled(side, side, [0; 4]);
+        let (left, top) = ((side - self.width) / 2, (side - self.height) / 2);
+        for row in 0..self.height {
+            let (from, to) = ((row * self.width) as usize, ((top + row) * side + left) as usize);
+            square.pixels[to..to + self.width as usize].copy_from_slice(&self.pixels[from..from + self.width as usize]);
+        }
+        square
+    }
+
     /// Paints a rectangle; what lies outside the picture is left out.
     pub fn fill(&mut self, columns: std::ops::Range<u32>, rows: std::ops::Range<u32>, pixel: [u8; 4]) {
         for row in rows.start..rows.end.min(self.height) {
@@ -80,5 +133,28 @@ impl Picture {
             let (from, to) = (columns.start.min(self.width) as usize, columns.end.min(self.width) as usize);
             self.pixels[start + from..start + to].fill(pixel);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_is_opaque_and_keeps_its_pictures() {
+        let red = Picture::filled(2, 2, [255, 0, 0, 255]);
+        let clear = Picture::filled(1, 4, [0; 4]);
+        let row = Picture::row(&[red.clone(), clear, red.in_square(3)], 1);
+        assert_eq!((row.width, row.height), (2 + 1 + 1 + 1 + 3, 4));
+        assert_eq!(
+            [row.at(0, 0), row.at(0, 1), row.at(1, 2), row.at(3, 3)],
+            [[255; 4], [255, 0, 0, 255], [255, 0, 0, 255], [255; 4]]
+        );
+        // A square of three holds the red one at its upper left.
+        assert_eq!([row.at(5, 0), row.at(6, 1), row.at(7, 2)], [[255, 0, 0, 255], [255, 0, 0, 255], [255; 4]]);
+        let framed = Picture::filled(1, 1, [0, 0, 0, 255]).framed();
+        assert_eq!((framed.width, framed.at(1, 1), framed.at(2, 1)), (3, [0, 0, 0, 255], [0xb4, 0xb4, 0xb4, 255]));
+        let half = Picture::row(&[Picture::filled(1, 1, [0, 0, 0, 128])], 9);
+        assert_eq!((half.width, half.at(0, 0)), (1, [127, 127, 127, 255]));
     }
 }

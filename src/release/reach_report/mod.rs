@@ -14,6 +14,7 @@ use super::{
     ReachabilityFacts,
     chart::{Bar, Ink, StackedRow, bar_chart, grouped, percent, short, stacked_rows},
     page::{bytes_in_words, escaped, numbers_and_warnings, shell, speed},
+    picture::Picture,
     sections,
 };
 use crate::{
@@ -41,6 +42,16 @@ pub(super) fn page(facts: &ReachabilityFacts, field: &ReachabilityField, job_tex
         sections::job(job_text),
     ];
     (shell(&facts.name, &body.join("\n")), cuts.len())
+}
+
+/// The upright cross-section and one level one as pictures, with where they are; `cell` pixels a position.
+pub(super) fn pictures(field: &ReachabilityField, cell: u32) -> Vec<(String, Picture)> {
+    let census = Census::of(field);
+    let cuts = cuts(field, &census);
+    let grid = &field.header.grid;
+    let shown = [0, cuts.len().div_ceil(2)];
+    let pictures = shown.iter().filter_map(|place| cuts.get(*place));
+    pictures.map(|cut| (cut.name(grid), cut.picture(grid, &census, cell).with_few_colours().framed())).collect()
 }
 
 fn cuts(field: &ReachabilityField, census: &Census) -> Vec<Cut> {

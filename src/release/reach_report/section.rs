@@ -10,7 +10,11 @@ use super::{
 };
 use crate::{
     geom::{PoseGrid, PoseLabel, approach_directions},
-    release::{chart::short, page::escaped},
+    release::{
+        chart::short,
+        page::escaped,
+        picture::{Colour, Picture},
+    },
 };
 
 /// Side of a rose [px of the drawing].
@@ -122,6 +126,31 @@ impl Cut {
             Self::Upright(y) => [right, y, up],
         };
         PoseGrid::position(grid.place_counts(), place)
+    }
+
+    /// The cut as a picture without roses, `cell` pixels a position: green as far as directions are reachable, orange as far
+    /// as something collides, white as far as nothing leads there.
+    pub fn picture(self, grid: &PoseGrid, census: &Census, cell: u32) -> Picture {
+        let ([right, up, _], sense) = self.axes();
+        let [columns, rows] = [right, up].map(|axis| grid.place_counts()[axis]);
+        let mut picture = Picture::filled(columns as u32 * cell, rows as u32 * cell, [255; 4]);
+        for column in 0..columns {
+            for row in 0..rows {
+                let place = if sense < 0.0 { columns - 1 - column } else { column };
+                let approaches = &census.positions[self.position(grid, place, row)].approaches;
+                let count = |wanted: PoseLabel| approaches.iter().flatten().filter(|label| **label == wanted).count();
+                let [free, hit] = [PoseLabel::Reachable, PoseLabel::Colliding].map(count);
+                let all = approaches.iter().flatten().count().max(1);
+                let mixed = std::array::from_fn(|part| {
+                    let [green, orange] = [Colour::TOUCHED, Colour::COMPLETE].map(|Colour(ink)| usize::from(ink[part]));
+                    let sum = free * green + hit * orange + (all - free - hit) * 255;
+                    ((sum + all / 2) / all) as u8
+                });
+                let (left, top) = (column as u32 * cell, (rows - 1 - row) as u32 * cell);
+                picture.fill(left..left + cell, top..top + cell, Colour(mixed).opaque());
+            }
+        }
+        picture
     }
 
     fn plane(self, grid: &PoseGrid, census: &Census) -> Plane {

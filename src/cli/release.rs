@@ -1,0 +1,51 @@
+//! `graspmill release`.
+
+use super::{
+    args::ReleaseArgs,
+    exit::{Exit, Failure},
+    machine,
+    printer::Printer,
+    set,
+};
+use crate::release::{Published, ReleaseError, ReleaseOptions, publish};
+
+/// Makes a publication of a dataset.
+pub fn release(arguments: &ReleaseArgs, printer: &Printer) -> Result<Exit, Failure> {
+    set::refuse(&arguments.dir)?;
+    let options = ReleaseOptions {
+        folder: &arguments.dir,
+        out: &arguments.out,
+        about: &arguments.about,
+        recipe: arguments.recipe,
+        threads: machine::threads(None),
+    };
+    let published = publish(&options).map_err(failure)?;
+    published.notes.iter().for_each(|note| printer.say(&format!("note: {note}")));
+    if arguments.json {
+        printer.json(&published)?;
+    } else {
+        printer.result(&words(&published));
+    }
+    Ok(Exit::Complete)
+}
+
+fn words(published: &Published) -> String {
+    let Published { folder, root, files, bytes, left_out, .. } = published;
+    let mut lines = vec![format!("{files} files, {:.1} MB, in {}", *bytes as f64 / 1e6, folder.display())];
+    if !left_out.is_empty() {
+        lines.push(format!("a recipe: {} files of the dataset are left out", left_out.len()));
+    }
+    lines.push(format!("root {root}"));
+    lines.join("\n")
+}
+
+fn failure(error: ReleaseError) -> Failure {
+    match error {
+        ReleaseError::Dataset(error) => Failure::from(error),
+        ReleaseError::NotIntact { .. } => Failure::new(Exit::Mismatch, error),
+        ReleaseError::About { .. }
+        | ReleaseError::Occupied { .. }
+        | ReleaseError::MayNotShip { .. }
+        | ReleaseError::NothingToLeaveOut { .. } => Failure::new(Exit::BadSpec, error),
+    }
+}

@@ -1,0 +1,56 @@
+//! Why a release was not made.
+
+use std::path::PathBuf;
+
+use crate::{dataset::DatasetError, job::JobErrors};
+
+/// Why a release was not made; nothing is left of it.
+#[derive(Debug, thiserror::Error)]
+pub enum ReleaseError {
+    /// The dataset is not finished, or a file can't be read or written.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// The about file has mistakes.
+    #[error("\n{}", errors.render_of(&path.display().to_string()).trim_end())]
+    About {
+        /// The file.
+        path: PathBuf,
+        /// All of them.
+        errors: JobErrors,
+    },
+    /// The release's folder holds something.
+    #[error("{}: '{entry}' stands in it; give a new or empty folder", folder.display())]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// One thing that stands in it.
+        entry: String,
+    },
+    /// The dataset is not what its manifest says.
+    #[error("{}: not intact ({problems} problems): {first}", folder.display())]
+    NotIntact {
+        /// The dataset's folder.
+        folder: PathBuf,
+        /// How many problems were found.
+        problems: usize,
+        /// The first of them, with its remedy.
+        first: String,
+    },
+    /// Something may not be given on.
+    #[error(
+        "this release may not be shipped:\n{}\nstate what holds in {}, section [licences] (docs/releases.md), \
+         or leave out what may not be shipped with --recipe", assets.join("\n"), about.display()
+    )]
+    MayNotShip {
+        /// One line an asset: its name and why not.
+        assets: Vec<String>,
+        /// The about file.
+        about: PathBuf,
+    },
+    /// A recipe was asked for, and everything may be shipped.
+    #[error("everything in {} may be shipped: leave --recipe away", folder.display())]
+    NothingToLeaveOut {
+        /// The dataset's folder.
+        folder: PathBuf,
+    },
+}
