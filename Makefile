@@ -68,6 +68,18 @@ build: mujoco ## the program, at target/release/graspmill
 quickstart: setup build ## from nothing to a verified dataset with a report
 	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH) $(QUICKSTART_GRASPS)
 
+# Its documents are kept in datasets/ycb-small; tests/release.rs holds them against a release made anew.
+SMALL := datasets/ycb-small
+.PHONY: release-small
+release-small: setup build ## the small release, made anew, and its documents in datasets/ycb-small with what changed in them
+	@rm -rf $(SMALL)-data $(SMALL)-release
+	@$(PROGRAM) run jobs/release-small.toml --out $(SMALL)-data
+	@$(PROGRAM) release $(SMALL)-data --out $(SMALL)-release --about $(SMALL)/about.toml
+	@$(PROGRAM) verify $(SMALL)-release
+	@cd $(SMALL)-release && cp -r *.md CITATION.cff croissant.json licences.json manifest.json manifest-sha256.txt \
+	  provenance.intoto.json pictures ../ycb-small/
+	@git status --short -- $(SMALL)
+
 .PHONY: lint
 lint: mujoco ## formatting, and clippy on every step of the feature ladder
 	$(CARGO) fmt --check
@@ -125,8 +137,8 @@ deps-test: $(VENV)/.complete ## Python packages that the tests compare with, int
 $(VENV)/.complete: tests/requirements.txt
 $(PEERS)/.complete: benches/requirements.txt
 $(TORCH)/.complete: python/requirements.txt
-# Comes as source only (a C++ compiler builds it).
-$(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm
+# Come as source only (a C++ compiler builds the first).
+$(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm,docopt,jsonpath-rw
 %/.complete:
 	@rm -rf $*
 	@$(PYTHON) -m venv $* || { echo "make: $(PYTHON) cannot make a virtual environment (on Debian and Ubuntu: apt-get install python3-venv)"; exit 1; }

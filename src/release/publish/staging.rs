@@ -1,6 +1,7 @@
 //! A folder that is there whole or not at all: filled under a temporary name beside its own, then renamed.
 
 use std::{
+    collections::BTreeSet,
     fs::{self, File},
     io,
     path::{Path, PathBuf},
@@ -73,14 +74,16 @@ impl Staging {
         files_below(&self.path)
     }
 
-    /// Syncs every file and gives the folder its name.
+    /// Syncs every file and folder and gives the folder its name.
     ///
     /// # Errors
     /// When somebody else filled that folder in the meantime, or the disk fails.
     pub fn publish(mut self) -> Result<PathBuf, ReleaseError> {
-        for name in self.files()? {
-            let path = self.path.join(&name);
-            File::open(&path).and_then(|file| file.sync_all()).map_err(failed("syncing", &path))?;
+        let files: Vec<PathBuf> = self.files()?.iter().map(|name| self.path.join(name)).collect();
+        let folders: BTreeSet<&Path> =
+            files.iter().filter_map(|file| file.parent()).chain([self.path.as_path()]).collect();
+        for path in files.iter().map(PathBuf::as_path).chain(folders) {
+            File::open(path).and_then(|file| file.sync_all()).map_err(failed("syncing", path))?;
         }
         if let Some(entry) = first_entry(&self.out)? {
             return Err(ReleaseError::Occupied { folder: self.out.clone(), entry });
