@@ -208,18 +208,25 @@ fn asset(product: Product, kind: AssetKind, row: &AssetRow, sources: &Sources, a
 fn allowed(licence: &str, [copies, derived]: [Option<bool>; 2], of_release: &str) -> (Allowed, Option<String>) {
     let commercial = rights::is_commercial(of_release);
     let of = |derived| rights::allows(licence, Need { derived, commercial });
-    let for_sale = || rights::allows(licence, Need { derived: false, commercial: false }) == Some(true) && commercial;
-    let why = |what: &str, known: Option<bool>| match known {
-        None => format!("{licence} is no licence whose terms are known; say `{what} = true` or `false` with it"),
-        Some(_) if for_sale() => {
-            format!("{licence} forbids commercial use, the release's licence {of_release} allows it")
+    // `None`: it may.
+    let forbidden = |derived: bool, said: Option<bool>, key: &str| match (said, of(derived)) {
+        (Some(true), _) | (None, Some(true)) => None,
+        (Some(false), _) => Some(format!("the about file forbids it (`{key} = false`)")),
+        (None, None) => {
+            Some(format!("{licence} is no licence whose terms are known; say `{key} = true` or `false` with it"))
         }
-        Some(_) => format!("{licence} forbids it"),
+        (None, Some(false)) => {
+            let unsold = commercial && rights::allows(licence, Need { derived, commercial: false }) == Some(true);
+            Some(match unsold {
+                true => format!("{licence} forbids commercial use, the release's licence {of_release} allows it"),
+                false => format!("{licence} forbids it"),
+            })
+        }
     };
-    match (derived.or_else(|| of(true)), copies.or_else(|| of(false))) {
-        (Some(true), Some(true)) => (Allowed::Everything, None),
-        (Some(true), known) => (Allowed::Derived, Some(format!("copies of its shape: {}", why("redistribute", known)))),
-        (known, _) => (Allowed::Nothing, Some(format!("data made of its shape: {}", why("derived", known)))),
+    match (forbidden(true, derived, "derived"), forbidden(false, copies, "redistribute")) {
+        (Some(why), _) => (Allowed::Nothing, Some(format!("data made of its shape: {why}"))),
+        (None, Some(why)) => (Allowed::Derived, Some(format!("copies of its shape: {why}"))),
+        (None, None) => (Allowed::Everything, None),
     }
 }
 
@@ -309,7 +316,13 @@ mod tests {
             ("proprietary", [None, Some(true)], free, Allowed::Derived, "`redistribute = true`"),
             ("proprietary", [Some(false), Some(true)], free, Allowed::Derived, "forbids it"),
             ("proprietary", [Some(true), Some(true)], free, Allowed::Everything, ""),
-            ("CC-BY-4.0", [Some(false), None], free, Allowed::Derived, "copies of its shape"),
+            (
+                "CC-BY-4.0",
+                [Some(false), None],
+                free,
+                Allowed::Derived,
+                "copies of its shape: the about file forbids it",
+            ),
         ] {
             let (found, because) = allowed(licence, said, release);
             assert_eq!(found, expected, "{licence} {said:?} in {release}: {because:?}");
