@@ -16,6 +16,7 @@ VENV_PYTHON := $(VENV)/bin/python
 PEERS := .deps/peers
 # PyTorch, for the slow tests of the Python package: 3 GB, since the wheels for Linux bring CUDA along.
 TORCH := .deps/torch
+KUBERNETES := .deps/kubernetes
 
 QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
@@ -92,7 +93,7 @@ test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integrati
 	$(CARGO) test --release --locked
 
 .PHONY: test-slow
-test-slow: setup robots deps-test $(PEERS)/.complete $(TORCH)/.complete ## tests too long for CI
+test-slow: setup robots deps-test $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked -- --ignored
 
 FUZZ_SECONDS ?= 60
@@ -137,6 +138,7 @@ deps-test: $(VENV)/.complete ## Python packages that the tests compare with, int
 $(VENV)/.complete: tests/requirements.txt
 $(PEERS)/.complete: benches/requirements.txt
 $(TORCH)/.complete: python/requirements.txt
+$(KUBERNETES)/.complete: tests/cluster/requirements.txt
 # Come as source only (a C++ compiler builds the first).
 $(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm,docopt,jsonpath-rw
 %/.complete:
@@ -148,7 +150,7 @@ $(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm,docopt,jsonpath-rw
 .PHONY: requirements
 requirements: ## pin every requirements.txt anew (for maintainers)
 	@$(PYTHON) -m venv .deps/uv && .deps/uv/bin/python -m pip install --quiet --disable-pip-version-check uv
-	@for room in tests benches python; do \
+	@for room in tests tests/cluster benches python; do \
 	  { echo "# Written by 'make requirements' from $$room/requirements.in."; \
 	    .deps/uv/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-header \
 	      --no-emit-index-url --no-emit-find-links $$room/requirements.in; } > .deps/requirements.txt; \

@@ -189,7 +189,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
 }
 
 #[test]
-#[ignore = "slow: needs the packages of the benchmarks' peers"]
+#[ignore = "slow: needs a package of its own, which make test-slow installs"]
 fn kubernetes_takes_the_manifest() {
     let place = super::Place::new();
     let manifest = place.path("manifest.yaml");
@@ -199,7 +199,7 @@ fn kubernetes_takes_the_manifest() {
     // Of Kubernetes' own schema, version by version; what it does not know is an error.
     let validate = |text: &str| {
         fs::write(&manifest, text).expect("a file");
-        let mut command = Command::new(".deps/peers/bin/kubernetes-validate");
+        let mut command = Command::new(".deps/kubernetes/bin/kubernetes-validate");
         let done = command.args(["--strict", &manifest]).output().expect("make test-slow installs it");
         println!("{}{}", self::text(&done.stdout), self::text(&done.stderr));
         done.status.success()
