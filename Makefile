@@ -74,7 +74,7 @@ SMALL := datasets/ycb-small
 .PHONY: release-small
 release-small: setup build ## the small release, made anew, and its documents in datasets/ycb-small with what changed in them
 	@rm -rf $(SMALL)-data $(SMALL)-release
-	@$(PROGRAM) run jobs/release-small.toml --out $(SMALL)-data
+	@$(PROGRAM) run jobs/ycb-small.toml --out $(SMALL)-data
 	@$(PROGRAM) release $(SMALL)-data --out $(SMALL)-release --about $(SMALL)/about.toml
 	@$(PROGRAM) verify $(SMALL)-release
 	@cd $(SMALL)-release && cp -r *.md CITATION.cff croissant.json licences.json manifest.json manifest-sha256.txt \

@@ -360,7 +360,7 @@ fn licences_of_our_scenes_are_of_their_content() {
 fn the_small_release_comes_out_again() {
     let place = Place::new();
     let data = place.path("data");
-    said(&["run", "jobs/release-small.toml", "--out", &data, "--progress", "none"], 0);
+    said(&["run", "jobs/ycb-small.toml", "--out", &data, "--progress", "none"], 0);
     let out = place.path("release");
     said(&["release", &data, "--out", &out, "--about", "datasets/ycb-small/about.toml"], 0);
     let (kept, made) = (tree("datasets/ycb-small"), tree(&out));

@@ -14,8 +14,10 @@ SPLITS = ("training", "holdout_views", "validation_models", "test_models")
 
 _KEYS = {
     *("format_version", "generator", "product", "root", "classes", "class_topics", "platform", "job", "topics"),
-    *("counts", "shards", "files", "warnings"),
+    *("counts", "shards", "files", "warnings", "seal"),
 }
+# Of manifests with numbers of one class, and of those of earlier programs; `graspmill verify` holds a seal against its file.
+_MAY_BE_ABSENT = {"class_topics", "seal"}
 
 
 class Folder:
@@ -92,7 +94,7 @@ def _manifest(folder: Path) -> dict[str, Any]:
     if unknown:
         problem = f"unknown keys {', '.join(unknown)}"
         raise UnknownFormat(path, problem, "install the graspmill package of the program that wrote it")
-    missing = sorted(_KEYS - {"class_topics"} - set(manifest))
+    missing = sorted(_KEYS - _MAY_BE_ABSENT - set(manifest))
     if missing:
         raise DamagedFile(path, f"keys are missing: {', '.join(missing)}", VERIFY)
     if manifest["product"] not in PRODUCTS:

@@ -154,10 +154,17 @@ fn words(open: &OpenJob, crew: &Crew, costs: &Costs) -> String {
         true => format!(" and {:.0} ms of hands, which the pilot leaves out", 1e3 * costs.of_hands),
         false => String::new(),
     };
-    let tasks = suggestions(costs).into_iter().map(|TaskSuggestion { cpus, tasks, minutes }| {
-        let (plural, minutes) = (if tasks == 1 { "" } else { "s" }, minutes.ceil().max(1.0));
-        format!("{tasks} task{plural} of {cpus} processors and {minutes} min")
-    });
+    let tasks = match costs.tasks(1).tasks {
+        1 => "one task is enough".to_owned(),
+        _ => {
+            let words = |TaskSuggestion { cpus, tasks, minutes }| {
+                let (tasks_of, processors) =
+                    (if tasks == 1 { "task" } else { "tasks" }, if cpus == 1 { "" } else { "s" });
+                format!("{tasks} {tasks_of} of {cpus} processor{processors} and {} min", minutes.ceil())
+            };
+            suggestions(costs).into_iter().map(words).collect::<Vec<_>>().join(", or ")
+        }
+    };
     format!(
         "{what} in {shards} shards\n\
          about {:.1} MB on disk\n\
@@ -172,7 +179,7 @@ fn words(open: &OpenJob, crew: &Crew, costs: &Costs) -> String {
         1e3 * rate.seconds_per_subject,
         if job.product() == Product::Reachability { "the robot" } else { "an object" },
         if rate.samples > 0 { format!("over {} samples", rate.samples) } else { "by constants".to_owned() },
-        tasks.collect::<Vec<_>>().join(", or "),
+        tasks,
         open.digest
     )
 }

@@ -76,7 +76,7 @@ pub fn check<'a>(
     cancel: &Cancel,
 ) -> Result<Checked<'a>, Failure> {
     let job_file = folder.join("job.toml");
-    let text = JobText::open(&job_file, &[]);
+    let text = JobText::open(&job_file, &arguments.set);
     // The settings alone, meshes unopened: whether partial must lie inside complete.
     let draft = text.as_ref().ok().and_then(|text| jobs::read(text, None).ok());
     let any_overlap =

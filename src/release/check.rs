@@ -50,13 +50,17 @@ impl ReleaseCheck {
 /// When the list or the manifest can't be read, or the operating system refuses to list the folder.
 pub fn check_release(folder: &Path) -> Result<Option<ReleaseCheck>, DatasetError> {
     let path = folder.join(CHECKSUMS);
-    let text = match fs::read_to_string(&path) {
-        Ok(text) => text,
+    let bytes = match fs::read(&path) {
+        Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(DatasetError::Io { action: "reading", path, source }),
     };
-    let listed =
-        parsed(&text).map_err(|problem| DatasetError::Invalid { path: path.clone(), problem, remedy: REMEDY })?;
+    let text = String::from_utf8(bytes).map_err(|error| error.to_string());
+    let listed = (text.and_then(|text| parsed(&text))).map_err(|problem| DatasetError::Invalid {
+        path: path.clone(),
+        problem,
+        remedy: REMEDY,
+    })?;
     let mut problems = check_files(folder, &listed)?;
     let manifest = Manifest::read(folder)?;
     let recipe = read_recipe(folder, &manifest, &mut problems);

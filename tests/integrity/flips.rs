@@ -8,20 +8,51 @@ use std::{
 
 use graspmill::{ids::Digest, seed::Stream};
 
-use crate::{all_products, problems, run, verify};
+use crate::{all_products, done, graspmill, problems, run, verify};
 
 /// No parts of the dataset: what is wrong with a preview is a note, and notes of a run stand in no digest.
 const OUTSIDE: [&str; 2] = ["preview.mcap", "notes.json"];
 
 #[test]
 fn every_flipped_bit_of_a_hundred_is_caught() {
-    flip(100, 1);
+    let place = tempfile::tempdir().expect("a scratch folder");
+    flip(&datasets(place.path()), &OUTSIDE, 100, 1);
 }
 
 #[test]
 #[ignore = "minutes: `make test-slow`"]
 fn every_flipped_bit_of_a_thousand_is_caught() {
-    flip(1000, 2);
+    let place = tempfile::tempdir().expect("a scratch folder");
+    flip(&datasets(place.path()), &OUTSIDE, 1000, 2);
+}
+
+#[test]
+#[ignore = "minutes: `make test-slow`"]
+fn every_flipped_bit_of_a_release_is_caught() {
+    let place = tempfile::tempdir().expect("a scratch folder");
+    let release = release(place.path());
+    // Nothing stands outside: documents, pictures, report, preview and notes are in the list of digests.
+    flip(&[("release", release)], &[], 1000, 3);
+}
+
+/// Of every product, and one more with refused samples and several shards.
+fn datasets(place: &Path) -> Vec<(&'static str, PathBuf)> {
+    let mut datasets = all_products(place);
+    let rejecting = "objects = [{ built_in = [\"can-01\", \"mug-01\"] }]\nviews = { even = 4 }\n[grid]\nresolution = 12\n\
+                     [gate]\nmin_partial_cells = 40\n[shards]\nsamples = 3\n[split]\nvalidation_models = 0\ntest_models = 0\n";
+    datasets.push(("rejects", run(rejecting, place, "rejects")));
+    datasets
+}
+
+/// A release of pairs.
+fn release(place: &Path) -> PathBuf {
+    let job = "objects = [{ built_in = [\"can-01\", \"mug-01\"] }]\nviews = { even = 20 }\n[shards]\nsamples = 10\n";
+    let (made, about, out) = (run(job, place, "made"), place.join("about.toml"), place.join("release"));
+    let text = "title = \"Two\"\nversion = \"1\"\ndate = \"2026-01-01\"\ndescription = \"Two shapes.\"\n\
+                licence = \"CC-BY-4.0\"\n[[authors]]\nname = \"Nobody\"\n";
+    fs::write(&about, text).expect("an about file");
+    done(graspmill(&["release"]).arg(made).arg("--out").arg(&out).arg("--about").arg(about));
+    out
 }
 
 /// Files of a folder, sorted, with their sizes.
@@ -45,7 +76,9 @@ fn files(folder: &Path) -> Vec<(PathBuf, u64)> {
 fn caught_by(exit: i32, report: Option<&serde_json::Value>, said: &str) -> Option<&'static str> {
     let Some(report) = report else {
         assert!(exit != 0 && !said.contains("panicked"), "exit code {exit}: {said}");
-        return Some(if said.contains("seal") { "the manifest's seal" } else { "the manifest is no manifest" });
+        let ways = [("seal", "the manifest's seal"), ("manifest-sha256", "the list of digests is none")];
+        let way = ways.iter().find(|(words, _)| said.contains(words));
+        return Some(way.map_or("the manifest is no manifest", |(_, way)| way));
     };
     let problems = problems(report);
     if exit == 0 {
@@ -54,7 +87,8 @@ fn caught_by(exit: i32, report: Option<&serde_json::Value>, said: &str) -> Optio
     }
     assert_eq!(exit, 4, "{problems:?}");
     let ways = [
-        ("its content has changed", "digest of a file"),
+        ("saved digest", "digest of a file"),
+        ("saved SHA-256", "SHA-256 of a file"),
         ("run.json", "run.json against manifest or job"),
         ("cut short", "digest of a file"),
     ];
@@ -67,13 +101,7 @@ fn caught_by(exit: i32, report: Option<&serde_json::Value>, said: &str) -> Optio
 /// Flips so many bits, one at a time: files in turn, then bits at random, so that small files get their share. No cheap ways
 /// to cheat: each flip is undone by the saved bytes, and the datasets must be whole in the end.
 #[expect(clippy::print_stdout, reason = "the figures that the test checks")]
-fn flip(count: u64, seed: u64) {
-    let place = tempfile::tempdir().expect("a scratch folder");
-    let mut datasets = all_products(place.path());
-    // One more with refused samples and several shards.
-    let rejecting = "objects = [{ built_in = [\"can-01\", \"mug-01\"] }]\nviews = { even = 4 }\n[grid]\nresolution = 12\n\
-                     [gate]\nmin_partial_cells = 40\n[shards]\nsamples = 3\n[split]\nvalidation_models = 0\ntest_models = 0\n";
-    datasets.push(("rejects", run(rejecting, place.path(), "rejects")));
+fn flip(datasets: &[(&str, PathBuf)], outside_of_it: &[&str], count: u64, seed: u64) {
     let all: Vec<(PathBuf, &str, PathBuf, u64)> = (datasets.iter())
         .flat_map(|(name, folder)| {
             files(folder).into_iter().map(|(file, bytes)| (folder.clone(), *name, file, bytes)).collect::<Vec<_>>()
@@ -93,7 +121,7 @@ fn flip(count: u64, seed: u64) {
         let (exit, report, said) = verify(folder, &[]);
         fs::write(file, &whole).expect("a file");
         let part = file.strip_prefix(folder).expect("in the folder").display().to_string();
-        if OUTSIDE.contains(&part.as_str()) {
+        if outside_of_it.contains(&part.as_str()) {
             assert_eq!(exit, 0, "{part} is no part of the dataset: {report:?}");
             let noted =
                 report.as_ref().is_some_and(|report| report["notes"].as_array().is_some_and(|notes| !notes.is_empty()));
@@ -115,7 +143,7 @@ fn flip(count: u64, seed: u64) {
         println!("{file:16} {what:36} {count:5}");
     }
     assert!(missed.is_empty(), "not caught: {missed:?}");
-    for (name, folder) in &datasets {
+    for (name, folder) in datasets {
         let (exit, report, said) = verify(folder, &[]);
         assert_eq!(exit, 0, "{name}: {report:?} {said}");
     }

@@ -189,3 +189,23 @@ fn a_missing_mesh_is_named_with_the_place_where_it_is_expected() {
     );
     assert!(!said.contains("block"), "{said}");
 }
+
+#[test]
+fn a_dataset_that_was_moved_is_told_where_its_hand_is() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let jobs = super::products::jobs(Path::new(super::ROOT), place.path());
+    let (name, text) = jobs.into_iter().find(|(name, _)| *name == "grasps").expect("a job");
+    let made = super::run(&text, place.path(), name);
+    // Deeper than it was: the paths of its job lead nowhere.
+    let moved = place.path().join("a/b/c");
+    fs::create_dir_all(moved.parent().expect("a parent")).expect("folders");
+    fs::rename(made, &moved).expect("moved");
+    let (code, _, said) = super::verify(&moved, &["--regenerate", "2"]);
+    assert!(code == 2 && said.contains("barrett_bh8_280.xml"), "{code}: {said}");
+    let given = |scene: &str| format!("hand.scene={}", Path::new(super::ROOT).join("scenes").join(scene).display());
+    let (code, report, said) = super::verify(&moved, &["--regenerate", "2", "--set", &given("barrett_bh8_280.xml")]);
+    let report = report.unwrap_or_else(|| panic!("{said}"));
+    assert_eq!((code, report["regenerated"]["differences"].as_array().map(Vec::len)), (0, Some(0)), "{said}");
+    let (code, _, said) = super::verify(&moved, &["--regenerate", "2", "--set", &given("fetch_gripper.xml")]);
+    assert!(code == 4 || code == 2, "another hand is refused: {code}: {said}");
+}

@@ -134,6 +134,7 @@ fn every_job_file_is_a_job_of_its_size() {
         ("ycb-grasp-database", 78, 3),
         ("ycb-grasps", 78, 20),
         ("ycb-patches", 3, 3),
+        ("ycb-small", 12, 60),
         ("ycb-touch", 78, 726),
         ("ycb-uniform-grasps", 78, 24),
     ];

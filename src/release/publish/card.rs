@@ -175,11 +175,15 @@ fn how_to_read(release: &Release) -> String {
     let whole = release.left_out.is_empty();
     if whole {
         let topic = release.manifest.topics.first().map(String::as_str).unwrap_or_default();
+        text.push_str(
+            "\nFor training, graspmill's Python package reads the shards as they are, shuffled or at random (`docs/python.md` of \
+             graspmill):\n\n```python\nimport graspmill\ndata = graspmill.Dataset(\".\")\nprint(len(data), data[0])\n```\n",
+        );
         let _ = write!(
             text,
             concat!(
-                "\nThe samples stand in `shards/`: MCAP files of protobuf messages with their schema inside, `log_time` is the ",
-                "sample index.\n\n```python\nimport glob\nfrom mcap_protobuf.reader import read_protobuf_messages   ",
+                "\nAnything else reads them, too: they stand in `shards/`, MCAP files of protobuf messages with their schema inside, ",
+                "`log_time` is the sample index.\n\n```python\nimport glob\nfrom mcap_protobuf.reader import read_protobuf_messages   ",
                 "# pip install mcap-protobuf-support\nfor shard in sorted(glob.glob(\"shards/*.mcap\")):\n    for message in ",
                 "read_protobuf_messages(shard, topics=[\"{}\"]):\n        print(message.log_time_ns, message.proto_msg)\n```\n"
             ),
@@ -232,14 +236,16 @@ fn again(release: &Release) -> String {
         text.push_str(
             "\n`job.toml` names what stands outside of this folder, by paths from where the data was made:\n\n",
         );
-        for (key, path) in &release.outside {
-            let _ = writeln!(text, "- `{key}`: `{}`", path.replace('`', "'"));
+        for (key, (path, more)) in &release.outside {
+            let more = if *more > 0 { format!(" and {more} more") } else { String::new() };
+            let _ = writeln!(text, "- `{key}`: `{}`{more}", path.replace('`', "'"));
         }
-        match release.outside.iter().find(|(key, _)| !key.starts_with("objects")) {
-            Some((key, _)) => {
+        match release.outside.keys().find(|key| !key.starts_with("objects")) {
+            Some(key) => {
                 let _ = writeln!(
                     text,
-                    "\nWhere they stand elsewhere, say so: `graspmill run job.toml --set {key}=PATH ...`."
+                    "\nWhere they stand elsewhere, say so: `graspmill run job.toml --set {key}=PATH ...`, and \
+                     `graspmill verify . --regenerate K --set {key}=PATH ...`; a path that is not absolute starts at this folder."
                 );
             }
             None => text.push_str("\nPut them there, or change the paths.\n"),

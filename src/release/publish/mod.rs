@@ -136,8 +136,8 @@ struct Release<'a> {
     /// Paths and captions.
     pictures: &'a [(String, String)],
     legend: &'static str,
-    /// Keys of the job and the paths that they lead out of the folder with.
-    outside: Vec<(String, String)>,
+    /// Keys of the job and the paths that they lead out of the folder with, the first and how many more.
+    outside: BTreeMap<String, (String, usize)>,
 }
 
 /// Makes a release of a finished dataset.
@@ -349,9 +349,10 @@ fn pretty(value: &Value) -> String {
 /// What its publisher should know before it goes out.
 fn notes_of(release: &Release) -> Vec<String> {
     let mut notes = Vec::new();
-    for (key, path) in &release.outside {
+    for (key, (path, more)) in &release.outside {
+        let more = if *more > 0 { format!(" and {more} more") } else { String::new() };
         notes.push(format!(
-            "job.toml names {key} = \"{path}\", a path from where the data was made; the card says how to give another"
+            "job.toml names {key} = \"{path}\"{more}, from where the data was made; the card says what to do elsewhere"
         ));
     }
     let about = release.about;
@@ -370,8 +371,8 @@ fn notes_of(release: &Release) -> Vec<String> {
 }
 
 /// Keys of a resolved job that hold a path out of its folder, and those paths.
-fn outside(job: &str) -> Vec<(String, String)> {
-    fn walk(value: &toml::Value, key: &str, found: &mut Vec<(String, String)>) {
+fn outside(job: &str) -> BTreeMap<String, (String, usize)> {
+    fn walk(value: &toml::Value, key: &str, found: &mut BTreeMap<String, (String, usize)>) {
         match value {
             toml::Value::Table(table) => {
                 for (name, value) in table.iter().filter(|(name, _)| *name != "meshes") {
@@ -382,14 +383,15 @@ fn outside(job: &str) -> Vec<(String, String)> {
             toml::Value::String(text) => {
                 let last = key.rsplit('.').next().unwrap_or(key);
                 if ["scene", "dataset", "list", "folder"].contains(&last) {
-                    found.push((key.to_owned(), text.clone()));
+                    found.entry(key.to_owned()).and_modify(|(_, more)| *more += 1).or_insert_with(|| (text.clone(), 0));
                 }
             }
             _ => {}
         }
     }
-    let mut found = Vec::new();
-    let job: toml::Table = job.parse().unwrap_or_default();
+    let mut found = BTreeMap::new();
+    // The job of an intact dataset is TOML; of another nothing would be released.
+    let job: toml::Table = job.parse().expect("a resolved job");
     walk(&toml::Value::Table(job), "", &mut found);
     found
 }
