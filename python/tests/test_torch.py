@@ -63,3 +63,20 @@ def test_the_training_example_learns(data: Path) -> None:
     assert done.returncode == 0, done.stderr
     losses = [float(line.split("loss ")[1].split()[0]) for line in done.stdout.splitlines() if "loss " in line]
     assert len(losses) == 2 and losses[1] < losses[0]
+
+
+def test_the_benchmarks_network_learns(pairs: Dataset[CompletionSample]) -> None:
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benches"))
+    from data_faults import Fault, jaccard, unpack
+    from data_torch import Budget, Pairs, completed, from_blocks, learn, to_blocks
+
+    batch = PairBatch.of(pairs.gather(range(len(pairs))))
+    partial, complete = unpack(batch.partial), unpack(batch.complete)
+    assert np.array_equal(partial, batch.cells("partial"))
+    assert np.array_equal(from_blocks(to_blocks(partial).numpy()), partial)
+
+    training = Pairs(batch.partial, batch.complete, pairs.column("object"))
+    networks = [learn(training, Fault("none"), Budget(0, 0, 0, steps), seed=1) for steps in (5, 60, 60)]
+    worse, better, again = (jaccard(completed(network, partial), complete).mean() for network in networks)
+    assert better == again, "the seed decides"
+    assert better > worse and better > jaccard(partial, complete).mean() + 0.1
