@@ -84,7 +84,7 @@ def main() -> int:
     rows += [Row(fault.name, FAULT, scores(fault, training), fault.stratum) for fault in planted]
     rows.append(Row("test models in training", LEAK, scores(Fault("leak"), np.arange(len(objects)))))
     rows.append(Row("partial alone", TRIVIAL, by_object(jaccard(test.partial, test.complete), test.objects)))
-    table = Table(rows, strata([scan.name for scan in scans]))
+    table = Table(rows, strata(test.solid_shares))
     unseen = table.untold(FAULT, LEAK)
     print(f"{table.text()}\n\n* differs beyond chance where it must\n{time.perf_counter() - began:.1f} s")
     if unseen:

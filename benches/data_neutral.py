@@ -92,18 +92,22 @@ class NeutralPairs:
     """(pairs, 3) cells, from the corner of the grid."""
     objects: np.ndarray
     """(pairs,) place of each pair's scan in the list."""
+    solid_shares: np.ndarray
+    """(scans,) volume of each scan over that of its convex hull."""
 
 
-def pairs_of(scan: Path, seed: int, views: int) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def pairs_of(scan: Path, seed: int, views: int) -> tuple[list[tuple[np.ndarray, np.ndarray, np.ndarray]], float]:
+    """(partial, complete, eye) of each view, and the scan's share of its convex hull."""
     rng = np.random.default_rng(seed)
     neutral = NeutralObject(scan, rng)
     pairs = (neutral.pair(rotation) for rotation in random_rotations(rng, views))
-    return [pair for pair in pairs if pair is not None]
+    return [pair for pair in pairs if pair is not None], neutral.mesh.volume / neutral.mesh.convex_hull.volume
 
 
 def neutral_pairs(scans: list[Path], views: int) -> NeutralPairs:
     """So many views of each scan; those that show too little are left out."""
     with ProcessPoolExecutor() as pool:
-        pairs = list(pool.map(pairs_of, scans, range(len(scans)), [views] * len(scans)))
+        pairs, shares = zip(*pool.map(pairs_of, scans, range(len(scans)), [views] * len(scans)))
     partial, complete, eyes = (np.array([pair[part] for of_scan in pairs for pair in of_scan]) for part in range(3))
-    return NeutralPairs(partial, complete, eyes, np.repeat(np.arange(len(scans)), [len(of_scan) for of_scan in pairs]))
+    objects = np.repeat(np.arange(len(scans)), [len(of_scan) for of_scan in pairs])
+    return NeutralPairs(partial, complete, eyes, objects, np.array(shares))

@@ -59,7 +59,7 @@ class Budget:
     seeds: int = 3
 
 
-DEFAULT = Budget(views=40, built_in=48, test_views=8, steps=200)
+DEFAULT = Budget(views=40, built_in=48, test_views=16, steps=200)
 FULL = Budget(views=80, built_in=96, test_views=20, steps=1000)
 
 
@@ -254,7 +254,7 @@ def main() -> int:
     unseen = set(leak.objects.tolist())
     assert unseen >= {scan.stem for scan in test_scans} and not unseen & set(training.objects.tolist())
     bench = Bench(training, leak, neutral_pairs(test_scans, budget.test_views), budget)
-    table = Table(learnt_rows(bench) + unlearnt_rows(bench), strata([scan.name for scan in test_scans]))
+    table = Table(learnt_rows(bench) + unlearnt_rows(bench), strata(bench.test.solid_shares))
     seconds = time.perf_counter() - began
 
     if options.json:

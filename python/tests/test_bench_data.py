@@ -107,8 +107,11 @@ def test_families_are_held_out_whole() -> None:
     names = ["025_mug", "065-a_cups", "065-b_cups", "013_apple", "055_baseball"]
     assert [is_held_out(name) for name in names] == [True, True, True, False, True]
     assert [is_tested(name) for name in names] == [True, True, False, False, True]
-    masks = strata(names)
-    assert masks[ALL].all() and masks[HOLLOW].tolist() == [True, True, True, False, False]
+
+
+def test_strata_go_by_the_share_of_the_hull() -> None:
+    masks = strata(np.array([0.1, 0.9, 0.39, 0.45]))
+    assert masks[ALL].all() and masks[HOLLOW].tolist() == [True, False, True, False]
 
 
 def test_cells_are_extruded_along_their_rays() -> None:
