@@ -222,12 +222,15 @@ def unlearnt_rows(bench: Bench) -> list[Row]:
 
 
 def verdict(table: Table) -> str:
-    """What the table says, in two lines."""
+    """What the table says: faults told, of these the one nearest to good data with its interval, completions beaten."""
     unseen, unbeaten = table.untold(FAULT, LEAK), table.untold(TRIVIAL)
     planted = sum(row.kind in (FAULT, LEAK) for row in table.rows)
     trivial = sum(row.kind == TRIVIAL for row in table.rows)
     faults = f"{planted - len(unseen)} of {planted} planted faults are told from good data"
     others = f"good data beat {trivial - len(unbeaten)} of {trivial} trivial completions"
+    closest = min((row for row in table.rows if row.kind == FAULT), key=lambda row: table.loss(row, row.stratum)[1])
+    mean, low, high = table.loss(closest, closest.stratum)
+    faults += f", nearest to it '{closest.name}' at {mean:+.3f} [{low:+.3f}, {high:+.3f}]"
     return "\n".join(
         sentence + (f"; not: {', '.join(names)}" if names else "")
         for sentence, names in ((faults, unseen), (others, unbeaten))
