@@ -109,7 +109,13 @@ fn damaged(out: &Path) {
     let told = graspmill(&["inspect", &folder]);
     assert!(text(&told.stderr).contains("give one of completion, touch, grasps, patches"), "{}", text(&told.stderr));
     let set = fs::read_to_string(out.join("set.json")).expect("a set");
-    fs::write(out.join("set.json"), set.replacen("\"bottle-01\"", "\"bottle-02\"", 1)).expect("a lie");
+    let lie = set.replacen("\"bottle-01\"", "\"bottle-02\"", 1);
+    fs::write(out.join("set.json"), &lie).expect("a lie");
+    let told = graspmill(&["verify", &folder]);
+    assert_eq!(told.status.code(), Some(4));
+    assert!(text(&told.stderr).contains("its seal says"), "{}", text(&told.stderr));
+    let (unsealed, _) = lie.split_once(",\n  \"seal\"").expect("a seal");
+    fs::write(out.join("set.json"), format!("{unsealed}\n}}\n")).expect("a lie");
     let told = graspmill(&["verify", &folder]);
     assert_eq!(told.status.code(), Some(4));
     assert!(text(&told.stdout).contains("set.json does not say"), "{}", text(&told.stdout));

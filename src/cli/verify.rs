@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     assets::MeshOrigin,
-    dataset::{DatasetReader, Problem, SetTable, VerifyLevel, VerifyOptions, VerifyReport, read_mark},
+    dataset::{DatasetError, DatasetReader, Problem, SetTable, VerifyLevel, VerifyOptions, VerifyReport, read_mark},
     job::{CompletionDraft, Job, JobDraft, JobText, Truth},
     release::{ReleaseCheck, check_release},
     run::{Cancel, Crew, Regeneration, regenerate},
@@ -54,7 +54,7 @@ pub struct Checked<'a> {
 /// Checks a dataset; with `--regenerate K`, makes K random samples again from the manifest alone and compares. Of a set, every
 /// dataset.
 pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure> {
-    if let Some(table) = SetTable::read(&arguments.dir)? {
+    if let Some(table) = SetTable::read(&arguments.dir).map_err(damage)? {
         return set::verify(arguments, &table, printer);
     }
     let crew = Crew { threads: machine::threads(None), level: machine::simd_level()? };
@@ -66,6 +66,14 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
         printer.result(&checked.words());
     }
     Ok(checked.exit)
+}
+
+/// A table without which nothing else can be checked: damage to it is what was looked for.
+fn damage(error: DatasetError) -> Failure {
+    match &error {
+        DatasetError::Invalid { .. } => Failure::new(Exit::Mismatch, error),
+        _ => error.into(),
+    }
 }
 
 /// Checks the dataset in a folder as the arguments say.
@@ -85,7 +93,7 @@ pub fn check<'a>(
         });
     let options =
         VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: any_overlap, threads: crew.threads };
-    let mut report = crate::dataset::verify(folder, options, |_| {})?;
+    let mut report = crate::dataset::verify(folder, options, |_| {}).map_err(damage)?;
     // The shards of a small dataset do not say how large they might have been; its job does.
     if let (Some(draft), Ok(Some(mark))) = (&draft, read_mark(folder))
         && mark.shard_samples != draft.shard_samples
@@ -99,7 +107,7 @@ pub fn check<'a>(
             remedy: "delete it and `run` the job again: finished shards are kept",
         });
     }
-    let release = check_release(folder)?;
+    let release = check_release(folder).map_err(damage)?;
     if let Some(release) = &release {
         release.add_to(&mut report);
     }
