@@ -46,9 +46,7 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
     }
     let task = RunTask { job, plan, digest: *digest, header: &header, folder };
     let summary = run::merge(&task, &crew, &cancel, &|_| {}).map_err(gap)?;
-    if !summary.finished_before {
-        add_views(folder, &open, &summary, &crew, began)?;
-    }
+    add_views(folder, &open, &summary, &crew, began)?;
     show(folder, &crew, &summary, began.elapsed().as_secs_f64(), arguments.json, printer)
 }
 

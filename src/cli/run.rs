@@ -105,13 +105,12 @@ pub fn make(
     let header = run::dataset_header(job, sides.as_ref(), folder);
     let task = RunTask { job, plan, digest: *digest, header: &header, folder };
     let summary = run::run(&task, crew, cancel, &listener).map_err(run_failure)?;
-    if !summary.finished_before {
-        add_views(folder, &open, &summary, crew, began)?;
-    }
+    add_views(folder, &open, &summary, crew, began)?;
     Ok((summary, began.elapsed().as_secs_f64()))
 }
 
-/// Writes what stands beside a dataset that was just finished: notes for its report, and the preview.
+/// Writes what stands beside a dataset: notes for its report, and the preview. Of one that was finished before what is missing,
+/// for the run that finished it may have been killed before it came to this.
 pub fn add_views(
     folder: &Path,
     open: &OpenJob,
@@ -120,7 +119,13 @@ pub fn add_views(
     began: Instant,
 ) -> Result<(), Failure> {
     let OpenJob { job, sides, .. } = open;
-    notes(crew, summary, sides.as_ref(), began).write(folder)?;
+    let (none, notes) = (RunNotes::default(), notes(crew, summary, sides.as_ref(), began));
+    if !summary.finished_before || (notes != none && RunNotes::read(folder)? == none) {
+        notes.write(folder)?;
+    }
+    if summary.finished_before && folder.join("preview.mcap").exists() {
+        return Ok(());
+    }
     match &job.work {
         Work::Completion(completion) => run::preview(folder, completion, job.seed, crew),
         Work::Reachability(_) => run::map_preview(folder),
