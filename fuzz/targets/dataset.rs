@@ -69,13 +69,22 @@ impl Copy {
     }
 }
 
+/// A table without its seal, which is valid too: no change would come past one.
+fn unsealed(table: &[u8]) -> Vec<u8> {
+    let seal = b",\n  \"seal\": \"";
+    match table.windows(seal.len()).rposition(|window| window == seal) {
+        Some(at) => [&table[..at], b"\n}\n"].concat(),
+        None => table.to_vec(),
+    }
+}
+
 /// A table that the first byte names, in place of the small dataset's.
 pub fn tables(input: &[u8]) {
     static COPY: LazyLock<Copy> = LazyLock::new(Copy::new);
     let Some((table, bytes)) = input.split_first() else { return };
     let path = COPY.path().join(TABLES[usize::from(*table) % TABLES.len()]);
     let before = fs::read(&path).ok();
-    fs::write(&path, bytes).expect("a file");
+    fs::write(&path, unsealed(bytes)).expect("a file");
     COPY.read(VerifyLevel::Hashes);
     if let Err(error) = Manifest::read(COPY.path()) {
         assert!(!error.to_string().is_empty());
