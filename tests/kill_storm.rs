@@ -1,6 +1,8 @@
 //! Killed without warning, again and again, at random moments: resumed, a run ends where an undisturbed one does.
 #![cfg(feature = "sim")]
 
+mod tree;
+
 use std::{
     collections::BTreeMap,
     fs,
@@ -11,6 +13,7 @@ use std::{
 };
 
 use graspmill::{dataset::DatasetReader, ids::Digest, seed::Stream};
+use tree::tree;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -72,25 +75,11 @@ fn samples(out: &Path) -> BTreeMap<String, String> {
     found
 }
 
-/// Every file below a folder with its digest.
+/// Digests of all files below a folder but the run's notes, which say how fast it was.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Digest> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(next) = folders.pop() {
-        for entry in fs::read_dir(next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            match path.is_dir() {
-                true => folders.push(path),
-                // Says how fast the run was, and stands in no digest.
-                false if path.file_name().is_some_and(|name| name == "notes.json") => {}
-                false => {
-                    let digest = Digest::of(&fs::read(&path).expect("a file"));
-                    found.insert(path.strip_prefix(folder).expect("inside").to_owned(), digest);
-                }
-            }
-        }
-    }
-    found
+    let mut files = tree(folder);
+    files.remove(Path::new("notes.json"));
+    files.into_iter().map(|(path, content)| (path, Digest::of(&content))).collect()
 }
 
 /// Kills so many times, spread over the jobs.

@@ -9,8 +9,10 @@ use std::{
 
 use graspmill::assets::Description;
 use serde_json::Value;
+use tree::tree;
 
 mod python;
+mod tree;
 
 const JOB: &str = r#"
 name = "shelf"
@@ -94,24 +96,6 @@ impl Place {
     }
 }
 
-/// Content of all files below a folder, by path.
-fn tree(folder: &str) -> BTreeMap<PathBuf, Vec<u8>> {
-    let (mut files, mut folders) = (BTreeMap::new(), vec![PathBuf::from(folder)]);
-    while let Some(below) = folders.pop() {
-        for entry in fs::read_dir(&below).expect("readable") {
-            let path = entry.expect("an entry").path();
-            match path.is_dir() {
-                true => folders.push(path),
-                false => {
-                    let name = path.strip_prefix(folder).expect("inside").to_owned();
-                    files.insert(name, fs::read(&path).expect("readable"));
-                }
-            }
-        }
-    }
-    files
-}
-
 fn json(folder: &str, name: &str) -> Value {
     serde_json::from_slice(&fs::read(Path::new(folder).join(name)).expect("readable")).expect("JSON")
 }
@@ -134,7 +118,7 @@ fn a_release_has_the_same_bytes_wherever_it_is_made() {
     let notes = data.each_ref().map(|data| read(data, "notes.json"));
     assert!(notes.iter().all(|notes| notes.contains("seconds")), "runs leave their speed");
     let releases = [place.release(&data[0], "a", ABOUT), place.release(&data[1], "deep/b", ABOUT)];
-    let trees = releases.each_ref().map(|release| tree(release));
+    let trees = releases.each_ref().map(tree);
     let names = |tree: &BTreeMap<PathBuf, Vec<u8>>| tree.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(&trees[0]), names(&trees[1]));
     for (path, content) in &trees[0] {

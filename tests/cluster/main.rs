@@ -3,6 +3,8 @@
 #![expect(clippy::print_stdout, reason = "figures for the log")]
 
 mod slurm;
+#[path = "../tree/mod.rs"]
+mod tree;
 
 use std::{
     collections::BTreeMap,
@@ -12,6 +14,7 @@ use std::{
 };
 
 use graspmill::dataset::Manifest;
+use tree::tree;
 
 /// Meshes of which one is refused, in fifteen shards.
 const JOB: &str = r#"
@@ -84,21 +87,8 @@ impl Place {
 
 /// Every file of a folder by its path in it; notes about the run and scripts of engines aside, which are no part of a dataset.
 fn content(folder: &str) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut folders = vec![PathBuf::from(folder)];
-    while let Some(next) = folders.pop() {
-        for entry in fs::read_dir(&next).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            let inside = path.strip_prefix(folder).expect("inside").to_owned();
-            if path.is_dir() {
-                if inside != Path::new("cluster") {
-                    folders.push(path);
-                }
-            } else if inside != Path::new("notes.json") {
-                files.insert(inside, fs::read(&path).expect("a file"));
-            }
-        }
-    }
+    let mut files = tree(folder);
+    files.retain(|path, _| !path.starts_with("cluster") && path != Path::new("notes.json"));
     files
 }
 

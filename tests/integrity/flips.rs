@@ -8,7 +8,7 @@ use std::{
 
 use graspmill::{ids::Digest, seed::Stream};
 
-use crate::{all_products, done, graspmill, problems, run, verify};
+use crate::{all_products, done, graspmill, problems, run, tree::tree, verify};
 
 /// No parts of the dataset: what is wrong with a preview is a note, and notes of a run stand in no digest.
 const OUTSIDE: [&str; 2] = ["preview.mcap", "notes.json"];
@@ -55,23 +55,6 @@ fn release(place: &Path) -> PathBuf {
     out
 }
 
-/// Files of a folder, sorted, with their sizes.
-fn files(folder: &Path) -> Vec<(PathBuf, u64)> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        match path.is_dir() {
-            true => found.extend(files(&path)),
-            false => {
-                let bytes = fs::metadata(&path).expect("facts").len();
-                found.push((path, bytes));
-            }
-        }
-    }
-    found.sort();
-    found
-}
-
 /// What caught a flip, in a few words.
 fn caught_by(exit: i32, report: Option<&serde_json::Value>, said: &str) -> Option<&'static str> {
     let Some(report) = report else {
@@ -104,7 +87,10 @@ fn caught_by(exit: i32, report: Option<&serde_json::Value>, said: &str) -> Optio
 fn flip(datasets: &[(&str, PathBuf)], outside_of_it: &[&str], count: u64, seed: u64) {
     let all: Vec<(PathBuf, &str, PathBuf, u64)> = (datasets.iter())
         .flat_map(|(name, folder)| {
-            files(folder).into_iter().map(|(file, bytes)| (folder.clone(), *name, file, bytes)).collect::<Vec<_>>()
+            tree(folder)
+                .into_iter()
+                .map(|(file, content)| (folder.clone(), *name, folder.join(file), content.len() as u64))
+                .collect::<Vec<_>>()
         })
         .filter(|(_, _, _, bytes)| *bytes > 0)
         .collect();

@@ -7,6 +7,8 @@ mod flips;
 mod forger;
 #[path = "../products/mod.rs"]
 mod products;
+#[path = "../tree/mod.rs"]
+mod tree;
 
 use std::{
     fs,
