@@ -15,7 +15,7 @@ use super::{
 use crate::{
     dataset::{Manifest, Selection, SetTable, Split, read_mark, scan_shards},
     export::{self, ExportError, ExportSelection, Format},
-    ids::{Product, ShardId, ranges},
+    ids::{Product, ranges},
     release,
 };
 
@@ -60,7 +60,7 @@ pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
     let Some(mark) = read_mark(folder)? else { return Ok(None) };
     let scan = scan_shards(folder, &mark)?;
     let manifest = Manifest::read(folder).ok();
-    let missing: Vec<u32> = (0..mark.shards).filter(|shard| !scan.done.contains_key(&ShardId(*shard))).collect();
+    let missing = scan.missing(mark.shards);
     let complete = manifest.is_some() && scan.done.len() == mark.shards as usize;
     Ok(Some(Status {
         dataset: folder.display().to_string(),
@@ -170,7 +170,7 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
 
 fn export_failure(error: ExportError) -> Failure {
     match &error {
-        ExportError::Dataset(_) => Failure::from(error),
+        ExportError::Dataset(source) if !source.is_foreign() => Failure::from(error),
         ExportError::Io { .. } => Failure::new(Exit::InputOutput, error),
         _ => Failure::new(Exit::BadSpec, error),
     }

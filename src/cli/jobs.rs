@@ -9,10 +9,11 @@ use super::{
 };
 use crate::{
     assets,
+    dataset::DatasetHeader,
     ids::JobDigest,
     job::{self, Job, JobDraft, JobErrors, JobSet, JobText, Surroundings},
     plan::{Plan, Sides},
-    run::{Cancel, Crew, Listener, RunError, prepare_assets},
+    run::{self, Cancel, Crew, Listener, RunError, RunTask, prepare_assets},
     voxel::twins,
 };
 
@@ -29,6 +30,18 @@ pub struct OpenJob {
     pub digest: JobDigest,
     /// Of a job about objects.
     pub sides: Option<Sides>,
+}
+
+impl OpenJob {
+    /// What the tables of its dataset in `folder` say beside the samples.
+    pub fn header(&self, folder: &Path) -> DatasetHeader {
+        run::dataset_header(&self.job, self.sides.as_ref(), folder)
+    }
+
+    /// Making its dataset in `folder`.
+    pub fn task<'a>(&'a self, header: &'a DatasetHeader, folder: &'a Path) -> RunTask<'a> {
+        RunTask { job: &self.job, plan: &self.plan, digest: self.digest, header, folder }
+    }
 }
 
 /// Prints the JSON Schema of job files.

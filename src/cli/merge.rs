@@ -9,17 +9,17 @@ use std::{
 use super::{
     args::MergeArgs,
     exit::{Exit, Failure},
-    jobs::{self, OpenJob, run_failure},
+    jobs::{self, run_failure},
     machine,
     printer::Printer,
     run::{add_views, show},
     set,
 };
 use crate::{
-    dataset::{listed_shards, read_mark, read_pending},
+    dataset::{layout, listed_shards, read_mark, read_pending},
     ids::ranges,
     job::JobText,
-    run::{self, Cancel, Crew, RunError, RunTask},
+    run::{self, Cancel, Crew, RunError},
 };
 
 /// Between two looks at the folder.
@@ -33,19 +33,18 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
     let crew = Crew { threads: machine::threads(arguments.threads), level: machine::simd_level()? };
     let cancel = machine::cancel_on_signals()?;
     wait(folder, Duration::from_secs(60 * u64::from(arguments.wait)), &cancel, printer)?;
-    let text = JobText::open(&folder.join("job.toml"), &[]).map_err(|error| {
-        let told = format!("{}/job.toml: {error}; `run --task` writes it", folder.display());
+    let job_file = folder.join(layout::JOB);
+    let text = JobText::open(&job_file, &[]).map_err(|error| {
+        let told = format!("{}: {error}; `run --task` writes it", job_file.display());
         Failure::message(Exit::Failed, told)
     })?;
     let open = jobs::open_text(&text, None, &crew, &cancel, &|_| {})?;
-    let OpenJob { job, plan, digest, sides } = &open;
-    let mut header = run::dataset_header(job, sides.as_ref(), folder);
+    let mut header = open.header(folder);
     if let Some(pending) = read_pending(folder)? {
         header.refused = pending.refused;
         header.warnings = pending.warnings;
     }
-    let task = RunTask { job, plan, digest: *digest, header: &header, folder };
-    let summary = run::merge(&task, &crew, &cancel, &|_| {}).map_err(gap)?;
+    let summary = run::merge(&open.task(&header, folder), &crew, &cancel, &|_| {}).map_err(gap)?;
     add_views(folder, &open, &summary, &crew, began)?;
     show(folder, &crew, &summary, began.elapsed().as_secs_f64(), arguments.json, printer)
 }
@@ -53,33 +52,35 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
 /// Waits until every shard has its file, by their names alone; says at once what is missing where there is no time to wait.
 fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -> Result<(), Failure> {
     let began = Instant::now();
-    let mut told = usize::MAX;
+    let mut told = String::new();
     loop {
-        let mark = read_mark(folder)?;
-        let missing: Vec<u32> = match &mark {
+        // `None`: no task has begun.
+        let missing = match read_mark(folder)? {
+            None => None,
             Some(mark) => {
                 let there = listed_shards(folder)?;
-                (0..mark.shards).filter(|shard| !there.contains(shard)).collect()
+                let missing: Vec<u32> = (0..mark.shards).filter(|shard| !there.contains(shard)).collect();
+                if missing.is_empty() {
+                    return Ok(());
+                }
+                Some((missing, mark.shards))
             }
-            None if patience.is_zero() => {
-                let told = format!("{}: no dataset (no run.json)", folder.display());
-                return Err(Failure::message(Exit::Failed, told));
-            }
-            None => vec![0],
         };
-        if missing.is_empty() {
-            return Ok(());
-        }
         if began.elapsed() >= patience {
-            let shards = mark.map_or(0, |mark| mark.shards);
-            return Err(gap(RunError::Gap { missing, shards, bad: Vec::new() }));
+            return Err(match missing {
+                None => {
+                    Failure::message(Exit::Failed, format!("{}: no dataset (no {})", folder.display(), layout::RUN))
+                }
+                Some((missing, shards)) => gap(RunError::Gap { missing, shards, bad: Vec::new() }),
+            });
         }
         if cancel.is_cancelled() {
             return Err(run_failure(RunError::Interrupted));
         }
-        if missing.len() < told {
-            told = missing.len();
-            printer.say(&format!("waiting for {told} shards"));
+        let awaited = missing.map_or("the first task".to_owned(), |(missing, _)| format!("{} shards", missing.len()));
+        if awaited != told {
+            printer.say(&format!("waiting for {awaited}"));
+            told = awaited;
         }
         thread::sleep(PAUSE);
     }

@@ -5,7 +5,7 @@ use super::{
     exit::{Exit, Failure},
     machine,
     printer::Printer,
-    set,
+    set, verify,
 };
 use crate::release::{Published, ReleaseError, ReleaseOptions, publish};
 
@@ -41,11 +41,11 @@ fn words(published: &Published) -> String {
 
 fn failure(error: ReleaseError) -> Failure {
     match error {
-        ReleaseError::Dataset(error) => Failure::from(error),
+        ReleaseError::Dataset(error) if error.is_foreign() => Failure::new(Exit::BadSpec, error),
+        ReleaseError::Dataset(error) => verify::damage(error),
         ReleaseError::NotIntact { .. } => Failure::new(Exit::Mismatch, error),
-        ReleaseError::About { .. }
-        | ReleaseError::Occupied { .. }
-        | ReleaseError::MayNotShip { .. }
-        | ReleaseError::NothingToLeaveOut { .. } => Failure::new(Exit::BadSpec, error),
+        ReleaseError::About { .. } | ReleaseError::MayNotShip { .. } | ReleaseError::NothingToLeaveOut { .. } => {
+            Failure::new(Exit::BadSpec, error)
+        }
     }
 }

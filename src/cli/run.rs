@@ -14,12 +14,12 @@ use super::{
     set, task, words,
 };
 use crate::{
-    dataset::{Counts, GraspCounts, Manifest, NumberClass, PoseCounts, TypeCounts},
+    dataset::{Counts, GraspCounts, Manifest, NumberClass, PoseCounts, TypeCounts, layout},
     ids::{Digest, Product},
     job::{JobSet, JobText, Work},
     plan::Sides,
     release::{RunNotes, Speed, grasp_counts_in_words, pose_counts_in_words, types_in_words},
-    run::{self, Cancel, Crew, Event, RunSummary, RunTask},
+    run::{self, Cancel, Crew, Event, RunSummary},
 };
 
 /// What a run made, for machines.
@@ -101,10 +101,7 @@ pub fn make(
     let listener = |event: Event| show(&event);
     let began = Instant::now();
     let open = jobs::open_text(text, grasps, crew, cancel, &listener)?;
-    let OpenJob { job, plan, digest, sides } = &open;
-    let header = run::dataset_header(job, sides.as_ref(), folder);
-    let task = RunTask { job, plan, digest: *digest, header: &header, folder };
-    let summary = run::run(&task, crew, cancel, &listener).map_err(run_failure)?;
+    let summary = run::run(&open.task(&open.header(folder), folder), crew, cancel, &listener).map_err(run_failure)?;
     add_views(folder, &open, &summary, crew, began)?;
     Ok((summary, began.elapsed().as_secs_f64()))
 }
@@ -123,7 +120,7 @@ pub fn add_views(
     if !summary.finished_before || (notes != none && RunNotes::read(folder)? == none) {
         notes.write(folder)?;
     }
-    if summary.finished_before && folder.join("preview.mcap").exists() {
+    if summary.finished_before && folder.join(layout::PREVIEW).exists() {
         return Ok(());
     }
     match &job.work {

@@ -20,15 +20,15 @@ use super::{
 };
 use crate::{
     cluster::{Backend, Container, Resources, Submission, SubmissionFile, TaskPlan},
-    dataset::{DatasetError, read_mark, scan_shards},
+    dataset::{DatasetError, layout, read_mark, scan_shards},
     ids::ranges,
     run::Crew,
 };
 
-/// Scripts, logs and [`RECORD`], in the dataset's folder.
-const FOLDER: &str = "cluster";
-/// What was sent, in [`FOLDER`].
+/// What was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
 const RECORD: &str = "submit.json";
+/// Folder of what tasks print.
+const LOGS: &str = "logs";
 
 /// What was sent, for machines.
 #[derive(Serialize)]
@@ -57,12 +57,12 @@ struct Record {
 
 /// Whether the dataset in a folder was submitted.
 pub fn submitted(out: &Path) -> bool {
-    out.join(FOLDER).join(RECORD).exists()
+    out.join(layout::CLUSTER).join(RECORD).exists()
 }
 
 /// Writes what an engine needs to make a job's dataset; sends it where the engine is Slurm.
 pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let folder = arguments.out.join(FOLDER);
+    let folder = arguments.out.join(layout::CLUSTER);
     let (submission, tasks) = if arguments.retry { again(arguments, &folder)? } else { anew(arguments, printer)? };
     if tasks.is_empty() {
         printer.result(&format!(
@@ -72,7 +72,7 @@ pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure
         ));
         return Ok(Exit::Complete);
     }
-    let files = submission.files(&tasks);
+    let files = submission.files(&tasks, &path::absolute(folder.join(LOGS))?);
     if arguments.print {
         printer.result(&files.iter().map(|file| file.text.as_str()).collect::<Vec<_>>().join("\n"));
         return Ok(Exit::Complete);
@@ -167,16 +167,13 @@ fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>)
         let tasks = (0..submission.plan.tasks).collect();
         return Ok((submission, tasks));
     };
-    let scan = scan_shards(&arguments.out, &mark)?;
-    let done: Vec<u32> = scan.done.keys().map(|shard| shard.0).collect();
-    let missing: Vec<u32> = (0..mark.shards).filter(|shard| done.binary_search(shard).is_err()).collect();
-    let tasks = submission.tasks_of(&missing);
+    let tasks = submission.tasks_of(&scan_shards(&arguments.out, &mark)?.missing(mark.shards));
     Ok((submission, tasks))
 }
 
 /// Writes the scripts and the record; where the scripts stand.
 fn write(folder: &Path, submission: &Submission, files: &[SubmissionFile]) -> Result<Vec<PathBuf>, Failure> {
-    let logs = folder.join("logs");
+    let logs = folder.join(LOGS);
     let failed = |path: &Path| {
         let path = path.display().to_string();
         move |error: io::Error| Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(path))

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{
     args::RunArgs,
     exit::{Exit, Failure},
-    jobs::{self, OpenJob, run_failure},
+    jobs::{self, run_failure},
     machine,
     printer::Printer,
     progress::ProgressView,
@@ -16,7 +16,7 @@ use crate::{
     dataset::listed_shards,
     job::{JobSet, JobText},
     plan::Share,
-    run::{self, Crew, Event, RunTask, ShareSummary},
+    run::{self, Crew, Event, ShareSummary},
 };
 
 /// What a task made, for machines.
@@ -56,10 +56,8 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
     let listener = |event: Event| view.show(printer, &event);
     let folder = &arguments.out;
     let open = jobs::open_text(text, None, &crew, &cancel, &listener)?;
-    let OpenJob { job, plan, digest, sides } = &open;
-    let header = run::dataset_header(job, sides.as_ref(), folder);
-    let task_of = RunTask { job, plan, digest: *digest, header: &header, folder };
-    let made = run::run_share(&task_of, share, &crew, &cancel, &listener).map_err(run_failure);
+    let made =
+        run::run_share(&open.task(&open.header(folder), folder), share, &crew, &cancel, &listener).map_err(run_failure);
     view.finish();
     let summary = made?;
     let report = TaskReport {
@@ -69,7 +67,7 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
         from: from.clone(),
         summary,
         samples_per_second: if summary.made > 0 { summary.made as f64 / summary.seconds } else { 0.0 },
-        dataset_shards: plan.shards.len(),
+        dataset_shards: open.plan.shards.len(),
         dataset_shards_there: listed_shards(folder)?.len(),
         threads: crew.threads,
         peak_memory_bytes: machine::peak_memory(),
@@ -77,7 +75,7 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
     if arguments.json {
         printer.json(&report)?;
     } else {
-        printer.result(&self::words(&report, words::samples(job.product())));
+        printer.result(&self::words(&report, words::samples(open.job.product())));
     }
     Ok(Exit::Complete)
 }

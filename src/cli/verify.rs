@@ -14,7 +14,9 @@ use super::{
 };
 use crate::{
     assets::MeshOrigin,
-    dataset::{DatasetError, DatasetReader, Problem, SetTable, VerifyLevel, VerifyOptions, VerifyReport, read_mark},
+    dataset::{
+        DatasetError, DatasetReader, Problem, SetTable, VerifyLevel, VerifyOptions, VerifyReport, layout, read_mark,
+    },
     job::{CompletionDraft, Job, JobDraft, JobText, Truth},
     release::{ReleaseCheck, check_release},
     run::{Cancel, Crew, Regeneration, regenerate},
@@ -68,8 +70,8 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
     Ok(checked.exit)
 }
 
-/// A table without which nothing else can be checked: damage to it is what was looked for.
-fn damage(error: DatasetError) -> Failure {
+/// For verbs that check a dataset: damage to a table without which nothing else can be checked is what was looked for.
+pub fn damage(error: DatasetError) -> Failure {
     match &error {
         DatasetError::Invalid { .. } => Failure::new(Exit::Mismatch, error),
         _ => error.into(),
@@ -83,7 +85,7 @@ pub fn check<'a>(
     crew: &Crew,
     cancel: &Cancel,
 ) -> Result<Checked<'a>, Failure> {
-    let job_file = folder.join("job.toml");
+    let job_file = folder.join(layout::JOB);
     let text = JobText::open(&job_file, &arguments.set);
     // The settings alone, meshes unopened: whether partial must lie inside complete.
     let draft = text.as_ref().ok().and_then(|text| jobs::read(text, None).ok());
@@ -100,7 +102,7 @@ pub fn check<'a>(
     {
         let what = format!("it says shards of {} samples, job.toml {}", mark.shard_samples, draft.shard_samples);
         report.problems.push(Problem {
-            file: "run.json".to_owned(),
+            file: layout::RUN.to_owned(),
             shard: None,
             place: String::new(),
             what,

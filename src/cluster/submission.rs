@@ -1,6 +1,9 @@
 //! Scripts and manifests that have an engine run a job's tasks, and then the merge.
 
-use std::{fmt, path::PathBuf};
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -128,10 +131,12 @@ impl Submission {
         tasks
     }
 
-    /// What the engine is given to run these tasks (ascending) and then the merge. Kubernetes runs all: those with nothing to do
+    /// What the engine is given to run these tasks (ascending) and then the merge; what they print goes to the folder
+    /// `logs`. Kubernetes runs all: those with nothing to do
     /// end at once.
-    pub fn files(&self, tasks: &[u32]) -> Vec<SubmissionFile> {
-        let file = |name, template| SubmissionFile { name, text: fill(template, &self.values(tasks)) };
+    pub fn files(&self, tasks: &[u32], logs: &Path) -> Vec<SubmissionFile> {
+        let values = self.values(tasks, logs);
+        let file = |name, template| SubmissionFile { name, text: fill(template, &values) };
         match self.backend {
             Backend::Slurm => vec![
                 file("tasks.sh", include_str!("../../jobs/cluster/slurm-tasks.sh")),
@@ -143,18 +148,17 @@ impl Submission {
         }
     }
 
-    fn values(&self, tasks: &[u32]) -> Vec<(&'static str, String)> {
+    fn values(&self, tasks: &[u32], logs: &Path) -> Vec<(&'static str, String)> {
         let Self { backend, plan, resources: Resources { cpus, memory, minutes }, .. } = self;
         // A string of JSON is one of YAML.
         let word = |text: &str| match backend {
             Backend::Kubernetes => serde_json::Value::from(text).to_string(),
             _ => shell_word(text),
         };
-        let path = |path: &PathBuf| word(&path.to_string_lossy());
+        let path = |path: &Path| word(&path.to_string_lossy());
         let separator = if *backend == Backend::Kubernetes { ", " } else { " " };
         let mut job = vec![path(&self.job)];
         job.extend(self.overrides.iter().flat_map(|setting| [word("--set"), word(setting)]));
-        let logs = self.out.join("cluster/logs");
         let throttle = plan.at_once.map_or_else(String::new, |most| format!("%{most}"));
         let at_once = plan.at_once.unwrap_or(plan.tasks).min(plan.tasks);
         let numbers = match *tasks == *(0..plan.tasks).collect::<Vec<_>>() {
@@ -175,7 +179,7 @@ impl Submission {
             // As long as all tasks take one after another, and an hour.
             ("wait", (minutes.saturating_mul(plan.tasks.div_ceil(at_once)) + 60).to_string()),
             ("options", options.concat().trim_end().to_owned()),
-            ("logs", path(&logs)),
+            ("logs", path(logs)),
             ("folder", path(&self.folder)),
             ("program", path(&self.program)),
             ("job", job.join(separator)),
@@ -215,7 +219,7 @@ mod tests {
     #[test]
     fn every_place_of_every_template_is_filled() {
         for backend in [Backend::Slurm, Backend::Kubernetes, Backend::Parallel, Backend::Local] {
-            for file in submission(backend).files(&(0..32).collect::<Vec<_>>()) {
+            for file in submission(backend).files(&(0..32).collect::<Vec<_>>(), Path::new("/data/out/logs")) {
                 assert!(!file.text.contains("{{") && !file.text.contains("}}"), "{backend}: {}", file.text);
                 assert!(file.text.contains("/data/out"), "{backend}: {}", file.text);
             }
@@ -234,7 +238,7 @@ mod tests {
         let submission = submission(Backend::Slurm);
         let tasks = submission.tasks_of(&[3, 35, 36, 69, 152]);
         assert_eq!(tasks, [3, 4, 5, 24]);
-        let text = &submission.files(&tasks)[0].text;
+        let text = &submission.files(&tasks, Path::new("/data/out/logs"))[0].text;
         assert!(text.contains("\n#SBATCH --array=3-5,24%4\n"), "{text}");
         assert!(text.contains("\n#SBATCH --partition=long\n"), "{text}");
         assert!(text.contains("\ncd '/data/it'\\''s here' || exit 74\n"), "{text}");

@@ -75,6 +75,20 @@ pub enum DatasetError {
         /// One thing that stands in it.
         entry: String,
     },
+    /// A folder that is to be filled holds something.
+    #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", folder.display())]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// One thing in it.
+        entry: String,
+    },
+    /// A folder that is to be filled is a file.
+    #[error("{} is a file; give a new or empty folder", path.display())]
+    NotAFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// The folder holds a dataset that is not finished.
     #[error("{} has no manifest.json: the dataset is not finished; `run` the job again to resume", folder.display())]
     Unfinished {
@@ -176,11 +190,16 @@ impl DatasetError {
         }
     }
 
-    /// Whether the folder is another job's, or no dataset: exit code 2, give another one.
+    /// Whether the folder is another job's, no dataset, or holds something: exit code 2, give another one.
     pub fn is_foreign(&self) -> bool {
         matches!(
             self,
-            Self::ForeignJob { .. } | Self::ForeignSet { .. } | Self::OtherShards { .. } | Self::NotADataset { .. }
+            Self::ForeignJob { .. }
+                | Self::ForeignSet { .. }
+                | Self::OtherShards { .. }
+                | Self::NotADataset { .. }
+                | Self::Occupied { .. }
+                | Self::NotAFolder { .. }
         )
     }
 

@@ -147,6 +147,13 @@ pub struct ShardScan {
     pub at_work: Vec<PathBuf>,
 }
 
+impl ShardScan {
+    /// Numbers of the shards that are not done, of so many, in order.
+    pub fn missing(&self, shards: u32) -> Vec<u32> {
+        (0..shards).filter(|shard| !self.done.contains_key(&ShardId(*shard))).collect()
+    }
+}
+
 /// A shard that is done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DoneShard {

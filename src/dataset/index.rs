@@ -113,6 +113,8 @@ pub struct IndexColumn {
     pub name: String,
     /// What its cells are.
     pub kind: ColumnKind,
+    /// Whether some rows have no cell: rejected ones no digests, kept ones no reason.
+    pub optional: bool,
 }
 
 /// What the cells of a column are.
@@ -154,35 +156,29 @@ pub fn index_columns(product: Product, channels: &[Channel]) -> Vec<IndexColumn>
     let facts = (counts.into_iter().map(|name| (name, ColumnKind::U32)))
         .chain(shares.into_iter().map(|name| (name, ColumnKind::F64)));
     let digests = channels.iter().map(|channel| (format!("digest_{}", channel.name()), ColumnKind::Digest));
-    named.chain(facts).chain(digests).map(|(name, kind)| IndexColumn { name, kind }).collect()
+    let column = |(name, kind): (String, _)| {
+        let optional = kind == ColumnKind::Digest || ["reason", "detail"].contains(&name.as_str());
+        IndexColumn { name, kind, optional }
+    };
+    named.chain(facts).chain(digests).map(column).collect()
 }
 
+/// The columns in Parquet's words.
 fn schema(product: Product, channels: &[Channel]) -> String {
-    let split = if has_splits(product) { "required binary split (string);" } else { "" };
-    let (counts, shares) = fact_columns(product, channels);
-    let counts: String = counts.iter().map(|name| format!("required int32 {name} (integer(32, false));\n")).collect();
-    let shares: String = shares.iter().map(|name| format!("required double {name};\n")).collect();
-    let digests: String = (channels.iter())
-        .map(|channel| format!("optional fixed_len_byte_array(32) digest_{};\n", channel.name()))
-        .collect();
-    format!(
-        "message sample {{
-            required int64 sample_index (integer(64, false));
-            required binary subject (string);
-            required binary object (string);
-            required int32 instance (integer(32, false));
-            required int32 view (integer(32, false));
-            required int32 camera (integer(32, false));
-            {split}
-            required int32 shard (integer(32, false));
-            required boolean kept;
-            optional binary reason (string);
-            optional binary detail (string);
-            {counts}
-            {shares}
-            {digests}
-        }}"
-    )
+    let field = |IndexColumn { name, kind, optional }: IndexColumn| {
+        let presence = if optional { "optional" } else { "required" };
+        let (kind, annotation) = match kind {
+            ColumnKind::Text => ("binary", " (string)"),
+            ColumnKind::Boolean => ("boolean", ""),
+            ColumnKind::U32 => ("int32", " (integer(32, false))"),
+            ColumnKind::U64 => ("int64", " (integer(64, false))"),
+            ColumnKind::F64 => ("double", ""),
+            ColumnKind::Digest => ("fixed_len_byte_array(32)", ""),
+        };
+        format!("{presence} {kind} {name}{annotation};\n")
+    };
+    let fields: String = index_columns(product, channels).into_iter().map(field).collect();
+    format!("message sample {{\n{fields}}}")
 }
 
 impl IndexWriter {
@@ -475,30 +471,19 @@ fn fields_of(row: &IndexRow, product: Product, channels: &[Channel]) -> Vec<Fiel
     }
     fields
 }
+
 #[cfg(test)]
 mod tests {
-    use parquet::basic::{LogicalType, Type};
-
     use super::*;
 
     #[test]
-    fn the_listed_columns_are_those_of_the_schema() {
+    fn parquet_takes_the_columns_of_every_product() {
         for product in Product::ALL {
             let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|each| each.product() == product).collect();
             let schema = parse_message_type(&schema(product, &channels)).expect("a schema");
-            let written = schema.get_fields().iter().map(|field| {
-                let kind = match (field.get_physical_type(), field.get_basic_info().logical_type_ref()) {
-                    (Type::BYTE_ARRAY, Some(LogicalType::String)) => ColumnKind::Text,
-                    (Type::BOOLEAN, None) => ColumnKind::Boolean,
-                    (Type::INT32, Some(_)) => ColumnKind::U32,
-                    (Type::INT64, Some(_)) => ColumnKind::U64,
-                    (Type::DOUBLE, None) => ColumnKind::F64,
-                    (Type::FIXED_LEN_BYTE_ARRAY, None) => ColumnKind::Digest,
-                    other => panic!("{product}: {}: {other:?}", field.name()),
-                };
-                IndexColumn { name: field.name().to_owned(), kind }
-            });
-            assert_eq!(written.collect::<Vec<_>>(), index_columns(product, &channels), "{product}");
+            let written = schema.get_fields().iter().map(|field| (field.name().to_owned(), field.is_optional()));
+            let listed = index_columns(product, &channels).into_iter().map(|column| (column.name, column.optional));
+            assert_eq!(written.collect::<Vec<_>>(), listed.collect::<Vec<_>>(), "{product}");
         }
     }
 }

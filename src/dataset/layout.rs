@@ -3,31 +3,31 @@
 use crate::ids::{Digest, Product, ShardId};
 
 /// What the folder was begun for: written first.
-pub(super) const RUN: &str = "run.json";
+pub const RUN: &str = "run.json";
 /// What it holds: written last.
-pub(super) const MANIFEST: &str = "manifest.json";
+pub const MANIFEST: &str = "manifest.json";
 /// One row a sample.
-pub(super) const INDEX: &str = "index.parquet";
+pub const INDEX: &str = "index.parquet";
 /// One row an object, and the refused meshes.
-pub(super) const ASSETS: &str = "assets.json";
+pub const ASSETS: &str = "assets.json";
 /// Who trains and who tests.
-pub(super) const SPLITS: &str = "splits.json";
+pub const SPLITS: &str = "splits.json";
 /// One line a rejected sample.
-pub(super) const REJECTS: &str = "rejects.jsonl";
+pub const REJECTS: &str = "rejects.jsonl";
 /// The resolved job.
-pub(super) const JOB: &str = "job.toml";
+pub const JOB: &str = "job.toml";
 /// Labels and signed distances of a whole grid of poses.
-pub(super) const FIELD: &str = "field.mcap";
+pub const FIELD: &str = "field.mcap";
 /// The hand's shapes and the objects' meshes.
-pub(super) const SHAPES: &str = "shapes.mcap";
+pub const SHAPES: &str = "shapes.mcap";
 
 /// What tasks tell the merge that closes the dataset; gone when it is closed.
-pub(super) const PENDING: &str = "pending.json";
+pub const PENDING: &str = "pending.json";
 /// Scripts and logs of a cluster's tasks; no part of the dataset.
-pub(super) const CLUSTER: &str = "cluster";
+pub const CLUSTER: &str = "cluster";
 
 /// A few samples, or a map, for viewers; no part of the dataset.
-pub(super) const PREVIEW: &str = "preview.mcap";
+pub const PREVIEW: &str = "preview.mcap";
 
 /// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
 pub(super) fn files_of(product: Product) -> &'static [&'static str] {
@@ -44,7 +44,7 @@ pub(super) fn has_splits(product: Product) -> bool {
 }
 
 /// Folder of the shards.
-pub(super) const SHARDS: &str = "shards";
+pub const SHARDS: &str = "shards";
 
 /// A shard's file name: `completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap`.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

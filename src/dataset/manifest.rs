@@ -231,6 +231,13 @@ pub struct ShardEntry {
     pub kept: u64,
 }
 
+impl ShardEntry {
+    /// Path of its file inside the dataset's folder.
+    pub fn path(&self) -> String {
+        format!("{}/{}", super::layout::SHARDS, self.file)
+    }
+}
+
 /// One other file of a manifest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -285,16 +292,23 @@ impl Manifest {
 
     /// The files of the dataset by their paths inside its folder, sorted: run mark, manifest, tables and shards.
     pub fn paths(&self) -> Vec<String> {
-        let shards = self.shards.iter().map(|shard| format!("{}/{}", super::layout::SHARDS, shard.file));
-        let tables = self.files.keys().cloned().chain([super::layout::RUN, MANIFEST].map(str::to_owned));
-        let mut paths: Vec<String> = shards.chain(tables).collect();
+        let mut paths: Vec<String> =
+            self.entries().into_keys().chain([super::layout::RUN, MANIFEST].map(str::to_owned)).collect();
         paths.sort();
         paths
     }
 
+    /// What it says of each table and shard, by paths inside the dataset's folder.
+    pub fn entries(&self) -> BTreeMap<String, FileEntry> {
+        let shards =
+            self.shards.iter().map(|shard| (shard.path(), FileEntry { digest: shard.digest, bytes: shard.bytes }));
+        let tables = self.files.iter().map(|(path, file)| (path.clone(), file.clone()));
+        shards.chain(tables).collect()
+    }
+
     /// Path of a shard's file.
     pub fn shard_path(&self, folder: &Path, shard: usize) -> PathBuf {
-        folder.join(super::layout::SHARDS).join(&self.shards[shard].file)
+        folder.join(self.shards[shard].path())
     }
 
     /// Place of the shard that accounts for a sample index.

@@ -30,13 +30,14 @@ mod finish;
 mod folder;
 mod grasp_preview;
 mod index;
-mod layout;
+pub mod layout;
 mod ledger;
 mod manifest;
 mod map_preview;
 #[cfg(test)]
 mod measure;
 mod merkle;
+mod new_folder;
 mod pair_table;
 mod patch_preview;
 mod patch_sample;
@@ -69,6 +70,7 @@ pub use manifest::{
     Counts, FileEntry, GraspCounts, Manifest, NumberClass, PoseCounts, ShardEntry, TrialCounts, TypeCounts,
 };
 pub use map_preview::write_map_preview;
+pub use new_folder::NewFolder;
 pub use pair_table::{PairRow, PairTableWriter};
 pub use patch_preview::write_patch_preview;
 pub use pending::{Pending, clear_pending, read_pending, write_pending};

@@ -13,7 +13,7 @@ use crate::{
 /// What can go wrong with an export.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The dataset can't be read.
+    /// The dataset can't be read, or the output folder is none that can be filled.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The dataset is of a product that has no such form.
@@ -57,20 +57,6 @@ pub enum ExportError {
         name: String,
         /// What stands there.
         found: Option<String>,
-    },
-    /// The output folder holds something.
-    #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", path.display())]
-    OutputExists {
-        /// The folder.
-        path: PathBuf,
-        /// One thing in it.
-        entry: String,
-    },
-    /// The output is a file.
-    #[error("{} is a file; give a new or empty folder", path.display())]
-    OutputIsFile {
-        /// The file.
-        path: PathBuf,
     },
     /// The dataset has no object of that name.
     #[error("no object is called '{name}'; the dataset has {}", listed(known))]

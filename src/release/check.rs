@@ -9,7 +9,7 @@ use std::{
 use serde_json::Value;
 
 use super::publish::{
-    CARD, CITATION, CROISSANT, LICENCES, PROVENANCE, RECIPE, Recipe,
+    CARD, CITATION, CROISSANT, LICENCES, LeftOutFile, PROVENANCE, RECIPE, Recipe,
     checksums::{CHECKSUMS, digests_of, parsed},
     staging::files_below,
 };
@@ -116,10 +116,9 @@ fn read_recipe(folder: &Path, manifest: &Manifest, problems: &mut Vec<Problem>) 
         return None;
     }
     // A recipe can't excuse a file that the dataset does not have with that content.
-    let shards = manifest.shards.iter().map(|shard| (format!("shards/{}", shard.file), shard.digest));
-    let files = manifest.files.iter().map(|(path, file)| (path.clone(), file.digest));
-    let known: BTreeMap<String, _> = shards.chain(files).collect();
-    for file in recipe.left_out.iter().filter(|file| known.get(&file.path) != Some(&file.blake3)) {
+    let known = manifest.entries();
+    let is_known = |file: &LeftOutFile| known.get(&file.path).is_some_and(|entry| entry.digest == file.blake3);
+    for file in recipe.left_out.iter().filter(|file| !is_known(file)) {
         problems.push(problem(RECIPE, format!("{} is no file of the manifest with that digest", file.path)));
     }
     Some(recipe)
@@ -154,7 +153,7 @@ fn check_documents(folder: &Path, manifest: &Manifest, listed: &BTreeMap<String,
         let subjects: BTreeMap<&str, &Value> =
             (rows(&provenance["subject"])).filter_map(|row| Some((row["name"].as_str()?, &row["digest"]))).collect();
         for shard in &manifest.shards {
-            let name = format!("shards/{}", shard.file);
+            let name = shard.path();
             let digest = subjects.get(name.as_str()).copied().unwrap_or(&Value::Null);
             compare(PROVENANCE, &name, digest["sha256"].as_str());
             if digest["blake3"].as_str() != Some(&shard.digest.hex()) {

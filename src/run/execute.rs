@@ -17,7 +17,7 @@ use crate::{
         shards_folder, write_pending,
     },
     geom::SimdLevel,
-    ids::{JobDigest, Product, ShardId, ViewId, ranges},
+    ids::{JobDigest, Product, ViewId, ranges},
     job::Job,
     plan::{Plan, ShardPlan, Share},
     produce::{Outcome, ProduceError, Workshop},
@@ -179,7 +179,7 @@ pub fn merge(task: &RunTask, crew: &Crew, cancel: &Cancel, listener: &Listener) 
     let (mark, product) = (task.mark(), task.job.product());
     let begun = begin_run(task.folder, &mark)?;
     let scan = scan_shards(task.folder, &mark)?;
-    let missing: Vec<u32> = (0..mark.shards).filter(|shard| !scan.done.contains_key(&ShardId(*shard))).collect();
+    let missing = scan.missing(mark.shards);
     if !missing.is_empty() {
         // Nothing is cleared away: tasks may be at work.
         return Err(RunError::Gap { missing, shards: mark.shards, bad: scan.bad });

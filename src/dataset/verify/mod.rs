@@ -9,7 +9,7 @@ use super::{
     DatasetError, DatasetReader, Ledger, Manifest, NumberClass,
     error::REWRITE,
     finish::{Objects, asset_names, asset_tree},
-    layout::{ASSETS, has_splits},
+    layout::{ASSETS, MANIFEST, has_splits},
     roots::{ClassChannels, Leaf, Roots},
 };
 use crate::{
@@ -213,7 +213,7 @@ fn check_root(
             Some(root)
         }
         Err(error) => {
-            problems.push(whole("manifest.json", error.to_string(), REWRITE));
+            problems.push(whole(MANIFEST, error.to_string(), REWRITE));
             None
         }
     }
@@ -241,7 +241,7 @@ fn compare_roots(manifest: &Manifest, roots: &Roots, root: &Digest, problems: &m
         if calculated != Some(saved) {
             let calculated = calculated.map_or_else(|| "none".to_owned(), Digest::short);
             let what = format!("{what}: saved {}, calculated {calculated}", saved.short());
-            problems.push(whole("manifest.json", what, REWRITE));
+            problems.push(whole(MANIFEST, what, REWRITE));
         }
     };
     compare("root digest", &manifest.root, Some(root));

@@ -18,7 +18,7 @@ use super::{
         finish::{Objects, count_row, object_of, reject_line},
         folder::{hash_file, read_mark, sorted_entries},
         index::{IndexRow, IndexRows},
-        layout::{ASSETS, FIELD, INDEX, PREVIEW, REJECTS, RUN, SHAPES, SHARDS, SPLITS},
+        layout::{ASSETS, FIELD, INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHAPES, SHARDS, SPLITS},
         shard_file::{parse, read_at, read_summary, records, unpack},
     },
     Problem, VerifyLevel, VerifyReport,
@@ -283,7 +283,7 @@ impl<'a> RowChecks<'a> {
         };
         if self.whole && counts != *said {
             let what = format!("its counts are {said:?}, those of ledgers and tables {counts:?}");
-            self.found.push(whole("manifest.json", what, REWRITE));
+            self.found.push(whole(MANIFEST, what, REWRITE));
         }
         let chosen = said.types.iter().flat_map(|types| &types.chosen);
         let of_types: BTreeMap<u32, u64> = chosen
@@ -292,7 +292,7 @@ impl<'a> RowChecks<'a> {
         if self.whole && of_types != self.kinds {
             let what =
                 format!("its grasps of the chosen types are {of_types:?}, those of the ledgers {:?}", self.kinds);
-            self.found.push(whole("manifest.json", what, REWRITE));
+            self.found.push(whole(MANIFEST, what, REWRITE));
         }
         self.found
     }

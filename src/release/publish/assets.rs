@@ -1,6 +1,6 @@
 //! What a dataset was made of, and what of it a release may hold: one row an object, hand or robot.
 
-use std::{collections::BTreeMap, sync::LazyLock};
+use std::{collections::BTreeMap, path::Path, sync::LazyLock};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -10,7 +10,7 @@ use super::{
     rights::{self, Need},
 };
 use crate::{
-    dataset::{AssetRow, DatasetError, DatasetReader},
+    dataset::{AssetRow, DatasetError, DatasetReader, layout},
     ids::{ObjectId, Product},
 };
 
@@ -146,17 +146,18 @@ pub(super) fn rows(reader: &DatasetReader) -> Result<Vec<(AssetKind, AssetRow)>,
     Ok(objects.chain(table.hands.into_iter().map(|row| (AssetKind::Hand, row))).collect())
 }
 
-/// The assets with what is known of their licences, sorted by kind and name.
+/// The assets with what is known of their licences, sorted by kind and name; `job` is the dataset's.
 pub(super) fn assets(
     reader: &DatasetReader,
     rows: &[(AssetKind, AssetRow)],
+    job: &toml::Table,
     about: &About,
-) -> Result<Vec<Asset>, DatasetError> {
-    let sources = Sources::of(&reader.job_text()?);
+) -> Vec<Asset> {
+    let sources = Sources::of(job);
     let product = reader.manifest().product;
     let mut assets: Vec<Asset> = rows.iter().map(|(kind, row)| asset(product, *kind, row, &sources, about)).collect();
     assets.sort_by(|a, b| (a.kind, &a.name, a.content).cmp(&(b.kind, &b.name, b.content)));
-    Ok(assets)
+    assets
 }
 
 fn asset(product: Product, kind: AssetKind, row: &AssetRow, sources: &Sources, about: &About) -> Asset {
@@ -234,8 +235,7 @@ fn allowed(licence: &str, [copies, derived]: [Option<bool>; 2], of_release: &str
 struct Sources(BTreeMap<String, String>);
 
 impl Sources {
-    fn of(job: &str) -> Self {
-        let job: toml::Table = job.parse().unwrap_or_default();
+    fn of(job: &toml::Table) -> Self {
         let mut sources = BTreeMap::new();
         for entry in job.get("objects").and_then(toml::Value::as_array).into_iter().flatten() {
             let meshes = entry.get("meshes").and_then(toml::Value::as_table);
@@ -289,11 +289,11 @@ impl LeftOut {
 
     /// Whether a file of a dataset's folder is left out.
     pub fn holds(self, path: &str) -> bool {
-        let copies = ["shapes.mcap", "preview.mcap"].contains(&path);
+        let copies = [layout::SHAPES, layout::PREVIEW].contains(&path);
         match self {
             Self::Nothing => false,
             Self::Copies => copies,
-            Self::Samples => copies || path == "field.mcap" || path.starts_with("shards/"),
+            Self::Samples => copies || path == layout::FIELD || Path::new(path).starts_with(layout::SHARDS),
         }
     }
 }

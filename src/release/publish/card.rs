@@ -10,6 +10,7 @@ use super::{
     rights,
 };
 use crate::{
+    dataset::layout,
     ids::Product,
     release::{Spread, chart::grouped, page::bytes_in_words},
 };
@@ -202,7 +203,7 @@ fn how_to_read(release: &Release) -> String {
         }
         _ => {}
     }
-    if release.files.contains_key("preview.mcap") {
+    if release.files.contains_key(layout::PREVIEW) {
         text.push_str("\n`preview.mcap` opens in Foxglove and Rerun without code.\n");
     }
     text.push_str(

@@ -82,7 +82,7 @@ fn distribution(release: &Release) -> Vec<Value> {
     };
     let paths = release.manifest.paths();
     let mut files: Vec<Value> = paths.iter().filter_map(file).collect();
-    if paths.iter().any(|path| path.starts_with("shards/") && release.files.contains_key(path)) {
+    if release.manifest.shards.iter().any(|shard| release.files.contains_key(&shard.path())) {
         files.push(json!({
             "@type": "cr:FileSet",
             "@id": "shards",
@@ -160,7 +160,7 @@ fn record_sets(release: &Release) -> Vec<Value> {
 }
 
 fn field(column: &IndexColumn, product: Product) -> Value {
-    let IndexColumn { name, kind } = column;
+    let IndexColumn { name, kind, .. } = column;
     let data_type = match kind {
         ColumnKind::Text => "sc:Text",
         ColumnKind::Boolean => "sc:Boolean",

@@ -7,7 +7,7 @@ use crate::{dataset::DatasetError, job::JobErrors};
 /// Why a release was not made; nothing is left of it.
 #[derive(Debug, thiserror::Error)]
 pub enum ReleaseError {
-    /// The dataset is not finished, or a file can't be read or written.
+    /// The dataset is not finished, the release's folder holds something, or a file can't be read or written.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The about file has mistakes.
@@ -17,14 +17,6 @@ pub enum ReleaseError {
         path: PathBuf,
         /// All of them.
         errors: JobErrors,
-    },
-    /// The release's folder holds something.
-    #[error("{}: '{entry}' stands in it; give a new or empty folder", folder.display())]
-    Occupied {
-        /// The folder.
-        folder: PathBuf,
-        /// One thing that stands in it.
-        entry: String,
     },
     /// The dataset is not what its manifest says.
     #[error("{}: not intact ({problems} problems): {first}", folder.display())]

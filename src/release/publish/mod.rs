@@ -39,8 +39,8 @@ use self::{
 use super::{RunNotes, report::report};
 use crate::{
     dataset::{
-        DatasetError, DatasetReader, Manifest, VerifyLevel, VerifyOptions, preview_samples, read_field, verify,
-        write_grasp_preview, write_map_preview, write_patch_preview, write_preview,
+        DatasetError, DatasetReader, FileEntry, Manifest, VerifyLevel, VerifyOptions, layout, preview_samples,
+        read_field, verify, write_grasp_preview, write_map_preview, write_patch_preview, write_preview,
     },
     ids::{Digest, JobDigest, Product},
 };
@@ -60,7 +60,6 @@ pub(super) const RECIPE: &str = "recipe.json";
 const ABOUT: &str = "about.toml";
 const DATASHEET: &str = "DATASHEET.md";
 const LICENCES_TEXT: &str = "LICENCES.md";
-const PREVIEW: &str = "preview.mcap";
 const REPORT: &str = "report.html";
 
 /// Samples of a preview that is drawn anew.
@@ -158,7 +157,8 @@ pub fn publish(options: &ReleaseOptions) -> Result<Published, ReleaseError> {
     })?;
     let about = About::read(options.about, &about_text, &names)
         .map_err(|errors| ReleaseError::About { path: options.about.to_owned(), errors })?;
-    let assets = assets::assets(&reader, &rows, &about)?;
+    let job = job_table(&reader)?;
+    let assets = assets::assets(&reader, &rows, &job, &about);
     let left_out = shipped(options, &assets)?;
     let staging = Staging::begin(options.out)?;
     check_dataset(options)?;
@@ -175,7 +175,6 @@ pub fn publish(options: &ReleaseOptions) -> Result<Published, ReleaseError> {
     let left_out = leave_out(&staging, reader.manifest(), left_out)?;
     let data = hash_all(&staging)?;
     check_copies(reader.manifest(), &data, options.folder)?;
-    let outside = outside(&reader.job_text()?);
     let release = Release {
         about: &about,
         manifest: reader.manifest(),
@@ -185,7 +184,7 @@ pub fn publish(options: &ReleaseOptions) -> Result<Published, ReleaseError> {
         left_out: &left_out,
         pictures: &drawn.pictures,
         legend: drawn.legend,
-        outside,
+        outside: outside(&job),
     };
     write_documents(&staging, &release)?;
     let notes = notes_of(&release);
@@ -221,6 +220,15 @@ fn shipped(options: &ReleaseOptions, assets: &[Asset]) -> Result<LeftOut, Releas
             Err(ReleaseError::MayNotShip { assets: lines, about: options.about.to_owned() })
         }
     }
+}
+
+/// The resolved job of a dataset.
+fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetError> {
+    reader.job_text()?.parse().map_err(|error: toml::de::Error| DatasetError::Invalid {
+        path: reader.folder().join(layout::JOB),
+        problem: error.message().to_owned(),
+        remedy: "restore it",
+    })
 }
 
 /// Checks the whole dataset.
@@ -270,8 +278,8 @@ fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, Da
 
 /// The preview of the run where it left one, which has depth that the dataset may not store; else one of what is stored.
 fn preview(folder: &Path, reader: &DatasetReader, staging: &Staging) -> Result<(), DatasetError> {
-    if reader.manifest().product == Product::Completion && folder.join(PREVIEW).exists() {
-        return staging.copy(&folder.join(PREVIEW), PREVIEW);
+    if reader.manifest().product == Product::Completion && folder.join(layout::PREVIEW).exists() {
+        return staging.copy(&folder.join(layout::PREVIEW), layout::PREVIEW);
     }
     match reader.manifest().product {
         Product::Completion => write_preview(staging.path(), &preview_samples(reader, PREVIEWED)?)?,
@@ -284,17 +292,12 @@ fn preview(folder: &Path, reader: &DatasetReader, staging: &Staging) -> Result<(
 
 /// Removes what may not be shipped; of the dataset's own files it says what they were.
 fn leave_out(staging: &Staging, manifest: &Manifest, left_out: LeftOut) -> Result<Vec<LeftOutFile>, DatasetError> {
-    let mut files = Vec::new();
+    let (mut files, mut entries) = (Vec::new(), manifest.entries());
     for path in staging.files()?.into_iter().filter(|path| left_out.holds(path)) {
-        let shard =
-            path.strip_prefix("shards/").and_then(|name| manifest.shards.iter().find(|shard| shard.file == name));
-        let known = match (manifest.files.get(&path), shard) {
-            (Some(file), _) => Some((file.digest, file.bytes)),
-            (None, Some(shard)) => Some((shard.digest, shard.bytes)),
-            (None, None) => None,
-        };
         staging.remove(&path)?;
-        files.extend(known.map(|(blake3, bytes)| LeftOutFile { path, blake3, bytes }));
+        if let Some(FileEntry { digest: blake3, bytes }) = entries.remove(&path) {
+            files.push(LeftOutFile { path, blake3, bytes });
+        }
     }
     Ok(files)
 }
@@ -306,9 +309,7 @@ fn hash_all(staging: &Staging) -> Result<BTreeMap<String, FileDigests>, DatasetE
 
 /// Whether what was copied is what was checked: somebody may have written to the dataset meanwhile.
 fn check_copies(manifest: &Manifest, files: &BTreeMap<String, FileDigests>, folder: &Path) -> Result<(), DatasetError> {
-    let tables = manifest.files.iter().map(|(path, file)| (path.clone(), file.digest));
-    let shards = manifest.shards.iter().map(|shard| (format!("shards/{}", shard.file), shard.digest));
-    for (path, saved) in tables.chain(shards) {
+    for (path, FileEntry { digest: saved, .. }) in manifest.entries() {
         if let Some(file) = files.get(&path).filter(|file| file.blake3 != saved) {
             return Err(DatasetError::Changed {
                 path: folder.join(path),
@@ -371,14 +372,16 @@ fn notes_of(release: &Release) -> Vec<String> {
 }
 
 /// Keys of a resolved job that hold a path out of its folder, and those paths.
-fn outside(job: &str) -> BTreeMap<String, (String, usize)> {
-    fn walk(value: &toml::Value, key: &str, found: &mut BTreeMap<String, (String, usize)>) {
+fn outside(job: &toml::Table) -> BTreeMap<String, (String, usize)> {
+    type Found = BTreeMap<String, (String, usize)>;
+    fn walk_table(table: &toml::Table, key: &str, found: &mut Found) {
+        for (name, value) in table.iter().filter(|(name, _)| *name != "meshes") {
+            walk(value, &if key.is_empty() { name.clone() } else { format!("{key}.{name}") }, found);
+        }
+    }
+    fn walk(value: &toml::Value, key: &str, found: &mut Found) {
         match value {
-            toml::Value::Table(table) => {
-                for (name, value) in table.iter().filter(|(name, _)| *name != "meshes") {
-                    walk(value, &if key.is_empty() { name.clone() } else { format!("{key}.{name}") }, found);
-                }
-            }
+            toml::Value::Table(table) => walk_table(table, key, found),
             toml::Value::Array(array) => array.iter().for_each(|value| walk(value, key, found)),
             toml::Value::String(text) => {
                 let last = key.rsplit('.').next().unwrap_or(key);
@@ -389,9 +392,7 @@ fn outside(job: &str) -> BTreeMap<String, (String, usize)> {
             _ => {}
         }
     }
-    let mut found = BTreeMap::new();
-    // The job of an intact dataset is TOML; of another nothing would be released.
-    let job: toml::Table = job.parse().expect("a resolved job");
-    walk(&toml::Value::Table(job), "", &mut found);
+    let mut found = Found::new();
+    walk_table(job, "", &mut found);
     found
 }

@@ -5,13 +5,14 @@
 use serde_json::{Map, Value, json};
 
 use super::Release;
+use crate::dataset::layout;
 
 /// The statement. Digests that are no plain digests of bytes have names of their own: `graspmillRoot`, `graspmillJob`,
 /// `graspmillContent` (docs/format.md says how each is made).
 pub(super) fn provenance(release: &Release) -> Value {
     let manifest = release.manifest;
     let shards = manifest.shards.iter().map(|shard| {
-        let path = format!("shards/{}", shard.file);
+        let path = shard.path();
         let mut digest = json!({ "blake3": shard.digest });
         if let Some(file) = release.files.get(&path) {
             digest["sha256"] = json!(file.sha256);
@@ -20,7 +21,7 @@ pub(super) fn provenance(release: &Release) -> Value {
     });
     let root = json!({ "name": "dataset", "digest": { "graspmillRoot": manifest.root } });
     let (name, version) = manifest.generator.split_once(' ').unwrap_or((&manifest.generator, "unknown"));
-    let job = release.files.get("job.toml").map(|file| file.sha256.as_str()).unwrap_or_default();
+    let job = release.files.get(layout::JOB).map(|file| file.sha256.as_str()).unwrap_or_default();
     json!({
         "_type": "https://in-toto.io/Statement/v1",
         "subject": std::iter::once(root).chain(shards).collect::<Vec<_>>(),
@@ -30,7 +31,7 @@ pub(super) fn provenance(release: &Release) -> Value {
                 "buildType": "urn:graspmill:job:1",
                 "externalParameters": {
                     "product": manifest.product,
-                    "job": { "name": "job.toml", "digest": { "graspmillJob": manifest.job, "sha256": job } },
+                    "job": { "name": layout::JOB, "digest": { "graspmillJob": manifest.job, "sha256": job } },
                 },
                 "internalParameters": { "formatVersion": manifest.format_version, "platform": manifest.platform },
                 "resolvedDependencies": dependencies(release, name, version),
@@ -69,7 +70,7 @@ fn dependencies(release: &Release, name: &str, version: &str) -> Vec<Value> {
 
 /// The other files of the dataset that are shipped.
 fn byproducts(release: &Release) -> Vec<Value> {
-    let others = release.manifest.files.keys().filter(|path| *path != "job.toml");
+    let others = release.manifest.files.keys().filter(|path| *path != layout::JOB);
     let file = |path: &String| {
         let file = release.files.get(path)?;
         Some(json!({ "name": path, "digest": { "blake3": file.blake3, "sha256": file.sha256 } }))

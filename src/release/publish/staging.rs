@@ -1,4 +1,4 @@
-//! A folder that is there whole or not at all: filled under a temporary name beside its own, then renamed.
+//! The folder of a release: there whole or not at all.
 
 use std::{
     collections::BTreeSet,
@@ -7,38 +7,20 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::ReleaseError;
-use crate::dataset::DatasetError;
+use crate::dataset::{DatasetError, NewFolder};
 
-/// A folder on its way; it goes when this does, unless it was published.
-pub(super) struct Staging {
-    path: PathBuf,
-    out: PathBuf,
-}
+/// A release on its way.
+pub(super) struct Staging(NewFolder);
 
 impl Staging {
-    /// Begins a folder that will be `out`.
-    ///
-    /// # Errors
-    /// When `out` holds something, or the folder can't be made.
-    pub fn begin(out: &Path) -> Result<Self, ReleaseError> {
-        if let Some(entry) = first_entry(out)? {
-            return Err(ReleaseError::Occupied { folder: out.to_owned(), entry });
-        }
-        let whole = std::path::absolute(out).map_err(failed("finding", out))?;
-        let name = whole.file_name().map(|name| name.to_string_lossy().into_owned());
-        let (Some(name), Some(parent)) = (name, whole.parent()) else {
-            return Err(failed("creating", out)(io::Error::other("not a folder's name")).into());
-        };
-        fs::create_dir_all(parent).map_err(failed("creating", parent))?;
-        let path = parent.join(format!(".{name}.{}.tmp", std::process::id()));
-        fs::create_dir(&path).map_err(failed("creating", &path))?;
-        Ok(Self { path, out: whole })
+    /// Begins a release that will stand in `out`, as [`NewFolder::begin`].
+    pub fn begin(out: &Path) -> Result<Self, DatasetError> {
+        NewFolder::begin(out).map(Self)
     }
 
     /// The folder, under its temporary name.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.0.path()
     }
 
     /// Copies a file to `name` inside the folder; where the file system can, without a second copy of its blocks.
@@ -55,7 +37,7 @@ impl Staging {
 
     /// Removes a file inside the folder, where it is there.
     pub fn remove(&self, name: &str) -> Result<(), DatasetError> {
-        let path = self.path.join(name);
+        let path = self.path().join(name);
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed("removing", &path)(error)),
             _ => Ok(()),
@@ -63,47 +45,25 @@ impl Staging {
     }
 
     fn place_of(&self, name: &str) -> Result<PathBuf, DatasetError> {
-        let path = self.path.join(name);
-        let parent = path.parent().unwrap_or(&self.path);
+        let path = self.path().join(name);
+        let parent = path.parent().unwrap_or(self.path());
         fs::create_dir_all(parent).map_err(failed("creating", parent))?;
         Ok(path)
     }
 
     /// Paths of all files inside, sorted, with `/` between folders.
     pub fn files(&self) -> Result<Vec<String>, DatasetError> {
-        files_below(&self.path)
+        files_below(self.path())
     }
 
-    /// Syncs every file and folder and gives the folder its name.
-    ///
-    /// # Errors
-    /// When somebody else filled that folder in the meantime, or the disk fails.
-    pub fn publish(mut self) -> Result<PathBuf, ReleaseError> {
-        let files: Vec<PathBuf> = self.files()?.iter().map(|name| self.path.join(name)).collect();
-        let folders: BTreeSet<&Path> =
-            files.iter().filter_map(|file| file.parent()).chain([self.path.as_path()]).collect();
+    /// Syncs every file and folder and gives the folder its name, as [`NewFolder::publish`].
+    pub fn publish(self) -> Result<PathBuf, DatasetError> {
+        let files: Vec<PathBuf> = self.files()?.iter().map(|name| self.path().join(name)).collect();
+        let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).chain([self.path()]).collect();
         for path in files.iter().map(PathBuf::as_path).chain(folders) {
             File::open(path).and_then(|file| file.sync_all()).map_err(failed("syncing", path))?;
         }
-        if let Some(entry) = first_entry(&self.out)? {
-            return Err(ReleaseError::Occupied { folder: self.out.clone(), entry });
-        }
-        // Renaming takes the place of an empty folder.
-        fs::rename(&self.path, &self.out).map_err(failed("renaming to", &self.out))?;
-        self.path.clear();
-        if let Some(parent) = self.out.parent() {
-            File::open(parent).and_then(|folder| folder.sync_all()).map_err(failed("syncing", parent))?;
-        }
-        Ok(self.out.clone())
-    }
-}
-
-impl Drop for Staging {
-    fn drop(&mut self) {
-        if !self.path.as_os_str().is_empty() {
-            // A failure is not worth an error over the one that led here; the folder's name says what it is.
-            let _ = fs::remove_dir_all(&self.path);
-        }
+        self.0.publish()
     }
 }
 
@@ -123,20 +83,6 @@ pub(in crate::release) fn files_below(folder: &Path) -> Result<Vec<String>, Data
     }
     files.sort();
     Ok(files)
-}
-
-/// One thing that stands in a folder; `None` where the folder is empty or not there.
-fn first_entry(folder: &Path) -> Result<Option<String>, DatasetError> {
-    match fs::read_dir(folder) {
-        Ok(mut entries) => match entries.next() {
-            Some(entry) => {
-                Ok(Some(entry.map_err(failed("reading", folder))?.file_name().to_string_lossy().into_owned()))
-            }
-            None => Ok(None),
-        },
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(failed("reading", folder)(error)),
-    }
 }
 
 fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
