@@ -1,6 +1,11 @@
 //! `index.parquet`: one row a sample index, kept or rejected.
 
-use std::{fs::File, path::Path, sync::Arc};
+use std::{
+    fs::File,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+    sync::Arc,
+};
 
 use parquet::{
     basic::{Compression, ZstdLevel},
@@ -12,7 +17,7 @@ use parquet::{
         reader::{FileReader, SerializedFileReader},
         writer::SerializedFileWriter,
     },
-    record::{Field, reader::RowIter},
+    record::{Field, Row, reader::RowIter},
     schema::{parser::parse_message_type, types::ColumnPath},
 };
 
@@ -343,11 +348,17 @@ pub(super) fn read_index(
     })
 }
 
+/// Calls the Parquet library, which panics over some pages that nobody writes by mistake; the panic becomes an error.
+fn guarded<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    let broken = || ParquetError::General("a page of it is none that can be decoded".to_owned());
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(broken()))
+}
+
 fn read_rows(file: File, product: Product, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
     const COLUMNS: [&str; 7] = ["sample_index", "subject", "instance", "view", "camera", "kept", "split"];
     let columns = if has_splits(product) { &COLUMNS[..] } else { &COLUMNS[..6] };
     let unfit = |what: &str| ParquetError::General(what.to_owned());
-    let reader = SerializedFileReader::new(file)?;
+    let reader = guarded(|| SerializedFileReader::new(file))?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut places = [0; COLUMNS.len()];
     for (place, name) in places.iter_mut().zip(columns) {
@@ -361,21 +372,19 @@ fn read_rows(file: File, product: Product, take: &mut impl FnMut(u64, IndexEntry
         let mut numbers = [Vec::new(), Vec::new(), Vec::new()];
         let (mut indices, mut kept) = (Vec::new(), Vec::new());
         for (name, place) in columns.iter().copied().zip(places) {
-            let read = match (group.get_column_reader(place)?, name) {
-                (ColumnReader::Int64ColumnReader(mut reader), _) => {
-                    reader.read_records(rows, None, None, &mut indices)?
-                }
-                (ColumnReader::BoolColumnReader(mut reader), _) => reader.read_records(rows, None, None, &mut kept)?,
+            let (read, values, _) = guarded(|| match (group.get_column_reader(place)?, name) {
+                (ColumnReader::Int64ColumnReader(mut reader), _) => reader.read_records(rows, None, None, &mut indices),
+                (ColumnReader::BoolColumnReader(mut reader), _) => reader.read_records(rows, None, None, &mut kept),
                 (ColumnReader::ByteArrayColumnReader(mut reader), _) => {
-                    reader.read_records(rows, None, None, &mut text[usize::from(name == "split")])?
+                    reader.read_records(rows, None, None, &mut text[usize::from(name == "split")])
                 }
                 (ColumnReader::Int32ColumnReader(mut reader), _) => {
                     let place = ["instance", "view", "camera"].iter().position(|column| *column == name);
-                    reader.read_records(rows, None, None, &mut numbers[place.ok_or_else(|| unfit(name))?])?
+                    reader.read_records(rows, None, None, &mut numbers[place.ok_or_else(|| unfit(name))?])
                 }
-                _ => return Err(unfit("a column has another type")),
-            };
-            if read.0 != rows {
+                _ => Err(unfit("a column has another type")),
+            })?;
+            if (read, values) != (rows, rows) {
                 return Err(unfit("a column is short"));
             }
         }
@@ -410,27 +419,27 @@ impl IndexRows {
     pub fn open(path: &Path, product: Product, channels: &[Channel]) -> Result<Self, String> {
         let words = |error: ParquetError| error.to_string();
         let file = File::open(path).map_err(|error| error.to_string())?;
-        let reader = SerializedFileReader::new(file).map_err(words)?;
+        let reader = guarded(|| SerializedFileReader::new(file)).map_err(words)?;
         let expected = parse_message_type(&schema(product, channels)).map_err(words)?;
         if *reader.metadata().file_metadata().schema() != expected {
             return Err("its columns are not those of the manifest's product and topics".to_owned());
         }
-        let rows = RowIter::from_file_into(Box::new(reader));
+        let rows = guarded(|| Ok(RowIter::from_file_into(Box::new(reader)))).map_err(words)?;
         Ok(Self { rows, product, channels: channels.to_vec() })
     }
 
     /// Passes over rows.
     pub fn skip(&mut self, rows: u64) {
-        (0..rows).for_each(|_| drop(self.rows.next()));
+        (0..rows).for_each(|_| drop(self.next()));
+    }
+
+    fn next(&mut self) -> Result<Option<Row>, ParquetError> {
+        guarded(|| self.rows.next().transpose())
     }
 
     /// Holds the next row against a ledger's; `Err` says in words what differs.
     pub fn compare(&mut self, row: &IndexRow) -> Result<(), String> {
-        let found = match self.rows.next() {
-            None => return Err("the row is missing".to_owned()),
-            Some(Err(error)) => return Err(error.to_string()),
-            Some(Ok(found)) => found,
-        };
+        let found = self.next().map_err(|error| error.to_string())?.ok_or("the row is missing")?;
         let expected = fields_of(row, self.product, &self.channels);
         for ((name, found), expected) in found.get_column_iter().zip(&expected) {
             let same = match (found, expected) {

@@ -306,6 +306,11 @@ impl Manifest {
         shards.chain(tables).collect()
     }
 
+    /// Samples that memory may be taken for before any was read: a manifest may lie.
+    pub(super) fn foreseen(&self) -> usize {
+        self.counts.samples.min(1 << 24) as usize
+    }
+
     /// Path of a shard's file.
     pub fn shard_path(&self, folder: &Path, shard: usize) -> PathBuf {
         folder.join(self.shards[shard].path())
@@ -345,7 +350,10 @@ impl Manifest {
             if shard.first_sample != next || shard.samples == 0 || shard.kept > shard.samples {
                 return refuse(format!("shard {place} begins at sample {}, expected {next}", shard.first_sample));
             }
-            next = shard.first_sample.saturating_add(shard.samples);
+            let Some(end) = shard.first_sample.checked_add(shard.samples) else {
+                return refuse(format!("shard {place} has {} samples", shard.samples));
+            };
+            next = end;
         }
         let Counts { samples, kept, rejected, splits, poses, grasps, types, .. } = &self.counts;
         let of_shards: u64 = self.shards.iter().map(|shard| shard.kept).sum();

@@ -8,14 +8,14 @@ use std::{
 };
 
 use super::{
-    DatasetError, Ledger, Manifest, Split, SplitTable,
+    DatasetError, Ledger, Manifest, ShardEntry, Split, SplitTable,
     index::{IndexEntry, read_index},
     layout::{INDEX, SPLITS, has_splits},
     shard_file::{ShardFile, StoredMessage, invalid},
 };
 use crate::{
     geom::OccupancyGrid,
-    ids::{ObjectId, Product, SampleId, SampleIndex, ViewId},
+    ids::{ObjectId, SampleId, SampleIndex, ViewId},
     record::{
         Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HeatmapPatch, Implicit, ReachabilityBlock, RecordError,
         TactileContacts, Tsdf, Visibility, VoxelPair,
@@ -62,7 +62,7 @@ impl DatasetReader {
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         let manifest = Manifest::read(folder)?;
         let splits = if has_splits(manifest.product) { read_splits(folder)? } else { SplitTable::default() };
-        let table = SampleTable::read(&folder.join(INDEX), manifest.product, manifest.counts.samples)?;
+        let table = SampleTable::read(&folder.join(INDEX), &manifest)?;
         let shards = manifest.shards.iter().map(|_| OnceLock::new()).collect();
         Ok(Self { folder: folder.to_owned(), splits, manifest, table, shards })
     }
@@ -183,7 +183,7 @@ impl DatasetReader {
             return Ok(file);
         }
         let path = self.manifest.shard_path(&self.folder, shard);
-        let saved = self.manifest.shards[shard].bytes;
+        let ShardEntry { bytes: saved, first_sample, samples, .. } = self.manifest.shards[shard];
         match fs::metadata(&path) {
             Ok(found) if found.len() != saved => {
                 return Err(invalid(&path, format!("it has {} bytes, the manifest says {saved}", found.len())));
@@ -191,6 +191,15 @@ impl DatasetReader {
             _ => {}
         }
         let file = ShardFile::open(&path)?;
+        let end = first_sample + samples;
+        if let Some((first, last)) = file.samples()
+            && (first < first_sample || last >= end)
+        {
+            let problem = format!(
+                "its chunks hold samples {first} to {last}, the manifest says {first_sample} to {end}, exclusive"
+            );
+            return Err(invalid(&path, problem));
+        }
         Ok(self.shards[shard].get_or_init(|| file))
     }
 
@@ -514,8 +523,9 @@ fn read_splits(folder: &Path) -> Result<SplitTable, DatasetError> {
 }
 
 impl SampleTable {
-    fn read(path: &Path, product: Product, samples: u64) -> Result<Self, DatasetError> {
-        let mut table = Self { flags: Vec::with_capacity(samples as usize), ..Self::default() };
+    fn read(path: &Path, manifest: &Manifest) -> Result<Self, DatasetError> {
+        let (product, samples) = (manifest.product, manifest.counts.samples);
+        let mut table = Self { flags: Vec::with_capacity(manifest.foreseen()), ..Self::default() };
         let mut in_order = true;
         read_index(path, product, |index, entry| {
             in_order &= index == table.flags.len() as u64;

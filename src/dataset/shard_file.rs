@@ -115,6 +115,11 @@ impl ShardFile {
         Ledger::decode(data).map_err(|problem| invalid(&self.path, problem))
     }
 
+    /// First and last sample that its chunks say they hold; `None` without chunks.
+    pub fn samples(&self) -> Option<(u64, u64)> {
+        Some((self.chunks.first()?.samples.0, self.chunks.last()?.samples.1))
+    }
+
     /// Which chunk holds a sample; `None` when it is not stored.
     pub fn chunk_of(&self, index: SampleIndex) -> Option<usize> {
         let place = self.chunks.partition_point(|chunk| chunk.samples.1 < index.0);

@@ -10,7 +10,7 @@ use std::{
     process::{Command, Output},
 };
 
-use crate::{ROOT, done, graspmill, run};
+use crate::{ABOUT, ROOT, done, graspmill, run};
 
 const JOB: &str = "views = { even = 60 }\nobjects = [{ built_in = [\"can-01\", \"mug-01\"] }]\n[channels]\ndepth = \"f32\"\nvisibility = true\n\
                    [shards]\nsamples = 10\n[split]\nvalidation_models = 0\ntest_models = 0\n";
@@ -46,6 +46,7 @@ fn a_full_disk_ends_every_writing_verb_with_74_and_a_run_goes_on_when_there_is_r
     }
     let place = tempfile::tempdir().expect("a scratch folder");
     let whole = run(JOB, place.path(), "whole");
+    fs::write(place.path().join("about.toml"), ABOUT).expect("an about file");
     // 200 kB hold some shards, not all; then there is room, and the same command goes on.
     let resumed = "mkdir -p $1/disk; mount -t tmpfs -o size=200k tmpfs $1/disk
         $0 run $1/whole.toml --out $1/disk/data --progress none; echo exit $?
@@ -66,6 +67,7 @@ fn a_full_disk_ends_every_writing_verb_with_74_and_a_run_goes_on_when_there_is_r
         "export $1/whole --to npy --out $1/disk/npy",
         "export $1/whole --to binvox --out $1/disk/binvox",
         "export $1/whole --to pcd --out $1/disk/pcd",
+        "release $1/whole --about $1/about.toml --out $1/disk/release",
     ] {
         let full = format!("mount -t tmpfs -o size=64k tmpfs $1/disk; $0 {verb}; echo exit $?; ls -A $1/disk");
         let (codes, said) = exits(&script(&full, place.path(), true));
@@ -76,6 +78,7 @@ fn a_full_disk_ends_every_writing_verb_with_74_and_a_run_goes_on_when_there_is_r
             "{verb}: {said}"
         );
         assert!(!said.contains("panicked"), "{verb}: {said}");
+        assert!(!said.contains(".tmp\n"), "{verb} leaves a folder behind: {said}");
     }
 }
 
@@ -83,6 +86,7 @@ fn a_full_disk_ends_every_writing_verb_with_74_and_a_run_goes_on_when_there_is_r
 fn a_file_that_may_not_grow_ends_every_writing_verb_with_74() {
     let place = tempfile::tempdir().expect("a scratch folder");
     let whole = run(JOB, place.path(), "whole");
+    fs::write(place.path().join("about.toml"), ABOUT).expect("an about file");
     // In blocks of 1024 bytes; SIGXFSZ comes with the limit, and is not turned off here.
     let limited =
         "ulimit -f 8; $0 run $1/whole.toml --out $1/data --progress none; echo exit $?; ls -A $1/data/shards | wc -l";
@@ -94,6 +98,7 @@ fn a_file_that_may_not_grow_ends_every_writing_verb_with_74() {
         "report $1/whole --out $1/report.html",
         "export $1/whole --to npy --out $1/npy",
         "export $1/whole --to binvox --out $1/binvox --unpacked",
+        "release $1/whole --about $1/about.toml --out $1/release",
     ] {
         let (codes, said) = exits(&script(&format!("ulimit -f 1; $0 {verb}; echo exit $?"), place.path(), false));
         println!("{verb}: {said}");
@@ -115,6 +120,7 @@ fn a_file_that_may_not_grow_ends_every_writing_verb_with_74() {
 fn a_read_only_folder_ends_every_writing_verb_with_74() {
     let place = tempfile::tempdir().expect("a scratch folder");
     run(JOB, place.path(), "whole");
+    fs::write(place.path().join("about.toml"), ABOUT).expect("an about file");
     fs::create_dir(place.path().join("disk")).expect("a folder");
     let mounts = can_mount();
     let begin = match mounts {
@@ -125,6 +131,7 @@ fn a_read_only_folder_ends_every_writing_verb_with_74() {
         "run $1/whole.toml --out $1/disk/data --progress none",
         "report $1/whole --out $1/disk/report.html",
         "export $1/whole --to npy --out $1/disk/npy",
+        "release $1/whole --about $1/about.toml --out $1/disk/release",
     ] {
         let (codes, said) = exits(&script(&format!("{begin}; $0 {verb}; echo exit $?"), place.path(), mounts));
         println!("{verb}: {said}");

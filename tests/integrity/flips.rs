@@ -8,7 +8,7 @@ use std::{
 
 use graspmill::{ids::Digest, seed::Stream};
 
-use crate::{all_products, done, graspmill, problems, run, tree::tree, verify};
+use crate::{ABOUT, all_products, done, graspmill, problems, run, tree::tree, verify};
 
 /// No parts of the dataset: what is wrong with a preview is a note, and notes of a run stand in no digest.
 const OUTSIDE: [&str; 2] = ["preview.mcap", "notes.json"];
@@ -48,9 +48,7 @@ fn datasets(place: &Path) -> Vec<(&'static str, PathBuf)> {
 fn release(place: &Path) -> PathBuf {
     let job = "objects = [{ built_in = [\"can-01\", \"mug-01\"] }]\nviews = { even = 20 }\n[shards]\nsamples = 10\n";
     let (made, about, out) = (run(job, place, "made"), place.join("about.toml"), place.join("release"));
-    let text = "title = \"Two\"\nversion = \"1\"\ndate = \"2026-01-01\"\ndescription = \"Two shapes.\"\n\
-                licence = \"CC-BY-4.0\"\n[[authors]]\nname = \"Nobody\"\n";
-    fs::write(&about, text).expect("an about file");
+    fs::write(&about, ABOUT).expect("an about file");
     done(graspmill(&["release"]).arg(made).arg("--out").arg(&out).arg("--about").arg(about));
     out
 }

@@ -18,6 +18,10 @@ use std::{
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
+/// An about file, for releases.
+const ABOUT: &str = "title = \"Two\"\nversion = \"1\"\ndate = \"2026-01-01\"\ndescription = \"Two shapes.\"\n\
+                     licence = \"CC-BY-4.0\"\n[[authors]]\nname = \"Nobody\"\n";
+
 fn graspmill(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_graspmill"));
     command.current_dir(ROOT).args(arguments);

@@ -153,7 +153,7 @@ pub fn verify(
         checked.bytes += shard.bytes;
         progress(&checked);
     });
-    let mut leaves = ranks.as_ref().map(|_| Vec::with_capacity(manifest.counts.samples as usize));
+    let mut leaves = ranks.as_ref().map(|_| Vec::with_capacity(manifest.foreseen()));
     let (mut payloads, mut intact_shards) = (0, 0);
     let mut rows = ranks.as_ref().map(|ranks| RowChecks::open(folder, &manifest, ranks, splits, &mut problems));
     for shard in shards {

@@ -26,7 +26,9 @@ impl Staging {
     /// Copies a file to `name` inside the folder; where the file system can, without a second copy of its blocks.
     pub fn copy(&self, from: &Path, name: &str) -> Result<(), DatasetError> {
         let to = self.place_of(name)?;
-        fs::copy(from, &to).map_err(failed("copying", from)).map(|_| ())
+        // A copy's error does not say which of the two files it is about.
+        File::open(from).map_err(failed("reading", from))?;
+        fs::copy(from, &to).map_err(failed("copying to", &to)).map(|_| ())
     }
 
     /// Writes a file `name` inside the folder.
