@@ -367,7 +367,10 @@ fn read_rows(file: File, product: Product, take: &mut impl FnMut(u64, IndexEntry
     }
     for number in 0..reader.num_row_groups() {
         let group = reader.get_row_group(number)?;
-        let rows = group.metadata().num_rows() as usize;
+        let rows = group.metadata().num_rows();
+        let rows = usize::try_from(rows).ok().filter(|rows| *rows <= ROW_GROUP).ok_or_else(|| {
+            unfit(&format!("a row group says that it has {rows} rows, {ROW_GROUP} at most are written"))
+        })?;
         let mut text = [Vec::new(), Vec::new()];
         let mut numbers = [Vec::new(), Vec::new(), Vec::new()];
         let (mut indices, mut kept) = (Vec::new(), Vec::new());
