@@ -1,11 +1,6 @@
 //! `index.parquet`: one row a sample index, kept or rejected.
 
-use std::{
-    fs::File,
-    panic::{AssertUnwindSafe, catch_unwind},
-    path::Path,
-    sync::Arc,
-};
+use std::{fs::File, path::Path, sync::Arc};
 
 use parquet::{
     basic::{Compression, ZstdLevel},
@@ -14,7 +9,7 @@ use parquet::{
     errors::ParquetError,
     file::{
         properties::{EnabledStatistics, WriterProperties},
-        reader::{FileReader, SerializedFileReader},
+        reader::FileReader,
         writer::SerializedFileWriter,
     },
     record::{Field, Row, reader::RowIter},
@@ -24,6 +19,7 @@ use parquet::{
 use super::{
     DatasetError, Fate, LedgerRow, Split,
     durable::Temporary,
+    index_file::{IndexFile, guarded},
     layout::{INDEX, has_splits},
 };
 use crate::{
@@ -340,25 +336,20 @@ pub(super) fn read_index(
     product: Product,
     mut take: impl FnMut(u64, IndexEntry),
 ) -> Result<(), DatasetError> {
-    let file = File::open(path).map_err(DatasetError::io("reading", path))?;
-    read_rows(file, product, &mut take).map_err(|error| DatasetError::Invalid {
+    // Not there, or not to be read: said by the system, not by the library.
+    File::open(path).map_err(DatasetError::io("reading", path))?;
+    read_rows(path, product, &mut take).map_err(|error| DatasetError::Invalid {
         path: path.to_owned(),
         problem: error.to_string(),
         remedy: "delete it and manifest.json and `run` the job again: the shards are kept",
     })
 }
 
-/// Calls the Parquet library, which panics over some pages that nobody writes by mistake; the panic becomes an error.
-fn guarded<T>(read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
-    let broken = || ParquetError::General("a page of it is none that can be decoded".to_owned());
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| Err(broken()))
-}
-
-fn read_rows(file: File, product: Product, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
+fn read_rows(path: &Path, product: Product, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
     const COLUMNS: [&str; 7] = ["sample_index", "subject", "instance", "view", "camera", "kept", "split"];
     let columns = if has_splits(product) { &COLUMNS[..] } else { &COLUMNS[..6] };
     let unfit = |what: &str| ParquetError::General(what.to_owned());
-    let reader = guarded(|| SerializedFileReader::new(file))?;
+    let reader = IndexFile::open(path)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut places = [0; COLUMNS.len()];
     for (place, name) in places.iter_mut().zip(columns) {
@@ -421,8 +412,7 @@ impl IndexRows {
     /// Opens an index; `Err` says in words why its columns are not those of a dataset of such channels.
     pub fn open(path: &Path, product: Product, channels: &[Channel]) -> Result<Self, String> {
         let words = |error: ParquetError| error.to_string();
-        let file = File::open(path).map_err(|error| error.to_string())?;
-        let reader = guarded(|| SerializedFileReader::new(file)).map_err(words)?;
+        let reader = IndexFile::open(path).map_err(words)?;
         let expected = parse_message_type(&schema(product, channels)).map_err(words)?;
         if *reader.metadata().file_metadata().schema() != expected {
             return Err("its columns are not those of the manifest's product and topics".to_owned());

@@ -30,6 +30,7 @@ mod finish;
 mod folder;
 mod grasp_preview;
 mod index;
+mod index_file;
 pub mod layout;
 mod ledger;
 mod manifest;

@@ -314,12 +314,13 @@ class Trial:
 
 def replay(work):
     """All grasps of an object."""
-    folder, contacts, view = work
+    folder, contacts, starts, view = work
     drive, told = (json.loads((HERE / name).read_text()) for name in ("drive.json", f"{folder}/grasps.json"))
     spec = mujoco.MjSpec.from_file(str(HERE / folder / ("scene_sdf.xml" if contacts == "sdf" else "scene.xml")))
     for mesh in spec.meshes:
         # Finer than by default; no attribute of a file says so.
         mesh.octree_maxdepth = 8
+    spec.option.sdf_initpoints = starts
     model = spec.compile()
     found = []
     for grasp in told["grasps"]:
@@ -348,11 +349,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("objects", nargs="*", help="folders of objects (default: all)")
     parser.add_argument("--contacts", choices=["surface", "sdf"], default="surface", help="MuJoCo's own contacts: triangles, or distances")
+    parser.add_argument("--starts", type=int, default=40, help="with sdf: points that MuJoCo begins its descents to contacts from")
     parser.add_argument("--processes", type=int, default=1, help="objects at a time")
     parser.add_argument("--view", action="store_true", help="show the trials in MuJoCo's viewer")
     arguments = parser.parse_args()
     folders = arguments.objects or sorted(path.parent.name for path in HERE.glob("*/grasps.json"))
-    work = [(folder, arguments.contacts, arguments.view) for folder in folders]
+    work = [(folder, arguments.contacts, arguments.starts, arguments.view) for folder in folders]
     found = []
     with multiprocessing.Pool(arguments.processes) if arguments.processes > 1 else Serial() as pool:
         for place, some in enumerate(pool.imap(replay, work)):
