@@ -19,7 +19,7 @@ use parquet::{
 use super::{
     DatasetError, Fate, LedgerRow, Split,
     durable::Temporary,
-    index_file::{IndexFile, guarded},
+    index_file::{IndexReader, ROW_GROUP, guarded},
     layout::{INDEX, has_splits},
 };
 use crate::{
@@ -27,9 +27,6 @@ use crate::{
     ids::{Digest, ObjectId, Product, SampleId, ViewId},
     record::{BlockFacts, Channel, GraspFacts, GraspVerdict, PairFacts, PatchFacts, SampleFacts, TrialFacts},
 };
-
-/// Rows held in memory at a time.
-const ROW_GROUP: usize = 32768;
 
 /// One row as it goes into the index.
 pub(super) struct IndexRow<'a> {
@@ -349,7 +346,7 @@ fn read_rows(path: &Path, product: Product, take: &mut impl FnMut(u64, IndexEntr
     const COLUMNS: [&str; 7] = ["sample_index", "subject", "instance", "view", "camera", "kept", "split"];
     let columns = if has_splits(product) { &COLUMNS[..] } else { &COLUMNS[..6] };
     let unfit = |what: &str| ParquetError::General(what.to_owned());
-    let reader = IndexFile::open(path)?;
+    let reader = IndexReader::open(path)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut places = [0; COLUMNS.len()];
     for (place, name) in places.iter_mut().zip(columns) {
@@ -412,7 +409,7 @@ impl IndexRows {
     /// Opens an index; `Err` says in words why its columns are not those of a dataset of such channels.
     pub fn open(path: &Path, product: Product, channels: &[Channel]) -> Result<Self, String> {
         let words = |error: ParquetError| error.to_string();
-        let reader = IndexFile::open(path).map_err(words)?;
+        let reader = IndexReader::open(path).map_err(words)?;
         let expected = parse_message_type(&schema(product, channels)).map_err(words)?;
         if *reader.metadata().file_metadata().schema() != expected {
             return Err("its columns are not those of the manifest's product and topics".to_owned());
