@@ -45,8 +45,7 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
     if let Some(table) = SetTable::read(folder)? {
         return set::status(arguments, &table, printer);
     }
-    let status = status_of(folder)?
-        .ok_or_else(|| Failure::message(Exit::Failed, format!("{}: no dataset (no run.json)", folder.display())))?;
+    let status = status_of(folder)?.ok_or_else(|| Failure::no_dataset(folder))?;
     if arguments.json {
         printer.json(&status)?;
     } else {

@@ -1,6 +1,8 @@
 //! Exit codes, and which error means which.
 
-use std::{fmt, io, process::ExitCode};
+use std::{fmt, io, path::Path, process::ExitCode};
+
+use crate::dataset::layout;
 
 /// How the program ends: a contract with scripts and schedulers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +42,11 @@ impl Failure {
     /// An error with this exit code.
     pub fn new(exit: Exit, error: impl Into<anyhow::Error>) -> Self {
         Self { exit, error: error.into() }
+    }
+
+    /// A folder in which no dataset was begun.
+    pub fn no_dataset(folder: &Path) -> Self {
+        Self::message(Exit::Failed, format!("{}: no dataset (no {})", folder.display(), layout::RUN))
     }
 
     /// A message with this exit code.

@@ -68,9 +68,7 @@ fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -
         };
         if began.elapsed() >= patience {
             return Err(match missing {
-                None => {
-                    Failure::message(Exit::Failed, format!("{}: no dataset (no {})", folder.display(), layout::RUN))
-                }
+                None => Failure::no_dataset(folder),
                 Some((missing, shards)) => gap(RunError::Gap { missing, shards, bad: Vec::new() }),
             });
         }

@@ -178,7 +178,7 @@ pub(super) const REWRITE: &str =
 
 impl DatasetError {
     /// Wraps an I/O error with what was tried on which file.
-    pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
     }
 

@@ -28,6 +28,9 @@ use crate::{
     record::{BlockFacts, Channel, GraspFacts, GraspVerdict, PairFacts, PatchFacts, SampleFacts, TrialFacts},
 };
 
+/// The remedy for an index that is damaged.
+pub(super) const REMAKE_INDEX: &str = "delete it and manifest.json and `run` the job again: the shards are kept";
+
 /// One row as it goes into the index.
 pub(super) struct IndexRow<'a> {
     pub row: &'a LedgerRow,
@@ -333,20 +336,19 @@ pub(super) fn read_index(
     product: Product,
     mut take: impl FnMut(u64, IndexEntry),
 ) -> Result<(), DatasetError> {
-    // Not there, or not to be read: said by the system, not by the library.
-    File::open(path).map_err(DatasetError::io("reading", path))?;
-    read_rows(path, product, &mut take).map_err(|error| DatasetError::Invalid {
+    let file = File::open(path).map_err(DatasetError::io("reading", path))?;
+    read_rows(file, product, &mut take).map_err(|error| DatasetError::Invalid {
         path: path.to_owned(),
         problem: error.to_string(),
-        remedy: "delete it and manifest.json and `run` the job again: the shards are kept",
+        remedy: REMAKE_INDEX,
     })
 }
 
-fn read_rows(path: &Path, product: Product, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
+fn read_rows(file: File, product: Product, take: &mut impl FnMut(u64, IndexEntry)) -> Result<(), ParquetError> {
     const COLUMNS: [&str; 7] = ["sample_index", "subject", "instance", "view", "camera", "kept", "split"];
     let columns = if has_splits(product) { &COLUMNS[..] } else { &COLUMNS[..6] };
     let unfit = |what: &str| ParquetError::General(what.to_owned());
-    let reader = IndexReader::open(path)?;
+    let reader = IndexReader::new(file)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut places = [0; COLUMNS.len()];
     for (place, name) in places.iter_mut().zip(columns) {
@@ -409,7 +411,8 @@ impl IndexRows {
     /// Opens an index; `Err` says in words why its columns are not those of a dataset of such channels.
     pub fn open(path: &Path, product: Product, channels: &[Channel]) -> Result<Self, String> {
         let words = |error: ParquetError| error.to_string();
-        let reader = IndexReader::open(path).map_err(words)?;
+        let file = File::open(path).map_err(|error| error.to_string())?;
+        let reader = IndexReader::new(file).map_err(words)?;
         let expected = parse_message_type(&schema(product, channels)).map_err(words)?;
         if *reader.metadata().file_metadata().schema() != expected {
             return Err("its columns are not those of the manifest's product and topics".to_owned());

@@ -4,7 +4,6 @@ use std::{
     fs::File,
     io::{self, BufReader, Read},
     panic::{AssertUnwindSafe, catch_unwind},
-    path::Path,
 };
 
 use bytes::Bytes;
@@ -68,9 +67,8 @@ impl Read for ToTheEnd {
 pub(super) struct IndexReader(SerializedFileReader<IndexFile>);
 
 impl IndexReader {
-    /// Opens a file and reads its footer.
-    pub fn open(path: &Path) -> Result<Self, ParquetError> {
-        let file = File::open(path)?;
+    /// Reads a file's footer.
+    pub fn new(file: File) -> Result<Self, ParquetError> {
         let length = file.metadata()?.len();
         guarded(|| SerializedFileReader::new(IndexFile { file, length })).map(Self)
     }

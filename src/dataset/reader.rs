@@ -9,7 +9,7 @@ use std::{
 
 use super::{
     DatasetError, Ledger, Manifest, ShardEntry, Split, SplitTable,
-    index::{IndexEntry, read_index},
+    index::{IndexEntry, REMAKE_INDEX, read_index},
     layout::{INDEX, SPLITS, has_splits},
     shard_file::{ShardFile, StoredMessage, invalid},
 };
@@ -582,5 +582,3 @@ impl SampleTable {
         Split::ALL.get(usize::from(flags & !KEPT)).copied()
     }
 }
-
-const REMAKE_INDEX: &str = "delete it and manifest.json and `run` the job again: the shards are kept";

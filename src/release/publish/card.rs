@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{
-    Release, citation,
+    Release, and_more, citation,
     citation::quoted,
     licences::{self, cell},
     numbers::sample_in_words,
@@ -238,7 +238,7 @@ fn again(release: &Release) -> String {
             "\n`job.toml` names what stands outside of this folder, by paths from where the data was made:\n\n",
         );
         for (key, (path, more)) in &release.outside {
-            let more = if *more > 0 { format!(" and {more} more") } else { String::new() };
+            let more = and_more(*more);
             let _ = writeln!(text, "- `{key}`: `{}`{more}", path.replace('`', "'"));
         }
         match release.outside.keys().find(|key| !key.starts_with("objects")) {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{About, Release, citation, rights};
 use crate::{
-    dataset::{ColumnKind, IndexColumn, index_columns},
+    dataset::{ColumnKind, IndexColumn, index_columns, layout},
     ids::Product,
 };
 
@@ -97,15 +97,15 @@ fn distribution(release: &Release) -> Vec<Value> {
 
 fn description(path: &str) -> &'static str {
     match path {
-        "assets.json" => "One row an object, robot or hand: what it is, by content.",
-        "field.mcap" => "Labels and signed distances of the whole grid of poses.",
-        "index.parquet" => "One row a sample, stored or rejected.",
-        "job.toml" => "The job that makes the dataset again.",
-        "manifest.json" => "Digests of all files, counts, the root digest.",
-        "rejects.jsonl" => "One line a rejected sample.",
-        "run.json" => "What the folder was begun for.",
-        "shapes.mcap" => "The hand's shapes and the objects' meshes.",
-        "splits.json" => "Which objects and views train and which test.",
+        layout::ASSETS => "One row an object, robot or hand: what it is, by content.",
+        layout::FIELD => "Labels and signed distances of the whole grid of poses.",
+        layout::INDEX => "One row a sample, stored or rejected.",
+        layout::JOB => "The job that makes the dataset again.",
+        layout::MANIFEST => "Digests of all files, counts, the root digest.",
+        layout::REJECTS => "One line a rejected sample.",
+        layout::RUN => "What the folder was begun for.",
+        layout::SHAPES => "The hand's shapes and the objects' meshes.",
+        layout::SPLITS => "Which objects and views train and which test.",
         _ => "Samples.",
     }
 }

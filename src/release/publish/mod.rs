@@ -150,11 +150,7 @@ pub fn publish(options: &ReleaseOptions) -> Result<Published, ReleaseError> {
     let reader = DatasetReader::open(options.folder)?;
     let rows = assets::rows(&reader)?;
     let names: Vec<&str> = rows.iter().map(|(_, row)| row.name.as_str()).collect();
-    let about_text = std::fs::read_to_string(options.about).map_err(|source| DatasetError::Io {
-        action: "reading",
-        path: options.about.to_owned(),
-        source,
-    })?;
+    let about_text = std::fs::read_to_string(options.about).map_err(DatasetError::io("reading", options.about))?;
     let about = About::read(options.about, &about_text, &names)
         .map_err(|errors| ReleaseError::About { path: options.about.to_owned(), errors })?;
     let job = job_table(&reader)?;
@@ -351,7 +347,7 @@ fn pretty(value: &Value) -> String {
 fn notes_of(release: &Release) -> Vec<String> {
     let mut notes = Vec::new();
     for (key, (path, more)) in &release.outside {
-        let more = if *more > 0 { format!(" and {more} more") } else { String::new() };
+        let more = and_more(*more);
         notes.push(format!(
             "job.toml names {key} = \"{path}\"{more}, from where the data was made; the card says what to do elsewhere"
         ));
@@ -369,6 +365,11 @@ fn notes_of(release: &Release) -> Vec<String> {
         notes.push(format!("the about file does not say {}; the datasheet says so", unsaid.join(", ")));
     }
     notes
+}
+
+/// Words for what is not written out.
+fn and_more(count: usize) -> String {
+    if count > 0 { format!(" and {count} more") } else { String::new() }
 }
 
 /// Keys of a resolved job that hold a path out of its folder, and those paths.

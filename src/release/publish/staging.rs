@@ -27,21 +27,21 @@ impl Staging {
     pub fn copy(&self, from: &Path, name: &str) -> Result<(), DatasetError> {
         let to = self.place_of(name)?;
         // A copy's error does not say which of the two files it is about.
-        File::open(from).map_err(failed("reading", from))?;
-        fs::copy(from, &to).map_err(failed("copying to", &to)).map(|_| ())
+        File::open(from).map_err(DatasetError::io("reading", from))?;
+        fs::copy(from, &to).map_err(DatasetError::io("copying to", &to)).map(|_| ())
     }
 
     /// Writes a file `name` inside the folder.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), DatasetError> {
         let to = self.place_of(name)?;
-        fs::write(&to, content).map_err(failed("writing", &to))
+        fs::write(&to, content).map_err(DatasetError::io("writing", &to))
     }
 
     /// Removes a file inside the folder, where it is there.
     pub fn remove(&self, name: &str) -> Result<(), DatasetError> {
         let path = self.path().join(name);
         match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(failed("removing", &path)(error)),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(DatasetError::io("removing", &path)(error)),
             _ => Ok(()),
         }
     }
@@ -49,7 +49,7 @@ impl Staging {
     fn place_of(&self, name: &str) -> Result<PathBuf, DatasetError> {
         let path = self.path().join(name);
         let parent = path.parent().unwrap_or(self.path());
-        fs::create_dir_all(parent).map_err(failed("creating", parent))?;
+        fs::create_dir_all(parent).map_err(DatasetError::io("creating", parent))?;
         Ok(path)
     }
 
@@ -63,7 +63,7 @@ impl Staging {
         let files: Vec<PathBuf> = self.files()?.iter().map(|name| self.path().join(name)).collect();
         let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).chain([self.path()]).collect();
         for path in files.iter().map(PathBuf::as_path).chain(folders) {
-            File::open(path).and_then(|file| file.sync_all()).map_err(failed("syncing", path))?;
+            File::open(path).and_then(|file| file.sync_all()).map_err(DatasetError::io("syncing", path))?;
         }
         self.0.publish()
     }
@@ -74,10 +74,10 @@ pub(in crate::release) fn files_below(folder: &Path) -> Result<Vec<String>, Data
     let (mut files, mut folders) = (Vec::new(), vec![String::new()]);
     while let Some(below) = folders.pop() {
         let path = folder.join(&below);
-        for entry in fs::read_dir(&path).map_err(failed("reading", &path))? {
-            let entry = entry.map_err(failed("reading", &path))?;
+        for entry in fs::read_dir(&path).map_err(DatasetError::io("reading", &path))? {
+            let entry = entry.map_err(DatasetError::io("reading", &path))?;
             let name = format!("{below}{}", entry.file_name().to_string_lossy());
-            match entry.file_type().map_err(failed("reading", &path))?.is_dir() {
+            match entry.file_type().map_err(DatasetError::io("reading", &path))?.is_dir() {
                 true => folders.push(format!("{name}/")),
                 false => files.push(name),
             }
@@ -85,9 +85,4 @@ pub(in crate::release) fn files_below(folder: &Path) -> Result<Vec<String>, Data
     }
     files.sort();
     Ok(files)
-}
-
-fn failed(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> DatasetError {
-    let path = path.to_owned();
-    move |source| DatasetError::Io { action, path, source }
 }
