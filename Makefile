@@ -69,7 +69,7 @@ build: mujoco ## the program, at target/release/graspmill
 quickstart: setup build ## from nothing to a verified dataset with a report
 	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH) $(QUICKSTART_GRASPS)
 
-# Its documents are kept in datasets/ycb-small; tests/release.rs holds them against a release made anew.
+# Its documents are kept in datasets/ycb-small; tests/publish/release.rs compares them with a release made anew.
 SMALL := datasets/ycb-small
 .PHONY: release-small
 release-small: setup build ## the small release, made anew, and its documents in datasets/ycb-small with what changed in them
@@ -82,19 +82,17 @@ release-small: setup build ## the small release, made anew, and its documents in
 	@git status --short -- $(SMALL)
 
 .PHONY: lint
-lint: mujoco ## formatting, and clippy on every step of the feature ladder
-	$(CARGO) fmt --check
-	$(CARGO) clippy --release --locked --all-targets -- -D warnings
-	$(CARGO) clippy --release --locked --no-default-features --features factory -- -D warnings
-	$(CARGO) clippy --release --locked --no-default-features -- -D warnings
+lint: mujoco ## formatting, and clippy
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --release --locked --workspace --all-targets -- -D warnings
 
 .PHONY: test
 test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integration tests (make deps-gl once, as root, for EGL)
-	$(CARGO) test --release --locked
+	$(CARGO) test --release --locked --workspace
 
 .PHONY: test-slow
 test-slow: setup robots deps-test $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## tests too long for CI
-	$(CARGO) test --release --locked -- --ignored
+	$(CARGO) test --release --locked --workspace -- --ignored
 
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))
@@ -105,7 +103,7 @@ fuzz: ## coverage-guided fuzzing of all readers (cargo-fuzz and a nightly toolch
 
 .PHONY: fuzz-seeds
 fuzz-seeds: mujoco ## write the seeds of fuzz/corpus anew
-	GRASPMILL_WRITE_SEEDS=1 $(CARGO) test --release --locked --test fuzz_corpus seeds_are_written
+	GRASPMILL_WRITE_SEEDS=1 $(CARGO) test --release --locked --test integrity seeds_are_written
 
 .PHONY: bench
 bench: setup robot-fetch ## criterion benches of the kernels

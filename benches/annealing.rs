@@ -5,64 +5,42 @@
 //! `annealing/field`: what an object costs before. `trials/lifted`: grasps that were kept, closed, lifted and shaken in MuJoCo,
 //! undisturbed; a time is of all of them, held or not.
 
-use std::{hint::black_box, path::Path, sync::Arc, time::Duration};
+use std::{hint::black_box, sync::Arc, time::Duration};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use graspmill::{
-    assets::{built_in_source, prepare},
     contact::ContactSurface,
+    factory::products::grasps::seeds,
     geom::{MassProperties, SimdLevel, TriMesh},
-    grasp::{
-        AmplitudeRange, Annealer, Annealing, DistanceField, EnergyKind, Grasp, GraspVerdict, HandSearch, Keeping,
-        ObjectSearch, SearchFrame, WrenchSpace,
-    },
-    produce::grasp::seeds,
+    grasp::{Annealer, Annealing, DistanceField, EnergyKind, Grasp, HandSearch, Keeping, ObjectSearch, WrenchSpace},
     seed::Stream,
     sim::{HandModel, TrialConditions, TrialSim, TrialWorker, mass_of_volume},
     voxel::InsideTest,
+    words::GraspVerdict,
 };
 use nalgebra::IsometryMatrix3;
+use support::{
+    annealing,
+    meshes::built_in_mesh,
+    robots::{BARRETT, open_hand},
+};
+
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 const STEPS: u32 = 2_000;
 const SEEDS: u32 = 4;
 
-/// Of `trials/lifted`: enough seeds that some of their grasps are kept, and how many of those are tried.
+/// Seeds of `trials/lifted`, enough that some of their grasps are kept, and the number of those that are tried.
 const SEEDS_OF_TRIALS: u32 = 12;
 const TRIED: usize = 12;
 
-/// As jobs have it, but for the length.
-const SETTINGS: Annealing = Annealing {
-    steps: STEPS,
-    energy: EnergyKind::ContactAndPotential,
-    space: WrenchSpace::Force,
-    friction: 0.2,
-    potential_scale: 100.0,
-    whole_schedule: true,
-    descent: false,
-    frame: SearchFrame::Seed,
-    amplitudes: AmplitudeRange::Joints,
-    best: 20,
-    most_failures: 100,
-};
-
-const KEEPING: Keeping = Keeping {
-    friction: 0.5,
-    edges: 16,
-    torsion: None,
-    space: WrenchSpace::Wrench,
-    min_epsilon: 0.01,
-    advance: 0.1,
-    most_penetration: 5e-4,
-    table: false,
-};
-
-fn hand() -> HandModel {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/barrett_bh8_280.xml");
-    HandModel::open(&scene).expect("the repository's own hand")
-}
+/// The settings of jobs, but for the length.
+const ANNEALING: Annealing = Annealing { steps: STEPS, ..annealing::ANNEALING };
+const KEEPING: Keeping = Keeping { advance: 0.1, ..annealing::KEEPING };
 
 fn mug() -> (TriMesh, Arc<ContactSurface>) {
-    let mesh = prepare(&built_in_source("mug-01@16k")).expect("a sound shape").mesh;
+    let mesh = built_in_mesh("mug-01@16k");
     let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
     (mesh, Arc::new(surface))
 }
@@ -70,7 +48,7 @@ fn mug() -> (TriMesh, Arc<ContactSurface>) {
 fn annealer(model: &HandModel, energy: EnergyKind, space: WrenchSpace) -> Annealer {
     let (bodies, _) = model.bodies().expect("what of it can collide");
     let search = Arc::new(HandSearch::new(model.hand(), &bodies).expect("a hand with eigengrasps"));
-    Annealer::new(&search, &Annealing { energy, space, ..SETTINGS }, &KEEPING, SimdLevel::detect())
+    Annealer::new(&search, &Annealing { energy, space, ..ANNEALING }, &KEEPING, SimdLevel::detect())
 }
 
 fn places(surface: &ContactSurface, count: u32) -> Vec<IsometryMatrix3<f64>> {
@@ -78,7 +56,7 @@ fn places(surface: &ContactSurface, count: u32) -> Vec<IsometryMatrix3<f64>> {
 }
 
 fn runs(criterion: &mut Criterion) {
-    let (model, (mesh, surface)) = (hand(), mug());
+    let (model, (mesh, surface)) = (open_hand(BARRETT), mug());
     let object = ObjectSearch::new(&surface, &mesh).expect("a solid inside");
     let seeds = places(&surface, SEEDS);
     let mut group = criterion.benchmark_group("annealing");
@@ -116,7 +94,7 @@ fn started(model: &HandModel, grasp: &Grasp) -> (Vec<f64>, IsometryMatrix3<f64>)
 }
 
 fn trials(criterion: &mut Criterion) {
-    let (model, (mesh, surface)) = (hand(), mug());
+    let (model, (mesh, surface)) = (open_hand(BARRETT), mug());
     let object = ObjectSearch::new(&surface, &mesh).expect("a solid inside");
     let mut annealer = annealer(&model, EnergyKind::ContactAndPotential, WrenchSpace::Force);
     let kept: Vec<_> = (0..)

@@ -9,31 +9,27 @@ use std::{
     collections::BTreeMap,
     f64::consts::{PI, TAU},
     hint::black_box,
-    path::Path,
     time::Duration,
 };
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use graspmill::{
     collision::{Bodies, CollisionChecker},
+    factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
     geom::{
         Axis, AxisGrid, AxisUnit, EndEffector, FieldLookup, FieldMetric, HealPix, METRES_PER_RADIAN, OccupancyGrid,
         Pose, PoseGrid, PoseLabel, SimdLevel, World, rotation_from_rpy, signed_distance_standard,
         signed_distance_thesis,
     },
-    job::Solver,
     kinematics::PlanningGroup,
-    produce::reachability::{LabelledPosition, PoseLabeller, Scratch},
     runtime::{EndEffectorVolume, Obstacle, ReachabilityMap, ReachabilityParts, RobotFacts},
     seed::Stream,
-    sim::RobotModel,
 };
 use nalgebra::IsometryMatrix3;
+use support::robots::{FETCH, FETCH_ARM, FETCH_MESHES, FETCH_SITE, open_robot, random_values};
 
-#[path = "../tests/fetch/mod.rs"]
-mod fetch;
-
-use fetch::ARM;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 /// The Fetch's grid, or one with so many steps in each of its own; roll keeps its two.
 fn grid(split: usize) -> AxisGrid {
@@ -196,11 +192,12 @@ fn obstacles(criterion: &mut Criterion) {
     group.finish();
 }
 
-const SCENES: [(&str, &str); 2] = [("meshes", "scenes/fetch_meshes.xml"), ("primitives", "scenes/fetch.xml")];
+const SCENES: [(&str, &str); 2] = [("meshes", FETCH_MESHES), ("primitives", FETCH)];
 
 fn fetch(scene: &str) -> (PlanningGroup, Bodies) {
-    let (model, none) = (RobotModel::open(Path::new(scene)).expect("the robot"), BTreeMap::new());
-    (model.planning_group(&ARM, "wrist_roll_link", &none).expect("the arm"), model.bodies(&ARM, &none).expect("bodies"))
+    let (model, none) = (open_robot(scene), BTreeMap::new());
+    let arm = model.planning_group(&FETCH_ARM, FETCH_SITE, &none).expect("the arm");
+    (arm, model.bodies(&FETCH_ARM, &none).expect("bodies"))
 }
 
 fn labels_of_poses(criterion: &mut Criterion) {
@@ -260,10 +257,8 @@ fn collisions(criterion: &mut Criterion) {
         let mut draw = Stream::of_job(3, b"", "configurations");
         let configurations: Vec<[IsometryMatrix3<f64>; 8]> = (0..10_000)
             .map(|_| {
-                let limits = arm.joints().iter().map(|joint| joint.limits.map_or((-PI, PI), |l| (l.low, l.high)));
-                let q: Vec<f64> = limits.map(|(low, high)| draw.uniform(low, high)).collect();
                 let mut links = [IsometryMatrix3::identity(); 8];
-                arm.link_frames(&q, &mut links[1..]);
+                arm.link_frames(&random_values(&arm, &mut draw), &mut links[1..]);
                 links
             })
             .collect();

@@ -4,6 +4,8 @@
 //! scans are eight, and the time is one's.
 
 mod scans;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::{f64::consts::PI, hint::black_box, time::Duration};
 

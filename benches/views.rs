@@ -2,26 +2,25 @@
 //!
 //! The larger meshes are scans with every triangle cut into 4, 16 and 64: the same silhouettes with more triangles.
 
-#[path = "../tests/empty_pair/mod.rs"]
-mod empty_pair;
 mod scans;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::{collections::HashMap, hint::black_box, time::Duration};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use empty_pair::empty_pair;
 use graspmill::{
+    factory::products::completion::{RandomRays, RayTarget, TouchSurface},
+    format::TactileContacts,
     geom::{CameraCv, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, SimdLevel, TriMesh, ViewSet},
-    ids::{Digest, ObjectId, SampleId, ViewId},
-    job::{RandomRays, RayTarget},
-    produce::completion::TouchSurface,
-    record::TactileContacts,
+    ids::{Digest, ItemId, ObjectId, SampleId},
     render::{Rasteriser, SensorModel},
     seed::Stream,
     voxel::{InsideTest, SolidObject, Truth, ViewGrids, solid_occupancy},
 };
 use nalgebra::{Point3, Vector3};
 use scans::{average, scans};
+use support::pairs::{default_camera, empty_pair};
 
 const VIEWS: u32 = 44;
 
@@ -75,7 +74,7 @@ impl Bench {
     fn new() -> Self {
         let level = SimdLevel::detect();
         Self {
-            camera: Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("a camera"),
+            camera: default_camera(),
             raster: Rasteriser::new(level),
             grids: ViewGrids::new(level),
             grid: OccupancyGrid::default(),
@@ -196,7 +195,7 @@ fn larger_meshes(criterion: &mut Criterion) {
 
 /// Forty rays of touch, their lines of sight and their record.
 fn touch(criterion: &mut Criterion) {
-    let sample = SampleId::of_object(ObjectId(Digest([1; 32])), ViewId(0));
+    let sample = SampleId::of_object(ObjectId(Digest([1; 32])), ItemId(0));
     let grid = GridPlacement { resolution: 40, centre: Point3::new(0.0, 0.0, 1.0), cell_size: 0.004 };
     let camera = Bench::new().camera;
     let meshes = scans();

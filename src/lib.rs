@@ -1,54 +1,55 @@
 //! graspmill: a simulation-driven synthetic data factory for robotic grasping.
 //!
-//! Data flows one way, and so do the modules' dependencies (`tests/architecture.rs` holds them to it):
+//! This crate is a facade: it gives the crates below `src/` one name. Data flows one way, and so do their dependencies:
 //!
 //! ```text
-//! jobs/*.toml -> job -> plan -> run( produce x sim x render ) -> record -> dataset -> runtime
+//! jobs/*.toml -> factory::job -> factory::plan -> factory::run( factory::products x sim ) -> format -> runtime, publish
 //! ```
 //!
-//! [`geom`] is pure maths; [`assets`] reads and mends meshes; [`voxel`] and [`render`] hold the kernels;
-//! `produce` makes samples of them; `run` schedules; [`record`] and [`dataset`] are the format; [`runtime`] reads it
-//! back without a simulator. [`kinematics`], [`collision`] and [`hand`] know robots and hands without one,
-//! `contact` where solids touch a true mesh, `grasp` what makes a grasp good.
+//! - A robot or a trainer links [`runtime`] (and below it [`format`](mod@format)) without simulator, Parquet or factory.
+//! - A program that makes data begins with [`factory::run::OpenJob`].
+//! - [`publish`] turns a dataset into reports, exports, previews and releases.
+//! - [`geom`], [`voxel`] and [`render`] hold the kernels; [`kinematics`], [`collision`], [`hand`] and [`grasp`] know robots and
+//!   hands without a simulator; [`sim`] is MuJoCo.
+//!
+//! A program that runs a job and reads its samples:
+//!
+//! ```
+//! use graspmill::{
+//!     factory::{Parallelism, RunContext, job::{JobContext, JobText}, run::OpenJob},
+//!     format::dataset::{DatasetReader, Selection},
+//! };
+//!
+//! let text = JobText {
+//!     label: "cans.toml".to_owned(),
+//!     folder: ".".into(),
+//!     text: "objects = [{ built_in = [\"can-01\", \"cup-01\"] }]\nviews = { even = 4 }\n".to_owned(),
+//!     overrides: vec!["split.test_objects=1".to_owned()],
+//! };
+//! let parallelism = Parallelism::available();
+//! let context = RunContext::quiet(&parallelism);
+//! let job = OpenJob::open(&text, &JobContext::default(), &context)?;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let summary = job.run(folder.path(), &context)?;
+//! assert_eq!((summary.made, summary.manifest.counts.objects), (8, 2));
+//!
+//! for sample in DatasetReader::open(folder.path())?.iter(Selection::default()) {
+//!     let pair = sample?.pair()?;
+//!     assert_eq!(pair.both_cells, pair.partial_cells, "what is seen of a solid is part of it");
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! ARCHITECTURE.md says more.
 
-pub mod collision;
-pub mod dataset;
-pub mod geom;
-pub mod hand;
-pub mod ids;
-pub mod kinematics;
-pub mod record;
-pub mod runtime;
-
-#[cfg(feature = "factory")]
-pub mod assets;
-#[cfg(feature = "factory")]
-pub mod cli;
-#[cfg(feature = "factory")]
-pub mod cluster;
-#[cfg(feature = "factory")]
-pub mod contact;
-#[cfg(feature = "factory")]
-pub mod export;
-#[cfg(feature = "factory")]
-pub mod grasp;
-#[cfg(feature = "factory")]
-pub mod job;
-#[cfg(feature = "factory")]
-pub mod plan;
-#[cfg(feature = "factory")]
-pub mod produce;
-#[cfg(feature = "factory")]
-pub mod release;
-#[cfg(feature = "factory")]
-pub mod render;
-#[cfg(feature = "factory")]
-pub mod run;
-#[cfg(feature = "factory")]
-pub mod seed;
-#[cfg(feature = "factory")]
-pub mod voxel;
-
-#[cfg(feature = "sim")]
-pub mod sim;
+pub use cli;
+pub use factory::{self, cluster};
+pub use form;
+pub use format;
+pub use kernel::{assets, contact, geom, ids, object, render, seed, voxel, words};
+pub use publish::{self, export, preview};
+pub use robot::{collision, grasp, hand, kinematics};
+pub use runtime;
+pub use sim;
+pub use tables;

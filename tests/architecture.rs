@@ -6,87 +6,272 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Room -> rooms that it uses. ARCHITECTURE.md shows the same table.
-const USES: &[(&str, &[&str])] = &[
-    ("ids", &[]),
-    ("seed", &["ids"]),
-    ("geom", &[]),
-    ("assets", &["geom", "ids", "seed", "voxel"]),
-    ("voxel", &["geom", "seed"]),
-    ("render", &["geom", "seed"]),
-    ("record", &["geom", "ids"]),
-    ("dataset", &["record", "geom", "ids"]),
-    ("job", &["geom", "ids", "seed", "assets", "render", "voxel", "grasp"]),
-    ("plan", &["job", "ids", "seed", "geom", "voxel"]),
-    ("kinematics", &["geom"]),
-    ("collision", &["geom", "kinematics"]),
-    ("cluster", &["ids"]),
-    ("contact", &["geom", "voxel"]),
-    ("hand", &["geom", "kinematics"]),
-    ("grasp", &["record", "geom", "ids", "seed", "collision", "contact", "hand", "kinematics"]),
-    ("sim", &["ids", "seed", "geom", "assets", "kinematics", "collision", "contact", "hand"]),
-    (
-        "produce",
-        &[
-            "ids",
-            "seed",
-            "geom",
-            "assets",
-            "voxel",
-            "render",
-            "record",
-            "job",
-            "plan",
-            "kinematics",
-            "collision",
-            "contact",
-            "hand",
-            "grasp",
-            "sim",
-        ],
-    ),
-    ("run", &["plan", "produce", "record", "dataset", "ids", "seed", "job", "assets", "geom", "voxel", "sim"]),
-    ("export", &["dataset", "record", "geom", "voxel", "ids"]),
-    ("release", &["dataset", "record", "geom", "voxel", "ids", "job"]),
-    ("runtime", &["dataset", "record", "geom", "voxel", "ids"]),
-    (
-        "cli",
-        &[
-            "ids",
-            "seed",
-            "geom",
-            "assets",
-            "voxel",
-            "render",
-            "record",
-            "dataset",
-            "job",
-            "plan",
-            "cluster",
-            "kinematics",
-            "collision",
-            "hand",
-            "sim",
-            "produce",
-            "run",
-            "export",
-            "release",
-            "runtime",
-        ],
-    ),
+/// Crates, each a folder of `src/`, with those that their manifests name. ARCHITECTURE.md shows the same table.
+const CRATES: &[(&str, &[&str])] = &[
+    ("kernel", &[]),
+    ("form", &[]),
+    ("robot", &["form", "kernel"]),
+    ("format", &["kernel"]),
+    ("tables", &["format", "kernel"]),
+    ("runtime", &["format", "kernel"]),
+    ("sim", &["kernel", "robot"]),
+    ("factory", &["form", "format", "kernel", "robot", "sim", "tables"]),
+    ("publish", &["form", "format", "kernel", "tables"]),
+    ("cli", &["factory", "form", "format", "kernel", "publish", "robot", "runtime", "sim", "tables"]),
 ];
 
-/// Library -> the only place that names it.
-const HOMES: &[(&str, &str)] = &[
-    ("mujoco_rs", "src/sim/"),
-    ("khronos_egl", "src/sim/"),
-    ("parry3d_f64", "src/geom/query.rs"),
-    ("mcap", "src/dataset/"),
-    ("parquet", "src/dataset/"),
-    ("tar", "src/export/"),
-    ("rayon", "src/run/"),
-    ("anyhow", "src/cli/"),
-    ("clap", "src/cli/"),
+/// Rooms of the crates that have several, with the rooms of the same crate that each uses. ARCHITECTURE.md shows the same
+/// table.
+const ROOMS: &[(&str, &[&str])] = &[
+    ("kernel/ids", &[]),
+    ("kernel/seed", &["ids"]),
+    ("kernel/words", &["ids"]),
+    ("kernel/geom", &[]),
+    ("kernel/voxel", &["geom", "seed"]),
+    ("kernel/render", &["geom", "ids", "seed"]),
+    ("kernel/contact", &["geom", "voxel"]),
+    ("kernel/assets", &["geom", "ids", "seed"]),
+    ("kernel/object", &["assets", "contact", "geom", "ids", "voxel"]),
+    ("robot/kinematics", &[]),
+    ("robot/collision", &["kinematics"]),
+    ("robot/hand", &["kinematics"]),
+    ("robot/grasp", &["collision", "hand", "kinematics"]),
+];
+
+/// Library -> the folders and files that name it.
+const HOMES: &[(&str, &[&str])] = &[
+    ("mujoco_rs", &["src/sim/"]),
+    ("khronos_egl", &["src/sim/"]),
+    ("parry3d_f64", &["src/kernel/geom/query.rs"]),
+    ("mcap", &["src/format/", "src/publish/preview/"]),
+    ("parquet", &["src/tables/"]),
+    ("tar", &["src/publish/export/"]),
+    ("rayon", &["src/factory/"]),
+    ("minijinja", &["src/publish/", "src/factory/cluster/"]),
+    ("anyhow", &["src/cli/"]),
+    ("clap", &["src/cli/"]),
+];
+
+/// Folders that may name a product: its rows in the three tables, and readers, previews and exports of one product each.
+const PRODUCT_ROOMS: [&str; 6] = [
+    "src/format/products/",
+    "src/factory/products/",
+    "src/publish/products/",
+    "src/publish/preview/",
+    "src/publish/export/",
+    "src/runtime/",
+];
+
+/// Files beside [`PRODUCT_ROOMS`] that name a product, each with its reason.
+const NAMES_A_PRODUCT: &[(&str, &str)] = &[
+    (
+        "src/factory/job/reference.rs",
+        "sections of job files that are called like products, in the order of the reference",
+    ),
+    ("src/factory/job/spec/mod.rs", "an example of the key `product`"),
+    ("src/factory/job/spec/set.rs", "examples of names in a set"),
+];
+
+/// Circles of files that stand, each with its reason; every other is a mistake.
+const CIRCLES: &[(&str, &[&str])] = &[
+    (
+        "the index `Product` dereferences to its row, whose functions take records, datasets and products: the table of \
+         the format is one piece",
+        &[
+            "src/format/check.rs",
+            "src/format/dataset/finish.rs",
+            "src/format/dataset/folder.rs",
+            "src/format/dataset/index.rs",
+            "src/format/dataset/layout.rs",
+            "src/format/dataset/ledger.rs",
+            "src/format/dataset/manifest.rs",
+            "src/format/dataset/reader.rs",
+            "src/format/dataset/roots.rs",
+            "src/format/dataset/shard.rs",
+            "src/format/dataset/shard_file.rs",
+            "src/format/product.rs",
+            "src/format/products/completion/check.rs",
+            "src/format/products/completion/facts.rs",
+            "src/format/products/completion/hand.rs",
+            "src/format/products/completion/mod.rs",
+            "src/format/products/completion/pair.rs",
+            "src/format/products/completion/touch.rs",
+            "src/format/products/grasps/check.rs",
+            "src/format/products/grasps/facts.rs",
+            "src/format/products/grasps/mod.rs",
+            "src/format/products/grasps/run.rs",
+            "src/format/products/grasps/shapes_file.rs",
+            "src/format/products/grasps/trial.rs",
+            "src/format/products/mod.rs",
+            "src/format/products/patches/check.rs",
+            "src/format/products/patches/facts.rs",
+            "src/format/products/patches/heatmap.rs",
+            "src/format/products/patches/mod.rs",
+            "src/format/products/patches/patch.rs",
+            "src/format/products/patches/types_file.rs",
+            "src/format/products/reachability/block.rs",
+            "src/format/products/reachability/check.rs",
+            "src/format/products/reachability/facts.rs",
+            "src/format/products/reachability/field.rs",
+            "src/format/products/reachability/field_file.rs",
+            "src/format/products/reachability/mod.rs",
+        ],
+    ),
+    (
+        "the table of the factory's products has functions that draft a job, and drafting looks the product up in it",
+        &[
+            "src/factory/job/decode.rs",
+            "src/factory/job/draft.rs",
+            "src/factory/job/schema.rs",
+            "src/factory/products/mod.rs",
+            "src/factory/products/completion/row.rs",
+        ],
+    ),
+    (
+        "the parent calls its children, which return its type",
+        &[
+            "src/kernel/assets/read/mod.rs",
+            "src/kernel/assets/read/obj.rs",
+            "src/kernel/assets/read/off.rs",
+            "src/kernel/assets/read/ply.rs",
+            "src/kernel/assets/read/polygons.rs",
+            "src/kernel/assets/read/stl.rs",
+        ],
+    ),
+    (
+        "the parent calls its children, which return its type",
+        &[
+            "src/kernel/assets/built_in/lathe.rs",
+            "src/kernel/assets/built_in/mod.rs",
+            "src/kernel/assets/built_in/solids.rs",
+            "src/kernel/assets/built_in/tools.rs",
+            "src/kernel/assets/built_in/tube.rs",
+        ],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &["src/kernel/geom/field/metric.rs", "src/kernel/geom/field/sphere.rs", "src/kernel/geom/field/standard.rs"],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &["src/kernel/voxel/complete.rs", "src/kernel/voxel/overlap.rs"],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &["src/kernel/voxel/corners.rs", "src/kernel/voxel/share.rs", "src/kernel/voxel/view_grids.rs"],
+    ),
+    (
+        "the parent calls its children, which return its type",
+        &[
+            "src/format/dataset/verify/mod.rs",
+            "src/format/dataset/verify/shards.rs",
+            "src/format/dataset/verify/tables.rs",
+        ],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &[
+            "src/robot/grasp/closing.rs",
+            "src/robot/grasp/found.rs",
+            "src/robot/grasp/links.rs",
+            "src/robot/grasp/meeting.rs",
+            "src/robot/grasp/solids.rs",
+            "src/robot/grasp/state.rs",
+            "src/robot/grasp/table.rs",
+            "src/robot/grasp/variables.rs",
+        ],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &["src/robot/grasp/anneal.rs", "src/robot/grasp/rate.rs"],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &[
+            "src/sim/bodies.rs",
+            "src/sim/colour.rs",
+            "src/sim/depth.rs",
+            "src/sim/ffi.rs",
+            "src/sim/gl.rs",
+            "src/sim/hand.rs",
+            "src/sim/hand_sim.rs",
+            "src/sim/robot.rs",
+            "src/sim/scene.rs",
+            "src/sim/true_mesh.rs",
+        ],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &["src/factory/job/discover.rs", "src/factory/job/objects.rs"],
+    ),
+    (
+        "two halves of one algorithm that share types: to be parted",
+        &["src/factory/products/completion/encode.rs", "src/factory/products/completion/worker.rs"],
+    ),
+    (
+        "rows of the publish table name pages, and pages are filled from templates that the rows name: to be parted",
+        &[
+            "src/publish/chart.rs",
+            "src/publish/inspection.rs",
+            "src/publish/page.rs",
+            "src/publish/product.rs",
+            "src/publish/products/completion/card.rs",
+            "src/publish/products/completion/charts.rs",
+            "src/publish/products/completion/inspection.rs",
+            "src/publish/products/completion/page.rs",
+            "src/publish/products/completion/row.rs",
+            "src/publish/products/completion/survey.rs",
+            "src/publish/products/completion/touch.rs",
+            "src/publish/products/grasps/calibration.rs",
+            "src/publish/products/grasps/gallery.rs",
+            "src/publish/products/grasps/inspection.rs",
+            "src/publish/products/grasps/page.rs",
+            "src/publish/products/grasps/replayed.rs",
+            "src/publish/products/grasps/row.rs",
+            "src/publish/products/grasps/trials.rs",
+            "src/publish/products/mod.rs",
+            "src/publish/products/patches/inspection.rs",
+            "src/publish/products/patches/page.rs",
+            "src/publish/products/patches/row.rs",
+            "src/publish/products/patches/sheets.rs",
+            "src/publish/products/reachability/inspection.rs",
+            "src/publish/products/reachability/page.rs",
+            "src/publish/products/reachability/row.rs",
+            "src/publish/products/reachability/section.rs",
+            "src/publish/products/reachability/tables.rs",
+            "src/publish/release/assets.rs",
+            "src/publish/release/numbers.rs",
+            "src/publish/release/pictures.rs",
+            "src/publish/templates.rs",
+        ],
+    ),
+    (
+        "formats return the types of the room, whose table lists them: to be parted",
+        &[
+            "src/publish/export/binvox.rs",
+            "src/publish/export/error.rs",
+            "src/publish/export/graspit.rs",
+            "src/publish/export/mod.rs",
+            "src/publish/export/mujoco.rs",
+            "src/publish/export/npy.rs",
+            "src/publish/export/pair_table.rs",
+            "src/publish/export/pairs.rs",
+            "src/publish/export/pcd.rs",
+            "src/publish/export/table.rs",
+            "src/publish/export/target.rs",
+            "src/publish/export/webdataset.rs",
+        ],
+    ),
+    (
+        "documents share the facts of a release: to be parted",
+        &[
+            "src/publish/release/croissant.rs",
+            "src/publish/release/documents.rs",
+            "src/publish/release/licences.rs",
+            "src/publish/release/mod.rs",
+            "src/publish/release/provenance.rs",
+        ],
+    ),
 ];
 
 /// Longest file, without its tests, that needs no word of excuse.
@@ -108,76 +293,80 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 
 /// Whether a file is a module of tests alone.
 fn is_for_tests(path: &Path) -> bool {
-    let parent = fs::read_to_string(path.with_file_name("mod.rs")).unwrap_or_default();
+    let parent =
+        ["mod.rs", "lib.rs"].map(|name| fs::read_to_string(path.with_file_name(name)).unwrap_or_default()).concat();
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    parent.contains(&format!("#[cfg(test)]\nmod {stem};"))
+    ["mod", "pub(crate) mod"].iter().any(|word| parent.contains(&format!("#[cfg(test)]\n{word} {stem};")))
 }
 
-/// A file's code: no comment lines, nothing from its test module on.
+/// A file's code: no comment lines, nothing from its inline test module on.
 fn code_of(path: &Path) -> String {
     let text = fs::read_to_string(path).expect("source is UTF-8");
-    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let inline = text.match_indices("#[cfg(test)]\nmod ").find(|(at, _)| {
+        let line = text[at + "#[cfg(test)]\n".len()..].lines().next().unwrap_or_default();
+        line.ends_with('{')
+    });
+    let code = &text[..inline.map_or(text.len(), |(at, _)| at)];
     code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-fn room_of(path: &Path) -> String {
-    let inside = path.strip_prefix("src").expect("path below src");
-    let first = inside.components().next().expect("a file").as_os_str().to_string_lossy().into_owned();
-    first.trim_end_matches(".rs").to_owned()
+/// The crate of a file and its room, or the crate alone.
+fn room_of(path: &Path) -> (String, String) {
+    let inside = path.strip_prefix("src").expect("path below src").with_extension("");
+    let parts: Vec<_> = inside.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+    let room = format!("{}/{}", parts[0], parts.get(1).map_or("", String::as_str));
+    (parts[0].clone(), room)
 }
 
-fn word_at_start(text: &str) -> String {
-    text.trim_start().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
-}
-
-/// Rooms that a text names, as `crate::room` or in `crate::{room::..., room}`.
-fn rooms_named(code: &str) -> BTreeSet<String> {
-    let mut rooms = BTreeSet::new();
-    for (at, _) in code.match_indices("crate::") {
-        let rest = &code[at + "crate::".len()..];
-        let Some(list) = rest.strip_prefix('{') else {
-            rooms.insert(word_at_start(rest));
-            continue;
-        };
-        rooms.insert(word_at_start(list));
-        let mut depth = 0;
-        for (place, character) in list.char_indices() {
-            match character {
-                '{' => depth += 1,
-                '}' if depth == 0 => break,
-                '}' => depth -= 1,
-                ',' if depth == 0 => {
-                    rooms.insert(word_at_start(&list[place + 1..]));
-                }
-                _ => {}
-            }
-        }
-    }
-    rooms
+/// Crates of the house and rooms of a crate that its code names.
+fn rooms_named(code: &str, krate: &str) -> BTreeSet<String> {
+    let (imports, body) = split_imports(code);
+    let paths = imports.into_iter().map(|import| import.path).chain(paths_in(&body));
+    let named = paths.filter_map(|path| match (path.first()?.as_str(), path.get(1)) {
+        ("crate", Some(room)) => Some(format!("{krate}/{room}")),
+        (first, _) => CRATES.iter().find(|(name, _)| *name == first).map(|(name, _)| (*name).to_owned()),
+    });
+    named.collect()
 }
 
 #[test]
 fn paths_are_read_as_rust_reads_them() {
-    let named =
-        rooms_named("use crate::{geom::{Pose, World}, ids,\n    voxel::solid};\nlet x = crate::seed::Stream::new();");
-    assert_eq!(named.into_iter().collect::<Vec<_>>(), ["geom", "ids", "seed", "voxel"]);
+    let named = rooms_named(
+        "use crate::{geom::{Pose, World}, ids,\n    voxel::solid};\nuse format::Product;\nlet x = crate::seed::Stream::new();",
+        "kernel",
+    );
+    assert_eq!(
+        named.into_iter().collect::<Vec<_>>(),
+        ["format", "kernel/geom", "kernel/ids", "kernel/seed", "kernel/voxel"]
+    );
 }
 
 #[test]
-fn rooms_use_only_what_the_map_says() {
-    let map: BTreeMap<&str, &[&str]> = USES.iter().copied().collect();
+fn crates_and_rooms_use_only_what_the_map_says() {
+    let crates: BTreeMap<&str, &[&str]> = CRATES.iter().copied().collect();
+    let rooms: BTreeMap<&str, &[&str]> = ROOMS.iter().copied().collect();
     let mut wrong = Vec::new();
     for path in sources(Path::new("src")) {
-        let room = room_of(&path);
-        if room == "lib" || room == "main" {
+        let (krate, room) = room_of(&path);
+        // The facade names every crate.
+        if path.parent() == Some(Path::new("src")) {
             continue;
         }
-        let Some(allowed) = map.get(room.as_str()) else {
-            wrong.push(format!("{}: room '{room}' is not on the map", path.display()));
+        let Some(allowed) = crates.get(krate.as_str()) else {
+            wrong.push(format!("{}: crate '{krate}' is not on the map", path.display()));
             continue;
         };
-        for used in rooms_named(&code_of(&path)) {
-            if used != room && map.contains_key(used.as_str()) && !allowed.contains(&used.as_str()) {
+        for used in rooms_named(&code_of(&path), &krate) {
+            let fits = match used.split_once('/') {
+                None => used == krate || allowed.contains(&used.as_str()),
+                Some((_, other)) => rooms
+                    .get(room.as_str())
+                    .is_none_or(|uses| used == room || uses.contains(&other) || !rooms.contains_key(used.as_str())),
+            };
+            // A module beside or below the file may be called like another crate.
+            let beside = [path.with_file_name(&used), path.with_extension("").join(&used)];
+            let is_own = beside.iter().any(|module| module.with_extension("rs").exists());
+            if !fits && !is_own {
                 wrong.push(format!("{}: {room} must not use {used}", path.display()));
             }
         }
@@ -186,26 +375,63 @@ fn rooms_use_only_what_the_map_says() {
 }
 
 #[test]
-fn the_map_has_no_cycle() {
-    fn visit<'a>(room: &'a str, map: &BTreeMap<&'a str, &'a [&'a str]>, path: &mut Vec<&'a str>) {
-        assert!(!path.contains(&room), "cycle: {path:?} -> {room}");
-        path.push(room);
-        for next in map[room] {
-            visit(next, map, path);
-        }
-        path.pop();
+fn manifests_name_the_crates_of_the_map() {
+    for (krate, uses) in CRATES {
+        let text = fs::read_to_string(format!("src/{krate}/Cargo.toml")).expect("a manifest");
+        let manifest: toml::Table = text.parse().expect("TOML");
+        let named = manifest["dependencies"].as_table().expect("dependencies").keys();
+        let named: Vec<&str> =
+            named.map(String::as_str).filter(|name| CRATES.iter().any(|(other, _)| other == name)).collect();
+        assert_eq!(named, *uses, "src/{krate}/Cargo.toml");
     }
-    let map: BTreeMap<&str, &[&str]> = USES.iter().copied().collect();
-    for (room, _) in USES {
-        visit(room, &map, &mut Vec::new());
+}
+
+#[test]
+fn every_dependency_is_named_in_the_code() {
+    let crates = CRATES.iter().map(|(krate, _)| (format!("src/{krate}/Cargo.toml"), vec![format!("src/{krate}")]));
+    let facade = ["src/lib.rs", "src/main.rs", "tests", "benches", "fuzz/targets"].map(str::to_owned).to_vec();
+    let mut unused = Vec::new();
+    for (manifest, folders) in crates.chain([("Cargo.toml".to_owned(), facade)]) {
+        let text = fs::read_to_string(&manifest).expect("a manifest");
+        let table: toml::Table = text.parse().expect("TOML");
+        let mut code = String::new();
+        for folder in folders.iter().map(Path::new) {
+            let files = if folder.is_dir() { sources(folder) } else { vec![folder.to_owned()] };
+            // Tests stand in the same files; build scripts take the shared one of `proto/`.
+            files.iter().for_each(|file| code += &fs::read_to_string(file).expect("source is UTF-8"));
+        }
+        code += &fs::read_to_string("proto/compile.rs").expect("source is UTF-8");
+        for section in ["dependencies", "build-dependencies", "dev-dependencies"] {
+            let names = table.get(section).and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::keys);
+            for name in names.map(|name| name.replace('-', "_")) {
+                let named = [format!("{name}::"), format!("use {name};"), format!("use {name} as ")];
+                if !named.iter().any(|word| code.contains(word.as_str())) {
+                    unused.push(format!("{manifest}: {name}"));
+                }
+            }
+        }
+    }
+    assert!(unused.is_empty(), "{}", unused.join("\n"));
+}
+
+#[test]
+fn the_map_has_no_cycle() {
+    // Each uses those above it alone.
+    for (index, (krate, uses)) in CRATES.iter().enumerate() {
+        assert!(uses.iter().all(|used| CRATES[..index].iter().any(|(above, _)| above == used)), "{krate}");
+    }
+    for (index, (room, uses)) in ROOMS.iter().enumerate() {
+        let krate = room.split('/').next().unwrap_or_default();
+        let stands_above = |used: &&str| ROOMS[..index].iter().any(|(above, _)| *above == format!("{krate}/{used}"));
+        assert!(uses.iter().all(stands_above), "{room}");
     }
 }
 
 #[test]
 fn the_map_in_the_architecture_document_is_this_one() {
     let text = fs::read_to_string("ARCHITECTURE.md").expect("ARCHITECTURE.md stands at the top");
-    for (room, uses) in USES {
-        let row = format!("| `{room}` | {} |", if uses.is_empty() { "-".to_owned() } else { uses.join(" ") });
+    for (name, uses) in CRATES.iter().chain(ROOMS) {
+        let row = format!("| `{name}` | {} |", if uses.is_empty() { "-".to_owned() } else { uses.join(" ") });
         assert!(text.contains(&row), "ARCHITECTURE.md lacks the row: {row}");
     }
 }
@@ -215,13 +441,13 @@ fn each_library_has_one_home() {
     let mut wrong = Vec::new();
     for path in sources(Path::new("src")) {
         let (name, code) = (path.to_string_lossy().into_owned(), code_of(&path));
-        for (library, home) in HOMES {
+        for (library, homes) in HOMES {
             let named = code.match_indices(&format!("{library}::")).any(|(at, _)| {
-                // `crate::dataset::mcap::` and the like are our own modules.
+                // `crate::format::mcap::` and the like are our own modules.
                 !code[..at].ends_with("::") && !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_')
             });
-            if named && !name.starts_with(home) {
-                wrong.push(format!("{name} names {library}, whose home is {home}"));
+            if named && !homes.iter().any(|home| name.starts_with(home)) {
+                wrong.push(format!("{name} names {library}, whose home is {}", homes.join(" and ")));
             }
         }
     }
@@ -231,7 +457,10 @@ fn each_library_has_one_home() {
 #[test]
 fn only_the_command_line_prints_and_reads_the_environment() {
     let mut wrong = Vec::new();
-    for path in sources(Path::new("src")).into_iter().filter(|path| !path.starts_with("src/cli") && !is_for_tests(path))
+    let is_build = |path: &Path| path.ends_with("build.rs");
+    for path in sources(Path::new("src"))
+        .into_iter()
+        .filter(|path| !path.starts_with("src/cli") && !is_for_tests(path) && !is_build(path))
     {
         let code = code_of(&path);
         for word in ["println!", "print!(", "env::var", "process::exit"] {
@@ -246,7 +475,7 @@ fn only_the_command_line_prints_and_reads_the_environment() {
 #[test]
 fn geom_and_plan_do_not_serialise() {
     for path in sources(Path::new("src")) {
-        if ["geom", "plan"].contains(&room_of(&path).as_str()) {
+        if ["src/kernel/geom", "src/factory/plan"].iter().any(|folder| path.starts_with(folder)) {
             assert!(!code_of(&path).contains("Serialize"), "{} derives Serialize", path.display());
         }
     }
@@ -256,11 +485,283 @@ fn geom_and_plan_do_not_serialise() {
 fn no_file_grows_without_a_reason() {
     for path in sources(Path::new("src")) {
         let text = fs::read_to_string(&path).expect("source is UTF-8");
-        let lines = text.split("#[cfg(test)]").next().unwrap_or_default().lines().count();
+        let lines = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().lines().count();
         assert!(
             lines <= LONGEST_FILE || text.contains("// Long because:"),
             "{}: {lines} lines; split it, or say '// Long because: ...'",
             path.display()
         );
     }
+}
+
+/// Names of products in a text: a constant of one, or a text that is one's name.
+fn products_named(code: &str) -> BTreeSet<&str> {
+    const CONSTANTS: [&str; 4] =
+        ["Product::COMPLETION", "Product::REACHABILITY", "Product::GRASPS", "Product::PATCHES"];
+    const TEXTS: [&str; 4] = ["\"completion\"", "\"reachability\"", "\"grasps\"", "\"patches\""];
+    CONSTANTS.into_iter().chain(TEXTS).filter(|word| code.contains(word)).collect()
+}
+
+#[test]
+fn only_the_tables_name_a_product() {
+    let exceptions: BTreeMap<&str, &str> = NAMES_A_PRODUCT.iter().copied().collect();
+    let (mut wrong, mut used) = (Vec::new(), BTreeSet::new());
+    for path in sources(Path::new("src")).into_iter().filter(|path| !is_for_tests(path)) {
+        let name = path.to_string_lossy().into_owned();
+        let named = products_named(&code_of(&path)).into_iter().collect::<Vec<_>>().join(", ");
+        if named.is_empty() || PRODUCT_ROOMS.iter().any(|room| name.starts_with(room)) {
+            continue;
+        }
+        match exceptions.get_key_value(name.as_str()) {
+            Some((file, _)) => _ = used.insert(*file),
+            None => wrong.push(format!("{name} names {named}")),
+        }
+    }
+    wrong.extend(
+        exceptions.keys().filter(|file| !used.contains(**file)).map(|file| format!("{file} needs no exception")),
+    );
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A module's path, its crate first: `["kernel", "geom", "field"]`.
+type ModulePath = Vec<String>;
+
+/// The files of all crates as modules, and what each of them imports.
+struct Modules {
+    files: BTreeMap<ModulePath, PathBuf>,
+    imports: BTreeMap<ModulePath, Vec<Import>>,
+    /// Code of each file without its imports.
+    bodies: BTreeMap<ModulePath, String>,
+}
+
+/// One name that a `use` brings into a file.
+#[derive(Clone, Debug, PartialEq)]
+struct Import {
+    name: String,
+    path: Vec<String>,
+    is_public: bool,
+}
+
+/// The single paths of a `use` tree.
+fn flatten(tree: &str) -> Vec<String> {
+    let (mut parts, mut depth, mut start) = (Vec::new(), 0, 0);
+    for (at, character) in tree.char_indices() {
+        match character {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(&tree[start..at]);
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&tree[start..]);
+    let parts = parts.into_iter().map(str::trim).filter(|part| !part.is_empty());
+    let paths = parts.flat_map(|part| match part.strip_suffix('}').and_then(|part| part.split_once('{')) {
+        Some((head, inside)) => flatten(inside).into_iter().map(|rest| format!("{head}{rest}")).collect(),
+        None => vec![part.to_owned()],
+    });
+    paths.collect()
+}
+
+/// The imports of a file, and its code without them.
+fn split_imports(code: &str) -> (Vec<Import>, String) {
+    let (mut imports, mut body, mut rest) = (Vec::new(), String::new(), code);
+    let is_use = |line: &str| {
+        let line = line.trim_start();
+        let line = line.strip_prefix("pub").map_or(line, |line| match line.strip_prefix('(') {
+            Some(scope) => scope.split_once(')').map_or(line, |(_, line)| line).trim_start(),
+            None => line.trim_start(),
+        });
+        line.starts_with("use ")
+    };
+    while !rest.is_empty() {
+        let line = rest.split_inclusive('\n').next().unwrap_or(rest);
+        if !is_use(line) {
+            body.push_str(line);
+            rest = &rest[line.len()..];
+            continue;
+        }
+        let end = rest.find(';').expect("a use ends");
+        let (head, tree) = rest[..end].split_once("use ").expect("a use");
+        for path in flatten(&tree.split_whitespace().collect::<Vec<_>>().join(" ")) {
+            let (path, alias) =
+                path.split_once(" as ").map_or((path.as_str(), None), |(path, name)| (path, Some(name)));
+            let mut path: Vec<String> = path.split("::").map(|part| part.trim().to_owned()).collect();
+            if path.last().is_some_and(|last| last == "self") {
+                path.pop();
+            }
+            let name = alias.map(str::to_owned).or_else(|| path.last().cloned()).unwrap_or_default();
+            imports.push(Import { name, path, is_public: head.contains("pub") });
+        }
+        rest = &rest[end + 1..];
+    }
+    (imports, body)
+}
+
+impl Modules {
+    fn read(folder: &Path) -> Self {
+        let mut modules = Self { files: BTreeMap::new(), imports: BTreeMap::new(), bodies: BTreeMap::new() };
+        for path in sources(folder).into_iter().filter(|path| !is_for_tests(path)) {
+            let inside = path.strip_prefix(folder).expect("below").with_extension("");
+            let mut module: ModulePath = inside.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+            match module.last().map(String::as_str) {
+                Some("main" | "build") => continue,
+                Some("mod" | "lib") => _ = module.pop(),
+                _ => {}
+            }
+            let (imports, body) = split_imports(&code_of(&path));
+            modules.imports.insert(module.clone(), imports);
+            modules.bodies.insert(module.clone(), body);
+            modules.files.insert(module, path);
+        }
+        modules
+    }
+
+    /// The module that defines what a path in a module names; `None` for what another crate defines.
+    fn find(&self, module: &ModulePath, path: &[String], depth: usize) -> Option<ModulePath> {
+        let (mut at, mut rest) = match path.first()?.as_str() {
+            "crate" => (module.first().cloned().into_iter().collect(), &path[1..]),
+            "self" => (module.clone(), &path[1..]),
+            "super" => {
+                let count = path.iter().take_while(|part| *part == "super").count();
+                (module[..module.len().checked_sub(count)?].to_vec(), &path[count..])
+            }
+            first if self.files.contains_key(&child(module, first)) => (module.clone(), path),
+            first if CRATES.iter().any(|(name, _)| *name == first) => (vec![first.to_owned()], &path[1..]),
+            _ => return None,
+        };
+        while let Some((first, others)) = rest.split_first() {
+            let inner = child(&at, first);
+            if self.files.contains_key(&inner) {
+                (at, rest) = (inner, others);
+                continue;
+            }
+            // A name that the file only passes on is defined where it comes from.
+            let import = self.imports.get(&at)?.iter().find(|import| import.name == *first && depth < 16);
+            let Some(import) = import else { break };
+            let path: Vec<String> = import.path.iter().chain(others).cloned().collect();
+            return self.find(&at, &path, depth + 1);
+        }
+        Some(at)
+    }
+
+    /// The modules whose names a module uses. A `mod.rs` that passes on names of its children does not use them.
+    fn used_by(&self, module: &ModulePath) -> BTreeSet<ModulePath> {
+        let mut used = BTreeSet::new();
+        for import in &self.imports[module] {
+            let found = self.find(module, &import.path, 0);
+            used.extend(found.filter(|found| !(import.is_public && found.starts_with(module))));
+        }
+        for path in paths_in(&self.bodies[module]) {
+            let first = &path[0];
+            let imported = self.imports[module].iter().find(|import| import.name == *first);
+            let path = match imported {
+                Some(import) => import.path.iter().chain(&path[1..]).cloned().collect(),
+                None => path,
+            };
+            used.extend(self.find(module, &path, 0));
+        }
+        used.remove(module);
+        used
+    }
+}
+
+fn child(module: &ModulePath, name: &str) -> ModulePath {
+    module.iter().cloned().chain([name.to_owned()]).collect()
+}
+
+/// Paths of two parts and more in code, such as `super::look::corner`.
+fn paths_in(code: &str) -> Vec<Vec<String>> {
+    let is_word = |character: char| character.is_alphanumeric() || character == '_';
+    let mut paths = Vec::new();
+    for text in code.split(|character: char| !is_word(character) && character != ':') {
+        let parts: Vec<String> = text.split("::").map(str::to_owned).collect();
+        let is_path = parts.len() > 1 && parts.iter().all(|part| !part.is_empty() && part.chars().all(is_word));
+        if is_path && parts[0].starts_with(|first: char| first.is_lowercase()) {
+            paths.push(parts);
+        }
+    }
+    paths
+}
+
+/// Groups of files of which each reaches every other (Tarjan's algorithm, by two searches from each file: the graph is
+/// small), as sorted names.
+fn circles(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>) -> BTreeSet<Vec<ModulePath>> {
+    let reach = |start: &ModulePath| {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![start]);
+        while let Some(at) = open.pop() {
+            open.extend(graph.get(at).into_iter().flatten().filter(|next| seen.insert((*next).clone())));
+        }
+        seen
+    };
+    let reached: BTreeMap<&ModulePath, BTreeSet<ModulePath>> =
+        graph.keys().map(|start| (start, reach(start))).collect();
+    let in_circle = reached.iter().filter(|(start, seen)| seen.contains(**start));
+    let group = |(start, seen): (&&ModulePath, &BTreeSet<ModulePath>)| {
+        seen.iter().filter(|other| reached.get(other).is_some_and(|back| back.contains(*start))).cloned().collect()
+    };
+    in_circle.map(group).collect()
+}
+
+/// The shortest way from a file back to itself.
+fn shortest_circle(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>, start: &ModulePath) -> Vec<ModulePath> {
+    let mut ways = vec![vec![start.clone()]];
+    let mut seen = BTreeSet::new();
+    loop {
+        let mut longer = Vec::new();
+        for way in ways {
+            for next in graph.get(way.last().expect("a start")).into_iter().flatten() {
+                let way: Vec<ModulePath> = way.iter().chain([next]).cloned().collect();
+                if next == start {
+                    return way;
+                }
+                if seen.insert(next.clone()) {
+                    longer.push(way);
+                }
+            }
+        }
+        assert!(!longer.is_empty(), "{start:?} stands in no circle");
+        ways = longer;
+    }
+}
+
+#[test]
+fn imports_are_read_as_rust_reads_them() {
+    let code =
+        "pub use a::{self, b::{C, D as E}};\nuse super::x;\npub(in crate::y) use z::*;\nfn f() { x::g(crate::h::I) }\n";
+    let (imports, body) = split_imports(code);
+    let read: Vec<_> = imports.iter().map(|each| (each.name.as_str(), each.path.join("::"), each.is_public)).collect();
+    let expected = [
+        ("a", "a", true),
+        ("C", "a::b::C", true),
+        ("E", "a::b::D", true),
+        ("x", "super::x", false),
+        ("*", "z::*", true),
+    ];
+    assert_eq!(read, expected.map(|(name, path, is_public)| (name, path.to_owned(), is_public)));
+    assert_eq!(paths_in(&body), [vec!["x", "g"], vec!["crate", "h", "I"]]);
+}
+
+#[test]
+fn files_stand_in_no_circle() {
+    let modules = Modules::read(Path::new("src"));
+    let graph: BTreeMap<ModulePath, BTreeSet<ModulePath>> =
+        modules.files.keys().map(|module| (module.clone(), modules.used_by(module))).collect();
+    let name = |module: &ModulePath| modules.files[module].to_string_lossy().into_owned();
+    let known: BTreeMap<&str, &str> =
+        CIRCLES.iter().flat_map(|(reason, files)| files.iter().map(move |file| (*file, *reason))).collect();
+    let (mut wrong, mut found) = (Vec::new(), BTreeSet::new());
+    for circle in circles(&graph) {
+        for file in &circle {
+            found.insert(name(file));
+            if !known.contains_key(name(file).as_str()) {
+                let path: Vec<String> = shortest_circle(&graph, file).iter().map(name).collect();
+                wrong.push(format!("{} ({} files)", path.join(" -> "), circle.len()));
+            }
+        }
+    }
+    wrong.extend(known.keys().filter(|file| !found.contains(**file)).map(|file| format!("{file} is in no circle now")));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

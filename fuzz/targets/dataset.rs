@@ -3,10 +3,12 @@
 use std::{fs, path::Path, sync::LazyLock};
 
 use graspmill::{
-    dataset::{
-        DatasetReader, Manifest, Selection, SetTable, Shapes, VerifyLevel, VerifyOptions, read_field, read_mark, verify,
+    format::{
+        Channel, PARTIAL_INSIDE_COMPLETE, Product,
+        dataset::{DatasetReader, Manifest, Selection, SetTable, VerifyLevel, VerifyOptions, read_mark, verify},
+        products::{grasps::Shapes, reachability::read_field},
     },
-    record::Channel,
+    tables::ParquetIndex,
 };
 
 use super::{
@@ -14,13 +16,18 @@ use super::{
     mcap::{shard_of, with_checksums},
 };
 
+/// Every channel of every product, in the order of their numbers in inputs.
+pub fn channels() -> impl Iterator<Item = Channel> {
+    Product::all().flat_map(Product::channels)
+}
+
 /// Tables of a dataset, and of a set.
 pub const TABLES: [&str; 7] =
     ["manifest.json", "assets.json", "splits.json", "rejects.jsonl", "run.json", "set.json", "job.toml"];
 
 /// The small dataset that inputs are put into.
-const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/v1");
-const GOLDEN_OF_FUZZ: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/golden/v1");
+const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/v2");
+const GOLDEN_OF_FUZZ: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/golden/v2");
 
 /// A copy of the small dataset.
 struct Copy(tempfile::TempDir);
@@ -50,7 +57,8 @@ impl Copy {
     fn read(&self, level: VerifyLevel) {
         // What has no manifest or no index is refused, and nothing more is read.
         let Ok(reader) = DatasetReader::open(self.path()) else { return };
-        let options = VerifyOptions { level, partial_inside_complete: true, threads: 1 };
+        let options =
+            VerifyOptions { level, rules: &[PARTIAL_INSIDE_COMPLETE], index: Some(&ParquetIndex), threads: 1 };
         if let Ok(report) = verify(self.path(), options, |_| {}) {
             for problem in &report.problems {
                 assert!(!problem.to_string().is_empty());
@@ -96,13 +104,6 @@ pub fn tables(input: &[u8]) {
     }
 }
 
-/// An `index.parquet` in place of the small dataset's.
-pub fn index(input: &[u8]) {
-    static COPY: LazyLock<Copy> = LazyLock::new(Copy::new);
-    fs::write(COPY.path().join("index.parquet"), input).expect("a file");
-    COPY.read(VerifyLevel::Hashes);
-}
-
 /// A whole shard in place of the small dataset's first, its checksums mended.
 pub fn shard(input: &[u8]) {
     put_shard(&with_checksums(input));
@@ -110,7 +111,7 @@ pub fn shard(input: &[u8]) {
 
 /// Ledger and messages in a well-formed shard.
 pub fn shard_content(input: &[u8]) {
-    let topics = Channel::ALL.map(Channel::topic);
+    let topics: Vec<&str> = channels().map(|channel| channel.topic).collect();
     if let Some(shard) = shard_of(input, &topics) {
         put_shard(&shard);
     }

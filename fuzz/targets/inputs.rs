@@ -4,9 +4,11 @@ use std::{fs, path::Path, sync::LazyLock};
 
 use graspmill::{
     assets::{Description, MeshSource, Repair, built_in_names, prepare, read_triangles},
+    factory::{
+        job::{JobContext, JobDraft, JobSet, JobText},
+        plan::Plan,
+    },
     hand::HandTable,
-    job::{JobDraft, JobSet, JobText, Surroundings, WorkDraft, no_grasps, no_scenes},
-    plan::Plan,
     voxel::Binvox,
 };
 
@@ -44,16 +46,8 @@ pub fn job(input: &[u8]) {
         overrides: vec![],
     };
     let read = |text: &JobText| {
-        let surroundings = Surroundings {
-            packages: PLACE.path().join("packages"),
-            built_in: built_in_names(24).collect(),
-            scenes: &no_scenes,
-            robots: &|_| Vec::new(),
-            hands: &|_| Ok(()),
-            grasping_hands: &|_| Ok(()),
-            grasps: &no_grasps,
-        };
-        JobDraft::read(text, &surroundings)
+        let context = JobContext { packages: PLACE.path().join("packages"), built_in: built_in_names(24).collect() };
+        JobDraft::read(text, &context)
     };
     let written = named(text.to_owned());
     if JobSet::is_one(&written) {
@@ -67,11 +61,11 @@ pub fn job(input: &[u8]) {
         Ok(draft) => draft,
         Err(errors) => return assert!(!errors.render().is_empty()),
     };
-    if !matches!(draft.work, WorkDraft::Reachability(_)) {
+    if draft.sources().next().is_some() {
         return;
     }
     let Ok(job) = draft.resolve(Vec::new()) else { return };
-    let _ = Plan::new(&job);
+    let _ = Plan::new(&job.work.subjects(), job.shard_samples);
     let again = named(job.to_toml(PLACE.path()));
     let again = read(&again).map_err(|errors| errors.render()).expect("a resolved job reads back");
     let again = again.resolve(Vec::new()).map_err(|errors| errors.render()).expect("and resolves");
@@ -81,7 +75,7 @@ pub fn job(input: &[u8]) {
 /// A hand's table.
 pub fn hand(input: &[u8]) {
     let Ok(text) = std::str::from_utf8(input) else { return };
-    match HandTable::parse(Path::new("hand.toml"), text.to_owned()) {
+    match HandTable::parse(Path::new("hand.toml"), text) {
         Ok(_) => {}
         Err(error) => assert!(!error.to_string().is_empty()),
     }

@@ -59,27 +59,42 @@ fn chunk_checksum(body: &[u8]) -> Option<u32> {
     Some(crc32fast::hash(&unpacked))
 }
 
-/// An input of the target `shard_content`.
-pub fn parts(ledger: &[u8], records: &[u8]) -> Vec<u8> {
-    let mut input = (ledger.len() as u32).to_le_bytes().to_vec();
-    input.extend_from_slice(ledger);
-    input.extend_from_slice(records);
-    input
+/// Attachments of a shard's ledger, with their media types.
+pub const LEDGER: [(&str, &str); 3] = [
+    ("ledger", "application/x-protobuf; message=\"graspmill.Ledger\""),
+    ("facts", "application/x-protobuf; message=\"graspmill.FactTable\""),
+    ("digests", "application/octet-stream"),
+];
+
+/// An input of the target `shard_content`: the attachments of the ledger, each after its length, then records.
+pub fn parts(ledger: [&[u8]; 3], records: &[u8]) -> Vec<u8> {
+    let part = |bytes: &[u8]| [&(bytes.len() as u32).to_le_bytes()[..], bytes].concat();
+    [ledger.map(part).concat(), records.to_vec()].concat()
 }
 
-/// A well-formed shard with this ledger and a chunk of these records; channel k is topic k.
+/// A well-formed shard with the attachments of a ledger and a chunk of records; channel k is topic k.
 pub fn shard_of(input: &[u8], topics: &[&str]) -> Option<Vec<u8>> {
-    let (length, rest) = input.split_first_chunk::<4>()?;
-    let (ledger, records) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    let (mut ledger, mut records) = (Vec::new(), input);
+    for _ in LEDGER {
+        let (length, rest) = records.split_first_chunk::<4>()?;
+        let (part, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        ledger.push(part);
+        records = rest;
+    }
     let mut file = MAGIC.to_vec();
-    record(&mut file, 0x01, &[text("graspmill"), text("graspmill format 1")].concat());
-    let attachment_at = file.len();
-    let mut body = vec![0; 16];
-    body.extend([text("ledger"), text("application/x-protobuf")].concat());
-    body.extend((ledger.len() as u64).to_le_bytes());
-    body.extend(ledger);
-    body.extend(crc32fast::hash(&body).to_le_bytes());
-    record(&mut file, ATTACHMENT, &body);
+    record(&mut file, 0x01, &[text("graspmill"), text("graspmill format 2")].concat());
+    let mut attachments = Vec::new();
+    for ((name, media_type), data) in LEDGER.into_iter().zip(ledger) {
+        let start = file.len();
+        let mut body = vec![0; 16];
+        body.extend([text(name), text(media_type)].concat());
+        body.extend((data.len() as u64).to_le_bytes());
+        body.extend(data);
+        body.extend(crc32fast::hash(&body).to_le_bytes());
+        record(&mut file, ATTACHMENT, &body);
+        let place = [start as u64, (file.len() - start) as u64, 0, 0, data.len() as u64];
+        attachments.push([place.map(u64::to_le_bytes).concat(), text(name), text(media_type)].concat());
+    }
     let chunk_at = file.len();
     let times = times(records);
     let (first, last) = (times.iter().min().copied().unwrap_or(0), times.iter().max().copied().unwrap_or(0));
@@ -104,11 +119,9 @@ pub fn shard_of(input: &[u8], topics: &[&str]) -> Option<Vec<u8>> {
     body.extend(text("zstd"));
     body.extend([packed.len() as u64, records.len() as u64].map(u64::to_le_bytes).concat());
     record(&mut file, CHUNK_INDEX, &body);
-    let mut body = [attachment_at as u64, (chunk_at - attachment_at) as u64, 0, 0, ledger.len() as u64]
-        .map(u64::to_le_bytes)
-        .concat();
-    body.extend([text("ledger"), text("application/x-protobuf")].concat());
-    record(&mut file, ATTACHMENT_INDEX, &body);
+    for body in attachments {
+        record(&mut file, ATTACHMENT_INDEX, &body);
+    }
     let footer = [summary as u64, 0].map(u64::to_le_bytes).concat();
     record(&mut file, FOOTER, &[footer, vec![0; 4]].concat());
     file.extend(MAGIC);

@@ -1,7 +1,10 @@
 #!/bin/bash
-# {{at_once}} of {{tasks}} tasks at a time as processes of this machine, each with {{cpus}} threads; then the merge. Run again to go on.
+# {{ at_once }} of {{ tasks }} tasks at a time as processes of this machine, each with {{ cpus }} threads; then the merge. Run again to go on.
 set -u
-cd {{folder}} || exit 74
-{{numbers}} | xargs --max-procs {{at_once}} --replace={} \
-    {{program}} run {{job}} --out {{out}} --task {}/{{tasks}} --threads {{cpus}} --progress none || exit
-{{program}} merge {{out}}
+cd {{ folder }} || exit 74
+run_task() {
+    exec {{ program }} run {{ job }}{% for setting in overrides %} --set {{ setting }}{% endfor %} --out {{ out }} --task "$1/{{ tasks }}" --threads {{ cpus }} --progress none
+}
+export -f run_task
+{% if some %}printf '%s\n'{% for task in some %} {{ task }}{% endfor %}{% else %}seq 0 {{ last }}{% endif %} | xargs --max-procs {{ at_once }} --replace={} bash -c 'run_task {}' || exit
+{{ program }} merge {{ out }}

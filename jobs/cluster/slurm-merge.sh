@@ -1,16 +1,20 @@
 #!/bin/bash
-#SBATCH --job-name={{name}}-merge
-#SBATCH --cpus-per-task={{cpus}}
-#SBATCH --mem={{memory}}
-#SBATCH --time={{minutes}}
+#SBATCH --job-name={{ name }}-merge
+#SBATCH --cpus-per-task={{ cpus }}
+#SBATCH --mem={{ memory }}M
+#SBATCH --time={{ minutes }}
 #SBATCH --requeue
 #SBATCH --open-mode=append
-#SBATCH --output={{logs}}/%j_merge.log
-{{options}}
+#SBATCH --output={{ logs | log_name }}/%j_merge.log
+{% for option in options %}
+#SBATCH {{ option }}
+{% else %}
+
+{% endfor %}
 # Sent with --dependency=afterok on the tasks. Checks every shard, writes index, manifest and root digest.
 set -u
-cd {{folder}} || exit 74
-{{program}} merge {{out}} --threads {{cpus}}
+cd {{ folder }} || exit 74
+{{ program }} merge {{ out }} --threads {{ cpus }}
 code=$?
 # 3: complete, but meshes were refused. The log names them; Slurm would call it a failure.
 if [ "$code" -eq 3 ]; then exit 0; fi

@@ -1,10 +1,11 @@
 //! What can be typed. The command line is a contract: README lists it, `tests/cli.rs` holds it.
 
-use std::path::PathBuf;
+use std::{fmt, path::PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum, builder::PossibleValue};
 
-use crate::cluster::TaskChoice;
+use factory::cluster::TaskChoice;
+use publish::export::{ExportFormat, FORMATS};
 
 /// Simulation-driven data factory for robotic grasping.
 #[derive(Parser, Debug)]
@@ -50,11 +51,9 @@ pub enum Command {
     #[command(subcommand)]
     Meshes(MeshesCommand),
     /// Look at a robot before a job uses it.
-    #[cfg(feature = "sim")]
     #[command(subcommand)]
     Robot(RobotCommand),
     /// Look at a hand before a job uses it.
-    #[cfg(feature = "sim")]
     #[command(subcommand)]
     Hand(HandCommand),
     /// Print the JSON Schema of job files, for editors.
@@ -272,40 +271,51 @@ pub struct ExportArgs {
     pub dir: PathBuf,
     /// The format.
     #[arg(long, value_enum)]
-    pub to: ExportFormat,
+    pub to: ExportFormatName,
     /// Where to write; must not exist yet or be empty.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Only this split: training, holdout_views, validation_models, test_models.
+    /// Only this split: training, holdout, validation, test.
     #[arg(long, value_name = "SPLIT")]
     pub split: Option<String>,
     /// Only objects of this name (repeatable).
     #[arg(long, value_name = "NAME")]
     pub object: Vec<String>,
-    /// At most this many samples; mujoco: so many grasps, evenly over the dataset.
+    /// Maximal count of samples; with mujoco, of grasps, taken evenly over the dataset.
     #[arg(long, value_name = "N")]
     pub limit: Option<u64>,
-    /// npy: one byte a cell, shape (N, n, n, n), instead of packed bits.
+    /// npy: one byte per cell, shape (N, n, n, n), instead of packed bits.
     #[arg(long)]
     pub unpacked: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ExportFormat {
-    /// NumPy arrays and a table of samples.
-    Npy,
-    /// One Parquet table of samples, for pandas, DuckDB and dataset viewers.
-    Parquet,
-    /// Tar shards, for WebDataset's loaders.
-    Webdataset,
-    /// binvox, two files a sample.
-    Binvox,
-    /// Point clouds of occupied cells (PCD).
-    Pcd,
-    /// Labels and field of a reachability dataset as raw float64 files, for GraspIt.
-    Graspit,
-    /// Trials of grasps as scenes of plain MuJoCo, and a script that makes them again.
-    Mujoco,
+/// A format of the table of export formats, by its name.
+#[derive(Clone)]
+pub struct ExportFormatName(pub &'static ExportFormat);
+
+impl ValueEnum for ExportFormatName {
+    fn value_variants<'a>() -> &'a [Self] {
+        static NAMES: [ExportFormatName; FORMATS.len()] = {
+            let mut names = [const { ExportFormatName(FORMATS[0]) }; FORMATS.len()];
+            let mut index = 0;
+            while index < names.len() {
+                names[index] = ExportFormatName(FORMATS[index]);
+                index += 1;
+            }
+            names
+        };
+        &NAMES
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(PossibleValue::new(self.0.name).help(self.0.summary))
+    }
+}
+
+impl fmt::Debug for ExportFormatName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0.name)
+    }
 }
 
 #[derive(Subcommand, Debug)]
@@ -348,14 +358,12 @@ pub struct MeshesCheckArgs {
     pub json: bool,
 }
 
-#[cfg(feature = "sim")]
 #[derive(Subcommand, Debug)]
 pub enum RobotCommand {
     /// Say what a planning group is and what of the robot can collide; find the pairs of bodies that always or never touch.
     Check(RobotCheckArgs),
 }
 
-#[cfg(feature = "sim")]
 #[derive(Args, Debug)]
 pub struct RobotCheckArgs {
     /// The robot (MJCF).
@@ -377,14 +385,12 @@ pub struct RobotCheckArgs {
     pub json: bool,
 }
 
-#[cfg(feature = "sim")]
 #[derive(Subcommand, Debug)]
 pub enum HandCommand {
     /// Say what drives a hand, what follows, where it touches, and which of its bodies hit each other; draw it.
     Check(HandCheckArgs),
 }
 
-#[cfg(feature = "sim")]
 #[derive(Args, Debug)]
 pub struct HandCheckArgs {
     /// The hand (MJCF); its table lies beside it, with the same name and `.toml`.

@@ -1,23 +1,20 @@
 //! Verbs that look at a dataset: status, inspect, report, export, digest.
 
-use std::{fmt, path::Path};
-
-use serde::Serialize;
-
 use super::{
-    args::{DatasetArgs, DigestArgs, ExportArgs, ExportFormat, ReportArgs},
+    args::{DatasetArgs, DigestArgs, ExportArgs, ReportArgs},
     exit::{Exit, Failure},
+    folder::refuse_set,
     printer::Printer,
-    set,
     submit::submitted,
-    words,
 };
-use crate::{
-    dataset::{Manifest, Selection, SetTable, Split, read_mark, scan_shards},
-    export::{self, ExportError, ExportSelection, Format},
-    ids::{Product, ranges},
-    release,
+use format::{
+    Product,
+    dataset::{Manifest, Selection, read_mark, scan_shards},
 };
+use kernel::words::{Split, number_ranges};
+use publish::export::{self, ExportError, ExportSelection};
+use serde::Serialize;
+use std::path::Path;
 
 /// How far a dataset is.
 #[derive(Serialize)]
@@ -42,9 +39,6 @@ pub struct Status {
 /// `graspmill status`: reads the folder alone.
 pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.dir;
-    if let Some(table) = SetTable::read(folder)? {
-        return set::status(arguments, &table, printer);
-    }
     let status = status_of(folder)?.ok_or_else(|| Failure::no_dataset(folder))?;
     if arguments.json {
         printer.json(&status)?;
@@ -73,7 +67,7 @@ pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
         samples: mark.samples,
         shards: mark.shards,
         shards_done: scan.done.len(),
-        shards_missing: ranges(&missing),
+        shards_missing: number_ranges(&missing).join(","),
         shards_bad: scan.bad.iter().map(|bad| format!("{}: {}", bad.path.display(), bad.problem)).collect(),
         at_work: scan.at_work.len(),
         leftovers: scan.leftovers.len(),
@@ -87,7 +81,7 @@ pub fn status_words(status: &Status) -> String {
     let mut lines = vec![
         format!("{}: {}", status.dataset, status.state),
         format!("{} of {} shards done, {:.1} MB", status.shards_done, status.shards, status.bytes as f64 / 1e6),
-        format!("{} {} planned, job {}", status.samples, words::samples(status.product), status.job),
+        format!("{} {} planned, job {}", status.samples, status.product.samples.many, status.job),
     ];
     lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));
     match &status.root {
@@ -109,35 +103,27 @@ pub fn status_words(status: &Status) -> String {
 
 /// `graspmill inspect`.
 pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
-    set::refuse(&arguments.dir)?;
-    match Manifest::read(&arguments.dir)?.product {
-        Product::Completion => show(&release::inspect(&arguments.dir)?, arguments.json, printer),
-        Product::Reachability => show(&release::inspect_reachability(&arguments.dir)?, arguments.json, printer),
-        Product::Grasps => show(&release::inspect_grasps(&arguments.dir)?, arguments.json, printer),
-        Product::Patches => show(&release::inspect_patches(&arguments.dir)?, arguments.json, printer),
-    }
-}
-
-fn show(facts: &(impl Serialize + fmt::Display), json: bool, printer: &Printer) -> Result<Exit, Failure> {
-    if json {
-        printer.json(facts)?
+    refuse_set(&arguments.dir)?;
+    let inspection = publish::inspect(&arguments.dir)?;
+    if arguments.json {
+        printer.json(&inspection)?;
     } else {
-        printer.result(&facts.to_string())
+        printer.result(&inspection.to_string());
     }
     Ok(Exit::Complete)
 }
 
 /// `graspmill report`.
 pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure> {
-    set::refuse(&arguments.dir)?;
-    let summary = release::report(&arguments.dir, arguments.out.as_deref())?;
+    refuse_set(&arguments.dir)?;
+    let summary = publish::report(&arguments.dir, arguments.out.as_deref())?;
     printer.result(&format!("{} ({:.1} MB)", summary.path.display(), summary.bytes as f64 / 1e6));
     Ok(Exit::Complete)
 }
 
 /// `graspmill export`.
 pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure> {
-    set::refuse(&arguments.dir)?;
+    refuse_set(&arguments.dir)?;
     let split = arguments.split.as_deref().map(|name| {
         let known = Split::ALL.map(Split::name).join(", ");
         Split::from_name(name)
@@ -147,23 +133,12 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
         samples: Selection { split: split.transpose()?, subset: None },
         objects: arguments.object.clone(),
         limit: arguments.limit,
+        unpacked: arguments.unpacked,
     };
-    let format = match arguments.to {
-        ExportFormat::Npy => Format::Npy { packed: !arguments.unpacked },
-        ExportFormat::Parquet => Format::Parquet,
-        ExportFormat::Webdataset => Format::Webdataset,
-        ExportFormat::Binvox => Format::Binvox,
-        ExportFormat::Pcd => Format::Pcd,
-        ExportFormat::Graspit => Format::Graspit,
-        ExportFormat::Mujoco => Format::Mujoco,
-    };
+    let format = arguments.to.0;
     let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;
-    let what = match format {
-        Format::Graspit => "poses",
-        Format::Mujoco => "grasps",
-        _ => "samples",
-    };
-    printer.result(&format!("{} {what} in {} files, in {}", summary.samples, summary.files, summary.folder.display()));
+    let counted = format.counted.of(summary.count);
+    printer.result(&format!("{} {counted} in {} files, in {}", summary.count, summary.files, summary.folder.display()));
     Ok(Exit::Complete)
 }
 
@@ -177,10 +152,6 @@ fn export_failure(error: ExportError) -> Failure {
 
 /// `graspmill digest`.
 pub fn digest(arguments: &DigestArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let root = match SetTable::read(&arguments.dir)? {
-        Some(table) => set::root(&arguments.dir, &table)?,
-        None => Manifest::read(&arguments.dir)?.root.hex(),
-    };
-    printer.result(&root);
+    printer.result(&Manifest::read(&arguments.dir)?.root.hex());
     Ok(Exit::Complete)
 }

@@ -7,14 +7,12 @@ use serde::Serialize;
 use super::{
     args::DiffArgs,
     exit::{Exit, Failure},
+    folder::refuse_set,
     printer::Printer,
-    set, words,
 };
-use crate::{
-    dataset::{DatasetDifference, DatasetReader, ObjectDifference, Reason, SampleCounts, diff as compare},
-    ids::{Digest, ObjectId},
-    job::{SettingDifference, setting_differences},
-};
+use factory::job::{SettingDifference, setting_differences};
+use format::dataset::{DatasetDifference, DatasetReader, ObjectDifference, Reason, SampleCounts, diff as compare};
+use kernel::ids::{Digest, ObjectId};
 
 /// Settings that are written out for people; the JSON has all.
 const MOST_SETTINGS: usize = 40;
@@ -32,8 +30,8 @@ struct DiffJson<'a> {
 /// Compares two datasets: which samples differ, and why.
 pub fn diff(arguments: &DiffArgs, printer: &Printer) -> Result<Exit, Failure> {
     let (a, b) = (&arguments.a, &arguments.b);
-    set::refuse(a)?;
-    set::refuse(b)?;
+    refuse_set(a)?;
+    refuse_set(b)?;
     let difference = compare(a, b)?;
     let texts = [DatasetReader::open(a)?.job_text()?, DatasetReader::open(b)?.job_text()?];
     let settings = setting_differences(&texts[0], &texts[1])
@@ -50,7 +48,7 @@ pub fn diff(arguments: &DiffArgs, printer: &Printer) -> Result<Exit, Failure> {
 /// The same for people.
 fn text(a: &Path, b: &Path, difference: &DatasetDifference, settings: &[SettingDifference]) -> String {
     let DatasetDifference { both, appeared, vanished, channels, objects, examples, packaging, .. } = difference;
-    let samples = words::samples(difference.products[0]);
+    let samples = difference.products[0].samples.many;
     let mut lines = vec![format!("a: {}", a.display()), format!("b: {}", b.display())];
     let SampleCounts { same, changed, now_rejected, now_kept, other_reason } = both;
     let counts = [
@@ -98,7 +96,7 @@ fn reason_words(reason: &Reason) -> String {
         Reason::Platform { key, a, b } => format!("why: platform, {key}: {}, {}", either(a), either(b)),
         Reason::Class { class } => format!("numbers of class {class} differ"),
         Reason::Assets { names } => format!("why: other content of {}", names.join(", ")),
-        Reason::Field {} => "the fields differ".to_owned(),
+        Reason::File { word } => format!("the {word}s differ"),
     }
 }
 

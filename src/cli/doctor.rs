@@ -10,9 +10,8 @@ use super::{
     machine,
     printer::Printer,
 };
-use crate::geom::SimdLevel;
-#[cfg(feature = "sim")]
-use crate::sim::{gl_facts, sim_facts};
+use kernel::geom::SimdLevel;
+use sim::{gl_facts, sim_facts};
 
 /// One line of the check-up.
 #[derive(Serialize)]
@@ -81,7 +80,6 @@ fn disk() -> Finding {
     }
 }
 
-#[cfg(feature = "sim")]
 fn simulator() -> Vec<Finding> {
     let facts = sim_facts();
     let library = facts.library.map_or_else(|| "built in".to_owned(), |path| path.display().to_string());
@@ -109,12 +107,6 @@ fn simulator() -> Vec<Finding> {
         },
         gl,
     ]
-}
-
-#[cfg(not(feature = "sim"))]
-fn simulator() -> Vec<Finding> {
-    let facts = "this build has no simulator (feature `sim`)".to_owned();
-    vec![Finding { what: "MuJoCo", works: false, facts, remedy: "build with default features" }]
 }
 
 fn scans() -> Finding {

@@ -1,20 +1,23 @@
 //! `graspmill estimate`.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::{
     args::EstimateArgs,
     exit::{Exit, Failure},
-    jobs::{self, OpenJob, run_failure},
+    jobs::{self, run_failure},
     machine,
     printer::Printer,
     progress::duration_text,
 };
-use crate::{
+use factory::{
+    Parallelism, RunContext,
     cluster::TaskPlan,
-    ids::Product,
-    job::{Estimate, Job, Work, expected_bytes, grasp_costs, seconds_of_hands},
-    run::{Cancel, Crew, PilotRate, pilot},
+    job::Estimate,
+    run::{OpenJob, PilotRate, pilot},
+    work::{MeasuredCosts, WorkCosts},
 };
 
 /// Samples of the pilot run.
@@ -32,15 +35,15 @@ struct EstimateJson {
     threads: usize,
     /// How the work could be cut on a cluster.
     tasks: Vec<TaskSuggestion>,
-    /// Of one thread, without hands.
+    /// Rates on one thread.
     pilot: PilotRate,
-    /// What hands are expected to add to a sample [s].
+    /// Processor time per sample that the pilot left out [s].
     #[serde(skip_serializing_if = "Option::is_none")]
-    hand_seconds_per_sample: Option<f64>,
+    left_out_seconds_per_sample: Option<f64>,
     refused_meshes: usize,
-    /// Of reachability: the most by which any rotation differs from the nearest orientation of the grid [rad].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    covering_radius: Option<f64>,
+    /// Facts about the work of this product.
+    remarks: Vec<String>,
+    figures: BTreeMap<&'static str, f64>,
 }
 
 /// Tasks of about half an hour.
@@ -61,50 +64,49 @@ pub struct Costs {
     /// Processor time of reading its meshes and making them ready, which every task pays [s].
     pub opening_seconds: f64,
     rate: PilotRate,
-    of_hands: f64,
+    /// Processor time per sample that the pilot left out [s].
+    left_out_seconds: f64,
 }
 
 /// Says what a job would make and how long it would take here, from a pilot of a thousand samples.
 pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let crew = Crew { threads: machine::threads(arguments.job.threads), level: machine::simd_level()? };
+    let parallelism = machine::parallelism(arguments.job.threads)?;
     let cancel = machine::cancel_on_signals()?;
     let text = jobs::text(&arguments.job)?;
-    let open = jobs::open_one(&text, &crew, &cancel)?;
-    let costs = costs(&open, &crew, &cancel)?;
+    let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
+    let open = jobs::open_one(&text, &context)?;
+    let costs = costs(&open, &context)?;
     if arguments.json {
-        printer.json(&report(&open, &crew, &costs))?;
+        printer.json(&report(&open, &parallelism, &costs))?;
     } else {
-        printer.result(&words(&open, &crew, &costs));
+        printer.result(&words(&open, &parallelism, &costs));
     }
     Ok(Exit::Complete)
 }
 
-/// What a job costs on a crew's threads.
-pub fn costs(open: &OpenJob, crew: &Crew, cancel: &Cancel) -> Result<Costs, Failure> {
+/// Cost of a job on the threads of its context.
+pub fn costs(open: &OpenJob, context: &RunContext<'_>) -> Result<Costs, Failure> {
     let OpenJob { job, plan, .. } = open;
-    let rate = match grasp_costs(job) {
-        Some(costs) => PilotRate {
+    let RunContext { parallelism, cancel, .. } = *context;
+    let WorkCosts { measured, left_out_seconds } = job.work.costs();
+    let rate = match measured {
+        Some(MeasuredCosts { sample_seconds, subject_seconds, sample_bytes }) => PilotRate {
             samples: 0,
-            seconds_per_subject: costs.object_seconds,
-            seconds_per_sample: costs.run_seconds,
-            raw_bytes_per_sample: costs.run_bytes,
+            seconds_per_subject: subject_seconds,
+            seconds_per_sample: sample_seconds,
+            raw_bytes_per_sample: sample_bytes,
         },
-        None => pilot(&job.without_hands(), plan, PILOT_SAMPLES, crew.level, cancel).map_err(run_failure)?,
+        None => pilot(job, plan, PILOT_SAMPLES, parallelism.level, cancel).map_err(run_failure)?,
     };
-    let of_hands = seconds_of_hands(job);
-    let per_sample = rate.seconds_per_sample * (1.0 + WRITING) + of_hands;
-    let opening_seconds = job.subjects() as f64 * rate.seconds_per_subject;
+    let subjects = job.work.subjects().len();
+    let per_sample = rate.seconds_per_sample * (1.0 + WRITING) + left_out_seconds;
+    let opening_seconds = subjects as f64 * rate.seconds_per_subject;
     let core_seconds = plan.samples as f64 * per_sample + 2.0 * opening_seconds;
-    let wall = core_seconds / crew.threads as f64;
-    let bytes = expected_bytes(job, rate.raw_bytes_per_sample);
+    let wall = core_seconds / parallelism.threads as f64;
+    let bytes = job.work.expected_bytes(rate.raw_bytes_per_sample);
     let rate_per_second = plan.samples as f64 / wall.max(f64::MIN_POSITIVE);
-    // Subjects of some products have views of their own count.
-    let estimate = Estimate {
-        objects: job.subjects() as u64,
-        views: u64::from(job.views()),
-        ..Estimate::new(1, plan.samples as usize, job.shard_samples, bytes, rate_per_second)
-    };
-    Ok(Costs { estimate, core_seconds, opening_seconds, rate, of_hands })
+    let estimate = Estimate::new(subjects, plan.samples, plan.shards.len(), bytes, rate_per_second);
+    Ok(Costs { estimate, core_seconds, opening_seconds, rate, left_out_seconds })
 }
 
 impl Costs {
@@ -121,19 +123,20 @@ impl Costs {
     }
 }
 
-fn report(open: &OpenJob, crew: &Crew, costs: &Costs) -> impl Serialize {
-    let Costs { estimate, core_seconds, rate, of_hands, .. } = *costs;
+fn report(open: &OpenJob, parallelism: &Parallelism, costs: &Costs) -> impl Serialize {
+    let Costs { estimate, core_seconds, rate, left_out_seconds, .. } = *costs;
     let job = &open.job;
     EstimateJson {
         job: open.digest.to_string(),
         estimate,
         core_hours: core_seconds / 3600.0,
-        threads: crew.threads,
+        threads: parallelism.threads,
         tasks: suggestions(costs),
         pilot: rate,
-        hand_seconds_per_sample: (of_hands > 0.0).then_some(of_hands),
+        left_out_seconds_per_sample: (left_out_seconds > 0.0).then_some(left_out_seconds),
         refused_meshes: job.refused().len(),
-        covering_radius: job.reachability().map(|work| work.poses.covering().radius),
+        remarks: job.work.remarks(),
+        figures: job.work.figures(),
     }
 }
 
@@ -146,12 +149,12 @@ fn suggestions(costs: &Costs) -> Vec<TaskSuggestion> {
     [1, 4, 16].map(suggestion).into()
 }
 
-fn words(open: &OpenJob, crew: &Crew, costs: &Costs) -> String {
+fn words(open: &OpenJob, parallelism: &Parallelism, costs: &Costs) -> String {
     let (job, rate) = (&open.job, &costs.rate);
-    let Estimate { shards, bytes, seconds, .. } = costs.estimate;
-    let (what, more) = in_words(job, &costs.estimate);
-    let of_hands = match costs.of_hands > 0.0 {
-        true => format!(" and {:.0} ms of hands, which the pilot leaves out", 1e3 * costs.of_hands),
+    let Estimate { subjects, samples, shards, bytes, seconds } = costs.estimate;
+    let product = job.product();
+    let left_out = match costs.left_out_seconds > 0.0 {
+        true => format!(" and {:.0} ms that the pilot leaves out", 1e3 * costs.left_out_seconds),
         false => String::new(),
     };
     let tasks = match costs.tasks(1).tasks {
@@ -165,52 +168,35 @@ fn words(open: &OpenJob, crew: &Crew, costs: &Costs) -> String {
             suggestions(costs).into_iter().map(words).collect::<Vec<_>>().join(", or ")
         }
     };
-    format!(
-        "{what} in {shards} shards\n\
-         about {:.1} MB on disk\n\
-         about {} on {} threads here ({:.3} core-hours; {:.3} ms a sample{of_hands}, {:.1} ms {}, {})\n\
-         on a cluster {}\n\
-         {more}job {}",
-        bytes / 1e6,
-        duration_text(std::time::Duration::from_secs_f64(seconds)),
-        crew.threads,
-        costs.core_seconds / 3600.0,
-        1e3 * rate.seconds_per_sample,
-        1e3 * rate.seconds_per_subject,
-        if job.product() == Product::Reachability { "the robot" } else { "an object" },
-        if rate.samples > 0 { format!("over {} samples", rate.samples) } else { "by constants".to_owned() },
-        tasks,
-        open.digest
-    )
-}
-
-/// What a job makes, and what else there is to say of it.
-fn in_words(job: &Job, estimate: &Estimate) -> (String, String) {
-    let Estimate { objects, views, samples, .. } = estimate;
-    match &job.work {
-        Work::Completion(_) => (
-            format!("{objects} objects x {views} views = {samples} samples"),
-            format!("{} meshes refused\n", job.refused().len()),
+    let source = if rate.samples > 0 {
+        format!("over {} {}", rate.samples, product.samples.of(rate.samples))
+    } else {
+        "by constants".to_owned()
+    };
+    let mut lines = vec![
+        format!(
+            "{samples} {} of {subjects} {} in {shards} {}",
+            product.samples.of(samples),
+            product.subjects.of(subjects),
+            if shards == 1 { "shard" } else { "shards" }
         ),
-        Work::Grasps(_) => {
-            let of_trials = grasp_costs(job).map_or(0.0, |costs| costs.trial_seconds);
-            let of_trials = match of_trials > 0.0 {
-                true => format!("{:.0} ms a run of physical trials among it\n", 1e3 * of_trials),
-                false => String::new(),
-            };
-            (
-                format!("{objects} objects x {views} seeds = {samples} runs"),
-                format!("{of_trials}{} meshes refused\n", job.refused().len()),
-            )
-        }
-        Work::Patches(work) => (
-            format!("{samples} grasps of {objects} objects, of {} types", work.grasps.types.chosen.len()),
-            format!("root of the grasps {}\n", work.grasps.root),
+        format!("about {:.1} MB on disk", bytes / 1e6),
+        format!(
+            "about {} on {} threads here ({:.3} core-hours; {:.3} ms per {}{left_out}, {:.1} ms per {}, {source})",
+            duration_text(std::time::Duration::from_secs_f64(seconds)),
+            parallelism.threads,
+            costs.core_seconds / 3600.0,
+            1e3 * rate.seconds_per_sample,
+            product.samples.one,
+            1e3 * rate.seconds_per_subject,
+            product.subjects.one,
         ),
-        Work::Reachability(work) => {
-            let (poses, orientations) = (work.poses.cells(), work.orientations());
-            let what = format!("{views} positions x {orientations} orientations = {poses} poses");
-            (what, format!("{}\n", work.poses.covering()))
-        }
+        format!("on a cluster {tasks}"),
+    ];
+    lines.extend(job.work.remarks());
+    if job.work.objects().is_some() {
+        lines.push(format!("{} meshes refused", job.refused().len()));
     }
+    lines.push(format!("job {}", open.digest));
+    lines.join("\n")
 }

@@ -2,7 +2,7 @@
 
 use std::{fmt, io, path::Path, process::ExitCode};
 
-use crate::dataset::layout;
+use format::dataset::layout;
 
 /// How the program ends: a contract with scripts and schedulers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,15 +16,14 @@ use super::{
     pairs::{self, PairRow},
     printer::Printer,
 };
-use crate::{
+use kernel::{geom::TouchShape, seed::Stream};
+use publish::picture::{Colour, Picture, Solid, SolidView, solid_picture};
+use robot::{
     collision::{Bodies, Geometry, Shape, TouchTest},
-    geom::TouchShape,
     hand::{Driven, Follower, Hand, Motor, Mount},
     kinematics::JointKind,
-    release::picture::{Colour, Picture, Solid, SolidView, solid_picture},
-    seed::Stream,
-    sim::HandModel,
 };
+use sim::HandModel;
 
 /// A contact farther from its link's surface than this is a mistake of the description [m].
 const ON_SURFACE: f64 = 1e-6;
@@ -220,7 +219,7 @@ fn eigengrasps(hand: &Hand) -> Vec<EigengraspRow> {
 }
 
 impl Shapes {
-    fn new(bodies: &Bodies) -> Result<Self, crate::geom::NoSurface> {
+    fn new(bodies: &Bodies) -> Result<Self, kernel::geom::NoSurface> {
         let all = bodies.bodies.iter().flat_map(|body| body.geometries.iter().map(|geometry| (body.link, geometry)));
         let mount = |link, geometry: &Geometry| Mount { link, link_from_frame: geometry.link_from_shape };
         let built = all.map(|(link, geometry)| Ok((mount(link, geometry), TouchShape::new(&geometry.shape)?)));

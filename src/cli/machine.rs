@@ -8,7 +8,8 @@ use std::{
 };
 
 use super::exit::{Exit, Failure};
-use crate::{cluster::granted_threads, geom::SimdLevel, run::Cancel};
+use factory::{Cancel, Parallelism, cluster::granted_threads};
+use kernel::geom::SimdLevel;
 
 /// The SIMD level: `GRASPMILL_SIMD` where it is set, else the best of this machine.
 pub fn simd_level() -> Result<SimdLevel, Failure> {
@@ -27,12 +28,11 @@ pub fn simd_level() -> Result<SimdLevel, Failure> {
     Ok(wanted)
 }
 
-/// Starts the program again with [`crate::sim::GL_ENVIRONMENT`] where the variable is not set; comes back otherwise.
-#[cfg(feature = "sim")]
+/// Starts the program again with [`sim::GL_ENVIRONMENT`] where the variable is not set; comes back otherwise.
 pub fn set_gl_environment() -> Result<(), Failure> {
     use std::{os::unix::process::CommandExt, process::Command};
 
-    let (name, value) = crate::sim::GL_ENVIRONMENT;
+    let (name, value) = sim::GL_ENVIRONMENT;
     if env::var_os(name).is_some() {
         return Ok(());
     }
@@ -41,6 +41,11 @@ pub fn set_gl_environment() -> Result<(), Failure> {
         Exit::Failed,
         format!("cannot start again with {name}={value}: {error}; set it and run again"),
     ))
+}
+
+/// Threads asked for, or those that are granted, with the vector instructions that the environment picks.
+pub fn parallelism(asked: Option<u16>) -> Result<Parallelism, Failure> {
+    Ok(Parallelism { threads: threads(asked), level: simd_level()? })
 }
 
 /// Threads asked for, or as many as affinity, cgroup quota and the cluster's engine grant.

@@ -1,6 +1,7 @@
 //! `graspmill merge`.
 
 use std::{
+    collections::BTreeMap,
     path::Path,
     thread,
     time::{Duration, Instant},
@@ -9,18 +10,15 @@ use std::{
 use super::{
     args::MergeArgs,
     exit::{Exit, Failure},
+    folder::refuse_set,
     jobs::{self, run_failure},
     machine,
     printer::Printer,
     run::{add_views, show},
-    set,
 };
-use crate::{
-    dataset::{layout, listed_shards, read_mark, read_pending},
-    ids::ranges,
-    job::JobText,
-    run::{self, Cancel, Crew, RunError},
-};
+use factory::{Cancel, RunContext, RunError, job::JobText, run};
+use format::dataset::{layout, listed_shards, read_mark, read_pending};
+use kernel::words::number_ranges;
 
 /// Between two looks at the folder.
 const PAUSE: Duration = Duration::from_secs(2);
@@ -28,9 +26,9 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// Closes a dataset whose shards were made by tasks. Its `job.toml` says the rest; the job's own file is not needed.
 pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.dir;
-    set::refuse(folder)?;
+    refuse_set(folder)?;
     let began = Instant::now();
-    let crew = Crew { threads: machine::threads(arguments.threads), level: machine::simd_level()? };
+    let parallelism = machine::parallelism(arguments.threads)?;
     let cancel = machine::cancel_on_signals()?;
     wait(folder, Duration::from_secs(60 * u64::from(arguments.wait)), &cancel, printer)?;
     let job_file = folder.join(layout::JOB);
@@ -38,15 +36,16 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
         let told = format!("{}: {error}; `run --task` writes it", job_file.display());
         Failure::message(Exit::Failed, told)
     })?;
-    let open = jobs::open_text(&text, None, &crew, &cancel, &|_| {})?;
+    let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
+    let open = jobs::open(jobs::read(&text, &BTreeMap::new())?, &context)?;
     let mut header = open.header(folder);
     if let Some(pending) = read_pending(folder)? {
         header.refused = pending.refused;
         header.warnings = pending.warnings;
     }
-    let summary = run::merge(&open.task(&header, folder), &crew, &cancel, &|_| {}).map_err(gap)?;
-    add_views(folder, &open, &summary, &crew, began)?;
-    show(folder, &crew, &summary, began.elapsed().as_secs_f64(), arguments.json, printer)
+    let summary = run::merge(&open.task(&header, folder), &context).map_err(gap)?;
+    add_views(folder, &open, &summary, &parallelism, began)?;
+    show(folder, &parallelism, &summary, began.elapsed().as_secs_f64(), arguments.json, printer)
 }
 
 /// Waits until every shard has its file, by their names alone; says at once what is missing where there is no time to wait.
@@ -88,7 +87,7 @@ fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -
 fn gap(error: RunError) -> Failure {
     let remedy = match &error {
         RunError::Gap { missing, shards, .. } => {
-            let array = ranges(missing);
+            let array = number_ranges(missing).join(",");
             format!(
                 "; make them with an array of --array={array} and `run --task env/{shards}`, or with `submit --retry`, or run the \
                  job again without --task"

@@ -5,10 +5,8 @@ use super::{
     exit::{Exit, Failure},
     printer::Printer,
 };
-use crate::{
-    assets::{ScaleRule, SizeRule, check_report},
-    job::UnitSpec,
-};
+use factory::job::spec::UnitSpec;
+use kernel::assets::{ScaleRule, SizeRule, check_report};
 
 /// Says what each mesh is, what would be repaired, what is refused and how to mend it.
 pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Failure> {

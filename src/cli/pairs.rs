@@ -7,10 +7,8 @@ use std::{
 
 use serde::Serialize;
 
-use crate::{
-    collision::{Bodies, Body, Shape},
-    sim::PairRule,
-};
+use robot::collision::{Bodies, Body, Shape};
+use sim::PairRule;
 
 /// Two bodies and how often they touch.
 #[derive(Serialize)]

@@ -7,11 +7,9 @@ use std::{
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{args::ProgressMode, printer::Printer, words};
-use crate::{
-    ids::Product,
-    run::{Event, Progress},
-};
+use super::{args::ProgressMode, printer::Printer};
+use factory::{Event, Progress};
+use format::Product;
 
 /// Time between two plain or JSON lines.
 const PAUSE: Duration = Duration::from_secs(2);
@@ -20,7 +18,7 @@ const PAUSE: Duration = Duration::from_secs(2);
 pub struct ProgressView {
     look: Look,
     last_line: Mutex<Option<Instant>>,
-    /// What is made, once the plan stands.
+    /// Product of the samples, once the plan stands.
     product: OnceLock<Product>,
 }
 
@@ -57,7 +55,7 @@ impl ProgressView {
         if let Event::Planned { product, .. } = event {
             let _ = self.product.set(*product);
         }
-        let product = self.product.get().copied().unwrap_or(Product::Completion);
+        let product = self.product.get().copied();
         match &self.look {
             Look::Silent => {}
             Look::Json => {
@@ -101,8 +99,8 @@ impl ProgressView {
     }
 }
 
-fn plain_line(event: &Event, product: Product) -> Option<String> {
-    let samples = words::samples(product);
+fn plain_line(event: &Event, product: Option<Product>) -> Option<String> {
+    let samples = plural(product);
     Some(match event {
         Event::Prepared { done, total } => format!("meshes {done}/{total}"),
         Event::Planned { product: _, samples: count, samples_before, shards, shards_before, threads } => {
@@ -119,20 +117,25 @@ fn plain_line(event: &Event, product: Product) -> Option<String> {
     })
 }
 
-fn progress_text(progress: &Progress, product: Product) -> String {
-    let samples = words::samples(product);
-    let rejected = match product {
-        Product::Completion | Product::Grasps | Product::Patches => format!("{} rejected, ", progress.rejected),
-        Product::Reachability => String::new(),
+fn progress_text(progress: &Progress, product: Option<Product>) -> String {
+    let samples = plural(product);
+    let rejected = match progress.rejected {
+        0 => String::new(),
+        rejected => format!("{rejected} rejected, "),
     };
     let share = 100.0 * progress.made as f64 / progress.to_make.max(1) as f64;
     let left = progress.time_left().map_or_else(String::new, |left| format!(", {} left", duration_text(left)));
     format!(
-        "{}/{} {samples} ({share:.0} %), {rejected}{:.0} {samples}/s{left}",
+        "{}/{} {samples} ({share:.0} %), {rejected}{} {samples}/s{left}",
         progress.made,
         progress.to_make,
-        progress.rate()
+        rate_text(progress.rate())
     )
+}
+
+/// A rate with two digits at least: `1250`, `12`, `0.85`.
+pub fn rate_text(rate: f64) -> String {
+    if rate < 10.0 { format!("{rate:.2}") } else { format!("{rate:.0}") }
 }
 
 /// `1 h 02 min`, `3 min 05 s` or `12 s`.
@@ -145,8 +148,13 @@ pub fn duration_text(duration: Duration) -> String {
     }
 }
 
-fn show_bar(bar: &ProgressBar, event: &Event, product: Product) {
-    let samples = words::samples(product);
+/// Noun of several samples; `samples` before the plan stands.
+fn plural(product: Option<Product>) -> &'static str {
+    product.map_or("samples", |product| product.samples.many)
+}
+
+fn show_bar(bar: &ProgressBar, event: &Event, product: Option<Product>) {
+    let samples = plural(product);
     let style =
         |template: &str| ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     match event {

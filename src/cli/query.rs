@@ -9,10 +9,8 @@ use super::{
     exit::{Exit, Failure},
     printer::Printer,
 };
-use crate::{
-    geom::{FieldMetric, PoseLabel},
-    runtime::ReachabilityMap,
-};
+use kernel::geom::{FieldMetric, PoseLabel};
+use runtime::ReachabilityMap;
 
 const AXES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 const FORM: &str = "six numbers x,y,z,roll,pitch,yaw, metres and radians";

@@ -3,15 +3,16 @@
 use super::{
     args::ReleaseArgs,
     exit::{Exit, Failure},
+    folder::refuse_set,
     machine,
     printer::Printer,
-    set, verify,
+    run, verify,
 };
-use crate::release::{Published, ReleaseError, ReleaseOptions, publish};
+use publish::{Published, ReleaseError, ReleaseOptions, make_release};
 
 /// Makes a publication of a dataset.
 pub fn release(arguments: &ReleaseArgs, printer: &Printer) -> Result<Exit, Failure> {
-    set::refuse(&arguments.dir)?;
+    refuse_set(&arguments.dir)?;
     let options = ReleaseOptions {
         folder: &arguments.dir,
         out: &arguments.out,
@@ -19,7 +20,7 @@ pub fn release(arguments: &ReleaseArgs, printer: &Printer) -> Result<Exit, Failu
         recipe: arguments.recipe,
         threads: machine::threads(None),
     };
-    let published = publish(&options).map_err(failure)?;
+    let published = make_release(&options).map_err(failure)?;
     published.notes.iter().for_each(|note| printer.say(&format!("note: {note}")));
     if arguments.json {
         printer.json(&published)?;
@@ -44,6 +45,7 @@ fn failure(error: ReleaseError) -> Failure {
         ReleaseError::Dataset(error) if error.is_foreign() => Failure::new(Exit::BadSpec, error),
         ReleaseError::Dataset(error) => verify::damage(error),
         ReleaseError::NotIntact { .. } => Failure::new(Exit::Mismatch, error),
+        ReleaseError::Preview(error) => run::preview_failure(error),
         ReleaseError::About { .. } | ReleaseError::MayNotShip { .. } | ReleaseError::NothingToLeaveOut { .. } => {
             Failure::new(Exit::BadSpec, error)
         }

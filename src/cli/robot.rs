@@ -14,13 +14,12 @@ use super::{
     pairs::{self, PairRow},
     printer::Printer,
 };
-use crate::{
-    assets::Description,
+use kernel::{assets::Description, seed::Stream};
+use robot::{
     collision::{Body, TouchTest},
     kinematics::{ClosedForm, Joint, JointKind, PlanningGroup},
-    seed::Stream,
-    sim::RobotModel,
 };
+use sim::RobotModel;
 
 /// All that was found.
 #[derive(Serialize)]

@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    path::{self, Path},
+    path::{self, Path, PathBuf},
 };
 
 use serde::Serialize;
@@ -16,11 +16,11 @@ use super::{
     progress::ProgressView,
     run, verify,
 };
-use crate::{
-    dataset::{DatasetError, SetContent, SetEntry, SetTable},
+use factory::{
+    Event, RunContext, RunError,
     job::{JobSet, JobText, SetMember},
-    run::{Crew, RunError},
 };
+use format::dataset::{DatasetError, SetContent, SetEntry, SetTable};
 
 /// A set and what a verb found of its datasets, for machines.
 #[derive(Serialize)]
@@ -35,16 +35,19 @@ struct SetJson<'a, T> {
 
 /// Makes the datasets of a set, one after another, or what is missing of them.
 pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exit, Failure> {
-    let crew = Crew { threads: machine::threads(arguments.job.threads), level: machine::simd_level()? };
+    let parallelism = machine::parallelism(arguments.job.threads)?;
     let set = JobSet::read(text).map_err(|errors| jobs::job_failure(&errors))?;
-    // Colours want the program to start again: rather now than between two datasets.
-    #[cfg(feature = "sim")]
-    if set.jobs.iter().any(|job| job.product == crate::ids::Product::Patches) {
-        machine::set_gl_environment()?;
+    // Nothing is begun before every job that can be read is free of mistakes; the others need datasets that are made first.
+    let mut may_draw = false;
+    for job in &set.jobs {
+        may_draw |= match job.inputs.is_empty() {
+            true => jobs::read(&job.text, &job_inputs(job, &arguments.out)?)?.work.draws_colours,
+            false => true,
+        };
     }
-    // Nothing is begun before every job that can be read is free of mistakes; the others need what is made on the way.
-    for job in set.jobs.iter().filter(|job| job.grasps.is_none()) {
-        jobs::read(&job.text, None)?;
+    // Drawing colours wants the program to start again: now rather than between two datasets.
+    if may_draw {
+        machine::set_gl_environment()?;
     }
     let entry = |job: &SetMember| SetEntry { name: job.name.clone(), product: job.product };
     let mut table = SetTable::new(&set.name, set.jobs.iter().map(entry).collect());
@@ -53,17 +56,18 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     let (mut exit, mut texts, mut reports) = (Exit::Complete, Vec::new(), BTreeMap::new());
     for job in &set.jobs {
         let folder = arguments.out.join(&job.name);
-        let grasps = job.grasps.as_ref().map(|grasps| path::absolute(arguments.out.join(grasps))).transpose()?;
         let view = ProgressView::new(arguments.progress, printer);
         view.name(printer, &job.name);
-        let made = run::make(&job.text, grasps.as_deref(), &folder, &crew, &cancel, |event| view.show(printer, event));
+        let listener = |event: Event| view.show(printer, &event);
+        let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &listener };
+        let made = run::make(&job.text, &job_inputs(job, &arguments.out)?, &folder, &context);
         view.finish();
         let (summary, seconds) = made?;
         if summary.manifest.counts.refused_meshes > 0 {
             exit = Exit::Refused;
         }
-        texts.push(format!("{}\n{}", job.name, run::text(&folder, &crew, &summary, seconds)));
-        let report = serde_json::to_value(run::report(&folder, &crew, &summary, seconds))?;
+        texts.push(format!("{}\n{}", job.name, run::text(&folder, &parallelism, &summary, seconds)?));
+        let report = serde_json::to_value(run::report(&folder, &parallelism, &summary, seconds))?;
         reports.insert(job.name.clone(), report);
     }
     table.finish(&arguments.out).map_err(failure)?;
@@ -97,11 +101,11 @@ pub fn status(arguments: &DatasetArgs, table: &SetTable, printer: &Printer) -> R
 
 /// Checks every dataset of a set, and that `set.json` says what they hold.
 pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
-    let crew = Crew { threads: machine::threads(None), level: machine::simd_level()? };
+    let parallelism = machine::parallelism(None)?;
     let cancel = machine::cancel_on_signals()?;
     let (mut exit, mut texts, mut reports) = (Exit::Complete, Vec::new(), BTreeMap::new());
     for job in &table.jobs {
-        let checked = verify::check(arguments, &arguments.dir.join(&job.name), &crew, &cancel)?;
+        let checked = verify::check(arguments, &arguments.dir.join(&job.name), &parallelism, &cancel)?;
         exit = if checked.exit == Exit::Complete { exit } else { checked.exit };
         texts.push(checked.words());
         reports.insert(job.name.clone(), serde_json::to_value(checked.json())?);
@@ -126,18 +130,17 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
     Ok(exit)
 }
 
-/// Refuses the folder of a set where a verb wants one dataset.
-pub fn refuse(folder: &Path) -> Result<(), Failure> {
-    let Some(table) = SetTable::read(folder)? else { return Ok(()) };
-    let names: Vec<&str> = table.jobs.iter().map(|job| job.name.as_str()).collect();
-    let told = format!("{}: a set of datasets; give one of {} in it", folder.display(), names.join(", "));
-    Err(Failure::message(Exit::BadSpec, told))
+/// Prints the root of a set whose datasets are all finished.
+pub fn digest(folder: &Path, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
+    let unfinished = || Failure::from(DatasetError::Unfinished { folder: folder.to_owned() });
+    printer.result(&table.made.as_ref().map(|made| made.root.hex()).ok_or_else(unfinished)?);
+    Ok(Exit::Complete)
 }
 
-/// The root of a set whose datasets are all finished.
-pub fn root(folder: &Path, table: &SetTable) -> Result<String, Failure> {
-    let unfinished = || Failure::from(DatasetError::Unfinished { folder: folder.to_owned() });
-    table.made.as_ref().map(|made| made.root.hex()).ok_or_else(unfinished)
+/// Folders of the datasets that a job of a set in a folder reads, by the section that names each.
+fn job_inputs(job: &SetMember, folder: &Path) -> Result<BTreeMap<String, PathBuf>, Failure> {
+    let input = |(section, name): (&String, &String)| Ok((section.clone(), path::absolute(folder.join(name))?));
+    job.inputs.iter().map(input).collect()
 }
 
 fn show<T: Serialize>(

@@ -18,12 +18,12 @@ use super::{
     printer::Printer,
     progress::duration_text,
 };
-use crate::{
+use factory::{
+    RunContext,
     cluster::{Backend, Container, Resources, Submission, SubmissionFile, TaskPlan},
-    dataset::{DatasetError, layout, read_mark, scan_shards},
-    ids::ranges,
-    run::Crew,
 };
+use format::dataset::{DatasetError, layout, read_mark, scan_shards};
+use kernel::words::number_ranges;
 
 /// What was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
 const RECORD: &str = "submit.json";
@@ -73,13 +73,14 @@ pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure
         return Ok(Exit::Complete);
     }
     let files = submission.files(&tasks, &path::absolute(folder.join(LOGS))?);
+    let files = files.map_err(|error| Failure::new(Exit::BadSpec, error))?;
     if arguments.print {
         printer.result(&files.iter().map(|file| file.text.as_str()).collect::<Vec<_>>().join("\n"));
         return Ok(Exit::Complete);
     }
     let written = write(&folder, &submission, &files)?;
     let sent = if submission.backend == Backend::Slurm { Some(send(&written)?) } else { None };
-    let report = SubmitReport { submission: &submission, array: ranges(&tasks), files: written, sent };
+    let report = SubmitReport { submission: &submission, array: number_ranges(&tasks).join(","), files: written, sent };
     if arguments.json {
         printer.json(&report)?;
     } else {
@@ -93,17 +94,18 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     let (Some(job), Some(backend)) = (&arguments.job, arguments.backend) else {
         return Err(Failure::message(Exit::BadSpec, "give a job file and --backend, or --retry"));
     };
-    let crew = Crew { threads: machine::threads(None), level: machine::simd_level()? };
+    let parallelism = machine::parallelism(None)?;
     let cancel = machine::cancel_on_signals()?;
     let text = jobs::text(&JobArgs { job: job.clone(), set: arguments.set.clone(), threads: None })?;
-    let open = jobs::open_one(&text, &crew, &cancel)?;
+    let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
+    let open = jobs::open_one(&text, &context)?;
     if let Some(mark) = read_mark(&arguments.out)?
         && mark.job != open.digest
     {
         let (folder, found) = (arguments.out.clone(), mark.job);
         return Err(jobs::run_failure(DatasetError::ForeignJob { folder, found, expected: open.digest }.into()));
     }
-    let costs = estimate::costs(&open, &crew, &cancel)?;
+    let costs = estimate::costs(&open, &context)?;
     let cpus = arguments.cpus;
     let mut plan = costs.tasks(cpus);
     if let Some(asked) = arguments.tasks {

@@ -1,5 +1,7 @@
 //! `graspmill run --task`: one task's share of a dataset.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::{
@@ -8,16 +10,16 @@ use super::{
     jobs::{self, run_failure},
     machine,
     printer::Printer,
-    progress::ProgressView,
-    words,
+    progress::{ProgressView, rate_text},
 };
-use crate::{
+use factory::{
+    Event, RunContext,
     cluster::{TaskChoice, TaskFound},
-    dataset::listed_shards,
     job::{JobSet, JobText},
     plan::Share,
-    run::{self, Crew, Event, ShareSummary},
+    run::{ShareSummary, run_share},
 };
+use format::dataset::listed_shards;
 
 /// What a task made, for machines.
 #[derive(Serialize)]
@@ -49,15 +51,15 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
     let found = choice.find(&machine::variable).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let TaskFound { task, tasks, from } = &found;
     let share = Share::new(*task, *tasks).expect("a task that was found is one of them");
-    let crew = Crew { threads: machine::threads(arguments.job.threads), level: machine::simd_level()? };
+    let parallelism = machine::parallelism(arguments.job.threads)?;
     let cancel = machine::cancel_on_signals()?;
     printer.say(&found.to_string());
     let view = ProgressView::new(arguments.progress, printer);
     let listener = |event: Event| view.show(printer, &event);
     let folder = &arguments.out;
-    let open = jobs::open_text(text, None, &crew, &cancel, &listener)?;
-    let made =
-        run::run_share(&open.task(&open.header(folder), folder), share, &crew, &cancel, &listener).map_err(run_failure);
+    let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &listener };
+    let open = jobs::open(jobs::read(text, &BTreeMap::new())?, &context)?;
+    let made = run_share(&open.task(&open.header(folder), folder), share, &context).map_err(run_failure);
     view.finish();
     let summary = made?;
     let report = TaskReport {
@@ -69,13 +71,13 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
         samples_per_second: if summary.made > 0 { summary.made as f64 / summary.seconds } else { 0.0 },
         dataset_shards: open.plan.shards.len(),
         dataset_shards_there: listed_shards(folder)?.len(),
-        threads: crew.threads,
+        threads: parallelism.threads,
         peak_memory_bytes: machine::peak_memory(),
     };
     if arguments.json {
         printer.json(&report)?;
     } else {
-        printer.result(&self::words(&report, words::samples(open.job.product())));
+        printer.result(&self::words(&report, open.job.product().samples.many));
     }
     Ok(Exit::Complete)
 }
@@ -86,8 +88,8 @@ fn words(report: &TaskReport, samples: &str) -> String {
     let before = if shards_before > 0 { format!(" ({shards_before} of them before)") } else { String::new() };
     let mut lines = vec![format!("task {task} of {tasks}: all of its {shards} shards are there{before}")];
     if made > 0 {
-        let rate = report.samples_per_second;
-        lines.push(format!("{made} {samples} in {seconds:.1} s: {rate:.0} {samples}/s on {threads} threads"));
+        let rate = rate_text(report.samples_per_second);
+        lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} {samples}/s on {threads} threads"));
     }
     lines.push(format!("{dataset_shards_there} of {dataset_shards} shards of {dataset}"));
     if dataset_shards_there == dataset_shards {

@@ -1,6 +1,9 @@
 //! `graspmill verify`.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use serde::Serialize;
 
@@ -10,17 +13,19 @@ use super::{
     jobs::{self, run_failure},
     machine,
     printer::Printer,
-    set, words,
 };
-use crate::{
-    assets::MeshOrigin,
-    dataset::{
-        DatasetError, DatasetReader, Problem, SetTable, VerifyLevel, VerifyOptions, VerifyReport, layout, read_mark,
-    },
-    job::{CompletionDraft, Job, JobDraft, JobText, Truth},
-    release::{ReleaseCheck, check_release},
-    run::{Cancel, Crew, Regeneration, regenerate},
+use factory::{
+    Cancel, Parallelism, RunContext,
+    job::{Job, JobText},
+    run::{Regeneration, regenerate},
 };
+use format::dataset::{
+    DatasetError, DatasetReader, Problem, VerifyLevel, VerifyOptions, VerifyReport, layout, read_mark,
+    verify as check_dataset,
+};
+use kernel::assets::MeshOrigin;
+use publish::{ReleaseCheck, check_release};
+use tables::ParquetIndex;
 
 /// What was found, for machines.
 #[derive(Serialize)]
@@ -53,15 +58,11 @@ pub struct Checked<'a> {
     pub exit: Exit,
 }
 
-/// Checks a dataset; with `--regenerate K`, makes K random samples again from the manifest alone and compares. Of a set, every
-/// dataset.
+/// Checks a dataset; with `--regenerate K`, makes K random samples again from the manifest alone and compares.
 pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure> {
-    if let Some(table) = SetTable::read(&arguments.dir).map_err(damage)? {
-        return set::verify(arguments, &table, printer);
-    }
-    let crew = Crew { threads: machine::threads(None), level: machine::simd_level()? };
+    let parallelism = machine::parallelism(None)?;
     let cancel = machine::cancel_on_signals()?;
-    let checked = check(arguments, &arguments.dir, &crew, &cancel)?;
+    let checked = check(arguments, &arguments.dir, &parallelism, &cancel)?;
     if arguments.json {
         printer.json(&checked.json())?;
     } else {
@@ -82,25 +83,25 @@ pub fn damage(error: DatasetError) -> Failure {
 pub fn check<'a>(
     arguments: &'a VerifyArgs,
     folder: &Path,
-    crew: &Crew,
+    parallelism: &Parallelism,
     cancel: &Cancel,
 ) -> Result<Checked<'a>, Failure> {
     let job_file = folder.join(layout::JOB);
     let text = JobText::open(&job_file, &arguments.set);
-    // The settings alone, meshes unopened: whether partial must lie inside complete.
-    let draft = text.as_ref().ok().and_then(|text| jobs::read(text, None).ok());
-    let any_overlap =
-        draft.as_ref().and_then(JobDraft::completion).is_some_and(|CompletionDraft { settings, .. }| {
-            settings.truth == Truth::AnyOverlap && settings.sensor.is_none() && !settings.drop_index_zero
-        });
-    let options =
-        VerifyOptions { level: VerifyLevel::Full, partial_inside_complete: any_overlap, threads: crew.threads };
-    let mut report = crate::dataset::verify(folder, options, |_| {}).map_err(damage)?;
+    // The settings alone, meshes unopened, say which rules its records obey.
+    let draft = text.as_ref().ok().and_then(|text| jobs::read(text, &BTreeMap::new()).ok());
+    let options = VerifyOptions {
+        level: VerifyLevel::Full,
+        rules: draft.as_ref().map_or(&[], |draft| draft.work.rules.as_slice()),
+        index: Some(&ParquetIndex),
+        threads: parallelism.threads,
+    };
+    let mut report = check_dataset(folder, options, |_| {}).map_err(damage)?;
     // The shards of a small dataset do not say how large they might have been; its job does.
     if let (Some(draft), Ok(Some(mark))) = (&draft, read_mark(folder))
-        && mark.shard_samples != draft.shard_samples
+        && mark.shard_samples != draft.work.shard_samples
     {
-        let what = format!("it says shards of {} samples, job.toml {}", mark.shard_samples, draft.shard_samples);
+        let what = format!("it says shards of {} samples, job.toml {}", mark.shard_samples, draft.work.shard_samples);
         report.problems.push(Problem {
             file: layout::RUN.to_owned(),
             shard: None,
@@ -116,7 +117,8 @@ pub fn check<'a>(
     let mut regenerated = None;
     let whole = release.as_ref().is_none_or(|release| release.left_out.is_empty());
     if let (Some(count), true) = (arguments.regenerate, report.is_intact() && whole) {
-        let open = jobs::open_text(&text?, None, crew, cancel, &|_| {})?;
+        let context = RunContext { parallelism, cancel, listener: &|_| {} };
+        let open = jobs::open(jobs::read(&text?, &BTreeMap::new())?, &context)?;
         let reader = DatasetReader::open(folder)?;
         if open.digest != reader.manifest().job {
             let others = changed_objects(&reader, &open.job)?;
@@ -132,7 +134,7 @@ pub fn check<'a>(
             );
             return Err(Failure::message(Exit::Mismatch, message));
         }
-        let made = regenerate(&reader, &open.job, &open.plan, count, arguments.seed, crew, cancel);
+        let made = regenerate(&reader, &open.job, &open.plan, count, arguments.seed, &context);
         regenerated = Some(made.map_err(run_failure)?);
     }
     let same = regenerated.as_ref().is_none_or(|regenerated| regenerated.differences.is_empty());
@@ -180,7 +182,7 @@ impl Checked<'_> {
     pub fn words(&self) -> String {
         let Self { arguments, folder, report, regenerated, release, .. } = self;
         let folder = folder.display();
-        let samples = words::samples(report.product);
+        let samples = report.product.samples.many;
         let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
         lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
         lines.push(format!(

@@ -15,10 +15,12 @@ use super::{
     error::RobotError,
     robot::{RobotModel, index, isometry},
 };
-use crate::{
+use kernel::{
     assets::read_triangles,
-    collision::{Bodies, Body, Geometry},
     geom::{Shape, Triangles},
+};
+use robot::{
+    collision::{Bodies, Body, Geometry},
     kinematics::Joint,
 };
 

@@ -14,7 +14,7 @@ use super::{
     robot::isometry,
     true_mesh::{ColliderLoan, TrueMeshCollider},
 };
-use crate::hand::{Driven, Hand, Motor};
+use robot::hand::{Driven, Hand, Motor};
 
 /// A motor speeds up with this share of what stops it: started at once, it would feel its own gears as an obstacle.
 pub(super) const START: f64 = 0.2;
@@ -570,12 +570,16 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::{collision::Geometry, geom::Shape, sim::HandModel};
+    use crate::HandModel;
+    use kernel::geom::Shape;
+    use robot::collision::Geometry;
 
     /// Numbers that blow up are told, and the next run is as good as new.
     #[test]
     fn instability_is_caught_and_forgotten() {
-        let model = HandModel::open(Path::new("scenes/barrett_bh8_280.xml")).expect("the hand");
+        let model =
+            HandModel::open(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/barrett_bh8_280.xml")))
+                .expect("the hand");
         let ball = Geometry { shape: Shape::Sphere { radius: 0.03 }, link_from_shape: IsometryMatrix3::identity() };
         let sim = Arc::new(HandSim::new(&model, &[ball]).expect("a simulation"));
         let place = IsometryMatrix3::translation(0.0, 0.0, 0.13);

@@ -12,7 +12,7 @@ use super::{
     ffi,
     gl::GlView,
 };
-use crate::geom::{CameraCv, Intrinsics, Object, Pose};
+use kernel::geom::{CameraCv, Intrinsics, Object, Pose};
 
 /// Lights beside the one at the camera.
 pub const LIGHTS: usize = 2;
@@ -121,10 +121,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::{
-        geom::TriMesh,
-        sim::{Inertia, SimModel},
-    };
+    use crate::{Inertia, SimModel};
+    use kernel::geom::TriMesh;
 
     /// A square plate in the plane z = 0, both sides.
     fn plate() -> TriMesh {

@@ -13,7 +13,7 @@ use super::{
     error::RobotError,
     robot::{RobotModel, index},
 };
-use crate::collision::{Bodies, TouchTest};
+use robot::collision::{Bodies, TouchTest};
 
 /// Two bodies that MuJoCo finds in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +64,7 @@ impl RobotModel {
         let model = &self.model;
         let home = model.name_to_id(MjtObjBase::mjOBJ_KEY, "home");
         let home = home.map_or(model.qpos0(), |key| &model.key_qpos()[key * model.qpos0().len()..]);
-        let value = |joint: &crate::kinematics::Joint| {
+        let value = |joint: &robot::kinematics::Joint| {
             let value = home[index(model.jnt_qposadr()[self.joint(&joint.name)?])];
             Ok(joint.limits.map_or(value, |limits| value.max(limits.low).min(limits.high)))
         };

@@ -13,7 +13,7 @@ use mujoco_rs::{
 use nalgebra::{Point3, UnitQuaternion};
 
 use super::{colour::add_lights, error::SimError, ffi, gl::GlView, scene::pose_from};
-use crate::geom::{CameraCv, CameraGl, DepthCrop, Intrinsics, Object, Pose, TriMesh, World};
+use kernel::geom::{CameraCv, CameraGl, DepthCrop, Intrinsics, Object, Pose, TriMesh, World};
 
 /// The scene travels in the program, so that a job needs no file beside it.
 const SCENE: &str = include_str!("../../scenes/single_view.xml");
@@ -312,7 +312,7 @@ fn open_crop(crop: &mut DepthCrop, pixels: &PixelBox) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::rotation_from_rpy;
+    use kernel::geom::rotation_from_rpy;
 
     fn job_camera() -> Intrinsics {
         Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("the default camera")

@@ -47,7 +47,7 @@ pub enum SceneError {
         /// The camera.
         name: String,
         /// What is wrong.
-        source: crate::geom::InvalidIntrinsics,
+        source: kernel::geom::InvalidIntrinsics,
     },
 }
 
@@ -63,7 +63,7 @@ pub enum RobotError {
         message: String,
     },
     /// A file that the description names is not there.
-    #[error("{}: {} is not there; {}", path.display(), file.display(), crate::assets::missing_remedy(file))]
+    #[error("{}: {} is not there; {}", path.display(), file.display(), kernel::assets::missing_remedy(file))]
     Missing {
         /// The robot.
         path: PathBuf,
@@ -78,7 +78,7 @@ pub enum RobotError {
         /// The geom that shows it.
         geom: String,
         /// What is wrong.
-        source: Box<crate::assets::MeshRefusal>,
+        source: Box<kernel::assets::MeshRefusal>,
     },
     /// A mesh has no surface.
     #[error("{}: {source}", path.display())]
@@ -86,7 +86,7 @@ pub enum RobotError {
         /// The robot.
         path: PathBuf,
         /// What is wrong.
-        source: crate::geom::NoSurface,
+        source: kernel::geom::NoSurface,
     },
     /// Two bodies touch while the robot rests.
     #[error("{}: {first:?} touches {second:?} at rest; if they may touch, <contact><exclude body1={first:?} body2={second:?}/></contact> says so; `graspmill robot check` finds all such pairs", path.display())]
@@ -214,7 +214,7 @@ pub enum RobotError {
         /// The robot.
         path: PathBuf,
         /// What is wrong.
-        source: crate::kinematics::InvalidGroup,
+        source: robot::kinematics::InvalidGroup,
     },
 }
 
@@ -226,7 +226,7 @@ pub enum HandError {
     Robot(#[from] RobotError),
     /// A table that is wrong or does not fit.
     #[error(transparent)]
-    Table(#[from] crate::hand::HandTableError),
+    Table(#[from] robot::hand::HandTableError),
     /// A coupling that is not read.
     #[error("{}: <equality>: joint {joint:?} {reason}", path.display())]
     Coupling {

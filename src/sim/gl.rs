@@ -17,7 +17,7 @@ use super::{
     error::GlError,
     ffi::{self, GlContext},
 };
-use crate::geom::Intrinsics;
+use kernel::geom::Intrinsics;
 
 /// Far plane [m]. With reversed z the depth's precision hardly depends on it.
 const FAR: f64 = 100.0;

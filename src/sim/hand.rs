@@ -14,7 +14,7 @@ use super::{
     ffi::drop_free_joints,
     robot::{RobotModel, index, isometry},
 };
-use crate::{
+use robot::{
     collision::{Bodies, Body, Shape},
     hand::{Coupling, Hand, HandTable, Mount, Skeleton},
     kinematics::{JointTree, TreeJoint},

@@ -27,10 +27,12 @@ use super::{
     robot::{index, isometry},
     true_mesh::{self, TrueMesh, TrueMeshCollider},
 };
-use crate::{
-    collision::Geometry,
+use kernel::{
     contact::{ContactSurface, Probe},
     geom::{MassProperties, Shape, TriMesh},
+};
+use robot::{
+    collision::Geometry,
     hand::{Hand, Mount},
     kinematics::JointKind,
 };

@@ -32,6 +32,7 @@ impl SimFacts {
         let mut platform = BTreeMap::from([
             ("libmujoco".to_owned(), self.digest.clone().unwrap_or_else(|| format!("{}, unknown file", self.version))),
             ("libc".to_owned(), self.libc.clone()),
+            ("mujoco".to_owned(), self.version.clone()),
             ("processor".to_owned(), processor_level().to_owned()),
         ]);
         if let Some(gl) = gl {

@@ -18,10 +18,8 @@ use mujoco_rs::{
 use nalgebra::{IsometryMatrix3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
 use super::{error::RobotError, ffi, scene::pose_from};
-use crate::{
-    geom::{EndEffector, Pose, World},
-    kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts},
-};
+use kernel::geom::{EndEffector, Pose, World};
+use robot::kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 
 /// A robot's description, compiled by MuJoCo.
 pub struct RobotModel {

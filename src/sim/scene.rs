@@ -13,7 +13,7 @@ use mujoco_rs::{
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use super::{error::SceneError, ffi};
-use crate::geom::{CameraGl, Intrinsics, Pose, World};
+use kernel::geom::{CameraGl, Intrinsics, Pose, World};
 
 /// Intrinsics and pose of a camera of an MJCF scene, the scene in its initial state.
 ///
@@ -43,7 +43,7 @@ pub fn scene_camera(path: &Path, name: &str) -> Result<(Intrinsics, Pose<World, 
 }
 
 /// A frame in the world, from MuJoCo's position [m] and row-major rotation.
-pub(super) fn pose_from<F: crate::geom::Frame>(position: &[f64; 3], rotation: &[f64; 9]) -> Pose<World, F> {
+pub(super) fn pose_from<F: kernel::geom::Frame>(position: &[f64; 3], rotation: &[f64; 9]) -> Pose<World, F> {
     Pose::new(Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rotation)), Vector3::from_column_slice(position))
 }
 

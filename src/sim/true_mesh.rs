@@ -13,7 +13,7 @@ use mujoco_rs::wrappers::{
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Vector3};
 
 use super::{bodies::solid, robot::index};
-use crate::contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact};
+use kernel::contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact};
 
 /// The geom and the mesh that stand for a true mesh.
 const NAME: &str = "graspmill true mesh";
@@ -164,13 +164,13 @@ mod tests {
     };
 
     use super::*;
-    use crate::{
+    use kernel::{
         assets::{MeshSource, PreparedMesh, list_folder, prepare},
         voxel::InsideTest,
     };
 
     fn scan(name: &str) -> PreparedMesh {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(".deps/ycb");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.deps/ycb");
         let files = list_folder(&folder).unwrap_or_else(|error| panic!("{error}; `make setup` fetches the scans"));
         let path = files.into_iter().find(|file| file.to_string_lossy().contains(name)).expect("a scan");
         prepare(&MeshSource::of_file(name, &path)).expect("a sound scan")

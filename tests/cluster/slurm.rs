@@ -1,14 +1,17 @@
-//! A real Slurm of four nodes and GNU parallel, on this machine; root, and the packages slurm-wlm, munge and parallel.
+//! A real Slurm of four nodes and GNU parallel, on this machine; needs root, and the packages slurm-wlm, munge and parallel.
+#![expect(clippy::print_stdout, reason = "figures for the log")]
 
 use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
     thread,
     time::{Duration, Instant},
 };
 
-use super::{assert_same, ends_with, root, text};
+use super::{JOB, assert_same, make_plain, merge, submit, write_job};
+use crate::support::{
+    files::{list_names, read_text},
+    program::{Outcome, Program, print_root},
+    workspace::Workspace,
+};
 
 /// All scans, and a mesh that is refused.
 const SCANS: &str = r#"
@@ -26,37 +29,33 @@ samples = 500
 "#;
 
 struct Slurm {
-    folder: tempfile::TempDir,
+    folder: Workspace,
 }
 
 impl Slurm {
     fn start() -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let slurm = Self { folder };
-        slurm.script("start");
+        let slurm = Self { folder: Workspace::new() };
+        slurm.script("start").succeed();
         slurm
     }
 
-    fn script(&self, verb: &str) {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cluster/slurm.sh");
-        let done = Command::new(script).arg(verb).arg(self.folder.path()).output().expect("bash starts");
-        assert!(done.status.success(), "slurm.sh {verb}: {}", text(&done.stderr));
+    fn script(&self, verb: &str) -> Program {
+        Program::of_system("tests/cluster/slurm.sh").arg(verb).arg(self.folder.folder())
     }
 
-    /// A command of Slurm's: what it prints, or says is wrong.
-    fn try_call(&self, program: &str, arguments: &[&str]) -> Result<String, String> {
-        let mut command = Command::new(program);
-        let done = command.args(arguments).env("SLURM_CONF", self.conf()).output().expect("Slurm is installed");
-        if done.status.success() { Ok(text(&done.stdout)) } else { Err(text(&done.stderr)) }
+    /// Gives a program the configuration of this Slurm.
+    fn with_conf(&self, program: Program) -> Program {
+        program.env("SLURM_CONF", self.folder.path("slurm.conf"))
+    }
+
+    /// Calls a program of Slurm's, which may fail.
+    fn try_call(&self, program: &str, arguments: &[&str]) -> Outcome {
+        self.with_conf(Program::of_system(program)).args(arguments).finish()
     }
 
     #[track_caller]
     fn call(&self, program: &str, arguments: &[&str]) -> String {
-        self.try_call(program, arguments).unwrap_or_else(|error| panic!("{program} {arguments:?}: {error}"))
-    }
-
-    fn conf(&self) -> PathBuf {
-        self.folder.path().join("slurm.conf")
+        self.with_conf(Program::of_system(program)).args(arguments).succeed().stdout
     }
 
     /// State, node and reason of each task of an array, of the queue as it is now, finished ones included.
@@ -72,11 +71,8 @@ impl Slurm {
     }
 
     /// Sends a job; the numbers of its array and of its merge.
-    fn submit(&self, arguments: &[&str]) -> (String, String) {
-        let mut command = super::program();
-        let done = command.args(arguments).env("SLURM_CONF", self.conf()).output().expect("graspmill starts");
-        let told = text(&done.stdout);
-        assert!(done.status.success(), "{told}{}", text(&done.stderr));
+    fn submit(&self, submit: Program) -> (String, String) {
+        let told = self.with_conf(submit).succeed().stdout;
         println!("{told}");
         let sent = told.lines().find_map(|line| line.strip_prefix("sent: tasks ")).expect("it was sent");
         let (tasks, merge) = sent.split_once(", then the merge ").expect("a merge");
@@ -91,8 +87,7 @@ impl Slurm {
 
 impl Drop for Slurm {
     fn drop(&mut self) {
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cluster/slurm.sh");
-        let _ = Command::new(script).arg("stop").arg(self.folder.path()).output();
+        self.script("stop").finish();
     }
 }
 
@@ -110,21 +105,19 @@ fn wait_for(what: &str, mut so: impl FnMut() -> bool) {
 fn kill_task(task: u32) {
     let pattern = format!("graspmill run .* --task {task}/32 ");
     wait_for("the program of a task", || {
-        Command::new("pkill").args(["-KILL", "-f", "--", &pattern]).status().expect("pkill").success()
+        Program::of_system("pkill").args(["-KILL", "-f", "--", &pattern]).finish().code == Some(0)
     });
 }
 
 #[test]
 #[ignore = "slow: a real Slurm; root, packages slurm-wlm and munge"]
 fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
-    let place = super::Place::new();
-    fs::write(place.job(), SCANS).expect("a job file");
-    let plain = place.path("plain");
-    ends_with(3, &["run", &place.job(), "--out", &plain, "--progress", "none"]);
+    let workspace = write_job(SCANS);
+    let plain = make_plain(&workspace);
     let slurm = Slurm::start();
-    let out = place.path("out");
+    let out = workspace.path("out");
     let resources = ["--cpus", "1", "--memory", "400", "--tasks", "32", "--backend", "slurm"];
-    let (array, merge) = slurm.submit(&[&["submit", &place.job(), "--out", &out], &resources[..]].concat());
+    let (array, merging) = slurm.submit(submit(&workspace, &out).args(resources));
     // One fails hard, whenever it begins.
     let killer = thread::spawn(|| kill_task(31));
 
@@ -133,14 +126,14 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
         tasks.filter(|(_, state, on)| state == "RUNNING" && node.is_none_or(|node| node == on)).collect::<Vec<_>>()
     };
     let logs = || -> String {
-        let logs = fs::read_dir(Path::new(&out).join("cluster/logs")).expect("logs");
-        logs.map(|log| fs::read_to_string(log.expect("a log").path()).expect("text")).collect()
+        let folder = out.join("cluster/logs");
+        list_names(&folder).into_iter().map(|log| read_text(folder.join(log))).collect()
     };
-    // A node dies with its tasks: what runs on it goes on, unseen, beside the tasks that take its place.
+    // A node dies with its tasks: their programs go on, unseen, beside the tasks that replace them.
     wait_for("tasks on n2", || !running(Some("n2")).is_empty());
     let lost = running(Some("n2"));
-    let pid = fs::read_to_string(slurm.folder.path().join("slurmd-n2.pid")).expect("slurmd of n2");
-    Command::new("kill").args(["-KILL", pid.trim()]).status().expect("kill");
+    let pid = slurm.folder.read("slurmd-n2.pid");
+    Program::of_system("kill").args(["-KILL", pid.trim()]).finish();
     slurm.call("scontrol", &["update", "nodename=n2", "state=down", "reason=test"]);
     // One is signalled as before its time is up, and sends itself into the queue again.
     let mut signalled = vec![31];
@@ -149,7 +142,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
         if let Some((task, _, _)) = other {
             // A second signal would end it at once. Slurm may say that it can't now, and have done it.
             signalled.push(task);
-            let _ = slurm.try_call("scancel", &["--batch", "--signal=USR1", &format!("{array}_{task}")]);
+            slurm.try_call("scancel", &["--batch", "--signal=USR1", &format!("{array}_{task}")]);
             thread::sleep(Duration::from_secs(2));
         }
         logs().contains("interrupted; run the same command again")
@@ -159,7 +152,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
     let hurry = |job: &str| {
         for (task, state, _) in slurm.tasks(job) {
             if state == "PENDING" {
-                let _ = slurm.try_call("scontrol", &["update", &format!("jobid={job}_{task}"), "StartTime=now"]);
+                slurm.try_call("scontrol", &["update", &format!("jobid={job}_{task}"), "StartTime=now"]);
             }
         }
     };
@@ -170,20 +163,20 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
     let failed: Vec<u32> =
         slurm.tasks(&array).into_iter().filter(|(_, state, _)| state == "FAILED").map(|(task, _, _)| task).collect();
     assert_eq!(failed, [31], "the one that was killed");
-    let (told, _) = ends_with(0, &["status", &out]);
+    let told = Program::on("status", &out).succeed().stdout;
     println!("lost with the node: {lost:?}; failed: {failed:?}\n{told}");
     assert!(told.contains("submit --retry"), "{told}");
     wait_for("the merge to be given up", || {
-        let state = slurm.state(&merge);
+        let state = slurm.state(&merging);
         state.is_empty() || state.starts_with("CANCELLED")
     });
 
-    let (array, merge) = slurm.submit(&["submit", "--retry", "--out", &out]);
+    let (array, merging) = slurm.submit(Program::new("submit").arg("--retry").option("--out", &out));
     wait_for("the merge", || {
         hurry(&array);
-        slurm.state(&merge).starts_with("COMPLETED")
+        slurm.state(&merging).starts_with("COMPLETED")
     });
-    assert_eq!(root(&plain), root(&out));
+    assert_eq!(print_root(&plain), print_root(&out));
     assert_same(&plain, &out);
     assert!(logs().contains("empty.stl"), "the merge names the refused mesh");
 }
@@ -191,18 +184,15 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
 #[test]
 #[ignore = "slow: needs a package of its own, which make test-slow installs"]
 fn kubernetes_takes_the_manifest() {
-    let place = super::Place::new();
-    let manifest = place.path("manifest.yaml");
-    let asked = ["submit", &place.job(), "--out", &place.path("out"), "--tasks", "8", "--print"];
-    let engine = ["--backend", "kubernetes", "--image", "factory:1", "--claim", "data=/data"];
-    let sound = ends_with(0, &[&asked[..], &engine[..]].concat()).0;
-    // Of Kubernetes' own schema, version by version; what it does not know is an error.
+    let workspace = write_job(JOB);
+    let asked = ["--tasks", "8", "--print", "--backend", "kubernetes", "--image", "factory:1", "--claim", "data=/data"];
+    let sound = submit(&workspace, &workspace.path("out")).args(asked).succeed().stdout;
+    // By Kubernetes' own schema, version by version; unknown keys are errors.
     let validate = |text: &str| {
-        fs::write(&manifest, text).expect("a file");
-        let mut command = Command::new(".deps/kubernetes/bin/kubernetes-validate");
-        let done = command.args(["--strict", &manifest]).output().expect("make test-slow installs it");
-        println!("{}{}", self::text(&done.stdout), self::text(&done.stderr));
-        done.status.success()
+        let manifest = workspace.write("manifest.yaml", text);
+        let done = Program::peer("kubernetes/bin/kubernetes-validate").option("--strict", manifest).finish();
+        println!("{}", done.text());
+        done.code == Some(0)
     };
     assert!(validate(&sound));
     assert!(!validate(&sound.replace("backoffLimitPerIndex", "backoffLimitPerIndx")), "the validator sees mistakes");
@@ -211,19 +201,17 @@ fn kubernetes_takes_the_manifest() {
 #[test]
 #[ignore = "slow: needs GNU parallel"]
 fn gnu_parallel_makes_the_bytes_of_one_process() {
-    let place = super::Place::new();
-    let (plain, job, out) = (place.plain(), place.job(), place.path("out"));
+    let workspace = write_job(JOB);
+    let (plain, out) = (make_plain(&workspace), workspace.path("out"));
     let asked = ["--backend", "parallel", "--tasks", "8", "--at-once", "2", "--cpus", "1"];
-    ends_with(0, &[&["submit", &job, "--out", &out], &asked[..]].concat());
-    let done = Command::new("bash").arg(format!("{out}/cluster/parallel.sh")).output().expect("bash starts");
-    assert_eq!(done.status.code(), Some(3), "{}{}", text(&done.stdout), text(&done.stderr));
+    submit(&workspace, &out).args(asked).succeed();
+    Program::of_system("bash").arg(out.join("cluster/parallel.sh")).expect_code(3);
     assert_same(&plain, &out);
     // By its own variable, too.
-    let out = place.path("env");
-    let program = env!("CARGO_BIN_EXE_graspmill");
-    let line = format!("seq 5 | parallel -N0 --jobs 2 {program} run {job} --out {out} --task env/5 --progress none");
-    let done = Command::new("bash").args(["-c", &line]).output().expect("bash starts");
-    assert!(done.status.success(), "{}", text(&done.stderr));
-    ends_with(3, &["merge", &out]);
+    let (job, out) = (workspace.path("job.toml"), workspace.path("env"));
+    let run = format!("run {} --out {} --task env/5 --progress none", job.display(), out.display());
+    let line = format!("seq 5 | parallel -N0 --jobs 2 {} {run}", env!("CARGO_BIN_EXE_graspmill"));
+    Program::of_system("bash").option("-c", line).succeed();
+    merge(&out);
     assert_same(&plain, &out);
 }

@@ -1,10 +1,11 @@
-//! The format, from the outside.
+//! The format, from the outside: written and read by us, by readers that are not ours, and in other formats.
 
 mod classes;
 mod damage;
+mod export;
 mod golden;
-mod made;
 mod peers;
-#[path = "../python/mod.rs"]
-mod python;
+mod python_package;
 mod reading;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,24 +1,30 @@
-//! What people and planners get out of a dataset: answers, files for other programs.
-
-use std::{fs, path::Path};
+//! Datasets for people and planners: answers, reports, previews, and files for other programs.
 
 use graspmill::{
-    dataset::{DatasetReader, Selection, read_field},
+    format::{
+        dataset::{DatasetReader, Selection},
+        products::reachability::read_field,
+    },
     geom::PoseLabel,
     runtime::ReachabilityMap,
 };
 use serde_json::Value;
 
-use super::{ARM, Place, command, on, python};
+use super::{ORIENTATIONS, query, run, write_job};
+use crate::support::{
+    files::read_text,
+    program::{Program, print_by_rerun},
+    robots::FETCH_ARM,
+};
 
 #[test]
 fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
-    let place = Place::new();
-    let data = place.run("data", &[]);
+    let workspace = write_job(ORIENTATIONS);
+    let data = run(&workspace, "data", &[]);
     let mut map = ReachabilityMap::open(&data).expect("a map");
     let field = read_field(&data).expect("a field");
     assert_eq!((map.labels(), map.distances()), (field.labels.as_slice(), field.distances.as_slice()));
-    assert_eq!((map.robot().joints.as_slice(), map.has_witnesses()), (&ARM.map(str::to_owned)[..], false));
+    assert_eq!((map.robot().joints.as_slice(), map.has_witnesses()), (&FETCH_ARM.map(str::to_owned)[..], false));
     map.read_witnesses(&data).expect("witnesses");
     let mut cell = 0;
     for sample in DatasetReader::open(&data).expect("a dataset").iter(Selection::default()) {
@@ -30,32 +36,26 @@ fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
     }
     assert_eq!(cell, map.grid().cells());
     // Witnesses of another robot's map, and of none.
-    let other = place.run("other", &["--set", "poses.z.from=0.6"]);
+    let other = run(&workspace, "other", &["--set", "poses.z.from=0.6"]);
     let error = ReachabilityMap::open(&other).expect("a map").read_witnesses(&data).unwrap_err().to_string();
     assert!(error.contains("not of this map's field"), "{error}");
-    let error = ReachabilityMap::open(&place.path("nowhere")).err().expect("no map").to_string();
+    let error = ReachabilityMap::open(&workspace.path("nowhere")).err().expect("no map").to_string();
     assert!(error.contains("field.mcap") && error.contains("run"), "{error}");
 }
 
 #[test]
 fn poses_are_asked_for_on_the_command_line_and_in_files() {
-    let place = Place::new();
-    let data = place.run("data", &[]);
+    let workspace = write_job(ORIENTATIONS);
+    let data = run(&workspace, "data", &[]);
     let field = read_field(&data).expect("a field");
     let (grid, labels) = (&field.header.grid, &field.labels);
     let cell_of = |wanted| labels.iter().position(|label| *label == wanted).expect("a cell of each label");
-    let ask = |arguments: &[&str]| {
-        let done = command(&["query", "reach"]).arg(&data).args(arguments).output().expect("graspmill starts");
-        let [out, err] = [done.stdout, done.stderr].map(|bytes| String::from_utf8(bytes).expect("text"));
-        (done.status.code(), out, err)
-    };
+    let ask = |arguments: &[&str]| query(&data, arguments);
     let (free, never) = (cell_of(PoseLabel::Reachable), cell_of(PoseLabel::NoSolution));
     let [free_text, never_text] = [free, never].map(|cell| grid.pose(cell).map(|value| value.to_string()).join(","));
-    let path = place.path("poses.csv");
-    fs::write(&path, format!("x,y,z,roll,pitch,yaw\n{never_text}\n-3,0.1,0.9,0,0.5,0.2\n")).expect("a file");
-    let (code, out, err) = ask(&["--pose", &free_text, "--csv", &path.display().to_string(), "--json"]);
-    assert_eq!(code, Some(0), "{err}");
-    let answers: Value = serde_json::from_str(&out).expect("JSON on stdout");
+    let csv = format!("x,y,z,roll,pitch,yaw\n{never_text}\n-3,0.1,0.9,0,0.5,0.2\n");
+    let path = workspace.write("poses.csv", csv).display().to_string();
+    let answers: Value = ask(&["--pose", &free_text, "--csv", &path, "--json"]).succeed().json();
     let [inside, outside, far] = answers["poses"].as_array().expect("poses").as_slice() else { panic!("{answers}") };
     for (answer, cell) in [(inside, free), (outside, never)] {
         assert_eq!((&answer["nearest"]["cell"], &answer["inside_grid"]), (&cell.into(), &true.into()), "{answer}");
@@ -64,40 +64,38 @@ fn poses_are_asked_for_on_the_command_line_and_in_files() {
         assert!((distance - f64::from(field.distances[cell])).abs() < 1e-6, "{answer}");
         assert_eq!(answer["gradient"].as_array().map(Vec::len), Some(6));
     }
-    assert_eq!(inside["nearest"]["witness"].as_array().map(Vec::len), Some(ARM.len()));
+    assert_eq!(inside["nearest"]["witness"].as_array().map(Vec::len), Some(FETCH_ARM.len()));
     assert!(outside["nearest"].get("witness").is_none());
     assert_eq!((far["inside_grid"].as_bool(), &answers["unit"]), (Some(false), &"metres".into()));
     assert!(far["distance"].as_f64() > Some(3.0), "{far}");
 
-    let (code, out, _) = ask(&["--pose=-3,0.1,0.9,0,0.5,0.2", "--pose", &free_text]);
-    assert!(code == Some(0) && out.contains("OUTSIDE THE GRID") && out.contains("elbow_flex_joint"), "{out}");
+    let said = ask(&["--pose=-3,0.1,0.9,0,0.5,0.2", "--pose", &free_text]).succeed().stdout;
+    assert!(said.contains("OUTSIDE THE GRID") && said.contains("elbow_flex_joint"), "{said}");
     for (arguments, says) in [
         (vec!["--pose", "1,2,3"], "--pose 1,2,3 (number 1): 3 values; give six numbers"),
         (vec!["--pose", "1,2,3,0,0,north"], "yaw = 'north' is no finite number"),
         (vec!["--csv", "missing.csv"], "missing.csv"),
         (vec![], "--csv"),
     ] {
-        let (code, out, err) = ask(&arguments);
-        assert!(code == Some(2) && out.is_empty() && err.contains(says), "{code:?} {err}");
+        let refused = ask(&arguments).expect_code(2);
+        assert!(refused.stdout.is_empty() && refused.stderr.contains(says), "{}", refused.text());
     }
-    fs::write(&path, "0.5,0,1,0,0,0\n0.5,0,1,0,0\n").expect("a file");
-    let (code, _, err) = ask(&["--csv", &path.display().to_string()]);
-    assert!(code == Some(2) && err.contains("poses.csv:2: 5 values"), "{err}");
+    workspace.write("poses.csv", "0.5,0,1,0,0,0\n0.5,0,1,0,0\n");
+    let said = ask(&["--csv", &path]).expect_code(2).stderr;
+    assert!(said.contains("poses.csv:2: 5 values"), "{said}");
 }
 
 #[test]
 fn numpy_reads_the_files_of_the_thesis() {
-    let place = Place::new();
-    let data = place.run("data", &["--set", "field.profile=thesis"]);
-    let out = place.path("graspit");
-    let done = command(&["export", "--to", "graspit", "--out"]).arg(&out).arg(&data).output().expect("it starts");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let workspace = write_job(ORIENTATIONS);
+    let data = run(&workspace, "data", &["--set", "field.profile=thesis"]);
+    let out = workspace.path("graspit");
+    Program::on("export", &data).args(["--to", "graspit"]).option("--out", &out).succeed();
     let field = read_field(&data).expect("a field");
-    let raw = place.path("raw");
     let bytes: Vec<u8> = field.labels.iter().map(|label| *label as u8).collect();
-    fs::write(raw.with_extension("labels"), bytes).expect("a file");
+    workspace.write("raw.labels", bytes);
     let bytes: Vec<u8> = field.distances.iter().flat_map(|distance| distance.to_le_bytes()).collect();
-    fs::write(raw.with_extension("distances"), bytes).expect("a file");
+    workspace.write("raw.distances", bytes);
     let script = r#"
 import json, sys, numpy as np
 out, raw = sys.argv[1], sys.argv[2]
@@ -118,33 +116,23 @@ facts = json.load(open(out + "/export.json"))
 assert facts["sign"] == "positive where reachable" and facts["unit"] == "cells"
 print(int(full.sum()))
 "#;
-    let answer = python::run(python::PYTHON, |command| command.args(["-c", script]).arg(&out).arg(&raw));
+    let answer = Program::python_lines(script).arg(&out).arg(workspace.path("raw")).succeed().stdout;
     let reachable = field.labels.iter().filter(|label| **label == PoseLabel::Reachable).count();
     assert_eq!(answer.trim(), reachable.to_string());
 
-    let refused = |arguments: &[&str], folder: &Path| {
-        let done = on(&[&["export", "--out", "x"], arguments].concat(), folder);
-        assert_eq!(done.status.code(), Some(2));
-        String::from_utf8_lossy(&done.stderr).into_owned()
-    };
-    let said = refused(&["--to", "npy"], &data);
+    let refused =
+        |arguments: &[&str]| Program::on("export", &data).args(["--out", "x"]).args(arguments).expect_code(2).stderr;
+    let said = refused(&["--to", "npy"]);
     assert!(said.contains("reachability") && said.contains("give --to graspit"), "{said}");
-    let said = refused(&["--to", "graspit", "--limit", "3"], &data);
+    let said = refused(&["--to", "graspit", "--limit", "3"]);
     assert!(said.contains("leave out split"), "{said}");
 }
 
 #[test]
 #[ignore = "slow: needs rerun-sdk (100 MB)"]
 fn rerun_draws_the_reachable_positions() {
-    let place = Place::new();
-    let preview = place.run("data", &[]).join("preview.mcap");
-    let (preview, out) = (preview.to_str().expect("UTF-8"), place.path("preview.rrd"));
-    let out = out.to_str().expect("UTF-8");
-    let rerun = |arguments: &[&str]| python::run("peers/bin/rerun", |command| command.args(arguments));
-    rerun(&["analytics", "disable"]);
-    rerun(&["mcap", "check", preview]);
-    rerun(&["mcap", "convert", preview, "-o", out]);
-    let printed = rerun(&["rrd", "print", "-vv", out]);
+    let workspace = write_job(ORIENTATIONS);
+    let printed = print_by_rerun(&run(&workspace, "data", &[]).join("preview.mcap"));
     for kind in ["Points3D:positions", "Points3D:colors"] {
         assert!(printed.contains(kind), "no {kind} in {printed}");
     }
@@ -152,22 +140,20 @@ fn rerun_draws_the_reachable_positions() {
 
 #[test]
 fn a_report_is_one_page_with_every_count_and_every_arrow() {
-    let place = Place::new();
-    let data = place.run("data", &["--set", "name=a <b> & c"]);
-    let done = on(&["report"], &data);
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let page = fs::read_to_string(data.join("report.html")).expect("a page");
+    let workspace = write_job(ORIENTATIONS);
+    let data = run(&workspace, "data", &["--set", "name=a <b> & c"]);
+    Program::on("report", &data).succeed();
+    let page = read_text(data.join("report.html"));
     assert!(page.len() < 1 << 20, "{} bytes", page.len());
     for outside in ["http://", "https://", "<script", "url(", "<b>", "NaN", "inf"] {
         assert!(!page.contains(outside), "the page has {outside}");
     }
     let manifest = DatasetReader::open(&data).expect("a dataset").manifest().clone();
-    let counts = manifest.counts.poses.clone().expect("counts of poses");
     for part in [manifest.root.hex().as_str(), "a &lt;b&gt; &amp; c", "wrist_flex_joint", "searched only", "y = 0 m"] {
         assert!(page.contains(part), "{part} is missing");
     }
     for label in PoseLabel::ALL {
-        assert!(page.contains(&counts.of_label(label).to_string()), "{label:?}");
+        assert!(page.contains(&manifest.counts.fact(label.name()).to_string()), "{label:?}");
     }
     // Four pitches and yaws: up, down and four level directions; of those, each section shows four as arrows. Where the
     // poses of a direction have no solution, the arrow is red.
@@ -201,33 +187,29 @@ fn a_report_is_one_page_with_every_count_and_every_arrow() {
         }
     }
     assert_eq!([arrows("pose-never"), arrows("pose-colliding"), arrows("pose-free")], expected);
-    let again = place.path("again.html");
-    let done = command(&["report", "--out"]).arg(&again).arg(&data).output().expect("graspmill starts");
-    assert!(done.status.success());
-    assert_eq!(fs::read_to_string(again).expect("a page"), page, "same bytes again");
+    let again = workspace.path("again.html");
+    Program::on("report", &data).option("--out", &again).succeed();
+    assert_eq!(read_text(again), page, "same bytes again");
 }
 
 #[test]
 fn a_report_of_nothing_reachable_stands() {
-    let place = Place::new();
-    let data = place.run("far", &["--set", "poses.x.from=4.0", "--set", "poses.x.to=4.6"]);
-    let done = on(&["report"], &data);
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let page = fs::read_to_string(data.join("report.html")).expect("a page");
+    let workspace = write_job(ORIENTATIONS);
+    let data = run(&workspace, "far", &["--set", "poses.x.from=4.0", "--set", "poses.x.to=4.6"]);
+    Program::on("report", &data).succeed();
+    let page = read_text(data.join("report.html"));
     assert!(page.contains("all labels are alike") && !page.contains("NaN"), "no numbers without numbers");
-    let asked = on(&["query", "reach", "--json", "--pose", "4,0,1,0,0,0"], &data);
-    let answers: Value = serde_json::from_slice(&asked.stdout).expect("JSON on stdout");
+    let answers: Value = query(&data, &["--pose", "4,0,1,0,0,0"]).read_json();
     assert!(answers["poses"][0]["distance"].is_null(), "{answers}");
 }
 
 #[test]
 fn a_preview_holds_a_point_for_each_reachable_position_and_arrows() {
-    let place = Place::new();
-    let data = place.run("data", &[]);
+    let workspace = write_job(ORIENTATIONS);
+    let data = run(&workspace, "data", &[]);
     let field = read_field(&data).expect("a field");
     let bytes: Vec<u8> = field.labels.iter().map(|label| *label as u8).collect();
-    let raw = place.path("labels");
-    fs::write(&raw, bytes).expect("a file");
+    let raw = workspace.write("labels", bytes);
     let script = r#"
 import sys, numpy as np
 from mcap.reader import make_reader
@@ -267,6 +249,6 @@ assert found == wanted, (len(found), len(wanted), sorted(found ^ wanted)[:6])
 print(len(arrows) == len(found))
 "#;
     let preview = data.join("preview.mcap");
-    let answer = python::run(python::PYTHON, |command| command.args(["-c", script]).arg(&preview).arg(&raw));
+    let answer = Program::python_lines(script).args([&preview, &raw]).succeed().stdout;
     assert_eq!(answer.trim(), "True");
 }

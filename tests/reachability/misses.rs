@@ -1,34 +1,37 @@
-//! How many poses the search of an arm without a closed form misses: random arms with offsets, a grid of poses each, and
-//! a far heavier search at every cell that is said to have no way.
+//! Poses that the search of an arm without a closed form misses: random arms with offsets, a grid of poses each, and a far
+//! heavier search at every cell that is said to have no way.
 //!
 //! Random joint values would make too easy a test: they lie where an arm has many ways. Here the cells of a grid count.
 
 use std::{
     f64::consts::{FRAC_PI_2, PI},
-    fs,
     sync::{
         Mutex,
         atomic::{AtomicUsize, Ordering},
     },
     thread,
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use graspmill::{
+    factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
     geom::{EndEffector, Pose, PoseLabel, Proof, World, rotation_from_rpy},
-    job::Solver,
     kinematics::{
         ClosedForm, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts, SolverSettings, solve_numeric,
     },
-    produce::reachability::{LabelledPosition, PoseLabeller, Scratch},
     seed::Stream,
 };
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Unit, Vector3};
 
+use crate::support::{
+    measures::thread_seconds,
+    robots::{max_difference, random_values},
+};
+
 /// Positions along each axis: a slab through the first axis.
 const ALONG: [usize; 3] = [10, 2, 10];
 /// Distinct rotations: 8 pitches, 8 yaws.
-const TURNS: usize = 64;
+const ROTATIONS: usize = 64;
 /// Random starts at a cell that is said to have no way. All such cells beside one with a way are looked at, and one in
 /// `SHARE` of the others, which then stands for as many.
 const RESTARTS: usize = 2_000;
@@ -39,7 +42,7 @@ const KEPT: usize = 16;
 /// Nearer than this [rad] to a limit is at it.
 const AT_A_LIMIT: f64 = 1e-2;
 
-/// How the links of a random arm lie.
+/// Arrangement of the links of a random arm.
 #[derive(Clone, Copy, Debug)]
 enum Links {
     /// Axes at right angles, long links along them, short offsets across: as arms are built.
@@ -51,26 +54,26 @@ enum Links {
 /// An arm that no closed form solves: Denavit and Hartenberg's numbers at random.
 fn arm(joints: usize, links: Links, seed: u64) -> PlanningGroup {
     let mut stream = Stream::of_job(seed, format!("{links:?}").as_bytes(), "a random arm");
-    let joints = (0..joints).map(|place| {
+    let joints = (0..joints).map(|index| {
         let sign = if stream.below(2) == 0 { -1.0 } else { 1.0 };
         let (twist, across, along) = match links {
             Links::RightAngled => {
                 // Elbows: neighbours that are parallel, never twice in a row.
-                let twist = if place % 3 == 2 { 0.0 } else { sign * FRAC_PI_2 };
-                let long = if place % 2 == 0 { 0.05 } else { 0.3 };
+                let twist = if index % 3 == 2 { 0.0 } else { sign * FRAC_PI_2 };
+                let long = if index % 2 == 0 { 0.05 } else { 0.3 };
                 (twist, stream.uniform(0.02, 0.12), stream.uniform(0.5 * long, long))
             }
             Links::Oblique => (sign * stream.uniform(0.5, 2.6), stream.uniform(0.0, 0.25), stream.uniform(-0.2, 0.3)),
         };
-        let link = if place == 0 { [0.0, 0.0, 0.3] } else { [across, 0.0, along] };
-        let turn = if place == 0 { 0.0 } else { twist };
+        let link = if index == 0 { [0.0, 0.0, 0.3] } else { [across, 0.0, along] };
+        let twist = if index == 0 { 0.0 } else { twist };
         let limits = JointLimits { low: stream.uniform(-3.1, -2.0), high: stream.uniform(2.0, 3.1) };
         Joint {
-            name: format!("joint {place}"),
+            name: format!("joint {index}"),
             kind: JointKind::Revolute,
             origin: IsometryMatrix3::from_parts(
                 Translation3::from(Vector3::from(link)),
-                Rotation3::from_axis_angle(&Vector3::x_axis(), turn),
+                Rotation3::from_axis_angle(&Vector3::x_axis(), twist),
             ),
             axis: Unit::new_normalize(Vector3::z()),
             limits: (stream.below(5) != 0).then_some(limits),
@@ -80,11 +83,6 @@ fn arm(joints: usize, links: Links, seed: u64) -> PlanningGroup {
     let end_effector =
         IsometryMatrix3::from_parts(Translation3::new(0.03, 0.02, 0.1), rotation_from_rpy(0.3, -0.2, 0.1));
     PlanningGroup::new(PlanningGroupParts { joints, end_effector }).expect("a group")
-}
-
-fn anywhere(group: &PlanningGroup, stream: &mut Stream) -> Vec<f64> {
-    let range = |joint: &Joint| joint.limits.map_or((-PI, PI), |limits| (limits.low, limits.high));
-    group.joints().iter().map(range).map(|(low, high)| stream.uniform(low, high)).collect()
 }
 
 /// The cells of an arm's grid: positions in the middle of where its hand comes, 64 rotations, each once.
@@ -98,51 +96,52 @@ struct Cells {
 impl Cells {
     fn of(group: &PlanningGroup) -> Self {
         let mut stream = Stream::of_job(1, b"", "extent");
-        let places: Vec<_> = (0..20_000).map(|_| *group.forward(&anywhere(group, &mut stream)).translation()).collect();
+        let positions: Vec<_> =
+            (0..20_000).map(|_| *group.forward(&random_values(group, &mut stream)).translation()).collect();
         let ends: [(f64, f64); 3] = std::array::from_fn(|axis| {
-            let mut along: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+            let mut along: Vec<f64> = positions.iter().map(|position| position[axis]).collect();
             along.sort_by(f64::total_cmp);
             (along[along.len() / 5], along[along.len() * 4 / 5])
         });
         let step = (ends[0].1 - ends[0].0) / (ALONG[0] - 1) as f64;
         let low = [ends[0].0, -0.4 * step, ends[2].0];
         let positions = (0..ALONG.iter().product())
-            .map(|place: usize| {
-                let at = [place / ALONG[2] / ALONG[1], place / ALONG[2] % ALONG[1], place % ALONG[2]];
+            .map(|index: usize| {
+                let at = [index / ALONG[2] / ALONG[1], index / ALONG[2] % ALONG[1], index % ALONG[2]];
                 std::array::from_fn(|axis| low[axis] + at[axis] as f64 * step)
             })
             .collect();
         let angle = |cell: usize| -PI + cell as f64 * PI / 4.0;
-        let rotations = (0..TURNS).map(|cell| rotation_from_rpy(0.0, angle(cell / 8), angle(cell % 8))).collect();
+        let rotations = (0..ROTATIONS).map(|cell| rotation_from_rpy(0.0, angle(cell / 8), angle(cell % 8))).collect();
         Self { positions, rotations, low, step }
     }
 
     fn target(&self, cell: usize) -> Pose<World, EndEffector> {
-        Pose::new(self.rotations[cell % TURNS], Vector3::from(self.positions[cell / TURNS]))
+        Pose::new(self.rotations[cell % ROTATIONS], Vector3::from(self.positions[cell / ROTATIONS]))
     }
 
     /// The cells one step away along an axis, or turned by up to 45 degrees.
     fn neighbours(&self, cell: usize) -> Vec<usize> {
-        let (position, rotation) = (cell / TURNS, cell % TURNS);
+        let (position, rotation) = (cell / ROTATIONS, cell % ROTATIONS);
         let mut found = Vec::new();
         for (stride, count) in [(ALONG[1] * ALONG[2], ALONG[0]), (ALONG[2], ALONG[1]), (1, ALONG[2])] {
             let at = position / stride % count;
-            found.extend((at > 0).then(|| cell - stride * TURNS));
-            found.extend((at + 1 < count).then(|| cell + stride * TURNS));
+            found.extend((at > 0).then(|| cell - stride * ROTATIONS));
+            found.extend((at + 1 < count).then(|| cell + stride * ROTATIONS));
         }
         let cosine = |other: usize| self.rotations[rotation].matrix().dot(self.rotations[other].matrix());
         // Trace 1 + 2 cos 46 degrees.
-        let turned = (0..TURNS).filter(|other| *other != rotation && cosine(*other) > 2.389);
-        found.extend(turned.map(|other| position * TURNS + other));
+        let turned = (0..ROTATIONS).filter(|other| *other != rotation && cosine(*other) > 2.389);
+        found.extend(turned.map(|other| position * ROTATIONS + other));
         found
     }
 
     /// The nearest of random configurations at each cell, those with the least distance [m, 0.25 m a radian] first.
     fn samples(&self, group: &PlanningGroup) -> Vec<Vec<(f64, Vec<f64>)>> {
-        let mut near = vec![Vec::new(); TURNS * self.positions.len()];
+        let mut near = vec![Vec::new(); ROTATIONS * self.positions.len()];
         let mut stream = Stream::of_job(2, b"", "samples");
         for _ in 0..SAMPLES {
-            let q = anywhere(group, &mut stream);
+            let q = random_values(group, &mut stream);
             let pose = group.forward(&q);
             let at = |axis: usize| {
                 let at = ((pose.translation()[axis] - self.low[axis]) / self.step).round();
@@ -150,15 +149,15 @@ impl Cells {
             };
             let (Some(x), Some(y), Some(z)) = (at(0), at(1), at(2)) else { continue };
             let position = (x * ALONG[1] + y) * ALONG[2] + z;
-            let cosine = |place: usize| self.rotations[place].matrix().dot(pose.rotation().matrix());
-            let rotation = (0..TURNS).max_by(|a, b| cosine(*a).total_cmp(&cosine(*b))).expect("rotations");
-            let turn = ((cosine(rotation) - 1.0) / 2.0).clamp(-1.0, 1.0).acos();
+            let cosine = |index: usize| self.rotations[index].matrix().dot(pose.rotation().matrix());
+            let rotation = (0..ROTATIONS).max_by(|a, b| cosine(*a).total_cmp(&cosine(*b))).expect("rotations");
+            let angle = ((cosine(rotation) - 1.0) / 2.0).clamp(-1.0, 1.0).acos();
             let way = (pose.translation() - Vector3::from(self.positions[position])).norm();
-            let list = &mut near[position * TURNS + rotation];
-            let apart = way + 0.25 * turn;
-            let place = list.partition_point(|(other, _): &(f64, Vec<f64>)| *other <= apart);
-            if place < KEPT {
-                list.insert(place, (apart, q));
+            let list = &mut near[position * ROTATIONS + rotation];
+            let apart = way + 0.25 * angle;
+            let index = list.partition_point(|(other, _): &(f64, Vec<f64>)| *other <= apart);
+            if index < KEPT {
+                list.insert(index, (apart, q));
                 list.truncate(KEPT);
             }
         }
@@ -173,7 +172,7 @@ fn at_a_limit(group: &PlanningGroup, q: &[f64]) -> bool {
     })
 }
 
-/// What became of an arm's cells. Of those with a way: all, and those whose known way has a joint at a limit.
+/// Counts of an arm's cells. Pairs are of all cells, and of those whose known way has a joint at a limit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     bounded: usize,
@@ -181,36 +180,31 @@ struct Counts {
     with_a_way: [usize; 2],
     /// Each as often as it counts.
     missed: [usize; 2],
-    /// Of the missed, those to which a sample of forward kinematics leads.
+    /// Missed cells to which a sample of forward kinematics leads.
     by_samples: usize,
-    labelling: Duration,
+    /// Processor time of labelling [s].
+    labelling: f64,
 }
 
-/// What this thread has worked so far; other programs' load is not in it.
-fn time_on_a_core() -> Duration {
-    let text = fs::read_to_string("/proc/thread-self/schedstat").expect("Linux's count");
-    Duration::from_nanos(text.split(' ').next().and_then(|first| first.parse().ok()).expect("nanoseconds"))
-}
-
-/// Cells in turn on all threads; what comes of each, in order.
-fn on_all_threads<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+/// Results of work on indices, in order, made on all threads.
+fn on_all_threads<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::with_capacity(count)));
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
             scope.spawn(|| {
                 loop {
-                    let place = next.fetch_add(1, Ordering::Relaxed);
-                    if place >= count {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    if index >= count {
                         return;
                     }
-                    let this = of(place);
-                    done.lock().expect("a list").push((place, this));
+                    let this = work(index);
+                    done.lock().expect("a list").push((index, this));
                 }
             });
         }
     });
     let mut done = done.into_inner().expect("a list");
-    done.sort_by_key(|(place, _)| *place);
+    done.sort_by_key(|(index, _)| *index);
     done.into_iter().map(|(_, this)| this).collect()
 }
 
@@ -221,20 +215,20 @@ fn measure(group: &PlanningGroup) -> Counts {
     let labeller = PoseLabeller::of_parts(group, None, &cells.rotations, Solver::Auto, 1).expect("a labeller");
     let labelled = on_all_threads(cells.positions.len(), |position| {
         let mut labelled = LabelledPosition::default();
-        let start = time_on_a_core();
+        let start = thread_seconds();
         labeller.label(&mut Scratch::default(), cells.positions[position], &mut labelled);
-        (labelled, time_on_a_core() - start)
+        (labelled, thread_seconds() - start)
     });
     let mut counts = Counts { labelling: labelled.iter().map(|(_, took)| *took).sum(), ..Counts::default() };
-    let (mut reachable, mut none) = (vec![false; labelled.len() * TURNS], Vec::new());
+    let (mut reachable, mut none) = (vec![false; labelled.len() * ROTATIONS], Vec::new());
     for (position, (labelled, _)) in labelled.iter().enumerate() {
         let mut witnesses = labelled.witnesses.chunks_exact(group.len());
         for (rotation, (label, proof)) in labelled.labels.iter().zip(&labelled.proofs).enumerate() {
-            let cell = position * TURNS + rotation;
+            let cell = position * ROTATIONS + rotation;
             match (label, proof) {
                 (PoseLabel::Reachable, _) => {
                     let q = witnesses.next().expect("a witness");
-                    let off = apart(&group.forward(q), &cells.target(cell));
+                    let off = max_difference(&group.forward(q), &cells.target(cell));
                     assert!(group.within_limits(q) && off < 1e-8, "cell {cell}: {off:e} m or rad off with {q:?}");
                     reachable[cell] = true;
                     counts.with_a_way[0] += 1;
@@ -245,7 +239,7 @@ fn measure(group: &PlanningGroup) -> Counts {
             }
         }
     }
-    // How many cells each one that is looked at stands for.
+    // Each searched cell stands for so many.
     let beside = |cell: &usize| cells.neighbours(*cell).into_iter().any(|other| reachable[other]);
     let (near, mut far): (Vec<usize>, Vec<usize>) = none.into_iter().partition(beside);
     Stream::of_job(4, b"", "cells").shuffle(&mut far);
@@ -253,7 +247,7 @@ fn measure(group: &PlanningGroup) -> Counts {
     counts.searched = near.len() + far.len();
     let looked_at: Vec<_> = near.iter().map(|cell| (*cell, 1)).chain(far.iter().map(|cell| (*cell, SHARE))).collect();
     let samples = cells.samples(group);
-    let found = on_all_threads(looked_at.len(), |place| search(group, &cells, looked_at[place].0, &samples));
+    let found = on_all_threads(looked_at.len(), |index| search(group, &cells, looked_at[index].0, &samples));
     for ((_, counts_for), (q, by_sample)) in
         looked_at.iter().zip(found).filter_map(|(cell, found)| Some((cell, found?)))
     {
@@ -277,12 +271,8 @@ fn search(
         |start: &[f64]| solve_numeric(group, &target, start, &SolverSettings::default()).map(|solution| solution.q);
     let mut stream = Stream::of_job(3, &cell.to_le_bytes(), "restarts");
     let by_sample = samples[cell].iter().find_map(|(_, start)| descend(start));
-    let mut by_restart = || (0..RESTARTS).find_map(|_| descend(&anywhere(group, &mut stream)));
+    let mut by_restart = || (0..RESTARTS).find_map(|_| descend(&random_values(group, &mut stream)));
     by_sample.map(|q| (q, true)).or_else(|| by_restart().map(|q| (q, false)))
-}
-
-fn apart(a: &Pose<World, EndEffector>, b: &Pose<World, EndEffector>) -> f64 {
-    a.to_rows().into_iter().zip(b.to_rows()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 #[test]
@@ -296,14 +286,14 @@ fn the_search_of_an_unknown_arm_misses_less_than_a_thousandth() {
                 let counts = measure(&arm(joints, links, seed));
                 let Counts { bounded, searched, with_a_way: [all, at], missed: [missed, missed_at], .. } = counts;
                 let rate = missed as f64 / all as f64;
-                let cells = TURNS * ALONG.iter().product::<usize>() - bounded;
+                let cells = ROTATIONS * ALONG.iter().product::<usize>() - bounded;
                 println!(
                     "{joints} joints, {links:?} {seed}: {all} cells with a way ({at} of them at a limit), {bounded} too far, \
                      {searched} searched that are said to have none; missed {missed} ({missed_at} at a limit, {} by samples): {:.3} %; {:.2} ms \
-                     a cell not too far; {:.0} s",
+                     per cell not too far; {:.0} s",
                     counts.by_samples,
                     100.0 * rate,
-                    1e3 * counts.labelling.as_secs_f64() / cells as f64,
+                    1e3 * counts.labelling / cells as f64,
                     start.elapsed().as_secs_f64()
                 );
                 if rate >= 1e-3 {

@@ -1,53 +1,52 @@
-//! Maps over directions and roll: every verb, what such a map cannot be, and whether it answers better.
+//! Maps over directions and roll: every verb, refusals, and whether such a map answers better.
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Path, PathBuf},
 };
 
 use graspmill::{
-    dataset::{DatasetReader, Selection, read_field},
+    factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
+    format::{
+        dataset::{DatasetReader, Selection},
+        products::reachability::read_field,
+    },
     geom::{EndEffector, Pose, PoseGrid, PoseLabel, SimdLevel, World, super_fibonacci},
-    job::Solver,
-    produce::reachability::{LabelledPosition, PoseLabeller, Scratch},
     runtime::ReachabilityMap,
     seed::Stream,
-    sim::RobotModel,
 };
 use serde_json::Value;
 
-use super::{ARM, Place, ROOT, command, files, json, on, root};
+use super::{assert_regenerates, query, run, write_job};
+use crate::support::{
+    files::{digest_dataset, read_text},
+    program::{Program, print_root},
+    robots::{FETCH, FETCH_ARM, FETCH_SITE, max_difference, open_robot},
+    workspace::Workspace,
+};
 
-/// The job of a place, with 12 directions and 6 rolls: 3 x 3 x 4 x 72 poses.
-fn place() -> Place {
-    let place = Place::new();
-    let job = place.job().replace("roll = 2\npitch = 4\nyaw = 4\n", "directions = { healpix = 1 }\nroll = 6\n");
-    fs::write(place.path("job.toml"), job).expect("a job file");
-    place
-}
+/// 12 directions and 6 rolls, so 3 x 3 x 4 x 72 poses.
+const DIRECTIONS: &str = "directions = { healpix = 1 }\nroll = 6\n";
 
-fn data(place: &Place) -> PathBuf {
-    place.run("data", &["--threads", "1"])
+fn make_map() -> (Workspace, PathBuf) {
+    let workspace = write_job(DIRECTIONS);
+    let data = run(&workspace, "data", &["--threads", "1"]);
+    (workspace, data)
 }
 
 #[test]
 fn threads_change_no_byte_and_shards_no_root() {
-    let place = place();
-    let first = data(&place);
-    assert_eq!(files(&place.run("second", &["--threads", "2"])), files(&first));
-    assert_eq!(root(&place.run("other", &["--set", "shards.positions=36"])), root(&first));
-    assert_ne!(root(&place.run("finer", &["--set", "poses.roll=7"])), root(&first));
+    let (workspace, first) = make_map();
+    assert_eq!(digest_dataset(run(&workspace, "second", &["--threads", "2"])), digest_dataset(&first));
+    assert_eq!(print_root(run(&workspace, "other", &["--set", "shards.positions=36"])), print_root(&first));
+    assert_ne!(print_root(run(&workspace, "finer", &["--set", "poses.roll=7"])), print_root(&first));
 }
 
 #[test]
 fn every_verb_knows_directions() {
-    let place = place();
-    let data = data(&place);
-    let verified = json(&["verify", "--regenerate", "9"], &data);
-    assert_eq!((&verified["intact"], &verified["regenerated"]["samples"]), (&true.into(), &9.into()));
-    assert_eq!(verified["regenerated"]["differences"], Value::Array(Vec::new()));
-    let facts = json(&["inspect"], &data);
+    let (workspace, data) = make_map();
+    assert_regenerates(&data, 9);
+    let facts = Program::on("inspect", &data).read_json();
     assert_eq!((&facts["poses"], &facts["positions"]), (&2592.into(), &36.into()));
     let axes = facts["axes"].as_array().expect("axes");
     let named: Vec<(&str, u64, &str)> = axes
@@ -61,41 +60,32 @@ fn every_verb_knows_directions() {
     let radius = facts["covering"]["radius"].as_f64().expect("a radius").to_degrees();
     assert!((radius - 56.29).abs() < 0.01, "{radius}");
     assert!((facts["covering"]["directions"].as_f64().expect("a radius").to_degrees() - 48.19).abs() < 0.01);
-    let text = |verb: &str, of: &std::path::Path| {
-        let done = on(&[verb], of);
-        assert!(done.status.success(), "{verb}: {}", String::from_utf8_lossy(&done.stderr));
-        String::from_utf8(done.stdout).expect("text")
-    };
+    let (job, text) = (workspace.path("job.toml"), |verb: &str, path: &Path| Program::on(verb, path).succeed().stdout);
     let words = "no rotation is more than 56.3 deg from an orientation";
     assert!(text("inspect", &data).contains(words) && text("inspect", &data).contains("12 of the x axis"));
-    assert!(text("estimate", &place.path("job.toml")).contains(words));
-    assert!(json(&["estimate"], &place.path("job.toml"))["covering_radius"].as_f64() > Some(0.98));
+    assert!(text("estimate", &job).contains(words));
+    assert!(Program::on("estimate", &job).read_json()["figures"]["covering_radius"].as_f64() > Some(0.98));
     text("report", &data);
-    let page = fs::read_to_string(data.join("report.html")).expect("a page");
+    let page = read_text(data.join("report.html"));
     assert!(page.contains(words) && page.contains("HEALPix") && !page.contains("NaN") && !page.contains("graspit"));
     assert!(data.join("preview.mcap").exists());
-    let refused = command(&["export", "--to", "graspit", "--out"]).arg(place.path("g")).arg(&data).output();
-    let refused = refused.expect("graspmill starts");
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(!refused.status.success() && said.contains("directions") && !place.path("g").exists(), "{said}");
-    let never = place.path("never");
-    let mut thesis = command(&["run", "--set", "field.profile=thesis", "--out"]);
-    let thesis = thesis.arg(&never).arg(place.path("job.toml")).output().expect("graspmill starts");
-    let said = String::from_utf8_lossy(&thesis.stderr).into_owned();
-    assert!(thesis.status.code() == Some(2) && said.contains("field.profile") && !never.exists(), "{said}");
+    let never = workspace.path("never");
+    let said = Program::on("export", &data).args(["--to", "graspit"]).option("--out", &never).fail().stderr;
+    assert!(said.contains("directions") && !never.exists(), "{said}");
+    let said = workspace.run_job("job", "never").set(["field.profile=thesis"]).expect_code(2).stderr;
+    assert!(said.contains("field.profile") && !never.exists(), "{said}");
 }
 
 /// Cells are position, direction, roll; each witness brings the robot to its cell, and a query finds it there.
 #[test]
 fn what_is_stored_is_what_the_robot_does() {
-    let place = place();
-    let data = data(&place);
+    let (workspace, data) = make_map();
     let field = read_field(&data).expect("a field");
     let header = &field.header;
     assert!(matches!(&header.grid, PoseGrid::Sphere(_)));
     assert_eq!(header.grid.shape(), [3, 3, 4, 12, 6]);
     assert_eq!(field.distances, header.distances(&field.labels));
-    let robot = RobotModel::open(&place.path("fetch.xml")).expect("the robot");
+    let robot = open_robot(workspace.path("fetch.xml"));
     let mut map = ReachabilityMap::open(&data).expect("a map");
     map.read_witnesses(&data).expect("witnesses");
     let (mut cell, mut counts) = (0, BTreeMap::new());
@@ -108,10 +98,9 @@ fn what_is_stored_is_what_the_robot_does() {
             assert!((map.distance(&header.grid.pose(cell)) - f64::from(field.distances[cell])).abs() < 1e-9);
             if let Some(witness) = block.witness(orientation) {
                 let wanted = Pose::<World, EndEffector>::from_xyz_rpy(header.grid.pose(cell));
-                let values: Vec<(&str, f64)> = ARM.into_iter().zip(witness.iter().copied()).collect();
+                let values: Vec<(&str, f64)> = FETCH_ARM.into_iter().zip(witness.iter().copied()).collect();
                 let found = robot.site_pose(&header.target, &values).expect("a pose");
-                let off = wanted.to_rows().into_iter().zip(found.to_rows()).map(|(a, b)| (a - b).abs());
-                assert!(off.fold(0.0, f64::max) < 1e-6, "cell {cell}");
+                assert!(max_difference(&wanted, &found) < 1e-6, "cell {cell}");
             }
             cell += 1;
         }
@@ -120,13 +109,12 @@ fn what_is_stored_is_what_the_robot_does() {
     assert!(PoseLabel::ALL.iter().all(|label| counts.get(label) > Some(&20)), "{counts:?}");
     let free = field.labels.iter().position(|label| *label == PoseLabel::Reachable).expect("a reachable cell");
     let pose = header.grid.pose(free).map(|value| value.to_string()).join(",");
-    let asked = command(&["query", "reach", "--json"]).arg(&data).arg(format!("--pose={pose}")).output();
-    let answers: Value = serde_json::from_slice(&asked.expect("graspmill starts").stdout).expect("JSON on stdout");
+    let answers: Value = query(&data, &[&format!("--pose={pose}")]).read_json();
     assert_eq!(answers["poses"][0]["nearest"]["cell"], free);
-    assert_eq!(answers["poses"][0]["nearest"]["witness"].as_array().map(Vec::len), Some(ARM.len()));
+    assert_eq!(answers["poses"][0]["nearest"]["witness"].as_array().map(Vec::len), Some(FETCH_ARM.len()));
 }
 
-/// How often a map tells wrongly whether a pose is reachable, and the error of each kind.
+/// Counts of wrong answers of a map about whether a pose is reachable.
 #[derive(Default)]
 struct Wrong {
     /// Poses that are not reachable and count as such, by the sign of the distance.
@@ -143,17 +131,16 @@ struct Wrong {
 #[ignore = "slow: make test-slow"]
 fn evenly_spread_orientations_answer_better() {
     const POSITIONS: usize = 600;
-    let place = Place::new();
+    let workspace = Workspace::new();
     let maps = ["fetch-reachability", "fetch-reachability-sphere"].map(|name| {
-        let (job, out) = (Path::new(ROOT).join(format!("jobs/{name}.toml")), place.path(name));
-        let done = command(&["run", "--progress", "none", "--out"]).arg(&out).arg(job).output().expect("it starts");
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let out = workspace.path(name);
+        Program::run_job(format!("jobs/{name}.toml"), &out).succeed();
         ReachabilityMap::open(&out).expect("a map")
     });
     let rotations: Vec<_> = (0..61).map(|index| super_fibonacci(index, 61)).collect();
-    let (robot, fixed) = (RobotModel::open(&place.path("fetch.xml")).expect("the robot"), BTreeMap::new());
-    let group = robot.planning_group(&ARM, "wrist_roll_link", &fixed).expect("an arm");
-    let bodies = robot.bodies(&ARM, &fixed).expect("bodies");
+    let (robot, fixed) = (open_robot(FETCH), BTreeMap::new());
+    let group = robot.planning_group(&FETCH_ARM, FETCH_SITE, &fixed).expect("an arm");
+    let bodies = robot.bodies(&FETCH_ARM, &fixed).expect("bodies");
     let labeller =
         PoseLabeller::of_parts(&group, Some((&bodies, SimdLevel::detect())), &rotations, Solver::ClosedForm, 1)
             .expect("an arm");

@@ -5,7 +5,7 @@ use std::{cmp::Ordering, collections::BTreeMap};
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::{Ball, EndEffectorVolume, Obstacle};
-use crate::geom::{FieldLookup, FieldMetric, PoseGrid, PoseLabel};
+use kernel::geom::{FieldLookup, FieldMetric, PoseGrid, PoseLabel};
 
 /// Cells between two counts of the reachable ones before.
 const STRIDE: usize = 64;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::geom::{
+use kernel::geom::{
     Aabb, Axis, AxisGrid, AxisUnit, EndEffector, MeshQuery, NoSurface, Object, OccupancyGrid, Pose, TriMesh, World,
     signed_distance_standard,
 };

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::{ReachabilityMap, ReachabilityParts, RobotFacts};
-use crate::{
-    dataset::{DatasetError, DatasetReader, Selection, read_field},
-    geom::PoseLabel,
-    record::{FieldHeader, ReachabilityField},
+use format::{
+    FieldHeader, ReachabilityField,
+    dataset::{DatasetError, DatasetReader, Selection},
+    products::reachability::read_field,
 };
+use kernel::geom::PoseLabel;
 
 const REMEDY: &str = "`graspmill verify` finds the damaged file; `run` the job again";
 

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use proptest::{collection::vec, prelude::*};
 
 use super::*;
-use crate::geom::{
+use kernel::geom::{
     Axis, AxisUnit, EndEffector, FieldMetric, HealPix, METRES_PER_RADIAN, Object, OccupancyGrid, Pose, PoseGrid,
     PoseLabel, TriMesh, World,
 };

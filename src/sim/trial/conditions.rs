@@ -2,10 +2,8 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
-use crate::{
-    seed::Stream,
-    sim::{closing::Effort, error::HandError},
-};
+use crate::{closing::Effort, error::HandError};
+use kernel::seed::Stream;
 
 /// Density where an object's mass is not known [kg/m^3], and the least and the largest mass that comes of it [kg].
 const DENSITY: f64 = 400.0;

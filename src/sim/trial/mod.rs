@@ -22,11 +22,11 @@ use super::{
     hand::HandModel,
     hand_sim::{HandSim, NativeContacts},
 };
-use crate::{
+use kernel::{
     contact::ContactSurface,
     geom::{MassProperties, TriMesh},
-    hand::Hand,
 };
+use robot::hand::Hand;
 
 /// A hand and a free object, compiled once an object. Shared by threads; each makes its own [`TrialWorker`].
 #[derive(Debug)]

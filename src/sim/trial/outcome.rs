@@ -3,12 +3,10 @@
 use nalgebra::IsometryMatrix3;
 
 use crate::{
-    hand::Motor,
-    sim::{
-        closing::{LinkTouch, Unstable},
-        hand_sim::STEP,
-    },
+    closing::{LinkTouch, Unstable},
+    hand_sim::STEP,
 };
+use robot::hand::Motor;
 
 /// A part of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,15 +4,13 @@ use serde::Serialize;
 
 use super::TrialProtocol;
 use crate::{
-    hand::{Driven, Follower, Hand},
-    sim::{
-        closing::{HOLDS, STANDING, START, STEPS_AT_REST, STEPS_TO_OPEN},
-        error::HandError,
-        ffi::drop_meshes,
-        hand::HandModel,
-        hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, hand_spec, refused_by, servo_of, set_option},
-    },
+    closing::{HOLDS, STANDING, START, STEPS_AT_REST, STEPS_TO_OPEN},
+    error::HandError,
+    ffi::drop_meshes,
+    hand::HandModel,
+    hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, hand_spec, refused_by, servo_of, set_option},
 };
+use robot::hand::{Driven, Follower, Hand};
 
 /// What is written at most before asking for more room.
 const ROOM: usize = 1 << 16;

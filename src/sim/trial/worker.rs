@@ -8,14 +8,12 @@ use super::{
     Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict, WhileClosing,
 };
 use crate::{
-    contact::EDGE_RADIUS,
-    sim::{
-        closing::{Command, HandWorker},
-        error::HandError,
-        ffi,
-        hand_sim::{FreeObject, Hold, SLIDE_MASS, STEP, quaternion},
-    },
+    closing::{Command, HandWorker},
+    error::HandError,
+    ffi,
+    hand_sim::{FreeObject, Hold, SLIDE_MASS, STEP, quaternion},
 };
+use kernel::contact::EDGE_RADIUS;
 
 /// [m/s^2].
 const GRAVITY: f64 = 9.81;

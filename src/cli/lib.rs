@@ -1,0 +1,104 @@
+//! The command line: the only room that prints, reads the environment and picks exit codes.
+
+mod args;
+mod dataset;
+mod diff;
+mod docs;
+mod doctor;
+mod estimate;
+mod exit;
+mod folder;
+mod hand;
+mod jobs;
+mod machine;
+mod merge;
+mod meshes;
+mod pairs;
+mod printer;
+mod progress;
+mod query;
+mod release;
+mod robot;
+mod run;
+mod set;
+mod submit;
+mod task;
+mod verify;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use factory::job::JobSet;
+use format::dataset::SetTable;
+
+use args::{Cli, Command, MeshesCommand, QueryCommand, RunArgs};
+use exit::{Exit, Failure};
+use printer::Printer;
+
+/// Parses the arguments, runs the command, returns its exit code.
+pub fn main() -> ExitCode {
+    let printer = Printer;
+    let exit = match Cli::try_parse() {
+        Ok(cli) => {
+            machine::outlive_file_limits().and_then(|()| dispatch(&cli.command, &printer)).unwrap_or_else(|failure| {
+                printer.error(&failure);
+                failure.exit
+            })
+        }
+        Err(error) => {
+            // clap prints help and version to stdout and calls them errors; wrong arguments mean 2.
+            let wrong = error.use_stderr();
+            if wrong {
+                printer.say(&error.render().to_string())
+            } else {
+                printer.result(&error.render().to_string())
+            }
+            if wrong { Exit::BadSpec } else { Exit::Complete }
+        }
+    };
+    exit.into()
+}
+
+fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
+    match command {
+        Command::Estimate(arguments) => estimate::estimate(arguments, printer),
+        Command::Run(arguments) => run_job(arguments, printer),
+        Command::Status(arguments) => match SetTable::read(&arguments.dir)? {
+            Some(table) => set::status(arguments, &table, printer),
+            None => dataset::status(arguments, printer),
+        },
+        Command::Merge(arguments) => merge::merge(arguments, printer),
+        Command::Submit(arguments) => submit::submit(arguments, printer),
+        Command::Inspect(arguments) => dataset::inspect(arguments, printer),
+        Command::Report(arguments) => dataset::report(arguments, printer),
+        Command::Export(arguments) => dataset::export(arguments, printer),
+        Command::Release(arguments) => release::release(arguments, printer),
+        Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
+        Command::Verify(arguments) => match SetTable::read(&arguments.dir).map_err(verify::damage)? {
+            Some(table) => set::verify(arguments, &table, printer),
+            None => verify::verify(arguments, printer),
+        },
+        Command::Diff(arguments) => diff::diff(arguments, printer),
+        Command::Doctor(arguments) => doctor::doctor(arguments, printer),
+        Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),
+        Command::Robot(args::RobotCommand::Check(arguments)) => robot::check(arguments, printer),
+        Command::Hand(args::HandCommand::Check(arguments)) => hand::check(arguments, printer),
+        Command::Schema => jobs::schema(printer),
+        Command::Digest(arguments) => match SetTable::read(&arguments.dir)? {
+            Some(table) => set::digest(&arguments.dir, &table, printer),
+            None => dataset::digest(arguments, printer),
+        },
+        Command::Completions(arguments) => docs::completions(arguments, printer),
+        Command::Man(arguments) => docs::man(arguments, printer),
+    }
+}
+
+/// Makes a job's dataset, one task's share of it, or the datasets of a set.
+fn run_job(arguments: &RunArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let text = jobs::text(&arguments.job)?;
+    match arguments.task {
+        Some(choice) => task::run(arguments, choice, &text, printer),
+        None if JobSet::is_one(&text) => set::run(arguments, &text, printer),
+        None => run::run(arguments, &text, printer),
+    }
+}

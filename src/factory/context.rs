@@ -1,0 +1,52 @@
+//! Surroundings of a run: threads, the wish to stop, and the listener.
+
+use super::{Cancel, Listener, RunError};
+use kernel::geom::SimdLevel;
+
+/// Threads and vector instructions of a run; they change no byte.
+#[derive(Clone, Copy, Debug)]
+pub struct Parallelism {
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// Vector instructions.
+    pub level: SimdLevel,
+}
+
+impl Parallelism {
+    /// All processors of this machine, with the best vector instructions that it has.
+    pub fn available() -> Self {
+        let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        Self { threads, level: SimdLevel::detect() }
+    }
+
+    /// A pool of these threads.
+    ///
+    /// # Errors
+    /// When the threads cannot be started.
+    pub fn pool(&self) -> Result<rayon::ThreadPool, RunError> {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads)
+            .thread_name(|number| format!("worker-{number}"))
+            .build()
+            .map_err(|error| RunError::Threads(error.to_string()))
+    }
+}
+
+/// Surroundings of a run.
+#[derive(Clone, Copy)]
+pub struct RunContext<'a> {
+    /// Threads.
+    pub parallelism: &'a Parallelism,
+    /// Wish to stop.
+    pub cancel: &'a Cancel,
+    /// Receiver of progress.
+    pub listener: &'a Listener<'a>,
+}
+
+impl<'a> RunContext<'a> {
+    /// Surroundings without a listener, in which nobody stops the run.
+    pub fn quiet(parallelism: &'a Parallelism) -> Self {
+        static NEVER: Cancel = Cancel::new();
+        Self { parallelism, cancel: &NEVER, listener: &|_| {} }
+    }
+}

@@ -1,0 +1,94 @@
+//! Reasons why a run stops.
+
+use std::error::Error;
+
+use format::dataset::{BadShard, DatasetError};
+use kernel::{ids::ObjectId, words::number_ranges};
+
+/// Any error of a tool below, boxed: the message is what counts.
+pub type Cause = Box<dyn Error + Send + Sync>;
+
+/// A reason why a sample could not be made at all; the run stops.
+#[derive(Debug, thiserror::Error)]
+pub enum ProduceError {
+    /// A mesh or description that was fine when the job was resolved can't be read any more.
+    #[error("{0}; it could be used when this run began: put it back and run again")]
+    Gone(#[source] Cause),
+    /// A mesh or description is another one than when the job was resolved.
+    #[error(
+        "{name}: changed while the run went on: content {found:?}, expected {expected:?}; put it back, or run into a new folder"
+    )]
+    Changed {
+        /// Its name in the job, or its file.
+        name: String,
+        /// Content now.
+        found: ObjectId,
+        /// Content when the job was resolved.
+        expected: ObjectId,
+    },
+    /// An object, hand or robot cannot be worked with as the job says.
+    #[error("{name}: {cause}")]
+    Unusable {
+        /// Its name in the job, or its file.
+        name: String,
+        /// Reason and remedy.
+        #[source]
+        cause: Cause,
+    },
+    /// A renderer of the job is not available on this machine.
+    #[error("{renderer}: {cause}")]
+    NoRenderer {
+        /// Name of the renderer.
+        renderer: &'static str,
+        /// Reason and remedy.
+        #[source]
+        cause: Cause,
+    },
+    /// The sample was made and could not be stored.
+    #[error(transparent)]
+    Store(#[from] DatasetError),
+}
+
+impl ProduceError {
+    /// Makes [`ProduceError::Gone`] of an error.
+    pub fn gone(cause: impl Into<Cause>) -> Self {
+        Self::Gone(cause.into())
+    }
+
+    /// Makes [`ProduceError::Unusable`] of an error about `name`.
+    pub fn unusable(name: impl Into<String>, cause: impl Into<Cause>) -> Self {
+        Self::Unusable { name: name.into(), cause: cause.into() }
+    }
+}
+
+/// Reason why a run ended early. Shards that were finished before stay.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Somebody asked to stop.
+    #[error("interrupted; run the same command again to resume")]
+    Interrupted,
+    /// The dataset could not be read or written.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// A sample could not be made.
+    #[error(transparent)]
+    Produce(#[from] ProduceError),
+    /// A dataset cannot be closed: shards are missing.
+    #[error("{} of {shards} shards are missing: {}{}", missing.len(), number_ranges(missing).join(","), not_whole(bad))]
+    Gap {
+        /// Which, in order.
+        missing: Vec<u32>,
+        /// Of how many.
+        shards: u32,
+        /// Files that claim to be shards and are none.
+        bad: Vec<BadShard>,
+    },
+    /// The threads could not be started.
+    #[error("starting threads: {0}; try fewer with --threads")]
+    Threads(String),
+}
+
+/// Lines about files that are no shards, after the list of missing ones.
+fn not_whole(bad: &[BadShard]) -> String {
+    bad.iter().map(|bad| format!("\n{}: {}", bad.path.display(), bad.problem)).collect()
+}

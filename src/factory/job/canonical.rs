@@ -1,0 +1,211 @@
+//! The resolved job as text, and its digests.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use serde::Serialize;
+
+use super::{
+    Job, JobObject, JobObjects, KnownMass,
+    paths::{relative_to, with_slashes},
+    spec::{BuiltInSpec, HeadSpec, LimitsSpec, MeshRow, ObjectsSpec},
+};
+use form::literal_pattern;
+use kernel::{
+    assets::{MeshOrigin, ScaleRule},
+    ids::{Digest, JobDigest},
+};
+
+/// Changes when the canonical text changes without the job changing.
+const CANONICAL_FORM: &str = "graspmill job 2";
+
+/// Everything that a digest names, as one JSON text with sorted keys.
+#[derive(Serialize)]
+struct Canonical<'a> {
+    form: &'static str,
+    product: &'static str,
+    seed: u64,
+    settings: &'a toml::Table,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    subjects: Option<&'a toml::Table>,
+}
+
+impl Canonical<'_> {
+    fn digest(&self) -> Digest {
+        Digest::of(&serde_json::to_vec(self).expect("keys of a job are plain data"))
+    }
+}
+
+impl Job {
+    /// The job as a job file: every default filled in, every file pinned by content, overrides listed. Reading it back
+    /// where the files are gives a job of the same digest.
+    ///
+    /// Paths are written relative to `folder`, in which the file will stand; meshes of packages by package and name.
+    pub fn to_toml(&self, folder: &Path) -> String {
+        let head = HeadSpec {
+            product: self.product(),
+            name: Some(self.name.clone()),
+            seed: self.seed as i64,
+            profile: self.profile,
+            overrides: self.overrides.clone(),
+        };
+        let head = toml::to_string(&head).expect("the head of a job is plain data");
+        let keys = self.work.resolved(folder, self.shard_samples);
+        let keys = toml::to_string_pretty(&keys).expect("keys of a job are plain data");
+        let digest = self.digest();
+        format!(
+            "# A resolved job: every default filled in, every file pinned by its content.\n# Job digest {digest}\n{head}{keys}"
+        )
+    }
+
+    /// Names the job by everything that data or split depend on: settings, seed, and subjects with what is known of them; files
+    /// by content. It does not depend on the job's name, paths, profile (every switch is a setting), shard size, threads or
+    /// clock.
+    pub fn digest(&self) -> JobDigest {
+        let subjects = self.work.subject_keys();
+        JobDigest(self.canonical(&self.work.sample_keys(), Some(&subjects)).digest())
+    }
+
+    /// Names what a sample depends on beside its subject and its item: seed and settings of the product. Equal in two jobs whose
+    /// common subjects make the same samples.
+    pub fn sample_settings(&self) -> Digest {
+        self.canonical(&self.work.sample_keys(), None).digest()
+    }
+
+    fn canonical<'a>(&self, settings: &'a toml::Table, subjects: Option<&'a toml::Table>) -> Canonical<'a> {
+        Canonical { form: CANONICAL_FORM, product: self.product().name, seed: self.seed, settings, subjects }
+    }
+}
+
+/// Keys of a part of a job, out of the type that also reads them.
+///
+/// # Panics
+/// When it does not become a table.
+pub fn keys_of(spec: &impl Serialize) -> toml::Table {
+    toml::Table::try_from(spec).expect("keys of a job are plain data in a table")
+}
+
+impl JobObjects {
+    /// Keys of a job file about the objects: `split` and `[[objects]]`, pinned by content.
+    pub fn resolved(&self, folder: &Path) -> toml::Table {
+        let objects = self.specs(folder).into_iter().map(|entry| keys_of(&entry).into());
+        toml::Table::from_iter([
+            ("split".to_owned(), keys_of(&self.split.spec()).into()),
+            ("objects".to_owned(), toml::Value::Array(objects.collect())),
+        ])
+    }
+
+    /// The objects as `[[objects]]`: one entry per package, one for files, one for built-in shapes; several where size limits
+    /// differ. Files are named relative to `folder`.
+    fn specs(&self, folder: &Path) -> Vec<ObjectsSpec> {
+        let mut entries: BTreeMap<(Origin<'_>, [u64; 2]), Vec<&JobObject>> = BTreeMap::new();
+        for object in &self.list {
+            let limits = [object.source.size.min.to_bits(), object.source.size.max.to_bits()];
+            entries.entry((Origin::of(object), limits)).or_default().push(object);
+        }
+        entries.into_iter().map(|((origin, _), objects)| entry(origin, &objects, folder)).collect()
+    }
+
+    /// The objects by name, content and group, with the rules of their split: everything that decides who trains and who tests.
+    pub fn subject_keys(&self) -> toml::Table {
+        let object = |object: &JobObject| {
+            let group = object.source.group.as_deref().unwrap_or_default();
+            let mut parts = vec![object.source.name.clone(), object.id().0.hex(), group.to_owned()];
+            if let Some(KnownMass { kilograms, source }) = &object.mass {
+                parts.extend([kilograms.to_string(), source.clone()]);
+            }
+            parts
+        };
+        let objects: Vec<Vec<String>> = self.list.iter().map(object).collect();
+        let mut keys = toml::Table::new();
+        keys.insert("split".to_owned(), keys_of(&self.split.spec()).into());
+        keys.insert("objects".to_owned(), objects.into());
+        keys
+    }
+}
+
+/// Source of an object's mesh.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Origin<'a> {
+    BuiltIn,
+    Files,
+    Package(&'a str),
+}
+
+impl<'a> Origin<'a> {
+    fn of(object: &'a JobObject) -> Self {
+        match (&object.package, &object.source.origin) {
+            (Some(file), _) => Self::Package(&file.package),
+            (None, MeshOrigin::File(_)) => Self::Files,
+            (None, MeshOrigin::BuiltIn(_)) => Self::BuiltIn,
+        }
+    }
+}
+
+/// One `[[objects]]` entry for objects of one origin with the same size limits.
+fn entry(origin: Origin<'_>, objects: &[&JobObject], folder: &Path) -> ObjectsSpec {
+    let files: Vec<String> = objects.iter().map(|object| file_of(object, folder)).collect();
+    let limits = objects.first().map(|object| object.source.size).unwrap_or_default();
+    let mut spec = ObjectsSpec {
+        limits: Some(LimitsSpec { min: Some(limits.min), max: Some(limits.max) }),
+        meshes: Some(files.iter().cloned().zip(objects.iter().map(|object| row(object))).collect()),
+        ..ObjectsSpec::default()
+    };
+    match origin {
+        Origin::Package(package) => {
+            spec.package = Some(package.to_owned());
+            // A leading `./` keeps a bare name from fitting files in folders below.
+            spec.include = Some(files.iter().map(|file| format!("./{}", literal_pattern(file))).collect());
+        }
+        Origin::Files => spec.list = Some(files.into_iter().map(PathBuf::from).collect()),
+        Origin::BuiltIn => spec.built_in = Some(BuiltInSpec::Names(files)),
+    }
+    spec
+}
+
+/// Everything that a job knows of one mesh.
+fn row(object: &JobObject) -> MeshRow {
+    let source = &object.source;
+    let (scale, size) = match (&source.origin, source.scale) {
+        (MeshOrigin::BuiltIn(_), _) => (None, None),
+        (_, ScaleRule::MetresPerUnit(scale)) => (Some(scale), None),
+        (_, ScaleRule::LongestSide(size)) => (None, Some(size)),
+    };
+    let mass = object.mass.as_ref();
+    MeshRow {
+        name: Some(source.name.clone()),
+        unit: None,
+        scale,
+        size,
+        group: source.group.clone(),
+        licence: source.licence.clone(),
+        citation: source.citation.clone(),
+        mass: mass.map(|mass| mass.kilograms),
+        mass_source: mass.map(|mass| mass.source.clone()).filter(|source| !source.is_empty()),
+        object: Some(object.id().0.hex()),
+    }
+}
+
+/// Name of an object's file in its entry.
+fn file_of(object: &JobObject, folder: &Path) -> String {
+    match (&object.package, &object.source.origin) {
+        (Some(file), _) => file.file.clone(),
+        (None, MeshOrigin::File(path)) => with_slashes(&relative_to(path, folder)),
+        (None, MeshOrigin::BuiltIn(name)) => name.clone(),
+    }
+}
+
+/// A table without some of its keys, given as dotted paths; those that it does not have are passed over.
+pub fn without(mut table: toml::Table, paths: &[&str]) -> toml::Table {
+    for path in paths {
+        let (sections, key) = path.rsplit_once('.').map_or((None, *path), |(sections, key)| (Some(sections), key));
+        let mut section = Some(&mut table);
+        for name in sections.into_iter().flat_map(|sections| sections.split('.')) {
+            section = section.and_then(|table| table.get_mut(name)).and_then(toml::Value::as_table_mut);
+        }
+        section.and_then(|table| table.remove(key));
+    }
+    table
+}

@@ -1,0 +1,36 @@
+//! Descriptions of hands and robots that a job names.
+
+use std::path::Path as FilePath;
+
+use form::{Checker, Path};
+use kernel::{
+    assets::{Description, DescriptionError},
+    ids::Digest,
+};
+
+/// The description that stands at `key`, compared with the content that the job pins. `None` when it cannot be read or is
+/// another one, which is reported. `noun` is `hand` or `robot`.
+pub fn pinned_description(
+    checker: &mut Checker,
+    key: &str,
+    noun: &str,
+    scene: &FilePath,
+    read: Result<Description, DescriptionError>,
+    pinned: Option<&str>,
+) -> Option<Description> {
+    let description = match read {
+        Ok(description) => description,
+        Err(error) => {
+            checker.not_found(Path::from(key).key("scene"), noun, error.to_string()).help(error.remedy());
+            return None;
+        }
+    };
+    let digest = description.digest;
+    if let Some(pinned) = pinned.and_then(Digest::from_hex).filter(|pinned| *pinned != digest) {
+        let expected = format!("a {noun} of content {}", pinned.short());
+        let found = format!("{}: {} has changed", digest.short(), scene.display());
+        let report = checker.invalid(Path::from(key).key("content"), expected, found);
+        report.help("restore its files, or take `content` out of the job for a new dataset");
+    }
+    Some(description)
+}

@@ -1,0 +1,101 @@
+//! A job file, read and checked in every setting, with the meshes that it names found but not yet read.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    DraftWork, Job, JobContext, JobText, ObjectsDraft, Profile,
+    decode::{self, Decoded},
+    paths::with_slashes,
+};
+use crate::product::ProductFactory;
+use form::FormErrors;
+use kernel::assets::{AssetRecord, MeshRefusal, MeshSource};
+
+/// A checked job whose meshes are found but not yet read.
+#[derive(Debug)]
+pub struct JobDraft {
+    /// Name, for people.
+    pub name: String,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Profile whose defaults were taken.
+    pub profile: Profile,
+    /// Overrides by `--set`, those of the file first.
+    pub overrides: Vec<String>,
+    /// Checked keys of the product.
+    pub work: DraftWork,
+}
+
+impl JobDraft {
+    /// Reads and checks a job file and lists its meshes, without opening one. All mistakes are reported at once.
+    ///
+    /// # Errors
+    /// Every mistake of the file and of its overrides.
+    pub fn read(job: &JobText, context: &JobContext) -> Result<Self, FormErrors> {
+        let Decoded { head, factory, keys, checker } = decode::decode(&job.label, &job.text, &job.overrides)?;
+        let work = (factory.draft)(&keys, checker, &job.folder, context)?;
+        let file_name = Path::new(&job.label).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        Ok(Self {
+            name: head.name.or(file_name).unwrap_or_else(|| "job".to_owned()),
+            seed: u64::try_from(head.seed).expect("the schema asks for a seed from 0"),
+            profile: head.profile,
+            overrides: head.overrides.into_iter().chain(job.overrides.iter().cloned()).collect(),
+            work,
+        })
+    }
+
+    /// [`JobDraft::read`] of a job that reads the given datasets, whatever the file says: folders by the section that names
+    /// one, such as `grasps` for `grasps.dataset`. They stand in the resolved job as if the file had named them.
+    ///
+    /// # Errors
+    /// Every mistake of the file and of its overrides.
+    pub fn read_with_inputs(
+        job: &JobText,
+        inputs: &BTreeMap<String, PathBuf>,
+        context: &JobContext,
+    ) -> Result<Self, FormErrors> {
+        let mut job = job.clone();
+        let given = job.overrides.len();
+        let key = |(section, folder): (&String, &PathBuf)| {
+            format!("{section}.{} = {}", ProductFactory::INPUT_KEY, toml::Value::from(with_slashes(folder)))
+        };
+        job.overrides.extend(inputs.iter().map(key));
+        let mut draft = Self::read(&job, context)?;
+        // Those of the file come first, then those of the caller, then these.
+        draft.overrides.truncate(draft.overrides.len() - (job.overrides.len() - given));
+        Ok(draft)
+    }
+
+    /// The meshes to prepare, in order: [`JobDraft::resolve`] takes the results in the same order.
+    pub fn sources(&self) -> impl Iterator<Item = &MeshSource> {
+        self.work.objects.iter().flat_map(ObjectsDraft::sources)
+    }
+
+    /// The job, out of the results of preparing [`JobDraft::sources`].
+    ///
+    /// Meshes that could not be prepared, whose content is not the pinned one, or whose content or geometry another
+    /// mesh (earlier by name) has already, are refused with a reason; the others make the job.
+    ///
+    /// # Errors
+    /// When no usable object is left, or the split names objects that the job does not have.
+    ///
+    /// # Panics
+    /// If `assets` is not as long as the draft's meshes.
+    pub fn resolve(self, assets: Vec<Result<AssetRecord, MeshRefusal>>) -> Result<Job, FormErrors> {
+        let DraftWork { shard_samples, mut notes, objects, with_masses, make, .. } = self.work;
+        let objects = objects.map(|objects| objects.resolve(assets, with_masses)).transpose()?;
+        let work = make(objects, &mut notes);
+        let Self { name, profile, overrides, seed, .. } = self;
+        Ok(Job { name, profile, overrides, seed, notes, shard_samples, work })
+    }
+}
+
+/// The multiple of the items per object that is nearest below 4,096, so that shards end where objects end; 4,096 when an
+/// object has more items than that.
+pub fn default_shard_samples(items: u32) -> u32 {
+    const ABOUT: u32 = 4096;
+    if items == 0 || items > ABOUT { ABOUT } else { ABOUT / items * items }
+}

@@ -1,0 +1,60 @@
+//! Hands that jobs name.
+
+use std::path::{Path as FilePath, PathBuf};
+
+use super::{
+    description::pinned_description,
+    paths::{relative_to, tidy, with_slashes},
+    spec::HandSpec,
+};
+use form::{Checker, Path};
+use kernel::{assets::Description, ids::ObjectId};
+use sim::{HandError, HandModel};
+
+/// A hand that a job names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobHand {
+    /// Its description, an MJCF file; its table stands beside it.
+    pub scene: PathBuf,
+    /// Its name in the description, for people.
+    pub name: String,
+    /// Content of description and table, with all files that the description includes, wherever they stand.
+    pub id: ObjectId,
+}
+
+impl JobHand {
+    /// The hand as keys of a job file: with its file, relative to `folder`, or by content alone.
+    pub fn spec(&self, folder: Option<&FilePath>) -> HandSpec {
+        let scene = folder.map(|folder| with_slashes(&relative_to(&self.scene, folder)).into());
+        HandSpec { scene: scene.unwrap_or_default(), content: Some(self.id.0.hex()) }
+    }
+
+    /// The hand as a row of the asset table.
+    pub fn row(&self) -> serde_json::Value {
+        serde_json::json!({ "object": self.id, "name": self.name })
+    }
+}
+
+/// Reads the hand that stands at `key` and checks that it can do what the job asks. `None` when something is wrong with it,
+/// which is reported.
+pub fn read_hand(
+    checker: &mut Checker,
+    key: &str,
+    spec: &HandSpec,
+    folder: &FilePath,
+    can: fn(&HandModel) -> Result<(), HandError>,
+) -> Option<JobHand> {
+    let before = checker.count();
+    let scene = tidy(&folder.join(&spec.scene));
+    if scene.extension().is_some_and(|ending| ending == "toml") {
+        let expected = "the hand's MJCF file: its table is found beside it";
+        checker.invalid(&format!("{key}.scene"), expected, format!("a table, {}", scene.display()));
+        return None;
+    }
+    let read = Description::of_hand(&scene);
+    let Description { name, digest } = pinned_description(checker, key, "hand", &scene, read, spec.content.as_deref())?;
+    if let Err(error) = HandModel::open(&scene).and_then(|model| can(&model)) {
+        checker.not_found(Path::from(key).key("scene"), "hand", error.to_string());
+    }
+    (checker.count() == before).then_some(JobHand { scene, name, id: ObjectId(digest) })
+}

@@ -1,0 +1,210 @@
+//! The CSV table of settings of single meshes.
+
+use std::{collections::BTreeMap, ops::Range};
+
+use super::spec::{MeshRow, UnitSpec};
+use form::{Bounds, Finding, FormError, Place, Problem, Source, did_you_mean};
+
+const COLUMNS: [&str; 10] =
+    ["name", "unit", "scale", "size", "group", "licence", "citation", "mass", "mass_source", "object"];
+
+/// Heaviest object [kg].
+pub(super) const MOST_MASS: f64 = 100.0;
+
+/// One field and the bytes that it stands on.
+struct Field {
+    text: String,
+    range: Range<usize>,
+}
+
+/// Reads a table: the first line names the columns, `name` among them; empty fields say nothing. Fields are separated
+/// by commas and may stand in double quotes (RFC 4180); lines that start with `#` are comments.
+///
+/// Every mistake is in the list, with its place in the table.
+pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Place)>, Vec<FormError>) {
+    let mut rows = BTreeMap::new();
+    let mut errors = Vec::new();
+    let source = Source::new(file, text);
+    let mut report = |range: &Range<usize>, key: &str, problem: Problem, help: Option<String>| {
+        errors.push(FormError { place: source.place(range), key: key.to_owned(), problem, help });
+    };
+    let mut lines = records(text).into_iter();
+    let header = lines.next().unwrap_or_default();
+    for field in &header {
+        if !COLUMNS.contains(&field.text.as_str()) {
+            let known = COLUMNS.map(str::to_owned).into();
+            let help = did_you_mean(&field.text, COLUMNS);
+            report(&field.range, "", Problem::UnknownKey { found: field.text.clone(), known }, help);
+        }
+    }
+    let Some(name_column) = header.iter().position(|field| field.text == "name") else {
+        let expected = "a first line that names the columns, `name` among them".into();
+        report(&(0..0), "", Problem::Missing { expected }, None);
+        return (rows, errors);
+    };
+    for record in lines {
+        let whole = record[0].range.start..record[record.len() - 1].range.end;
+        if record.len() != header.len() {
+            let (expected, found) =
+                (format!("{} fields, as in the first line", header.len()), record.len().to_string());
+            report(&whole, "", Problem::Invalid { expected, found }, None);
+            continue;
+        }
+        let name = record[name_column].text.clone();
+        let mut row = MeshRow::default();
+        for (column, field) in header.iter().zip(&record).filter(|(_, field)| !field.text.is_empty()) {
+            if let Err(problem) = set(&mut row, &column.text, &field.text) {
+                report(&field.range, &column.text, problem, None);
+            }
+        }
+        let place = source.place(&record[name_column].range);
+        if rows.insert(name.clone(), (row, place)).is_some() {
+            let found = format!("a second row for `{name}`");
+            report(&whole, "name", Problem::Invalid { expected: "one row a mesh".to_owned(), found }, None);
+        }
+    }
+    (rows, errors)
+}
+
+fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
+    let number = || match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(Some(number)),
+        _ => Err(out_of_range(Bounds { above: Some(0.0), unit: Some("m".to_owned()), ..Bounds::default() }, text)),
+    };
+    match column {
+        "unit" => {
+            let choices = || ["m", "dm", "cm", "mm", "inch", "foot"].map(str::to_owned).to_vec();
+            row.unit = Some(match text {
+                "m" => UnitSpec::Metre,
+                "dm" => UnitSpec::Decimetre,
+                "cm" => UnitSpec::Centimetre,
+                "mm" => UnitSpec::Millimetre,
+                "inch" => UnitSpec::Inch,
+                "foot" => UnitSpec::Foot,
+                other => return Err(Problem::NotAChoice { found: other.to_owned(), choices: choices() }),
+            });
+        }
+        "scale" => row.scale = number()?,
+        "size" => row.size = number()?,
+        "group" => row.group = Some(text.to_owned()),
+        "licence" => row.licence = Some(text.to_owned()),
+        "citation" => row.citation = Some(text.to_owned()),
+        "mass" => match text.parse::<f64>() {
+            Ok(mass) if mass > 0.0 && mass <= MOST_MASS => row.mass = Some(mass),
+            _ => {
+                let unit = Some("kg".to_owned());
+                let bounds = Bounds { above: Some(0.0), max: Some(MOST_MASS), unit, ..Bounds::default() };
+                return Err(out_of_range(bounds, text));
+            }
+        },
+        "mass_source" => row.mass_source = Some(text.to_owned()),
+        "object" if kernel::ids::Digest::from_hex(text).is_some() => row.object = Some(text.to_owned()),
+        "object" => {
+            let expected = "64 hexadecimal digits".to_owned();
+            return Err(Problem::Invalid { expected, found: text.to_owned() });
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+fn out_of_range(bounds: Bounds, found: &str) -> Problem {
+    Problem::OutOfRange { expected: bounds.into(), found: Finding::Written(found.to_owned()) }
+}
+
+/// The records of a table, without comments and empty lines.
+fn records(text: &str) -> Vec<Vec<Field>> {
+    let mut records = Vec::new();
+    let mut rest = 0;
+    while rest < text.len() {
+        let line_end = text[rest..].find('\n').map_or(text.len(), |newline| rest + newline);
+        let line = text[rest..line_end].trim();
+        if line.is_empty() || line.starts_with('#') {
+            rest = line_end + 1;
+            continue;
+        }
+        let mut record = Vec::new();
+        loop {
+            let (field, end) = field(text, rest);
+            record.push(field);
+            rest = end + 1;
+            if text.as_bytes().get(end) != Some(&b',') {
+                break;
+            }
+        }
+        records.push(record);
+    }
+    records
+}
+
+/// The field that starts at `start`, and the byte that ends it: a comma, a line's end or the text's.
+fn field(text: &str, start: usize) -> (Field, usize) {
+    let bytes = text.as_bytes();
+    let is_end = |byte: usize| matches!(bytes.get(byte), None | Some(b',' | b'\n'));
+    if bytes.get(start) != Some(&b'"') {
+        let end = (start..).find(|byte| is_end(*byte)).expect("the text ends");
+        return (Field { text: text[start..end].trim().to_owned(), range: start..end }, end);
+    }
+    let (mut value, mut at) = (String::new(), start + 1);
+    loop {
+        let quote = text[at..].find('"').map_or(text.len(), |quote| at + quote);
+        value.push_str(&text[at..quote]);
+        at = (quote + 1).min(text.len());
+        // A doubled quote is one of the field's letters.
+        if bytes.get(at) != Some(&b'"') {
+            break;
+        }
+        value.push('"');
+        at += 1;
+    }
+    let end = (at..).find(|byte| is_end(*byte)).expect("the text ends");
+    (Field { text: value, range: start..end }, end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_quotes_comments_and_empty_fields() {
+        let text = "name,group,scale\r\n# a comment\nmug,\"cups, mugs\",\n\"a \"\"b\"\"\",,0.001\n\n";
+        let (rows, errors) = read("t.csv", text);
+        assert_eq!(errors, []);
+        assert_eq!(rows.len(), 2);
+        assert_eq!(rows["mug"].0.group.as_deref(), Some("cups, mugs"));
+        assert_eq!((rows["a \"b\""].0.scale, rows["a \"b\""].0.group.clone()), (Some(0.001), None));
+    }
+
+    #[test]
+    fn masses_are_checked() {
+        let text = "name,mass,mass_source\nmug,0.118,scales\nbowl,,\n";
+        let (rows, errors) = read("t.csv", text);
+        assert_eq!(errors, []);
+        assert_eq!((rows["mug"].0.mass, rows["mug"].0.mass_source.as_deref()), (Some(0.118), Some("scales")));
+        assert_eq!((rows["bowl"].0.mass, &rows["bowl"].0.mass_source), (None, &None));
+        for wrong in ["0", "-0.1", "nan", "inf", "100.5", "118 g"] {
+            let (_, errors) = read("t.csv", &format!("name,mass\nmug,{wrong}\n"));
+            let found: Vec<(u32, u32, &str)> =
+                errors.iter().map(|error| (error.place.line, error.place.column, error.problem.code())).collect();
+            assert_eq!(found, [(2, 5, "out_of_range")], "{wrong}");
+        }
+    }
+
+    #[test]
+    fn reports_every_mistake_with_its_place() {
+        let text = "name,gruop,unit,scale\nmug,x,metre,0\nmug,x,mm,1\nshort,x\n";
+        let (_, errors) = read("t.csv", text);
+        let places: Vec<(u32, u32, &str)> =
+            errors.iter().map(|error| (error.place.line, error.place.column, error.problem.code())).collect();
+        let expected = [
+            (1, 6, "unknown_key"),
+            (2, 7, "not_a_choice"),
+            (2, 13, "out_of_range"),
+            (3, 1, "invalid"),
+            (4, 1, "invalid"),
+        ];
+        assert_eq!(places, expected);
+        assert_eq!(errors[0].help.as_deref(), Some("did you mean `group`?"));
+        assert_eq!(read("t.csv", "").1.len(), 1);
+    }
+}

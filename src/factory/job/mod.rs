@@ -1,0 +1,48 @@
+//! Jobs: as written (TOML), then as checked: every default filled in, every file pinned by its content.
+//!
+//! ```text
+//! JobText --JobDraft::read--> JobDraft --(meshes are prepared)--> JobDraft::resolve --> Job
+//! ```
+//!
+//! [`JobDraft::read`] decodes the file by the schema of its product, checks it, lists its meshes, and reports every mistake
+//! at once. [`Job::to_toml`] writes a job back with every default filled in; [`Job::digest`] names it.
+//! [`OpenJob`](super::run::OpenJob) goes the whole way with one call.
+
+mod built_in;
+mod canonical;
+mod checked;
+mod decode;
+mod description;
+mod difference;
+mod discover;
+mod draft;
+mod draft_work;
+mod estimate;
+mod hand;
+mod mesh_table;
+mod objects;
+mod packages;
+mod paths;
+mod reference;
+mod schema;
+mod set;
+pub mod spec;
+mod split;
+mod text;
+
+pub use canonical::{keys_of, without};
+pub use checked::{Job, Profile};
+pub use description::pinned_description;
+pub use difference::{InvalidSettings, SettingDifference, setting_differences};
+pub use draft::{JobDraft, default_shard_samples};
+pub use draft_work::{DraftWork, MakeWork};
+pub use estimate::Estimate;
+pub use hand::{JobHand, read_hand};
+pub use objects::{Divided, FoundMesh, JobObject, JobObjects, KnownMass, ObjectsDraft, PackageFile};
+pub use packages::{MeshPackage, PACKAGES, package};
+pub use paths::{relative_to, tidy, with_slashes};
+pub use reference::reference;
+pub use schema::schema;
+pub use set::{JobSet, SetMember};
+pub use split::{ObjectChoice, SplitSettings, SubsetSize};
+pub use text::{JobContext, JobText};

@@ -1,0 +1,258 @@
+//! Objects of a job: their meshes as found, then as prepared.
+
+use std::{collections::BTreeMap, path::Path as FilePath};
+
+use super::{JobContext, ObjectChoice, SplitSettings, discover, spec::ObjectsSpec, spec::SplitSpec};
+use form::{Checker, Document, FormErrors, Path, did_you_mean, fits_name};
+use kernel::{
+    assets::{AssetRecord, MeshOrigin, MeshRefusal, MeshSource},
+    ids::ObjectId,
+};
+
+/// One object of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobObject {
+    /// Recipe to prepare the mesh again.
+    pub source: MeshSource,
+    /// The package that holds the file, if one does: a resolved job names it instead of a path.
+    pub package: Option<PackageFile>,
+    /// Its row in the asset table.
+    pub asset: AssetRecord,
+    /// Its mass, when the job knows it and something depends on it.
+    pub mass: Option<KnownMass>,
+}
+
+/// Mass of an object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownMass {
+    /// [kg].
+    pub kilograms: f64,
+    /// Source of the figure; may be empty.
+    pub source: String,
+}
+
+/// A file of a package of meshes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PackageFile {
+    /// The package's name.
+    pub package: String,
+    /// Path below the package's folder, with `/`.
+    pub file: String,
+}
+
+impl JobObject {
+    /// The object by content.
+    pub fn id(&self) -> ObjectId {
+        self.asset.object
+    }
+}
+
+/// The objects of a job, prepared, with the rules of their split.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobObjects {
+    /// The objects, sorted by name; no two have the same content.
+    pub list: Vec<JobObject>,
+    /// Meshes that cannot be used; the run goes on without them and ends with exit code 3.
+    pub refused: Vec<MeshRefusal>,
+    /// Rules of the split.
+    pub split: SplitSettings,
+}
+
+impl JobObjects {
+    /// Ids of the objects, in order.
+    pub fn ids(&self) -> impl ExactSizeIterator<Item = ObjectId> {
+        self.list.iter().map(JobObject::id)
+    }
+
+    /// Rows of the asset table.
+    pub fn rows(&self) -> Vec<serde_json::Value> {
+        let row = |object: &JobObject| serde_json::to_value(&object.asset).expect("a record is plain data");
+        self.list.iter().map(row).collect()
+    }
+
+    /// Things that a user should know about the meshes.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let refused = self.refused.iter().map(|refusal| format!("refused: {refusal}"));
+        refused.chain(self.list.iter().flat_map(|object| {
+            let name = &object.source.name;
+            object.asset.warnings.iter().map(move |warning| format!("{name}: {warning}"))
+        }))
+    }
+
+    /// The objects as their split sees them; `first_equal` has one entry per item.
+    pub fn divided(&self, first_equal: Vec<u32>) -> Divided<'_> {
+        Divided { objects: &self.list, split: &self.split, first_equal }
+    }
+}
+
+/// The objects of a job, as their split sees them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Divided<'j> {
+    /// The objects, in the job's order.
+    pub objects: &'j [JobObject],
+    /// Rules of the split.
+    pub split: &'j SplitSettings,
+    /// For each item, the first item that shows the same: equal rotations.
+    pub first_equal: Vec<u32>,
+}
+
+impl Divided<'_> {
+    /// Items of each object.
+    pub fn items(&self) -> u32 {
+        self.first_equal.len() as u32
+    }
+}
+
+/// The objects of a job before their meshes are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectsDraft {
+    /// Rules of the split; names may still be patterns.
+    split: SplitSettings,
+    /// The meshes to prepare, by name.
+    meshes: Vec<FoundMesh>,
+    /// Files that were found but cannot be used.
+    refused: Vec<MeshRefusal>,
+    /// The job file, for the places of mistakes.
+    document: Document,
+}
+
+/// One mesh that a job names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundMesh {
+    /// Recipe to prepare it.
+    pub source: MeshSource,
+    /// The package that holds it, if one does.
+    pub package: Option<PackageFile>,
+    /// Its mass, when the job knows it.
+    pub mass: Option<KnownMass>,
+    /// The content that it must have, when the job pins it.
+    pub pinned: Option<ObjectId>,
+}
+
+impl ObjectsDraft {
+    /// Checks `split` and `[[objects]]` and lists the meshes, without opening one: the draft, and things to tell the user.
+    ///
+    /// # Errors
+    /// Every mistake of the job that has been found so far.
+    pub fn read(
+        mut checker: Checker,
+        split: &SplitSpec,
+        objects: &[ObjectsSpec],
+        folder: &FilePath,
+        context: &JobContext,
+    ) -> Result<(Self, Vec<String>), FormErrors> {
+        let split = SplitSettings::check(&mut checker, split);
+        let found = discover::discover(&mut checker, objects, folder, context);
+        let document = checker.finish()?;
+        Ok((Self { split, meshes: found.meshes, refused: found.refused, document }, found.notes))
+    }
+
+    /// The meshes to prepare, in order.
+    pub fn sources(&self) -> impl ExactSizeIterator<Item = &MeshSource> {
+        self.meshes.iter().map(|mesh| &mesh.source)
+    }
+
+    /// The objects, out of the results of preparing [`Self::sources`], in the same order. `with_masses`: whether something
+    /// depends on the mass of each object.
+    ///
+    /// Meshes that could not be prepared, whose content is not the pinned one, or whose content or geometry another
+    /// mesh (earlier by name) has already, are refused with a reason; the others make the job.
+    ///
+    /// # Errors
+    /// When no usable object is left, or the split names objects that the job does not have.
+    ///
+    /// # Panics
+    /// If `assets` is not as long as the draft's meshes.
+    pub fn resolve(
+        self,
+        assets: Vec<Result<AssetRecord, MeshRefusal>>,
+        with_masses: bool,
+    ) -> Result<JobObjects, FormErrors> {
+        assert_eq!(assets.len(), self.meshes.len(), "one result per mesh");
+        let mut refused = self.refused;
+        let mut list: Vec<JobObject> = Vec::new();
+        let mut seen: BTreeMap<_, String> = BTreeMap::new();
+        for (mesh, asset) in self.meshes.into_iter().zip(assets) {
+            let asset = match asset {
+                Ok(asset) => asset,
+                Err(refusal) => {
+                    refused.push(refusal);
+                    continue;
+                }
+            };
+            if let Some(refusal) = changed(&mesh, &asset) {
+                refused.push(refusal);
+                continue;
+            }
+            let contents = [asset.object.0, asset.geometry];
+            if let Some(first) = contents.iter().find_map(|content| seen.get(content)) {
+                refused.push(duplicate(&mesh, first));
+                continue;
+            }
+            contents.into_iter().for_each(|content| drop(seen.insert(content, asset.name.clone())));
+            // A mass on which nothing depends is no part of the job.
+            let mass = mesh.mass.filter(|_| with_masses);
+            list.push(JobObject { source: mesh.source, package: mesh.package, asset, mass });
+        }
+        let mut checker = Checker::new(self.document, Vec::new());
+        if list.is_empty() {
+            let found = format!("none: {} refused{}", refused.len(), first_refusals(&refused));
+            checker.invalid("objects", "at least one usable mesh", found);
+        }
+        let mut split = self.split;
+        let names: Vec<&str> = list.iter().map(|object| object.source.name.as_str()).collect();
+        name_objects(&mut checker, "validation_objects", &mut split.validation_objects, &names);
+        name_objects(&mut checker, "test_objects", &mut split.test_objects, &names);
+        checker.finish()?;
+        Ok(JobObjects { list, refused, split })
+    }
+}
+
+/// File or built-in name of a mesh.
+fn origin_of(mesh: &FoundMesh) -> String {
+    match &mesh.source.origin {
+        MeshOrigin::File(path) => path.display().to_string(),
+        MeshOrigin::BuiltIn(name) => name.clone(),
+    }
+}
+
+/// Refusal of a mesh whose content is not the pinned one.
+fn changed(mesh: &FoundMesh, asset: &AssetRecord) -> Option<MeshRefusal> {
+    let pinned = mesh.pinned.filter(|pinned| *pinned != asset.object)?;
+    Some(MeshRefusal {
+        file: origin_of(mesh),
+        reason: "changed".to_owned(),
+        problem: format!("its content is {}, the job pins {}", asset.object.0.short(), pinned.0.short()),
+        place: None,
+        remedy: "restore the mesh, or take the pin out of the job for a new dataset".to_owned(),
+    })
+}
+
+/// Refusal of a mesh that has the geometry of another one, by the other's name.
+fn duplicate(mesh: &FoundMesh, first: &str) -> MeshRefusal {
+    MeshRefusal {
+        file: origin_of(mesh),
+        reason: "duplicate".to_owned(),
+        problem: format!("has the same geometry as `{first}`"),
+        place: None,
+        remedy: "nothing is lost; exclude one of the two to silence this".to_owned(),
+    }
+}
+
+/// Turns the patterns of a choice into the names that they fit; each must fit one.
+fn name_objects(checker: &mut Checker, key: &str, choice: &mut ObjectChoice, names: &[&str]) {
+    let ObjectChoice::Named(patterns) = choice else { return };
+    for (index, wanted) in patterns.iter().enumerate() {
+        if !names.is_empty() && !names.iter().any(|name| fits_name(wanted, name)) {
+            let path = Path::from("split").key(key).index(index);
+            let report = checker.not_found(path, "object", format!("`{wanted}`"));
+            report.help_if(did_you_mean(wanted, names.iter().copied()));
+        }
+    }
+    let named = |name: &&&str| patterns.iter().any(|wanted| fits_name(wanted, name));
+    *patterns = names.iter().filter(named).map(|name| (*name).to_owned()).collect();
+}
+
+fn first_refusals(refused: &[MeshRefusal]) -> String {
+    refused.iter().take(3).map(|refusal| format!("; {refusal}")).collect()
+}

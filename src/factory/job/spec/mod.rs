@@ -1,0 +1,50 @@
+//! Job files as written: the one source of their keys, from which the decoder, the JSON Schema and the reference in the
+//! documentation are all derived (see `schema`). Keys that several products share stand here, the others with their product.
+//!
+//! Keys with a default are plain values here, since the profile's file fills them in before a job is read; an `Option`
+//! is a key without a default. `x-unit` is the unit of a number.
+
+mod built_in;
+mod hand;
+mod objects;
+mod set;
+mod split;
+
+pub use built_in::{BuiltInSpec, HalfShapesSpec, OnlyHalfShapes};
+pub use hand::HandSpec;
+pub use objects::{LimitsSpec, MeshRow, ObjectsSpec, UnitSpec};
+use schemars::{JsonSchema, json_schema};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+pub use set::{MemberSpec, SetSpec};
+pub use split::{ObjectChoiceSpec, SplitSpec, SubsetSpec};
+
+use super::Profile;
+use format::Product;
+
+/// The keys that every job has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HeadSpec {
+    /// Product of the job. Decides which of the other keys there are.
+    #[schemars(schema_with = "product_schema")]
+    pub product: Product,
+    /// Name of the job, for people. Without it, the file's name.
+    #[schemars(extend("examples" = ["ycb-completion"]))]
+    pub name: Option<String>,
+    /// Seed of every random stream: split, distances, sensor noise, starts of a search. Each stream is keyed by its purpose,
+    /// so that adding a mesh or storing one more channel changes no other sample.
+    #[schemars(range(min = 0), extend("examples" = [7]))]
+    pub seed: i64,
+    /// Defaults of the other keys. A profile sets nothing that cannot be set on its own.
+    #[schemars(extend("examples" = ["thesis"]))]
+    pub profile: Profile,
+    /// Overrides by `--set` when this file was written. Already applied; only for the record.
+    pub overrides: Vec<String>,
+}
+
+/// The names of all products, each with its meaning.
+fn product_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    let choice = |product: Product| json!({ "const": product.name, "description": product.summary, "type": "string" });
+    let choices: Vec<_> = Product::all().map(choice).collect();
+    json_schema!({ "oneOf": choices, "examples": ["reachability"] })
+}

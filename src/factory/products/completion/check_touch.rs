@@ -1,0 +1,47 @@
+//! Settings of touch beside completion pairs.
+
+use std::path::Path as FilePath;
+
+use super::{
+    settings::{RandomRays, Touch, TouchByHand},
+    spec_touch::TouchSpec,
+};
+use crate::job::read_hand;
+use form::Checker;
+use sim::HandModel;
+
+/// Kinds of touch.
+pub(super) fn touch(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) -> Touch {
+    let asked = spec.exploration || spec.grasp;
+    idle(checker, &["rays", "ray_target"], &[("random_rays", spec.random_rays)]);
+    idle(checker, &["approaches"], &[("exploration", spec.exploration)]);
+    idle(checker, &["hand"], &[("exploration", spec.exploration), ("grasp", spec.grasp)]);
+    if asked && spec.hand.is_none() {
+        let help = "`hand = { scene = \"../scenes/barrett_bh8_280.xml\" }`; docs/hands.md says how to bring your own";
+        checker.missing("touch.hand", "the hand that touches").help(help);
+    }
+    let can_touch = HandModel::check_solids;
+    let hand = spec.hand.as_ref().filter(|_| asked);
+    let hand = hand.and_then(|hand| read_hand(checker, "touch.hand", hand, folder, can_touch));
+    Touch {
+        random_rays: spec.random_rays.then_some(RandomRays { count: spec.rays, target: spec.ray_target }),
+        by_hand: hand.map(|hand| TouchByHand {
+            hand,
+            exploration: spec.exploration.then_some(spec.approaches),
+            grasp: spec.grasp,
+        }),
+    }
+}
+
+/// Reports keys of a kind of touch that the job does not ask for, which are a slip. When the kind's own key is written as
+/// `false`, they are meant.
+fn idle(checker: &mut Checker, keys: &[&str], kinds: &[(&str, bool)]) {
+    let written = |key: &str| checker.has(&format!("touch.{key}"));
+    let Some(key) = keys.iter().find(|key| written(key)) else { return };
+    if kinds.iter().any(|(kind, asked)| *asked || written(kind)) {
+        return;
+    }
+    let kinds: Vec<String> = kinds.iter().map(|(kind, _)| (*kind).to_owned()).collect();
+    let asked: Vec<String> = kinds.iter().map(|kind| format!("`{kind} = true`")).collect();
+    checker.missing(&format!("touch.{}", kinds[0]), format!("{} beside `{key}`", asked.join(" or ")));
+}

@@ -1,0 +1,114 @@
+//! A resolved completion job as keys of a job file.
+
+use std::path::Path;
+
+use super::{
+    settings::{CompletionJob, CompletionSettings, DepthFormat, Distance, RandomRays, TouchByHand},
+    spec::{
+        AnglesSpec, CameraSpec, CompletionSpec, DepthSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance,
+        GridViews, MatrixViews, TruthRule, ViewsSpec,
+    },
+};
+use crate::job::{keys_of, without};
+use kernel::{geom::ViewSet, voxel::Truth};
+
+impl CompletionJob {
+    /// Keys of the job file beside objects, split and shards. Keys that do not matter have the standard values. With a folder
+    /// the hand's file is named relative to it, otherwise by content alone.
+    pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
+        let spec = spec(&self.settings, folder);
+        let keys = without(keys_of(&spec), &["objects", "split", "shards"]);
+        if folder.is_some() { keys } else { without(keys, &["touch.hand.scene"]) }
+    }
+}
+
+fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec {
+    let CompletionSettings {
+        views,
+        pivot,
+        camera,
+        scene: _,
+        distance,
+        renderer,
+        sensor,
+        resolution,
+        drop_index_zero,
+        solid_with_surface,
+        truth,
+        gate,
+        channels,
+        touch,
+    } = settings;
+    let mut spec = CompletionSpec::standard();
+    (spec.views, spec.pivot, spec.renderer) = (views_spec(views), *pivot, *renderer);
+    spec.distance = match *distance {
+        Distance::Fixed(distance) => DistanceSpec::Fixed(distance),
+        Distance::Range { min, max } => DistanceSpec::Range(DistanceRange { min, max }),
+        Distance::Fit { share } => DistanceSpec::Fit(FitDistance { fit: share }),
+    };
+    spec.camera = CameraSpec {
+        width: camera.width,
+        height: camera.height,
+        horizontal_fov: None,
+        fx: Some(camera.fx),
+        fy: Some(camera.fy),
+        cx: Some(camera.cx),
+        cy: Some(camera.cy),
+        near: camera.near,
+        scene: None,
+        camera: None,
+    };
+    if let Some(sensor) = sensor {
+        spec.sensor.profile = sensor.profile_name().to_owned();
+        spec.sensor.constants = sensor.canonical().into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    }
+    (spec.grid.resolution, spec.grid.drop_index_zero) = (*resolution, *drop_index_zero);
+    (spec.truth.rule, spec.truth.fraction) = match *truth {
+        Truth::AnyOverlap => (TruthRule::AnyOverlap, None),
+        Truth::Centre => (TruthRule::Centre, None),
+        Truth::Fraction(fraction) => (TruthRule::Fraction, Some(fraction)),
+        Truth::LowerCorners => (TruthRule::LowerCorners, None),
+    };
+    spec.truth.solid_with_surface = *solid_with_surface;
+    (spec.gate.min_partial_cells, spec.gate.min_overlap) = (gate.min_partial_cells, gate.min_overlap);
+
+    let stored = &mut spec.channels;
+    (stored.visibility, stored.cloud, stored.coverage) = (channels.visibility, channels.cloud, channels.coverage);
+    (stored.depth, stored.depth_step) = match channels.depth {
+        None => (DepthSpec::None, stored.depth_step),
+        Some(DepthFormat::F32) => (DepthSpec::F32, stored.depth_step),
+        Some(DepthFormat::U16 { step }) => (DepthSpec::U16, step),
+    };
+    (stored.tsdf, stored.tsdf_truncation) = (channels.tsdf.is_some(), channels.tsdf.unwrap_or(stored.tsdf_truncation));
+    stored.implicit = channels.implicit.is_some();
+    if let Some(points) = channels.implicit {
+        (stored.implicit_surface, stored.implicit_space) = (points.surface, points.space);
+    }
+    if let Some(RandomRays { count, target }) = touch.random_rays {
+        (spec.touch.random_rays, spec.touch.rays, spec.touch.ray_target) = (true, count, target);
+    }
+    if let Some(TouchByHand { hand, exploration, grasp }) = &touch.by_hand {
+        (spec.touch.exploration, spec.touch.grasp) = (exploration.is_some(), *grasp);
+        spec.touch.approaches = exploration.unwrap_or(spec.touch.approaches);
+        spec.touch.hand = Some(hand.spec(folder));
+    }
+    spec
+}
+
+/// The rotations one by one, or by a rule that a job file can state.
+fn views_spec(views: &ViewSet) -> ViewsSpec {
+    match views {
+        ViewSet::RollPitchYaw { roll, pitch, yaw } => {
+            let [roll, pitch, yaw] = [roll, pitch, yaw].map(|angles| AnglesSpec::List(angles.clone()));
+            ViewsSpec::Grid(GridViews { roll, pitch, yaw, unit: None })
+        }
+        ViewSet::Even { count } => ViewsSpec::Even(EvenViews { even: *count }),
+        ViewSet::List(rotations) => {
+            let rows = rotations.iter().map(|rotation| {
+                let matrix = rotation.matrix();
+                std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
+            });
+            ViewsSpec::Matrices(MatrixViews { matrices: rows.collect() })
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Shape-completion pairs: a partial and a complete occupancy grid of one view (thesis ch. 5).
+//!
+//! [`CompletionWorker`] is the producer of one thread: it loads an object, then makes its views one by one, and reuses all of
+//! its memory. The chain of a view: pose (`scene`) -> depth (raster or MuJoCo) -> sensor -> grid placement -> partial
+//! -> complete -> gate -> records (`encode`), among them touch (`touch`).
+
+mod check;
+mod check_touch;
+mod depth;
+mod encode;
+mod feel;
+mod keys;
+mod row;
+mod scene;
+mod settings;
+pub mod spec;
+mod spec_touch;
+mod touch;
+mod work;
+mod worker;
+
+pub use encode::channels_of;
+pub use row::FACTORY;
+pub use scene::{camera_from_world, world_from_object};
+pub use settings::{
+    Channels, CompletionJob, CompletionSettings, DepthFormat, Distance, Gate, ImplicitSamples, Pivot, RandomRays,
+    RayTarget, Renderer, SceneCamera, Touch, TouchByHand,
+};
+pub use touch::TouchSurface;
+pub use worker::{CompletionWorker, RejectReason};

@@ -1,0 +1,92 @@
+//! The row of completion in the factory's table of products.
+
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::{
+    check,
+    settings::{CompletionJob, CompletionSettings, Distance, Renderer},
+    spec::{CompletionSpec, PROFILES},
+};
+use crate::{
+    job::{DraftWork, JobContext, JobObject, JobObjects, ObjectsDraft, default_shard_samples},
+    product::ProductFactory,
+};
+use form::{Checker, FormErrors, Schema, schema_of};
+use format::{PARTIAL_INSIDE_COMPLETE, Product};
+use kernel::{
+    geom::GridPlacement,
+    render::{SENSOR_CONSTANTS, SensorConstant, SensorModel},
+    voxel::Truth,
+};
+
+/// Completion as the factory makes it.
+pub static FACTORY: ProductFactory =
+    ProductFactory { product: Product::COMPLETION, keys, profiles: PROFILES, inputs: &[], draft };
+
+fn keys(title: &str) -> Schema {
+    let mut schema = schema_of::<CompletionSpec>(title);
+    describe_sensors(&mut schema.value_mut()["properties"]["sensor"]["properties"]);
+    schema
+}
+
+/// Lists the sensor model's own profiles and constants.
+fn describe_sensors(sensor: &mut Value) {
+    let profiles: Vec<&str> = ["none"].into_iter().chain(SensorModel::profiles()).collect();
+    sensor["profile"]["enum"] = json!(profiles);
+    let models: Vec<SensorModel> = SensorModel::profiles().filter_map(SensorModel::profile).collect();
+    let constant = |(index, constant): (usize, &SensorConstant)| {
+        let SensorConstant { key, unit, min, max, meaning } = constant;
+        let value_of = |model: &SensorModel| format!("{}: {}", model.profile_name(), model.canonical()[index].1);
+        let values: Vec<String> = models.iter().map(value_of).collect();
+        let description = format!("{meaning}. {}.", values.join(", "));
+        let mut schema = json!({ "type": "number", "minimum": min, "maximum": max, "description": description });
+        schema["examples"] = json!([models[0].canonical()[index].1]);
+        if *unit != "1" {
+            schema["x-unit"] = json!(unit);
+        }
+        ((*key).to_owned(), schema)
+    };
+    let constants: Map<String, Value> = SENSOR_CONSTANTS.iter().enumerate().map(constant).collect();
+    sensor["constants"]["properties"] = Value::Object(constants);
+    sensor["constants"]["additionalProperties"] = json!(false);
+}
+
+fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobContext) -> Result<DraftWork, FormErrors> {
+    let (spec, mut checker) = checker.value_of::<CompletionSpec>(keys)?;
+    let settings = check::settings(&mut checker, &spec, folder);
+    let objects = ObjectsDraft::read(checker, &spec.split, &spec.objects, folder, context)?;
+    let shard_samples = spec.shards.samples.unwrap_or_else(|| default_shard_samples(settings.views.len() as u32));
+    let draws_colours = settings.renderer == Renderer::MujocoGl;
+    let obeys = settings.truth == Truth::AnyOverlap && settings.sensor.is_none() && !settings.drop_index_zero;
+    let work = DraftWork::of_objects(objects, shard_samples, |objects, notes| {
+        notes.extend(dotted_partials(&objects, &settings));
+        CompletionJob { objects, settings }
+    });
+    let rules = if obeys { vec![PARTIAL_INSIDE_COMPLETE] } else { Vec::new() };
+    Ok(DraftWork { draws_colours, rules, ..work })
+}
+
+/// A warning about objects whose grid cells are narrower than a pixel: their partial grids come out dotted.
+fn dotted_partials(objects: &JobObjects, settings: &CompletionSettings) -> Option<String> {
+    let distance = match settings.distance {
+        Distance::Fixed(distance) => distance,
+        Distance::Range { max, .. } => max,
+        Distance::Fit { .. } => return None,
+    };
+    let pixel = distance / settings.camera.fx.min(settings.camera.fy);
+    let cells = GridPlacement::FILL * f64::from(settings.resolution);
+    let side = |object: &&JobObject| object.asset.extents.into_iter().fold(0.0, f64::max);
+    let small: Vec<&JobObject> = objects.list.iter().filter(|object| side(object) < pixel * cells).collect();
+    let smallest = small.iter().copied().min_by(|a, b| side(a).total_cmp(&side(b)))?;
+    Some(format!(
+        "{} of {} objects are under {:.0} mm: at {distance} m their grid cells are narrower than a pixel, so their \
+         partials are dotted (smallest: `{}`, {:.0} mm); a shorter `distance`, or `distance = {{ fit = 0.6 }}`, mends it",
+        small.len(),
+        objects.list.len(),
+        pixel * cells * 1e3,
+        smallest.source.name,
+        side(&smallest) * 1e3,
+    ))
+}

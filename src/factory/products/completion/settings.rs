@@ -1,0 +1,230 @@
+//! A completion job, checked.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::job::{JobHand, JobObjects};
+use kernel::{
+    geom::{Intrinsics, ViewSet},
+    render::SensorModel,
+    voxel::Truth,
+};
+
+/// Settings and objects of a completion job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompletionJob {
+    /// The objects and their split.
+    pub objects: JobObjects,
+    /// Settings of the samples.
+    pub settings: CompletionSettings,
+}
+
+impl CompletionJob {
+    /// The same job without touch by hands, which changes no other channel of its samples.
+    pub fn without_hands(&self) -> Self {
+        let mut job = self.clone();
+        job.settings.touch.by_hand = None;
+        job
+    }
+}
+
+/// The camera of an MJCF scene that gave the numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneCamera {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// The camera's name in it.
+    pub camera: String,
+    /// Image width [px].
+    pub width: u32,
+    /// Image height [px].
+    pub height: u32,
+}
+
+/// Settings of the shape-completion product.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompletionSettings {
+    /// Rotations of the object.
+    pub views: ViewSet,
+    /// Point that the object is rotated about.
+    pub pivot: Pivot,
+    /// The camera.
+    pub camera: Intrinsics,
+    /// Scene that gave the camera's numbers, if one did.
+    pub scene: Option<SceneCamera>,
+    /// Distance from the camera to the pivot.
+    pub distance: Distance,
+    /// Renderer of the depth image.
+    pub renderer: Renderer,
+    /// Noise of the depth sensor; `None` is a perfect sensor.
+    pub sensor: Option<SensorModel>,
+    /// Cells along each axis of the grids, 1 to 128.
+    pub resolution: u32,
+    /// `thesis` quirk: cells with index 0 on any axis are dropped from both grids.
+    pub drop_index_zero: bool,
+    /// `thesis` quirk: the 256^3 solid also holds every cell that the surface crosses, as binvox does.
+    pub solid_with_surface: bool,
+    /// Rule by which a cell of the complete grid is occupied.
+    pub truth: Truth,
+    /// Conditions under which a pair is kept.
+    pub gate: Gate,
+    /// Channels beside the pair.
+    pub channels: Channels,
+    /// Kinds of touch that go with each pair.
+    pub touch: Touch,
+}
+
+/// The point that an object is rotated about, and that stands at the stated distance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pivot {
+    /// Centre of the bounding box.
+    BoxCentre,
+    /// Origin of the mesh's own frame (`thesis`).
+    MeshOrigin,
+}
+
+/// Distance from the camera to the pivot along the optical axis [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Distance {
+    /// The same for every sample.
+    Fixed(f64),
+    /// Uniform, drawn per sample.
+    Range {
+        /// Shortest [m].
+        min: f64,
+        /// Longest [m].
+        max: f64,
+    },
+    /// So that the sphere around the object's box fills this share of the shorter image side.
+    Fit {
+        /// 0 to 1.
+        share: f64,
+    },
+}
+
+/// Renderer of the depth image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Renderer {
+    /// Our z-buffer in the projected box: the fastest, needs nothing.
+    Raster,
+    /// Rays through MuJoCo's `mj_multiRay`.
+    MujocoRay,
+    /// MuJoCo's OpenGL renderer, without a window. Needs EGL.
+    MujocoGl,
+}
+
+impl Renderer {
+    /// Name in job files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Raster => "raster",
+            Self::MujocoRay => "mujoco-ray",
+            Self::MujocoGl => "mujoco-gl",
+        }
+    }
+}
+
+/// Conditions under which a pair is kept; the others are rejects with a reason.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gate {
+    /// Fewest occupied cells of the partial grid.
+    pub min_partial_cells: u32,
+    /// Least |partial AND complete| / |partial|; 0 asks for nothing.
+    pub min_overlap: f64,
+}
+
+/// Channels beside the pair.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channels {
+    /// One more bit plane: cells that the camera sees to be free.
+    pub visibility: bool,
+    /// The depth crop.
+    pub depth: Option<DepthFormat>,
+    /// The partial point cloud.
+    pub cloud: bool,
+    /// Truncated signed distance at the same grid, with this truncation in cells.
+    pub tsdf: Option<f64>,
+    /// Share of each cell that is solid, 8 bits.
+    pub coverage: bool,
+    /// Samples for implicit networks.
+    pub implicit: Option<ImplicitSamples>,
+}
+
+/// Format of a stored depth crop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthFormat {
+    /// Metres as f32, NaN = no return.
+    F32,
+    /// Steps of this many metres as u16, 0 = no return.
+    U16 {
+        /// Metres per step.
+        step: f64,
+    },
+}
+
+/// Counts of points for an implicit network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImplicitSamples {
+    /// Points on the surface, with normals.
+    pub surface: u32,
+    /// Points in the grid's box, with signed distance.
+    pub space: u32,
+}
+
+/// Kinds of touch that go with each pair.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Touch {
+    /// Rays at random positions.
+    pub random_rays: Option<RandomRays>,
+    /// By a hand.
+    pub by_hand: Option<TouchByHand>,
+}
+
+impl Touch {
+    /// Whether there is any.
+    pub fn is_asked(&self) -> bool {
+        self.random_rays.is_some() || self.by_hand.is_some()
+    }
+}
+
+/// Touch by a hand; at least one of its two kinds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TouchByHand {
+    /// The hand.
+    pub hand: JobHand,
+    /// Exploration of the surface that the camera did not see: approaches per view, at least 1; `None` without.
+    pub exploration: Option<u32>,
+    /// Whether the hand grasps once.
+    pub grasp: bool,
+}
+
+impl TouchByHand {
+    /// Approaches per view, of both kinds.
+    pub fn approaches(&self) -> u32 {
+        self.exploration.unwrap_or(0) + u32::from(self.grasp)
+    }
+}
+
+/// Rays from the object's far side towards the camera, along its optical axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RandomRays {
+    /// Rays per view, at least 1.
+    pub count: u32,
+    /// Target of the rays.
+    pub target: RayTarget,
+}
+
+/// Target of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RayTarget {
+    /// The mesh's own triangles.
+    Mesh,
+    /// Quirk of the thesis: cells of the complete grid. A ray runs along a column of cells and stops at the lower corner of
+    /// the first occupied one.
+    Cells,
+}

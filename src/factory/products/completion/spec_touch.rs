@@ -1,0 +1,36 @@
+//! The keys of touch beside completion pairs.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::settings::RayTarget;
+use crate::job::spec::HandSpec;
+
+/// Touch that goes with each pair, of what the camera did not see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TouchSpec {
+    /// Rays from the object's far side towards the camera, along its optical axis, at random places of the object's box:
+    /// where each meets the object first.
+    #[schemars(extend("examples" = [true]))]
+    pub random_rays: bool,
+    /// With `random_rays`: how many for each view.
+    #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "rays"))]
+    pub rays: u32,
+    /// With `random_rays`: what a ray meets.
+    #[schemars(extend("examples" = ["mesh"]))]
+    pub ray_target: RayTarget,
+    /// A hand feels its way over what the camera did not see: guarded moves, each of which ends where the hand comes to
+    /// rest on the object, or when it has missed it.
+    #[schemars(extend("examples" = [true]))]
+    pub exploration: bool,
+    /// With `exploration`: how many guarded moves for each view.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "approaches"))]
+    pub approaches: u32,
+    /// A hand takes hold of the object once.
+    #[schemars(extend("examples" = [true]))]
+    pub grasp: bool,
+    /// With `exploration` or `grasp`: the hand.
+    #[schemars(extend("examples" = [{ "scene": "../scenes/barrett_bh8_280.xml" }]))]
+    pub hand: Option<HandSpec>,
+}

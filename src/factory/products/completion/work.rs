@@ -1,0 +1,189 @@
+//! A completion job as the factory runs it.
+
+use std::{collections::BTreeMap, path::Path};
+
+use super::{
+    channels_of,
+    settings::{CompletionJob, CompletionSettings, DepthFormat, Renderer},
+    worker::CompletionWorker,
+};
+use crate::{
+    ProduceError,
+    job::{Divided, JobObjects},
+    objects::check_hand,
+    plan::{JobSplits, SubjectItems},
+    work::{OpenWork, Producer, Work, WorkCosts, WorkTables},
+};
+use format::{Channel, Product};
+use kernel::{
+    geom::{DepthCrop, SimdLevel},
+    ids::SampleId,
+    render::{DepthError, DepthSource},
+    words::NumberClass,
+};
+use sim::{gl_facts, sim_facts};
+
+/// Processor time of one approach of a hand, or of one grasp, measured on the YCB scans [s]. A pilot has no hands, so that it
+/// stays short.
+const SECONDS_PER_APPROACH: f64 = 0.025;
+/// Processor time of preparing an object to be touched, measured on the YCB scans [s].
+const SECONDS_PER_TOUCHED_OBJECT: f64 = 0.4;
+/// Bytes on disk per approach, measured on the YCB scans: a pose, some eight joints in double precision, and three contacts.
+const BYTES_PER_APPROACH: f64 = 330.0;
+
+impl Work for CompletionJob {
+    fn product(&self) -> Product {
+        Product::COMPLETION
+    }
+
+    fn subjects(&self) -> Vec<SubjectItems> {
+        let items = self.settings.views.len() as u32;
+        self.objects.ids().map(|id| SubjectItems { id, items, samples_per_item: 1 }).collect()
+    }
+
+    fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
+        let mut keys = self.keys(Some(folder));
+        keys.extend(self.objects.resolved(folder));
+        keys.insert("shards".to_owned(), toml::Table::from_iter([("samples".to_owned(), shard_samples.into())]).into());
+        keys
+    }
+
+    fn sample_keys(&self) -> toml::Table {
+        self.keys(None)
+    }
+
+    fn subject_keys(&self) -> toml::Table {
+        self.objects.subject_keys()
+    }
+
+    fn objects(&self) -> Option<&JobObjects> {
+        Some(&self.objects)
+    }
+
+    fn divided(&self) -> Option<Divided<'_>> {
+        Some(self.objects.divided(self.settings.views.equal_rotations()))
+    }
+
+    fn tables(&self, splits: Option<&JobSplits>) -> WorkTables {
+        let settings = &self.settings;
+        let class = match settings.renderer {
+            Renderer::Raster => NumberClass::Exact,
+            Renderer::MujocoRay => NumberClass::Physics,
+            Renderer::MujocoGl => NumberClass::Colour,
+        };
+        // Contacts are placed on the grid of the pair: they are no more equal than that is.
+        let class_of_hands = class.max(NumberClass::Physics);
+        let by_hand = settings.touch.by_hand.as_ref();
+        let channels = channels_of(settings).into_iter().filter(|channel| TOUCH_BY_HAND.contains(channel));
+        WorkTables {
+            class,
+            channel_classes: channels.map(|channel| (channel, class_of_hands)).collect(),
+            platform: platform(settings),
+            assets: self.objects.rows(),
+            hands: by_hand.map(|touch| touch.hand.row()).into_iter().collect(),
+            splits: Some(splits.map(|splits| splits.table.clone()).unwrap_or_default()),
+            warnings: self.objects.warnings().collect(),
+        }
+    }
+
+    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        if let Some(touch) = &self.settings.touch.by_hand {
+            check_hand(&touch.hand)?;
+        }
+        Ok(Box::new(OpenCompletion { job: self, seed, level }))
+    }
+
+    fn costs(&self) -> WorkCosts {
+        let views = self.settings.views.len().max(1) as f64;
+        let left_out_seconds = self.settings.touch.by_hand.as_ref().map_or(0.0, |touch| {
+            SECONDS_PER_APPROACH * f64::from(touch.approaches()) + SECONDS_PER_TOUCHED_OBJECT / views
+        });
+        WorkCosts { measured: None, left_out_seconds }
+    }
+
+    fn for_pilot(&self) -> Option<Box<dyn Work>> {
+        self.settings.touch.by_hand.is_some().then(|| -> Box<dyn Work> { Box::new(self.without_hands()) })
+    }
+
+    fn expected_bytes(&self, _raw: f64) -> f64 {
+        expected_bytes(&self.settings)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        vec![format!("{} views per object", self.settings.views.len())]
+    }
+
+    fn depth_source(&self, seed: u64, level: SimdLevel) -> Result<Option<Box<dyn DepthSource + '_>>, ProduceError> {
+        Ok(Some(Box::new(DepthAgain { job: self, worker: CompletionWorker::new(self, seed, level, None)? })))
+    }
+}
+
+/// Channels of touch by a hand.
+const TOUCH_BY_HAND: [Channel; 2] = [Channel::TOUCH_EXPLORATION, Channel::TOUCH_GRASP];
+
+/// Facts of the machine that the numbers depend on beside our own code; none for class `exact`.
+fn platform(settings: &CompletionSettings) -> BTreeMap<String, String> {
+    match settings.renderer {
+        Renderer::Raster if settings.touch.by_hand.is_none() => BTreeMap::new(),
+        Renderer::Raster | Renderer::MujocoRay => sim_facts().platform(None),
+        Renderer::MujocoGl => sim_facts().platform(gl_facts().ok().as_ref()),
+    }
+}
+
+/// A completion job whose producers can be made; they share nothing.
+struct OpenCompletion<'j> {
+    job: &'j CompletionJob,
+    seed: u64,
+    level: SimdLevel,
+}
+
+impl OpenWork for OpenCompletion<'_> {
+    fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
+        let hand = self.job.settings.touch.by_hand.as_ref();
+        Ok(Box::new(CompletionWorker::new(self.job, self.seed, self.level, hand)?))
+    }
+}
+
+/// Makes the depth images of views again, without touching.
+struct DepthAgain<'j> {
+    job: &'j CompletionJob,
+    worker: CompletionWorker<'j>,
+}
+
+impl DepthSource for DepthAgain<'_> {
+    fn depth(&mut self, sample: &SampleId) -> Result<Option<DepthCrop>, DepthError> {
+        let Some(object) = self.job.objects.ids().position(|id| id == sample.subject) else { return Ok(None) };
+        self.worker.load(object)?;
+        Ok(Some(self.worker.depth_of(sample.item)?.clone()))
+    }
+}
+
+/// Bytes of a stored sample, about: bit planes and records compress about 24-fold at a resolution of 40 (measured on solids
+/// with one-sided views), numbers about 2-fold.
+fn expected_bytes(settings: &CompletionSettings) -> f64 {
+    let cells = f64::from(settings.resolution).powi(3);
+    let channels = &settings.channels;
+    let planes = 2.0 + f64::from(u8::from(channels.visibility));
+    // An object at 1 m in the default camera covers about 100 x 100 pixels.
+    let pixels = 10_000.0;
+    let mut bytes = 300.0 + planes * cells / 8.0 / 24.0;
+    bytes += match channels.depth {
+        None => 0.0,
+        Some(DepthFormat::F32) => pixels * 4.0 / 2.0,
+        Some(DepthFormat::U16 { .. }) => pixels * 2.0 / 2.5,
+    };
+    bytes += if channels.cloud { pixels / 2.0 * 12.0 / 1.5 } else { 0.0 };
+    bytes += if channels.tsdf.is_some() { cells * 2.0 / 6.0 } else { 0.0 };
+    bytes += if channels.coverage { cells / 15.0 } else { 0.0 };
+    bytes += channels
+        .implicit
+        .map_or(0.0, |points| (f64::from(points.surface) * 24.0 + f64::from(points.space) * 16.0) / 1.1);
+    // Random coordinates hardly shrink: of 40 rays about 24 touch something, 33 bytes each, 12 otherwise.
+    bytes += settings.touch.random_rays.map_or(0.0, |rays| 60.0 + 26.0 * f64::from(rays.count));
+    let by_hand = settings.touch.by_hand.as_ref();
+    bytes += by_hand.map_or(0.0, |touch| {
+        let kinds = f64::from(u8::from(touch.exploration.is_some()) + u8::from(touch.grasp));
+        100.0 * kinds + BYTES_PER_APPROACH * f64::from(touch.approaches())
+    });
+    bytes
+}

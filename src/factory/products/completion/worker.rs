@@ -1,0 +1,316 @@
+//! The producer of completion pairs for one thread: loads an object, then makes its views one by one.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+
+use super::{
+    depth::{DepthSource, SimObject},
+    encode::{ChannelScratch, MadeView, channels_of},
+    feel::{HandOnObject, TouchingHand},
+    scene::{camera_from_world, distance, pivot_point, world_from_object},
+    settings::{CompletionJob, CompletionSettings, TouchByHand},
+    touch::TouchSurface,
+};
+use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
+use format::{Channel, PairFacts, VoxelPair};
+use kernel::{
+    assets::Winding,
+    geom::{Aabb, DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
+    ids::{Digest, ItemId, ObjectId, SampleId},
+    object::PreparedObject,
+    render::{Rasteriser, SensorScratch},
+    seed::Stream,
+    voxel::{
+        NoGrid, SolidObject, ViewGrids,
+        channels::{CoverageBlocks, Surface},
+        solid_occupancy,
+    },
+};
+
+/// Reason why a view makes no sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RejectReason {
+    /// No pixel sees the object.
+    NothingSeen,
+    /// All pixels see one point: a grid has no size.
+    NoExtent,
+    /// Fewer occupied partial cells than the gate asks for.
+    FewPartialCells,
+    /// Too small a share of the partial grid lies in the complete one.
+    LowOverlap,
+}
+
+impl RejectReason {
+    /// Name that is counted.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NothingSeen => "nothing_seen",
+            Self::NoExtent => "no_extent",
+            Self::FewPartialCells => "few_partial_cells",
+            Self::LowOverlap => "low_overlap",
+        }
+    }
+}
+
+/// An object ready for its views.
+pub struct CompletionObject {
+    id: ObjectId,
+    bounds: Aabb,
+    pivot: Point3<f64>,
+    pub(super) kernel: SolidObject,
+    sim: SimObject,
+    /// For the channels that want them.
+    pub(super) coverage: Option<CoverageBlocks>,
+    pub(super) surface: Option<Arc<Surface>>,
+    /// For touch, where the job wants it.
+    pub(super) touch: Option<TouchSurface>,
+}
+
+/// Reason why a view gave no pair.
+enum PairError {
+    Grid(NoGrid),
+    Failed(ProduceError),
+}
+
+impl From<NoGrid> for PairError {
+    fn from(none: NoGrid) -> Self {
+        Self::Grid(none)
+    }
+}
+
+impl From<ProduceError> for PairError {
+    fn from(error: ProduceError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// The producer of one thread; its memory is reused from view to view.
+pub struct CompletionWorker<'j> {
+    scratch: ViewScratch<'j>,
+    /// The job's hand.
+    hand: Option<TouchingHand>,
+    /// The object that was loaded last, with its index in the job.
+    loaded: Option<(usize, LoadedObject)>,
+}
+
+/// An object, and the job's hand beside it.
+struct LoadedObject {
+    object: CompletionObject,
+    hand: Option<HandOnObject>,
+}
+
+/// Memory in which views are made.
+struct ViewScratch<'j> {
+    job: &'j CompletionJob,
+    settings: &'j CompletionSettings,
+    seed: u64,
+    level: SimdLevel,
+    rasteriser: Rasteriser,
+    grids: ViewGrids,
+    sensor: SensorScratch,
+    source: DepthSource,
+    crop: DepthCrop,
+    pair: VoxelPair,
+    channels: ChannelScratch,
+}
+
+impl<'j> CompletionWorker<'j> {
+    /// A producer for one thread; without a hand it cannot touch by one.
+    ///
+    /// # Errors
+    /// When the job's renderer is not available, or its hand cannot be read.
+    pub fn new(
+        job: &'j CompletionJob,
+        seed: u64,
+        level: SimdLevel,
+        by_hand: Option<&TouchByHand>,
+    ) -> Result<Self, ProduceError> {
+        let settings = &job.settings;
+        let scratch = ViewScratch {
+            source: DepthSource::new(settings.renderer),
+            job,
+            settings,
+            seed,
+            level,
+            rasteriser: Rasteriser::new(level),
+            grids: ViewGrids::new(level),
+            sensor: SensorScratch::default(),
+            crop: DepthCrop::default(),
+            pair: empty_pair(settings),
+            channels: ChannelScratch::default(),
+        };
+        let hand = by_hand.map(|by_hand| TouchingHand::new(&by_hand.hand)).transpose()?;
+        Ok(Self { scratch, hand, loaded: None })
+    }
+
+    /// Prepares an object again and checks that it is still the one of the job.
+    fn prepare(&self, index: usize) -> Result<LoadedObject, ProduceError> {
+        let ViewScratch { job, settings, level, source, .. } = &self.scratch;
+        let prepared = prepared(&job.objects.list[index])?;
+        let sim = source.model(prepared.mesh())?;
+        let hand = self.hand.as_ref().map(|hand| hand.on_object(&prepared)).transpose()?;
+        Ok(LoadedObject { object: CompletionObject::new(&prepared, settings, *level, sim), hand })
+    }
+
+    /// Makes the depth image of an item of the loaded object, after the sensor, without storing anything.
+    ///
+    /// # Errors
+    /// When a renderer fails.
+    pub fn depth_of(&mut self, item: ItemId) -> Result<&DepthCrop, ProduceError> {
+        let (_, loaded) = self.loaded.as_ref().expect("an object is loaded before its views are made");
+        match self.scratch.fill_pair(&loaded.object, &SampleId::of_object(loaded.object.id, item)) {
+            Err(PairError::Failed(error)) => Err(error),
+            Ok(()) | Err(PairError::Grid(_)) => Ok(&self.scratch.crop),
+        }
+    }
+}
+
+impl ViewScratch<'_> {
+    /// Makes one view, and stores or rejects it.
+    fn make(
+        &mut self,
+        loaded: &mut LoadedObject,
+        item: ItemId,
+        out: &mut SampleWriter<'_>,
+    ) -> Result<(), ProduceError> {
+        let LoadedObject { object, hand } = loaded;
+        let sample = SampleId::of_object(object.id, item);
+        let reason = match self.fill_pair(object, &sample) {
+            Ok(()) => self.gate(),
+            Err(PairError::Failed(error)) => return Err(error),
+            Err(PairError::Grid(NoGrid::NothingSeen)) => {
+                Some((RejectReason::NothingSeen, "no pixel sees the object".to_owned()))
+            }
+            Err(PairError::Grid(NoGrid::NoExtent)) => {
+                Some((RejectReason::NoExtent, "all pixels see one point".to_owned()))
+            }
+        };
+        let facts: PairFacts = self.pair.facts();
+        if let Some((reason, detail)) = reason {
+            return out.reject(sample, facts, reason.name(), &detail);
+        }
+        let made = MadeView { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
+        self.channels.encode(&made, &mut self.grids, hand.as_mut(), out)?;
+        out.keep(sample, facts)
+    }
+
+    fn fill_pair(&mut self, object: &CompletionObject, sample: &SampleId) -> Result<(), PairError> {
+        let settings = self.settings;
+        let rotation = settings.views.rotation(sample.item.0 as usize);
+        let distance = distance(settings, &object.bounds, || Stream::of_sample(self.seed, sample, "distance"));
+        let pair = &mut self.pair;
+        (pair.partial_cells, pair.complete_cells, pair.both_cells, pair.solid_share) = (0, 0, 0, 0.0);
+        pair.sample = *sample;
+        pair.world_from_object = world_from_object(&object.pivot, &rotation, distance);
+        pair.camera_from_object = camera_from_world() * pair.world_from_object;
+
+        match &mut self.source {
+            DepthSource::Raster => {
+                let seen = self.rasteriser.render(&object.kernel.render, &settings.camera, &pair.camera_from_object);
+                self.crop.clone_from(seen);
+            }
+            source => source.look(&object.sim, &settings.camera, &pair.camera_from_object, &mut self.crop)?,
+        }
+        if let Some(sensor) = &settings.sensor {
+            let mut stream = Stream::of_sample(self.seed, sample, "sensor");
+            sensor.apply_with(&mut self.sensor, &settings.camera, &mut self.crop, &mut stream);
+        }
+
+        let (grids, drop_zero) = (&mut self.grids, settings.drop_index_zero);
+        pair.grid = grids.place(&self.crop, &settings.camera, settings.resolution)?;
+        grids.partial(&self.crop, &settings.camera, &pair.grid, drop_zero, &mut pair.partial);
+        pair.partial_cells = pair.partial.count();
+        if pair.partial_cells < settings.gate.min_partial_cells {
+            // The complete grid of a view that is left out need not be made.
+            return Ok(());
+        }
+        let pose = &pair.camera_from_object;
+        grids.complete(&object.kernel, pose, &pair.grid, settings.truth, drop_zero, &mut pair.complete);
+        pair.complete_cells = pair.complete.count();
+        pair.both_cells = pair.partial.count_both(&pair.complete);
+        pair.solid_share = grids.solid_share(&object.kernel, pose, &pair.grid);
+        Ok(())
+    }
+
+    /// Why the pair of this view is left out, with numbers.
+    fn gate(&self) -> Option<(RejectReason, String)> {
+        let (pair, gate) = (&self.pair, &self.settings.gate);
+        let cells = pair.partial_cells;
+        if cells < gate.min_partial_cells {
+            return Some((RejectReason::FewPartialCells, format!("{cells} cells, {} asked", gate.min_partial_cells)));
+        }
+        let overlap = f64::from(pair.both_cells) / f64::from(cells);
+        (gate.min_overlap > 0.0 && overlap < gate.min_overlap).then(|| {
+            (
+                RejectReason::LowOverlap,
+                format!("{} of {cells} cells overlap, share {} asked", pair.both_cells, gate.min_overlap),
+            )
+        })
+    }
+}
+
+impl Producer for CompletionWorker<'_> {
+    fn channels(&self) -> Vec<Channel> {
+        channels_of(self.scratch.settings)
+    }
+
+    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+        if self.loaded.as_ref().is_none_or(|(index, _)| *index != subject) {
+            // The memory of the object before goes first.
+            self.loaded = None;
+            self.loaded = Some((subject, self.prepare(subject)?));
+        }
+        Ok(())
+    }
+
+    fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
+        let (_, loaded) = self.loaded.as_mut().expect("an object is loaded before its views are made");
+        self.scratch.make(loaded, item, out)
+    }
+}
+
+impl CompletionObject {
+    fn new(prepared: &PreparedObject, settings: &CompletionSettings, level: SimdLevel, sim: SimObject) -> Self {
+        let (mesh, record, bounds) = (prepared.mesh(), prepared.record(), prepared.bounds());
+        let solid = match settings.solid_with_surface {
+            false => Arc::clone(prepared.solid()),
+            true => Arc::new(solid_occupancy(mesh, prepared.inside_test(), true)),
+        };
+        let channels = &settings.channels;
+        let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
+        Self {
+            id: record.object,
+            pivot: pivot_point(settings.pivot, &bounds),
+            bounds,
+            sim,
+            coverage: channels.coverage.then(|| CoverageBlocks::new(&solid)),
+            surface: wants_surface.then(|| Arc::clone(prepared.surface())),
+            touch: settings.touch.is_asked().then(|| TouchSurface::of_tree(prepared.tree(), level)),
+            kernel: SolidObject::new(
+                mesh,
+                solid,
+                record.watertight,
+                record.winding == Winding::Outward,
+                settings.truth,
+            ),
+        }
+    }
+}
+
+fn empty_pair(settings: &CompletionSettings) -> VoxelPair {
+    VoxelPair {
+        sample: SampleId::of_object(ObjectId(Digest([0; 32])), ItemId(0)),
+        grid: GridPlacement { resolution: settings.resolution, centre: Point3::origin(), cell_size: 1.0 },
+        camera: settings.camera,
+        camera_from_object: Pose::identity(),
+        world_from_object: Pose::identity(),
+        world_from_camera: camera_from_world().inverse(),
+        partial: OccupancyGrid::new(settings.resolution),
+        complete: OccupancyGrid::new(settings.resolution),
+        partial_cells: 0,
+        complete_cells: 0,
+        both_cells: 0,
+        solid_share: 0.0,
+    }
+}

@@ -1,0 +1,139 @@
+//! From the keys of a job for grasps to settings that make sense: every mistake that the schema cannot see.
+
+use std::path::Path as FilePath;
+
+use super::{
+    keys::SEARCH_KEYS,
+    settings::{GraspSettings, Physics},
+    spec::{
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec, KeepSpec,
+        MassSpec, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec, UniformSpec,
+    },
+};
+use crate::job::{JobHand, read_hand};
+use form::Checker;
+use robot::grasp::{
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, Rolls, Sampler, SearchFrame, Uniform, WrenchSpace,
+};
+use sim::HandModel;
+
+/// The product's settings, and the hand; `None` when that has a fault, which is reported.
+pub(super) fn settings(
+    checker: &mut Checker,
+    spec: &GraspsSpec,
+    folder: &FilePath,
+) -> (GraspSettings, Option<JobHand>) {
+    let hand = spec.hand.as_ref();
+    let hand = hand.and_then(|hand| read_hand(checker, "hand", hand, folder, HandModel::check_grasping));
+    let settings = GraspSettings {
+        seeds: spec.grasps.seeds,
+        sampler: sampler(checker, spec),
+        annealing: annealing(checker, &spec.annealing),
+        keeping: keeping(&spec.keep),
+        physics: spec.physics.as_ref().map(|spec| physics(checker, spec)),
+    };
+    (settings, hand)
+}
+
+fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
+    let chosen = match spec.grasps.sampler {
+        SamplerSpec::Annealing => "annealing",
+        SamplerSpec::Uniform => "uniform",
+        SamplerSpec::Antipodal => "antipodal",
+    };
+    let other = format!("grasps.sampler = \"{chosen}\"");
+    for section in ["uniform", "antipodal"].into_iter().filter(|section| *section != chosen) {
+        if checker.has(section) {
+            checker.contradiction(section, &other, "these are settings of another sampler");
+        }
+    }
+    for key in SEARCH_KEYS.into_iter().filter(|_| chosen != "annealing") {
+        if checker.has(key) {
+            checker.contradiction(key, &other, "nothing is searched for: of the annealing its energy alone counts");
+        }
+    }
+    match spec.grasps.sampler {
+        SamplerSpec::Annealing => Sampler::Annealing,
+        SamplerSpec::Uniform => {
+            let UniformSpec { grasps, poses, rolls } = &spec.uniform;
+            Sampler::Uniform(Uniform {
+                grasps: *grasps,
+                rolls: Rolls(rolls.clone()),
+                upright: *poses == PosesSpec::Upright,
+            })
+        }
+        SamplerSpec::Antipodal => {
+            let &AntipodalSpec { pairs, friction, best } = &spec.antipodal;
+            Sampler::Antipodal(Antipodal { pairs, friction, best })
+        }
+    }
+}
+
+fn annealing(checker: &mut Checker, spec: &AnnealingSpec) -> Annealing {
+    if spec.energy == EnergySpec::Contact && checker.has("annealing.potential_scale") {
+        let other = "annealing.energy = \"contact\"";
+        checker.contradiction("annealing.potential_scale", other, "the contact energy has no potential to scale");
+    }
+    if spec.most_failures > spec.steps && checker.has("annealing.most_failures") {
+        let expected = format!("at most as many as annealing.steps = {}", spec.steps);
+        checker.invalid(
+            "annealing.most_failures",
+            expected,
+            format!("{}: no seed is ever given up", spec.most_failures),
+        );
+    }
+    let &AnnealingSpec { steps, friction, potential_scale, whole_schedule, descent, best, most_failures, .. } = spec;
+    Annealing {
+        steps,
+        energy: match spec.energy {
+            EnergySpec::Contact => EnergyKind::Contact,
+            EnergySpec::ContactAndPotential => EnergyKind::ContactAndPotential,
+        },
+        space: space(spec.space),
+        friction,
+        potential_scale,
+        whole_schedule,
+        descent,
+        frame: match spec.frame {
+            FrameSpec::Seed => SearchFrame::Seed,
+            FrameSpec::Object => SearchFrame::Object,
+        },
+        amplitudes: match spec.amplitudes {
+            AmplitudesSpec::Named(_) => AmplitudeRange::Joints,
+            AmplitudesSpec::Clamped(range) => AmplitudeRange::Clamped(range.clamped),
+        },
+        best,
+        most_failures,
+    }
+}
+
+fn keeping(spec: &KeepSpec) -> Keeping {
+    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, most_penetration, table, .. } = spec;
+    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, most_penetration, table }
+}
+
+fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
+    let &PhysicsSpec { friction, mass, perturbed, roll_out_share, roll_outs, gravity } = spec;
+    if roll_out_share == 0.0 && checker.has("physics.roll_outs") {
+        let because = "no grasp is rolled out: the share is 0";
+        checker.contradiction("physics.roll_outs", "physics.roll_out_share = 0", because);
+    }
+    Physics {
+        friction,
+        mass: match mass {
+            MassSpec::Auto(_) => None,
+            MassSpec::Kilograms(mass) => Some(mass),
+        },
+        perturbed,
+        roll_out_share,
+        roll_outs,
+        six_directions: gravity == GravitySpec::Six,
+    }
+}
+
+fn space(spec: SpaceSpec) -> WrenchSpace {
+    match spec {
+        SpaceSpec::Force => WrenchSpace::Force,
+        SpaceSpec::Wrench => WrenchSpace::Wrench,
+    }
+}

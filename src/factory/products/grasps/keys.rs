@@ -1,0 +1,133 @@
+//! A resolved job for grasps as keys of a job file.
+
+use std::path::Path;
+
+use super::{
+    settings::{GraspJob, GraspSettings, Physics},
+    spec::{
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, EnergySpec, FrameSpec, GraspsSpec,
+        GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec, UniformSpec,
+    },
+};
+use crate::job::{keys_of, without};
+use robot::grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, Sampler, SearchFrame, WrenchSpace};
+
+/// Keys of the annealing that say how it searches; the others rate the states of any sampler.
+pub(super) const SEARCH_KEYS: [&str; 7] = [
+    "annealing.steps",
+    "annealing.whole_schedule",
+    "annealing.descent",
+    "annealing.frame",
+    "annealing.amplitudes",
+    "annealing.best",
+    "annealing.most_failures",
+];
+
+impl GraspJob {
+    /// Keys of the job file beside objects, split and shards, without those that the other keys make idle. With a folder the
+    /// hand's file is named relative to it, otherwise by content alone.
+    pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
+        let GraspSettings { sampler, annealing, physics, .. } = &self.settings;
+        let mut spec = spec(&self.settings);
+        spec.hand = Some(self.hand.spec(folder));
+        let mut idle = vec!["objects", "split", "shards"];
+        if folder.is_none() {
+            idle.push("hand.scene");
+        }
+        match sampler {
+            Sampler::Annealing => idle.extend(["uniform", "antipodal"]),
+            Sampler::Uniform(_) => idle.push("antipodal"),
+            Sampler::Antipodal(_) => idle.push("uniform"),
+        }
+        if *sampler != Sampler::Annealing {
+            idle.extend(SEARCH_KEYS);
+        }
+        if annealing.energy == EnergyKind::Contact {
+            idle.push("annealing.potential_scale");
+        }
+        if physics.is_some_and(|physics| physics.roll_out_share == 0.0) {
+            idle.push("physics.roll_outs");
+        }
+        without(keys_of(&spec), &idle)
+    }
+}
+
+fn spec(settings: &GraspSettings) -> GraspsSpec {
+    let GraspSettings { seeds, sampler, annealing, keeping, physics } = settings;
+    let mut spec = GraspsSpec::standard();
+    spec.grasps.seeds = *seeds;
+    spec.grasps.sampler = match sampler {
+        Sampler::Annealing => SamplerSpec::Annealing,
+        Sampler::Uniform(uniform) => {
+            let poses = if uniform.upright { PosesSpec::Upright } else { PosesSpec::Any };
+            spec.uniform = UniformSpec { grasps: uniform.grasps, poses, rolls: uniform.rolls.0.clone() };
+            SamplerSpec::Uniform
+        }
+        Sampler::Antipodal(antipodal) => {
+            let &robot::grasp::Antipodal { pairs, friction, best } = antipodal;
+            spec.antipodal = AntipodalSpec { pairs, friction, best };
+            SamplerSpec::Antipodal
+        }
+    };
+    spec.annealing = annealing_spec(annealing);
+    let &Keeping { friction, edges, torsion, space, min_epsilon, advance, most_penetration, table } = keeping;
+    let space = space_spec(space);
+    spec.keep = KeepSpec { friction, edges, torsion, space, min_epsilon, advance, most_penetration, table };
+    spec.physics = physics.map(|physics| {
+        let Physics { friction, mass, perturbed, roll_out_share, roll_outs, six_directions } = physics;
+        PhysicsSpec {
+            friction,
+            mass: mass.map_or(MassSpec::Auto(AutoMass::Auto), MassSpec::Kilograms),
+            perturbed,
+            roll_out_share,
+            roll_outs,
+            gravity: if six_directions { GravitySpec::Six } else { GravitySpec::Lifted },
+        }
+    });
+    spec
+}
+
+fn annealing_spec(annealing: &Annealing) -> AnnealingSpec {
+    let &Annealing {
+        steps,
+        energy,
+        space,
+        friction,
+        potential_scale,
+        whole_schedule,
+        descent,
+        frame,
+        amplitudes,
+        best,
+        most_failures,
+    } = annealing;
+    AnnealingSpec {
+        steps,
+        energy: match energy {
+            EnergyKind::Contact => EnergySpec::Contact,
+            EnergyKind::ContactAndPotential => EnergySpec::ContactAndPotential,
+        },
+        space: space_spec(space),
+        friction,
+        potential_scale,
+        whole_schedule,
+        descent,
+        frame: match frame {
+            SearchFrame::Seed => FrameSpec::Seed,
+            SearchFrame::Object => FrameSpec::Object,
+        },
+        amplitudes: match amplitudes {
+            AmplitudeRange::Joints => AmplitudesSpec::Named(NamedAmplitudes::Joints),
+            AmplitudeRange::Clamped(clamped) => AmplitudesSpec::Clamped(ClampedAmplitudes { clamped }),
+        },
+        best,
+        most_failures,
+    }
+}
+
+fn space_spec(space: WrenchSpace) -> SpaceSpec {
+    match space {
+        WrenchSpace::Force => SpaceSpec::Force,
+        WrenchSpace::Wrench => SpaceSpec::Wrench,
+    }
+}

@@ -1,0 +1,25 @@
+//! Grasps: how a hand can hold an object (thesis ch. 4 and 7.3).
+//!
+//! [`GraspWorker`] is the producer of one thread: it loads an object and makes its runs one by one, each from a seed
+//! of its own ([`seeds`]). A state that the search found ([`robot::grasp`]) becomes a record in `recorded`; where the
+//! job asks for physics, the kept grasps are tried in MuJoCo (`trials`), and no grasp depends on the outcome.
+
+mod check;
+mod hand;
+mod keys;
+mod recorded;
+mod row;
+mod seeds;
+mod settings;
+mod shapes;
+pub mod spec;
+mod trials;
+mod work;
+mod worker;
+
+pub use hand::GraspHand;
+pub use row::FACTORY;
+pub use seeds::seeds;
+pub use settings::{GraspJob, GraspSettings, Physics};
+pub use shapes::{hand_shape, object_shape, trial_hand};
+pub use worker::GraspWorker;

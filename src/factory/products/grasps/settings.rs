@@ -1,0 +1,81 @@
+//! A job for grasps, checked.
+
+use crate::job::{JobHand, JobObjects};
+use robot::grasp::{Annealing, Keeping, Sampler};
+
+/// Settings, hand and objects of a job for grasps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspJob {
+    /// The objects and their split.
+    pub objects: JobObjects,
+    /// The hand.
+    pub hand: JobHand,
+    /// Settings of the search and of its judgement.
+    pub settings: GraspSettings,
+}
+
+/// Settings of the search for grasps and of its judgement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspSettings {
+    /// Runs per object, at least 1.
+    pub seeds: u32,
+    /// Source of states of the hand.
+    pub sampler: Sampler,
+    /// The search; for the other samplers, the rating of states.
+    pub annealing: Annealing,
+    /// Conditions under which a grasp is kept.
+    pub keeping: Keeping,
+    /// Physical trials of the kept grasps; `None` without.
+    pub physics: Option<Physics>,
+}
+
+impl GraspSettings {
+    /// Whether trials depend on the known mass of each object.
+    pub fn asks_for_masses(&self) -> bool {
+        self.physics.is_some_and(|physics| physics.mass.is_none())
+    }
+}
+
+/// Physical trials of the kept grasps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Physics {
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Mass of every object [kg]; `None`: as the job knows it, otherwise by its volume.
+    pub mass: Option<f64>,
+    /// Perturbed runs of each grasp.
+    pub perturbed: u32,
+    /// Share of the grasps that are rolled out, 0 to 1.
+    pub roll_out_share: f64,
+    /// Runs of each grasp that is rolled out, at least 1.
+    pub roll_outs: u32,
+    /// Gravity from six directions, without lift and shake.
+    pub six_directions: bool,
+}
+
+impl GraspSettings {
+    /// Steps of a run: steps of annealing, approaches, or pairs.
+    pub fn steps(&self) -> u32 {
+        match &self.sampler {
+            Sampler::Annealing => self.annealing.steps,
+            Sampler::Uniform(uniform) => uniform.grasps,
+            Sampler::Antipodal(antipodal) => antipodal.pairs,
+        }
+    }
+
+    /// Grasps per run, at most.
+    pub fn best(&self) -> u32 {
+        match &self.sampler {
+            Sampler::Annealing => self.annealing.best,
+            Sampler::Uniform(uniform) => uniform.grasps,
+            Sampler::Antipodal(antipodal) => antipodal.best,
+        }
+    }
+}
+
+impl Physics {
+    /// Trials of a kept grasp, on average.
+    pub fn trials(&self) -> f64 {
+        1.0 + f64::from(self.perturbed) + self.roll_out_share * f64::from(self.roll_outs)
+    }
+}

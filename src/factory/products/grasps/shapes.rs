@@ -1,0 +1,58 @@
+//! Shapes of the hand and the objects for the dataset, so that grasps can be drawn and replayed.
+
+use super::{hand::GraspHand, settings::GraspJob};
+use crate::{ProduceError, job::JobObject, objects::prepared};
+use format::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
+use kernel::{geom::RestingPoses, ids::ObjectId};
+use robot::kinematics::JointKind;
+use sim::{HandModel, PlainHand, TrialProtocol, plain_hand};
+
+/// The hand, whose content is `id`.
+pub fn hand_shape(hand: &GraspHand, id: ObjectId) -> HandShape {
+    let GraspHand { hand, bodies, .. } = hand;
+    let joints = hand.tree().joints().iter().map(|joint| HandJoint {
+        name: joint.joint.name.clone(),
+        slides: joint.joint.kind == JointKind::Prismatic,
+        carried_by: joint.carried_by,
+        link_from_joint: joint.joint.origin,
+        axis: joint.joint.axis,
+    });
+    let solids = bodies.bodies.iter().flat_map(|body| {
+        body.geometries.iter().map(|part| LinkSolid {
+            link: body.link,
+            shape: part.shape.clone(),
+            link_from_solid: part.link_from_shape,
+        })
+    });
+    HandShape {
+        name: hand.name().to_owned(),
+        id,
+        links: hand.links().to_vec(),
+        joints: joints.collect(),
+        solids: solids.collect(),
+    }
+}
+
+/// An object's mesh, prepared again, and how it rests on a table.
+///
+/// # Errors
+/// When it can't be prepared any more, or is another one than when the job was resolved.
+pub fn object_shape(object: &JobObject) -> Result<(ObjectShape, RestingPoses), ProduceError> {
+    let prepared = prepared(object)?;
+    Ok((ObjectShape { object: object.id(), mesh: prepared.mesh().clone() }, prepared.resting().clone()))
+}
+
+/// The hand as trials have it, for plain MuJoCo; `None` where the job asks for none, or the hand cannot be described without
+/// further files.
+///
+/// # Errors
+/// When the hand cannot be read any more.
+pub fn trial_hand(job: &GraspJob) -> Result<Option<TrialHand>, ProduceError> {
+    if job.settings.physics.is_none() {
+        return Ok(None);
+    }
+    let scene = &job.hand.scene;
+    let plain = HandModel::open(scene).and_then(|model| plain_hand(&model, &TrialProtocol::STANDARD));
+    let plain = plain.map_err(|error| ProduceError::unusable(scene.display().to_string(), error))?;
+    Ok(plain.map(|PlainHand { mjcf, drive }| TrialHand { mjcf, drive }))
+}

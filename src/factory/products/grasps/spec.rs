@@ -1,0 +1,332 @@
+//! The keys of a job for grasps.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::job::spec::{HandSpec, ObjectsSpec, SplitSpec};
+
+/// Defaults of the profile `standard`, and the ones that `thesis` changes.
+pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
+
+/// A job that searches for grasps: from places spread over each object, how can the hand hold it?
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct GraspsSpec {
+    /// Where the objects come from: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,
+    /// `package` and `built_in`.
+    #[schemars(length(min = 1))]
+    pub objects: Vec<ObjectsSpec>,
+    /// The hand that grasps: one with eigengrasps.
+    // Without an `Option` a mistake in it would hide those of the other keys.
+    #[schemars(required)]
+    pub hand: Option<HandSpec>,
+    /// How much is searched.
+    pub grasps: GraspRunsSpec,
+    /// Simulated annealing of the hand's pose and posture. Its energy rates states of the other samplers, too.
+    pub annealing: AnnealingSpec,
+    /// What `sampler = "uniform"` does.
+    pub uniform: UniformSpec,
+    /// What `sampler = "antipodal"` does.
+    pub antipodal: AntipodalSpec,
+    /// Which of the states that annealing kept are kept as grasps, once the hand is closed. The others stay in the dataset,
+    /// with the reason why not.
+    pub keep: KeepSpec,
+    /// Physical trials of the kept grasps: closed on the free object in a simulation, lifted and shaken. Without it there are
+    /// none. They change no grasp.
+    #[schemars(extend("examples" = [{ "friction": 0.5 }]))]
+    pub physics: Option<PhysicsSpec>,
+    /// Which objects train, validate and test; an item is a run.
+    pub split: SplitSpec,
+    /// The files of the dataset.
+    pub shards: RunShardsSpec,
+}
+
+impl GraspsSpec {
+    /// The standard defaults, without objects and a hand.
+    pub fn standard() -> Self {
+        let text = format!("objects = []\n{}", PROFILES[0]);
+        toml::from_str(&text).expect("the standard defaults are keys of a job (a test reads them)")
+    }
+}
+
+/// How much is searched.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GraspRunsSpec {
+    /// Runs per object. Each run of annealing starts from a seed of its own; seeds are spread evenly over the surface.
+    #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
+    pub seeds: u32,
+    /// Source of the hand's states, before they are closed and judged.
+    #[schemars(extend("examples" = ["uniform"]))]
+    pub sampler: SamplerSpec,
+}
+
+/// Source of the hand's states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SamplerSpec {
+    /// A search: `[annealing]`.
+    Annealing,
+    /// Approaches all round an axis of the object, no search: `[uniform]`.
+    Uniform,
+    /// A gripper's pads on opposite sides of the object, no search: `[antipodal]`. Needs a hand with a `width` whose two pads
+    /// one motor slides towards each other.
+    Antipodal,
+}
+
+/// Approaches all round an axis, at right angles to it, spread evenly: the opened hand comes from afar until it meets the object
+/// or its approach frame is on the axis, and closes there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UniformSpec {
+    /// Grasps per run.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "grasps"))]
+    pub grasps: u32,
+    /// The axis of each run.
+    #[schemars(extend("examples" = ["any"]))]
+    pub poses: PosesSpec,
+    /// Rolls of the hand about its approach, which the grasps of a run take in turn. At 0 the approach frame's x axis is at right
+    /// angles to the axis, to the right along the approach.
+    #[schemars(length(min = 1, max = 1000), extend("x-unit" = "rad", "examples" = [[0.0]]))]
+    pub rolls: Vec<f64>,
+}
+
+/// Which axes runs go round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PosesSpec {
+    /// The object's z axis, through the middle of its box; each run at a height of its own, spread evenly.
+    Upright,
+    /// Any direction, drawn for each run, through the middle of the box: the object's z axis as it is turned to any pose.
+    Any,
+}
+
+/// A gripper's pads on pairs of points whose line is within the friction cones of both.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AntipodalSpec {
+    /// Pairs that a run draws, over all the surface, each with a roll of the hand about its line.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "pairs"))]
+    pub pairs: u32,
+    /// Coefficient of these cones.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
+    pub friction: f64,
+    /// States that a run keeps, the best by energy, no two alike.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
+    pub best: u32,
+}
+
+/// Simulated annealing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AnnealingSpec {
+    /// Steps per run.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
+    pub steps: u32,
+    /// What is minimised.
+    pub energy: EnergySpec,
+    /// The space in which the potential's epsilon is measured.
+    pub space: SpaceSpec,
+    /// Friction coefficient of the potential.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
+    pub friction: f64,
+    /// The potential is multiplied by this, so that temperatures mean the same for both energies.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub potential_scale: f64,
+    /// The schedule of temperatures is stretched over the steps, so that short runs end cold, too. Else step i is as cold as
+    /// step i of 70,000.
+    pub whole_schedule: bool,
+    /// Only what lowers the energy is accepted: for comparison.
+    #[schemars(extend("examples" = [true]))]
+    pub descent: bool,
+    /// The frame in which position and rotation of the hand are searched.
+    pub frame: FrameSpec,
+    /// How far the amplitudes of the eigengrasps go: `joints`, as far as the joints allow, or `{ clamped = 4.0 }`.
+    #[schemars(extend("examples" = [{ "clamped": 4.0 }]))]
+    pub amplitudes: AmplitudesSpec,
+    /// States that a run keeps, no two alike.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
+    pub best: u32,
+    /// A seed is given up after so many steps in a row without a legal neighbour.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
+    pub most_failures: u32,
+}
+
+/// What annealing minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EnergySpec {
+    /// How far the virtual contacts are from the surface, and how far they look past it.
+    Contact,
+    /// The potential, -epsilon of the weighted virtual contacts, where it is below 0, else the contact energy.
+    ContactAndPotential,
+}
+
+/// A space of wrenches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpaceSpec {
+    /// Forces alone.
+    Force,
+    /// Forces and torques, these about the centre of mass and divided by the object's radius.
+    Wrench,
+}
+
+/// A frame of the search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameSpec {
+    /// The seed's: origin on the surface, z along the inward normal, a random roll.
+    Seed,
+    /// The object's, its origin moved to the centre of its box.
+    Object,
+}
+
+/// How far amplitudes go.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum AmplitudesSpec {
+    /// By name.
+    Named(NamedAmplitudes),
+    /// From minus to plus a number.
+    Clamped(ClampedAmplitudes),
+}
+
+/// A named range of amplitudes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum NamedAmplitudes {
+    /// As far as the joints allow.
+    Joints,
+}
+
+/// From minus to plus a number, joints held at their limits beyond.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClampedAmplitudes {
+    /// The number.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [4.0]))]
+    pub clamped: f64,
+}
+
+/// Which grasps are kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KeepSpec {
+    /// Friction coefficient of the quality.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
+    pub friction: f64,
+    /// Edges of the friction cone.
+    #[schemars(range(min = 3, max = 256), extend("x-unit" = "edges"))]
+    pub edges: u32,
+    /// Makes soft fingers of the contacts: their greatest torque about the normal, for a unit of normal force. Without it
+    /// contacts are hard points.
+    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.002], "x-unit" = "m"), range(max = 0.1))]
+    pub torsion: Option<f64>,
+    /// The space in which force closure is asked for.
+    pub space: SpaceSpec,
+    /// Smallest epsilon in that space; force closure is asked for even at 0.
+    #[schemars(range(min = 0, max = 1))]
+    pub min_epsilon: f64,
+    /// How far the hand may come along its approach before it closes, until it meets the object; where it does not, it closes
+    /// where it is.
+    #[schemars(range(min = 0, max = 0.2), extend("x-unit" = "m"))]
+    pub advance: f64,
+    /// Deepest overlap of hand and mesh before closing.
+    #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
+    pub most_penetration: f64,
+    /// Keeps only what a hand can do to an object on a table: in one pose at least in which the object rests there, the hand stays
+    /// above it while it comes over 10 cm and closes.
+    #[schemars(extend("examples" = [true]))]
+    pub table: bool,
+}
+
+/// Physical trials of the kept grasps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PhysicsSpec {
+    /// Coefficient of friction between object and hand.
+    #[serde(default = "physics::friction")]
+    #[schemars(range(min = 0, max = 10))]
+    pub friction: f64,
+    /// What the object weighs: `auto`, what `mass` of the table of objects says, else 400 kg/m^3 times the volume of its solid,
+    /// 0.02 to 2 kg; or a number [kg].
+    #[serde(default = "physics::mass")]
+    #[schemars(extend("examples" = [0.3]))]
+    pub mass: MassSpec,
+    /// Runs of each grasp under conditions that are a little off: friction by 20 %, mass by 10 %, the object's position by 1 mm
+    /// along each axis and its rotation by 1 degree about each (standard deviations).
+    #[serde(default = "physics::perturbed")]
+    #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
+    pub perturbed: u32,
+    /// Share of the kept grasps whose probability of success is measured.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1), extend("examples" = [0.1]))]
+    pub roll_out_share: f64,
+    /// By how many more such runs.
+    #[serde(default = "physics::roll_outs")]
+    #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
+    pub roll_outs: u32,
+    /// What pulls on the object once it is held.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["six"]))]
+    pub gravity: GravitySpec,
+}
+
+/// What stands for keys of `[physics]` that are not written: the section itself has no default.
+mod physics {
+    use super::{AutoMass, MassSpec};
+
+    pub(super) fn friction() -> f64 {
+        0.5
+    }
+
+    pub(super) fn mass() -> MassSpec {
+        MassSpec::Auto(AutoMass::Auto)
+    }
+
+    pub(super) fn perturbed() -> u32 {
+        2
+    }
+
+    pub(super) fn roll_outs() -> u32 {
+        16
+    }
+}
+
+/// What an object weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MassSpec {
+    /// By the table of objects, else by its volume.
+    Auto(AutoMass),
+    /// Every object the same [kg].
+    Kilograms(#[schemars(range(min = 0.001, max = 100))] f64),
+}
+
+/// A mass by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AutoMass {
+    /// By the table of objects, else by the volume of the solid.
+    Auto,
+}
+
+/// What pulls on a held object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GravitySpec {
+    /// Gravity along -z of the object's mesh; the hand lifts it by 10 cm in 1 s and shakes it by 20 mm at 2, 3 and 4 Hz for 1 s.
+    #[default]
+    Lifted,
+    /// Gravity along -z, z, -y, y, -x and x, half a second each.
+    Six,
+}
+
+/// The files of the dataset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunShardsSpec {
+    /// Runs per shard. Without it, those of one object. Changes no sample.
+    #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "runs", "examples" = [100]))]
+    pub runs: Option<u32>,
+}

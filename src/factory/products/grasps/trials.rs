@@ -1,0 +1,235 @@
+//! Physical trials of the grasps that a run kept.
+
+use std::sync::Arc;
+
+use nalgebra::{IsometryMatrix3, Unit, Vector3};
+
+use super::settings::{GraspJob, Physics};
+use crate::{
+    ProduceError,
+    job::{JobHand, KnownMass},
+};
+use format::{
+    ClosedHand, Grasp, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TrialFacts, TrialMethod,
+    TrialOutcome, TrialVerdict,
+};
+use kernel::{
+    contact::ContactSurface,
+    geom::{MassProperties, Pose},
+    ids::SampleId,
+    seed::Stream,
+    words::GraspVerdict,
+};
+use sim::{
+    Gravity, Grip, HandError, HandModel, Outcome, TrialConditions, TrialSim, TrialSpread, TrialWorker, Verdict,
+    mass_of_volume,
+};
+
+const SPREAD: TrialSpread = TrialSpread::STANDARD;
+
+/// One thread's trials of one hand.
+pub(super) struct Trials {
+    model: HandModel,
+    scene: String,
+    settings: Physics,
+    seed: u64,
+    /// The object that was loaded last.
+    object: Option<TriedObject>,
+    record: GraspTrials,
+}
+
+struct TriedObject {
+    worker: TrialWorker,
+    conditions: TrialConditions,
+}
+
+impl Trials {
+    /// Reads the hand; `run` is a record of it without grasps.
+    ///
+    /// # Errors
+    /// When the hand cannot be read.
+    pub fn new(job: &GraspJob, settings: Physics, seed: u64, run: &GraspRun) -> Result<Self, ProduceError> {
+        let JobHand { scene, .. } = &job.hand;
+        let name = scene.display().to_string();
+        let model = HandModel::open(scene).map_err(|error| ProduceError::unusable(&name, error))?;
+        let TrialSpread { friction, mass, shift, turn } = SPREAD;
+        let record = GraspTrials {
+            sample: run.sample,
+            hand: run.hand.name.clone(),
+            links: run.hand.links.clone(),
+            joints: run.hand.joints.len() as u32,
+            method: TrialMethod {
+                friction: settings.friction,
+                torsion: TrialConditions::TORSION,
+                mass: 1.0,
+                mass_from: String::new(),
+                mass_source: String::new(),
+                gravity: if settings.six_directions { "six" } else { "lifted" }.to_owned(),
+                spreads: [friction, mass, shift, turn],
+            },
+            trials: Vec::new(),
+        };
+        Ok(Self { model, scene: name, settings, seed, object: None, record })
+    }
+
+    /// Turns to an object; `known` is what the job knows of its mass.
+    ///
+    /// # Errors
+    /// When it has no solid inside, or MuJoCo refuses the hand.
+    pub fn load(&mut self, surface: &Arc<ContactSurface>, known: Option<&KnownMass>) -> Result<(), ProduceError> {
+        self.object = None;
+        let no_solid = || ProduceError::unusable(&self.scene, "no solid to be weighed");
+        let properties = MassProperties::of_solid(surface.solid()).ok_or_else(no_solid)?;
+        let sim = TrialSim::new(&self.model, surface, &properties)
+            .map_err(|error| ProduceError::unusable(&self.scene, error))?;
+        let (mass, from, source) = match (self.settings.mass, known) {
+            (Some(mass), _) => (mass, "job", ""),
+            (None, Some(known)) => (known.kilograms, "table", known.source.as_str()),
+            (None, None) => (mass_of_volume(properties.volume), "volume", ""),
+        };
+        let gravity = if self.settings.six_directions { Gravity::Six } else { Gravity::Lifted };
+        let conditions = TrialConditions { friction: self.settings.friction, gravity, ..TrialConditions::new(mass) };
+        let method = &mut self.record.method;
+        (method.mass, method.mass_from, method.mass_source) = (mass, from.to_owned(), source.to_owned());
+        self.object = Some(TriedObject { worker: TrialWorker::new(&sim), conditions });
+        Ok(())
+    }
+
+    /// Tries the kept grasps of a run and appends the payload.
+    ///
+    /// # Errors
+    /// When a grasp does not fit the hand.
+    pub fn run(&mut self, run: &GraspRun, payload: &mut Vec<u8>) -> Result<TrialFacts, ProduceError> {
+        let Self { scene, settings, seed, object, record, .. } = self;
+        let object = object.as_mut().expect("an object is loaded before its grasps are tried");
+        let mut draws = Draws::new(*seed, &run.sample);
+        record.sample = run.sample;
+        record.trials.clear();
+        for (place, grasp) in (0..).zip(&run.grasps) {
+            if grasp.verdict == GraspVerdict::Kept {
+                let trial = object
+                    .grasp(place, grasp, settings, &mut draws)
+                    .map_err(|error| ProduceError::unusable(scene.as_str(), error))?;
+                record.trials.push(trial);
+            }
+        }
+        record.encode(payload);
+        Ok(record.facts())
+    }
+}
+
+/// A sample's own streams: what one setting asks for moves no draw of another.
+struct Draws {
+    perturbed: Stream,
+    chosen: Stream,
+    rolled_out: Stream,
+}
+
+impl Draws {
+    fn new(seed: u64, sample: &SampleId) -> Self {
+        let [perturbed, chosen, rolled_out] =
+            ["perturbed trials", "chosen for roll-outs", "roll-outs"].map(|name| Stream::of_sample(seed, sample, name));
+        Self { perturbed, chosen, rolled_out }
+    }
+}
+
+impl TriedObject {
+    fn grasp(
+        &mut self,
+        place: u32,
+        grasp: &Grasp,
+        settings: &Physics,
+        draws: &mut Draws,
+    ) -> Result<GraspTrial, HandError> {
+        let base_from_object = grasp.object_from_base.isometry().inverse();
+        let conditions = self.conditions;
+        let mut run = |conditions: &TrialConditions| self.worker.run(&grasp.posture, &base_from_object, conditions);
+        let outcome = run(&conditions)?;
+        let mut perturbed = Vec::with_capacity(settings.perturbed as usize);
+        for _ in 0..settings.perturbed {
+            let off = conditions.perturbed(&SPREAD, &mut draws.perturbed);
+            perturbed.push(PerturbedTrial {
+                friction: off.friction,
+                mass: off.mass,
+                shift: off.shift.into(),
+                turn: off.turn.into(),
+                outcome: recorded(&run(&off)?),
+            });
+        }
+        let mut roll_outs = [0; 2];
+        if draws.chosen.unit() < settings.roll_out_share {
+            for _ in 0..settings.roll_outs {
+                let held = run(&conditions.perturbed(&SPREAD, &mut draws.rolled_out))?.verdict.is_held();
+                roll_outs = [roll_outs[0] + 1, roll_outs[1] + u32::from(held)];
+            }
+        }
+        let closed = outcome.closed.as_ref().map(closed_hand);
+        Ok(GraspTrial { grasp: place, outcome: recorded(&outcome), closed, perturbed, roll_outs })
+    }
+}
+
+fn recorded(outcome: &Outcome) -> TrialOutcome {
+    let closed = outcome.closed.as_ref();
+    TrialOutcome {
+        verdict: verdict(&outcome.verdict),
+        time: outcome.time(),
+        closing_time: outcome.closing_time,
+        closed_at_rest: outcome.closed_at_rest,
+        penetration: [outcome.start.penetration, closed.map_or(0.0, Grip::penetration), outcome.shaken_penetration],
+        farthest: outcome.farthest,
+        slips: outcome.slips.iter().map(|slip| [slip.moved, slip.turned]).collect(),
+        force: closed.map_or(0.0, Grip::force),
+        links: outcome.end.as_ref().map_or(0, |end| end.links().len() as u32),
+        opened_by: outcome.start.opened_by,
+        drawn_back: outcome.start.drawn_back,
+        warnings: outcome.warnings,
+    }
+}
+
+fn verdict(verdict: &Verdict) -> TrialVerdict {
+    TrialVerdict::from_name(verdict.reason()).expect("records know every verdict (a test compares them)")
+}
+
+/// The closed hand as the object sees it.
+fn closed_hand(grip: &Grip) -> ClosedHand {
+    let object_from_base: IsometryMatrix3<f64> = grip.base_from_object.inverse();
+    let contacts = grip.touches.iter().map(|touch| {
+        let normal: Vector3<f64> = object_from_base.rotation * touch.normal.into_inner();
+        PressedContact {
+            link: touch.link as u32,
+            point: (object_from_base * touch.point).coords.into(),
+            normal: Unit::new_normalize(normal).into_inner().into(),
+            distance: touch.distance,
+            force: touch.force,
+        }
+    });
+    ClosedHand {
+        joints: grip.joints.clone(),
+        object_from_base: Pose::from_isometry(object_from_base),
+        contacts: contacts.collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sim::{Phase, Verdict};
+
+    #[test]
+    fn records_know_every_verdict() {
+        let lost = |phase| Verdict::Lost { phase, time: 1.0 };
+        let verdicts = [
+            Verdict::Held,
+            Verdict::Refused { penetration: 0.1 },
+            Verdict::NotTouching,
+            Verdict::OneLink,
+            lost(Phase::Closing),
+            lost(Phase::Lift),
+            lost(Phase::Shake),
+            lost(Phase::Turned(3)),
+            Verdict::LetGo { links: 1 },
+        ];
+        assert_eq!(verdicts.map(|known| verdict(&known)), TrialVerdict::ALL[..9]);
+        assert_eq!(TrialVerdict::from_name("unstable"), Some(TrialVerdict::Unstable));
+    }
+}

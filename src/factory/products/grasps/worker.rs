@@ -1,0 +1,158 @@
+//! The producer of grasps for one thread: loads an object, then makes its runs one by one.
+
+use nalgebra::IsometryMatrix3;
+
+use super::{
+    hand::GraspHand,
+    recorded::{method, names, recorded},
+    seeds::seeds,
+    settings::{GraspJob, GraspSettings},
+    trials::Trials,
+};
+use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
+use format::{Channel, GraspRun, RunStretch};
+use kernel::{
+    geom::{Pose, SimdLevel},
+    ids::{Digest, ItemId, ObjectId, SampleId},
+    seed::Stream,
+    words::STRETCHES,
+};
+use robot::grasp::{Annealer, Antipodal, GraspSampler, ObjectSearch, Sampler, Uniform, axes};
+
+/// Reason why a run makes no sample: no neighbour of the seed was legal.
+const NO_LEGAL_STATE: &str = "no_legal_state";
+
+/// Remedy for antipodal sampling with a hand that is no gripper.
+const NO_GRIPPER: &str = "grasps.sampler = \"antipodal\" needs a gripper: a `width` in its table, its pads slid towards each \
+                          other by one motor";
+
+/// The producer of one thread; its memory is reused from run to run.
+pub struct GraspWorker<'j> {
+    job: &'j GraspJob,
+    seed: u64,
+    hand: &'j GraspHand,
+    search: Search,
+    /// The object that was loaded last, with its index in the job.
+    loaded: Option<(usize, LoadedObject)>,
+    record: GraspRun,
+    /// Where the job asks for physics.
+    trials: Option<Trials>,
+}
+
+/// Source of states of the hand.
+enum Search {
+    Annealing(Box<Annealer>),
+    Uniform(Box<GraspSampler>, Uniform),
+    Antipodal(Box<GraspSampler>, Antipodal),
+}
+
+/// An object ready for its runs.
+struct LoadedObject {
+    id: ObjectId,
+    seeds: Vec<IsometryMatrix3<f64>>,
+    search: ObjectSearch,
+}
+
+impl<'j> GraspWorker<'j> {
+    /// A producer for one thread.
+    ///
+    /// # Errors
+    /// When the job asks for physics and the hand cannot be read.
+    pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand, level: SimdLevel) -> Result<Self, ProduceError> {
+        let GraspSettings { sampler, annealing, keeping, .. } = &job.settings;
+        let record = GraspRun {
+            sample: SampleId::of_object(ObjectId(Digest([0; 32])), ItemId(0)),
+            hand: names(&hand.hand, job.hand.id),
+            object_from_seed: Pose::identity(),
+            asked_steps: job.settings.steps(),
+            steps: 0,
+            failed: 0,
+            tries: 0,
+            potentials: 0,
+            course: [RunStretch::default(); STRETCHES],
+            method: method(&job.settings),
+            grasps: Vec::new(),
+            resting_poses: 0,
+        };
+        if matches!(sampler, Sampler::Antipodal(_)) && hand.hand.closing_line().is_none() {
+            return Err(ProduceError::unusable(job.hand.scene.display().to_string(), NO_GRIPPER));
+        }
+        let sampling = || Box::new(GraspSampler::new(&hand.search, annealing, keeping, level));
+        let search = match sampler {
+            Sampler::Annealing => Search::Annealing(Box::new(Annealer::new(&hand.search, annealing, keeping, level))),
+            Sampler::Uniform(uniform) => Search::Uniform(sampling(), uniform.clone()),
+            Sampler::Antipodal(antipodal) => Search::Antipodal(sampling(), *antipodal),
+        };
+        Ok(Self {
+            job,
+            seed,
+            hand,
+            search,
+            loaded: None,
+            trials: job.settings.physics.map(|physics| Trials::new(job, physics, seed, &record)).transpose()?,
+            record,
+        })
+    }
+
+    fn prepare(&mut self, index: usize) -> Result<LoadedObject, ProduceError> {
+        let object = &self.job.objects.list[index];
+        let prepared = prepared(object)?;
+        let name = || object.source.name.clone();
+        let surface = prepared.contact_surface().map_err(|error| ProduceError::unusable(name(), error))?;
+        let id = object.id();
+        let mut stream = Stream::of_job(self.seed, &id.0.0, "grasp seeds");
+        let GraspSettings { sampler, seeds: runs, .. } = &self.job.settings;
+        let seeds = match sampler {
+            Sampler::Uniform(uniform) => axes(surface, uniform, *runs, &mut stream),
+            _ => seeds(surface, *runs, &mut stream),
+        };
+        let search = ObjectSearch::of_object(&prepared).map_err(|error| ProduceError::unusable(name(), error))?;
+        let search = search.ok_or_else(|| ProduceError::unusable(name(), "it has no solid inside"))?;
+        if let Some(trials) = &mut self.trials {
+            trials.load(surface, object.mass.as_ref())?;
+        }
+        Ok(LoadedObject { id, seeds, search })
+    }
+}
+
+impl Producer for GraspWorker<'_> {
+    fn channels(&self) -> Vec<Channel> {
+        let trials = self.job.settings.physics.map(|_| Channel::GRASP_TRIALS);
+        std::iter::once(Channel::GRASP_RUN).chain(trials).collect()
+    }
+
+    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+        if self.loaded.as_ref().is_none_or(|(index, _)| *index != subject) {
+            // The memory of the object before goes first.
+            self.loaded = None;
+            self.loaded = Some((subject, self.prepare(subject)?));
+        }
+        Ok(())
+    }
+
+    fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
+        let (_, object) = self.loaded.as_mut().expect("an object is loaded before its runs are made");
+        let sample = SampleId::of_object(object.id, item);
+        let mut stream = Stream::of_sample(self.seed, &sample, "annealing");
+        let seed = &object.seeds[item.0 as usize];
+        let run = match &mut self.search {
+            Search::Annealing(annealer) => annealer.run(&object.search, seed, &mut stream),
+            Search::Uniform(search, uniform) => search.uniform(&object.search, seed, uniform),
+            Search::Antipodal(search, antipodal) => search.antipodal(&object.search, antipodal, &mut stream),
+        };
+        recorded(&run, sample, &self.hand.hand, &mut self.record);
+        self.record.resting_poses = object.search.resting().poses.len() as u32;
+        let mut facts = self.record.facts();
+        if run.grasps.is_empty() {
+            let detail = format!("{} of {} steps had no legal neighbour", run.failed, run.steps);
+            return out.reject(sample, facts, NO_LEGAL_STATE, &detail);
+        }
+        if let Some(payload) = out.payload(Channel::GRASP_RUN) {
+            self.record.encode(payload);
+        }
+        if let (Some(trials), Some(payload)) = (&mut self.trials, out.payload(Channel::GRASP_TRIALS)) {
+            facts.trials = trials.run(&self.record, payload)?;
+        }
+        out.keep(sample, facts)
+    }
+}

@@ -1,0 +1,31 @@
+//! The products, one folder each: keys of their jobs, producers, and their row in the table.
+
+pub mod completion;
+pub mod grasps;
+pub mod patches;
+pub mod reachability;
+
+use super::product::ProductFactory;
+use format::Product;
+
+/// Every product; a job that names none is of the first.
+pub static PRODUCTS: [&ProductFactory; 4] =
+    [&completion::FACTORY, &reachability::FACTORY, &grasps::FACTORY, &patches::FACTORY];
+
+/// The row of a product.
+///
+/// # Panics
+/// When the factory does not make the product: a test compares the tables.
+pub fn factory_of(product: Product) -> &'static ProductFactory {
+    PRODUCTS.iter().find(|factory| factory.product == product).expect("the factory makes every product of the format")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_product_of_the_format_is_made() {
+        assert!(PRODUCTS.iter().map(|factory| factory.product).eq(Product::all()));
+    }
+}

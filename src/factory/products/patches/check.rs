@@ -1,0 +1,101 @@
+//! From the keys of a job for patches to a job that makes sense: every mistake that the schema cannot see.
+
+use std::path::Path as FilePath;
+
+use super::{
+    grasps_reader::read_grasps,
+    settings::{FoundGrasps, PatchColours, PatchJob, PatchSettings},
+    spec::{PatchCameraSpec, PatchesSpec},
+};
+use crate::job::{read_hand, tidy};
+use form::Checker;
+use kernel::{geom::Intrinsics, ids::Digest};
+use sim::HandModel;
+
+const MAKE_GRASPS: &str = "make it first: `graspmill run jobs/ycb-grasps.toml --out datasets/ycb-grasps`";
+
+/// The whole job; `None` when something is wrong, which is reported.
+pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) -> Option<PatchJob> {
+    let settings = settings(checker, spec);
+    let hand = spec.hand.as_ref();
+    let hand = hand.and_then(|hand| read_hand(checker, "hand", hand, folder, HandModel::check_grasping));
+    let Some(dataset) = &spec.grasps.dataset else {
+        checker.missing("grasps.dataset", "the folder of a finished dataset of grasps").help(MAKE_GRASPS);
+        return None;
+    };
+    let dataset = tidy(&folder.join(dataset));
+    let found = grasps(checker, spec, &dataset);
+    let (hand, grasps, settings) = (hand?, found?, settings?);
+    if hand.id != grasps.hand {
+        let expected = format!("the hand of the grasps, of content {}", grasps.hand.0.short());
+        checker.invalid("hand.scene", expected, format!("{} of content {}", hand.name, hand.id.0.short()));
+        return None;
+    }
+    Some(PatchJob { dataset, grasps, hand, settings })
+}
+
+/// The grasps of the most common types, compared with the root that the job pins.
+fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Option<FoundGrasps> {
+    let found = match read_grasps(dataset, spec.grasps.types) {
+        Ok(found) => found,
+        Err(error) => {
+            checker.not_found("grasps.dataset", "dataset of grasps", error.to_string()).help(MAKE_GRASPS);
+            return None;
+        }
+    };
+    let pinned = spec.grasps.root.as_deref().and_then(Digest::from_hex);
+    if let Some(pinned) = pinned.filter(|pinned| *pinned != found.root) {
+        let expected = format!("grasps of root {}", pinned.short());
+        let seen = format!("{}: {} holds others", found.root.short(), dataset.display());
+        let report = checker.invalid("grasps.root", expected, seen);
+        report.help("restore the dataset, or take `root` out of the job for a new dataset");
+        return None;
+    }
+    if found.types.chosen.is_empty() {
+        let seen = format!("none in {}, {} kept grasps without a type", dataset.display(), found.types.without);
+        checker.invalid("grasps.dataset", "at least one kept grasp that has a type", seen);
+        return None;
+    }
+    Some(found)
+}
+
+fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> {
+    let &PatchCameraSpec { distance, width, height, horizontal_fov, near, point_focal_length } = &spec.camera;
+    let camera = match Intrinsics::from_horizontal_fov(width, height, horizontal_fov, near) {
+        Ok(camera) => camera,
+        Err(error) => {
+            checker.invalid("camera", "a camera", error.to_string());
+            return None;
+        }
+    };
+    if near >= distance && checker.has("camera") {
+        let expected = format!("below the distance, {distance} m");
+        checker.invalid("camera.near", expected, format!("{near} m: nothing would be seen"));
+    }
+    let side = spec.patches.side;
+    if side > width.min(height) {
+        let expected = format!("at most the image's shorter side, {} px", width.min(height));
+        checker.invalid("patches.side", expected, format!("{side} px: every patch would reach out of the image"));
+    }
+    let tips = <[String; 3]>::try_from(spec.patches.tips.clone()).ok()?;
+    if let Some(index) = (1..3).find(|index| tips[..*index].contains(&tips[*index])) {
+        checker.invalid("patches.tips", "three different contacts", format!("{} twice", tips[index]));
+    }
+    if spec.render.randomise && !spec.render.colour {
+        let because = "depth has neither lights nor colours";
+        checker.contradiction("render.randomise", "render.colour = false", because);
+    }
+    Some(PatchSettings {
+        types: spec.grasps.types,
+        side,
+        tips,
+        label: spec.patches.label,
+        camera,
+        horizontal_fov,
+        distance,
+        point_focal_length,
+        image: spec.images.full,
+        heatmap_angle: spec.images.heatmaps.then_some(spec.images.heatmap_angle),
+        colour: spec.render.colour.then_some(PatchColours { randomise: spec.render.randomise }),
+    })
+}

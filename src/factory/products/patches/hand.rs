@@ -1,0 +1,86 @@
+//! The places of a closed hand that patches lie around.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+
+use super::settings::{ChosenGrasp, PatchJob};
+use crate::{Cause, ProduceError, objects::check_hand};
+use format::PATCH_POINTS;
+use robot::hand::Hand;
+use sim::HandModel;
+
+/// A job's hand, read once for all threads.
+pub struct PatchHand {
+    hand: Arc<Hand>,
+    /// Places of F0, F1 and F2 among its contacts.
+    tips: [usize; PATCH_POINTS - 1],
+    /// What the points are called in its description.
+    names: [String; PATCH_POINTS],
+}
+
+/// A fingertip that a hand does not have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("it has no contact `{tip}` for patches.tips; it has {}", present.join(", "))]
+pub struct NoFingertip {
+    /// Contact that the job names.
+    pub tip: String,
+    /// Contacts of the hand.
+    pub present: Vec<String>,
+}
+
+impl PatchHand {
+    /// Reads the hand and checks that it is still the one of the job.
+    ///
+    /// # Errors
+    /// When it is gone, another one, or lacks a fingertip that the job names.
+    pub fn open(job: &PatchJob) -> Result<Self, ProduceError> {
+        check_hand(&job.hand)?;
+        let unusable = |cause: Cause| ProduceError::unusable(job.hand.scene.display().to_string(), cause);
+        let model = HandModel::open(&job.hand.scene).map_err(|error| unusable(error.into()))?;
+        Self::new(model.hand(), &job.settings.tips).map_err(|error| unusable(error.into()))
+    }
+
+    /// The points of a hand whose fingertips are these contacts.
+    ///
+    /// # Errors
+    /// When it has no such contact.
+    pub fn new(hand: &Arc<Hand>, tips: &[String; PATCH_POINTS - 1]) -> Result<Self, NoFingertip> {
+        let mut places = [0; PATCH_POINTS - 1];
+        for (place, tip) in places.iter_mut().zip(tips) {
+            let found = hand.contacts().iter().position(|contact| contact.name == *tip);
+            *place = found.ok_or_else(|| {
+                let present = hand.contacts().iter().map(|contact| contact.name.clone()).collect();
+                NoFingertip { tip: tip.clone(), present }
+            })?;
+        }
+        let [a, b, c] = tips.clone();
+        Ok(Self { hand: Arc::clone(hand), tips: places, names: ["approach".to_owned(), a, b, c] })
+    }
+
+    /// The hand's name.
+    pub fn name(&self) -> &str {
+        self.hand.name()
+    }
+
+    /// What the points are called in the hand's description: palm, F0, F1, F2.
+    pub fn names(&self) -> &[String; PATCH_POINTS] {
+        &self.names
+    }
+
+    /// Where the points of a closed hand are, in `Object` [m].
+    ///
+    /// # Panics
+    /// When the grasp is of a hand with another count of joints.
+    pub fn points(&self, grasp: &ChosenGrasp) -> [Point3<f64>; PATCH_POINTS] {
+        let frames = self.hand.link_frames(&grasp.joints);
+        let tip = |place: usize| grasp.object_from_base.point(&self.hand.contact_in_base(self.tips[place], &frames).0);
+        let palm = Point3::from(*grasp.object_from_approach.translation());
+        [palm, tip(0), tip(1), tip(2)]
+    }
+
+    /// Joints of the hand.
+    pub fn joints(&self) -> usize {
+        self.hand.tree().joints().len()
+    }
+}

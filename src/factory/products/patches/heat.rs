@@ -1,0 +1,88 @@
+//! Truth for heatmaps over whole images: all grasps from about one side, as one camera would see them.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{
+    hand::PatchHand,
+    settings::{GraspedObject, PatchJob, PatchSettings},
+};
+use format::{HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchHeatmap};
+use kernel::{
+    geom::{CameraCv, Intrinsics, Object, Pose},
+    ids::SampleId,
+};
+
+/// Heatmap maker of one thread.
+pub(super) struct HeatView {
+    /// Cosine of the largest angle between an approach and the camera's axis.
+    least: f64,
+    /// The grasps of the object that was loaded last.
+    grasps: Vec<SeenGrasp>,
+    record: PatchHeatmap,
+}
+
+/// A grasp, as far as heatmaps need it; points in `Object` [m].
+struct SeenGrasp {
+    run: u32,
+    rank: u32,
+    type_index: u32,
+    value: f32,
+    approach: Vector3<f64>,
+    points: [Point3<f64>; PATCH_POINTS],
+}
+
+impl HeatView {
+    /// `angle` [rad]: how far an approach may be from the camera's axis.
+    pub fn new(angle: f64, sample: SampleId, job: &PatchJob) -> Self {
+        let Intrinsics { width, height, .. } = job.settings.camera;
+        let types = job.grasps.types.chosen.len() as u32;
+        let record = PatchHeatmap { sample, width, height, types, angle, points: Vec::new() };
+        Self { least: libm::cos(angle), grasps: Vec::new(), record }
+    }
+
+    /// Turns to an object.
+    pub fn turn_to(&mut self, object: &GraspedObject, job: &PatchJob, hand: &PatchHand) {
+        let seen = object.grasps.iter().map(|grasp| SeenGrasp {
+            run: grasp.run,
+            rank: grasp.rank,
+            type_index: job.grasps.types.index_of(grasp.kind).unwrap_or_default() as u32,
+            value: job.settings.label_of(grasp),
+            approach: grasp.object_from_approach.rotation().matrix().column(2).into_owned(),
+            points: hand.points(grasp),
+        });
+        self.grasps.clear();
+        self.grasps.extend(seen);
+    }
+
+    /// The points in the image of a grasp, the `own` one of the object's.
+    pub fn look(&mut self, patch: &HeatmapPatch, own: usize, settings: &PatchSettings, payload: &mut Vec<u8>) {
+        let axis = self.grasps[own].approach;
+        let camera = settings.projection();
+        self.record.sample = patch.sample;
+        self.record.points.clear();
+        for (place, grasp) in self.grasps.iter().enumerate() {
+            // Rounding must not lose the grasp that looks.
+            if place != own && grasp.approach.dot(&axis) < self.least {
+                continue;
+            }
+            for (point, at) in (0..).zip(&grasp.points) {
+                if let Some(pixel) = inside(&camera, &patch.camera_from_object, at) {
+                    let SeenGrasp { run, rank, type_index, value, .. } = *grasp;
+                    self.record.points.push(HeatmapPoint { run, rank, type_index, point, pixel, value });
+                }
+            }
+        }
+        self.record.encode(payload);
+    }
+}
+
+/// Where a point is in the image [px]; `None` outside and before the near plane.
+fn inside(camera: &Intrinsics, pose: &Pose<CameraCv, Object>, point: &Point3<f64>) -> Option<[f64; 2]> {
+    let seen = pose.point(point);
+    if seen.z < camera.near {
+        return None;
+    }
+    let (u, v) = camera.project(&seen);
+    let within = (0.0..f64::from(camera.width)).contains(&u) && (0.0..f64::from(camera.height)).contains(&v);
+    within.then_some([u, v])
+}

@@ -1,0 +1,49 @@
+//! A resolved job for patches as keys of a job file.
+
+use std::path::Path;
+
+use super::{
+    settings::{PatchJob, PatchSettings},
+    spec::{PatchCameraSpec, PatchesSpec},
+};
+use crate::job::{keys_of, relative_to, with_slashes, without};
+
+impl PatchJob {
+    /// Keys of the job file beside shards. With a folder, the dataset and the hand's file are named relative to it, otherwise by
+    /// content alone. Keys that do not matter have the standard values.
+    pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
+        let PatchSettings {
+            types,
+            side,
+            tips,
+            label,
+            camera,
+            horizontal_fov,
+            distance,
+            point_focal_length,
+            colour,
+            image,
+            heatmap_angle,
+        } = &self.settings;
+        let mut spec = PatchesSpec::standard();
+        spec.grasps.dataset = folder.map(|folder| with_slashes(&relative_to(&self.dataset, folder)).into());
+        spec.grasps.root = Some(self.grasps.root.hex());
+        spec.grasps.types = *types;
+        spec.hand = Some(self.hand.spec(folder));
+        (spec.patches.side, spec.patches.tips, spec.patches.label) = (*side, tips.to_vec(), *label);
+        spec.camera = PatchCameraSpec {
+            distance: *distance,
+            width: camera.width,
+            height: camera.height,
+            horizontal_fov: *horizontal_fov,
+            near: camera.near,
+            point_focal_length: *point_focal_length,
+        };
+        spec.render.colour = colour.is_some();
+        spec.render.randomise = colour.is_some_and(|colour| colour.randomise);
+        (spec.images.full, spec.images.heatmaps) = (*image, heatmap_angle.is_some());
+        spec.images.heatmap_angle = heatmap_angle.unwrap_or(spec.images.heatmap_angle);
+        let idle: &[&str] = if folder.is_some() { &["shards"] } else { &["shards", "hand.scene"] };
+        without(keys_of(&spec), idle)
+    }
+}

@@ -1,0 +1,25 @@
+//! Patches of images around the palm and the fingertips of grasps (thesis ch. 4): a second stage, about a dataset of grasps.
+//!
+//! [`PatchWorker`] is the producer of one thread: it loads an object's mesh and renders its grasps one by one, each along
+//! its own approach ([`camera_from_object`]). Depth is the raster's, class `exact`; colours are MuJoCo's.
+
+mod check;
+mod colour;
+mod grasps_reader;
+mod hand;
+mod heat;
+mod keys;
+mod look;
+mod row;
+mod settings;
+pub mod spec;
+mod work;
+mod worker;
+
+pub use colour::check_colours;
+pub use grasps_reader::{InvalidGrasps, read_grasps};
+pub use hand::{NoFingertip, PatchHand};
+pub use look::{camera_from_object, corner};
+pub use row::FACTORY;
+pub use settings::{ChosenGrasp, FoundGrasps, GraspedObject, PatchColours, PatchJob, PatchLabel, PatchSettings};
+pub use worker::PatchWorker;

@@ -1,0 +1,153 @@
+//! A job for patches, checked, with everything that it takes from the dataset of grasps but the meshes.
+
+use std::{collections::BTreeSet, path::PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::job::JobHand;
+use kernel::{
+    geom::{Approach, HandBase, Intrinsics, Object, Pose},
+    ids::{Digest, ObjectId},
+    words::{GraspTypeCounts, Split},
+};
+
+/// Settings, hand and grasps of a job for patches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PatchJob {
+    /// The folder of the dataset of grasps.
+    pub dataset: PathBuf,
+    /// Its grasps of the chosen types.
+    pub grasps: FoundGrasps,
+    /// The hand.
+    pub hand: JobHand,
+    /// Settings of the images.
+    pub settings: PatchSettings,
+}
+
+/// Grasps of the most common types in a dataset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundGrasps {
+    /// Digest of the dataset's exact numbers.
+    pub root: Digest,
+    /// Its hand by content.
+    pub hand: ObjectId,
+    /// The space in which it asks for force closure: `force` or `wrench`.
+    pub space: String,
+    /// Counts of its grasps by type, and the chosen types.
+    pub types: GraspTypeCounts,
+    /// Its objects, sorted by content.
+    pub objects: Vec<GraspedObject>,
+    /// Objects per nested training subset, smallest first.
+    pub training_subsets: Vec<u32>,
+}
+
+/// An object, and its grasps of the chosen types.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspedObject {
+    /// By content.
+    pub id: ObjectId,
+    /// Its name in the dataset of grasps.
+    pub name: String,
+    /// Its row in that dataset's table of assets.
+    pub asset: serde_json::Value,
+    /// Split of the object in that dataset.
+    pub split: Split,
+    /// Held-out runs of a training object.
+    pub holdout_runs: BTreeSet<u32>,
+    /// Smallest nested subset that holds a training object.
+    pub subset: Option<u32>,
+    /// Its grasps of the chosen types, by run and rank.
+    pub grasps: Vec<ChosenGrasp>,
+}
+
+/// A kept grasp of one of the chosen types.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChosenGrasp {
+    /// Its run: the number of the seed.
+    pub run: u32,
+    /// Its rank in that run.
+    pub rank: u32,
+    /// Its type.
+    pub kind: u32,
+    /// The approach frame.
+    pub object_from_approach: Pose<Object, Approach>,
+    /// The hand's base.
+    pub object_from_base: Pose<Object, HandBase>,
+    /// All joints of the closed hand [rad or m].
+    pub joints: Vec<f64>,
+    /// Energy that annealing minimised, before closing.
+    pub energy: f64,
+    /// Epsilon of the closed hand, in the space of the job for grasps.
+    pub epsilon: f64,
+}
+
+/// Settings of the images of grasps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PatchSettings {
+    /// Count of types that are asked for, at least 1.
+    pub types: u32,
+    /// Side of a patch [px].
+    pub side: u32,
+    /// The contacts of the hand that are F0, F1 and F2.
+    pub tips: [String; 3],
+    /// Label of a patch.
+    pub label: PatchLabel,
+    /// The camera.
+    pub camera: Intrinsics,
+    /// The camera's horizontal field of view [rad], as written.
+    pub horizontal_fov: f64,
+    /// Distance from the camera to the centre of the object's box [m].
+    pub distance: f64,
+    /// Quirk of the thesis: the focal length that points are projected with [px]; `None`: the camera's.
+    pub point_focal_length: Option<f64>,
+    /// Colours beside depth; `None` without.
+    pub colour: Option<PatchColours>,
+    /// Whether the whole image is stored beside its patches.
+    pub image: bool,
+    /// Truth for heatmaps over the whole image: largest angle between an approach and the camera's axis [rad]; `None` without.
+    pub heatmap_angle: Option<f64>,
+}
+
+impl PatchSettings {
+    /// The camera that points are projected with.
+    pub fn projection(&self) -> Intrinsics {
+        self.camera.with_focal_length(self.point_focal_length)
+    }
+
+    /// The label of a grasp.
+    pub fn label_of(&self, grasp: &ChosenGrasp) -> f32 {
+        let label = match self.label {
+            PatchLabel::Epsilon => -grasp.epsilon,
+            PatchLabel::Energy => grasp.energy,
+        };
+        label as f32
+    }
+}
+
+/// Label of a grasp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PatchLabel {
+    /// -epsilon of the closed hand: below 0, so that a grasp is better than none.
+    Epsilon,
+    /// Quirk of the thesis: the energy that annealing minimised. It may be above 0, where no grasp looks better than one.
+    Energy,
+}
+
+impl PatchLabel {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Epsilon => "epsilon",
+            Self::Energy => "energy",
+        }
+    }
+}
+
+/// Settings of colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PatchColours {
+    /// Whether lights and colours are drawn anew for each grasp.
+    pub randomise: bool,
+}

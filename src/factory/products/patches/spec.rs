@@ -1,0 +1,129 @@
+//! The keys of a job for patches.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::settings::PatchLabel;
+use crate::job::spec::HandSpec;
+
+/// Defaults of the profile `standard`, and the ones that `thesis` changes.
+pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
+
+/// A job that renders grasps: what does a camera see around the palm and the fingertips of the hand?
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PatchesSpec {
+    /// The grasps, a finished dataset.
+    pub grasps: GraspsSourceSpec,
+    /// The hand of these grasps, which says where its fingertips are.
+    // Without an `Option` a mistake in it would hide those of the other keys.
+    #[schemars(required)]
+    pub hand: Option<HandSpec>,
+    /// The patches and their labels.
+    pub patches: PatchSpec,
+    /// The camera. It looks along the approach at the centre of the object's box; up is the object's z axis, or its x axis
+    /// where the approach is within 5 degrees of that.
+    pub camera: PatchCameraSpec,
+    /// The images.
+    pub render: RenderSpec,
+    /// Whole images beside the patches.
+    pub images: PatchImagesSpec,
+    /// The files of the dataset.
+    pub shards: PatchShardsSpec,
+}
+
+impl PatchesSpec {
+    /// The standard defaults, without a dataset and a hand.
+    pub fn standard() -> Self {
+        toml::from_str(PROFILES[0]).expect("the standard defaults are keys of a job (a test reads them)")
+    }
+}
+
+/// Source of the grasps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GraspsSourceSpec {
+    /// The folder of a finished dataset of grasps; relative to the job file.
+    #[schemars(required, extend("examples" = ["../datasets/ycb-grasps"]))]
+    pub dataset: Option<PathBuf>,
+    /// The digest of its exact numbers (64 hexadecimal digits); a resolved job pins it.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub root: Option<String>,
+    /// How many grasp types: the most common ones among the kept grasps of the whole dataset, the lower type first where two
+    /// are as common. Grasps of other types are left out.
+    #[schemars(range(min = 1, max = 4096), extend("x-unit" = "types"))]
+    pub types: u32,
+}
+
+/// The patches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatchSpec {
+    /// Side of each patch.
+    #[schemars(range(min = 4, max = 1024), extend("x-unit" = "px"))]
+    pub side: u32,
+    /// The fingertips F0, F1 and F2: contacts of the hand, by the names of their sites.
+    #[schemars(length(min = 3, max = 3))]
+    pub tips: Vec<String>,
+    /// The number in a label vector that is not 0.
+    pub label: PatchLabel,
+}
+
+/// The camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatchCameraSpec {
+    /// From the camera back along the approach to the centre of the object's box.
+    #[schemars(range(max = 100), extend("x-unit" = "m", "exclusiveMinimum" = 0))]
+    pub distance: f64,
+    /// Image width.
+    #[schemars(range(min = 8, max = 16384), extend("x-unit" = "px"))]
+    pub width: u32,
+    /// Image height.
+    #[schemars(range(min = 8, max = 16384), extend("x-unit" = "px"))]
+    pub height: u32,
+    /// Horizontal field of view; pixels are square, the principal point is in the middle.
+    #[schemars(extend("x-unit" = "rad", "exclusiveMinimum" = 0, "maximum" = 3.1))]
+    pub horizontal_fov: f64,
+    /// Nothing nearer than this along the optical axis is seen.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0))]
+    pub near: f64,
+    /// Quirk of the thesis: points of the hand are projected with this focal length and not with that of the images, so that patches
+    /// lie off their points, the further the nearer to the border (6 % for 640 px and 1.047 rad).
+    #[schemars(extend("x-unit" = "px", "exclusiveMinimum" = 0))]
+    pub point_focal_length: Option<f64>,
+}
+
+/// The images.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RenderSpec {
+    /// Colours besides depth, drawn by MuJoCo. Needs EGL (`make deps-gl`); nothing else does.
+    pub colour: bool,
+    /// With `colour`: lights and the colours of object and background are drawn anew for each grasp, by the job's seed.
+    pub randomise: bool,
+}
+
+/// Whole images beside the patches, each on a topic of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatchImagesSpec {
+    /// The depth image that the patches are cut out of; with `render.colour` the same image in colour, too.
+    pub full: bool,
+    /// Truth for heatmaps over that image: palm and fingertips of all grasps of the object, of the chosen types, that come from about
+    /// where the camera stands.
+    pub heatmaps: bool,
+    /// With `heatmaps`: how far their approaches are from the camera's axis, at most.
+    #[schemars(range(min = 0, max = std::f64::consts::PI), extend("x-unit" = "rad"))]
+    pub heatmap_angle: f64,
+}
+
+/// The files of the dataset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatchShardsSpec {
+    /// Grasps per shard. Changes no sample.
+    #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "grasps"))]
+    pub samples: u32,
+}

@@ -1,0 +1,133 @@
+//! A job for patches as the factory runs it.
+
+use std::{collections::BTreeMap, path::Path};
+
+use super::{
+    colour::check_colours,
+    hand::PatchHand,
+    settings::{FoundGrasps, GraspedObject, PatchJob},
+    worker::PatchWorker,
+};
+use crate::{
+    ProduceError, RunError,
+    plan::{JobSplits, SubjectItems},
+    work::{Closing, OpenWork, Producer, Work, WorkCosts, WorkTables},
+};
+use format::{
+    Channel, Product,
+    products::{grasps::Shapes, patches::write_types},
+};
+use kernel::{
+    geom::SimdLevel,
+    words::{NumberClass, ObjectSplit, SplitTable},
+};
+use sim::{gl_facts, sim_facts};
+
+impl Work for PatchJob {
+    fn product(&self) -> Product {
+        Product::PATCHES
+    }
+
+    fn subjects(&self) -> Vec<SubjectItems> {
+        let items = |object: &GraspedObject| SubjectItems {
+            id: object.id,
+            items: object.grasps.len() as u32,
+            samples_per_item: 1,
+        };
+        self.grasps.objects.iter().map(items).collect()
+    }
+
+    fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
+        let mut keys = self.keys(Some(folder));
+        keys.insert("shards".to_owned(), toml::Table::from_iter([("samples".to_owned(), shard_samples.into())]).into());
+        keys
+    }
+
+    fn sample_keys(&self) -> toml::Table {
+        self.keys(None)
+    }
+
+    /// The objects by name and content, with their splits: the root of the grasps does not depend on those.
+    fn subject_keys(&self) -> toml::Table {
+        let splits = splits(&self.grasps);
+        let names = self.grasps.objects.iter().map(|object| (object.id.0.hex(), object.name.clone().into()));
+        let splits = toml::Value::try_from(splits).expect("splits are plain data");
+        toml::Table::from_iter([
+            ("splits".to_owned(), splits),
+            ("names".to_owned(), names.collect::<toml::Table>().into()),
+        ])
+    }
+
+    fn tables(&self, _: Option<&JobSplits>) -> WorkTables {
+        let colour = self.settings.colour.map(|_| Channel::PATCH_COLOUR);
+        let image = colour.filter(|_| self.settings.image).map(|_| Channel::PATCH_IMAGE_COLOUR);
+        let drawn = colour.into_iter().chain(image).map(|channel| (channel, NumberClass::Colour));
+        WorkTables {
+            class: NumberClass::Exact,
+            channel_classes: drawn.collect(),
+            platform: colour.map_or_else(BTreeMap::new, |_| sim_facts().platform(gl_facts().ok().as_ref())),
+            assets: self.grasps.objects.iter().map(|object| object.asset.clone()).collect(),
+            hands: vec![self.hand.row()],
+            splits: Some(splits(&self.grasps)),
+            warnings: Vec::new(),
+        }
+    }
+
+    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        if self.settings.colour.is_some() {
+            check_colours()?;
+        }
+        let (hand, shapes) = (PatchHand::open(self)?, Shapes::open(&self.dataset)?);
+        Ok(Box::new(OpenPatches { job: self, hand, shapes, seed, level }))
+    }
+
+    fn costs(&self) -> WorkCosts {
+        WorkCosts::default()
+    }
+
+    fn expected_bytes(&self, raw: f64) -> f64 {
+        // Measured on the YCB scans: most pixels are background.
+        0.2 * raw
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        vec![
+            format!("grasps of {} types", self.grasps.types.chosen.len()),
+            format!("root of the grasps {}", self.grasps.root),
+        ]
+    }
+}
+
+/// Splits of the grasps, with held-out runs turned into held-out patches.
+fn splits(grasps: &FoundGrasps) -> SplitTable {
+    let row = |object: &GraspedObject| ObjectSplit {
+        object: object.id,
+        split: object.split,
+        holdout_items: (0..)
+            .zip(&object.grasps)
+            .filter_map(|(item, grasp)| object.holdout_runs.contains(&grasp.run).then_some(item))
+            .collect(),
+        subset: object.subset,
+    };
+    SplitTable { training_subsets: grasps.training_subsets.clone(), objects: grasps.objects.iter().map(row).collect() }
+}
+
+/// A job for patches whose hand and dataset are open.
+struct OpenPatches<'j> {
+    job: &'j PatchJob,
+    hand: PatchHand,
+    shapes: Shapes,
+    seed: u64,
+    level: SimdLevel,
+}
+
+impl OpenWork for OpenPatches<'_> {
+    fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
+        Ok(Box::new(PatchWorker::new(self.job, self.seed, &self.hand, &self.shapes, self.level)))
+    }
+
+    /// Writes `types.json`.
+    fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
+        Ok(write_types(closing.folder, &self.job.grasps.types)?)
+    }
+}

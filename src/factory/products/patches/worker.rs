@@ -1,0 +1,211 @@
+//! The producer of patches for one thread: loads an object's mesh, then looks at its grasps one by one.
+
+use nalgebra::Point3;
+
+use super::{
+    colour::ColourView,
+    hand::PatchHand,
+    heat::HeatView,
+    look::{camera_from_object, corner},
+    settings::{ChosenGrasp, GraspedObject, PatchJob},
+};
+use crate::{ProduceError, SampleWriter, work::Producer};
+use format::{
+    Channel, Depth, DepthCoding, HeatmapPatch, PATCH_POINTS, PatchFacts, PatchPoint, products::grasps::Shapes,
+};
+use kernel::{
+    assets::object_id,
+    geom::{Pose, RenderMesh, SimdLevel},
+    ids::{ItemId, SampleId},
+    render::Rasteriser,
+};
+
+/// Reason why a grasp makes no sample: the patch of this point reaches out of the image.
+const OUT_OF_FRAME: [&str; PATCH_POINTS] =
+    ["palm_out_of_frame", "f0_out_of_frame", "f1_out_of_frame", "f2_out_of_frame"];
+
+/// The producer of one thread; its memory is reused from grasp to grasp.
+pub struct PatchWorker<'j> {
+    job: &'j PatchJob,
+    hand: &'j PatchHand,
+    shapes: &'j Shapes,
+    /// The object that was loaded last, by its index in the job.
+    loaded: Option<(usize, RenderMesh)>,
+    rasteriser: Rasteriser,
+    record: HeatmapPatch,
+    /// Where the job asks for heatmaps.
+    heat: Option<HeatView>,
+    /// Where the job asks for colours.
+    colours: Option<ColourView>,
+}
+
+impl<'j> PatchWorker<'j> {
+    /// A producer for one thread.
+    pub fn new(job: &'j PatchJob, seed: u64, hand: &'j PatchHand, shapes: &'j Shapes, level: SimdLevel) -> Self {
+        let settings = &job.settings;
+        let point = |name: &String| PatchPoint { name: name.clone(), point: [0.0; 3], pixel: [0.0; 2], corner: [0; 2] };
+        let record = HeatmapPatch {
+            sample: SampleId::of_object(job.hand.id, ItemId(0)),
+            grasps: job.grasps.root,
+            run: 0,
+            rank: 0,
+            type_index: 0,
+            types: job.grasps.types.chosen.clone(),
+            energy: 0.0,
+            epsilon: 0.0,
+            space: job.grasps.space.clone(),
+            hand: hand.name().to_owned(),
+            hand_id: job.hand.id,
+            camera: settings.camera,
+            point_focal_length: settings.point_focal_length,
+            camera_from_object: Pose::identity(),
+            object_from_approach: Pose::identity(),
+            points: hand.names().each_ref().map(point),
+            side: settings.side,
+            depth: Vec::new(),
+            label: settings.label.name().to_owned(),
+            value: 0.0,
+        };
+        let rasteriser = Rasteriser::new(level);
+        Self {
+            colours: settings.colour.map(|colour| ColourView::new(colour, settings.image, seed, &record)),
+            heat: settings.heatmap_angle.map(|angle| HeatView::new(angle, record.sample, job)),
+            job,
+            hand,
+            shapes,
+            loaded: None,
+            rasteriser,
+            record,
+        }
+    }
+
+    fn prepare(&mut self, place: usize) -> Result<RenderMesh, ProduceError> {
+        let object = &self.job.grasps.objects[place];
+        let unusable = |problem: String| ProduceError::unusable(&object.name, problem);
+        // Objects of the job are sorted by content, as those of the shapes are.
+        if place >= self.shapes.objects() {
+            return Err(unusable(format!("shapes.mcap of the grasps has {} objects", self.shapes.objects())));
+        }
+        let mesh = self.shapes.object(place)?.mesh;
+        let (found, expected) = (object_id(&mesh), object.id);
+        if found != expected {
+            return Err(ProduceError::Changed { name: object.name.clone(), found, expected });
+        }
+        if object.grasps.iter().any(|grasp| grasp.joints.len() != self.hand.joints()) {
+            return Err(unusable(format!("its grasps are not of a hand with {} joints", self.hand.joints())));
+        }
+        if let Some(colours) = &mut self.colours {
+            colours.turn_to(&mesh)?;
+        }
+        if let Some(heat) = &mut self.heat {
+            heat.turn_to(object, self.job, self.hand);
+        }
+        // Both sides of a face are seen: nobody says here whether the mesh is closed.
+        Ok(RenderMesh::new(&mesh, false))
+    }
+
+    /// Fills the record but for depth; `Err` is why there is none.
+    fn fill(&mut self, object: &GraspedObject, view: ItemId, middle: &Point3<f64>) -> Result<(), (usize, String)> {
+        let settings = &self.job.settings;
+        let grasp = &object.grasps[view.0 as usize];
+        let record = &mut self.record;
+        record.sample = SampleId::of_object(object.id, view);
+        (record.run, record.rank) = (grasp.run, grasp.rank);
+        record.type_index = self.job.grasps.types.index_of(grasp.kind).unwrap_or_default() as u32;
+        (record.energy, record.epsilon) = (grasp.energy, grasp.epsilon);
+        record.value = settings.label_of(grasp);
+        record.object_from_approach = grasp.object_from_approach;
+        let pose = camera_from_object(&grasp.object_from_approach, middle, settings.distance);
+        record.camera_from_object = pose;
+        let points = self.hand.points(grasp);
+        let projection = settings.projection();
+        for (place, (point, record)) in points.iter().zip(&mut record.points).enumerate() {
+            let seen = pose.point(point);
+            if seen.z < settings.camera.near {
+                return Err((place, format!("{:.3} m before the camera", seen.z)));
+            }
+            let (u, v) = projection.project(&seen);
+            let corners =
+                (corner(u, settings.side, settings.camera.width), corner(v, settings.side, settings.camera.height));
+            let (Some(left), Some(top)) = corners else { return Err((place, format!("at ({u:.1}, {v:.1}) px"))) };
+            (record.point, record.pixel, record.corner) = (point.coords.into(), [u, v], [left, top]);
+        }
+        Ok(())
+    }
+
+    /// The depth of the patches, cut out of the image.
+    fn look(&mut self, mesh: &RenderMesh, image: Option<&mut Vec<u8>>) {
+        let record = &mut self.record;
+        let crop = self.rasteriser.render(mesh, &record.camera, &record.camera_from_object);
+        record.depth.clear();
+        for PatchPoint { corner: [left, top], .. } in &record.points {
+            for row in *top..top + record.side {
+                record.depth.extend((*left..left + record.side).map(|column| crop.at(column, row)));
+            }
+        }
+        if let Some(image) = image {
+            Depth::encode_parts(&record.sample, crop, DepthCoding::F32, image);
+        }
+    }
+
+    fn make(
+        &mut self,
+        place: usize,
+        mesh: &RenderMesh,
+        item: ItemId,
+        out: &mut SampleWriter<'_>,
+    ) -> Result<(), ProduceError> {
+        let object = &self.job.grasps.objects[place];
+        if let Err((point, detail)) = self.fill(object, item, &mesh.centre()) {
+            let facts = self.facts(&object.grasps[item.0 as usize]);
+            return out.reject(self.record.sample, facts, OUT_OF_FRAME[point], &detail);
+        }
+        self.look(mesh, out.payload(Channel::PATCH_IMAGE));
+        if let Some(payload) = out.payload(Channel::PATCH) {
+            self.record.encode(payload);
+        }
+        if let (Some(heat), Some(payload)) = (&mut self.heat, out.payload(Channel::PATCH_HEATMAP)) {
+            heat.look(&self.record, item.0 as usize, &self.job.settings, payload);
+        }
+        if let Some(colours) = &mut self.colours {
+            colours.look(&self.record, out)?;
+        }
+        out.keep(self.record.sample, self.record.facts())
+    }
+
+    fn facts(&self, grasp: &ChosenGrasp) -> PatchFacts {
+        PatchFacts {
+            kind: grasp.kind,
+            type_index: self.record.type_index,
+            energy: grasp.energy,
+            epsilon: grasp.epsilon,
+        }
+    }
+}
+
+impl Producer for PatchWorker<'_> {
+    fn channels(&self) -> Vec<Channel> {
+        let settings = &self.job.settings;
+        let colour = settings.colour.map(|_| Channel::PATCH_COLOUR);
+        let image = settings.image.then_some(Channel::PATCH_IMAGE);
+        let image_colour = colour.and(image).map(|_| Channel::PATCH_IMAGE_COLOUR);
+        let heatmap = settings.heatmap_angle.map(|_| Channel::PATCH_HEATMAP);
+        [Channel::PATCH].into_iter().chain(colour).chain(image).chain(image_colour).chain(heatmap).collect()
+    }
+
+    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+        if self.loaded.as_ref().is_none_or(|(place, _)| *place != subject) {
+            // The memory of the one before goes first.
+            self.loaded = None;
+            self.loaded = Some((subject, self.prepare(subject)?));
+        }
+        Ok(())
+    }
+
+    fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
+        let (index, mesh) = self.loaded.take().expect("an object is loaded before its grasps are looked at");
+        let made = self.make(index, &mesh, item, out);
+        self.loaded = Some((index, mesh));
+        made
+    }
+}

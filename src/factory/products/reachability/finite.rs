@@ -1,0 +1,45 @@
+//! One pose of an arm with a handful of ways to it: each is looked at.
+
+use super::collisions::{Collisions, Free, LastPair};
+use kernel::geom::{EndEffector, Pose, PoseLabel, Proof, World};
+use robot::{collision::Verdict, kinematics::SixJointArm};
+
+/// An arm of six joints and what it may collide with.
+pub(super) struct FiniteArm {
+    arm: SixJointArm,
+    collisions: Option<Collisions>,
+}
+
+impl FiniteArm {
+    pub fn new(arm: SixJointArm, collisions: Option<Collisions>) -> Self {
+        Self { arm, collisions }
+    }
+
+    /// The label of a pose; the witness of a reachable one is appended. `contacts` decides what is free where it is there.
+    pub fn solve(
+        &self,
+        target: &Pose<World, EndEffector>,
+        last: &mut LastPair,
+        mut contacts: Option<Free>,
+        witness: &mut Vec<f64>,
+    ) -> (PoseLabel, Proof) {
+        let found = self.arm.ways(target);
+        // Of a family only one member was seen.
+        let proof = if found.singular { Proof::Searched } else { Proof::IntervalEnds };
+        if found.ways.is_empty() {
+            return (PoseLabel::NoSolution, proof);
+        }
+        let free = found.ways.iter().find(|way| match (&mut contacts, &self.collisions) {
+            (Some(free), _) => free(way.as_slice()),
+            (None, Some(collisions)) => collisions.check_all(&collisions.links(way.as_slice()), last) == Verdict::Free,
+            (None, None) => true,
+        });
+        match free {
+            Some(way) => {
+                witness.extend(way);
+                (PoseLabel::Reachable, Proof::Witness)
+            }
+            None => (PoseLabel::Colliding, proof),
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! One pose of an arm that keeps a joint free: is there a way to it without a collision?
+//!
+//! The ways to a pose form curves over the first joint, one a branch of the closed form. Each is cut at its middle: a
+//! configuration there that collides by some depth rules out all of the curve around it on which the two bodies cannot
+//! have come apart, since neither has moved far enough; the rest is cut again. A configuration that does not collide ends
+//! the search.
+
+use std::{cmp::Ordering, collections::BinaryHeap};
+
+use super::collisions::{Collisions, Free, LastPair};
+use kernel::geom::{EndEffector, Pose, PoseLabel, Proof, World};
+use robot::{
+    collision::{Care, CollisionChecker, Hit, LinkFrames, Verdict},
+    kinematics::{BRANCHES, Extents, SelfMotion, Stance, Wrist},
+};
+
+/// Pieces of a curve that are shorter are not cut again [rad]: nothing is proved of them.
+const SHORTEST: f64 = 1e-3;
+/// In pieces shorter than this the deepest pair is looked for, in longer ones the first is good enough [rad].
+const SHALLOW: f64 = 0.05;
+/// How often a depth is looked for with care in vain before that is left off for the pose.
+const PATIENCE: u32 = 32;
+/// What rules out no more than this to both sides rules out nothing [rad].
+const NOTHING: f64 = 1e-5;
+/// Configurations that are looked at for one pose, at most; what is left by then is not proved.
+const MOST_CHECKS: usize = 1_200;
+
+/// Where MuJoCo decides, configurations stand at most this far apart in the first joint [rad].
+const STEP: f64 = 0.02;
+
+/// An arm of seven joints with its free joint, and what it may collide with.
+pub(super) struct RedundantArm {
+    motion: SelfMotion,
+    collisions: Option<Collisions>,
+    /// Of each body.
+    extents: Vec<Extents>,
+}
+
+/// What one thread works in.
+#[derive(Debug, Default)]
+pub(super) struct SweepScratch {
+    pieces: BinaryHeap<Piece>,
+    pub ends: Vec<f64>,
+}
+
+/// What is still hoped for of one pose.
+struct Hope {
+    /// That all of it can be ruled out: not where two surfaces only touch and no other pair overlaps. Then nothing around is
+    /// ever proved, and all that is left is to look for a way.
+    provable: bool,
+    /// How often care may still find nothing.
+    patience: u32,
+}
+
+/// A configuration that collides, in the middle of a piece.
+struct Middle<'a> {
+    arm: &'a RedundantArm,
+    checker: &'a CollisionChecker,
+    links: &'a LinkFrames,
+    stance: Stance<'a>,
+    piece: Piece,
+}
+
+/// A piece of one branch's curve, in values of the first joint [rad]. The widest comes first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    low: f64,
+    high: f64,
+    branch: usize,
+}
+
+impl Eq for Piece {}
+
+impl PartialOrd for Piece {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Piece {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let width = |piece: &Self| piece.high - piece.low;
+        width(self)
+            .total_cmp(&width(other))
+            .then_with(|| other.branch.cmp(&self.branch))
+            .then_with(|| other.low.total_cmp(&self.low))
+    }
+}
+
+impl RedundantArm {
+    pub fn new(motion: SelfMotion, collisions: Option<Collisions>) -> Self {
+        let extents = collisions.iter().flat_map(|collisions| {
+            let checker = collisions.checker();
+            checker.links().enumerate().map(|(body, link)| motion.extents(link, checker.corners(body)))
+        });
+        Self { extents: extents.collect(), motion, collisions }
+    }
+
+    pub fn motion(&self) -> &SelfMotion {
+        &self.motion
+    }
+
+    /// Looks for a way to a pose that has one with the first joint at `first`; `ends` is scratch.
+    pub fn solve(
+        &self,
+        target: &Pose<World, EndEffector>,
+        wrist: &Wrist,
+        first: f64,
+        last: &mut LastPair,
+        scratch: &mut SweepScratch,
+        witness: &mut Vec<f64>,
+    ) -> (PoseLabel, Proof) {
+        let arm = self.motion.arm();
+        let mut reachable = |q: [f64; 7]| {
+            witness.extend(q);
+            (PoseLabel::Reachable, Proof::Witness)
+        };
+        let Some(collisions) = &self.collisions else {
+            let way = arm.find_branch(target, first, Some);
+            return way.map_or((PoseLabel::NoSolution, Proof::Searched), reachable);
+        };
+        if collisions.hand_collides(target) {
+            return (PoseLabel::Colliding, Proof::Swept);
+        }
+        let mut free = |q: [f64; 7]| (collisions.check(&collisions.links(&q), last) == Verdict::Free).then_some(q);
+        if let Some(q) = arm.find_branch(target, first, &mut free) {
+            return reachable(q);
+        }
+        let SweepScratch { pieces, ends } = scratch;
+        self.motion.end_points(wrist, ends);
+        pieces.clear();
+        for pair in ends.windows(2).filter(|pair| pair[1] > pair[0]) {
+            let middle = arm.branches(target, 0.5 * (pair[0] + pair[1]));
+            let open = (0..BRANCHES).filter(|branch| middle[*branch].is_some());
+            pieces.extend(open.map(|branch| Piece { low: pair[0], high: pair[1], branch }));
+        }
+        if pieces.is_empty() && arm.find_branch(target, first, Some).is_none() {
+            // A single value of the first joint, lost to rounding.
+            return (PoseLabel::NoSolution, Proof::IntervalEnds);
+        }
+        let (mut checks, mut proved, mut hope) = (0, true, Hope { provable: true, patience: PATIENCE });
+        while let Some(piece) = pieces.pop() {
+            let Piece { low, high, branch } = piece;
+            checks += 1;
+            if checks > MOST_CHECKS {
+                return (PoseLabel::Colliding, Proof::Searched);
+            }
+            let Some(q) = arm.branch(target, piece.middle(), branch) else {
+                proved &= high - low < SHORTEST;
+                continue;
+            };
+            let links = collisions.links(&q);
+            let Verdict::Collides(hit) = collisions.check(&links, last) else { return reachable(q) };
+            let stance = self.motion.stance(wrist, &q);
+            let middle = Middle { arm: self, checker: collisions.checker(), links: &links, stance, piece };
+            let half = middle.ruled_out_by_any(&hit, collisions, &mut hope);
+            if half >= piece.half() {
+                continue;
+            }
+            if high - low < SHORTEST {
+                proved = false;
+                continue;
+            }
+            pieces.push(Piece { low, high: piece.middle() - half, branch });
+            pieces.push(Piece { low: piece.middle() + half, high, branch });
+        }
+        (PoseLabel::Colliding, if proved { Proof::Swept } else { Proof::Searched })
+    }
+
+    /// [`RedundantArm::solve`] by a verdict that knows no depth: nothing is proved between the configurations that are
+    /// looked at, one every [`STEP`] of the first joint on every branch, and one at least in each of its intervals.
+    pub fn solve_in_steps(
+        &self,
+        target: &Pose<World, EndEffector>,
+        wrist: &Wrist,
+        first: f64,
+        free: Free,
+        ends: &mut Vec<f64>,
+        witness: &mut Vec<f64>,
+    ) -> (PoseLabel, Proof) {
+        self.motion.end_points(wrist, ends);
+        let steps = ends.windows(2).flat_map(|pair| {
+            let [low, wide] = [pair[0], pair[1] - pair[0]];
+            let count = libm::ceil(wide / STEP) as usize;
+            (0..count).map(move |place| low + wide * (place as f64 + 0.5) / count as f64)
+        });
+        let mut found = false;
+        for value in [first].into_iter().chain(steps) {
+            for q in self.motion.arm().branches(target, value).into_iter().flatten() {
+                found = true;
+                if free(&q) {
+                    witness.extend(q);
+                    return (PoseLabel::Reachable, Proof::Witness);
+                }
+            }
+        }
+        // Without a way: a single value of the first joint, lost to rounding.
+        if found { (PoseLabel::Colliding, Proof::Searched) } else { (PoseLabel::NoSolution, Proof::IntervalEnds) }
+    }
+}
+
+impl Piece {
+    fn middle(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+
+    fn half(&self) -> f64 {
+        0.5 * (self.high - self.low)
+    }
+}
+
+impl Middle<'_> {
+    /// How far from the middle to both sides everything is ruled out [rad]: by the pair that was found, and in short pieces by
+    /// whichever pair rules out most.
+    fn ruled_out_by_any(&self, hit: &Hit, collisions: &Collisions, hope: &mut Hope) -> f64 {
+        let whole = self.piece.half();
+        let mut half = self.ruled_out(hit, Care::Short);
+        if !hope.provable || 2.0 * whole >= SHALLOW {
+            return half;
+        }
+        let mut others = collisions.others(self.links, hit.pair);
+        while half < whole
+            && let Some(other) = others.next()
+        {
+            half = half.max(self.ruled_out(&other, Care::Short));
+        }
+        if half < whole && hope.patience > 0 {
+            let longer = self.ruled_out(hit, Care::Long);
+            // Where two surfaces only graze each other care finds nothing, again and again.
+            hope.patience -= u32::from(longer <= half);
+            half = half.max(longer);
+            hope.provable = half > 0.0;
+        }
+        half
+    }
+
+    /// How far from the middle to both sides a pair that touches there still does [rad]; all of the piece's half is enough.
+    fn ruled_out(&self, hit: &Hit, care: Care) -> f64 {
+        let whole = self.piece.half();
+        let all = self.travel(hit, whole);
+        let depth = self.checker.depth(hit, self.links, care, all);
+        if all < depth {
+            return whole;
+        }
+        // The bound is tried at halves only: a little more may hold.
+        let mut half = if depth > 0.0 { 0.5 * whole } else { 0.0 };
+        while half >= NOTHING {
+            if self.travel(hit, half) < depth {
+                let more = 1.5 * half;
+                return if self.travel(hit, more) < depth { more } else { half };
+            }
+            half *= 0.5;
+        }
+        0.0
+    }
+
+    /// How far the bodies of a pair go together, at most, up to `half` from the middle to both sides [m].
+    fn travel(&self, hit: &Hit, half: f64) -> f64 {
+        let (Piece { low, high, .. }, middle) = (self.piece, self.piece.middle());
+        let travel = self.stance.travel([(middle - half).max(low), (middle + half).min(high)]);
+        self.checker.bodies_of(hit.pair).map(|body| travel.of(&self.arm.extents[body])).iter().sum()
+    }
+}

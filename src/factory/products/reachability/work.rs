@@ -1,0 +1,121 @@
+//! A reachability job as the factory runs it.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use super::{
+    labeller::PoseLabeller,
+    settings::{CollisionTest, ReachabilityJob},
+    worker::ReachabilityWorker,
+};
+use crate::{
+    ProduceError, RunError,
+    plan::{JobSplits, SubjectItems},
+    work::{Closing, OpenWork, Producer, Work, WorkCosts, WorkTables},
+};
+use format::{FieldHeader, Product, dataset::scan_shards, products::reachability::write_field};
+use kernel::{geom::SimdLevel, words::NumberClass};
+use sim::sim_facts;
+
+impl Work for ReachabilityJob {
+    fn product(&self) -> Product {
+        Product::REACHABILITY
+    }
+
+    fn subjects(&self) -> Vec<SubjectItems> {
+        vec![SubjectItems { id: self.robot.id, items: self.positions(), samples_per_item: 1 }]
+    }
+
+    fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
+        let mut keys = self.keys(Some(folder));
+        let shards = toml::Table::from_iter([("positions".to_owned(), shard_samples.into())]);
+        keys.insert("shards".to_owned(), shards.into());
+        keys
+    }
+
+    fn sample_keys(&self) -> toml::Table {
+        self.keys(None)
+    }
+
+    fn subject_keys(&self) -> toml::Table {
+        toml::Table::from_iter([("robot".to_owned(), self.robot.id.0.hex().into())])
+    }
+
+    fn tables(&self, _: Option<&JobSplits>) -> WorkTables {
+        let (class, platform) = match self.collisions {
+            CollisionTest::Exact | CollisionTest::None => (NumberClass::Exact, BTreeMap::new()),
+            CollisionTest::Mujoco => (NumberClass::Physics, sim_facts().platform(None)),
+        };
+        let robot = &self.robot;
+        let row = serde_json::json!({
+            "object": robot.id,
+            "name": robot.name,
+            "joints": robot.joints,
+            "target": robot.target,
+            "fixed": robot.fixed,
+        });
+        WorkTables {
+            class,
+            channel_classes: BTreeMap::new(),
+            platform,
+            assets: vec![row],
+            hands: Vec::new(),
+            splits: None,
+            warnings: Vec::new(),
+        }
+    }
+
+    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        Ok(Box::new(OpenReachability { job: self, labeller: PoseLabeller::new(self, seed, level)? }))
+    }
+
+    fn costs(&self) -> WorkCosts {
+        WorkCosts::default()
+    }
+
+    fn expected_bytes(&self, raw: f64) -> f64 {
+        // Measured on the Fetch: the two copies of a pose share most joint values. Half a byte per cell is the field's.
+        0.5 * raw + 0.5 * f64::from(self.orientations())
+    }
+
+    /// `covering_radius`: the largest angle between any rotation and the nearest orientation of the grid [rad].
+    fn figures(&self) -> BTreeMap<&'static str, f64> {
+        BTreeMap::from([("covering_radius", self.poses.covering().radius)])
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let (orientations, poses) = (self.orientations(), self.poses.cells());
+        vec![format!("{orientations} orientations per position: {poses} poses"), self.poses.covering().to_string()]
+    }
+}
+
+/// A reachability job whose robot is open.
+struct OpenReachability<'j> {
+    job: &'j ReachabilityJob,
+    labeller: PoseLabeller,
+}
+
+impl OpenWork for OpenReachability<'_> {
+    fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
+        Ok(Box::new(ReachabilityWorker::new(self.job, &self.labeller)))
+    }
+
+    /// Writes `field.mcap`.
+    fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
+        let robot = &self.job.robot;
+        let header = FieldHeader {
+            grid: self.job.poses.clone(),
+            metric: self.job.metric,
+            robot: robot.name.clone(),
+            robot_id: robot.id,
+            joints: robot.joints.clone(),
+            target: robot.target.clone(),
+            frame: robot.frame.clone(),
+        };
+        let scan = scan_shards(closing.folder, closing.mark)?;
+        let shards: Vec<PathBuf> = scan.done.into_values().map(|shard| shard.path).collect();
+        Ok(write_field(closing.folder, &closing.job, &header, &shards)?)
+    }
+}

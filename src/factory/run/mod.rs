@@ -1,0 +1,15 @@
+//! The scheduler: threads, resume, regeneration, progress.
+//!
+//! A run fills a folder with the shards of a plan, each made by one thread from its first sample to its last, and closes
+//! the dataset when all are there. Nothing but the finished shard files says what is done, so a run that was stopped,
+//! killed or started twice goes on from them. Threads decide only who makes which shard, never what stands in it.
+
+mod assets;
+mod execute;
+mod open;
+mod regenerate;
+
+pub use assets::{PreparedAssets, prepare_assets};
+pub use execute::{PilotRate, RunSummary, RunTask, ShareSummary, merge, pilot, run, run_share};
+pub use open::{OpenError, OpenJob};
+pub use regenerate::{Difference, Regeneration, regenerate};

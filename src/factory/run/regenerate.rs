@@ -1,0 +1,165 @@
+//! Makes random samples of a finished dataset again and compares their bytes.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::{MadeFate, MadeSample, RunContext, RunError, SampleSink, job::Job, plan::Plan};
+use format::{
+    Channel,
+    dataset::{DatasetReader, Fate, Ledger, LedgerRow},
+};
+use kernel::{
+    ids::{Digest, ItemId, SampleId, SampleIndex},
+    seed::Stream,
+};
+
+/// One sample that came out differently.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// Which sample.
+    pub sample: u64,
+    /// Its id.
+    pub id: String,
+    /// What differs, in words.
+    pub what: String,
+}
+
+/// What a regeneration found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Regeneration {
+    /// Samples made again.
+    pub samples: u64,
+    /// Samples of the dataset.
+    pub of_samples: u64,
+    /// Those that differ.
+    pub differences: Vec<Difference>,
+}
+
+impl Regeneration {
+    /// When all of K random samples agree, fewer than this share of the dataset differs, with 95 % confidence
+    /// (1 - 0.05^(1/K), about 3/K; drawn without replacement it is less still).
+    pub fn bound(&self) -> f64 {
+        if self.samples >= self.of_samples { 0.0 } else { 1.0 - libm::pow(0.05, 1.0 / self.samples.max(1) as f64) }
+    }
+}
+
+/// Makes `count` samples of the dataset again, chosen by `seed`, and compares the digests of every channel, or the
+/// reason of a reject. `job` is the dataset's own resolved job, resolved anew.
+///
+/// # Errors
+/// When the dataset cannot be read, a mesh is missing, or the work is interrupted; differences are no errors.
+pub fn regenerate(
+    reader: &DatasetReader,
+    job: &Job,
+    plan: &Plan,
+    count: u64,
+    seed: u64,
+    context: &RunContext<'_>,
+) -> Result<Regeneration, RunError> {
+    let chosen = choose(plan.samples, count, seed);
+    let mut by_item: BTreeMap<(usize, ItemId), Vec<SampleIndex>> = BTreeMap::new();
+    for index in &chosen {
+        by_item.entry(plan.locate(*index)).or_default().push(*index);
+    }
+    let work = job.work.open(job.seed, context.parallelism.level)?;
+    let mut producer = work.producer()?;
+    let channels = producer.channels();
+    let mut sink = SampleSink::new(channels.iter().copied());
+    let (mut differences, mut ledger) = (Vec::new(), None);
+    for ((subject, item), indices) in by_item {
+        if context.cancel.is_cancelled() {
+            return Err(RunError::Interrupted);
+        }
+        producer.load(subject)?;
+        let mut made: BTreeMap<SampleId, Fate> = BTreeMap::new();
+        let mut take = |sample: &MadeSample<'_>| {
+            made.insert(sample.sample, fate_of(sample));
+            Ok(())
+        };
+        producer.produce(item, &mut sink.writer(&mut take))?;
+        for index in indices {
+            let row = row_of(reader, plan, &mut ledger, index)?;
+            let what = match made.get(&row.sample) {
+                None => "the job makes no such sample at this index".to_owned(),
+                Some(made) if *made == row.fate => continue,
+                Some(made) => describe(&row.fate, made, &channels),
+            };
+            differences.push(Difference { sample: index.0, id: row.sample.to_string(), what });
+        }
+    }
+    Ok(Regeneration { samples: chosen.len() as u64, of_samples: plan.samples, differences })
+}
+
+fn fate_of(made: &MadeSample<'_>) -> Fate {
+    match made.fate {
+        MadeFate::Kept(payloads) => Fate::Kept(payloads.iter().map(|(_, payload)| Digest::of(payload)).collect()),
+        MadeFate::Rejected { reason, detail } => {
+            Fate::Rejected { reason: reason.to_owned(), detail: detail.to_owned() }
+        }
+    }
+}
+
+/// The dataset's own row of a sample; `ledger` keeps the last shard's, since samples come in order.
+fn row_of(
+    reader: &DatasetReader,
+    plan: &Plan,
+    ledger: &mut Option<Ledger>,
+    index: SampleIndex,
+) -> Result<LedgerRow, RunError> {
+    let shard = plan.shard_of(index).expect("a sample of the plan stands in one of its shards").id;
+    if ledger.as_ref().is_none_or(|ledger| ledger.shard != shard) {
+        *ledger = Some(reader.ledger(shard.0 as usize)?);
+    }
+    let rows = ledger.as_ref().map_or(&[][..], |ledger| &ledger.rows);
+    let first = ledger.as_ref().map_or(0, |ledger| ledger.first.0);
+    Ok(rows[(index.0 - first) as usize].clone())
+}
+
+/// Draws so many different sample indices, ascending: the beginning of a Fisher-Yates shuffle.
+fn choose(samples: u64, count: u64, seed: u64) -> Vec<SampleIndex> {
+    let mut stream = Stream::of_job(seed, b"", "regenerate");
+    let count = count.min(samples);
+    let mut moved: BTreeMap<u64, u64> = BTreeMap::new();
+    let mut chosen: Vec<SampleIndex> = (0..count)
+        .map(|turn| {
+            let other = turn + stream.below(samples - turn);
+            let value = moved.get(&other).copied().unwrap_or(other);
+            let here = moved.get(&turn).copied().unwrap_or(turn);
+            moved.insert(other, here);
+            SampleIndex(value)
+        })
+        .collect();
+    chosen.sort_unstable();
+    chosen
+}
+
+fn describe(stored: &Fate, made: &Fate, channels: &[Channel]) -> String {
+    match (stored, made) {
+        (Fate::Kept(stored), Fate::Kept(made)) => {
+            let names = channels.iter().zip(stored.iter().zip(made));
+            let changed: Vec<_> = names.filter(|(_, (a, b))| a != b).map(|(channel, _)| channel.name()).collect();
+            format!("other bytes in {}", changed.join(", "))
+        }
+        (Fate::Kept(_), Fate::Rejected { reason, .. }) => format!("stored, but made again it is rejected: {reason}"),
+        (Fate::Rejected { reason, .. }, Fate::Kept(_)) => format!("rejected ({reason}), but made again it is kept"),
+        (Fate::Rejected { reason: a, detail: b }, Fate::Rejected { reason: c, detail: d }) => {
+            format!("rejected for {a} ({b}), made again for {c} ({d})")
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_choice_is_distinct_and_complete() {
+        let all: Vec<u64> = choose(20, 50, 3).into_iter().map(|index| index.0).collect();
+        assert_eq!(all, (0..20).collect::<Vec<_>>());
+        let some = choose(1_000_000, 100, 3);
+        assert_eq!(some.len(), 100);
+        assert!(some.windows(2).all(|pair| pair[0] < pair[1]));
+        assert_ne!(some, choose(1_000_000, 100, 4));
+    }
+}

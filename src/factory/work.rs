@@ -1,0 +1,182 @@
+//! Work of a job behind a few traits: the scheduler, the estimate and the command line know these alone.
+
+use std::{any::Any, collections::BTreeMap, fmt, path::Path};
+
+use serde_json::Value;
+
+use super::{
+    Cancel, Parallelism, ProduceError, RunError, SampleWriter,
+    job::{Divided, JobObjects},
+    plan::{JobSplits, SubjectItems},
+};
+use format::{
+    Channel, Product,
+    dataset::{DatasetHeader, RunMark},
+};
+use kernel::{
+    geom::SimdLevel,
+    ids::{ItemId, JobDigest},
+    render::DepthSource,
+    words::{NumberClass, SplitTable},
+};
+
+/// The checked work of a job: settings and subjects of its product. All reading and hashing is done.
+pub trait Work: Any + fmt::Debug + Send + Sync {
+    /// Product of the samples.
+    fn product(&self) -> Product;
+
+    /// Subjects in the order of the plan, with their counts of items.
+    fn subjects(&self) -> Vec<SubjectItems>;
+
+    /// Keys of the job file beside its head, resolved: every default filled in, files relative to `folder` and pinned by
+    /// content.
+    fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table;
+
+    /// Keys that samples depend on beside their subject and the seed, files by content alone.
+    fn sample_keys(&self) -> toml::Table;
+
+    /// The subjects by content, and everything that decides their splits.
+    fn subject_keys(&self) -> toml::Table;
+
+    /// Objects that the job prepares, with the meshes that it refused.
+    fn objects(&self) -> Option<&JobObjects> {
+        None
+    }
+
+    /// Objects to be split; `None` when there are none, or another dataset has split them.
+    fn divided(&self) -> Option<Divided<'_>> {
+        None
+    }
+
+    /// Contribution of the product to the tables of its dataset.
+    fn tables(&self, splits: Option<&JobSplits>) -> WorkTables;
+
+    /// Opens the parts that all threads share: hands, robots, other datasets.
+    ///
+    /// # Errors
+    /// When one is gone, another one than when the job was resolved, or cannot be worked with.
+    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError>;
+
+    /// Cost of a job that a pilot run would not tell.
+    fn costs(&self) -> WorkCosts;
+
+    /// The same work without the parts that a pilot leaves out because they take long.
+    fn for_pilot(&self) -> Option<Box<dyn Work>> {
+        None
+    }
+
+    /// Bytes on disk of a stored sample, as a guess for planning; `raw` is the size of its payloads before compression.
+    fn expected_bytes(&self, raw: f64) -> f64;
+
+    /// Facts about the work for `estimate`, for people.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Figures about the work for `estimate`, for programs, by name; each name ends with its unit where it has one.
+    fn figures(&self) -> BTreeMap<&'static str, f64> {
+        BTreeMap::new()
+    }
+
+    /// Source of depth images that are not stored, for previews; `None` for a product without.
+    ///
+    /// # Errors
+    /// When the job's renderer is not available.
+    fn depth_source(&self, _seed: u64, _level: SimdLevel) -> Result<Option<Box<dyn DepthSource + '_>>, ProduceError> {
+        Ok(None)
+    }
+}
+
+/// Contribution of a product to the tables of its dataset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkTables {
+    /// Class of the numbers of its channels.
+    pub class: NumberClass,
+    /// Channels of another class.
+    pub channel_classes: BTreeMap<Channel, NumberClass>,
+    /// Facts of the machine that numbers of class physics and colour depend on.
+    pub platform: BTreeMap<String, String>,
+    /// Rows of the asset table.
+    pub assets: Vec<Value>,
+    /// Rows of hands.
+    pub hands: Vec<Value>,
+    /// Splits of the subjects.
+    pub splits: Option<SplitTable>,
+    /// Things a user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Work whose shared parts are open.
+pub trait OpenWork: Sync {
+    /// A producer for one thread.
+    ///
+    /// # Errors
+    /// When the job's renderer is not available, or its hand cannot be read.
+    fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError>;
+
+    /// Writes the files that only this product has and adds to the dataset's tables, after all shards are done.
+    ///
+    /// # Errors
+    /// When a shard or mesh cannot be read, a file cannot be written, or the run is cancelled.
+    fn finish(&self, _closing: &mut Closing<'_>) -> Result<(), RunError> {
+        Ok(())
+    }
+}
+
+/// A dataset that is being closed.
+pub struct Closing<'a> {
+    /// Its folder.
+    pub folder: &'a Path,
+    /// Its job.
+    pub job: JobDigest,
+    /// Mark of the folder: count of shards and samples.
+    pub mark: &'a RunMark,
+    /// Tables of the dataset, to be added to.
+    pub header: &'a mut DatasetHeader,
+    /// Threads to use.
+    pub parallelism: &'a Parallelism,
+    /// Wish to stop.
+    pub cancel: &'a Cancel,
+}
+
+/// The producer of one thread; its memory is reused from sample to sample. Producers never call each other and never write
+/// files.
+pub trait Producer {
+    /// Channels of every kept sample, in order.
+    fn channels(&self) -> Vec<Channel>;
+
+    /// Loads a subject of the job, by its index; one that is loaded already stays.
+    ///
+    /// # Errors
+    /// When the subject is gone or another one than when the job was resolved.
+    fn load(&mut self, subject: usize) -> Result<(), ProduceError>;
+
+    /// Makes the samples of one item of the loaded subject.
+    ///
+    /// # Errors
+    /// When a tool that it needs fails, or a sample cannot be stored.
+    ///
+    /// # Panics
+    /// When no subject is loaded.
+    fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError>;
+}
+
+/// Cost of a job beside its pilot run, by constants that were measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WorkCosts {
+    /// Costs that stand in for a pilot, where one would take as long as a job.
+    pub measured: Option<MeasuredCosts>,
+    /// Processor time that a pilot leaves out, per sample [s].
+    pub left_out_seconds: f64,
+}
+
+/// Measured costs of a product whose samples take too long for a pilot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredCosts {
+    /// Processor time per sample [s].
+    pub sample_seconds: f64,
+    /// Processor time of preparing a subject [s].
+    pub subject_seconds: f64,
+    /// Payload bytes per sample before compression.
+    pub sample_bytes: f64,
+}

@@ -1,0 +1,314 @@
+//! A TOML document as a tree whose every value knows where it was written: in the file or in an override.
+
+use std::{collections::BTreeMap, ops::Range};
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use super::{
+    errors::{FormError, OVERRIDE, Problem},
+    path::{Path, Step},
+    requirement::Finding,
+    source::{Place, Source},
+};
+
+/// A document and the overrides laid over it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Document {
+    /// Name of the document as a whole, for messages.
+    name: String,
+    /// The file first, then one text per override.
+    sources: Vec<Source>,
+    pub(super) root: Node,
+}
+
+/// One value and where it and its key stand; an empty table at the start by default.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub(super) struct Node {
+    /// The value.
+    pub value: NodeValue,
+    /// Where the key stands, or the value itself for an element of an array.
+    pub key_span: Span,
+    /// Where the value stands.
+    pub span: Span,
+}
+
+/// A value.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum NodeValue {
+    Boolean(bool),
+    Integer(i64),
+    Float(f64),
+    Text(String),
+    Datetime(String),
+    Array(Vec<Node>),
+    Table(BTreeMap<String, Node>),
+}
+
+/// Bytes of one of the document's sources.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub(super) struct Span {
+    source: usize,
+    range: Range<usize>,
+}
+
+impl Default for NodeValue {
+    fn default() -> Self {
+        Self::Table(BTreeMap::new())
+    }
+}
+
+impl Document {
+    /// Reads `text` (messages call it `label`) and lays the overrides, each `dotted.key=value`, over it: tables are joined
+    /// key by key, everything else is replaced, later overrides win.
+    ///
+    /// Everything that can be read is in the document, every syntax error in the list.
+    pub fn read(label: &str, text: &str, overrides: &[String]) -> (Self, Vec<FormError>) {
+        let (name, sources) = (label.to_owned(), vec![Source::new(label, text)]);
+        let mut document = Self { name, sources, root: Node::default() };
+        let (table, syntax) = DeTable::parse_recoverable(text);
+        let mut errors = Vec::new();
+        for error in syntax {
+            let span = Span { source: 0, range: error.span().unwrap_or(0..0) };
+            errors.push(syntax_error(document.place(&span), error.message().trim()));
+        }
+        document.root.value = NodeValue::Table(document.table(table.into_inner(), 0, &mut errors));
+        for text in overrides {
+            document.lay_over(text, &mut errors);
+        }
+        (document, errors)
+    }
+
+    /// The document under another name: `14 errors in {name}`. A new one has the label of its file.
+    #[must_use]
+    pub fn named(self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self }
+    }
+
+    /// Name of the document as a whole, for messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether something is written at a path.
+    pub fn has(&self, path: impl Into<Path>) -> bool {
+        self.node(&path.into()).is_some()
+    }
+
+    /// The string at a path, where one is written.
+    pub fn text(&self, path: impl Into<Path>) -> Option<&str> {
+        match &self.node(&path.into())?.value {
+            NodeValue::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Kind and value of what is written at a path.
+    pub fn finding(&self, path: impl Into<Path>) -> Option<Finding> {
+        self.node(&path.into()).map(Node::finding)
+    }
+
+    /// Where to point for a path: its value, else the key of the nearest value above that was written.
+    pub fn place_of(&self, path: impl Into<Path>) -> Place {
+        let mut node = &self.root;
+        for step in &path.into().0 {
+            match node.child(step) {
+                Some(child) => node = child,
+                None => return self.place(&node.key_span),
+            }
+        }
+        self.place(&node.span)
+    }
+
+    /// The values without their places.
+    pub fn to_table(&self) -> toml::Table {
+        self.root.to_table()
+    }
+
+    fn node(&self, path: &Path) -> Option<&Node> {
+        path.0.iter().try_fold(&self.root, |node, step| node.child(step))
+    }
+
+    pub(super) fn place(&self, span: &Span) -> Place {
+        let place = self.sources[span.source].place(&span.range);
+        // An override is one line: its number tells which.
+        if span.source > 0 { Place { line: span.source as u32, ..place } } else { place }
+    }
+
+    fn lay_over(&mut self, text: &str, errors: &mut Vec<FormError>) {
+        let source = self.sources.len();
+        self.sources.push(Source::new(OVERRIDE, text));
+        // A value that is no TOML is taken as a string, so that `--set name=mugs` needs no quotes within quotes.
+        let quoted = text.split_once('=').map(|(key, value)| {
+            format!("{} = \"{}\"", key.trim(), value.trim().replace('\\', "\\\\").replace('"', "\\\""))
+        });
+        let message = match DeTable::parse(text) {
+            Ok(table) => {
+                let table = self.table(table.into_inner(), source, errors);
+                return self.root.lay_over(table);
+            }
+            Err(error) => error.message().trim().to_owned(),
+        };
+        match quoted.as_deref().map(DeTable::parse) {
+            Some(Ok(table)) => {
+                let mut table = self.table(table.into_inner(), source, errors);
+                // Point at the text as given: the key up to '=', the value behind it.
+                let split = text.find('=').unwrap_or(text.len());
+                table.values_mut().for_each(|node| node.point_at(source, split, text.len()));
+                self.root.lay_over(table);
+            }
+            failed => {
+                let message = if failed.is_some() { message } else { "expected key=value".to_owned() };
+                errors.push(syntax_error(self.place(&Span { source, range: 0..text.len() }), &message));
+            }
+        }
+    }
+
+    fn table(&self, table: DeTable<'_>, source: usize, errors: &mut Vec<FormError>) -> BTreeMap<String, Node> {
+        let entries = table.into_iter().map(|(key, value)| {
+            let key_span = Span { source, range: key.span() };
+            (key.into_inner().into_owned(), self.node_of(value, key_span, errors))
+        });
+        entries.collect()
+    }
+
+    fn node_of(&self, value: Spanned<DeValue<'_>>, key_span: Span, errors: &mut Vec<FormError>) -> Node {
+        let source = key_span.source;
+        let span = Span { source, range: value.span() };
+        let value = match value.into_inner() {
+            DeValue::String(text) => NodeValue::Text(text.into_owned()),
+            DeValue::Boolean(boolean) => NodeValue::Boolean(boolean),
+            DeValue::Datetime(datetime) => NodeValue::Datetime(datetime.to_string()),
+            DeValue::Integer(number) => {
+                NodeValue::Integer(i64::from_str_radix(number.as_str(), number.radix()).unwrap_or_else(|_| {
+                    let expected = "a whole number from -2^63 to 2^63 - 1".into();
+                    let problem = Problem::OutOfRange { expected, found: Finding::Written(number.as_str().to_owned()) };
+                    errors.push(FormError { place: self.place(&span), key: String::new(), problem, help: None });
+                    0
+                }))
+            }
+            // TOML's grammar is stricter than this parser's, up to the names of infinity and NaN, which it knows too.
+            DeValue::Float(number) => NodeValue::Float(number.as_str().parse().unwrap_or(f64::NAN)),
+            DeValue::Array(array) => {
+                let elements = array.into_iter().map(|element| {
+                    let span = Span { source, range: element.span() };
+                    self.node_of(element, span, errors)
+                });
+                NodeValue::Array(elements.collect())
+            }
+            DeValue::Table(table) => NodeValue::Table(self.table(table, source, errors)),
+        };
+        Node { value, key_span, span }
+    }
+}
+
+fn syntax_error(place: Place, message: &str) -> FormError {
+    let problem = Problem::Syntax { message: message.to_owned() };
+    FormError { place, key: String::new(), problem, help: None }
+}
+
+impl Node {
+    fn child(&self, step: &Step) -> Option<&Self> {
+        match (&self.value, step) {
+            (NodeValue::Table(table), Step::Key(key)) => table.get(key),
+            (NodeValue::Array(array), Step::Index(index)) => array.get(*index),
+            _ => None,
+        }
+    }
+
+    /// Lays a table over the node: tables are joined, everything else is replaced.
+    fn lay_over(&mut self, above: BTreeMap<String, Self>) {
+        let NodeValue::Table(below) = &mut self.value else { return };
+        for (key, node) in above {
+            match (below.get_mut(&key), node.value) {
+                (Some(old), NodeValue::Table(new)) if matches!(old.value, NodeValue::Table(_)) => old.lay_over(new),
+                (_, value) => {
+                    below.insert(key, Self { value, ..node });
+                }
+            }
+        }
+    }
+
+    /// Gives the node and all below it the spans of an override: keys left of `split`, values right of it.
+    fn point_at(&mut self, source: usize, split: usize, end: usize) {
+        self.key_span = Span { source, range: 0..split };
+        self.span = Span { source, range: (split + 1).min(end)..end };
+        if let NodeValue::Table(table) = &mut self.value {
+            table.values_mut().for_each(|node| node.point_at(source, split, end));
+        }
+    }
+
+    /// Kind and value of the node, for messages.
+    pub fn finding(&self) -> Finding {
+        match &self.value {
+            NodeValue::Boolean(boolean) => Finding::Boolean(*boolean),
+            NodeValue::Integer(number) => Finding::Integer(*number),
+            NodeValue::Float(number) => Finding::Float(*number),
+            NodeValue::Text(text) => Finding::Text(text.clone()),
+            NodeValue::Datetime(text) => Finding::Datetime(text.clone()),
+            NodeValue::Array(array) => Finding::Array(array.len()),
+            NodeValue::Table(table) => Finding::Table(table.keys().cloned().collect()),
+        }
+    }
+
+    /// The values of a table without their places.
+    pub fn to_table(&self) -> toml::Table {
+        match &self.value {
+            NodeValue::Table(table) => table.iter().map(|(key, node)| (key.clone(), node.to_toml())).collect(),
+            _ => toml::Table::new(),
+        }
+    }
+
+    /// The value without its place.
+    fn to_toml(&self) -> toml::Value {
+        match &self.value {
+            NodeValue::Boolean(boolean) => toml::Value::Boolean(*boolean),
+            NodeValue::Integer(number) => toml::Value::Integer(*number),
+            NodeValue::Float(number) => toml::Value::Float(*number),
+            NodeValue::Text(text) | NodeValue::Datetime(text) => toml::Value::String(text.clone()),
+            NodeValue::Array(array) => toml::Value::Array(array.iter().map(Self::to_toml).collect()),
+            NodeValue::Table(_) => toml::Value::Table(self.to_table()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, overrides: &[&str]) -> (Document, Vec<FormError>) {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        Document::read("a.toml", text, &overrides)
+    }
+
+    #[test]
+    fn overrides_join_tables_and_replace_the_rest() {
+        let (document, errors) = read("a = { b = 1, c = [1, 2] }\n", &["a.c=[3]", "a.d=x y", "name=mugs"]);
+        assert_eq!(errors, []);
+        let expected: toml::Table = "a = { b = 1, c = [3], d = \"x y\" }\nname = \"mugs\"".parse().unwrap();
+        assert_eq!(document.to_table(), expected);
+        assert_eq!(document.text("name"), Some("mugs"));
+        assert!(document.has("a.d") && !document.has("a.e"));
+    }
+
+    #[test]
+    fn values_and_keys_know_their_places() {
+        let (document, _) = read("[a]\nb = 1\n", &["a.c=two words"]);
+        let place = |path: &str| document.place_of(path).to_string();
+        assert_eq!(place("a.b"), "a.toml:2:5");
+        // Nothing is written there: the key of the nearest table.
+        assert_eq!(place("a.x"), "a.toml:1:2");
+        // The first override.
+        assert_eq!(place("a.c"), "--set:1:5");
+    }
+
+    #[test]
+    fn what_cannot_be_read_does_not_hide_the_rest() {
+        let (document, errors) = read("a = \nb = 99999999999999999999\nc = 3\n", &["no value", "=3"]);
+        let codes: Vec<&str> = errors.iter().map(|error| error.problem.code()).collect();
+        assert_eq!(codes, ["syntax", "out_of_range", "syntax", "syntax"]);
+        assert!(document.has("c"));
+    }
+}

@@ -1,0 +1,237 @@
+//! Mistakes of a file: typed, placed, and shown like a compiler's message.
+
+use std::{fmt, fmt::Write as _, sync::Arc};
+
+use serde::{Serialize, Serializer, ser::SerializeStruct};
+
+use super::{
+    requirement::{Finding, Requirement},
+    source::Place,
+};
+
+/// Label of the texts that are laid over a file.
+pub(super) const OVERRIDE: &str = "--set";
+
+/// One mistake.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{place}: {}{problem}{}", prefix(key), suffix(help))]
+pub struct FormError {
+    /// Where it stands.
+    pub place: Place,
+    /// The dotted key; empty where there is none.
+    pub key: String,
+    /// Kind of the mistake, with its values.
+    pub problem: Problem,
+    /// The remedy, where one is known.
+    pub help: Option<String>,
+}
+
+fn prefix(key: &str) -> String {
+    if key.is_empty() { String::new() } else { format!("{key}: ") }
+}
+
+fn suffix(help: &Option<String>) -> String {
+    help.as_ref().map(|help| format!("; {help}")).unwrap_or_default()
+}
+
+/// Kind of a mistake, with what was expected and what was found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Problem {
+    /// The text is no TOML.
+    #[error("not TOML: {message}")]
+    Syntax {
+        /// The parser's words.
+        message: String,
+    },
+    /// A key that the table does not have.
+    #[error("unknown key `{found}`")]
+    UnknownKey {
+        /// The key.
+        found: String,
+        /// The keys that are known here.
+        known: Arc<[String]>,
+    },
+    /// A value of another type.
+    #[error("expected {expected}, found {found}")]
+    WrongType {
+        /// The requirement.
+        expected: Requirement,
+        /// The value.
+        found: Finding,
+    },
+    /// A word that is none of a list.
+    #[error("`{found}` is not one of {}", choices.join(", "))]
+    NotAChoice {
+        /// The word.
+        found: String,
+        /// The list.
+        choices: Vec<String>,
+    },
+    /// A number, or a count of elements, that is too small, too large or not finite.
+    #[error("expected {expected}, found {found}")]
+    OutOfRange {
+        /// The requirement, with its range.
+        expected: Requirement,
+        /// The number or array.
+        found: Finding,
+    },
+    /// A key that must be there.
+    #[error("missing: expected {expected}")]
+    Missing {
+        /// The requirement on its value.
+        expected: Requirement,
+    },
+    /// Two settings that exclude each other.
+    #[error("contradicts `{other}`: {because}")]
+    Contradiction {
+        /// The other key.
+        other: String,
+        /// Why.
+        because: String,
+    },
+    /// A file or a name that is not there.
+    #[error("{what} not found: {detail}")]
+    NotFound {
+        /// Kind of the thing.
+        what: String,
+        /// Its name and where it was looked for.
+        detail: String,
+    },
+    /// A value of the right type that cannot be used.
+    #[error("expected {expected}, found {found}")]
+    Invalid {
+        /// A description of values that could be used.
+        expected: String,
+        /// The value that stands there.
+        found: String,
+    },
+}
+
+impl Problem {
+    /// A short stable name, for machines.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Syntax { .. } => "syntax",
+            Self::UnknownKey { .. } => "unknown_key",
+            Self::WrongType { .. } => "wrong_type",
+            Self::NotAChoice { .. } => "not_a_choice",
+            Self::OutOfRange { .. } => "out_of_range",
+            Self::Missing { .. } => "missing",
+            Self::Contradiction { .. } => "contradiction",
+            Self::NotFound { .. } => "not_found",
+            Self::Invalid { .. } => "invalid",
+        }
+    }
+
+    /// The expectation, in words.
+    pub fn expected(&self) -> String {
+        match self {
+            Self::Syntax { .. } => "a TOML document (https://toml.io/en/v1.1.0)".to_owned(),
+            Self::UnknownKey { known: words, .. } => format!("one of {}", words.join(", ")),
+            Self::NotAChoice { choices, .. } => format!("one of {}", choices.join(", ")),
+            Self::WrongType { expected, .. } | Self::OutOfRange { expected, .. } | Self::Missing { expected } => {
+                expected.to_string()
+            }
+            Self::Invalid { expected, .. } => expected.clone(),
+            Self::Contradiction { other, .. } => format!("either this or `{other}`"),
+            Self::NotFound { what, .. } => format!("a {what} that is there"),
+        }
+    }
+
+    /// The finding, in words.
+    pub fn found(&self) -> String {
+        match self {
+            Self::Syntax { message } => message.clone(),
+            Self::UnknownKey { found, .. } | Self::NotAChoice { found, .. } | Self::Invalid { found, .. } => {
+                found.clone()
+            }
+            Self::WrongType { found, .. } | Self::OutOfRange { found, .. } => found.to_string(),
+            Self::Missing { .. } => "nothing".to_owned(),
+            Self::Contradiction { .. } => "both".to_owned(),
+            Self::NotFound { detail, .. } => detail.clone(),
+        }
+    }
+}
+
+impl FormError {
+    /// Several lines: the message, the place, the source line with the spot underlined, the remedy.
+    pub fn render(&self) -> String {
+        let Self { place, key, problem, help } = self;
+        let mut text = format!("error: {}{problem}\n", prefix(key));
+        let gutter = place.line.to_string().len();
+        let _ = writeln!(text, "{:gutter$}--> {place}", "");
+        let _ = writeln!(text, "{:gutter$} |", "");
+        let _ = writeln!(text, "{} | {}", place.line, place.text.replace('\t', " "));
+        let spot = " ".repeat(place.lead as usize) + &"^".repeat(place.width as usize);
+        let _ = write!(text, "{:gutter$} | {spot}", "");
+        if let Problem::UnknownKey { .. } = problem {
+            let _ = write!(text, " expected {}", problem.expected());
+        }
+        text.push('\n');
+        if let Some(help) = help {
+            let _ = writeln!(text, "{:gutter$} = help: {help}", "");
+        }
+        text
+    }
+}
+
+impl Serialize for FormError {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("FormError", 9)?;
+        fields.serialize_field("file", &self.place.file)?;
+        fields.serialize_field("line", &self.place.line)?;
+        fields.serialize_field("column", &self.place.column)?;
+        fields.serialize_field("key", &self.key)?;
+        fields.serialize_field("problem", self.problem.code())?;
+        fields.serialize_field("message", &self.problem.to_string())?;
+        fields.serialize_field("expected", &self.problem.expected())?;
+        fields.serialize_field("found", &self.problem.found())?;
+        fields.serialize_field("help", &self.help)?;
+        fields.end()
+    }
+}
+
+/// All mistakes of a file, in the order of the file; never empty.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct FormErrors {
+    list: Vec<FormError>,
+    /// Name of the file with all that it names.
+    #[serde(skip)]
+    name: String,
+}
+
+impl FormErrors {
+    /// The mistakes in the order of the file, then of the overrides.
+    pub(super) fn new(name: &str, mut list: Vec<FormError>) -> Self {
+        list.sort_by(|a, b| {
+            let order = |error: &FormError| (error.place.file == OVERRIDE, error.place.line, error.place.column);
+            order(a).cmp(&order(b)).then_with(|| a.key.cmp(&b.key))
+        });
+        Self { list, name: name.to_owned() }
+    }
+
+    /// The mistakes.
+    pub fn list(&self) -> &[FormError] {
+        &self.list
+    }
+
+    /// All mistakes as a compiler shows them, and how many.
+    pub fn render(&self) -> String {
+        let mut text: String = self.list.iter().map(|error| error.render() + "\n").collect();
+        let plural = if self.list.len() == 1 { "error" } else { "errors" };
+        let _ = writeln!(text, "{} {plural} in {}", self.list.len(), self.name);
+        text
+    }
+}
+
+impl fmt::Display for FormErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.list.iter().enumerate() {
+            write!(f, "{}{error}", if index > 0 { "\n" } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for FormErrors {}

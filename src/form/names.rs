@@ -1,0 +1,56 @@
+//! Names that are nearly right, and patterns of names.
+
+/// `did you mean ...?` for the known name that is nearest to `found`, when one is near.
+///
+/// ```
+/// use graspmill_form::did_you_mean;
+///
+/// assert_eq!(did_you_mean("color", ["colour", "depth"]).as_deref(), Some("did you mean `colour`?"));
+/// assert_eq!(did_you_mean("resolution", ["colour", "depth"]), None);
+/// ```
+pub fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    nearest(found, known).map(|name| format!("did you mean `{name}`?"))
+}
+
+/// The known name that is nearest to `found`, when one is near: a third of its letters may differ, case does not count.
+pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let plain = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
+    let wanted = plain(found);
+    let length = wanted.chars().count();
+    let max_distance = (length / 3).max(1);
+    let distance = |name: &str| {
+        let name = plain(name);
+        if wanted.len() >= 3 && name.split('_').any(|word| word == wanted) {
+            return Some(1);
+        }
+        // Names are at least as far apart as their lengths.
+        let is_far = name.chars().count().abs_diff(length) > max_distance;
+        (!is_far).then(|| strsim::damerau_levenshtein(&wanted, &name)).filter(|distance| *distance <= max_distance)
+    };
+    known.into_iter().filter_map(|name| Some((distance(name)?, name))).min().map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_near_by_letters_or_by_a_word_of_theirs() {
+        let known = ["horizontal_fov", "near", "width"];
+        for (found, name) in [
+            ("widht", Some("width")),
+            ("WIDTH", Some("width")),
+            ("fov", Some("horizontal_fov")),
+            ("Horizontal-FOV", Some("horizontal_fov")),
+            ("no", None),
+            ("", None),
+            ("farther", None),
+        ] {
+            assert_eq!(nearest(found, known), name, "{found}");
+        }
+        // A key of megabytes is compared with nothing.
+        assert_eq!(nearest(&"x".repeat(2_000_000), known), None);
+        // The first by name, where two are as near.
+        assert_eq!(nearest("bag", ["bat", "bad"]), Some("bad"));
+    }
+}

@@ -1,0 +1,85 @@
+//! The way from the root of a document to one of its values.
+
+use std::fmt;
+
+/// One step from a value to a value inside it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Step {
+    /// A key of a table.
+    Key(String),
+    /// An element of an array, counted from 0.
+    Index(usize),
+}
+
+/// The way from the root of a document to a value; shown as `objects[1].meshes."a b".unit`.
+///
+/// A `&str` becomes the path of its dotted keys, so that most checks name a key as people write it:
+///
+/// ```
+/// use graspmill_form::Path;
+///
+/// let path = Path::from("robot.joints").index(2);
+/// assert_eq!(path.to_string(), "robot.joints[2]");
+/// assert_eq!(Path::from("meshes").key("a b").to_string(), r#"meshes."a b""#);
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub struct Path(pub(super) Vec<Step>);
+
+impl Path {
+    /// The path one key further.
+    #[must_use]
+    pub fn key(&self, key: &str) -> Self {
+        self.step(Step::Key(key.to_owned()))
+    }
+
+    /// The path one element of an array further.
+    #[must_use]
+    pub fn index(&self, index: usize) -> Self {
+        self.step(Step::Index(index))
+    }
+
+    fn step(&self, step: Step) -> Self {
+        Self(self.0.iter().cloned().chain([step]).collect())
+    }
+}
+
+/// Splits at the dots: for keys that hold none themselves.
+impl From<&str> for Path {
+    fn from(dotted: &str) -> Self {
+        Self(dotted.split('.').filter(|key| !key.is_empty()).map(|key| Step::Key(key.to_owned())).collect())
+    }
+}
+
+impl From<&String> for Path {
+    fn from(dotted: &String) -> Self {
+        Self::from(dotted.as_str())
+    }
+}
+
+impl From<&Self> for Path {
+    fn from(path: &Self) -> Self {
+        path.clone()
+    }
+}
+
+impl fmt::Display for Path {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (depth, step) in self.0.iter().enumerate() {
+            match step {
+                Step::Key(key) => {
+                    if depth > 0 {
+                        f.write_str(".")?;
+                    }
+                    if is_bare(key) { f.write_str(key)? } else { write!(f, "\"{}\"", key.escape_debug())? }
+                }
+                Step::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a key needs no quotes in TOML.
+fn is_bare(key: &str) -> bool {
+    !key.is_empty() && key.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-')
+}

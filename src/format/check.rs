@@ -1,0 +1,84 @@
+//! Checks that products contribute to `verify`: of each sample's records, and of the files that only they have.
+
+use std::path::Path;
+
+use super::{
+    Channel, RecordError,
+    dataset::{DatasetError, DatasetReader, Manifest},
+};
+use kernel::ids::{Digest, ObjectId, SampleId};
+
+/// Checks the records of one sample after the other, on one thread. Those of a sample come in the order of their channels,
+/// so that a record can be checked against the ones before it.
+pub trait CheckSample {
+    /// Decodes and checks the next payload.
+    ///
+    /// # Errors
+    /// When the payload is no valid record of its channel, or contradicts another record of its sample.
+    fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError>;
+}
+
+/// Statements of a record that its sample's ledger row repeats.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckedRecord {
+    /// The record's sample.
+    pub sample: SampleId,
+    /// Facts that the record states: indices into the product's facts, and values.
+    pub facts: Vec<(usize, f64)>,
+    /// Rules of this kind of dataset that the record breaks; whether a rule applies, the dataset's job decides.
+    pub broken_rules: Vec<BrokenRule>,
+}
+
+impl CheckedRecord {
+    /// A record that states no facts.
+    pub fn of(sample: SampleId) -> Self {
+        Self { sample, facts: Vec::new(), broken_rules: Vec::new() }
+    }
+}
+
+/// A rule that a record breaks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BrokenRule {
+    /// Name of the rule.
+    pub rule: &'static str,
+    /// Numbers, for people.
+    pub what: String,
+}
+
+/// A file that only the datasets of one product have.
+pub struct ExtraFile {
+    /// Name inside the dataset's folder.
+    pub name: &'static str,
+    /// Content, one sentence.
+    pub meaning: &'static str,
+    /// Word and digest by which the file's content enters the root digest; `None` when the root does not depend on it.
+    pub in_root: Option<RootPart>,
+    /// Checks the file against the rest of the dataset; every problem in words.
+    pub check: fn(&FileContext<'_>) -> Vec<String>,
+}
+
+/// Part of a root digest that stands for a file.
+pub struct RootPart {
+    /// Word before the digest.
+    pub word: &'static str,
+    /// Digest of the content of a dataset's file.
+    pub digest: fn(&Path) -> Result<Digest, DatasetError>,
+}
+
+/// Surroundings of a file that is checked.
+pub struct FileContext<'a> {
+    /// Folder of the dataset.
+    pub folder: &'a Path,
+    /// Its manifest.
+    pub manifest: &'a Manifest,
+    /// Its reader; `None` when the dataset cannot be opened.
+    pub reader: Option<&'a DatasetReader>,
+    /// Ids of the objects in the asset table.
+    pub objects: &'a [ObjectId],
+    /// Ids of the hands in the asset table.
+    pub hands: &'a [ObjectId],
+    /// Whether every shard holds what the manifest says; otherwise nothing can be compared with the samples.
+    pub shards_intact: bool,
+    /// Whether contents are to be checked, not only digests.
+    pub full: bool,
+}

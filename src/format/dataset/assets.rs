@@ -1,0 +1,70 @@
+//! The asset table of a finished dataset, and its job, as they stand on disk.
+
+use std::fs;
+
+use serde::Deserialize;
+
+use super::{
+    DatasetError, DatasetReader,
+    layout::{ASSETS, JOB},
+};
+use kernel::ids::ObjectId;
+
+/// `assets.json`: the objects, sorted by id, the hands that touched, and the meshes that could not be used.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct AssetTable {
+    /// One row an object.
+    pub objects: Vec<AssetRow>,
+    /// One row a hand; empty without touch by hands.
+    #[serde(default)]
+    pub hands: Vec<AssetRow>,
+    /// Refused meshes, in any form.
+    pub refused: Vec<serde_json::Value>,
+}
+
+/// One object, or one hand: what every row has, and whatever else is known about it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct AssetRow {
+    /// The object, or the hand, by content.
+    pub object: ObjectId,
+    /// Its name in the job.
+    pub name: String,
+    /// Further fields, by name; they depend on the program that wrote the dataset.
+    #[serde(flatten)]
+    pub facts: serde_json::Map<String, serde_json::Value>,
+}
+
+impl AssetRow {
+    /// The row as it stands in the file.
+    pub fn whole(&self) -> serde_json::Value {
+        let mut row = self.facts.clone();
+        row.insert("object".to_owned(), self.object.to_string().into());
+        row.insert("name".to_owned(), self.name.clone().into());
+        row.into()
+    }
+}
+
+impl DatasetReader {
+    /// Reads the asset table.
+    ///
+    /// # Errors
+    /// When it is missing or damaged.
+    pub fn assets(&self) -> Result<AssetTable, DatasetError> {
+        let path = self.folder().join(ASSETS);
+        let text = fs::read(&path).map_err(DatasetError::io("reading", &path))?;
+        serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
+            path,
+            problem: error.to_string(),
+            remedy: "delete manifest.json and `run` the job again: the shards are kept",
+        })
+    }
+
+    /// Reads the resolved job, as text.
+    ///
+    /// # Errors
+    /// When it is missing or no text.
+    pub fn job_text(&self) -> Result<String, DatasetError> {
+        let path = self.folder().join(JOB);
+        fs::read_to_string(&path).map_err(DatasetError::io("reading", &path))
+    }
+}

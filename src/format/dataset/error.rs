@@ -1,0 +1,240 @@
+//! What can go wrong with a dataset, with numbers and remedies.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use crate::RecordError;
+use kernel::{
+    ids::{Digest, JobDigest, SampleIndex},
+    words::number_ranges,
+};
+
+/// What can go wrong with a dataset.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// The operating system refused a read or write.
+    #[error("{action} {}: {source}{}", path.display(), io_remedy(source))]
+    Io {
+        /// What was tried: "writing", "reading", ...
+        action: &'static str,
+        /// On which file.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// The MCAP library refused.
+    #[error("{}: {source}", path.display())]
+    Mcap {
+        /// On which file.
+        path: PathBuf,
+        /// Why.
+        source: mcap::McapError,
+    },
+    /// The folder holds another job.
+    #[error(
+        "{} belongs to job {}, this is job {}; give another --out, or delete the folder to start over",
+        folder.display(), found.0.short(), expected.0.short()
+    )]
+    ForeignJob {
+        /// The folder.
+        folder: PathBuf,
+        /// Job digest that the folder was begun with.
+        found: JobDigest,
+        /// Job digest of this run.
+        expected: JobDigest,
+    },
+    /// The folder holds the same job, cut into other shards.
+    #[error(
+        "{} was begun with {found}, this run wants {expected}; use the same shard size, or another --out",
+        folder.display()
+    )]
+    OtherShards {
+        /// The folder.
+        folder: PathBuf,
+        /// Shards of the folder, in words.
+        found: String,
+        /// Shards of this run, in words.
+        expected: String,
+    },
+    /// The folder holds another set.
+    #[error("{} holds the set {found}, this is {expected}; give another --out, or delete the folder", folder.display())]
+    ForeignSet {
+        /// The folder.
+        folder: PathBuf,
+        /// Its datasets.
+        found: String,
+        /// Those of this set.
+        expected: String,
+    },
+    /// The folder holds something that is no dataset.
+    #[error("{} is not empty and no dataset ('{entry}' stands in it); give an empty or new folder", folder.display())]
+    NotADataset {
+        /// The folder.
+        folder: PathBuf,
+        /// One thing that stands in it.
+        entry: String,
+    },
+    /// A folder that is to be filled holds something.
+    #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", folder.display())]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// One thing in it.
+        entry: String,
+    },
+    /// A folder that is to be filled is a file.
+    #[error("{} is a file; give a new or empty folder", path.display())]
+    NotAFolder {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The folder holds a dataset that is not finished.
+    #[error("{} has no manifest.json: the dataset is not finished; `run` the job again to resume", folder.display())]
+    Unfinished {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The dataset was written in another format.
+    #[error("{} has format version {found}, this program reads {expected}; {}", path.display(), version_remedy(*found, *expected))]
+    Version {
+        /// The file that says so.
+        path: PathBuf,
+        /// Its version.
+        found: u32,
+        /// Ours.
+        expected: u32,
+    },
+    /// A file of the dataset does not say what it must.
+    #[error("{}: {problem}; {remedy}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with numbers.
+        problem: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A file's content is not what its name or the manifest says.
+    #[error(
+        "{} has changed: saved digest {}, calculated {}; {remedy}", path.display(), saved.short(), calculated.short()
+    )]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// Digest in its name or in the manifest.
+        saved: Digest,
+        /// Digest of its content.
+        calculated: Digest,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A payload is no valid record.
+    #[error("{}: sample {index}: {source}; {REMAKE}", path.display())]
+    Record {
+        /// The shard.
+        path: PathBuf,
+        /// The sample.
+        index: SampleIndex,
+        /// Why not.
+        source: RecordError,
+    },
+    /// Shards of the plan are not there.
+    #[error("{} of {shards} shards are missing ({}); `run` the job again: only they are made", missing.len(), list(missing))]
+    MissingShards {
+        /// How many the plan has.
+        shards: u32,
+        /// Which are missing.
+        missing: Vec<u32>,
+    },
+    /// The caller broke the writer's order; a defect of the program, not of the data.
+    #[error("shard {shard}: expected {expected}, got {found}")]
+    Sequence {
+        /// The shard's name.
+        shard: String,
+        /// What had to come.
+        expected: String,
+        /// What came.
+        found: String,
+    },
+    /// Two sample indices have the same id.
+    #[error("samples {first} and {second} are both {id}: the plan repeats a sample")]
+    DuplicateSample {
+        /// The id.
+        id: String,
+        /// One index.
+        first: SampleIndex,
+        /// The other.
+        second: SampleIndex,
+    },
+}
+
+/// The remedy for a shard that is damaged.
+pub const REMAKE: &str = "delete this shard and `run` the job again: only it is made anew";
+
+/// The remedy for a table that is damaged.
+pub const REWRITE: &str =
+    "delete manifest.json and `run` the job again: the shards are kept, the tables are written anew";
+
+impl DatasetError {
+    /// Wraps an I/O error with what was tried on which file.
+    pub fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+
+    /// Wraps an error of the MCAP library; I/O errors stay I/O errors.
+    pub fn mcap(action: &'static str, path: &Path) -> impl FnOnce(mcap::McapError) -> Self {
+        move |source| match source {
+            mcap::McapError::Io(source) => Self::Io { action, path: path.to_owned(), source },
+            source => Self::Mcap { path: path.to_owned(), source },
+        }
+    }
+
+    /// Whether the folder is another job's, no dataset, or holds something: exit code 2, give another one.
+    pub fn is_foreign(&self) -> bool {
+        matches!(
+            self,
+            Self::ForeignJob { .. }
+                | Self::ForeignSet { .. }
+                | Self::OtherShards { .. }
+                | Self::NotADataset { .. }
+                | Self::Occupied { .. }
+                | Self::NotAFolder { .. }
+        )
+    }
+
+    /// Whether the operating system is to blame (disk full, read-only, gone): exit code 74, retry and resume.
+    pub fn is_io(&self) -> bool {
+        matches!(self, Self::Io { .. })
+    }
+}
+
+fn io_remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; make room and run again: finished shards are kept"
+        }
+        io::ErrorKind::FileTooLarge => {
+            "; files may not grow so large here (`ulimit -f`): lift the limit and run again, finished shards are kept"
+        }
+        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
+            "; give a folder that can be written, or mend its permissions"
+        }
+        _ => "",
+    }
+}
+
+fn version_remedy(found: u32, expected: u32) -> String {
+    if found > expected {
+        return "get a newer graspmill".to_owned();
+    }
+    format!("make it anew from its job with `graspmill run`, or read it with a graspmill of format {found}")
+}
+
+/// At most eight ranges of numbers, `3-7`.
+fn list(numbers: &[u32]) -> String {
+    let ranges = number_ranges(numbers);
+    let more = if ranges.len() > 8 { ", ..." } else { "" };
+    format!("{}{more}", ranges[..ranges.len().min(8)].join(", "))
+}

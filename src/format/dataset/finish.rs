@@ -1,0 +1,412 @@
+//! Closing a dataset: from the shards' ledgers to index, tables, root digest and manifest.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufWriter, Write},
+    path::Path,
+};
+
+use serde::Serialize;
+
+use super::{
+    Counts, DatasetError, Fate, FileEntry, IndexFormat, IndexWriter, Ledger, LedgerRow, Manifest, RunMark, ShardEntry,
+    durable::{self, Temporary},
+    error::REMAKE,
+    folder::{hash_file, scan_shards},
+    index::{IndexRow, index_columns},
+    layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SHARDS, SPLITS, files_of},
+    merkle::{self, Tree},
+    read_mark,
+    reader::checked_splits,
+    roots::{ClassChannels, Leaf, Roots},
+    seal::sealed,
+    shard_file::{ShardFile, invalid},
+};
+use crate::{Channel, FORMAT_VERSION, FactKind, Product};
+use kernel::{
+    ids::{Digest, JobDigest, ObjectId, ShardId},
+    words::{NumberClass, Split, SplitTable},
+};
+
+/// Content of a dataset's files beside its samples; plain data, so that this room knows no job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DatasetHeader {
+    /// Product of the samples.
+    pub product: Product,
+    /// Program and version.
+    pub generator: String,
+    /// The job.
+    pub job: JobDigest,
+    /// The resolved job, as it will stand in `job.toml`.
+    pub job_text: String,
+    /// How equal the numbers of its channels are on two machines.
+    pub class: NumberClass,
+    /// Channels whose numbers are of another class, where they are stored.
+    pub channel_classes: BTreeMap<Channel, NumberClass>,
+    /// Facts of the machine that numbers of class physics and colour depend on; empty for exact ones.
+    pub platform: BTreeMap<String, String>,
+    /// The asset table: one JSON object per row, each with at least `object` (64 hexadecimal digits) and `name`. Paths
+    /// and clocks must not stand in it: it is part of the root digest.
+    pub assets: Vec<serde_json::Value>,
+    /// The hands that touched, in rows like those of the objects and part of the root digest like them.
+    pub hands: Vec<serde_json::Value>,
+    /// Meshes that could not be used, in any form.
+    pub refused: Vec<serde_json::Value>,
+    /// Splits, of a product that has them; one row per subject.
+    pub splits: Option<SplitTable>,
+    /// Things a user should know.
+    pub warnings: Vec<String>,
+}
+
+impl DatasetHeader {
+    fn classes_of(&self, channels: &[Channel]) -> ClassChannels {
+        let of = |channel| self.channel_classes.get(&channel).copied().unwrap_or(self.class);
+        ClassChannels::new(channels, self.class, of)
+    }
+}
+
+/// Closes a dataset whose shards are all done: checks that every sample index is accounted for once, writes the index
+/// and the tables, and the manifest last. Reads the shards' ledgers only, one at a time, and keeps 64 bytes per sample and
+/// class. Files that only its product has were written before.
+///
+/// Equal shards and headers give equal files. A dataset that is already closed is closed again.
+///
+/// # Errors
+/// When shards or files are missing or contradict each other, a subject is unknown, a sample stands twice, or a file can't
+/// be written.
+pub fn finish_dataset(
+    folder: &Path,
+    header: &DatasetHeader,
+    index: &dyn IndexFormat,
+) -> Result<Manifest, DatasetError> {
+    let mark = checked_mark(folder, header)?;
+    let subjects = asset_names(folder, &header.assets)?;
+    asset_names(folder, &header.hands)?;
+    let splits = header.splits.clone().filter(|_| header.product.has_splits);
+    let splits = splits.map(|splits| checked_splits(splits, &folder.join(SPLITS))).transpose()?;
+    let scan = scan_shards(folder, &mark)?;
+    let missing: Vec<u32> = (0..mark.shards).filter(|shard| !scan.done.contains_key(&ShardId(*shard))).collect();
+    if !missing.is_empty() {
+        return Err(DatasetError::MissingShards { shards: mark.shards, missing });
+    }
+
+    // One pass over the ledgers writes the index and the rejects, and collects the leaves of the roots.
+    let (index_file, index_temporary) = Temporary::create(folder, INDEX)?;
+    let copy = index_file.try_clone().map_err(DatasetError::io("writing", index_temporary.path()))?;
+    let index_path = index_temporary.path().to_owned();
+    let mut pass = Pass::begin(folder, &mark, &subjects, splits.as_ref(), header, &index_path)?;
+    pass.table = Some((index, copy));
+    for done in scan.done.values() {
+        pass.shard(&ShardFile::open(&done.path)?, done.digest, done.bytes)?;
+    }
+    pass.complete()?;
+    let Pass { index, rejects, sums, channels, classes, leaves, .. } = pass;
+    rejects.finish(folder)?;
+    index.map_or(Ok(()), IndexWriter::finish).map_err(DatasetError::io("writing", &index_path))?;
+    index_temporary.publish(&index_file, folder, INDEX)?;
+
+    let roots = Roots::new(leaves, &classes, &subjects)?;
+    let files = root_parts(folder, header.product)?;
+    let root = roots.dataset(&asset_tree(header.assets.iter().chain(&header.hands)), &files, &header.job);
+    write_tables(folder, header, splits.as_ref())?;
+    let entry = |name: &&str| {
+        let (digest, bytes) = hash_file(&folder.join(name))?;
+        Ok::<_, DatasetError>(((*name).to_owned(), FileEntry { digest, bytes }))
+    };
+    let manifest = Manifest {
+        format_version: FORMAT_VERSION,
+        generator: header.generator.clone(),
+        product: mark.product,
+        root,
+        classes: roots.classes,
+        class_topics: classes.topics(),
+        platform: header.platform.clone(),
+        job: header.job,
+        topics: channels.iter().map(|channel| channel.topic.to_owned()).collect(),
+        counts: Counts {
+            objects: header.assets.len() as u64,
+            refused_meshes: header.refused.len() as u64,
+            ..sums.counts
+        },
+        shards: sums.shards,
+        files: files_of(mark.product).iter().map(entry).collect::<Result<_, _>>()?,
+        warnings: header.warnings.clone(),
+    };
+    durable::write_file(folder, MANIFEST, sealed(&json_text(&manifest)).as_bytes())?;
+    Manifest::read(folder)
+}
+
+/// The folder's mark, if it was begun for this header's job and product.
+fn checked_mark(folder: &Path, header: &DatasetHeader) -> Result<RunMark, DatasetError> {
+    let mark = read_mark(folder)?
+        .ok_or_else(|| DatasetError::NotADataset { folder: folder.to_owned(), entry: "no run.json".to_owned() })?;
+    if mark.job != header.job {
+        return Err(DatasetError::ForeignJob { folder: folder.to_owned(), found: mark.job, expected: header.job });
+    }
+    if mark.product != header.product {
+        let problem = format!("the folder was begun for {}, the tables are of {}", mark.product, header.product);
+        return Err(DatasetError::Invalid { path: folder.to_owned(), problem, remedy: "give another --out" });
+    }
+    Ok(mark)
+}
+
+/// Words and digests of the files that enter the root of a product's datasets.
+pub(super) fn root_parts(folder: &Path, product: Product) -> Result<Vec<(&'static str, Digest)>, DatasetError> {
+    let parts = product.files.iter().filter_map(|file| file.in_root.as_ref());
+    parts.map(|part| Ok((part.word, (part.digest)(folder)?))).collect()
+}
+
+/// JSON for people, with a line end.
+pub(crate) fn json_text(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("tables are plain data with text keys") + "\n"
+}
+
+fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTable>) -> Result<(), DatasetError> {
+    let sorted = |rows: &[serde_json::Value]| {
+        let mut rows = rows.to_vec();
+        rows.sort_by_key(object_of);
+        rows
+    };
+    let mut assets = serde_json::json!({
+        "format_version": FORMAT_VERSION,
+        "objects": sorted(&header.assets),
+        "refused": header.refused,
+    });
+    // Tables without hands keep the text that they had before there were any.
+    if !header.hands.is_empty() {
+        assets["hands"] = sorted(&header.hands).into();
+    }
+    durable::write_file(folder, ASSETS, json_text(&assets).as_bytes())?;
+    if let Some(splits) = splits {
+        durable::write_file(folder, SPLITS, json_text(splits).as_bytes())?;
+    }
+    durable::write_file(folder, JOB, header.job_text.as_bytes())?;
+    Ok(())
+}
+
+/// Root over the rows of the asset table, in order of their objects.
+pub(super) fn asset_tree<'a>(assets: impl Iterator<Item = &'a serde_json::Value>) -> Digest {
+    let mut rows: Vec<_> = assets.map(|row| (object_of(row), merkle::canonical_json(row))).collect();
+    rows.sort();
+    let mut tree = Tree::default();
+    rows.iter().for_each(|(_, row)| tree.push(merkle::asset_leaf(row)));
+    tree.root()
+}
+
+pub(super) fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
+    row.get("object")?.as_str().and_then(Digest::from_hex).map(ObjectId)
+}
+
+/// Subject -> (rank among the subjects' ids, name, id in hexadecimal digits).
+pub(super) type Subjects = BTreeMap<ObjectId, (u32, String, String)>;
+
+pub(super) fn asset_names(folder: &Path, assets: &[serde_json::Value]) -> Result<Subjects, DatasetError> {
+    let invalid = |problem: String| DatasetError::Invalid {
+        path: folder.join(ASSETS),
+        problem,
+        remedy: "each row of the asset table is one object with 'object' (64 hexadecimal digits) and 'name'",
+    };
+    let mut subjects = Subjects::new();
+    for (index, row) in assets.iter().enumerate() {
+        let name = row.get("name").and_then(|name| name.as_str());
+        let (Some(object), Some(name)) = (object_of(row), name) else {
+            return Err(invalid(format!("row {index} has no object or no name")));
+        };
+        if subjects.insert(object, (0, name.to_owned(), object.to_string())).is_some() {
+            return Err(invalid(format!("object {object} stands in two rows")));
+        }
+    }
+    for (rank, (own, _, _)) in (0..).zip(subjects.values_mut()) {
+        *own = rank;
+    }
+    Ok(subjects)
+}
+
+/// Counts that grow with each shard.
+#[derive(Default)]
+struct Sums {
+    counts: Counts,
+    shards: Vec<ShardEntry>,
+}
+
+/// One pass over the ledgers.
+struct Pass<'a> {
+    mark: &'a RunMark,
+    subjects: &'a Subjects,
+    /// Of a product that has splits.
+    splits: Option<&'a SplitTable>,
+    folder: &'a Path,
+    /// Format and file of the index, until the first ledger names the channels.
+    table: Option<(&'a dyn IndexFormat, File)>,
+    index: Option<Box<dyn IndexWriter + 'a>>,
+    index_path: &'a Path,
+    rejects: Rejects,
+    header: &'a DatasetHeader,
+    channels: Vec<Channel>,
+    classes: ClassChannels,
+    leaves: Vec<Leaf>,
+    sums: Sums,
+}
+
+impl<'a> Pass<'a> {
+    fn begin(
+        folder: &'a Path,
+        mark: &'a RunMark,
+        subjects: &'a Subjects,
+        splits: Option<&'a SplitTable>,
+        header: &'a DatasetHeader,
+        index_path: &'a Path,
+    ) -> Result<Self, DatasetError> {
+        let (file, temporary) = Temporary::create(folder, REJECTS)?;
+        Ok(Self {
+            mark,
+            subjects,
+            splits,
+            folder,
+            table: None,
+            index: None,
+            index_path,
+            rejects: Rejects { out: BufWriter::new(file), temporary },
+            header,
+            channels: Vec::new(),
+            classes: header.classes_of(&[]),
+            leaves: Vec::with_capacity(mark.samples as usize),
+            sums: Sums::default(),
+        })
+    }
+
+    fn shard(&mut self, shard: &ShardFile, digest: Digest, bytes: u64) -> Result<(), DatasetError> {
+        let ledger = shard.ledger()?;
+        self.belongs(&ledger).map_err(|problem| invalid(&shard.path, problem))?;
+        if let Some((format, file)) = self.table.take() {
+            self.channels.clone_from(&ledger.channels);
+            self.classes = self.header.classes_of(&ledger.channels);
+            let columns = index_columns(self.mark.product, &ledger.channels);
+            let index = format.begin(Box::new(BufWriter::new(file)), &columns);
+            self.index = Some(index.map_err(DatasetError::io("writing", self.index_path))?);
+        }
+        let mut kept = 0;
+        for row in &ledger.rows {
+            kept += u64::from(self.row(shard, ledger.shard.0, row)?);
+        }
+        self.sums.shards.push(ShardEntry {
+            file: shard.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            digest,
+            bytes,
+            first_sample: ledger.first.0,
+            samples: ledger.rows.len() as u64,
+            kept,
+        });
+        Ok(())
+    }
+
+    /// Whether a ledger is the next one of this run; `Err` says in words why not.
+    fn belongs(&self, ledger: &Ledger) -> Result<(), String> {
+        let RunMark { product, job, samples, shards, shard_samples, .. } = self.mark;
+        if ledger.job != *job {
+            return Err(format!("it belongs to job {}, not {}", ledger.job.0.short(), job.0.short()));
+        }
+        let place = self.sums.shards.len() as u32;
+        if (&ledger.product, ledger.shard.0, ledger.shards) != (product, place, *shards) {
+            let Ledger { product, shard, shards, .. } = ledger;
+            return Err(format!("its ledger is of {product} shard {shard} of {shards}, its name says {place}"));
+        }
+        let first = self.sums.counts.samples;
+        let most = u64::from(*shard_samples).min(samples.saturating_sub(first));
+        if ledger.first.0 != first || !(1..=most).contains(&(ledger.rows.len() as u64)) {
+            let (found, from) = (ledger.rows.len(), ledger.first);
+            return Err(format!("it accounts for {found} samples from {from}, expected 1 to {most} from {first}"));
+        }
+        if !self.sums.shards.is_empty() && ledger.channels != self.channels {
+            return Err(format!("it has the channels {:?}, the others {:?}", ledger.channels, self.channels));
+        }
+        Ok(())
+    }
+
+    /// Checks that the shards account for every sample.
+    fn complete(&self) -> Result<(), DatasetError> {
+        let found = self.sums.counts.samples;
+        if found == self.mark.samples {
+            return Ok(());
+        }
+        let problem = format!("the shards account for {found} samples, the plan has {}", self.mark.samples);
+        Err(DatasetError::Invalid { path: self.folder.join(SHARDS), problem, remedy: REMAKE })
+    }
+
+    /// Takes a row; whether it was kept.
+    fn row(&mut self, shard: &ShardFile, number: u32, row: &LedgerRow) -> Result<bool, DatasetError> {
+        let unknown = |table: &str| {
+            let LedgerRow { index, sample, .. } = row;
+            invalid(&shard.path, format!("sample {index} is {sample}, whose subject stands in no row of the {table}"))
+        };
+        let (rank, name, id) = self.subjects.get(&row.sample.subject).ok_or_else(|| unknown("asset table"))?;
+        let split = self.splits.map(|splits| splits.of(&row.sample).ok_or_else(|| unknown("split table")));
+        let split: Option<Split> = split.transpose()?;
+        self.leaves.extend(Leaf::of_row(*rank, row, &self.classes));
+        count_row(&mut self.sums.counts, self.mark.product, &self.channels, row, split);
+        if let Some(line) = reject_line(row) {
+            let Rejects { out, temporary } = &mut self.rejects;
+            writeln!(out, "{line}").map_err(DatasetError::io("writing", temporary.path()))?;
+        }
+        if let Some(index) = &mut self.index {
+            let cells = IndexRow { row, subject: [name, id], split, shard: number };
+            let written = index.push(&cells.cells(self.mark.product, &self.channels));
+            written.map_err(DatasetError::io("writing", self.index_path))?;
+        }
+        Ok(matches!(row.fate, Fate::Kept(_)))
+    }
+}
+
+/// Counts a row of a ledger; `split` is its sample's, where the product has splits. Facts of rejected samples count, too: a
+/// search that was given up is rejected.
+pub(super) fn count_row(
+    counts: &mut Counts,
+    product: Product,
+    channels: &[Channel],
+    row: &LedgerRow,
+    split: Option<Split>,
+) {
+    counts.samples += 1;
+    for (index, fact) in product.facts_of(channels).filter(|(_, fact)| fact.kind == FactKind::Count) {
+        *counts.facts.entry(fact.name.to_owned()).or_default() += u64::from(row.facts.integer(index));
+    }
+    match &row.fate {
+        Fate::Kept(_) => {
+            counts.kept += 1;
+            if let Some(split) = split {
+                *counts.splits.entry(split).or_default() += 1;
+            }
+        }
+        Fate::Rejected { reason, .. } => *counts.rejected.entry(reason.clone()).or_default() += 1,
+    }
+}
+
+/// The line of a rejected sample in `rejects.jsonl`; `None` of a kept one.
+pub(super) fn reject_line(row: &LedgerRow) -> Option<String> {
+    let Fate::Rejected { reason, detail } = &row.fate else { return None };
+    let line = serde_json::json!({
+        "sample_index": row.index.0,
+        "subject": row.sample.subject,
+        "item": row.sample.item.0,
+        "instance": row.sample.instance,
+        "camera": row.sample.camera,
+        "reason": reason,
+        "detail": detail,
+    });
+    Some(line.to_string())
+}
+
+/// `rejects.jsonl` while it grows.
+struct Rejects {
+    out: BufWriter<File>,
+    temporary: Temporary,
+}
+
+impl Rejects {
+    fn finish(self, folder: &Path) -> Result<(), DatasetError> {
+        let file = self.out.into_inner();
+        let file = file.map_err(|error| DatasetError::io("writing", self.temporary.path())(error.into_error()))?;
+        self.temporary.publish(&file, folder, REJECTS).map(|_| ())
+    }
+}

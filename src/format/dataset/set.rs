@@ -1,0 +1,207 @@
+//! Several datasets in one folder, made of the same objects: `set.json` says which, and what each knows of an object.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::Path,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    DatasetError, DatasetReader, Manifest,
+    durable::{self, TEMPORARY},
+    folder::sorted_entries,
+    seal::{sealed, unsealed},
+};
+use crate::{FORMAT_VERSION, Product};
+use kernel::{
+    ids::{Digest, ObjectId},
+    words::NumberClass,
+};
+
+/// The file's name.
+const SET: &str = "set.json";
+
+/// `set.json`: what the folder was begun for, and, once all its datasets are finished, what they hold.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetTable {
+    /// Format on disk.
+    pub format_version: u32,
+    /// Name, for people.
+    pub name: String,
+    /// The datasets, in the order in which they are made; each stands in the folder of its name.
+    pub jobs: Vec<SetEntry>,
+    /// What they hold.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made: Option<SetContent>,
+}
+
+/// A dataset of a set.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetEntry {
+    /// Its name and folder.
+    pub name: String,
+    /// What it holds.
+    pub product: Product,
+}
+
+/// What the finished datasets of a set hold.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetContent {
+    /// Over names and roots of the datasets, by name.
+    pub root: Digest,
+    /// Root of each dataset, by name.
+    pub roots: BTreeMap<String, Digest>,
+    /// Roots of its classes of numbers.
+    pub classes: BTreeMap<String, BTreeMap<NumberClass, Digest>>,
+    /// The objects, by name and content. Robots are none.
+    pub objects: Vec<SetObject>,
+    /// Names that stand for several contents: what their samples say is not of one object.
+    pub differing: BTreeSet<String>,
+}
+
+/// An object of a set.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SetObject {
+    /// Its name.
+    pub name: String,
+    /// By content: what `SampleId.subject` is in every dataset.
+    pub object: ObjectId,
+    /// Samples that each dataset has kept of it. One that does not know the object is not named.
+    pub samples: BTreeMap<String, u64>,
+}
+
+impl SetTable {
+    /// A set of which nothing is made.
+    pub fn new(name: &str, jobs: Vec<SetEntry>) -> Self {
+        Self { format_version: FORMAT_VERSION, name: name.to_owned(), jobs, made: None }
+    }
+
+    /// Reads the `set.json` of a folder; `None` when it has none.
+    ///
+    /// # Errors
+    /// When the file can't be read, is no such JSON, or is of another format version.
+    pub fn read(folder: &Path) -> Result<Option<Self>, DatasetError> {
+        let path = folder.join(SET);
+        let text = match fs::read(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(DatasetError::io("reading", &path)(error)),
+        };
+        let invalid = |problem: String| DatasetError::Invalid {
+            path: path.clone(),
+            problem,
+            remedy: "delete it and `run` the set again: what is made is kept",
+        };
+        let text = unsealed(&text).map_err(invalid)?;
+        let table: Self = serde_json::from_slice(&text).map_err(|error| invalid(error.to_string()))?;
+        if table.format_version != FORMAT_VERSION {
+            return Err(DatasetError::Version { path, found: table.format_version, expected: FORMAT_VERSION });
+        }
+        Ok(Some(table))
+    }
+
+    /// Marks `folder` as this set's, or finds that it is; makes it where missing. `set.json` may have been lost: folders of
+    /// this set's datasets are no strangers.
+    ///
+    /// # Errors
+    /// When it holds another set, or something else; when it can't be made or written.
+    pub fn begin(&self, folder: &Path) -> Result<(), DatasetError> {
+        if let Some(found) = Self::read(folder)? {
+            if found.jobs != self.jobs {
+                return Err(DatasetError::ForeignSet {
+                    folder: folder.to_owned(),
+                    found: found.words(),
+                    expected: self.words(),
+                });
+            }
+            return Ok(());
+        }
+        fs::create_dir_all(folder).map_err(DatasetError::io("creating", folder))?;
+        for entry in sorted_entries(folder)? {
+            let name = entry.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let ours = self.jobs.iter().any(|job| job.name == name) || name.ends_with(TEMPORARY);
+            if !ours {
+                return Err(DatasetError::NotADataset { folder: folder.to_owned(), entry: name });
+            }
+        }
+        self.write(folder)
+    }
+
+    /// Says what the datasets hold and writes it.
+    ///
+    /// # Errors
+    /// When one is not finished or can't be read, or the file can't be written.
+    pub fn finish(&mut self, folder: &Path) -> Result<(), DatasetError> {
+        self.made = Some(SetContent::of(folder, &self.jobs)?);
+        self.write(folder)
+    }
+
+    fn write(&self, folder: &Path) -> Result<(), DatasetError> {
+        let text = serde_json::to_string_pretty(self).expect("a set is plain data with text keys") + "\n";
+        durable::write_file(folder, SET, sealed(&text).as_bytes()).map(drop)
+    }
+
+    fn words(&self) -> String {
+        let words = |job: &SetEntry| format!("{} ({})", job.name, job.product);
+        self.jobs.iter().map(words).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl SetContent {
+    /// What the finished datasets in the folder of a set hold.
+    ///
+    /// # Errors
+    /// When one is not finished or can't be read.
+    pub fn of(folder: &Path, jobs: &[SetEntry]) -> Result<Self, DatasetError> {
+        let (mut roots, mut classes, mut objects) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        for SetEntry { name, product } in jobs {
+            let folder = folder.join(name);
+            // A dataset of a map has a robot in place of objects.
+            let manifest = if product.subjects_are_objects {
+                let reader = DatasetReader::open(&folder)?;
+                add_objects(&reader, name, &mut objects)?;
+                reader.manifest().clone()
+            } else {
+                Manifest::read(&folder)?
+            };
+            roots.insert(name.clone(), manifest.root);
+            classes.insert(name.clone(), manifest.classes);
+        }
+        let parts = roots.iter().flat_map(|(name, root)| [name.as_bytes(), &root.0]);
+        let root = Digest::of_parts(parts);
+        let objects: Vec<SetObject> =
+            objects.into_iter().map(|((name, object), samples)| SetObject { name, object, samples }).collect();
+        let twice = objects.windows(2).filter(|pair| pair[0].name == pair[1].name);
+        let differing = twice.map(|pair| pair[0].name.clone()).collect();
+        Ok(Self { root, roots, classes, objects, differing })
+    }
+
+    /// Objects of which every dataset that is about objects has kept samples.
+    pub fn complete_objects(&self, jobs: &[SetEntry]) -> usize {
+        let about = jobs.iter().filter(|job| job.product.subjects_are_objects);
+        let has =
+            |object: &&SetObject| about.clone().all(|job| object.samples.get(&job.name).is_some_and(|kept| *kept > 0));
+        self.objects.iter().filter(has).count()
+    }
+}
+
+/// Samples of each object, by name and content.
+type Samples = BTreeMap<(String, ObjectId), BTreeMap<String, u64>>;
+
+fn add_objects(reader: &DatasetReader, job: &str, objects: &mut Samples) -> Result<(), DatasetError> {
+    let mut kept: BTreeMap<ObjectId, u64> = BTreeMap::new();
+    for id in reader.indices(super::Selection::default()).filter_map(|index| reader.id(index)) {
+        *kept.entry(id.subject).or_default() += 1;
+    }
+    for row in reader.assets()?.objects {
+        let count = kept.get(&row.object).copied().unwrap_or_default();
+        objects.entry((row.name, row.object)).or_default().insert(job.to_owned(), count);
+    }
+    Ok(())
+}

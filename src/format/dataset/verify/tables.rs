@@ -1,0 +1,315 @@
+//! What stands beside the shards: the tables against the ledgers and each other, field and shapes, and what does not belong.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs::{self, File},
+    io::{self, BufRead, BufReader, Lines, Write},
+    path::Path,
+    sync::{Arc, Mutex},
+};
+
+use mcap::records::Record;
+
+use super::{
+    super::{
+        Counts, DatasetError, IndexFormat, IndexWriter, Ledger, Manifest,
+        durable::TEMPORARY,
+        error::REWRITE,
+        finish::{Subjects, count_row, object_of, reject_line},
+        folder::{hash_file, read_mark, sorted_entries},
+        index::{IndexRow, index_columns},
+        layout::ASSETS,
+        layout::{INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS},
+        shard_file::{parse, read_at, read_summary, records, unpack},
+    },
+    Problem, VerifyReport, whole,
+};
+use crate::Channel;
+use kernel::{
+    ids::{Digest, ObjectId},
+    words::{Split, SplitTable},
+};
+
+pub(super) fn check_files(folder: &Path, manifest: &Manifest) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for (name, entry) in &manifest.files {
+        match hash_file(&folder.join(name)) {
+            Ok((digest, bytes)) if (digest, bytes) == (entry.digest, entry.bytes) => {}
+            Ok((digest, bytes)) => {
+                let what = format!(
+                    "its content has changed: saved digest {} ({} bytes), calculated {} ({bytes} bytes)",
+                    entry.digest.short(),
+                    entry.bytes,
+                    digest.short()
+                );
+                problems.push(whole(name, what, REWRITE));
+            }
+            Err(error) => problems.push(whole(name, error.to_string(), REWRITE)),
+        }
+    }
+    problems
+}
+
+/// The rows of the asset table that stand in the root.
+#[derive(serde::Deserialize)]
+pub(super) struct AssetRows {
+    pub objects: Vec<serde_json::Value>,
+    #[serde(default)]
+    pub hands: Vec<serde_json::Value>,
+    #[serde(default)]
+    pub refused: Vec<serde_json::Value>,
+}
+
+pub(super) fn read_assets(folder: &Path) -> Result<AssetRows, String> {
+    let text = fs::read(folder.join(ASSETS)).map_err(|error| error.to_string())?;
+    serde_json::from_slice(&text).map_err(|error| error.to_string())
+}
+
+pub(super) fn check_foreign(
+    folder: &Path,
+    manifest: &Manifest,
+    problems: &mut Vec<Problem>,
+    notes: &mut Vec<String>,
+) -> Result<(), DatasetError> {
+    let known: BTreeSet<&str> = manifest.shards.iter().map(|shard| shard.file.as_str()).collect();
+    let shards = folder.join(SHARDS);
+    if !shards.exists() {
+        return Ok(());
+    }
+    for path in sorted_entries(&shards)? {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let file = format!("{SHARDS}/{name}");
+        if name.ends_with(TEMPORARY) {
+            notes.push(format!("{file} is a leftover of a run that was killed, or of one at work"));
+        } else if name.ends_with(".bad") {
+            notes.push(format!("{file} was set aside by a run; it can be deleted"));
+        } else if !known.contains(name.as_str()) {
+            let what = "the manifest does not know this file".to_owned();
+            problems.push(whole(&file, what, "delete it or move it away"));
+        }
+    }
+    Ok(())
+}
+
+/// What the folder was begun for, against the manifest. Of a dataset of one shard the size of shards cannot be told.
+pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<Problem>) {
+    let remedy = "delete it and `run` the job again: finished shards are kept";
+    let mark = match read_mark(folder) {
+        Ok(Some(mark)) => mark,
+        Ok(None) => return problems.push(whole(RUN, "the file is missing".to_owned(), remedy)),
+        Err(error) => return problems.push(whole(RUN, error.to_string(), remedy)),
+    };
+    let shards = manifest.shards.len();
+    let size = match &manifest.shards[..] {
+        [first, _, ..] => u64::from(mark.shard_samples) == first.samples,
+        [only] => u64::from(mark.shard_samples) >= only.samples,
+        [] => true,
+    };
+    let found = (mark.product, mark.job, mark.samples, mark.shards as usize);
+    if found != (manifest.product, manifest.job, manifest.counts.samples, shards) || !size {
+        let what = format!(
+            "it was begun for job {}, {} samples in {} shards of {}; the manifest says job {}, {} samples in {shards} shards",
+            mark.job.0.short(),
+            mark.samples,
+            mark.shards,
+            mark.shard_samples,
+            manifest.job.0.short(),
+            manifest.counts.samples
+        );
+        problems.push(whole(RUN, what, remedy));
+    }
+}
+
+/// The tables that are made of the ledgers, row by row.
+pub(super) struct RowChecks<'a> {
+    manifest: &'a Manifest,
+    channels: Vec<Channel>,
+    subjects: &'a Subjects,
+    splits: Option<&'a SplitTable>,
+    /// The index, written again.
+    index: Option<Box<dyn IndexWriter + 'a>>,
+    index_digest: Arc<Mutex<blake3::Hasher>>,
+    rejects: Option<Lines<BufReader<File>>>,
+    counts: Counts,
+    /// All ledgers were there: counts can be compared with the manifest's.
+    whole: bool,
+    found: Vec<Problem>,
+}
+
+/// A sink that digests bytes.
+struct DigestSink(Arc<Mutex<blake3::Hasher>>);
+
+impl Write for DigestSink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().map_err(|_| io::ErrorKind::Other)?.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<'a> RowChecks<'a> {
+    /// Opens the rejects, and begins the index anew.
+    pub fn open(
+        folder: &Path,
+        manifest: &'a Manifest,
+        (subjects, splits): (&'a Subjects, Option<&'a SplitTable>),
+        index: Option<&'a dyn IndexFormat>,
+        problems: &mut Vec<Problem>,
+    ) -> Self {
+        let channels = manifest.channels();
+        let index_digest = Arc::new(Mutex::new(blake3::Hasher::new()));
+        let sink = Box::new(DigestSink(Arc::clone(&index_digest)));
+        let index = index.and_then(|format| format.begin(sink, &index_columns(manifest.product, &channels)).ok());
+        let rejects = match File::open(folder.join(REJECTS)) {
+            Ok(file) => Some(BufReader::new(file).lines()),
+            Err(error) => {
+                if !problems.iter().any(|problem| problem.file == REJECTS) {
+                    problems.push(whole(REJECTS, error.to_string(), REWRITE));
+                }
+                None
+            }
+        };
+        let (counts, found) = (Counts::default(), Vec::new());
+        Self { manifest, channels, subjects, splits, index, index_digest, rejects, counts, whole: true, found }
+    }
+
+    /// The next shard's rows. Without a ledger nothing after it can be compared.
+    pub fn shard(&mut self, ledger: Option<&Ledger>) {
+        let Some(ledger) = ledger else {
+            self.whole = false;
+            // Nobody knows how many of its samples were rejected.
+            (self.rejects, self.index) = (None, None);
+            return;
+        };
+        for row in &ledger.rows {
+            let split = self.splits.and_then(|splits| splits.of(&row.sample));
+            count_row(&mut self.counts, self.manifest.product, &self.channels, row, split);
+            if let (Some(index), Some((_, name, id))) = (&mut self.index, self.subjects.get(&row.sample.subject)) {
+                let row = IndexRow { row, subject: [name, id], split, shard: ledger.shard.0 };
+                if index.push(&row.cells(self.manifest.product, &self.channels)).is_err() {
+                    self.index = None;
+                }
+            }
+            if let (Some(line), Some(rejects)) = (reject_line(row), &mut self.rejects) {
+                let at = format!("sample {}", row.index);
+                match rejects.next() {
+                    Some(Ok(found)) if found == line => {}
+                    Some(Ok(_)) => self.push(REJECTS, at, format!("its line is not the ledger's: {line}")),
+                    Some(Err(error)) => self.push(REJECTS, at, error.to_string()),
+                    None => self.push(REJECTS, at, "its line is missing".to_owned()),
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, file: &str, place: String, what: String) {
+        if self.found.iter().filter(|problem| problem.file == file).count() < VerifyReport::MOST {
+            self.found.push(Problem { place, ..whole(file, what, REWRITE) });
+        }
+    }
+
+    /// Problems of the rows, of the index as a whole, and of the manifest's counts.
+    pub fn finish(mut self, assets: &AssetRows) -> Vec<Problem> {
+        if self.rejects.as_mut().is_some_and(|rejects| rejects.next().is_some()) {
+            self.push(REJECTS, String::new(), "it has more lines than the ledgers have rejects".to_owned());
+        }
+        self.check_index();
+        let said = &self.manifest.counts;
+        let counts = Counts {
+            objects: assets.objects.len() as u64,
+            refused_meshes: assets.refused.len() as u64,
+            ..self.counts.clone()
+        };
+        if self.whole && counts != *said {
+            let what = format!("its counts are {said:?}, those of ledgers and tables {counts:?}");
+            self.found.push(whole(MANIFEST, what, REWRITE));
+        }
+        self.found
+    }
+
+    /// Equal ledgers give an equal index: its bytes are compared, not its cells.
+    fn check_index(&mut self) {
+        let Some(index) = self.index.take().filter(|_| self.whole) else { return };
+        if index.finish().is_err() {
+            return;
+        }
+        let hash = |hasher: &blake3::Hasher| Digest(*hasher.finalize().as_bytes());
+        let calculated = self.index_digest.lock().ok().map(|hasher| hash(&hasher));
+        let saved = self.manifest.files.get(INDEX).map(|entry| entry.digest);
+        if calculated.is_some() && calculated != saved {
+            let what = "it is not the table that the ledgers make".to_owned();
+            self.push(INDEX, String::new(), what);
+        }
+    }
+}
+
+/// The splits against the objects, and what stands on two sides. A leak that the dataset announces is a note.
+pub(super) fn check_splits(
+    splits: &SplitTable,
+    assets: &AssetRows,
+    manifest: &Manifest,
+    problems: &mut Vec<Problem>,
+    notes: &mut Vec<String>,
+) {
+    let objects: BTreeSet<ObjectId> = assets.objects.iter().filter_map(object_of).collect();
+    let divided: BTreeSet<ObjectId> = splits.objects.iter().map(|row| row.object).collect();
+    if objects != divided {
+        let (more, fewer) = (divided.difference(&objects).count(), objects.difference(&divided).count());
+        let what = format!("it has {more} objects that assets.json lacks and lacks {fewer} that stand there");
+        problems.push(whole(SPLITS, what, REWRITE));
+    }
+    for (subset, said) in (0u32..).zip(&splits.training_subsets) {
+        let found = splits.objects.iter().filter(|row| row.subset.is_some_and(|of| of <= subset)).count();
+        if found != *said as usize {
+            let what = format!("training subset {subset} has {found} objects, it says {said}");
+            problems.push(whole(SPLITS, what, REWRITE));
+        }
+    }
+    let mut sides: BTreeMap<&str, (BTreeSet<Split>, Vec<&str>)> = BTreeMap::new();
+    for row in &assets.objects {
+        let geometry = row.get("geometry").and_then(|geometry| geometry.as_str());
+        let split = object_of(row).and_then(|object| splits.object(&object));
+        if let (Some(geometry), Some(split)) = (geometry, split) {
+            let (found, names) = sides.entry(geometry).or_default();
+            found.insert(split.split);
+            names.push(row.get("name").and_then(|name| name.as_str()).unwrap_or_default());
+        }
+    }
+    // Inherited splits are announced by the dataset that they come from.
+    let announced = manifest.product.inherits_splits
+        || manifest.warnings.iter().any(|warning| warning.starts_with("leak: ") && warning.contains("geometries"));
+    for (found, names) in sides.into_values().filter(|(found, _)| found.len() > 1) {
+        let found: Vec<&str> = found.into_iter().map(Split::name).collect();
+        let what = format!("leak: {} are of one shape and stand in {}", names.join(", "), found.join(" and "));
+        match announced {
+            true => notes.push(what),
+            false => problems.push(whole(SPLITS, what, "divide the objects anew: give them one group in the job")),
+        }
+    }
+}
+
+/// The preview, which is no part of the dataset: what is wrong with it is a note.
+pub(super) fn check_preview(folder: &Path, notes: &mut Vec<String>) {
+    let path = folder.join(PREVIEW);
+    let read = || -> Result<(), String> {
+        let file = File::open(&path).map_err(|error| error.to_string())?;
+        let bytes = file.metadata().map_err(|error| error.to_string())?.len();
+        let summary = read_summary(&file, bytes).map_err(|error| error.to_string())?;
+        for record in records(&summary) {
+            let record = record.and_then(|(opcode, body)| parse(opcode, body));
+            if let Record::ChunkIndex(chunk) = record.map_err(|error| error.to_string())? {
+                let packed =
+                    read_at(&path, chunk.chunk_start_offset, chunk.chunk_length).map_err(|error| error.to_string())?;
+                unpack(&packed).map_err(|error| error.to_string())?;
+            }
+        }
+        Ok(())
+    };
+    if let (true, Err(error)) = (path.exists(), read()) {
+        notes
+            .push(format!("{PREVIEW} (no part of the dataset) is damaged: {error}; delete it and `run` the job again"));
+    }
+}

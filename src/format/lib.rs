@@ -1,0 +1,36 @@
+//! Everything that is on disk: records and their codec, products and channels as tables, datasets of shards.
+//!
+//! A record is one protobuf message on one MCAP topic (`proto/`). Names of objects, paths, clocks and sample indices never
+//! enter a payload: the same sample has the same bytes in every dataset. Everything that the format knows of a product
+//! stands in its row of [`PRODUCTS`](products::PRODUCTS); the code of [`dataset`] knows rows alone.
+
+mod check;
+mod codec;
+pub mod dataset;
+mod product;
+pub mod products;
+#[cfg(test)]
+mod tests;
+
+pub use check::{BrokenRule, CheckSample, CheckedRecord, ExtraFile, FileContext, RootPart};
+pub use codec::{Depth, DepthCoding, RecordError};
+pub use product::{ArrayFormat, Channel, ChannelFormat, FactFormat, FactKind, Facts, Noun, Product, ProductFormat};
+pub use products::{
+    completion::{
+        Approach, ApproachEnd, Cloud, Coverage, Felt, HandTouch, Implicit, PARTIAL_INSIDE_COMPLETE, PairFacts,
+        TactileContacts, TouchContact, TouchedPair, Tsdf, Visibility, VoxelPair,
+    },
+    grasps::{
+        ClosedHand, FORCE, Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint, HandNames,
+        HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed, TrialFacts,
+        TrialHand, TrialMethod, TrialOutcome, TrialVerdict, WRENCH,
+    },
+    patches::{
+        HeatmapPatch, HeatmapPoint, PATCH_POINTS, POINT_NAMES, PatchColour, PatchFacts, PatchHeatmap, PatchImageColour,
+        PatchPoint,
+    },
+    reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
+};
+
+/// Number of the format on disk; a reader refuses every other.
+pub const FORMAT_VERSION: u32 = 2;

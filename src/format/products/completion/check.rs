@@ -1,0 +1,59 @@
+//! Checks of the records of a completion sample.
+
+use super::{Cloud, Coverage, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair};
+use crate::{BrokenRule, Channel, CheckSample, CheckedRecord, Depth, Facts, RecordError};
+
+/// Rule of jobs whose truth marks every cell that the object overlaps: partial cells and contacts lie in complete cells.
+pub const PARTIAL_INSIDE_COMPLETE: &str = "partial_inside_complete";
+
+/// Checks of one thread; remembers the pair of the sample.
+#[derive(Default)]
+pub(super) struct PairCheck {
+    pair: Option<VoxelPair>,
+}
+
+impl CheckSample for PairCheck {
+    fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
+        let sample = match channel {
+            Channel::PAIR => return self.check_pair(payload),
+            touch if touch.is_touch() => return self.check_touch(touch, payload),
+            Channel::VISIBILITY => Visibility::decode(payload)?.sample,
+            Channel::DEPTH => Depth::decode(payload)?.sample,
+            Channel::CLOUD => Cloud::decode(payload)?.sample,
+            Channel::TSDF => Tsdf::decode(payload)?.sample,
+            Channel::COVERAGE => Coverage::decode(payload)?.sample,
+            _ => Implicit::decode(payload)?.sample,
+        };
+        Ok(CheckedRecord::of(sample))
+    }
+}
+
+impl PairCheck {
+    fn check_pair(&mut self, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
+        self.pair = None;
+        let pair = self.pair.insert(VoxelPair::decode(payload)?);
+        let facts = Facts::from(pair.facts());
+        let mut checked = CheckedRecord::of(pair.sample);
+        checked.facts = facts.values().iter().copied().enumerate().collect();
+        let outside = pair.partial_cells - pair.both_cells;
+        if outside > 0 {
+            let what = format!("{outside} of {} partial cells are not in complete", pair.partial_cells);
+            checked.broken_rules.push(BrokenRule { rule: PARTIAL_INSIDE_COMPLETE, what });
+        }
+        Ok(checked)
+    }
+
+    fn check_touch(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
+        let touch = TactileContacts::decode_of(channel, payload)?;
+        let mut checked = CheckedRecord::of(touch.sample);
+        let Some(pair) = self.pair.as_ref().filter(|pair| pair.sample == touch.sample) else { return Ok(checked) };
+        touch.check_beside(pair)?;
+        let cells = touch.contacts.iter().filter_map(|contact| contact.cell);
+        let outside = cells.filter(|cell| !pair.complete.get(*cell)).count();
+        if outside > 0 {
+            let what = format!("{outside} contacts stand in cells that are not in complete");
+            checked.broken_rules.push(BrokenRule { rule: PARTIAL_INSIDE_COMPLETE, what });
+        }
+        Ok(checked)
+    }
+}

@@ -1,0 +1,156 @@
+//! What a hand felt: forces and gaps of its contacts, and where it stood when each of its approaches ended.
+
+use super::TouchContact;
+use crate::codec::{
+    RecordError,
+    fields::{floats, lengthy, pose, ranged},
+    proto, wire,
+};
+use kernel::geom::{CameraCv, HandBase, Pose};
+
+const MESSAGE: &str = "HandContacts";
+
+/// What a hand adds to the contacts that it made.
+///
+/// For the hot path keep one and refill it: its lists keep their memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HandTouch {
+    /// The hand's name, as its description says it.
+    pub hand: String,
+    /// Names of its links; the base is the first.
+    pub links: Vec<String>,
+    /// Names of its joints.
+    pub joints: Vec<String>,
+    /// One row a contact, in their order.
+    pub felt: Vec<Felt>,
+    /// One row a probe, in their order.
+    pub approaches: Vec<Approach>,
+}
+
+/// What a hand felt at one contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Felt {
+    /// Which link touched: a place in [`HandTouch::links`].
+    pub link: u32,
+    /// Force along the contact's normal [N], 0 or positive.
+    pub force: f32,
+    /// From the mesh to the link's surface [m]; negative where the link presses in.
+    pub gap: f32,
+}
+
+/// How one guarded move of a hand ended, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Approach {
+    /// Pose of the hand's base at the end.
+    pub camera_from_hand: Pose<CameraCv, HandBase>,
+    /// Values of the joints at the end [rad or m], in the order of [`HandTouch::joints`].
+    pub joints: Vec<f64>,
+    /// What ended it.
+    pub end: ApproachEnd,
+}
+
+/// What ended an approach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ApproachEnd {
+    /// The hand came to rest.
+    AtRest,
+    /// The time was up before it did.
+    TimedOut,
+    /// It never touched.
+    Missed,
+    /// The simulation blew up: what was felt is not kept.
+    Unstable,
+}
+
+impl ApproachEnd {
+    /// Every end, in the order of their numbers on disk.
+    pub const ALL: [Self; 4] = [Self::AtRest, Self::TimedOut, Self::Missed, Self::Unstable];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AtRest => "at_rest",
+            Self::TimedOut => "timed_out",
+            Self::Missed => "missed",
+            Self::Unstable => "unstable",
+        }
+    }
+
+    /// Whether such an approach may have contacts.
+    pub fn has_contacts(self) -> bool {
+        matches!(self, Self::AtRest | Self::TimedOut)
+    }
+
+    fn from_byte(byte: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(byte)).copied()
+    }
+}
+
+impl HandTouch {
+    /// Appends fields 12 to 20.
+    pub(super) fn encode(&self, out: &mut Vec<u8>) {
+        let Self { hand, links, joints, felt, approaches } = self;
+        out.reserve(9 * felt.len() + (97 + 8 * joints.len()) * approaches.len() + 512);
+        wire::bytes(out, 12, hand.as_bytes());
+        links.iter().for_each(|name| wire::element(out, 13, name.as_bytes()));
+        joints.iter().for_each(|name| wire::element(out, 14, name.as_bytes()));
+        wire::uint32s(out, 15, felt.iter().map(|felt| felt.link));
+        wire::singles(out, 16, felt.iter().map(|felt| felt.force));
+        wire::singles(out, 17, felt.iter().map(|felt| felt.gap));
+        wire::doubles_of(out, 18, approaches.iter().flat_map(|approach| approach.camera_from_hand.to_rows()));
+        wire::doubles_of(out, 19, approaches.iter().flat_map(|approach| approach.joints.iter().copied()));
+        wire::bytes_of(out, 20, approaches.iter().map(|approach| approach.end as u8));
+    }
+
+    /// Reads and checks what a hand adds to these contacts; `None` where no hand made them.
+    pub(super) fn decode(
+        message: &proto::HandContacts,
+        probes: u32,
+        contacts: &[TouchContact],
+    ) -> Result<Option<Self>, RecordError> {
+        let proto::HandContacts { hand, links, joints, link, forces, gaps, joint_values, ends, .. } = message;
+        let poses = &message.camera_from_hand;
+        let names = hand.len() + links.len() + joints.len();
+        if names + link.len() + forces.len() + gaps.len() + joint_values.len() + ends.len() + poses.len() == 0 {
+            return Ok(None);
+        }
+        ranged(MESSAGE, "links", links.len() as f64, !links.is_empty(), "one at least, the base")?;
+        let (forces, gaps) = (floats(MESSAGE, "forces", forces, 1)?, floats(MESSAGE, "gaps", gaps, 1)?);
+        for (field, found) in [("link", link.len()), ("forces", forces.len()), ("gaps", gaps.len())] {
+            lengthy(MESSAGE, field, contacts.len(), found)?;
+        }
+        let mut felt = Vec::with_capacity(contacts.len());
+        for ((link, force), gap) in link.iter().copied().zip(forces).zip(gaps) {
+            ranged(MESSAGE, "link", f64::from(link), (link as usize) < links.len(), "a place in links")?;
+            ranged(MESSAGE, "forces", f64::from(force), force >= 0.0, "0 or positive")?;
+            felt.push(Felt { link, force, gap });
+        }
+        let count = probes as usize;
+        for (field, expected, found) in [
+            ("ends", count, ends.len()),
+            ("camera_from_hand", 12 * count, poses.len()),
+            ("joint_values", joints.len() * count, joint_values.len()),
+        ] {
+            lengthy(MESSAGE, field, expected, found)?;
+        }
+        let wild = joint_values.iter().find(|value| !value.is_finite());
+        ranged(MESSAGE, "joint_values", wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
+        let mut approaches = Vec::with_capacity(count);
+        for (place, byte) in ends.iter().enumerate() {
+            let end = ApproachEnd::from_byte(*byte).ok_or(RecordError::Range {
+                message: MESSAGE,
+                field: "ends",
+                value: f64::from(*byte),
+                allowed: "0 to 3",
+            })?;
+            let camera_from_hand = pose(MESSAGE, "camera_from_hand", &poses[12 * place..][..12])?;
+            let joints = joint_values[joints.len() * place..][..joints.len()].to_vec();
+            approaches.push(Approach { camera_from_hand, joints, end });
+        }
+        let barren = contacts.iter().find(|contact| !approaches[contact.probe as usize].end.has_contacts());
+        let value = barren.map_or(0.0, |contact| f64::from(contact.probe));
+        ranged(MESSAGE, "probe", value, barren.is_none(), "an approach that did not miss or blow up")?;
+        let (hand, links, joints) = (hand.clone(), links.clone(), joints.clone());
+        Ok(Some(Self { hand, links, joints, felt, approaches }))
+    }
+}

@@ -1,0 +1,199 @@
+//! What touched an object where: contacts of one kind of touch, and the cells of the pair's grid that hold them.
+
+use nalgebra::Vector3;
+use prost::Message;
+
+use super::{HandTouch, VoxelPair};
+use crate::{
+    Channel,
+    codec::{
+        RecordError,
+        fields::{broken, floats, lengthy, ranged, resolution, triples},
+        proto, sample_from_proto, wire,
+    },
+};
+use kernel::{geom::OccupancyGrid, ids::SampleId};
+
+const MESSAGE: &str = "TactileContacts";
+/// How far a contact may stand outside its cell [cells]: positions are kept in single precision.
+const CELL_TOLERANCE: f64 = 1e-3;
+/// Probes of one kind of touch, at most.
+const MOST_PROBES: u32 = 1 << 20;
+
+/// One place where something touched the object, in `CameraCv`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchContact {
+    /// Which probe, counted from 0: of random rays the ray, of a hand its approach.
+    pub probe: u32,
+    /// Where [m].
+    pub position: [f32; 3],
+    /// Outward unit normal of the surface there.
+    pub normal: [f32; 3],
+    /// How far the probe came from where it started [m]; a hand, until it touched first.
+    pub distance: f32,
+    /// Whether nothing of the object stands between the contact and the camera.
+    pub visible: bool,
+    /// The cell of the pair's grid; `None` outside the grid.
+    pub cell: Option<[u32; 3]>,
+}
+
+/// What one kind of touch found out about the object of a pair.
+///
+/// For the hot path keep one and refill it: its lists keep their memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TactileContacts {
+    /// Which sample: that of the pair.
+    pub sample: SampleId,
+    /// Cells along each axis of the pair's grid.
+    pub resolution: u32,
+    /// How many probes were sent out.
+    pub probes: u32,
+    /// In the order of the probes.
+    pub contacts: Vec<TouchContact>,
+    /// Where each probe started that touched nothing, in their order, in `CameraCv` [m]; of a hand, its palm.
+    pub misses: Vec<[f32; 3]>,
+    /// What a hand felt besides; `None` where something else touched.
+    pub hand: Option<HandTouch>,
+}
+
+impl TactileContacts {
+    /// No contact, to be filled.
+    pub fn none(sample: SampleId) -> Self {
+        Self { sample, resolution: 1, probes: 0, contacts: Vec::new(), misses: Vec::new(), hand: None }
+    }
+
+    /// Cells that hold a contact, on the pair's grid.
+    pub fn tactile(&self) -> OccupancyGrid {
+        let mut grid = OccupancyGrid::new(self.resolution);
+        self.contacts.iter().filter_map(|contact| contact.cell).for_each(|cell| grid.set(cell));
+        grid
+    }
+
+    /// Contacts outside the pair's grid.
+    pub fn outside(&self) -> u32 {
+        self.contacts.iter().filter(|contact| contact.cell.is_none()).count() as u32
+    }
+
+    /// Contacts in sight of the camera.
+    pub fn visible(&self) -> u32 {
+        self.contacts.iter().filter(|contact| contact.visible).count() as u32
+    }
+
+    /// Appends the payload to `out`; equal records give equal bytes.
+    pub fn encode(&self, out: &mut Vec<u8>) {
+        let contacts = &self.contacts;
+        let n = self.resolution;
+        let number = |cell: Option<[u32; 3]>| cell.map_or(n.pow(3), |[x, y, z]| (x * n + y) * n + z);
+        out.reserve(33 * contacts.len() + 12 * self.misses.len() + 128);
+        wire::sample(out, 1, &self.sample);
+        wire::uint32(out, 2, n);
+        wire::uint32(out, 3, self.probes);
+        wire::uint32s(out, 4, contacts.iter().map(|contact| contact.probe));
+        wire::triples(out, 5, contacts.iter().map(|contact| contact.position));
+        wire::triples(out, 6, contacts.iter().map(|contact| contact.normal));
+        wire::singles(out, 7, contacts.iter().map(|contact| contact.distance));
+        wire::bytes_of(out, 8, contacts.iter().map(|contact| u8::from(contact.visible)));
+        wire::uint32s(out, 9, contacts.iter().map(|contact| number(contact.cell)));
+        wire::uint32(out, 10, self.outside());
+        wire::triples(out, 11, self.misses.iter().copied());
+        self.hand.iter().for_each(|hand| hand.encode(out));
+    }
+
+    /// Reads and checks a payload.
+    ///
+    /// # Errors
+    /// When lengths do not fit each other, a number is out of range or not finite, a normal is not of unit length, the pose
+    /// of a hand is no rigid motion, or an approach that missed or blew up has a contact.
+    pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
+        // What a hand adds has numbers of its own: the fields up to 11 are those of TactileContacts.
+        let mut touch = proto::HandContacts::decode(payload).map_err(broken(MESSAGE))?;
+        let sample = sample_from_proto(MESSAGE, touch.sample.take())?;
+        let n = resolution(MESSAGE, touch.resolution)?;
+        let probes = touch.probes;
+        ranged(MESSAGE, "probes", f64::from(probes), (1..=MOST_PROBES).contains(&probes), "1 to 1048576")?;
+        let positions = triples(MESSAGE, "positions", &touch.positions)?;
+        let normals = triples(MESSAGE, "normals", &touch.normals)?;
+        let distances = floats(MESSAGE, "distances", &touch.distances, 1)?;
+        for (field, found) in [
+            ("probe", touch.probe.len()),
+            ("normals", normals.len()),
+            ("distances", distances.len()),
+            ("visible", touch.visible.len()),
+            ("cells", touch.cells.len()),
+        ] {
+            lengthy(MESSAGE, field, positions.len(), found)?;
+        }
+        let mut contacts = Vec::with_capacity(positions.len());
+        let mut touching = 0;
+        for (place, position) in positions.into_iter().enumerate() {
+            let (probe, number) = (touch.probe[place], touch.cells[place]);
+            let before = place.checked_sub(1).map(|before| touch.probe[before]);
+            let ascends = probe < probes && before.is_none_or(|before| before <= probe);
+            ranged(MESSAGE, "probe", f64::from(probe), ascends, "below the count of probes, and ascend")?;
+            touching += usize::from(before != Some(probe));
+            let length = Vector3::from(normals[place].map(f64::from)).norm();
+            ranged(MESSAGE, "normals", length, (length - 1.0).abs() < 1e-5, "of unit length")?;
+            let distance = distances[place];
+            ranged(MESSAGE, "distances", f64::from(distance), distance >= 0.0, "0 or positive")?;
+            let visible = touch.visible[place];
+            ranged(MESSAGE, "visible", f64::from(visible), visible < 2, "0 or 1")?;
+            ranged(MESSAGE, "cells", f64::from(number), number <= n.pow(3), "a cell, or their count for none")?;
+            contacts.push(TouchContact {
+                probe,
+                position,
+                normal: normals[place],
+                distance,
+                visible: visible == 1,
+                cell: (number < n.pow(3)).then(|| [number / n / n, number / n % n, number % n]),
+            });
+        }
+        let misses = triples(MESSAGE, "misses", &touch.misses)?;
+        lengthy(MESSAGE, "misses", probes as usize - touching, misses.len())?;
+        let hand = HandTouch::decode(&touch, probes, &contacts)?;
+        let read = Self { sample, resolution: n, probes, contacts, misses, hand };
+        if read.outside() != touch.outside {
+            let (stated, counted) = (touch.outside, read.outside());
+            return Err(RecordError::Count { message: MESSAGE, field: "outside", stated, counted });
+        }
+        Ok(read)
+    }
+
+    /// Reads and checks a payload of a channel of touch: those of hands say what the hand felt, no other does.
+    ///
+    /// # Errors
+    /// As [`TactileContacts::decode`].
+    pub fn decode_of(channel: Channel, payload: &[u8]) -> Result<Self, RecordError> {
+        let read = Self::decode(payload)?;
+        match &read.hand {
+            None if channel.is_touch_by_hand() => Err(RecordError::Missing { message: "HandContacts", field: "ends" }),
+            Some(hand) if !channel.is_touch_by_hand() => {
+                let (expected, found) = (0, hand.approaches.len());
+                Err(RecordError::Length { message: MESSAGE, field: "ends", expected, found })
+            }
+            _ => Ok(read),
+        }
+    }
+
+    /// Holds the contacts against the pair of their sample: each stands in the cell that it names, and one that names
+    /// none outside the grid, or in a cell with an index of 0, which the `thesis` quirk leaves out.
+    ///
+    /// # Errors
+    /// When a contact does not, or the two records are of different grids.
+    pub fn check_beside(&self, pair: &VoxelPair) -> Result<(), RecordError> {
+        let grid = &pair.grid;
+        let (n, found) = (grid.resolution, self.resolution);
+        ranged(MESSAGE, "resolution", f64::from(found), found == n, "that of the pair")?;
+        for (place, contact) in self.contacts.iter().enumerate() {
+            let at = grid.coordinates_of(contact.position.map(f64::from));
+            let fits = match contact.cell {
+                Some(cell) => at.iter().zip(cell).all(|(at, index)| {
+                    let within = at - f64::from(index);
+                    (-CELL_TOLERANCE..=1.0 + CELL_TOLERANCE).contains(&within)
+                }),
+                None => at.iter().any(|at| *at < 1.0 + CELL_TOLERANCE || *at > f64::from(n) - CELL_TOLERANCE),
+            };
+            ranged(MESSAGE, "cells", place as f64, fits, "rows of contacts that stand in the cell they name")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,137 @@
+//! Facts of a run that searched for grasps.
+
+use crate::{FactFormat, FactKind, Facts};
+use kernel::words::GraspVerdict;
+
+const VERDICTS: usize = GraspVerdict::ALL.len();
+
+/// Counts of the states that a run returned, and the best of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GraspFacts {
+    /// States with each verdict, in the order of [`GraspVerdict::ALL`].
+    pub verdicts: [u32; VERDICTS],
+    /// Lowest energy of any state; infinite where none was found.
+    pub best_energy: f64,
+    /// Highest epsilon of a kept grasp, in the space that the job asks for; 0 where none was kept.
+    pub best_epsilon: f64,
+    /// Whether the seed was given up before the run was over.
+    pub given_up: bool,
+    /// Outcomes of physical trials; zeros where there were none.
+    pub trials: TrialFacts,
+}
+
+/// Counts of trials of grasps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TrialFacts {
+    /// Grasps that were tried: all that were kept.
+    pub tried: u32,
+    /// Tried grasps that held.
+    pub held: u32,
+    /// Tried grasps that were refused: the hand starts too deep in the object.
+    pub refused: u32,
+}
+
+/// Topic of the trials, without which a dataset has no columns of them.
+pub(super) const TRIALS: &str = "/grasps/trials";
+
+const fn fact(name: &'static str, kind: FactKind, meaning: &'static str) -> FactFormat {
+    FactFormat { name, kind, topic: None, meaning }
+}
+
+const fn trials(name: &'static str, meaning: &'static str) -> FactFormat {
+    FactFormat { name, kind: FactKind::Count, topic: Some(TRIALS), meaning }
+}
+
+/// Columns of the facts: verdicts in the order of [`GraspVerdict::ALL`], then the others.
+pub(super) const FACTS: [FactFormat; VERDICTS + 6] = [
+    fact("grasps_kept", FactKind::Count, "Grasps that are kept."),
+    fact("grasps_penetrates", FactKind::Count, "States too deep in the mesh before the hand closes."),
+    fact("grasps_open_hand", FactKind::Count, "States whose closed hand touches with one link or none."),
+    fact("grasps_no_force_closure", FactKind::Count, "States without force closure."),
+    fact("grasps_low_quality", FactKind::Count, "States whose epsilon is below what the job asks for."),
+    fact("grasps_below_table", FactKind::Count, "States that come below the table in every resting pose."),
+    fact("given_up", FactKind::Count, "1 where the seed was given up before the run was over, else 0."),
+    trials("grasps_tried", "Grasps that were tried in physics."),
+    trials("grasps_held", "Tried grasps that held."),
+    trials("grasps_refused", "Tried grasps whose hand starts too deep in the object."),
+    fact("best_energy", FactKind::Number, "Lowest energy of any state; infinite without one."),
+    fact("best_epsilon", FactKind::Number, "Highest epsilon of a kept grasp; 0 without one."),
+];
+
+/// Index of the first fact of trials.
+pub(super) const FIRST_OF_TRIALS: usize = VERDICTS + 1;
+
+impl Default for GraspFacts {
+    fn default() -> Self {
+        Self {
+            verdicts: [0; VERDICTS],
+            best_energy: f64::INFINITY,
+            best_epsilon: 0.0,
+            given_up: false,
+            trials: TrialFacts::default(),
+        }
+    }
+}
+
+impl GraspFacts {
+    /// States in all.
+    pub fn found(&self) -> u32 {
+        self.verdicts.iter().sum()
+    }
+
+    /// Kept grasps.
+    pub fn kept(&self) -> u32 {
+        self.verdicts[GraspVerdict::Kept as usize]
+    }
+}
+
+impl TrialFacts {
+    /// The counts in the order of their columns.
+    pub(super) fn values(self) -> [f64; 3] {
+        [self.tried, self.held, self.refused].map(f64::from)
+    }
+}
+
+impl From<GraspFacts> for Facts {
+    fn from(facts: GraspFacts) -> Self {
+        let GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials } = facts;
+        let counts = verdicts.into_iter().chain([u32::from(given_up)]).map(f64::from);
+        Self::new(counts.chain(trials.values()).chain([best_energy, best_epsilon]))
+    }
+}
+
+impl From<&Facts> for GraspFacts {
+    fn from(facts: &Facts) -> Self {
+        let [tried, held, refused] = [0, 1, 2].map(|index| facts.integer(FIRST_OF_TRIALS + index));
+        Self {
+            verdicts: std::array::from_fn(|index| facts.integer(index)),
+            given_up: facts.integer(VERDICTS) != 0,
+            trials: TrialFacts { tried, held, refused },
+            best_energy: facts.values()[FIRST_OF_TRIALS + 3],
+            best_epsilon: facts.values()[FIRST_OF_TRIALS + 4],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_named_after_verdicts_and_values_come_back() {
+        for (fact, verdict) in FACTS.iter().zip(GraspVerdict::ALL) {
+            assert_eq!(fact.name, format!("grasps_{}", verdict.name()));
+        }
+        let facts = GraspFacts {
+            verdicts: [1, 2, 3, 4, 5, 6],
+            best_energy: -0.5,
+            best_epsilon: 0.25,
+            given_up: true,
+            trials: TrialFacts { tried: 7, held: 8, refused: 9 },
+        };
+        let values = Facts::from(facts);
+        assert_eq!(GraspFacts::from(&values), facts);
+        assert_eq!(values.values().len(), FACTS.len());
+        assert_eq!((FACTS[FIRST_OF_TRIALS].name, FACTS[FIRST_OF_TRIALS + 3].name), ("grasps_tried", "best_energy"));
+    }
+}

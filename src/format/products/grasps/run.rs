@@ -1,0 +1,492 @@
+//! Grasps of one annealing run: the best states of the hand, closed, rated and judged.
+
+use nalgebra::Vector3;
+use prost::Message;
+
+use super::{GraspFacts, TrialFacts};
+use crate::codec::{
+    RecordError,
+    fields::{broken, lengthy, named, pose, ranged},
+    proto, sample_from_proto, wire,
+};
+use kernel::{
+    geom::{Approach, Frame, HandBase, Object, Pose},
+    ids::{Digest, ObjectId, SampleId},
+    words::{GraspVerdict, STRETCHES},
+};
+
+const MESSAGE: &str = "GraspRun";
+/// Where a search began: origin on an object's surface, z along the inward normal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seed;
+
+impl Frame for Seed {
+    const NAME: &'static str = "seed";
+}
+
+/// How grasps were searched for and judged: what energies and quality were computed with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspMethod {
+    /// How states of the hand were come by: `annealing`, `uniform` or `antipodal`.
+    pub sampler: String,
+    /// What was minimised: `contact` or `contact_and_potential`.
+    pub energy: String,
+    /// The space of the potential: `force` or `wrench`.
+    pub energy_space: String,
+    /// Friction coefficient of the potential.
+    pub energy_friction: f64,
+    /// What the potential was multiplied by while it was minimised.
+    pub potential_scale: f64,
+    /// Of the quality: `hard_point` or `soft_finger`.
+    pub contact_model: String,
+    /// Friction coefficient of the quality.
+    pub friction: f64,
+    /// Edges of the friction cone.
+    pub edges: u32,
+    /// Torsional coefficient of soft fingers [share of the normal force times the object's radius]; 0 for hard points.
+    pub torsion: f64,
+    /// The space in which force closure is asked for: `force` or `wrench`.
+    pub space: String,
+    /// Least epsilon in that space of a grasp that is kept.
+    pub min_epsilon: f64,
+    /// Deepest overlap of hand and mesh before closing [m].
+    pub most_penetration: f64,
+    /// How far the hand could come along its approach before it closed, at most [m].
+    pub most_advance: f64,
+    /// How far back along the approach the pregrasp is [m].
+    pub stand_off: f64,
+}
+
+/// The hand of a run: what numbers of its grasps are of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandNames {
+    /// Its name.
+    pub name: String,
+    /// Description and table by content.
+    pub id: ObjectId,
+    /// Its links; the base is the first.
+    pub links: Vec<String>,
+    /// All its joints, in the order of its tree.
+    pub joints: Vec<String>,
+    /// Its joints with motors: a posture has one value for each.
+    pub driven: Vec<String>,
+}
+
+/// A tenth of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RunStretch {
+    /// Steps that were accepted.
+    pub accepted: u32,
+    /// Mean energy after its steps; NaN before the first legal state.
+    pub mean_energy: f64,
+}
+
+/// A place where the closed hand touches, in `Object`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldContact {
+    /// Which link: a place in [`HandNames::links`].
+    pub link: u32,
+    /// On the object's surface [m].
+    pub point: [f64; 3],
+    /// Out of the object, of unit length.
+    pub normal: [f64; 3],
+    /// From the object to the link [m].
+    pub distance: f64,
+}
+
+/// One state of the best list, closed and rated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grasp {
+    /// The approach frame where the hand closes: origin on the palm, z towards the object.
+    pub object_from_approach: Pose<Object, Approach>,
+    /// The hand's base there.
+    pub object_from_base: Pose<Object, HandBase>,
+    /// Posture of the pregrasp: opened, but for joints that shape the hand [rad or m].
+    pub opening: Vec<f64>,
+    /// Posture before closing [rad or m], one value a driven joint.
+    pub posture: Vec<f64>,
+    /// Amplitudes of the eigengrasps in that posture.
+    pub amplitudes: Vec<f64>,
+    /// All joints in that posture [rad or m].
+    pub joints_before: Vec<f64>,
+    /// All joints of the closed hand [rad or m].
+    pub joints: Vec<f64>,
+    /// How far the hand came along its approach from the state that was annealed [m].
+    pub advance: f64,
+    /// How far a gripper then gave way until both pads hold the object: its approach frame seen from where it was [m]; `None`
+    /// where it did not.
+    pub shift: Option<[f64; 3]>,
+    /// How far it turned with that: an axis times an angle [rad].
+    pub turn: Option<[f64; 3]>,
+    /// Overlap of hand and mesh in that state [m].
+    pub penetration: f64,
+    /// What was minimised, of that state, with exact distances.
+    pub energy: f64,
+    /// The contact energy.
+    pub contact_energy: f64,
+    /// -epsilon of the weighted virtual contacts, or 1; not scaled.
+    pub potential: f64,
+    /// Where the closed hand touches.
+    pub contacts: Vec<HeldContact>,
+    /// Radius of the largest ball in the hull of forces.
+    pub epsilon_force: f64,
+    /// Radius of the largest ball in the hull of forces and torques.
+    pub epsilon_wrench: f64,
+    /// Volume of that hull.
+    pub volume: f64,
+    /// The closed joints, binned; `None` for a hand of which it is not defined.
+    pub kind: Option<u32>,
+    /// Between the pads of the closed hand [m]; `None` where it means nothing.
+    pub width: Option<f64>,
+    /// Whether it is kept.
+    pub verdict: GraspVerdict,
+    /// For each pose of [`GraspRun::resting_poses`], the lowest place of the hand over the table [m], below 0 under it: while it comes in
+    /// its posture and closes; and while it comes opened, takes on that posture, and closes. None where the verdict is
+    /// [`GraspVerdict::Penetrates`]: such a hand was not closed.
+    pub clearances: Vec<[f64; 2]>,
+}
+
+impl Grasp {
+    /// Whether the hand, coming in its posture, stays above the table on which the object rests in a pose.
+    pub fn is_above_table(&self, pose: usize) -> bool {
+        self.clearances.get(pose).is_some_and(|[shaped, _]| *shaped >= 0.0)
+    }
+
+    /// Its quality in the space that a method asks for.
+    pub fn epsilon(&self, method: &GraspMethod) -> f64 {
+        if method.space == FORCE { self.epsilon_force } else { self.epsilon_wrench }
+    }
+}
+
+/// One run of annealing, of one seed of an object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspRun {
+    /// Which sample: the object, and the seed's number as its view.
+    pub sample: SampleId,
+    /// The hand.
+    pub hand: HandNames,
+    /// Where the search began.
+    pub object_from_seed: Pose<Object, Seed>,
+    /// Steps that the job asks for.
+    pub asked_steps: u32,
+    /// Steps that were taken: fewer where the seed was given up.
+    pub steps: u32,
+    /// Of them without a legal neighbour.
+    pub failed: u32,
+    /// Neighbours that were looked at.
+    pub tries: u64,
+    /// Of them whose wrench space was evaluated.
+    pub potentials: u64,
+    /// Ten tenths of the run.
+    pub course: [RunStretch; STRETCHES],
+    /// What the numbers were computed with.
+    pub method: GraspMethod,
+    /// Best first by energy.
+    pub grasps: Vec<Grasp>,
+    /// Resting poses of the object, which the asset table lists; each grasp that was closed has a clearance over the table
+    /// for every one of them.
+    pub resting_poses: u32,
+}
+
+/// Names of spaces, energies and contact models.
+pub const FORCE: &str = "force";
+/// Forces and torques.
+pub const WRENCH: &str = "wrench";
+const ENERGIES: [&str; 2] = ["contact", "contact_and_potential"];
+const SAMPLERS: [&str; 3] = ["annealing", "uniform", "antipodal"];
+const MODELS: [&str; 2] = ["hard_point", "soft_finger"];
+
+impl GraspRun {
+    /// Whether the seed was given up before the run was over.
+    pub fn is_given_up(&self) -> bool {
+        self.steps < self.asked_steps
+    }
+
+    /// The kept grasps, best first by energy.
+    pub fn kept(&self) -> impl Iterator<Item = &Grasp> {
+        self.grasps.iter().filter(|grasp| grasp.verdict == GraspVerdict::Kept)
+    }
+
+    /// Counts for tables.
+    pub fn facts(&self) -> GraspFacts {
+        let mut verdicts = [0; GraspVerdict::ALL.len()];
+        self.grasps.iter().for_each(|grasp| verdicts[grasp.verdict as usize] += 1);
+        GraspFacts {
+            verdicts,
+            best_energy: self.grasps.iter().map(|grasp| grasp.energy).fold(f64::INFINITY, f64::min),
+            best_epsilon: self.kept().map(|grasp| grasp.epsilon(&self.method)).fold(0.0, f64::max),
+            given_up: self.is_given_up(),
+            trials: TrialFacts::default(),
+        }
+    }
+
+    /// Appends the payload to `out`; equal records give equal bytes.
+    pub fn encode(&self, out: &mut Vec<u8>) {
+        let HandNames { name, id, links, joints, driven } = &self.hand;
+        wire::sample(out, 1, &self.sample);
+        wire::bytes(out, 2, name.as_bytes());
+        wire::bytes(out, 3, &id.0.0);
+        for (field, names) in [(4, links), (5, joints), (6, driven)] {
+            names.iter().for_each(|name| wire::element(out, field, name.as_bytes()));
+        }
+        wire::doubles(out, 7, &self.object_from_seed.to_rows());
+        wire::uint32(out, 8, self.asked_steps);
+        wire::uint32(out, 9, self.steps);
+        wire::uint32(out, 10, self.failed);
+        wire::uint64(out, 11, self.tries);
+        wire::uint64(out, 12, self.potentials);
+        wire::uint32s(out, 13, self.course.iter().map(|stretch| stretch.accepted));
+        // Which NaN an operation makes is not settled by IEEE 754.
+        let one_nan = |value: f64| if value.is_nan() { f64::NAN } else { value };
+        wire::doubles_of(out, 14, self.course.iter().map(|stretch| one_nan(stretch.mean_energy)));
+        self.method.encode(out);
+        let mut message = Vec::new();
+        for grasp in &self.grasps {
+            message.clear();
+            grasp.encode(&mut message);
+            wire::element(out, 28, &message);
+        }
+        // That of annealing is not written: runs of before there were others keep their bytes.
+        if self.method.sampler != SAMPLERS[0] {
+            wire::bytes(out, 40, self.method.sampler.as_bytes());
+        }
+        wire::uint32(out, 41, self.resting_poses);
+    }
+
+    /// Reads and checks a payload.
+    ///
+    /// # Errors
+    /// When lengths do not fit each other, a number is out of range or not finite, a pose is no rigid motion, a normal is not
+    /// of unit length, or a name is unknown.
+    pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
+        let mut run = proto::GraspRun::decode(payload).map_err(broken(MESSAGE))?;
+        let sample = sample_from_proto(MESSAGE, run.sample.take())?;
+        let method = GraspMethod::of(&run)?;
+        lengthy(MESSAGE, "hand_digest", 32, run.hand_digest.len())?;
+        let id = ObjectId(Digest(run.hand_digest.as_slice().try_into().unwrap_or_default()));
+        ranged(MESSAGE, "links", run.links.len() as f64, !run.links.is_empty(), "one at least, the base")?;
+        lengthy(MESSAGE, "links", run.joints.len() + 1, run.links.len())?;
+        let (driven, joints) = (run.driven.len(), run.joints.len());
+        ranged(MESSAGE, "driven", driven as f64, (1..=joints).contains(&driven), "1 to the count of joints")?;
+        let steps = run.steps;
+        ranged(MESSAGE, "steps", f64::from(steps), (1..=run.asked_steps).contains(&steps), "1 to asked_steps")?;
+        ranged(MESSAGE, "failed", f64::from(run.failed), run.failed <= steps, "at most steps")?;
+        ranged(MESSAGE, "potentials", run.potentials as f64, run.potentials <= run.tries, "at most tries")?;
+        let course = course(&run)?;
+        let mut grasps: Vec<Grasp> = Vec::with_capacity(run.grasps.len());
+        for grasp in &run.grasps {
+            let grasp = Grasp::of(grasp, &run)?;
+            let best = grasps.last().map_or(f64::NEG_INFINITY, |before| before.energy);
+            ranged(MESSAGE, "grasps.energy", grasp.energy, grasp.energy >= best, "no better than the one before")?;
+            grasps.push(grasp);
+        }
+        Ok(Self {
+            sample,
+            object_from_seed: pose(MESSAGE, "object_from_seed", &run.object_from_seed)?,
+            asked_steps: run.asked_steps,
+            steps,
+            failed: run.failed,
+            tries: run.tries,
+            potentials: run.potentials,
+            course,
+            method,
+            grasps,
+            resting_poses: run.resting_poses,
+            hand: HandNames { name: run.hand, id, links: run.links, joints: run.joints, driven: run.driven },
+        })
+    }
+}
+
+fn course(run: &proto::GraspRun) -> Result<[RunStretch; STRETCHES], RecordError> {
+    lengthy(MESSAGE, "accepted", STRETCHES, run.accepted.len())?;
+    lengthy(MESSAGE, "mean_energy", STRETCHES, run.mean_energy.len())?;
+    if let Some(value) = run.mean_energy.iter().find(|value| value.is_infinite()) {
+        ranged(MESSAGE, "mean_energy", *value, false, "finite or NaN")?;
+    }
+    Ok(std::array::from_fn(|place| RunStretch { accepted: run.accepted[place], mean_energy: run.mean_energy[place] }))
+}
+
+impl GraspMethod {
+    /// Appends fields 15 to 26 of a run.
+    fn encode(&self, out: &mut Vec<u8>) {
+        wire::bytes(out, 15, self.energy.as_bytes());
+        wire::bytes(out, 16, self.energy_space.as_bytes());
+        wire::double(out, 17, self.energy_friction);
+        wire::double(out, 18, self.potential_scale);
+        wire::bytes(out, 19, self.contact_model.as_bytes());
+        wire::double(out, 20, self.friction);
+        wire::uint32(out, 21, self.edges);
+        wire::double(out, 22, self.torsion);
+        wire::bytes(out, 23, self.space.as_bytes());
+        wire::double(out, 24, self.min_epsilon);
+        wire::double(out, 25, self.most_penetration);
+        wire::double(out, 26, self.stand_off);
+        wire::double(out, 27, self.most_advance);
+    }
+
+    fn of(run: &proto::GraspRun) -> Result<Self, RecordError> {
+        let sampler = if run.sampler.is_empty() { SAMPLERS[0] } else { &run.sampler };
+        named(MESSAGE, "sampler", sampler, &SAMPLERS)?;
+        named(MESSAGE, "energy", &run.energy, &ENERGIES)?;
+        named(MESSAGE, "energy_space", &run.energy_space, &[FORCE, WRENCH])?;
+        named(MESSAGE, "space", &run.space, &[FORCE, WRENCH])?;
+        named(MESSAGE, "contact_model", &run.contact_model, &MODELS)?;
+        let torsion = run.torsion;
+        let soft = run.contact_model == MODELS[1];
+        ranged(MESSAGE, "torsion", torsion, (torsion > 0.0) == soft, "above 0 of soft fingers, else 0")?;
+        for (field, value) in [
+            ("energy_friction", run.energy_friction),
+            ("potential_scale", run.potential_scale),
+            ("friction", run.friction),
+        ] {
+            ranged(MESSAGE, field, value, value > 0.0 && value.is_finite(), "positive and finite")?;
+        }
+        for (field, value) in [
+            ("torsion", torsion),
+            ("min_epsilon", run.min_epsilon),
+            ("most_penetration", run.most_penetration),
+            ("most_advance", run.most_advance),
+            ("stand_off", run.stand_off),
+        ] {
+            ranged(MESSAGE, field, value, value >= 0.0 && value.is_finite(), "0 or positive, and finite")?;
+        }
+        ranged(MESSAGE, "edges", f64::from(run.edges), run.edges >= 3, "3 or more")?;
+        Ok(Self {
+            sampler: sampler.to_owned(),
+            energy: run.energy.clone(),
+            energy_space: run.energy_space.clone(),
+            energy_friction: run.energy_friction,
+            potential_scale: run.potential_scale,
+            contact_model: run.contact_model.clone(),
+            friction: run.friction,
+            edges: run.edges,
+            torsion,
+            space: run.space.clone(),
+            min_epsilon: run.min_epsilon,
+            most_penetration: run.most_penetration,
+            most_advance: run.most_advance,
+            stand_off: run.stand_off,
+        })
+    }
+}
+
+impl Grasp {
+    fn encode(&self, out: &mut Vec<u8>) {
+        let contacts = &self.contacts;
+        wire::doubles(out, 1, &self.object_from_approach.to_rows());
+        wire::doubles(out, 2, &self.object_from_base.to_rows());
+        wire::doubles(out, 3, &self.opening);
+        wire::doubles(out, 4, &self.posture);
+        wire::doubles(out, 5, &self.amplitudes);
+        wire::doubles(out, 6, &self.joints_before);
+        wire::doubles(out, 7, &self.joints);
+        wire::double(out, 8, self.penetration);
+        wire::double(out, 9, self.energy);
+        wire::double(out, 10, self.contact_energy);
+        wire::double(out, 11, self.potential);
+        wire::uint32s(out, 12, contacts.iter().map(|contact| contact.link));
+        wire::doubles_of(out, 13, contacts.iter().flat_map(|contact| contact.point));
+        wire::doubles_of(out, 14, contacts.iter().flat_map(|contact| contact.normal));
+        wire::doubles_of(out, 15, contacts.iter().map(|contact| contact.distance));
+        wire::double(out, 16, self.epsilon_force);
+        wire::double(out, 17, self.epsilon_wrench);
+        wire::double(out, 18, self.volume);
+        wire::uint32s(out, 19, self.kind.iter().copied());
+        wire::doubles_of(out, 20, self.width.iter().copied());
+        wire::uint32(out, 21, self.verdict as u32);
+        wire::double(out, 22, self.advance);
+        for (field, way) in [(24, 0), (25, 1)] {
+            wire::doubles_of(out, field, self.clearances.iter().map(|lowest| lowest[way]));
+        }
+        wire::doubles_of(out, 30, self.shift.iter().flatten().copied());
+        wire::doubles_of(out, 31, self.turn.iter().flatten().copied());
+    }
+
+    /// Reads a grasp of a run whose names have been checked.
+    fn of(grasp: &proto::Grasp, run: &proto::GraspRun) -> Result<Self, RecordError> {
+        let (driven, joints) = (run.driven.len(), run.joints.len());
+        let is_closed = grasp.verdict != GraspVerdict::Penetrates as u32;
+        let watched = if is_closed { run.resting_poses as usize } else { 0 };
+        for (field, expected, values) in [
+            ("grasps.opening", driven, &grasp.opening),
+            ("grasps.posture", driven, &grasp.posture),
+            ("grasps.amplitudes", grasp.amplitudes.len(), &grasp.amplitudes),
+            ("grasps.joints_before", joints, &grasp.joints_before),
+            ("grasps.joints", joints, &grasp.joints),
+            ("grasps.points", 3 * grasp.links.len(), &grasp.points),
+            ("grasps.normals", 3 * grasp.links.len(), &grasp.normals),
+            ("grasps.distances", grasp.links.len(), &grasp.distances),
+            ("grasps.width", grasp.width.len().min(1), &grasp.width),
+            ("grasps.clearances", watched, &grasp.clearances),
+            ("grasps.clearances_opened", watched, &grasp.clearances_opened),
+            ("grasps.turn", grasp.shift.len(), &grasp.turn),
+            ("grasps.shift", if grasp.shift.is_empty() { 0 } else { 3 }, &grasp.shift),
+        ] {
+            lengthy(MESSAGE, field, expected, values.len())?;
+            let wild = values.iter().find(|value| !value.is_finite());
+            ranged(MESSAGE, field, wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
+        }
+        lengthy(MESSAGE, "grasps.type", grasp.r#type.len().min(1), grasp.r#type.len())?;
+        for (field, value) in [
+            ("grasps.energy", grasp.energy),
+            ("grasps.contact_energy", grasp.contact_energy),
+            ("grasps.potential", grasp.potential),
+        ] {
+            ranged(MESSAGE, field, value, value.is_finite(), "finite")?;
+        }
+        for (field, value) in [
+            ("grasps.advance", grasp.advance),
+            ("grasps.penetration", grasp.penetration),
+            ("grasps.epsilon_force", grasp.epsilon_force),
+            ("grasps.epsilon_wrench", grasp.epsilon_wrench),
+            ("grasps.volume", grasp.volume),
+        ] {
+            ranged(MESSAGE, field, value, value >= 0.0 && value.is_finite(), "0 or positive, and finite")?;
+        }
+        let verdict = GraspVerdict::ALL.get(grasp.verdict as usize).copied();
+        let unknown = RecordError::Range {
+            message: MESSAGE,
+            field: "grasps.verdict",
+            value: f64::from(grasp.verdict),
+            allowed: "0 to 5",
+        };
+        Ok(Self {
+            object_from_approach: pose(MESSAGE, "grasps.object_from_approach", &grasp.object_from_approach)?,
+            object_from_base: pose(MESSAGE, "grasps.object_from_base", &grasp.object_from_base)?,
+            opening: grasp.opening.clone(),
+            posture: grasp.posture.clone(),
+            amplitudes: grasp.amplitudes.clone(),
+            joints_before: grasp.joints_before.clone(),
+            joints: grasp.joints.clone(),
+            advance: grasp.advance,
+            shift: grasp.shift.as_slice().try_into().ok(),
+            turn: grasp.turn.as_slice().try_into().ok(),
+            penetration: grasp.penetration,
+            energy: grasp.energy,
+            contact_energy: grasp.contact_energy,
+            potential: grasp.potential,
+            contacts: contacts(grasp, run.links.len())?,
+            epsilon_force: grasp.epsilon_force,
+            epsilon_wrench: grasp.epsilon_wrench,
+            volume: grasp.volume,
+            kind: grasp.r#type.first().copied(),
+            width: grasp.width.first().copied(),
+            verdict: verdict.ok_or(unknown)?,
+            clearances: grasp.clearances.iter().zip(&grasp.clearances_opened).map(|(a, b)| [*a, *b]).collect(),
+        })
+    }
+}
+
+/// The contacts of a grasp whose lengths have been checked.
+fn contacts(grasp: &proto::Grasp, links: usize) -> Result<Vec<HeldContact>, RecordError> {
+    let triple = |values: &[f64], place: usize| [values[3 * place], values[3 * place + 1], values[3 * place + 2]];
+    let mut contacts = Vec::with_capacity(grasp.links.len());
+    for (place, link) in grasp.links.iter().copied().enumerate() {
+        ranged(MESSAGE, "grasps.links", f64::from(link), (link as usize) < links, "a place in links")?;
+        let (point, normal) = (triple(&grasp.points, place), triple(&grasp.normals, place));
+        let length = Vector3::from(normal).norm();
+        ranged(MESSAGE, "grasps.normals", length, (length - 1.0).abs() < 1e-9, "of unit length")?;
+        contacts.push(HeldContact { link, point, normal, distance: grasp.distances[place] });
+    }
+    Ok(contacts)
+}

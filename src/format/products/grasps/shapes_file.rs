@@ -1,0 +1,268 @@
+//! `shapes.mcap`: the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed from the dataset alone.
+//!
+//! One chunk a message: the hand first, then the objects by content. Their `log_time` counts them. Where grasps were tried in
+//! MuJoCo, two attachments say how the hand was compiled and driven.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use mcap::{
+    Attachment, Compression, McapError, WriteOptions,
+    records::{MessageHeader, Record, op},
+};
+
+use super::{FORMAT, HandShape, ObjectShape, RUN_SCHEMAS, TrialHand};
+use crate::dataset::{
+    DatasetError,
+    durable::Temporary,
+    error::REWRITE,
+    shard::{LIBRARY, ZSTD_LEVEL},
+    shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
+};
+use crate::{FORMAT_VERSION, RecordError};
+use kernel::ids::{JobDigest, ObjectId};
+
+/// Name of the file.
+pub const SHAPES: &str = "shapes.mcap";
+
+/// Names of the attachments of trials, and what they are.
+const TRIAL_HAND: [(&str, &str); 2] = [("trial_hand.xml", "application/xml"), ("trial_hand.json", "application/json")];
+
+/// Writes the shapes of a dataset, one at a time.
+pub struct ShapesWriter {
+    writer: mcap::Writer<BufWriter<File>>,
+    file: File,
+    temporary: Temporary,
+    folder: PathBuf,
+    /// Of objects.
+    channel: u16,
+    payload: Vec<u8>,
+    next: u64,
+    last: Option<ObjectId>,
+}
+
+impl ShapesWriter {
+    /// Begins with the hand; the objects follow, sorted by content.
+    ///
+    /// # Errors
+    /// When the file can't be written.
+    pub fn create(folder: &Path, job: &JobDigest, hand: &HandShape) -> Result<Self, DatasetError> {
+        let (file, temporary) = Temporary::create(folder, SHAPES)?;
+        let copy = file.try_clone().map_err(DatasetError::io("writing", temporary.path()))?;
+        let (writer, channels) =
+            begin(BufWriter::new(copy), job).map_err(DatasetError::mcap("writing", temporary.path()))?;
+        let [of_hand, channel] = channels;
+        let mut payload = Vec::new();
+        hand.encode(&mut payload);
+        let folder = folder.to_owned();
+        let mut shapes = Self { writer, file, temporary, folder, channel, payload, next: 0, last: None };
+        shapes.write(of_hand)?;
+        Ok(shapes)
+    }
+
+    /// Adds an object.
+    ///
+    /// # Errors
+    /// When the file can't be written.
+    ///
+    /// # Panics
+    /// When the one before does not come before it by content.
+    pub fn object(&mut self, shape: &ObjectShape) -> Result<(), DatasetError> {
+        assert!(self.last < Some(shape.object), "objects come sorted by content");
+        self.last = Some(shape.object);
+        self.payload.clear();
+        shape.encode(&mut self.payload);
+        self.write(self.channel)
+    }
+
+    fn write(&mut self, channel_id: u16) -> Result<(), DatasetError> {
+        let header = MessageHeader { channel_id, sequence: 0, log_time: self.next, publish_time: self.next };
+        self.next += 1;
+        let written = self.writer.write_to_known_channel(&header, &self.payload).and_then(|()| self.writer.flush());
+        written.map_err(DatasetError::mcap("writing", self.temporary.path()))
+    }
+
+    /// Publishes the file, with the hand as trials had it.
+    ///
+    /// # Errors
+    /// When it can't be written.
+    pub fn finish(self, trial_hand: Option<&TrialHand>) -> Result<(), DatasetError> {
+        let Self { mut writer, file, temporary, folder, next, .. } = self;
+        let texts = trial_hand.map(|TrialHand { mjcf, drive }| [mjcf, drive]);
+        let attach = |((name, media_type), text): ((&str, &str), &String)| {
+            let data = text.as_bytes().into();
+            let (name, media_type) = (name.to_owned(), media_type.to_owned());
+            writer.attach(&Attachment { log_time: next, create_time: 0, name, media_type, data })
+        };
+        let attached = TRIAL_HAND.into_iter().zip(texts.into_iter().flatten()).try_for_each(attach);
+        let finished = attached.and_then(|()| writer.finish().map(|_| ()));
+        finished.map_err(DatasetError::mcap("writing", temporary.path()))?;
+        writer.into_inner().flush().map_err(DatasetError::io("writing", temporary.path()))?;
+        temporary.publish(&file, &folder, SHAPES).map(|_| ())
+    }
+}
+
+/// The writer, with the channels of hand and objects.
+fn begin(out: BufWriter<File>, job: &JobDigest) -> mcap::McapResult<(mcap::Writer<BufWriter<File>>, [u16; 2])> {
+    let mut writer = WriteOptions::new()
+        .compression(Some(Compression::Zstd))
+        .compression_level(ZSTD_LEVEL)
+        .compression_threads(0)
+        .chunk_size(None)
+        .library(LIBRARY)
+        .profile("graspmill")
+        .create(out)?;
+    let facts =
+        [("format_version", FORMAT_VERSION.to_string()), ("product", FORMAT.name.to_owned()), ("job", job.to_string())];
+    writer.write_metadata(&mcap::records::Metadata {
+        name: "graspmill".to_owned(),
+        metadata: facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect(),
+    })?;
+    let descriptors = RUN_SCHEMAS;
+    let mut channel = |schema, topic| {
+        let schema = writer.add_schema(schema, "protobuf", descriptors)?;
+        writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())
+    };
+    let channels = [channel(HandShape::SCHEMA, HandShape::TOPIC)?, channel(ObjectShape::SCHEMA, ObjectShape::TOPIC)?];
+    Ok((writer, channels))
+}
+
+/// The shapes of a finished dataset, open for reading: one in memory at a time.
+#[derive(Debug)]
+pub struct Shapes {
+    path: PathBuf,
+    /// Offset and length of each chunk, in order.
+    chunks: Vec<(u64, u64)>,
+    /// Offset, length and size of the data of each attachment of trials.
+    trial_hand: [Option<(u64, u64, u64)>; 2],
+}
+
+impl Shapes {
+    /// Opens the shapes of a dataset of grasps.
+    ///
+    /// # Errors
+    /// When there are none, or the file is damaged.
+    pub fn open(folder: &Path) -> Result<Self, DatasetError> {
+        let path = folder.join(SHAPES);
+        let file = File::open(&path).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => DatasetError::Invalid {
+                path: path.clone(),
+                problem: "the file is missing".to_owned(),
+                remedy: "only a finished dataset of grasps has one: `run` its job again",
+            },
+            _ => DatasetError::io("reading", &path)(error),
+        })?;
+        let bytes = file.metadata().map_err(DatasetError::io("reading", &path))?.len();
+        let summary = read_summary(&file, bytes).map_err(failed(&path))?;
+        let (mut chunks, mut trial_hand) = (Vec::new(), [None; 2]);
+        for record in records(&summary) {
+            let record = record.and_then(|(opcode, body)| parse(opcode, body)).map_err(failed(&path))?;
+            match record {
+                Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => {
+                    chunks.push((chunk.message_start_time, (chunk.chunk_start_offset, chunk.chunk_length)));
+                }
+                Record::AttachmentIndex(index) => {
+                    if let Some(place) = TRIAL_HAND.iter().position(|(name, _)| *name == index.name) {
+                        trial_hand[place] = Some((index.offset, index.length, index.data_size));
+                    }
+                }
+                _ => {}
+            }
+        }
+        chunks.sort_unstable();
+        if chunks.iter().zip(0..).any(|((time, _), place)| *time != place) || chunks.is_empty() {
+            return Err(damaged(&path, "its messages are not numbered from 0".to_owned()));
+        }
+        Ok(Self { path, chunks: chunks.into_iter().map(|(_, place)| place).collect(), trial_hand })
+    }
+
+    /// The hand.
+    ///
+    /// # Errors
+    /// When it can't be read.
+    pub fn hand(&self) -> Result<HandShape, DatasetError> {
+        HandShape::decode(&self.payload(0)?).map_err(|error| self.broken(&error))
+    }
+
+    /// The hand as trials had it; `None` where there were none, or a stranger could not compile it without further files.
+    ///
+    /// # Errors
+    /// When it can't be read.
+    pub fn trial_hand(&self) -> Result<Option<TrialHand>, DatasetError> {
+        let text = |(offset, length, size)| {
+            let record = read_at(&self.path, offset, length)?;
+            let data = attachment(&record, size).map_err(failed(&self.path))?;
+            String::from_utf8(data.to_vec()).map_err(|error| damaged(&self.path, error.to_string()))
+        };
+        let [Some(mjcf), Some(drive)] = self.trial_hand else { return Ok(None) };
+        Ok(Some(TrialHand { mjcf: text(mjcf)?, drive: text(drive)? }))
+    }
+
+    /// Count of objects.
+    pub fn objects(&self) -> usize {
+        self.chunks.len() - 1
+    }
+
+    /// An object: they are sorted by content, as the rows of the asset table are.
+    ///
+    /// # Errors
+    /// When it can't be read.
+    ///
+    /// # Panics
+    /// When there are not so many.
+    pub fn object(&self, place: usize) -> Result<ObjectShape, DatasetError> {
+        ObjectShape::decode(&self.payload(place + 1)?).map_err(|error| self.broken(&error))
+    }
+
+    /// Holds the shapes against the asset table: its hand, and its objects in order of their content.
+    pub(super) fn check(&self, hand: Option<ObjectId>, objects: &[ObjectId]) -> Result<(), DatasetError> {
+        let found = self.hand()?.id;
+        if Some(found) != hand {
+            return Err(damaged(&self.path, format!("its hand is {}, not that of the asset table", found.0.short())));
+        }
+        if self.objects() != objects.len() {
+            let what = format!("it has {} objects, the asset table {}", self.objects(), objects.len());
+            return Err(damaged(&self.path, what));
+        }
+        for (place, expected) in objects.iter().enumerate() {
+            let found = self.object(place)?.object;
+            if found != *expected {
+                let (found, expected) = (found.0.short(), expected.0.short());
+                return Err(damaged(&self.path, format!("object {place} is {found}, the asset table has {expected}")));
+            }
+        }
+        Ok(())
+    }
+
+    fn payload(&self, place: usize) -> Result<Vec<u8>, DatasetError> {
+        let (offset, length) = self.chunks[place];
+        let record = read_at(&self.path, offset, length)?;
+        let unpacked = unpack(&record).map_err(failed(&self.path))?;
+        for record in records(&unpacked) {
+            let (opcode, body) = record.map_err(failed(&self.path))?;
+            if opcode == op::MESSAGE && body.len() >= MESSAGE_HEADER {
+                return Ok(body[MESSAGE_HEADER..].to_vec());
+            }
+        }
+        Err(damaged(&self.path, format!("chunk {place} holds no message")))
+    }
+
+    fn broken(&self, error: &RecordError) -> DatasetError {
+        damaged(&self.path, error.to_string())
+    }
+}
+
+fn failed(path: &Path) -> impl FnOnce(McapError) -> DatasetError {
+    move |error| match error {
+        McapError::Io(source) => DatasetError::io("reading", path)(source),
+        error => damaged(path, error.to_string()),
+    }
+}
+
+fn damaged(path: &Path, problem: String) -> DatasetError {
+    DatasetError::Invalid { path: path.to_owned(), problem, remedy: REWRITE }
+}

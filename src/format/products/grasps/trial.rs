@@ -1,0 +1,478 @@
+//! Physical trials of a run's kept grasps: what came of each, and how it closed.
+
+use nalgebra::Vector3;
+use prost::Message;
+
+use super::TrialFacts;
+use crate::codec::{
+    RecordError,
+    fields::{broken, lengthy, pose, ranged},
+    proto, sample_from_proto, wire,
+};
+use kernel::{
+    geom::{HandBase, Object, Pose},
+    ids::SampleId,
+};
+
+const MESSAGE: &str = "GraspTrials";
+
+/// How a trial ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum TrialVerdict {
+    /// The object stayed in the hand, and two links at least touch it.
+    Held,
+    /// The hand starts too deep in the object: nothing was simulated.
+    StartsTooDeep,
+    /// The closed hand does not touch the object.
+    NotTouching,
+    /// The closed hand touches it with one link.
+    OneLink,
+    /// The object left while the hand closed.
+    LostClosing,
+    /// While it was lifted.
+    LostLifting,
+    /// While it was shaken.
+    LostShaking,
+    /// Under one of six directions of gravity.
+    LostTurned,
+    /// It stayed, but in the end fewer than two links touch it.
+    LetGo,
+    /// The numbers blew up.
+    Unstable,
+}
+
+impl TrialVerdict {
+    /// Every verdict, in the order of their numbers on disk.
+    pub const ALL: [Self; 10] = [
+        Self::Held,
+        Self::StartsTooDeep,
+        Self::NotTouching,
+        Self::OneLink,
+        Self::LostClosing,
+        Self::LostLifting,
+        Self::LostShaking,
+        Self::LostTurned,
+        Self::LetGo,
+        Self::Unstable,
+    ];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::StartsTooDeep => "starts_too_deep",
+            Self::NotTouching => "not_touching",
+            Self::OneLink => "one_link",
+            Self::LostClosing => "lost_closing",
+            Self::LostLifting => "lost_lifting",
+            Self::LostShaking => "lost_shaking",
+            Self::LostTurned => "lost_turned",
+            Self::LetGo => "let_go",
+            Self::Unstable => "unstable",
+        }
+    }
+
+    /// The verdict of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+    }
+
+    /// Whether the grasp held.
+    pub fn is_held(self) -> bool {
+        self == Self::Held
+    }
+}
+
+/// What a trial is made under, and how far perturbed ones vary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrialMethod {
+    /// Coefficient of friction of the object against the hand.
+    pub friction: f64,
+    /// How a contact resists turning about its normal [m].
+    pub torsion: f64,
+    /// The object's mass [kg].
+    pub mass: f64,
+    /// Where that is from: `volume`, `job` or `table`.
+    pub mass_from: String,
+    /// Where the table has it from; may be empty.
+    pub mass_source: String,
+    /// What pulls: `lifted` (a lift and a shake) or `six` (directions, one after another).
+    pub gravity: String,
+    /// Standard deviations of perturbed runs: of the logarithms of friction and mass, of place [m] and turn [rad].
+    pub spreads: [f64; 4],
+}
+
+/// What one trial came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrialOutcome {
+    /// How it ended.
+    pub verdict: TrialVerdict,
+    /// Since it began, when it was decided [s].
+    pub time: f64,
+    /// How long the hand closed [s].
+    pub closing_time: f64,
+    /// Whether it had come to rest then.
+    pub closed_at_rest: bool,
+    /// How deep hand and object were in each other [m]: when it began, when gravity came on, at most after that.
+    pub penetration: [f64; 3],
+    /// How far the object has been at most from where it was in the hand when gravity came on [m].
+    pub farthest: f64,
+    /// How far it moved [m] and turned [rad] in each phase that it stood.
+    pub slips: Vec<[f64; 2]>,
+    /// Sum of the normal forces when gravity came on [N].
+    pub force: f64,
+    /// Links that touched in the end.
+    pub links: u32,
+    /// How much of their way the fingers backed off before it began, 0 to 1.
+    pub opened_by: f64,
+    /// How far the hand drew back [m].
+    pub drawn_back: f64,
+    /// How often MuJoCo warned.
+    pub warnings: u32,
+}
+
+/// A contact of the closed hand, in `Object`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PressedContact {
+    /// Which link: a place in [`GraspTrials::links`].
+    pub link: u32,
+    /// On the object's surface [m].
+    pub point: [f64; 3],
+    /// Out of the object, of unit length.
+    pub normal: [f64; 3],
+    /// From the object to the link [m]: negative where it presses in.
+    pub distance: f64,
+    /// Along the normal [N].
+    pub force: f64,
+}
+
+/// The hand on its object when gravity came on, or when it was seen that it holds nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClosedHand {
+    /// All joints [rad or m], in the order of the hand's tree.
+    pub joints: Vec<f64>,
+    /// The hand's base.
+    pub object_from_base: Pose<Object, HandBase>,
+    /// What pressed.
+    pub contacts: Vec<PressedContact>,
+}
+
+/// The same grasp under other conditions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PerturbedTrial {
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// The object's mass [kg].
+    pub mass: f64,
+    /// How far the object stood off, along the axes of the hand's base [m].
+    pub shift: [f64; 3],
+    /// How it was turned about its centre of mass: an axis times an angle [rad].
+    pub turn: [f64; 3],
+    /// What came of it.
+    pub outcome: TrialOutcome,
+}
+
+/// All trials of one grasp.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspTrial {
+    /// Which: a place in [`GraspRun::grasps`](super::GraspRun::grasps).
+    pub grasp: u32,
+    /// As the conditions are.
+    pub outcome: TrialOutcome,
+    /// The closed hand, where it came so far.
+    pub closed: Option<ClosedHand>,
+    /// Under other conditions.
+    pub perturbed: Vec<PerturbedTrial>,
+    /// More such trials, and how many of them held; 0 of a grasp that was not chosen for them.
+    pub roll_outs: [u32; 2],
+}
+
+impl GraspTrial {
+    /// Share of the roll-outs that held; `None` without any.
+    pub fn success(&self) -> Option<f64> {
+        let [count, held] = self.roll_outs;
+        (count > 0).then(|| f64::from(held) / f64::from(count))
+    }
+
+    /// Perturbed runs whose verdict is another one: held or not.
+    pub fn turned(&self) -> usize {
+        let held = self.outcome.verdict.is_held();
+        self.perturbed.iter().filter(|trial| trial.outcome.verdict.is_held() != held).count()
+    }
+}
+
+/// Trials of the kept grasps of one run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraspTrials {
+    /// Which sample.
+    pub sample: SampleId,
+    /// The hand's name.
+    pub hand: String,
+    /// Its links; the base is the first.
+    pub links: Vec<String>,
+    /// How many joints it has.
+    pub joints: u32,
+    /// What they are made under.
+    pub method: TrialMethod,
+    /// One a kept grasp, in their order.
+    pub trials: Vec<GraspTrial>,
+}
+
+const SOURCES: [&str; 3] = ["volume", "job", "table"];
+const GRAVITIES: [&str; 2] = ["lifted", "six"];
+
+impl GraspTrials {
+    /// Counts for tables.
+    pub fn facts(&self) -> TrialFacts {
+        let count =
+            |is: fn(TrialVerdict) -> bool| self.trials.iter().filter(|trial| is(trial.outcome.verdict)).count() as u32;
+        TrialFacts {
+            tried: self.trials.len() as u32,
+            held: count(TrialVerdict::is_held),
+            refused: count(|verdict| verdict == TrialVerdict::StartsTooDeep),
+        }
+    }
+
+    /// `Err` unless there is one trial a kept grasp of the run; `kept` are the places of these.
+    pub(super) fn check_beside(&self, kept: &[u32]) -> Result<(), RecordError> {
+        lengthy(MESSAGE, "trials", kept.len(), self.trials.len())?;
+        let other = self.trials.iter().zip(kept).find(|(trial, kept)| trial.grasp != **kept);
+        let value = other.map_or(0.0, |(trial, _)| f64::from(trial.grasp));
+        ranged(MESSAGE, "trials.grasp", value, other.is_none(), "the places of the kept grasps of the run")
+    }
+
+    /// Appends the payload to `out`; equal records give equal bytes.
+    pub fn encode(&self, out: &mut Vec<u8>) {
+        let TrialMethod { friction, torsion, mass, mass_from, mass_source, gravity, spreads } = &self.method;
+        wire::sample(out, 1, &self.sample);
+        wire::bytes(out, 2, self.hand.as_bytes());
+        self.links.iter().for_each(|name| wire::element(out, 3, name.as_bytes()));
+        wire::uint32(out, 4, self.joints);
+        wire::double(out, 5, *friction);
+        wire::double(out, 6, *torsion);
+        wire::double(out, 7, *mass);
+        wire::bytes(out, 8, mass_from.as_bytes());
+        wire::bytes(out, 9, gravity.as_bytes());
+        for (field, spread) in (10..).zip(spreads) {
+            wire::double(out, field, *spread);
+        }
+        for trial in &self.trials {
+            nested(out, 14, |out| trial.encode(out));
+        }
+        wire::bytes(out, 15, mass_source.as_bytes());
+    }
+
+    /// Reads and checks a payload.
+    ///
+    /// # Errors
+    /// When lengths do not fit each other, a number is out of range or not finite, the hand's pose is no rigid motion, a normal
+    /// is not of unit length, or a name or a verdict is unknown.
+    pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
+        let mut raw = proto::GraspTrials::decode(payload).map_err(broken(MESSAGE))?;
+        let sample = sample_from_proto(MESSAGE, raw.sample.take())?;
+        let (joints, links) = (raw.joints, raw.links);
+        ranged(MESSAGE, "links", links.len() as f64, links.len() == joints as usize + 1, "one more than joints")?;
+        named("mass_from", &raw.mass_from, &SOURCES)?;
+        named("gravity", &raw.gravity, &GRAVITIES)?;
+        ranged(MESSAGE, "mass", raw.mass, raw.mass > 0.0 && raw.mass.is_finite(), "positive and finite")?;
+        let spreads = [raw.friction_spread, raw.mass_spread, raw.shift_spread, raw.turn_spread];
+        for (field, value) in [("friction", raw.friction), ("torsion", raw.torsion)]
+            .into_iter()
+            .chain(spreads.map(|spread| ("spreads", spread)))
+        {
+            not_below_zero(field, value)?;
+        }
+        let mut read: Vec<GraspTrial> = Vec::with_capacity(raw.trials.len());
+        for trial in &raw.trials {
+            let ascends = read.last().is_none_or(|before| before.grasp < trial.grasp);
+            ranged(MESSAGE, "trials.grasp", f64::from(trial.grasp), ascends, "ascending")?;
+            read.push(GraspTrial::of(trial, joints as usize)?);
+        }
+        let (friction, torsion, mass) = (raw.friction, raw.torsion, raw.mass);
+        let (mass_from, mass_source, gravity) = (raw.mass_from, raw.mass_source, raw.gravity);
+        Ok(Self {
+            sample,
+            hand: raw.hand,
+            links,
+            joints,
+            method: TrialMethod { friction, torsion, mass, mass_from, mass_source, gravity, spreads },
+            trials: read,
+        })
+    }
+}
+
+/// A message within a message.
+fn nested(out: &mut Vec<u8>, field: u32, encode: impl FnOnce(&mut Vec<u8>)) {
+    let mut message = Vec::new();
+    encode(&mut message);
+    wire::element(out, field, &message);
+}
+
+fn not_below_zero(field: &'static str, value: f64) -> Result<(), RecordError> {
+    ranged(MESSAGE, field, value, value >= 0.0 && value.is_finite(), "0 or positive, and finite")
+}
+
+fn finite(field: &'static str, values: &[f64]) -> Result<(), RecordError> {
+    let wild = values.iter().find(|value| !value.is_finite());
+    ranged(MESSAGE, field, wild.copied().unwrap_or_default(), wild.is_none(), "finite")
+}
+
+fn triple(field: &'static str, values: &[f64]) -> Result<[f64; 3], RecordError> {
+    lengthy(MESSAGE, field, 3, values.len())?;
+    finite(field, values)?;
+    Ok([values[0], values[1], values[2]])
+}
+
+impl GraspTrial {
+    fn encode(&self, out: &mut Vec<u8>) {
+        wire::uint32(out, 1, self.grasp);
+        nested(out, 2, |out| self.outcome.encode(out));
+        if let Some(ClosedHand { joints, object_from_base, contacts }) = &self.closed {
+            wire::doubles(out, 3, joints);
+            wire::doubles(out, 4, &object_from_base.to_rows());
+            wire::uint32s(out, 5, contacts.iter().map(|contact| contact.link));
+            wire::doubles_of(out, 6, contacts.iter().flat_map(|contact| contact.point));
+            wire::doubles_of(out, 7, contacts.iter().flat_map(|contact| contact.normal));
+            wire::doubles_of(out, 8, contacts.iter().map(|contact| contact.distance));
+            wire::doubles_of(out, 9, contacts.iter().map(|contact| contact.force));
+        }
+        for trial in &self.perturbed {
+            nested(out, 10, |out| {
+                wire::double(out, 1, trial.friction);
+                wire::double(out, 2, trial.mass);
+                wire::doubles(out, 3, &trial.shift);
+                wire::doubles(out, 4, &trial.turn);
+                nested(out, 5, |out| trial.outcome.encode(out));
+            });
+        }
+        wire::uint32(out, 11, self.roll_outs[0]);
+        wire::uint32(out, 12, self.roll_outs[1]);
+    }
+
+    fn of(trial: &proto::GraspTrial, joints: usize) -> Result<Self, RecordError> {
+        let [count, held] = [trial.roll_outs, trial.roll_outs_held];
+        ranged(MESSAGE, "trials.roll_outs_held", f64::from(held), held <= count, "at most roll_outs")?;
+        let perturbed = trial.perturbed.iter().map(|trial| {
+            for (field, value) in [("perturbed.friction", trial.friction), ("perturbed.mass", trial.mass)] {
+                not_below_zero(field, value)?;
+            }
+            Ok(PerturbedTrial {
+                friction: trial.friction,
+                mass: trial.mass,
+                shift: triple("perturbed.shift", &trial.shift)?,
+                turn: triple("perturbed.turn", &trial.turn)?,
+                outcome: TrialOutcome::of(trial.outcome.as_ref())?,
+            })
+        });
+        Ok(Self {
+            grasp: trial.grasp,
+            outcome: TrialOutcome::of(trial.outcome.as_ref())?,
+            closed: ClosedHand::of(trial, joints)?,
+            perturbed: perturbed.collect::<Result<_, RecordError>>()?,
+            roll_outs: [count, held],
+        })
+    }
+}
+
+impl ClosedHand {
+    fn of(trial: &proto::GraspTrial, joints: usize) -> Result<Option<Self>, RecordError> {
+        let proto::GraspTrial { joints: values, links, points, normals, distances, forces, .. } = trial;
+        let count = links.len();
+        if trial.object_from_base.is_empty() && values.is_empty() && count == 0 {
+            return Ok(None);
+        }
+        for (field, expected, values) in [
+            ("trials.joints", joints, values),
+            ("trials.points", 3 * count, points),
+            ("trials.normals", 3 * count, normals),
+            ("trials.distances", count, distances),
+            ("trials.forces", count, forces),
+        ] {
+            lengthy(MESSAGE, field, expected, values.len())?;
+            finite(field, values)?;
+        }
+        let mut contacts = Vec::with_capacity(count);
+        for (place, link) in links.iter().copied().enumerate() {
+            ranged(MESSAGE, "trials.links", f64::from(link), link as usize <= joints, "a place in links")?;
+            let of = |field, values: &[f64]| triple(field, &values[3 * place..][..3]);
+            let (point, normal) = (of("trials.points", points)?, of("trials.normals", normals)?);
+            let length = Vector3::from(normal).norm();
+            ranged(MESSAGE, "trials.normals", length, (length - 1.0).abs() < 1e-9, "of unit length")?;
+            contacts.push(PressedContact { link, point, normal, distance: distances[place], force: forces[place] });
+        }
+        let object_from_base = pose(MESSAGE, "trials.object_from_base", &trial.object_from_base)?;
+        Ok(Some(Self { joints: values.clone(), object_from_base, contacts }))
+    }
+}
+
+impl TrialOutcome {
+    fn encode(&self, out: &mut Vec<u8>) {
+        wire::uint32(out, 1, self.verdict as u32);
+        wire::double(out, 2, self.time);
+        wire::double(out, 3, self.closing_time);
+        wire::uint32(out, 4, u32::from(self.closed_at_rest));
+        for (field, depth) in (5..).zip(self.penetration) {
+            wire::double(out, field, depth);
+        }
+        wire::double(out, 8, self.farthest);
+        wire::doubles_of(out, 9, self.slips.iter().map(|[moved, _]| *moved));
+        wire::doubles_of(out, 10, self.slips.iter().map(|[_, turned]| *turned));
+        wire::double(out, 11, self.force);
+        wire::uint32(out, 12, self.links);
+        wire::double(out, 13, self.opened_by);
+        wire::double(out, 14, self.drawn_back);
+        wire::uint32(out, 15, self.warnings);
+    }
+
+    fn of(outcome: Option<&proto::TrialOutcome>) -> Result<Self, RecordError> {
+        let missing = RecordError::Missing { message: MESSAGE, field: "trials.outcome" };
+        let outcome = outcome.ok_or(missing)?;
+        let unknown = RecordError::Range {
+            message: MESSAGE,
+            field: "outcome.verdict",
+            value: f64::from(outcome.verdict),
+            allowed: "0 to 9",
+        };
+        let verdict = TrialVerdict::ALL.get(outcome.verdict as usize).copied().ok_or(unknown)?;
+        let penetration = [outcome.start_penetration, outcome.closed_penetration, outcome.shaken_penetration];
+        for (field, value) in [
+            ("outcome.time", outcome.time),
+            ("outcome.closing_time", outcome.closing_time),
+            ("outcome.farthest", outcome.farthest),
+            ("outcome.force", outcome.force),
+            ("outcome.opened_by", outcome.opened_by),
+            ("outcome.drawn_back", outcome.drawn_back),
+        ]
+        .into_iter()
+        .chain(penetration.map(|depth| ("outcome.penetration", depth)))
+        {
+            not_below_zero(field, value)?;
+        }
+        lengthy(MESSAGE, "outcome.turns", outcome.slips.len(), outcome.turns.len())?;
+        finite("outcome.slips", &outcome.slips)?;
+        finite("outcome.turns", &outcome.turns)?;
+        Ok(Self {
+            verdict,
+            time: outcome.time,
+            closing_time: outcome.closing_time,
+            closed_at_rest: outcome.closed_at_rest,
+            penetration,
+            farthest: outcome.farthest,
+            slips: outcome.slips.iter().zip(&outcome.turns).map(|(moved, turned)| [*moved, *turned]).collect(),
+            force: outcome.force,
+            links: outcome.links,
+            opened_by: outcome.opened_by,
+            drawn_back: outcome.drawn_back,
+            warnings: outcome.warnings,
+        })
+    }
+}
+
+/// `Err` unless the text is one of these.
+fn named(field: &'static str, found: &str, known: &[&str]) -> Result<(), RecordError> {
+    if known.contains(&found) {
+        return Ok(());
+    }
+    let (found, expected) = (found.to_owned(), known.join(" or "));
+    Err(RecordError::Name { message: MESSAGE, field, found, expected })
+}

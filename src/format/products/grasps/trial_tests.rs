@@ -1,0 +1,110 @@
+//! Trials: the hand-written encoder against the generated one, and what is refused.
+
+use nalgebra::Vector3;
+use prost::Message;
+
+use super::*;
+use crate::codec::proto;
+use kernel::{
+    geom::Pose,
+    ids::{Digest, ItemId, ObjectId, SampleId},
+};
+
+fn outcome(verdict: TrialVerdict) -> TrialOutcome {
+    TrialOutcome {
+        verdict,
+        time: 2.5,
+        closing_time: 0.5,
+        closed_at_rest: true,
+        penetration: [0.0, 2e-4, 3e-4],
+        farthest: 1e-3,
+        slips: vec![[1e-4, 0.01], [2e-4, 0.0]],
+        force: 30.0,
+        links: 3,
+        opened_by: 0.0,
+        drawn_back: 5e-4,
+        warnings: 0,
+    }
+}
+
+fn trials() -> GraspTrials {
+    let contact = PressedContact {
+        link: 2,
+        point: [0.1, 0.0, -0.2],
+        normal: Vector3::new(1.0, 2.0, -0.5).normalize().into(),
+        distance: -1e-4,
+        force: 12.0,
+    };
+    let closed = ClosedHand {
+        joints: vec![0.5, 0.0],
+        object_from_base: Pose::from_xyz_rpy([0.1, 0.2, 0.3, -0.4, 0.5, 0.6]),
+        contacts: vec![contact, PressedContact { link: 0, ..contact }],
+    };
+    let perturbed = PerturbedTrial {
+        friction: 0.4,
+        mass: 0.3,
+        shift: [1e-3, 0.0, -1e-3],
+        turn: [0.0, 0.01, 0.0],
+        outcome: outcome(TrialVerdict::LostShaking),
+    };
+    let refused = TrialOutcome { slips: vec![], ..outcome(TrialVerdict::StartsTooDeep) };
+    GraspTrials {
+        sample: SampleId::of_object(ObjectId(Digest([7; 32])), ItemId(3)),
+        hand: "hand".to_owned(),
+        links: ["palm", "finger", "tip"].map(str::to_owned).to_vec(),
+        joints: 2,
+        method: TrialMethod {
+            friction: 0.5,
+            torsion: 0.002,
+            mass: 0.35,
+            mass_from: "table".to_owned(),
+            mass_source: "scales".to_owned(),
+            gravity: "lifted".to_owned(),
+            spreads: [0.2, 0.1, 0.001, 0.0175],
+        },
+        trials: vec![
+            GraspTrial {
+                grasp: 1,
+                outcome: outcome(TrialVerdict::Held),
+                closed: Some(closed),
+                perturbed: vec![perturbed],
+                roll_outs: [16, 12],
+            },
+            GraspTrial { grasp: 4, outcome: refused, closed: None, perturbed: vec![], roll_outs: [0; 2] },
+        ],
+    }
+}
+
+#[test]
+fn trials_read_back_and_have_the_generated_encoders_bytes() {
+    let mut payload = Vec::new();
+    trials().encode(&mut payload);
+    assert_eq!(GraspTrials::decode(&payload), Ok(trials()));
+    let generated = proto::GraspTrials::decode(payload.as_slice()).unwrap();
+    assert_eq!(generated.encode_to_vec(), payload);
+    assert_eq!(trials().facts(), TrialFacts { tried: 2, held: 1, refused: 1 });
+    assert_eq!((trials().trials[0].success(), trials().trials[0].turned()), (Some(0.75), 1));
+    assert_eq!(trials().trials[1].success(), None);
+    let lies: [fn(&mut proto::GraspTrials); 13] = [
+        |trials| trials.sample = None,
+        |trials| trials.joints = 3,
+        |trials| trials.mass = 0.0,
+        |trials| trials.mass_from = "scales".to_owned(),
+        |trials| trials.gravity = "up".to_owned(),
+        |trials| trials.shift_spread = f64::NAN,
+        |trials| trials.trials.swap(0, 1),
+        |trials| trials.trials[0].links[0] = 3,
+        |trials| trials.trials[0].normals[0] = 0.0,
+        |trials| trials.trials[0].forces.push(1.0),
+        |trials| trials.trials[0].roll_outs_held = 17,
+        |trials| trials.trials[1].outcome.as_mut().unwrap().verdict = 10,
+        |trials| trials.trials[0].perturbed[0].shift.push(0.0),
+    ];
+    for (place, lie) in lies.into_iter().enumerate() {
+        let mut lying = generated.clone();
+        lie(&mut lying);
+        assert!(GraspTrials::decode(&lying.encode_to_vec()).is_err(), "lie {place}");
+    }
+    assert!(trials().check_beside(&[1, 4]).is_ok());
+    assert!(trials().check_beside(&[1]).is_err() && trials().check_beside(&[1, 3]).is_err());
+}

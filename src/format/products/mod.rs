@@ -1,0 +1,12 @@
+//! The table of products: one row each. A new product is a new row here, and a folder of its own beside this file.
+
+pub mod completion;
+pub mod grasps;
+pub mod patches;
+pub mod reachability;
+
+use super::ProductFormat;
+
+/// Every product, in the order in which people meet them.
+pub static PRODUCTS: [&ProductFormat; 4] =
+    [&completion::FORMAT, &reachability::FORMAT, &grasps::FORMAT, &patches::FORMAT];

@@ -1,0 +1,48 @@
+//! Records of a sample of patches.
+
+use super::{HeatmapPatch, PatchColour, PatchHeatmap, PatchImageColour};
+use crate::dataset::{DatasetError, Sample};
+use crate::{Channel, Depth};
+
+impl Sample {
+    /// Depth and labels around the palm and the fingertips of a grasp.
+    ///
+    /// # Errors
+    /// When the sample is of another product, or the payload is no valid record.
+    pub fn heatmap_patch(&self) -> Result<HeatmapPatch, DatasetError> {
+        self.leading(Channel::PATCH, HeatmapPatch::decode)
+    }
+
+    /// The same patches in colour; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_colour(&self) -> Result<Option<PatchColour>, DatasetError> {
+        self.decoded(Channel::PATCH_COLOUR, PatchColour::decode)
+    }
+
+    /// The whole depth image that the patches are cut out of, as the box of its returns
+    /// ([`DepthCrop::whole`](kernel::geom::DepthCrop::whole) gives every pixel); `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_image(&self) -> Result<Option<Depth>, DatasetError> {
+        self.decoded(Channel::PATCH_IMAGE, Depth::decode)
+    }
+
+    /// The same image in colour; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_image_colour(&self) -> Result<Option<PatchImageColour>, DatasetError> {
+        self.decoded(Channel::PATCH_IMAGE_COLOUR, PatchImageColour::decode)
+    }
+
+    /// Truth for heatmaps over that image; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_heatmap(&self) -> Result<Option<PatchHeatmap>, DatasetError> {
+        self.decoded(Channel::PATCH_HEATMAP, PatchHeatmap::decode)
+    }
+}

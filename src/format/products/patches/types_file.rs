@@ -1,0 +1,31 @@
+//! `types.json`: grasp types of the kept grasps that patches were chosen from, with their counts.
+
+use std::{fs, path::Path};
+
+use crate::dataset::{DatasetError, durable, error::REWRITE, json_text};
+use kernel::words::GraspTypeCounts;
+
+/// Name of the file.
+pub const TYPES: &str = "types.json";
+
+/// Writes the table.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_types(folder: &Path, types: &GraspTypeCounts) -> Result<(), DatasetError> {
+    durable::write_file(folder, TYPES, json_text(types).as_bytes()).map(drop)
+}
+
+/// Reads the table.
+///
+/// # Errors
+/// When the file is missing or damaged.
+pub fn read_types(folder: &Path) -> Result<GraspTypeCounts, DatasetError> {
+    let path = folder.join(TYPES);
+    let text = fs::read(&path).map_err(DatasetError::io("reading", &path))?;
+    serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
+        path: path.clone(),
+        problem: error.to_string(),
+        remedy: REWRITE,
+    })
+}

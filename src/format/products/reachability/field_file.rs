@@ -1,0 +1,189 @@
+//! `field.mcap`: labels and signed distances of a whole grid of poses, made of the shards' blocks.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use mcap::{
+    Compression, McapError, WriteOptions,
+    records::{MessageHeader, Record},
+};
+
+use super::{FORMAT, FieldHeader, ReachabilityBlock, ReachabilityField, SCHEMAS};
+use crate::FORMAT_VERSION;
+use crate::dataset::{
+    DatasetError,
+    durable::Temporary,
+    error::{REMAKE, REWRITE},
+    shard::{LIBRARY, ZSTD_LEVEL},
+    shard_file::{MESSAGE_HEADER, MOST_CHUNK_BYTES, ShardFile, invalid, parse, read_at, read_summary, records, unpack},
+};
+use kernel::{
+    geom::{PoseGrid, PoseLabel},
+    ids::{Digest, JobDigest},
+};
+
+/// Name of the file.
+pub const FIELD: &str = "field.mcap";
+
+/// Reads the field of a finished reachability dataset. It proves itself by its checksum and its own rules; whether it is
+/// what the manifest says is `verify`'s to tell.
+///
+/// # Errors
+/// When the dataset has no field, or it is damaged.
+pub fn read_field(folder: &Path) -> Result<ReachabilityField, DatasetError> {
+    let path = folder.join(FIELD);
+    let payload = read_payload(&path)?;
+    ReachabilityField::decode(&payload).map_err(|error| damaged(&path, error.to_string()))
+}
+
+/// Digest of the field's payload, which enters the root digest.
+pub(super) fn payload_digest(folder: &Path) -> Result<Digest, DatasetError> {
+    Ok(Digest::of(&read_payload(&folder.join(FIELD))?))
+}
+
+/// Computes the distances of all labels and writes the field. `shards` are the files of all shards, in order; each
+/// position of the grid is one sample of them. The whole field stands in memory: 14 bytes per cell.
+///
+/// # Errors
+/// When a shard is damaged, the shards do not hold every position once, or the file cannot be written.
+pub fn write_field(
+    folder: &Path,
+    job: &JobDigest,
+    header: &FieldHeader,
+    shards: &[PathBuf],
+) -> Result<(), DatasetError> {
+    let labels = labels_of(shards, &header.grid)?;
+    let distances = header.distances(&labels);
+    let field = ReachabilityField { header: header.clone(), labels, distances };
+    let mut payload = Vec::new();
+    field.encode(&mut payload);
+    drop(field);
+    let (file, temporary) = Temporary::create(folder, FIELD)?;
+    if payload.len() as u64 > MOST_CHUNK_BYTES / 2 {
+        let problem = format!("a field of {} bytes, {} at most", payload.len(), MOST_CHUNK_BYTES / 2);
+        return Err(DatasetError::Invalid { path: folder.join(FIELD), problem, remedy: "take larger steps" });
+    }
+    let mut buffer = BufWriter::new(&file);
+    write_mcap(&mut buffer, job, header, &payload).map_err(DatasetError::mcap("writing", temporary.path()))?;
+    buffer.flush().map_err(DatasetError::io("writing", temporary.path()))?;
+    drop(buffer);
+    temporary.publish(&file, folder, FIELD)?;
+    Ok(())
+}
+
+fn write_mcap(
+    file: &mut BufWriter<&File>,
+    job: &JobDigest,
+    header: &FieldHeader,
+    payload: &[u8],
+) -> mcap::McapResult<()> {
+    let mut writer = WriteOptions::new()
+        .compression(Some(Compression::Zstd))
+        .compression_level(ZSTD_LEVEL)
+        .compression_threads(0)
+        .chunk_size(None)
+        .library(LIBRARY)
+        .profile("graspmill")
+        .create(file)?;
+    let mut facts = vec![
+        ("format_version", FORMAT_VERSION.to_string()),
+        ("product", FORMAT.name.to_owned()),
+        ("job", job.to_string()),
+    ];
+    if let PoseGrid::Sphere(grid) = &header.grid {
+        facts.push(("directions", format!("healpix {}", grid.directions().nside())));
+        facts.push(("covering_radius", format!("{} rad", grid.covering_radius())));
+    }
+    writer.write_metadata(&mcap::records::Metadata {
+        name: "graspmill".to_owned(),
+        metadata: facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect(),
+    })?;
+    let schema = writer.add_schema(ReachabilityField::SCHEMA, "protobuf", SCHEMAS)?;
+    let channel_id = writer.add_channel(schema, ReachabilityField::TOPIC, "protobuf", &BTreeMap::new())?;
+    let header = MessageHeader { channel_id, sequence: 0, log_time: 0, publish_time: 0 };
+    writer.write_to_known_channel(&header, payload)?;
+    writer.finish().map(|_| ())
+}
+
+/// The labels of all positions, out of the blocks, one chunk of a shard in memory at a time.
+pub(super) fn labels_of(shards: &[PathBuf], grid: &PoseGrid) -> Result<Vec<PoseLabel>, DatasetError> {
+    let (cells, positions) = (grid.cells(), grid.positions() as u64);
+    let mut labels = Vec::with_capacity(cells);
+    let mut next = 0;
+    for path in shards {
+        let shard = ShardFile::open(path)?;
+        for chunk in 0..shard.chunks.len() {
+            for message in shard.read_chunk(chunk)? {
+                let index = message.index;
+                let block = ReachabilityBlock::decode(&message.payload).map_err(|source| DatasetError::Record {
+                    path: shard.path.clone(),
+                    index,
+                    source,
+                })?;
+                if (index.0, u64::from(block.sample.item.0)) != (next, next)
+                    || block.labels.len() as u64 * positions != cells as u64
+                {
+                    let (item, found) = (block.sample.item, block.labels.len());
+                    let problem = format!(
+                        "sample {index} is position {item} with {found} cells, expected position {next} of {positions} \
+                         with {cells} cells in all"
+                    );
+                    return Err(invalid(&shard.path, problem));
+                }
+                labels.extend_from_slice(&block.labels);
+                next += 1;
+            }
+        }
+    }
+    if next != positions {
+        let problem = format!("the shards hold {next} of {positions} positions");
+        let path = shards.first().and_then(|shard| shard.parent()).unwrap_or(Path::new("")).to_owned();
+        return Err(DatasetError::Invalid { path, problem, remedy: REMAKE });
+    }
+    Ok(labels)
+}
+
+fn read_payload(path: &Path) -> Result<Vec<u8>, DatasetError> {
+    let file = File::open(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => DatasetError::Invalid {
+            path: path.to_owned(),
+            problem: "the file is missing".to_owned(),
+            remedy: "only a finished reachability dataset has one: `run` its job again",
+        },
+        _ => DatasetError::io("reading", path)(error),
+    })?;
+    let bytes = file.metadata().map_err(DatasetError::io("reading", path))?.len();
+    let failed = |error: McapError| match error {
+        McapError::Io(source) => DatasetError::io("reading", path)(source),
+        error => damaged(path, error.to_string()),
+    };
+    let summary = read_summary(&file, bytes).map_err(failed)?;
+    let (mut place, mut topic) = (None, None);
+    for record in records(&summary) {
+        match record.and_then(|(opcode, body)| parse(opcode, body)).map_err(failed)? {
+            Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => place = Some(chunk),
+            Record::Channel(channel) => topic = Some(channel.topic),
+            _ => {}
+        }
+    }
+    let place = place.filter(|_| topic.as_deref() == Some(ReachabilityField::TOPIC));
+    let place = place.ok_or_else(|| damaged(path, format!("it has no message on {}", ReachabilityField::TOPIC)))?;
+    let record = read_at(path, place.chunk_start_offset, place.chunk_length)?;
+    let unpacked = unpack(&record).map_err(failed)?;
+    drop(record);
+    for record in records(&unpacked) {
+        let (opcode, body) = record.map_err(failed)?;
+        if opcode == mcap::records::op::MESSAGE && body.len() > MESSAGE_HEADER {
+            return Ok(body[MESSAGE_HEADER..].to_vec());
+        }
+    }
+    Err(damaged(path, "its chunk holds no message".to_owned()))
+}
+
+fn damaged(path: &Path, problem: String) -> DatasetError {
+    DatasetError::Invalid { path: path.to_owned(), problem, remedy: REWRITE }
+}

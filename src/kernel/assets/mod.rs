@@ -1,0 +1,33 @@
+//! Object meshes: find, read, make, check, repair, hash.
+//!
+//! [`prepare`] is the one way in: a [`MeshSource`] becomes a [`PreparedMesh`] or a [`MeshRefusal`] with file, place and
+//! remedy. [`read_triangles`] reads a part of a robot as its file has it. [`list_folder`] finds files, [`built_in_names`] names shapes that need none.
+
+mod bounds;
+mod built_in;
+mod check;
+mod description;
+mod digest;
+mod edges;
+mod folder;
+mod holes;
+mod mend;
+mod prepare;
+mod read;
+mod refuse;
+mod shells;
+mod table;
+mod weld;
+
+pub use built_in::{DEFAULT_BUILT_INS, HalfShape, NoHalfShape, built_in_names, built_in_source};
+pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, check_report};
+pub use description::{Description, DescriptionError, missing_remedy};
+pub use digest::object as object_id;
+pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
+pub use prepare::prepare;
+pub use read::read_triangles;
+use refuse::Refuse;
+
+pub use table::{
+    AssetRecord, InsideMethod, MeshOrigin, MeshRefusal, MeshSource, PreparedMesh, Repair, ScaleRule, SizeRule, Winding,
+};

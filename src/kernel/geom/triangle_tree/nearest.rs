@@ -1,0 +1,153 @@
+//! The triangle next to a point.
+//!
+//! Distances are taken in f32: the triangle is the nearest one but for rounding.
+
+use super::{LEAF, Leaf, NONE, Node, TriangleTree, WIDTH};
+
+impl TriangleTree {
+    /// Place of the triangle nearest to `point` among those with a squared distance below `bound` [m^2], if any.
+    pub fn nearest(&self, point: [f32; 3], mut bound: f32) -> Option<u32> {
+        let mut best = None;
+        // Three waiting children a level; medians of 2^31 triangles make at most 16 levels.
+        let mut waiting = [(0f32, NONE); 64];
+        let mut depth = 0;
+        let mut next = self.root;
+        while next != NONE {
+            let mut nearest = (f32::INFINITY, NONE);
+            if next & LEAF != 0 {
+                let leaf = &self.leaves[(next & !LEAF) as usize];
+                let distances = leaf.distances(point);
+                for (place, distance) in distances.iter().enumerate().take(leaf.count as usize) {
+                    if *distance < bound {
+                        bound = *distance;
+                        best = Some(leaf.first + place as u32);
+                    }
+                }
+            } else {
+                let node = &self.nodes[next as usize];
+                let distances = node.distances(point);
+                for (distance, child) in distances.into_iter().zip(node.children) {
+                    if distance < nearest.0 {
+                        if nearest.0 < bound {
+                            waiting[depth] = nearest;
+                            depth += 1;
+                        }
+                        nearest = (distance, child);
+                    } else if distance < bound {
+                        waiting[depth] = (distance, child);
+                        depth += 1;
+                    }
+                }
+            }
+            while nearest.0 >= bound && depth > 0 {
+                depth -= 1;
+                nearest = waiting[depth];
+            }
+            next = if nearest.0 < bound { nearest.1 } else { NONE };
+        }
+        best
+    }
+
+    /// Tells `found` the place and the squared distance [m^2] of every triangle that is nearer to `point` than `bound` [m^2];
+    /// in no order that matters.
+    pub fn within(&self, point: [f32; 3], bound: f32, mut found: impl FnMut(u32, f32)) {
+        let mut waiting = [NONE; 64];
+        let mut depth = 0;
+        let mut next = self.root;
+        while next != NONE {
+            if next & LEAF != 0 {
+                let leaf = &self.leaves[(next & !LEAF) as usize];
+                let distances = leaf.distances(point);
+                for (place, distance) in (0..leaf.count).zip(distances) {
+                    if distance < bound {
+                        found(leaf.first + place, distance);
+                    }
+                }
+            } else {
+                let node = &self.nodes[next as usize];
+                for (distance, child) in node.distances(point).into_iter().zip(node.children) {
+                    if distance < bound && child != NONE {
+                        waiting[depth] = child;
+                        depth += 1;
+                    }
+                }
+            }
+            depth = depth.wrapping_sub(1);
+            next = waiting.get(depth).copied().unwrap_or(NONE);
+        }
+    }
+}
+
+impl Node {
+    /// Squared distance of a point to each child's box.
+    fn distances(&self, point: [f32; 3]) -> [f32; WIDTH] {
+        let mut sums = [0.0; WIDTH];
+        for (axis, p) in point.into_iter().enumerate() {
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                let outside = above(above(self.min[axis][lane] - p, p - self.max[axis][lane]), 0.0);
+                *sum += outside * outside;
+            }
+        }
+        sums
+    }
+}
+
+/// The greater one; the second where the first is no number. One vector instruction, unlike `f32::max`.
+fn above(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The lesser one; the second where the first is no number.
+fn below(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+type Lanes = [f32; WIDTH];
+
+fn lanes(f: impl Fn(usize) -> f32) -> Lanes {
+    std::array::from_fn(f)
+}
+
+fn minus(a: &[Lanes; 3], b: &[Lanes; 3]) -> [Lanes; 3] {
+    std::array::from_fn(|axis| lanes(|lane| a[axis][lane] - b[axis][lane]))
+}
+
+fn dot(a: &[Lanes; 3], b: &[Lanes; 3]) -> Lanes {
+    lanes(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+}
+
+fn cross(a: &[Lanes; 3], b: &[Lanes; 3]) -> [Lanes; 3] {
+    std::array::from_fn(|axis| {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        lanes(|lane| a[i][lane] * b[j][lane] - a[j][lane] * b[i][lane])
+    })
+}
+
+impl Leaf {
+    /// Squared distance of a point to each triangle: to its plane inside the prism over it, else to the nearest edge.
+    fn distances(&self, point: [f32; 3]) -> Lanes {
+        let point = point.map(|v| [v; WIDTH]);
+        let edges: [[Lanes; 3]; 3] = std::array::from_fn(|i| minus(&self.corners[(i + 1) % 3], &self.corners[i]));
+        let normal = cross(&edges[0], &edges[1]);
+        let mut least = [f32::INFINITY; WIDTH];
+        let mut inside = [true; WIDTH];
+        let mut from_first = [[0.0; WIDTH]; 3];
+        for (edge, corner) in edges.iter().zip(&self.corners) {
+            let from = minus(&point, corner);
+            let (along, length) = (dot(edge, &from), dot(edge, edge));
+            let side = dot(&cross(&normal, edge), &from);
+            // An edge without length gives no number, which `above` turns to 0: its first corner.
+            let share = lanes(|lane| below(above(along[lane] / length[lane], 0.0), 1.0));
+            let apart: [Lanes; 3] =
+                std::array::from_fn(|axis| lanes(|lane| from[axis][lane] - edge[axis][lane] * share[lane]));
+            let distance = dot(&apart, &apart);
+            for lane in 0..WIDTH {
+                least[lane] = below(distance[lane], least[lane]);
+                inside[lane] &= side[lane] > 0.0;
+            }
+            from_first = from;
+        }
+        let (height, length) = (dot(&normal, &from_first), dot(&normal, &normal));
+        lanes(|lane| if inside[lane] { height[lane] * height[lane] / length[lane] } else { least[lane] })
+    }
+}

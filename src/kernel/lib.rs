@@ -1,0 +1,11 @@
+//! Kernels of graspmill, below everything else: vocabulary, ids, geometry, voxels, depth images, meshes.
+
+pub mod assets;
+pub mod contact;
+pub mod geom;
+pub mod ids;
+pub mod object;
+pub mod render;
+pub mod seed;
+pub mod voxel;
+pub mod words;

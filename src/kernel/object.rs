@@ -1,0 +1,157 @@
+//! An object prepared once, with parts that are made on first use and shared by every user.
+//!
+//! ```text
+//! MeshSource --assets::prepare--> PreparedMesh --> PreparedObject
+//!                                                    |-- solid()            256^3 occupancy
+//!                                                    |-- tree()             triangles by place, for rays
+//!                                                    |-- surface()          signed distances and closest points
+//!                                                    |-- contact_surface()  solid and surface with a distance grid
+//!                                                    |-- mass()             of a homogeneous solid of 1 kg/m^3
+//!                                                    '-- resting()          stable poses on a table
+//! ```
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::{Point3, Vector3};
+
+use crate::{
+    assets::{self, AssetRecord, InsideMethod, MeshRefusal, MeshSource, PreparedMesh},
+    contact::ContactSurface,
+    geom::{Aabb, MassProperties, NoSurface, RestingPoses, SolidGrid, TriMesh, TriangleTree},
+    ids::ObjectId,
+    voxel::{InsideTest, channels::Surface, solid_occupancy},
+};
+
+/// A prepared mesh with its derived parts. Each part is made once, by the first thread that asks for it, and is a function
+/// of the mesh alone (class `exact`).
+pub struct PreparedObject {
+    mesh: TriMesh,
+    record: AssetRecord,
+    solid: OnceLock<Arc<SolidGrid>>,
+    tree: OnceLock<Arc<TriangleTree>>,
+    surface: OnceLock<Arc<Surface>>,
+    contact_surface: OnceLock<Result<Arc<ContactSurface>, NoSurface>>,
+    mass: OnceLock<Option<MassProperties>>,
+    resting: OnceLock<RestingPoses>,
+}
+
+impl PreparedObject {
+    /// Reads, checks and repairs a mesh; parts are made later, when they are asked for.
+    ///
+    /// # Errors
+    /// When the mesh cannot be used; says the file, the place and the remedy.
+    pub fn prepare(source: &MeshSource) -> Result<Self, MeshRefusal> {
+        assets::prepare(source).map(Self::from)
+    }
+
+    /// Content id of the object.
+    pub fn id(&self) -> ObjectId {
+        self.record.object
+    }
+
+    /// The prepared mesh [m], in `Object`.
+    pub fn mesh(&self) -> &TriMesh {
+        &self.mesh
+    }
+
+    /// Its row in the asset table.
+    pub fn record(&self) -> &AssetRecord {
+        &self.record
+    }
+
+    /// Axis-aligned bounding box [m], in `Object`.
+    pub fn bounds(&self) -> Aabb {
+        let lower = Point3::from(self.record.lower);
+        Aabb { min: lower, max: lower + Vector3::from(self.record.extents) }
+    }
+
+    /// Test that tells solid from empty for this mesh.
+    pub fn inside_test(&self) -> InsideTest {
+        inside_test(&self.record)
+    }
+
+    /// The solid: a cell is occupied when its centre lies inside the mesh.
+    pub fn solid(&self) -> &Arc<SolidGrid> {
+        self.solid.get_or_init(|| Arc::new(solid_occupancy(&self.mesh, self.inside_test(), false)))
+    }
+
+    /// Tree over the triangles, for rays and closest triangles.
+    pub fn tree(&self) -> &Arc<TriangleTree> {
+        self.tree.get_or_init(|| Arc::new(TriangleTree::new(&self.mesh)))
+    }
+
+    /// The surface, prepared for closest points with signs.
+    pub fn surface(&self) -> &Arc<Surface> {
+        self.surface.get_or_init(|| Arc::new(Surface::of_tree(&self.mesh, Arc::clone(self.tree()))))
+    }
+
+    /// The surface with its distance grid, for contacts of solids with the true mesh.
+    ///
+    /// # Errors
+    /// When the mesh has no extent.
+    pub fn contact_surface(&self) -> Result<&Arc<ContactSurface>, NoSurface> {
+        let made = self.contact_surface.get_or_init(|| {
+            ContactSurface::of_parts(&self.mesh, Arc::clone(self.surface()), Arc::clone(self.solid())).map(Arc::new)
+        });
+        made.as_ref().map_err(Clone::clone)
+    }
+
+    /// Mass properties of the solid at 1 kg/m^3; `None` when no cell is solid.
+    pub fn mass(&self) -> Option<&MassProperties> {
+        self.mass.get_or_init(|| MassProperties::of_solid(self.solid())).as_ref()
+    }
+
+    /// Stable poses on a table; none when no cell is solid.
+    pub fn resting(&self) -> &RestingPoses {
+        self.resting.get_or_init(|| {
+            self.mass().map_or_else(RestingPoses::default, |mass| RestingPoses::of(&self.mesh, &mass.centre))
+        })
+    }
+}
+
+impl From<PreparedMesh> for PreparedObject {
+    fn from(PreparedMesh { mesh, record }: PreparedMesh) -> Self {
+        Self {
+            mesh,
+            record,
+            solid: OnceLock::new(),
+            tree: OnceLock::new(),
+            surface: OnceLock::new(),
+            contact_surface: OnceLock::new(),
+            mass: OnceLock::new(),
+            resting: OnceLock::new(),
+        }
+    }
+}
+
+/// Test that tells solid from empty for an asset.
+pub fn inside_test(record: &AssetRecord) -> InsideTest {
+    match record.inside {
+        InsideMethod::Crossings => InsideTest::Crossings,
+        InsideMethod::WindingNumber => InsideTest::WindingNumber,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assets::built_in_source;
+
+    #[test]
+    fn parts_are_made_once_and_equal_those_made_alone() {
+        let object = PreparedObject::prepare(&built_in_source("mug-01")).expect("a built-in shape");
+        let solid = solid_occupancy(object.mesh(), object.inside_test(), false);
+        assert_eq!(**object.solid(), solid);
+        assert!(Arc::ptr_eq(object.solid(), object.solid()) && Arc::ptr_eq(object.surface(), object.surface()));
+        let mass = MassProperties::of_solid(&solid).expect("a solid");
+        assert_eq!(object.mass(), Some(&mass));
+        assert_eq!(*object.resting(), RestingPoses::of(object.mesh(), &mass.centre));
+        let contact = object.contact_surface().expect("a surface");
+        let alone = ContactSurface::new(object.mesh(), object.inside_test()).expect("a surface");
+        let bounds = object.bounds();
+        for share in [0.0, 0.3, 0.5, 1.1] {
+            let point = bounds.min + (bounds.max - bounds.min) * share;
+            assert_eq!(contact.signed_distance(&point).to_bits(), alone.signed_distance(&point).to_bits());
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! Depth images of triangle meshes on the CPU, and what a real sensor makes of them.
+
+mod raster;
+mod raster_kernels;
+mod sensor;
+mod sensor_apply;
+mod sensor_field;
+mod source;
+
+pub use raster::Rasteriser;
+pub use sensor::{CONSTANTS as SENSOR_CONSTANTS, InvalidConstant, SensorConstant, SensorModel};
+pub use sensor_apply::SensorScratch;
+pub use source::{DepthError, DepthSource};
+
+pub use crate::geom::RenderMesh;

@@ -1,0 +1,245 @@
+//! The grids of one view: placement, partial, complete, visibility.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+
+use super::{
+    cells::{Cells, pack_rows},
+    complete::Surface,
+    corners::CornerShell,
+    interior::{FineFromGrid, fill_interior, holds},
+    lookup::add_solid,
+    partial::mark_points,
+    placement::{NoGrid, Slopes, place_grid},
+    share::Blocks,
+    visibility::{FreeTables, free_rows},
+};
+use crate::geom::{
+    CameraCv, DepthCrop, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, RenderMesh, SimdLevel, SolidGrid,
+    TriMesh,
+};
+
+/// When a cell of the complete grid is occupied.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Truth {
+    /// Its closed box meets the solid: the surface passes through it or its centre is inside.
+    AnyOverlap,
+    /// Its centre is inside the solid.
+    Centre,
+    /// At least this share of it is solid.
+    Fraction(f64),
+    /// `thesis`: the lower corner of an occupied fine cell falls into it.
+    LowerCorners,
+}
+
+/// An object as the kernels of a view want it; made once an object, shared by its views.
+pub struct SolidObject {
+    /// The surface.
+    pub render: RenderMesh,
+    /// The inside.
+    pub solid: Arc<SolidGrid>,
+    closed: bool,
+    blocks: Blocks,
+    shell: Option<CornerShell>,
+}
+
+impl SolidObject {
+    /// `closed` says that the mesh is watertight: its winding number is constant wherever no surface is crossed. With
+    /// `outward` its faces are wound outward too, so that back faces need not be drawn. `truth` is the rule that
+    /// [`ViewGrids::complete`] will be asked for; `LowerCorners` wants a list of its own.
+    pub fn new(mesh: &TriMesh, solid: impl Into<Arc<SolidGrid>>, closed: bool, outward: bool, truth: Truth) -> Self {
+        let solid = solid.into();
+        Self {
+            render: RenderMesh::new(mesh, closed && outward),
+            closed,
+            blocks: Blocks::new(&solid),
+            shell: (truth == Truth::LowerCorners).then(|| CornerShell::new(&solid)),
+            solid,
+        }
+    }
+}
+
+/// Makes the grids of a view; one a worker, its memory is used again for every view.
+pub struct ViewGrids {
+    level: SimdLevel,
+    slopes: Slopes,
+    cells: Cells,
+    surface: Surface,
+    rows: Vec<u128>,
+    free: FreeTables,
+}
+
+impl ViewGrids {
+    /// Kernels at this level, or at the best one that the machine has.
+    pub fn new(level: SimdLevel) -> Self {
+        Self {
+            level: level.usable(),
+            slopes: Slopes::default(),
+            cells: Cells::default(),
+            surface: Surface::default(),
+            rows: Vec::new(),
+            free: FreeTables::default(),
+        }
+    }
+
+    /// The grid that a depth image asks for: see [`GridPlacement`].
+    ///
+    /// # Errors
+    /// When nothing is seen, or one point only.
+    pub fn place(&mut self, crop: &DepthCrop, camera: &Intrinsics, resolution: u32) -> Result<GridPlacement, NoGrid> {
+        place_grid(self.level, crop, camera, &mut self.slopes, resolution)
+    }
+
+    /// Cells that hold a seen point: floor((p - centre) / cell_size + anchor), in double precision from the depth as it
+    /// stands. Points outside the grid are dropped, with `drop_index_zero` also those whose cell has index 0 on any axis.
+    pub fn partial(
+        &mut self,
+        crop: &DepthCrop,
+        camera: &Intrinsics,
+        placement: &GridPlacement,
+        drop_index_zero: bool,
+        grid: &mut OccupancyGrid,
+    ) {
+        self.cells.reset(placement.resolution);
+        self.slopes.set(crop, camera);
+        if crop.width > 0 {
+            mark_points(self.level, crop, &self.slopes, placement, &mut self.cells);
+        }
+        self.pack_cells(placement.resolution, drop_index_zero, grid);
+    }
+
+    /// Cells that the object occupies under a rule.
+    ///
+    /// - `AnyOverlap`: the closed cell box, widened by 1e-6 of the distance (the rounding of depth), meets a triangle, or
+    ///   the cell's centre is inside. Every depth point of [`crate::render::Rasteriser`] lies in such a cell.
+    /// - `Centre`: the fine cell of [`SolidGrid`] that holds the cell's centre is solid.
+    /// - `Fraction`: of 4 x 4 x 4 evenly spaced points of the cell at least this share lies in solid fine cells; cells
+    ///   that the surface does not meet are all or nothing.
+    /// - `LowerCorners`: the lower corner of a solid fine cell falls into the cell, floor((p - centre) / cell_size +
+    ///   anchor), in single precision.
+    ///
+    /// With `drop_index_zero` cells with index 0 on any axis stay empty.
+    ///
+    /// # Panics
+    /// If `LowerCorners` is asked of an object that was not made for it.
+    pub fn complete(
+        &mut self,
+        object: &SolidObject,
+        camera_from_object: &Pose<CameraCv, Object>,
+        placement: &GridPlacement,
+        truth: Truth,
+        drop_index_zero: bool,
+        grid: &mut OccupancyGrid,
+    ) {
+        self.cells.reset(placement.resolution);
+        match truth {
+            Truth::AnyOverlap => self.overlap_rows(object, camera_from_object, placement),
+            Truth::Fraction(share) => self.fraction_rows(object, camera_from_object, placement, share),
+            Truth::Centre => self.centre_rows(object, camera_from_object, placement),
+            Truth::LowerCorners => {
+                let shell = object.shell.as_ref().expect("the object was made for another truth");
+                shell.mark(self.level, &object.solid, camera_from_object, placement, &mut self.cells);
+                self.cells.rows(self.level, &mut self.rows);
+                shell.fill(self.level, &object.solid, camera_from_object, placement, &mut self.rows);
+            }
+        }
+        if drop_index_zero {
+            let n = placement.resolution as usize;
+            for (place, row) in self.rows.iter_mut().enumerate() {
+                *row = if place < n || place % n == 0 { 0 } else { *row & !1 };
+            }
+        }
+        pack_rows(&self.rows, placement.resolution, grid);
+    }
+
+    /// Cells that the camera sees to be free: the pixel that the centre falls into has a larger depth than the centre,
+    /// or no return. Cells of `partial` are surface, so they are left out; what is neither is unseen.
+    pub fn free(
+        &mut self,
+        crop: &DepthCrop,
+        camera: &Intrinsics,
+        placement: &GridPlacement,
+        partial: &OccupancyGrid,
+        grid: &mut OccupancyGrid,
+    ) {
+        let n = placement.resolution as usize;
+        self.free.set(self.level, crop, camera, placement);
+        self.rows.clear();
+        self.rows.resize(n * n, 0);
+        free_rows(self.level, &self.free, n, &mut self.rows);
+        pack_rows(&self.rows, placement.resolution, grid);
+        for (free, surface) in grid.bytes_mut().iter_mut().zip(partial.bytes()) {
+            *free &= !surface;
+        }
+    }
+
+    /// Share of the solid's fine cells whose centre lies inside the grid, 0 to 1.
+    pub fn solid_share(
+        &self,
+        object: &SolidObject,
+        camera_from_object: &Pose<CameraCv, Object>,
+        placement: &GridPlacement,
+    ) -> f64 {
+        object.blocks.share(self.level, &object.solid, camera_from_object, placement)
+    }
+
+    fn pack_cells(&mut self, resolution: u32, drop_index_zero: bool, grid: &mut OccupancyGrid) {
+        if drop_index_zero {
+            self.cells.drop_index_zero();
+        }
+        self.cells.rows(self.level, &mut self.rows);
+        pack_rows(&self.rows, resolution, grid);
+    }
+
+    fn overlap_rows(&mut self, object: &SolidObject, pose: &Pose<CameraCv, Object>, placement: &GridPlacement) {
+        self.surface.mark(self.level, &object.render, pose, placement, &mut self.cells);
+        self.cells.rows(self.level, &mut self.rows);
+        fill_interior(&mut self.rows, &object.solid, object.closed, &object.render, &self.surface, pose, placement);
+    }
+
+    fn fraction_rows(
+        &mut self,
+        object: &SolidObject,
+        pose: &Pose<CameraCv, Object>,
+        placement: &GridPlacement,
+        share: f64,
+    ) {
+        const POINTS: usize = 4;
+        self.overlap_rows(object, pose, placement);
+        let n = placement.resolution as usize;
+        let side = self.cells.side();
+        let fine = FineFromGrid::new(&object.solid, pose, placement);
+        let inside = |cell: [usize; 3]| {
+            let points = (0..POINTS.pow(3)).map(|point| {
+                let offset = [point / POINTS / POINTS, point / POINTS % POINTS, point % POINTS];
+                std::array::from_fn(|axis| cell[axis] as f64 + (offset[axis] as f64 + 0.5) / POINTS as f64)
+            });
+            points.filter(|point| holds(&object.solid, &fine.at(*point))).count()
+        };
+        for (place, row) in self.rows.iter_mut().enumerate() {
+            let (x, y) = (place / n, place % n);
+            for z in 0..n {
+                if self.cells.bytes[((x + 1) * side + y + 1) * side + z + 1] != 0
+                    && (inside([x, y, z]) as f64) < share * POINTS.pow(3) as f64
+                {
+                    *row &= !(1 << z);
+                }
+            }
+        }
+    }
+
+    fn centre_rows(&mut self, object: &SolidObject, pose: &Pose<CameraCv, Object>, placement: &GridPlacement) {
+        let n = placement.resolution as usize;
+        let fine = FineFromGrid::new(&object.solid, pose, placement);
+        self.rows.clear();
+        self.rows.resize(n * n, 0);
+        add_solid(self.level, &object.solid, &fine, 0.0, n, &mut self.rows);
+    }
+}
+
+/// Grid coordinates of a point in `CameraCv`.
+pub(super) fn grid_coordinates(placement: &GridPlacement, point: &Point3<f64>) -> [f64; 3] {
+    let anchor = placement.anchor();
+    std::array::from_fn(|axis| (point[axis] - placement.centre[axis]) / placement.cell_size + anchor[axis])
+}

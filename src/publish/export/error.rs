@@ -1,0 +1,130 @@
+//! What can go wrong with an export.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use super::FORMATS;
+use format::{Product, dataset::DatasetError};
+use kernel::ids::SampleIndex;
+
+/// What can go wrong with an export.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The dataset can't be read, or the output folder is none that can be filled.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// The dataset is of a product that has no such form.
+    #[error("a dataset of {product}: only {of} datasets have the form {format}; {}", forms(*product))]
+    OtherProduct {
+        /// Its product.
+        product: Product,
+        /// What was asked for.
+        format: &'static str,
+        /// The product that has it.
+        of: Product,
+    },
+    /// Bytes per cell in a format that has packed bits alone.
+    #[error("{format} holds packed bits alone; leave out --unpacked, or give --to npy")]
+    AlwaysPacked {
+        /// The format.
+        format: &'static str,
+    },
+    /// A map is written as a whole.
+    #[error("graspit writes the whole grid of poses; leave out split, object and limit")]
+    WholeGrid,
+    /// A map over directions in files that know six axes only.
+    #[error(
+        "graspit's files hold six axes, and this map has directions in place of pitch and yaw; export a map whose job gives \
+         `roll`, `pitch` and `yaw`, or read field.mcap"
+    )]
+    Directions,
+    /// Grasps that were not tried.
+    #[error("this dataset has no trials; run its job with [physics] in it")]
+    NoTrials,
+    /// A hand that cannot be told without further files.
+    #[error(
+        "shapes.mcap has no hand for plain MuJoCo: its description names mesh files, and a body of it has no name; name its \
+         bodies"
+    )]
+    NoPlainHand,
+    /// An object without inside.
+    #[error("{name} has no solid inside to be weighed")]
+    NoSolid {
+        /// The object.
+        name: String,
+    },
+    /// A row of the asset table that does not say how the object's inside was told.
+    #[error("assets.json: `inside` of {name} is {}, expected winding_number or crossings; `verify` the dataset", found.as_deref().unwrap_or("missing"))]
+    NoInside {
+        /// The object.
+        name: String,
+        /// What stands there.
+        found: Option<String>,
+    },
+    /// The dataset has no object of that name.
+    #[error("no object is called '{name}'; the dataset has {}", listed(known))]
+    UnknownObject {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// No sample passes the selection.
+    #[error("no sample is selected, of {kept} in the dataset; widen split, objects or limit")]
+    NothingSelected {
+        /// Stored samples of the dataset.
+        kept: u64,
+    },
+    /// Arrays need grids of one size.
+    #[error("sample {index} has {found} cells a side, the first one {expected}; export one resolution at a time")]
+    OtherResolution {
+        /// The sample.
+        index: SampleIndex,
+        /// Its resolution.
+        found: u32,
+        /// The array's.
+        expected: u32,
+    },
+    /// The operating system refused a read or write.
+    #[error("{action} {}: {source}; free space or mend permissions, then export again", path.display())]
+    Io {
+        /// What was tried: "writing", "creating", ...
+        action: &'static str,
+        /// On which file.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+}
+
+impl ExportError {
+    /// Wraps an I/O error with what was tried on which file.
+    pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+/// The formats of a product, as a remedy.
+fn forms(product: Product) -> String {
+    let forms = FORMATS.iter().filter(|format| format.product == product);
+    let names: Vec<&str> = forms.map(|format| format.name).collect();
+    match names.as_slice() {
+        [] => "its shards are MCAP: read them as docs/format.md says".to_owned(),
+        [name] => format!("give --to {name}"),
+        [others @ .., last] => format!("give --to {} or {last}", others.join(", ")),
+    }
+}
+
+/// A few names, and how many more.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 12;
+    let mut sorted: Vec<&str> = names.iter().map(String::as_str).collect();
+    sorted.sort_unstable();
+    let head = sorted.iter().take(SHOWN).copied().collect::<Vec<_>>().join(", ");
+    match sorted.len().checked_sub(SHOWN) {
+        Some(more) if more > 0 => format!("{head} and {more} more (see `graspmill inspect`)"),
+        _ => head,
+    }
+}

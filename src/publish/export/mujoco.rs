@@ -1,0 +1,222 @@
+//! Trials of grasps as folders that plain MuJoCo replays.
+
+use std::{
+    collections::BTreeMap,
+    io::{self, Write},
+};
+
+use serde_json::json;
+
+use super::{
+    ExportError, ExportFormat, ExportSelection, Written, names::object_folders, target::Target, wanted_objects,
+};
+use format::{
+    Channel, GraspTrials, Noun, Product, TrialMethod,
+    dataset::{AssetRow, DatasetReader, Sample},
+    products::grasps::Shapes,
+};
+use kernel::{
+    geom::{MassProperties, TriMesh},
+    ids::{ObjectId, SampleIndex},
+    voxel::{InsideTest, solid_occupancy},
+};
+
+/// Program that runs the trials again; it needs MuJoCo and NumPy alone.
+const REPLAY: &str = include_str!("replay.py");
+
+/// `<object>/scene.xml` and `grasps.json` of a dataset of grasps that were tried, with `hand.xml`, `drive.json` and
+/// `replay.py`, which makes the trials again in plain MuJoCo.
+pub(super) static FORMAT: ExportFormat = ExportFormat {
+    name: "mujoco",
+    summary: "Trials of grasps as scenes of plain MuJoCo, and a script that makes them again.",
+    product: Product::GRASPS,
+    counted: Noun { one: "grasp", many: "grasps" },
+    has_unpacked: false,
+    layout: |_| {
+        "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
+         <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
+         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], and what came of each trial; replay.py \
+         makes the trials again and writes agreement.json"
+    },
+    write,
+};
+
+/// A grasp that was tried: its sample, and the index of its trial.
+type TriedGrasp = (SampleIndex, usize);
+
+/// Writes `hand.xml`, `drive.json`, `replay.py`, and a folder per object with `object.obj`, `scene.xml`, `scene_sdf.xml` and
+/// `grasps.json`.
+fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Target) -> Result<Written, ExportError> {
+    if !reader.manifest().topics.iter().any(|topic| topic == Channel::GRASP_TRIALS.topic) {
+        return Err(ExportError::NoTrials);
+    }
+    let shapes = Shapes::open(reader.folder())?;
+    let hand = shapes.trial_hand()?.ok_or(ExportError::NoPlainHand)?;
+    let assets = reader.assets()?.objects;
+    let chosen = chosen(reader, &assets, selection)?;
+    target.write("hand.xml", hand.mjcf.as_bytes())?;
+    target.write("drive.json", hand.drive.as_bytes())?;
+    target.write("replay.py", REPLAY.as_bytes())?;
+    let (folders, mut grasps) = (object_folders(&assets), 0);
+    for (index, row) in assets.iter().enumerate() {
+        if let Some(tried) = chosen.get(&row.object) {
+            let mesh = shapes.object(index)?.mesh;
+            let folder = folders.get(&row.object).map_or("object", String::as_str);
+            object(reader, row, &mesh, tried, (folder, &mut *target))?;
+            grasps += tried.len() as u64;
+        }
+    }
+    Ok(Written::selection(grasps, "grasps", selection))
+}
+
+/// Tried grasps by object: all of the selection, or as many as are asked for, evenly over it.
+fn chosen(
+    reader: &DatasetReader,
+    assets: &[AssetRow],
+    selection: &ExportSelection,
+) -> Result<BTreeMap<ObjectId, Vec<TriedGrasp>>, ExportError> {
+    let wanted = wanted_objects(assets, &selection.objects)?;
+    let mut all = Vec::new();
+    for sample in reader.iter(selection.samples) {
+        let sample = sample?;
+        if wanted.is_empty() || wanted.contains(&sample.id.subject) {
+            let trials = trials(&sample)?.trials.len();
+            all.extend((0..trials).map(|trial| (sample.id.subject, (sample.index, trial))));
+        }
+    }
+    if all.is_empty() {
+        return Err(ExportError::NothingSelected { kept: reader.manifest().counts.kept });
+    }
+    let count = selection.limit.map_or(all.len(), |limit| usize::try_from(limit).unwrap_or(usize::MAX).min(all.len()));
+    let mut chosen = BTreeMap::<_, Vec<_>>::new();
+    for place in 0..count {
+        let (object, tried) = all[(place as u128 * all.len() as u128 / count as u128) as usize];
+        chosen.entry(object).or_default().push(tried);
+    }
+    Ok(chosen)
+}
+
+fn trials(sample: &Sample) -> Result<GraspTrials, ExportError> {
+    sample.grasp_trials()?.ok_or(ExportError::NoTrials)
+}
+
+/// One object's folder.
+fn object(
+    reader: &DatasetReader,
+    row: &AssetRow,
+    mesh: &TriMesh,
+    tried: &[TriedGrasp],
+    (folder, target): (&str, &mut Target),
+) -> Result<(), ExportError> {
+    let solid = solid_occupancy(mesh, inside_test(row)?, false);
+    let unit = MassProperties::of_solid(&solid).ok_or_else(|| ExportError::NoSolid { name: row.name.clone() })?;
+    let (mut grasps, mut method) = (Vec::new(), None);
+    for (index, place) in tried {
+        let sample = reader.sample(*index)?.ok_or(ExportError::NoTrials)?;
+        let (run, mut trials) = (sample.grasp_run()?, trials(&sample)?);
+        let trial = trials.trials.swap_remove(*place);
+        let grasp = &run.grasps[trial.grasp as usize];
+        grasps.push(json!({
+            "item": sample.id.item.0,
+            "grasp": trial.grasp,
+            "posture": grasp.posture,
+            "object_from_base": grasp.object_from_base.to_rows(),
+            "expected": {
+                "verdict": trial.outcome.verdict.name(),
+                "time": trial.outcome.time,
+                "closing_time": trial.outcome.closing_time,
+                "farthest": trial.outcome.farthest,
+                "perturbed": trial.perturbed.iter().map(|run| run.outcome.verdict.name()).collect::<Vec<_>>(),
+                "closed_joints": trial.closed.map(|closed| closed.joints),
+            },
+        }));
+        method = Some(trials.method);
+    }
+    let Some(method) = method else { return Ok(()) };
+    let told = json!({
+        "name": row.name,
+        "object": row.object.to_string(),
+        "mass": method.mass,
+        "mass_from": method.mass_from,
+        "friction": method.friction,
+        "torsion": method.torsion,
+        "gravity": method.gravity,
+        "grasps": grasps,
+    });
+    target.write(&format!("{folder}/grasps.json"), pretty(&told).as_bytes())?;
+    let (mut file, path) = target.open(&format!("{folder}/object.obj"))?;
+    write_obj(&mut file, mesh).and_then(|()| file.flush()).map_err(ExportError::io("writing", &path))?;
+    let [triangles, distances] = scenes(&method, &unit);
+    target.write(&format!("{folder}/scene.xml"), triangles.as_bytes())?;
+    target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
+}
+
+/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram. Small objects have thousands of
+/// triangles near a hand: MuJoCo's own share of memory would not hold what may touch.
+fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
+    let body = |assets: &str, geometry: &str| {
+        let at = |row, column| method.mass * unit.inertia[(row, column)];
+        let [x, y, z] = unit.centre.coords.into();
+        format!(
+            concat!(
+                "<mujoco model=\"trials\">\n  <include file=\"../hand.xml\"/>\n  <size memory=\"256M\"/>\n{}  <worldbody>\n    <body name=\"object\">\n",
+                "      <freejoint name=\"object\"/>\n",
+                "      <inertial mass=\"{}\" pos=\"{} {} {}\" fullinertia=\"{} {} {} {} {} {}\"/>\n{}",
+                "    </body>\n  </worldbody>\n</mujoco>\n"
+            ),
+            assets,
+            method.mass,
+            x,
+            y,
+            z,
+            at(0, 0),
+            at(1, 1),
+            at(2, 2),
+            at(0, 1),
+            at(0, 2),
+            at(1, 2),
+            geometry
+        )
+    };
+    // The object's friction counts, whatever touches it.
+    let contact = format!(
+        "priority=\"1\" condim=\"{}\" friction=\"{} {} 0.0001\" solref=\"0.004 1\" solimp=\"0.95 0.995 0.0005 0.5 2\"",
+        if method.torsion > 0.0 { 4 } else { 3 },
+        method.friction,
+        method.friction * method.torsion,
+    );
+    let triangles = format!(
+        concat!(
+            "      <flexcomp name=\"object\" type=\"mesh\" file=\"object.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
+            "rgba=\"0.8 0.6 0.3 1\">\n        <contact {} selfcollide=\"none\"/>\n      </flexcomp>\n"
+        ),
+        contact
+    );
+    let asset = "  <asset>\n    <mesh name=\"object\" file=\"object.obj\" inertia=\"shell\"/>\n  </asset>\n";
+    let distances = format!("      <geom type=\"sdf\" mesh=\"object\" mass=\"0\" {contact}/>\n");
+    [body("", &triangles), body(asset, &distances)]
+}
+
+/// A mesh [m] as Wavefront OBJ; numbers as short as they read back the same.
+fn write_obj(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
+    for [x, y, z] in &mesh.vertices {
+        writeln!(out, "v {x} {y} {z}")?;
+    }
+    for [a, b, c] in mesh.triangles.iter().copied() {
+        writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
+    }
+    Ok(())
+}
+
+fn pretty(value: &serde_json::Value) -> String {
+    serde_json::to_string_pretty(value).expect("plain data with text keys") + "\n"
+}
+
+/// How the trials told inside from outside, as the asset table says.
+fn inside_test(row: &AssetRow) -> Result<InsideTest, ExportError> {
+    match row.facts.get("inside").and_then(|inside| inside.as_str()) {
+        Some("winding_number") => Ok(InsideTest::WindingNumber),
+        Some("crossings") => Ok(InsideTest::Crossings),
+        found => Err(ExportError::NoInside { name: row.name.clone(), found: found.map(str::to_owned) }),
+    }
+}

@@ -1,0 +1,78 @@
+//! `samples.csv`: which sample each row of the arrays, or each file, is (RFC 4180, with a heading).
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::PathBuf,
+};
+
+use super::{ExportError, pairs::PairSample, target::Target};
+
+const HEADING: &str = "row,sample_index,sample,object,subject,item,instance,camera,split,partial_cells,complete_cells,\
+    both_cells,solid_share,resolution,cell_size,centre_x,centre_y,centre_z,stem";
+
+/// The table while it grows.
+pub(super) struct SampleTable {
+    file: BufWriter<File>,
+    path: PathBuf,
+    rows: u64,
+}
+
+impl SampleTable {
+    pub fn create(target: &mut Target) -> Result<Self, ExportError> {
+        let (mut file, path) = target.open("samples.csv")?;
+        writeln!(file, "{HEADING}").map_err(ExportError::io("writing", &path))?;
+        Ok(Self { file, path, rows: 0 })
+    }
+
+    /// One sample.
+    pub fn row(&mut self, sample: &PairSample<'_>) -> Result<(), ExportError> {
+        let PairSample { pair, object, split, stem, .. } = *sample;
+        let (index, id, grid, row) = (sample.index(), pair.sample, pair.grid, self.rows);
+        self.rows += 1;
+        writeln!(
+            self.file,
+            "{row},{index},{id},{},{},{},{},{},{split},{},{},{},{},{},{},{},{},{},{}",
+            quoted(object),
+            id.subject,
+            id.item,
+            id.instance,
+            id.camera,
+            pair.partial_cells,
+            pair.complete_cells,
+            pair.both_cells,
+            pair.solid_share,
+            grid.resolution,
+            grid.cell_size,
+            grid.centre.x,
+            grid.centre.y,
+            grid.centre.z,
+            quoted(stem),
+        )
+        .map_err(ExportError::io("writing", &self.path))
+    }
+
+    pub fn finish(mut self) -> Result<(), ExportError> {
+        self.file.flush().map_err(ExportError::io("writing", &self.path))
+    }
+}
+
+/// A field, in quotes where it needs them.
+fn quoted(field: &str) -> String {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_quoted_as_the_rfc_says() {
+        assert_eq!(quoted("mug"), "mug");
+        assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
+    }
+}

@@ -1,0 +1,57 @@
+//! The folder of an export: it appears when it is complete, and replaces nothing.
+
+use std::{
+    fs::{self, File},
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use super::ExportError;
+use format::dataset::NewFolder;
+
+/// An output folder under a temporary name; dropped before [`Target::publish`], it leaves nothing.
+pub(super) struct Target {
+    folder: NewFolder,
+    /// Last folder made below, so that a folder of many files is made once.
+    last_folder: PathBuf,
+    files: u64,
+}
+
+impl Target {
+    /// A target for `out`, which must not exist or be an empty folder.
+    pub fn create(out: &Path) -> Result<Self, ExportError> {
+        let folder = NewFolder::begin(out)?;
+        Ok(Self { last_folder: folder.path().to_owned(), folder, files: 0 })
+    }
+
+    /// Opens a new file below the folder; also returns where it stands for the time being.
+    pub fn open(&mut self, name: &str) -> Result<(BufWriter<File>, PathBuf), ExportError> {
+        let (file, path) = self.file(name)?;
+        Ok((BufWriter::with_capacity(128 << 10, file), path))
+    }
+
+    /// Writes a whole file.
+    pub fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), ExportError> {
+        let (mut file, path) = self.file(name)?;
+        file.write_all(bytes).map_err(ExportError::io("writing", &path))
+    }
+
+    /// Opens a new file below the folder, for writers with a buffer of their own.
+    pub fn file(&mut self, name: &str) -> Result<(File, PathBuf), ExportError> {
+        let path = self.folder.path().join(name);
+        let folder = path.parent().unwrap_or(self.folder.path());
+        if folder != self.last_folder {
+            fs::create_dir_all(folder).map_err(ExportError::io("creating", folder))?;
+            self.last_folder = folder.to_owned();
+        }
+        let file = File::create_new(&path).map_err(ExportError::io("creating", &path))?;
+        self.files += 1;
+        Ok((file, path))
+    }
+
+    /// Gives the folder its name; how many files it has.
+    pub fn publish(self) -> Result<u64, ExportError> {
+        self.folder.publish()?;
+        Ok(self.files)
+    }
+}

@@ -1,0 +1,144 @@
+//! Facts that the inspections of all products share, and an inspection of any product.
+
+use std::{collections::BTreeMap, fmt, path::Path};
+
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::Value;
+
+use super::{chart::grouped, notes::RunNotes, products::pages_of};
+use format::{
+    Product,
+    dataset::{DatasetError, DatasetReader},
+};
+use kernel::{
+    ids::{Digest, JobDigest},
+    words::NumberClass,
+};
+
+/// Facts that the inspections of all products share.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InspectionHeader {
+    /// The job's name; the folder's when the job has none.
+    pub name: String,
+    /// Program and version that made it.
+    pub generator: String,
+    /// Its product.
+    pub product: Product,
+    /// Format on disk.
+    pub format_version: u32,
+    /// The digest that names the dataset.
+    pub root: Digest,
+    /// Digest of the samples of each class of numbers.
+    pub classes: BTreeMap<NumberClass, Digest>,
+    /// The job.
+    pub job: JobDigest,
+    /// Shards.
+    pub shards: u64,
+    /// Size of all shards [bytes].
+    pub shard_bytes: u64,
+    /// Things a user should know.
+    pub warnings: Vec<String>,
+    /// Notes of the run about itself; part of no digest.
+    pub notes: RunNotes,
+}
+
+impl InspectionHeader {
+    /// The header of a finished dataset: reads job, manifest and notes.
+    pub(super) fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+        let manifest = reader.manifest();
+        Ok(Self {
+            name: name_of(reader)?,
+            generator: manifest.generator.clone(),
+            product: manifest.product,
+            format_version: manifest.format_version,
+            root: manifest.root,
+            classes: manifest.classes.clone(),
+            job: manifest.job,
+            shards: manifest.shards.len() as u64,
+            shard_bytes: manifest.shards.iter().map(|shard| shard.bytes).sum(),
+            warnings: manifest.warnings.clone(),
+            notes: RunNotes::read(reader.folder())?,
+        })
+    }
+
+    /// Writes what names the dataset: its name and its root digest.
+    pub(super) fn write_names(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {}, format {}, made by {}", self.name, self.product, self.format_version, self.generator)?;
+        writeln!(f, "  root      {}", self.root)
+    }
+
+    /// Writes the line about shards, without its end.
+    pub(super) fn write_shards(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "  shards    {} with {} bytes", grouped(self.shards), grouped(self.shard_bytes))
+    }
+
+    /// Writes a line for each warning.
+    pub(super) fn write_warnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.warnings.iter().try_for_each(|line| writeln!(f, "warning: {line}"))
+    }
+}
+
+/// The facts of a dataset of any product. `Display` is for people; serialised, it is for machines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inspection {
+    text: String,
+    facts: Value,
+}
+
+impl Inspection {
+    /// An inspection out of the facts of a product.
+    pub(super) fn of(facts: &(impl fmt::Display + Serialize)) -> Self {
+        Self {
+            text: facts.to_string(),
+            facts: serde_json::to_value(facts).expect("facts are plain data with text keys"),
+        }
+    }
+}
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl Serialize for Inspection {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.facts.serialize(serializer)
+    }
+}
+
+/// The facts of a finished dataset of any product: reads manifest, tables and the shards' ledgers, one at a time, and as many
+/// samples as the product's facts need.
+///
+/// # Errors
+/// When the dataset is not finished, or a file is missing or damaged.
+pub fn inspect(folder: &Path) -> Result<Inspection, DatasetError> {
+    let reader = DatasetReader::open(folder)?;
+    Ok((pages_of(reader.manifest().product).survey)(&reader)?.inspection())
+}
+
+/// Opens a finished dataset of one product.
+///
+/// # Errors
+/// When the dataset is not finished, damaged, or of another product.
+pub(super) fn open_of(folder: &Path, product: Product) -> Result<DatasetReader, DatasetError> {
+    let reader = DatasetReader::open(folder)?;
+    let found = reader.manifest().product;
+    if found == product {
+        return Ok(reader);
+    }
+    Err(DatasetError::Invalid {
+        path: folder.to_owned(),
+        problem: format!("a dataset of {found}, not of {product}"),
+        remedy: "`graspmill inspect` prints the facts of either",
+    })
+}
+
+/// Name of a dataset's job as its text says it; else the name of the folder.
+pub(super) fn name_of(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let job: Option<toml::Table> = reader.job_text()?.parse().ok();
+    let job = job.unwrap_or_default();
+    let named = (job.get("name")).or_else(|| job.get("job")?.get("name")).and_then(|name| name.as_str());
+    let folder = || reader.folder().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(named.map_or_else(folder, str::to_owned))
+}

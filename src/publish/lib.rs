@@ -1,0 +1,63 @@
+//! Everything that people look at: facts and reports of datasets, pictures of samples, releases.
+//!
+//! All is drawn in plain Rust without a display, and two reports of one dataset have the same bytes. [`make_release`] makes
+//! a release out of a dataset: the same folder with card, datasheet, licences, metadata, provenance and digests;
+//! [`check_release`] checks one. Everything that this room knows of a product stands in its row of
+//! [`PRODUCTS`](products::PRODUCTS).
+
+mod chart;
+mod check;
+mod counts;
+mod escape;
+pub mod export;
+mod grasp_types;
+mod inspection;
+mod notes;
+mod page;
+pub mod picture;
+pub mod preview;
+mod product;
+pub mod products;
+mod release;
+mod report;
+mod tally;
+mod templates;
+
+pub use check::{ReleaseCheck, check_release};
+pub use counts::{CountedParts, counted_parts, counts_in_words};
+pub use grasp_types::TypeFacts;
+pub use inspection::{Inspection, InspectionHeader, inspect};
+pub use notes::{RunNotes, Speed};
+pub use product::{ProductPages, WritePreview};
+pub use products::{
+    completion::{
+        CompletionInspection, HandFacts, ObjectFacts, Setup, SplitFacts, TouchFacts, TouchKind, inspect_completion,
+    },
+    grasps::{
+        Calibration, GraspedObject, GraspsInspection, ReliabilityBin, TableFacts, TrialsInspection, inspect_grasps,
+    },
+    pages_of,
+    patches::{ChosenType, LookedAtObject, PatchesInspection, inspect_patches},
+    reachability::{AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability},
+};
+pub use release::{
+    About, Author, LicenceStatement, LicenceTerms, Published, ReleaseError, ReleaseOptions, make_release,
+};
+pub use report::{ReportSummary, report};
+pub use tally::Spread;
+
+use std::path::{Path, PathBuf};
+
+use crate::preview::PreviewError;
+use format::dataset::DatasetReader;
+use kernel::render::DepthSource;
+
+/// Writes `preview.mcap` into the folder of a finished dataset: a few samples, or a map, in the well-known schemas that Foxglove
+/// and Rerun draw. Depth images that the dataset does not store are taken from the source, where there is one.
+///
+/// # Errors
+/// When the dataset is not finished or damaged, the file cannot be written, or the source fails.
+pub fn write_preview(folder: &Path, depth: Option<&mut dyn DepthSource>) -> Result<PathBuf, PreviewError> {
+    let reader = DatasetReader::open(folder)?;
+    (pages_of(reader.manifest().product).write_preview)(&reader, depth)
+}

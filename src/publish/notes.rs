@@ -1,0 +1,90 @@
+//! Notes of a run about itself beside the data: its speed, and the findings of its leak check.
+//!
+//! `notes.json` stands in the dataset's folder but is part of no digest and of no manifest: two runs of one job differ
+//! in it and in nothing else. Reports and inspections do without it when it is not there.
+
+use std::{
+    collections::BTreeMap,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+
+use format::dataset::DatasetError;
+
+/// The file's name.
+const NOTES: &str = "notes.json";
+
+/// Notes of a run about itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunNotes {
+    /// Speed of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<Speed>,
+    /// Findings of the leak check: counts by name (`straddling_views`, `twin_groups`, ...).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub leaks: BTreeMap<String, u64>,
+}
+
+/// Speed of a run; for an interrupted run, that of its last part.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Speed {
+    /// Samples made, kept or rejected.
+    pub samples: u64,
+    /// Wall time from start to the closed dataset [s].
+    pub seconds: f64,
+    /// Threads at work.
+    pub threads: u32,
+    /// Largest resident memory of the process, where known [bytes].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_memory: Option<u64>,
+}
+
+impl Speed {
+    /// Samples per second.
+    pub fn rate(&self) -> f64 {
+        if self.seconds > 0.0 { self.samples as f64 / self.seconds } else { 0.0 }
+    }
+}
+
+impl RunNotes {
+    /// Reads the notes of a dataset's folder; empty ones when there are none.
+    ///
+    /// # Errors
+    /// When the file can't be read or is no such JSON.
+    pub fn read(folder: &Path) -> Result<Self, DatasetError> {
+        let path = folder.join(NOTES);
+        match fs::read(&path) {
+            Ok(text) => serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
+                path,
+                problem: error.to_string(),
+                remedy: "delete it: it holds nothing but speed figures and the leak check's counts",
+            }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(source) => Err(DatasetError::Io { action: "reading", path, source }),
+        }
+    }
+
+    /// Writes the notes into a dataset's folder, in place of older ones.
+    ///
+    /// # Errors
+    /// When the file can't be written.
+    pub fn write(&self, folder: &Path) -> Result<(), DatasetError> {
+        let text = serde_json::to_string_pretty(self).expect("notes are plain data with text keys") + "\n";
+        write_in_place(&folder.join(NOTES), text.as_bytes())
+    }
+}
+
+/// Writes a file under a temporary name beside it and renames it, so that no reader sees half of it.
+pub(super) fn write_in_place(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary: PathBuf = path.with_file_name(name);
+    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|source| {
+        // The rest of a failed write helps nobody; the first error is the one to tell.
+        let _ = fs::remove_file(&temporary);
+        DatasetError::Io { action: "writing", path: path.to_owned(), source }
+    })
+}

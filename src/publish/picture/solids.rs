@@ -1,0 +1,124 @@
+//! Solids as shaded pictures: robots' and hands' shapes, by one ray a subpixel.
+
+use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
+
+use super::{Colour, Oklab, Picture};
+use kernel::geom::TouchShape;
+
+/// Subpixels along each side of a pixel.
+const FINE: u32 = 2;
+
+/// A shape to draw.
+pub struct Solid<'a> {
+    /// The shape.
+    pub shape: &'a TouchShape,
+    /// Where it is in the world [m].
+    pub place: IsometryMatrix3<f64>,
+    /// Its colour in full light.
+    pub colour: Colour,
+}
+
+/// From where solids are looked at: from afar, z up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolidView {
+    /// Where the eye stands: angle about z from the x axis [rad].
+    pub azimuth: f64,
+    /// Angle above the horizon [rad].
+    pub elevation: f64,
+    /// Point in the picture's middle [m].
+    pub middle: Point3<f64>,
+    /// Length of the world that a side of the picture shows [m].
+    pub extent: f64,
+}
+
+/// A square picture of `side` pixels on a clear ground.
+pub fn solid_picture(solids: &[Solid<'_>], view: &SolidView, side: u32) -> Picture {
+    let ((sa, ca), (se, ce)) = (libm::sincos(view.azimuth), libm::sincos(view.elevation));
+    let to_eye = Unit::new_unchecked(Vector3::new(ca * ce, sa * ce, se));
+    let right = Vector3::new(-sa, ca, 0.0);
+    let up = to_eye.cross(&right);
+    let fine = side * FINE;
+    let pixel = view.extent / f64::from(fine);
+    // Far enough that everything lies before the eye.
+    let back = 4.0 * view.extent;
+    let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.place)).collect();
+    let mut colours = vec![None; (fine * fine) as usize];
+    for (place, colour) in colours.iter_mut().enumerate() {
+        let (column, row) = (place as u32 % fine, place as u32 / fine);
+        let across = (f64::from(column) + 0.5) * pixel - view.extent / 2.0;
+        let above = view.extent / 2.0 - (f64::from(row) + 0.5) * pixel;
+        let from = view.middle + right * across + up * above + to_eye.into_inner() * back;
+        let near = solids.iter().zip(&balls).filter(|(_, (centre, radius))| {
+            let off = centre - from;
+            off.norm_squared() - off.dot(&to_eye).powi(2) <= radius * radius
+        });
+        let hits = near.filter_map(|(solid, _)| {
+            let (far, normal) = solid.shape.first_hit(&solid.place, &from, &-to_eye, 2.0 * back)?;
+            Some((far, normal, solid.colour))
+        });
+        let first = hits.min_by(|a, b| a.0.total_cmp(&b.0));
+        *colour = first.map(|(_, normal, colour)| shaded(colour, &normal, &to_eye, &up, &right));
+    }
+    smooth(&colours, side)
+}
+
+/// Light from above the eye's left shoulder, and a little from everywhere.
+fn shaded(
+    colour: Colour,
+    normal: &Vector3<f64>,
+    to_eye: &Vector3<f64>,
+    up: &Vector3<f64>,
+    right: &Vector3<f64>,
+) -> [u8; 3] {
+    let light = (to_eye + up * 0.9 - right * 0.6).normalize();
+    let full = colour.oklab();
+    let share = 0.45 + 0.35 * normal.dot(&light).max(0.0) + 0.2 * normal.dot(to_eye).max(0.0);
+    Oklab { lightness: full.lightness * share, a: full.a * share, b: full.b * share }.srgb().0
+}
+
+/// Means of the subpixels that something is in.
+fn smooth(fine: &[Option<[u8; 3]>], side: u32) -> Picture {
+    let mut picture = Picture::filled(side, side, [255, 255, 255, 0]);
+    for (place, pixel) in picture.pixels.iter_mut().enumerate() {
+        let (column, row) = (place as u32 % side * FINE, place as u32 / side * FINE);
+        let subpixels = (0..FINE * FINE).map(|k| fine[((row + k / FINE) * side * FINE + column + k % FINE) as usize]);
+        let (mut sum, mut count) = ([0_u32; 3], 0_u32);
+        for colour in subpixels.flatten() {
+            count += 1;
+            sum.iter_mut().zip(colour).for_each(|(sum, channel)| *sum += u32::from(channel));
+        }
+        if count > 0 {
+            let [r, g, b] = sum.map(|channel| (channel / count) as u8);
+            *pixel = [r, g, b, (255 * count / (FINE * FINE)) as u8];
+        }
+    }
+    picture
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernel::geom::Shape;
+
+    /// A ball of half the picture's width covers a circle, brightest towards the light; a nearer one hides it.
+    #[test]
+    fn a_ball_is_round_and_the_nearer_one_is_seen() {
+        let ball = |radius| TouchShape::new(&Shape::Sphere { radius }).unwrap();
+        let (large, small) = (ball(0.5), ball(0.1));
+        let view = SolidView { azimuth: 0.0, elevation: 0.0, middle: Point3::origin(), extent: 2.0 };
+        let solid = |shape, x, colour| {
+            let place = IsometryMatrix3::translation(x, 0.0, 0.0);
+            Solid { shape, place, colour }
+        };
+        let alone = solid_picture(&[solid(&large, 0.0, Colour::PARTIAL)], &view, 64);
+        let covered = alone.pixels.iter().filter(|pixel| pixel[3] > 127).count() as f64;
+        assert!((covered / (64.0 * 64.0) - std::f64::consts::PI / 16.0).abs() < 0.005, "{covered}");
+        let brightness = |picture: &Picture, column, row| picture.at(column, row)[2];
+        assert!(brightness(&alone, 27, 26) > brightness(&alone, 40, 42));
+        for (x, seen) in [(0.6, Colour::COMPLETE), (-0.6, Colour::PARTIAL)] {
+            let both = [solid(&large, 0.0, Colour::PARTIAL), solid(&small, x, Colour::COMPLETE)];
+            let [r, _, b, _] = solid_picture(&both, &view, 64).at(32, 32);
+            assert_eq!(r > b, seen == Colour::COMPLETE, "{x}");
+        }
+    }
+}

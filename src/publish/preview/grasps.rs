@@ -1,0 +1,174 @@
+//! `preview.mcap` of a dataset of grasps: the best grasp of a few objects, with hand and contacts.
+
+use std::{
+    collections::BTreeMap,
+    io::{BufWriter, Seek},
+    path::PathBuf,
+};
+
+use nalgebra::{IsometryMatrix3, UnitQuaternion, Vector3};
+
+use super::{
+    Preview, arrow,
+    foxglove::{
+        self, Color, CubePrimitive, CylinderPrimitive, Quaternion, SceneEntity, SceneUpdate, SpherePrimitive,
+        TriangleListPrimitive,
+    },
+    google::protobuf::Timestamp,
+};
+use format::{Grasp, HandShape, ObjectShape};
+use format::{
+    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+    products::grasps::Shapes,
+};
+use kernel::{geom::Shape, ids::ObjectId};
+
+const HAND: Color = Color { r: 0.34, g: 0.71, b: 0.91, a: 1.0 };
+const OBJECT: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 1.0 };
+const CONTACT: Color = Color { r: 0.84, g: 0.37, b: 0.0, a: 1.0 };
+/// How long the arrow of a contact is [m].
+const ARROW: f64 = 0.04;
+
+/// Writes `preview.mcap` of a dataset of grasps into its folder: object k at k seconds, for `most` objects spread over the
+/// asset table, on `/preview/grasp` its mesh, the closed hand of its best kept grasp, and an arrow out of the object at each
+/// contact; of an object without a kept grasp the state of lowest energy. In the object's frame.
+///
+/// # Errors
+/// When a shard or the shapes are missing or damaged, or the file can't be written.
+pub fn write_grasp_preview(reader: &DatasetReader, most: usize) -> Result<PathBuf, DatasetError> {
+    let folder = reader.folder();
+    let shapes = Shapes::open(folder)?;
+    let hand = shapes.hand()?;
+    let best = best_grasps(reader)?;
+    let mut scenes = Vec::new();
+    let count = shapes.objects().min(most);
+    for place in 0..count {
+        let object = shapes.object(place * shapes.objects() / count)?;
+        if let Some((_, grasp)) = best.get(&object.object) {
+            scenes.push(scene(scenes.len() as i64, &object, &hand, grasp));
+        }
+    }
+    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
+    let path = temporary.path().to_owned();
+    let mut buffer = BufWriter::new(&file);
+    write_messages(&mut buffer, &scenes).map_err(DatasetError::mcap("writing", &path))?;
+    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
+    temporary.publish(&file, folder, PREVIEW)
+}
+
+fn write_messages(file: impl std::io::Write + Seek, scenes: &[SceneUpdate]) -> mcap::McapResult<()> {
+    let mut preview = Preview::create(file, include_bytes!(concat!(env!("OUT_DIR"), "/foxglove_scene.bin")))?;
+    for (second, scene) in (0..).zip(scenes) {
+        preview.write(second, "/preview/grasp", "foxglove.SceneUpdate", scene)?;
+    }
+    preview.finish()
+}
+
+/// A grasp with its epsilon (-1 where it is not kept) and its energy, turned so that more is better.
+type Ranked = ((f64, f64), Grasp);
+
+/// The best grasp of each object: kept before others, then by epsilon, then by energy; the first of equals.
+fn best_grasps(reader: &DatasetReader) -> Result<BTreeMap<ObjectId, Ranked>, DatasetError> {
+    let mut best: BTreeMap<ObjectId, Ranked> = BTreeMap::new();
+    for sample in reader.iter(Selection::default()) {
+        let run = sample?.grasp_run()?;
+        let kept = run.kept().map(|grasp| ((grasp.epsilon(&run.method), -grasp.energy), grasp));
+        let first = run.grasps.first().map(|grasp| ((-1.0, -grasp.energy), grasp));
+        for (rank, grasp) in kept.chain(first) {
+            if best.get(&run.sample.subject).is_none_or(|(known, _)| rank > *known) {
+                best.insert(run.sample.subject, (rank, grasp.clone()));
+            }
+        }
+    }
+    Ok(best)
+}
+
+/// Each entity takes the place of the one before with its name.
+fn scene(second: i64, object: &ObjectShape, hand: &HandShape, grasp: &Grasp) -> SceneUpdate {
+    let entity = |id: &str| SceneEntity {
+        timestamp: Some(Timestamp { seconds: second, nanos: 0 }),
+        frame_id: "object".to_owned(),
+        id: id.to_owned(),
+        ..SceneEntity::default()
+    };
+    let corner = |corner: [f32; 3]| {
+        let [x, y, z] = corner.map(f64::from);
+        foxglove::Point3 { x, y, z }
+    };
+    let mesh = TriangleListPrimitive {
+        pose: Some(pose(&IsometryMatrix3::identity())),
+        points: object.mesh.vertices.iter().copied().map(corner).collect(),
+        color: Some(OBJECT),
+        indices: object.mesh.triangles.as_flattened().to_vec(),
+        ..TriangleListPrimitive::default()
+    };
+    let arrows = grasp
+        .contacts
+        .iter()
+        .map(|contact| arrow(&Vector3::from(contact.point), &Vector3::from(contact.normal), ARROW, CONTACT));
+    let entities = vec![
+        SceneEntity { triangles: vec![mesh], ..entity("object") },
+        with_hand(entity("hand"), hand, grasp),
+        SceneEntity { arrows: arrows.collect(), ..entity("contacts") },
+    ];
+    SceneUpdate { entities, ..SceneUpdate::default() }
+}
+
+/// The closed hand.
+fn with_hand(mut entity: SceneEntity, hand: &HandShape, grasp: &Grasp) -> SceneEntity {
+    let frames = hand.link_frames(&grasp.joints);
+    for solid in &hand.solids {
+        let place = grasp.object_from_base.isometry() * frames[solid.link] * solid.link_from_solid;
+        let ball = |entity: &mut SceneEntity, place: &IsometryMatrix3<f64>, radius: f64| {
+            entity.spheres.push(SpherePrimitive {
+                pose: Some(pose(place)),
+                size: Some(size([2.0 * radius; 3])),
+                color: Some(HAND),
+            });
+        };
+        let cylinder = |entity: &mut SceneEntity, radius: f64, half: f64| {
+            entity.cylinders.push(CylinderPrimitive {
+                pose: Some(pose(&place)),
+                size: Some(size([2.0 * radius, 2.0 * radius, 2.0 * half])),
+                bottom_scale: 1.0,
+                top_scale: 1.0,
+                color: Some(HAND),
+            });
+        };
+        match &solid.shape {
+            Shape::Box { half } => entity.cubes.push(CubePrimitive {
+                pose: Some(pose(&place)),
+                size: Some(size(half.map(|side| 2.0 * side))),
+                color: Some(HAND),
+            }),
+            Shape::Sphere { radius } => ball(&mut entity, &place, *radius),
+            Shape::Cylinder { radius, half } => cylinder(&mut entity, *radius, *half),
+            Shape::Capsule { radius, half } => {
+                cylinder(&mut entity, *radius, *half);
+                for end in [-half, *half] {
+                    ball(&mut entity, &(place * IsometryMatrix3::translation(0.0, 0.0, end)), *radius);
+                }
+            }
+            Shape::Mesh(mesh) => entity.triangles.push(TriangleListPrimitive {
+                pose: Some(pose(&place)),
+                points: mesh.corners.iter().map(|p| foxglove::Point3 { x: p.x, y: p.y, z: p.z }).collect(),
+                color: Some(HAND),
+                indices: mesh.triangles.as_flattened().to_vec(),
+                ..TriangleListPrimitive::default()
+            }),
+        }
+    }
+    entity
+}
+
+fn size([x, y, z]: [f64; 3]) -> foxglove::Vector3 {
+    foxglove::Vector3 { x, y, z }
+}
+
+fn pose(frame: &IsometryMatrix3<f64>) -> foxglove::Pose {
+    let (at, q) = (frame.translation.vector, UnitQuaternion::from_rotation_matrix(&frame.rotation).coords);
+    foxglove::Pose {
+        position: Some(foxglove::Vector3 { x: at.x, y: at.y, z: at.z }),
+        orientation: Some(Quaternion { x: q.x, y: q.y, z: q.z, w: q.w }),
+    }
+}

@@ -1,0 +1,165 @@
+//! `preview.mcap`: a few samples, or a map, in Foxglove's well-known schemas, which Foxglove and Rerun open without code.
+
+mod grasps;
+mod map;
+mod pairs;
+mod patches;
+
+pub use grasps::write_grasp_preview;
+pub use map::write_map_preview;
+pub use pairs::{PreviewSample, preview_samples, write_preview};
+pub use patches::write_patch_preview;
+
+use std::{collections::BTreeMap, io::Seek};
+
+use mcap::{Compression, WriteOptions, records::MessageHeader};
+use nalgebra::UnitQuaternion;
+use prost::Message;
+
+use format::dataset::DatasetError;
+use foxglove::{ArrowPrimitive, CameraCalibration, Color, FrameTransform, Quaternion, RawImage, Vector3};
+use google::protobuf::Timestamp;
+use kernel::{
+    geom::{Frame, Intrinsics, Pose},
+    render::DepthError,
+};
+
+/// Samples or objects in a preview, at most.
+pub const PREVIEWED: usize = 12;
+
+/// Reason why a preview was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum PreviewError {
+    /// The dataset cannot be read, or the file cannot be written.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// A depth image could not be made again.
+    #[error("{0}")]
+    Depth(#[source] DepthError),
+}
+
+#[expect(clippy::enum_variant_names, reason = "Foxglove's names")]
+pub(super) mod foxglove {
+    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
+}
+pub(super) mod google {
+    pub mod protobuf {
+        include!(concat!(env!("OUT_DIR"), "/google.protobuf.rs"));
+    }
+}
+
+/// Messages of well-known schemas on their way to a file.
+pub(super) struct Preview<W: std::io::Write + Seek> {
+    writer: mcap::Writer<W>,
+    descriptors: &'static [u8],
+    channels: BTreeMap<&'static str, u16>,
+}
+
+impl<W: std::io::Write + Seek> Preview<W> {
+    /// Begins a file whose schemas stand in this descriptor set.
+    pub(super) fn create(file: W, descriptors: &'static [u8]) -> mcap::McapResult<Self> {
+        let writer = WriteOptions::new()
+            .compression(Some(Compression::Zstd))
+            .compression_level(3)
+            .compression_threads(0)
+            .library("graspmill format 2")
+            .create(file)?;
+        Ok(Self { writer, descriptors, channels: BTreeMap::new() })
+    }
+
+    pub(super) fn finish(mut self) -> mcap::McapResult<()> {
+        self.writer.finish().map(|_| ())
+    }
+
+    /// Writes a message at a second of the preview's clock.
+    pub(super) fn write(
+        &mut self,
+        second: u64,
+        topic: &'static str,
+        schema: &str,
+        message: &impl Message,
+    ) -> mcap::McapResult<()> {
+        let channel_id = match self.channels.get(topic) {
+            Some(id) => *id,
+            None => {
+                let schema = self.writer.add_schema(schema, "protobuf", self.descriptors)?;
+                let id = self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())?;
+                self.channels.insert(topic, id);
+                id
+            }
+        };
+        let log_time = second * 1_000_000_000;
+        let header = MessageHeader { channel_id, sequence: second as u32, log_time, publish_time: log_time };
+        self.writer.write_to_known_channel(&header, &message.encode_to_vec())
+    }
+}
+
+pub(super) fn transform<To: Frame, From: Frame>(
+    time: Option<Timestamp>,
+    pose: &Pose<To, From>,
+    child: &str,
+) -> FrameTransform {
+    let rotation = UnitQuaternion::from_rotation_matrix(pose.rotation());
+    let (at, q) = (pose.translation(), rotation.coords);
+    FrameTransform {
+        timestamp: time,
+        parent_frame_id: To::NAME.to_owned(),
+        child_frame_id: child.to_owned(),
+        translation: Some(Vector3 { x: at.x, y: at.y, z: at.z }),
+        rotation: Some(Quaternion { x: q.x, y: q.y, z: q.z, w: q.w }),
+    }
+}
+
+pub(super) fn calibration(time: Option<Timestamp>, camera: &Intrinsics) -> CameraCalibration {
+    let (fx, fy, cx, cy) = (camera.fx, camera.fy, camera.cx, camera.cy);
+    CameraCalibration {
+        timestamp: time,
+        width: camera.width,
+        height: camera.height,
+        distortion_model: "plumb_bob".to_owned(),
+        d: vec![0.0; 5],
+        k: vec![fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+        r: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        p: vec![fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        frame_id: "camera".to_owned(),
+    }
+}
+
+/// An image of this width and height in millimetres, 0 = no return, of depths at its columns and rows [m].
+pub(super) fn image(time: Option<Timestamp>, [width, height]: [u32; 2], depth: impl Fn(u32, u32) -> f32) -> RawImage {
+    let pixels = (0..height).flat_map(|row| (0..width).map(move |column| [column, row]));
+    let pixels = pixels.map(|[column, row]| depth(column, row));
+    // A saturating cast: NaN becomes 0.
+    let data = pixels.flat_map(|depth| ((depth * 1000.0 + 0.5) as u16).to_le_bytes()).collect();
+    RawImage {
+        timestamp: time,
+        width,
+        height,
+        encoding: "16UC1".to_owned(),
+        step: 2 * width,
+        data,
+        frame_id: "camera".to_owned(),
+    }
+}
+
+/// It begins at a place and points along x of its pose.
+pub(super) fn arrow(
+    at: &nalgebra::Vector3<f64>,
+    direction: &nalgebra::Vector3<f64>,
+    length: f64,
+    color: Color,
+) -> ArrowPrimitive {
+    // Straight back: any half turn will do.
+    let turn = UnitQuaternion::rotation_between(&nalgebra::Vector3::x(), direction)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), std::f64::consts::PI));
+    let (turn, place) = (turn.coords, Vector3 { x: at.x, y: at.y, z: at.z });
+    let orientation = Quaternion { x: turn.x, y: turn.y, z: turn.z, w: turn.w };
+    ArrowPrimitive {
+        pose: Some(foxglove::Pose { position: Some(place), orientation: Some(orientation) }),
+        shaft_length: 0.65 * length,
+        shaft_diameter: 0.08 * length,
+        head_length: 0.35 * length,
+        head_diameter: 0.22 * length,
+        color: Some(color),
+    }
+}

@@ -1,0 +1,230 @@
+//! Whether the probabilities of success mean what they say: roll-outs of a grasp against its perturbed runs, which are drawn
+//! from the same spread by streams of their own.
+
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    chart::{grouped, opening, percent},
+    templates::Markup,
+};
+use format::GraspTrial;
+
+/// Edges of the bins of told probabilities; a grasp that held in all its roll-outs is in the last one, alone.
+const EDGES: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+
+/// Side and margin of the plot [px].
+const SIDE: f64 = 240.0;
+const MARGIN: f64 = 46.0;
+
+/// Told probabilities of success against what came of other runs of the same grasps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Grasps with roll-outs and perturbed runs.
+    pub grasps: u64,
+    /// Their perturbed runs, each one prediction.
+    pub runs: u64,
+    /// Mean of (told - came)^2 over these (Brier 1950).
+    pub brier: f64,
+    /// Brier score where the share of all runs that held is told for each.
+    pub brier_of_share: f64,
+    /// Brier score where the grasp's own trial tells: 1 where it held, else 0.
+    pub brier_of_verdict: f64,
+    /// By told probability, lowest first; only those with runs.
+    pub bins: Vec<ReliabilityBin>,
+}
+
+/// Grasps that were told about the same probability.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReliabilityBin {
+    /// Mean told probability, over the runs.
+    pub told: f64,
+    /// Runs.
+    pub runs: u64,
+    /// Runs that held.
+    pub held: u64,
+}
+
+impl ReliabilityBin {
+    /// The share that held.
+    fn share(&self) -> f64 {
+        self.held as f64 / self.runs as f64
+    }
+
+    /// Where 95 % of such counts have their true share (Wilson 1927).
+    fn interval(&self) -> [f64; 2] {
+        const Z: f64 = 1.959_963_984_540_054;
+        let (n, share) = (self.runs as f64, self.share());
+        let middle = (share + Z * Z / (2.0 * n)) / (1.0 + Z * Z / n);
+        let half = Z / (1.0 + Z * Z / n) * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+        [middle - half, middle + half]
+    }
+}
+
+/// Sums of one pass.
+#[derive(Default)]
+pub(crate) struct CalibrationSums {
+    grasps: u64,
+    squares: f64,
+    squares_of_verdict: f64,
+    /// By bin: sum of told probabilities, runs, and of them held.
+    bins: [(f64, u64, u64); EDGES.len()],
+}
+
+impl CalibrationSums {
+    pub fn add(&mut self, trial: &GraspTrial) {
+        let Some(told) = trial.success().filter(|_| !trial.perturbed.is_empty()) else { return };
+        self.grasps += 1;
+        let verdict = f64::from(u8::from(trial.outcome.verdict.is_held()));
+        let bin = &mut self.bins[EDGES.iter().rposition(|edge| told >= *edge).unwrap_or(0)];
+        for run in &trial.perturbed {
+            let held = run.outcome.verdict.is_held();
+            let came = f64::from(u8::from(held));
+            self.squares += (told - came).powi(2);
+            self.squares_of_verdict += (verdict - came).powi(2);
+            *bin = (bin.0 + told, bin.1 + 1, bin.2 + u64::from(held));
+        }
+    }
+
+    /// `None` where no grasp has both.
+    pub fn finish(self) -> Option<Calibration> {
+        let (runs, held) = self.bins.iter().fold((0, 0), |(runs, held), bin| (runs + bin.1, held + bin.2));
+        if runs == 0 {
+            return None;
+        }
+        let share = held as f64 / runs as f64;
+        let bins = self.bins.into_iter().filter(|bin| bin.1 > 0);
+        let bins = bins.map(|(told, runs, held)| ReliabilityBin { told: told / runs as f64, runs, held });
+        Some(Calibration {
+            grasps: self.grasps,
+            runs,
+            brier: self.squares / runs as f64,
+            brier_of_share: share * (1.0 - share),
+            brier_of_verdict: self.squares_of_verdict / runs as f64,
+            bins: bins.collect(),
+        })
+    }
+}
+
+/// Scores and plot as the page's template takes them.
+#[derive(Serialize)]
+pub(crate) struct CalibrationView {
+    scores: String,
+    plot: Markup,
+    /// Told probability, runs, share that held, and its interval.
+    bins: Vec<[String; 4]>,
+}
+
+impl Calibration {
+    /// One line with the scores.
+    pub fn in_words(&self) -> String {
+        format!(
+            "Brier score {:.4} over {} runs of {} grasps ({:.4} where the grasp's own verdict is told, {:.4} where the share \
+             of all is)",
+            self.brier,
+            grouped(self.runs),
+            grouped(self.grasps),
+            self.brier_of_verdict,
+            self.brier_of_share,
+        )
+    }
+
+    /// Scores and plot for the page.
+    pub(crate) fn view(&self) -> CalibrationView {
+        let bin = |bin: &ReliabilityBin| {
+            let [low, high] = bin.interval().map(percent);
+            [format!("{:.2}", bin.told), grouped(bin.runs), percent(bin.share()), format!("{low} to {high}")]
+        };
+        CalibrationView { scores: self.in_words(), plot: self.plot(), bins: self.bins.iter().map(bin).collect() }
+    }
+
+    fn plot(&self) -> Markup {
+        let end = SIDE - 12.0;
+        let x = |value: f64| MARGIN + value * (end - MARGIN);
+        let y = |value: f64| SIDE - MARGIN - value * (SIDE - MARGIN - 12.0);
+        let mut svg = opening("probability of success: told and come true", SIDE, SIDE);
+        for tick in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            let _ = write!(
+                svg,
+                concat!(
+                    r#"<path class="{}" d="M{:.1} {:.1}H{:.1}"/><text x="{:.1}" y="{:.1}" text-anchor="end">{}</text>"#,
+                    r#"<path class="tick" d="M{:.1} {:.1}v4"/><text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#
+                ),
+                if tick == 0.0 { "axis" } else { "grid" },
+                x(0.0),
+                y(tick),
+                x(1.0),
+                x(0.0) - 6.0,
+                y(tick) + 4.0,
+                tick,
+                x(tick),
+                y(0.0),
+                x(tick),
+                y(0.0) + 16.0,
+                tick,
+            );
+        }
+        let _ = write!(svg, r#"<path class="mark" d="M{:.1} {:.1}L{:.1} {:.1}"/>"#, x(0.0), y(0.0), x(1.0), y(1.0));
+        for bin in &self.bins {
+            let ([low, high], at) = (bin.interval(), x(bin.told));
+            let _ = write!(
+                svg,
+                concat!(
+                    r#"<path class="axis" d="M{0:.1} {1:.1}V{2:.1}"/><circle class="ink-partial" cx="{0:.1}" cy="{3:.1}" r="4">"#,
+                    "<title>told {4:.2}: {5} of {6} runs held</title></circle>"
+                ),
+                at,
+                y(low),
+                y(high),
+                y(bin.share()),
+                bin.told,
+                grouped(bin.held),
+                grouped(bin.runs),
+            );
+        }
+        let _ = write!(
+            svg,
+            concat!(
+                r#"<text class="quiet" x="{:.1}" y="{:.1}" text-anchor="middle">told</text>"#,
+                r#"<text class="quiet" transform="translate(11 {:.1}) rotate(-90)" text-anchor="middle">held</text></svg>"#
+            ),
+            x(0.5),
+            SIDE - 8.0,
+            y(0.5),
+        );
+        Markup(svg)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sums(bins: &[(f64, u64, u64)]) -> CalibrationSums {
+        let mut sums = CalibrationSums::default();
+        for (place, bin) in bins.iter().enumerate() {
+            sums.bins[place] = *bin;
+        }
+        sums
+    }
+
+    #[test]
+    fn intervals_are_wilsons() {
+        // Newcombe 1998, table I: 81 of 263, and 0 of 20.
+        let bin = ReliabilityBin { told: 0.3, runs: 263, held: 81 };
+        let [low, high] = bin.interval();
+        assert!((low - 0.2553).abs() < 5e-5 && (high - 0.3662).abs() < 5e-5, "{low} {high}");
+        let [low, high] = ReliabilityBin { told: 0.0, runs: 20, held: 0 }.interval();
+        assert!(low.abs() < 1e-12 && (high - 0.1611).abs() < 5e-5, "{low} {high}");
+    }
+
+    #[test]
+    fn nothing_is_said_of_nothing() {
+        assert_eq!(sums(&[]).finish(), None);
+        let found = sums(&[(1.0, 10, 1), (3.0, 10, 3)]).finish().expect("runs");
+        assert_eq!(found.bins.iter().map(|bin| (bin.told, bin.held)).collect::<Vec<_>>(), [(0.1, 1), (0.3, 3)]);
+        assert!((found.brier_of_share - 0.16).abs() < 1e-12);
+        assert!(found.plot().0.contains("told 0.30: 3 of 10 runs held"));
+    }
+}

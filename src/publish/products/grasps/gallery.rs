@@ -1,0 +1,227 @@
+//! Pictures of grasps: an object and the closed hand, the best and the worst kept grasp of each.
+
+use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, sync::Arc};
+
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+use serde::Serialize;
+
+use super::inspection::{GraspPlace, GraspSurvey, GraspedObject};
+use crate::{
+    page::ImageView,
+    picture::{Colour, Picture, Solid, SolidView, solid_picture},
+};
+use format::{
+    Grasp, GraspRun, HandShape,
+    dataset::{DatasetError, DatasetReader},
+    products::grasps::Shapes,
+};
+use kernel::{
+    geom::{NoSurface, Shape, TouchShape, TriMesh, Triangles},
+    ids::ObjectId,
+};
+
+/// Objects that a page shows.
+const SHOWN: usize = 16;
+/// Side of a picture [px].
+const SIDE: u32 = 200;
+/// Radius of the dot at a contact [m].
+const DOT: f64 = 0.003;
+/// From how high a grasp is looked at [rad].
+const ELEVATION: f64 = 0.35;
+
+/// The card of an object: pictures of its grasps.
+#[derive(Serialize)]
+pub(crate) struct CardView {
+    object: String,
+    kept: u64,
+    found: u64,
+    runs: u64,
+    panels: Vec<PanelView>,
+}
+
+/// One look at a grasp.
+#[derive(Serialize)]
+struct PanelView {
+    image: ImageView,
+    /// Why it is shown: the best, the worst.
+    word: &'static str,
+    epsilon: String,
+    energy: String,
+    contacts: usize,
+    seed: String,
+}
+
+/// A hand that is drawn.
+struct DrawnHand {
+    shape: HandShape,
+    /// One a solid of the shape.
+    solids: Vec<TouchShape>,
+    /// Mark of a contact.
+    dot: TouchShape,
+}
+
+impl DrawnHand {
+    /// The hand of a dataset; `None` where it has a shape that cannot be drawn.
+    fn of(shapes: &Shapes) -> Result<Option<Self>, DatasetError> {
+        let shape = shapes.hand()?;
+        let solids: Result<_, NoSurface> = shape.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
+        let dot = TouchShape::new(&Shape::Sphere { radius: DOT });
+        Ok(solids.ok().zip(dot.ok()).map(|(solids, dot)| Self { shape, solids, dot }))
+    }
+}
+
+/// The objects with any state at even steps through their names, at most so many, with their places in the shapes.
+fn shown<'a>(
+    reader: &DatasetReader,
+    survey: &'a GraspSurvey,
+    most: usize,
+) -> Result<Vec<(&'a GraspedObject, usize)>, DatasetError> {
+    // The shapes are sorted as the asset table is.
+    let places: BTreeMap<ObjectId, usize> =
+        reader.assets()?.objects.iter().enumerate().map(|(place, row)| (row.object, place)).collect();
+    let grasped: Vec<&GraspedObject> =
+        survey.facts.objects.iter().filter(|object| !picks(survey, object).is_empty()).collect();
+    let count = grasped.len().min(most);
+    let even = (0..count).map(|step| grasped[step * grasped.len() / count]);
+    Ok(even.filter_map(|object| Some((object, *places.get(&object.object)?))).collect())
+}
+
+fn picks<'a>(survey: &'a GraspSurvey, object: &GraspedObject) -> &'a [(&'static str, GraspPlace)] {
+    survey.picks.get(&object.object).map(Vec::as_slice).unwrap_or_default()
+}
+
+/// The cards of objects at even steps through their names; `None` where the hand has a shape that cannot be drawn.
+pub(crate) fn cards(reader: &DatasetReader, survey: &GraspSurvey) -> Result<Option<Vec<CardView>>, DatasetError> {
+    let shapes = Shapes::open(reader.folder())?;
+    let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(None) };
+    let mut cards = Vec::new();
+    for (object, place) in shown(reader, survey, SHOWN)? {
+        let mesh = shapes.object(place)?.mesh;
+        cards.push(card(reader, object, &mesh, &hand, picks(survey, object))?);
+    }
+    Ok(Some(cards))
+}
+
+/// The first grasp that a page shows of each of at most `most` objects, from two sides, each `side` pixels wide and high, with the
+/// object's name; none where the hand has a shape that cannot be drawn.
+pub(crate) fn pictures(
+    reader: &DatasetReader,
+    survey: &GraspSurvey,
+    most: usize,
+    side: u32,
+) -> Result<Vec<(String, Picture)>, DatasetError> {
+    let shapes = Shapes::open(reader.folder())?;
+    let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(Vec::new()) };
+    let mut pictures = Vec::new();
+    for (object, place) in shown(reader, survey, most)? {
+        let Some((_, pick)) = picks(survey, object).first() else { continue };
+        let Some(sample) = reader.sample(pick.run)? else { continue };
+        let run = sample.grasp_run()?;
+        let (Some(grasp), Ok(solid)) = (run.grasps.get(pick.grasp), solid_of(&shapes.object(place)?.mesh)) else {
+            continue;
+        };
+        let looks = [FRAC_PI_2, 0.0].map(|turn| look(grasp, &solid, &hand, turn, side));
+        pictures.push((object.name.clone(), Picture::row(&looks, side / 20).with_few_colours()));
+    }
+    Ok(pictures)
+}
+
+fn solid_of(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
+    let triangles = Triangles {
+        corners: mesh.vertices.iter().map(|corner| Point3::from(corner.map(f64::from))).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    TouchShape::new(&Shape::Mesh(Arc::new(triangles)))
+}
+
+fn card(
+    reader: &DatasetReader,
+    object: &GraspedObject,
+    mesh: &TriMesh,
+    hand: &DrawnHand,
+    picks: &[(&'static str, GraspPlace)],
+) -> Result<CardView, DatasetError> {
+    let mut panels = Vec::new();
+    let solid = solid_of(mesh);
+    for (word, place) in picks {
+        let Some(sample) = reader.sample(place.run)? else { continue };
+        let run = sample.grasp_run()?;
+        let (Some(grasp), Ok(solid)) = (run.grasps.get(place.grasp), &solid) else { continue };
+        for turn in [FRAC_PI_2, 0.0] {
+            let picture = look(grasp, solid, hand, turn, SIDE).with_few_colours();
+            panels.push(PanelView::of(&run, grasp, word, &picture));
+        }
+    }
+    Ok(CardView {
+        object: object.name.clone(),
+        kept: object.verdicts[0],
+        found: object.found(),
+        runs: object.runs,
+        panels,
+    })
+}
+
+impl PanelView {
+    fn of(run: &GraspRun, grasp: &Grasp, word: &'static str, picture: &Picture) -> Self {
+        Self {
+            image: ImageView::of(picture, SIDE, SIDE),
+            word,
+            epsilon: format!("{:.3}", grasp.epsilon(&run.method)),
+            energy: format!("{:.2}", grasp.energy),
+            contacts: grasp.contacts.len(),
+            seed: run.sample.item.to_string(),
+        }
+    }
+}
+
+/// Object, hand and contacts, `turn` away from the approach's azimuth [rad].
+fn look(grasp: &Grasp, object: &TouchShape, hand: &DrawnHand, turn: f64, side: u32) -> Picture {
+    let frames = hand.shape.link_frames(&grasp.joints);
+    let parts = hand.shape.solids.iter().zip(&hand.solids);
+    let mut solids: Vec<Solid<'_>> = parts
+        .map(|(part, shape)| Solid {
+            shape,
+            place: grasp.object_from_base.isometry() * frames[part.link] * part.link_from_solid,
+            colour: Colour::EXPLORED,
+        })
+        .collect();
+    solids.push(Solid { shape: object, place: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
+    solids.extend(grasp.contacts.iter().map(|contact| Solid {
+        shape: &hand.dot,
+        place: IsometryMatrix3::translation(contact.point[0], contact.point[1], contact.point[2]),
+        colour: Colour::HELD,
+    }));
+    let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), turn);
+    solid_picture(&solids, &view, side)
+}
+
+/// Hand and object in the middle, seen from the side of the approach.
+fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, turn: f64) -> SolidView {
+    let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.place)).collect();
+    let lowest = |axis: usize| balls.iter().map(|(centre, radius)| centre[axis] - radius).fold(f64::INFINITY, f64::min);
+    let highest =
+        |axis: usize| balls.iter().map(|(centre, radius)| centre[axis] + radius).fold(f64::NEG_INFINITY, f64::max);
+    let middle = Point3::from([0, 1, 2].map(|axis| (lowest(axis) + highest(axis)) / 2.0));
+    let reach = |(centre, radius): &(Point3<f64>, f64)| (centre - middle).norm() + radius;
+    let extent = 2.0 * balls.iter().map(reach).fold(0.0, f64::max);
+    // From straight above or below any side will do.
+    let level = approach.x.hypot(approach.y);
+    let azimuth = if level > 1e-3 { libm::atan2(-approach.y, -approach.x) } else { 0.0 };
+    SolidView { azimuth: azimuth + turn, elevation: ELEVATION, middle, extent: 0.9 * extent }
+}
+
+#[cfg(test)]
+impl CardView {
+    /// A card of one panel.
+    pub fn example(object: &str) -> Self {
+        let panel = PanelView {
+            image: ImageView::of(&Picture::filled(1, 1, [0; 4]), SIDE, SIDE),
+            word: "best",
+            epsilon: "0.123".to_owned(),
+            energy: "-1.20".to_owned(),
+            contacts: 4,
+            seed: "2".to_owned(),
+        };
+        Self { object: object.to_owned(), kept: 1, found: 2, runs: 3, panels: vec![panel] }
+    }
+}

@@ -1,0 +1,420 @@
+//! The facts of a dataset of grasps, out of one pass over its runs.
+
+use std::{collections::BTreeMap, fmt, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use super::trials::{TrialSums, TrialsInspection};
+use crate::{
+    chart::{grouped, percent},
+    grasp_types::TypeFacts,
+    inspection::{InspectionHeader, open_of},
+    tally::{Spread, SpreadRow},
+};
+use format::{
+    Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrials, HandNames, Product,
+    dataset::{DatasetError, DatasetReader, Fate, Manifest, Selection, layout::ASSETS},
+};
+use kernel::{
+    ids::{ObjectId, SampleIndex},
+    words::{GraspVerdict, STRETCHES},
+};
+
+/// Content of a dataset of grasps. `Display` is for people; serialised, it is for machines.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraspsInspection {
+    /// Facts that the inspections of all products share.
+    #[serde(flatten)]
+    pub header: InspectionHeader,
+    /// The hand; `None` where no run was kept.
+    pub hand: Option<String>,
+    /// Runs of the plan: kept + rejected.
+    pub runs: u64,
+    /// Runs that found a legal state.
+    pub kept_runs: u64,
+    /// Runs that found none, by reason.
+    pub rejected: BTreeMap<String, u64>,
+    /// Runs whose seed was given up before they were over.
+    pub given_up: u64,
+    /// States that were closed, by verdict.
+    pub verdicts: BTreeMap<String, u64>,
+    /// Energies of all states.
+    pub energy: Spread,
+    /// Epsilon of the kept grasps, in the space that the job asks for.
+    pub epsilon: Spread,
+    /// Kept grasps by type, the most common first.
+    pub types: Vec<TypeFacts>,
+    /// Kept grasps on a table.
+    #[serde(default)]
+    pub table: TableFacts,
+    /// Outcomes of physical trials; absent without them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trials: Option<TrialsInspection>,
+    /// Share of the steps that were accepted, in each tenth of the runs.
+    pub acceptance: [f64; STRETCHES],
+    /// Mean energy in each tenth of the runs; `None` before any legal state.
+    pub course: [Option<f64>; STRETCHES],
+    /// One row per object, sorted by name.
+    pub objects: Vec<GraspedObject>,
+}
+
+/// Kept grasps of objects that rest on a table: where the hand stays above it while it comes and closes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TableFacts {
+    /// Kept grasps.
+    pub grasps: u64,
+    /// Kept grasps above the table in at least one pose of the object, the hand coming in the posture of the grasp.
+    pub somewhere: u64,
+    /// Kept grasps above the table in the object's most likely pose.
+    pub likely: u64,
+    /// Kept grasps above the table in at least one pose, the hand coming opened.
+    pub opened: u64,
+}
+
+impl TableFacts {
+    fn add(&mut self, grasp: &Grasp) {
+        self.grasps += 1;
+        self.somewhere += u64::from(grasp.clearances.iter().any(|[shaped, _]| *shaped >= 0.0));
+        self.likely += u64::from(grasp.is_above_table(0));
+        self.opened += u64::from(grasp.clearances.iter().any(|[_, opened]| *opened >= 0.0));
+    }
+
+    /// One line.
+    pub fn in_words(&self) -> String {
+        let share = |count: u64| percent(count as f64 / self.grasps.max(1) as f64);
+        format!(
+            "on a table the hand stays above it for {} of the kept grasps in some pose of the object ({} where it comes opened), \
+             for {} in the most likely one",
+            share(self.somewhere),
+            share(self.opened),
+            share(self.likely)
+        )
+    }
+}
+
+/// One object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraspedObject {
+    /// Name in the job.
+    pub name: String,
+    /// The object by content.
+    pub object: ObjectId,
+    /// Runs of annealing.
+    pub runs: u64,
+    /// Runs that were rejected or given up.
+    pub given_up: u64,
+    /// States with each verdict, in the order of [`GraspVerdict::ALL`].
+    pub verdicts: [u64; GraspVerdict::ALL.len()],
+    /// Grasps that were tried, and of them held; zeros without trials.
+    pub trials: [u64; 2],
+    /// Poses in which it rests on a table.
+    #[serde(default)]
+    pub resting: u64,
+    /// Probability of the most likely of them; `None` where none is known.
+    #[serde(default)]
+    pub likely: Option<f64>,
+    /// Its kept grasps on a table.
+    #[serde(default)]
+    pub table: TableFacts,
+    /// Lowest energy of any state.
+    pub best_energy: Option<f64>,
+    /// Highest epsilon of a kept grasp.
+    pub best_epsilon: Option<f64>,
+}
+
+impl GraspedObject {
+    /// States in all.
+    pub fn found(&self) -> u64 {
+        self.verdicts.iter().sum()
+    }
+}
+
+/// A grasp of a dataset: which run, and its place among the run's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct GraspPlace {
+    pub run: SampleIndex,
+    pub grasp: usize,
+}
+
+/// Everything that a page needs but the pictures.
+pub(crate) struct GraspSurvey {
+    pub facts: GraspsInspection,
+    /// Energies of all states, then epsilons of kept grasps.
+    pub energies: Vec<f64>,
+    pub epsilons: Vec<f64>,
+    /// Method and hand of the first run.
+    pub method: Option<(GraspMethod, HandNames)>,
+    /// Grasps to show of each object, and why.
+    pub picks: BTreeMap<ObjectId, Vec<(&'static str, GraspPlace)>>,
+}
+
+/// The facts of a finished dataset of grasps: reads tables, ledgers and every run, one chunk at a time.
+///
+/// # Errors
+/// When the dataset is not finished or of another product, or a file is missing or damaged.
+pub fn inspect_grasps(folder: &Path) -> Result<GraspsInspection, DatasetError> {
+    Ok(GraspSurvey::of(&open_of(folder, Product::GRASPS)?)?.facts)
+}
+
+/// Sums of one pass.
+#[derive(Default)]
+struct Pass {
+    objects: BTreeMap<ObjectId, ObjectSums>,
+    energies: Vec<f64>,
+    epsilons: Vec<f64>,
+    /// Kept grasps of each type, and of them held.
+    types: BTreeMap<u32, [u64; 2]>,
+    table: TableFacts,
+    trials: TrialSums,
+    /// Accepted steps and steps; sum and count of mean energies.
+    course: [(u64, f64, f64, u64); STRETCHES],
+    method: Option<(GraspMethod, HandNames)>,
+}
+
+#[derive(Default)]
+struct ObjectSums {
+    runs: u64,
+    given_up: u64,
+    verdicts: [u64; GraspVerdict::ALL.len()],
+    trials: [u64; 2],
+    table: TableFacts,
+    /// The state of lowest energy.
+    lowest: Option<(f64, GraspPlace)>,
+    /// The best and the worst kept grasp, by epsilon.
+    extremes: Option<[(f64, GraspPlace); 2]>,
+}
+
+impl ObjectSums {
+    /// The best and the worst kept grasp; without one, the state of lowest energy.
+    fn picks(&self) -> Vec<(&'static str, GraspPlace)> {
+        match (self.extremes, self.lowest) {
+            (Some([(_, best), (_, worst)]), _) if best == worst => vec![("the only", best)],
+            (Some([(_, best), (_, worst)]), _) => vec![("best", best), ("worst", worst)],
+            (None, Some((_, lowest))) => vec![("not kept", lowest)],
+            (None, None) => Vec::new(),
+        }
+    }
+}
+
+impl Pass {
+    fn run(&mut self, index: SampleIndex, run: &GraspRun) {
+        if self.method.is_none() {
+            self.method = Some((run.method.clone(), run.hand.clone()));
+        }
+        for (sums, stretch) in self.course.iter_mut().zip(&run.course) {
+            sums.0 += u64::from(stretch.accepted);
+            sums.1 += f64::from(run.steps) / STRETCHES as f64;
+            if !stretch.mean_energy.is_nan() {
+                sums.2 += stretch.mean_energy;
+                sums.3 += 1;
+            }
+        }
+        let object = self.objects.entry(run.sample.subject).or_default();
+        for (place, grasp) in run.grasps.iter().enumerate() {
+            self.energies.push(grasp.energy);
+            object.verdicts[grasp.verdict as usize] += 1;
+            let here = GraspPlace { run: index, grasp: place };
+            if object.lowest.is_none_or(|(lowest, _)| grasp.energy < lowest) {
+                object.lowest = Some((grasp.energy, here));
+            }
+            if grasp.verdict != GraspVerdict::Kept {
+                continue;
+            }
+            self.table.add(grasp);
+            object.table.add(grasp);
+            if let Some(kind) = grasp.kind {
+                self.types.entry(kind).or_default()[0] += 1;
+            }
+            let epsilon = grasp.epsilon(&run.method);
+            self.epsilons.push(epsilon);
+            let here = (epsilon, here);
+            let [best, worst] = object.extremes.get_or_insert([here; 2]);
+            if epsilon > best.0 {
+                *best = here;
+            }
+            if epsilon < worst.0 {
+                *worst = here;
+            }
+        }
+    }
+}
+
+impl Pass {
+    fn trials(&mut self, run: &GraspRun, trials: &GraspTrials) {
+        self.trials.add(trials);
+        let object = self.objects.entry(run.sample.subject).or_default();
+        for trial in &trials.trials {
+            let held = u64::from(trial.outcome.verdict.is_held());
+            object.trials = [object.trials[0] + 1, object.trials[1] + held];
+            if let Some(kind) = run.grasps.get(trial.grasp as usize).and_then(|grasp| grasp.kind) {
+                self.types.entry(kind).or_default()[1] += held;
+            }
+        }
+    }
+}
+
+impl GraspSurvey {
+    /// Reads all of a dataset, one chunk at a time.
+    pub fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+        let manifest = reader.manifest();
+        let mut pass = Pass::default();
+        for shard in 0..manifest.shards.len() {
+            for row in reader.ledger(shard)?.rows {
+                let object = pass.objects.entry(row.sample.subject).or_default();
+                let given_up = GraspFacts::from(&row.facts).given_up;
+                object.runs += 1;
+                object.given_up += u64::from(given_up || matches!(row.fate, Fate::Rejected { .. }));
+            }
+        }
+        for sample in reader.iter(Selection::default()) {
+            let sample = sample?;
+            let run = sample.grasp_run()?;
+            pass.run(sample.index, &run);
+            if let Some(trials) = sample.grasp_trials()? {
+                pass.trials(&run, &trials);
+            }
+        }
+        let mut objects: Vec<GraspedObject> = Vec::new();
+        for row in reader.assets()?.objects {
+            let resting = row.resting().map_err(|error| DatasetError::Invalid {
+                path: reader.folder().join(ASSETS),
+                problem: error.to_string(),
+                remedy: "delete manifest.json and `run` the job again: the shards are kept",
+            })?;
+            let resting = resting.map(|resting| resting.poses).unwrap_or_default();
+            let sums = pass.objects.entry(row.object).or_default();
+            objects.push(GraspedObject {
+                name: row.name,
+                object: row.object,
+                runs: sums.runs,
+                given_up: sums.given_up,
+                verdicts: sums.verdicts,
+                trials: sums.trials,
+                resting: resting.len() as u64,
+                likely: resting.first().map(|pose| pose.probability),
+                table: sums.table,
+                best_energy: sums.lowest.map(|(energy, _)| energy),
+                best_epsilon: sums.extremes.map(|[best, _]| best.0),
+            });
+        }
+        objects.sort_by(|a, b| a.name.cmp(&b.name));
+        let facts = facts(reader, &mut pass, objects)?;
+        let picks = pass.objects.iter().map(|(object, sums)| (*object, sums.picks())).collect();
+        let Pass { energies, epsilons, method, .. } = pass;
+        Ok(Self { facts, energies, epsilons, method, picks })
+    }
+}
+
+fn facts(
+    reader: &DatasetReader,
+    pass: &mut Pass,
+    objects: Vec<GraspedObject>,
+) -> Result<GraspsInspection, DatasetError> {
+    let manifest = reader.manifest();
+    let mut types: Vec<TypeFacts> = pass.types.iter().map(|(kind, count)| TypeFacts::new(*kind, *count)).collect();
+    types.sort_by_key(|row| (std::cmp::Reverse(row.grasps), row.kind));
+    Ok(GraspsInspection {
+        header: InspectionHeader::of(reader)?,
+        hand: pass.method.as_ref().map(|(_, hand)| hand.name.clone()),
+        runs: manifest.counts.samples,
+        kept_runs: manifest.counts.kept,
+        rejected: manifest.counts.rejected.clone(),
+        given_up: manifest.counts.fact("given_up"),
+        verdicts: counted_verdicts(manifest),
+        energy: Spread::of(pass.energies.clone()),
+        epsilon: Spread::of(pass.epsilons.clone()),
+        types,
+        table: pass.table,
+        trials: std::mem::take(&mut pass.trials).finish(),
+        acceptance: pass.course.map(|(accepted, steps, ..)| if steps > 0.0 { accepted as f64 / steps } else { 0.0 }),
+        course: pass.course.map(|(.., sum, count)| (count > 0).then(|| sum / count as f64)),
+        objects,
+    })
+}
+
+/// Counts of states by the names of their verdicts.
+pub(super) type VerdictCounts = BTreeMap<String, u64>;
+
+/// Counts of a manifest's states by verdict.
+pub(super) fn counted_verdicts(manifest: &Manifest) -> VerdictCounts {
+    let count = |verdict: GraspVerdict| {
+        let name = verdict.name();
+        (name.to_owned(), manifest.counts.fact(&format!("grasps_{name}")))
+    };
+    GraspVerdict::ALL.map(count).into()
+}
+
+/// All states, and the kept grasps among them.
+pub(super) fn found_and_kept(verdicts: &VerdictCounts) -> [u64; 2] {
+    [verdicts.values().sum(), verdicts.get(GraspVerdict::Kept.name()).copied().unwrap_or(0)]
+}
+
+/// One line with the counts of grasps.
+pub(super) fn grasp_counts_in_words(verdicts: &VerdictCounts) -> String {
+    let count = |verdict: GraspVerdict| verdicts.get(verdict.name()).copied().filter(|count| *count > 0);
+    let other = |verdict: GraspVerdict| Some(format!("{} {}", grouped(count(verdict)?), verdict.name()));
+    let others: Vec<String> = GraspVerdict::ALL.into_iter().skip(1).filter_map(other).collect();
+    let [found, kept] = found_and_kept(verdicts);
+    let others = if others.is_empty() { String::new() } else { format!(" ({})", others.join(", ")) };
+    let share = percent(kept as f64 / found.max(1) as f64);
+    format!("{} grasps found, {} of them kept: {share}{others}", grouped(found), grouped(kept))
+}
+
+impl fmt::Display for GraspsInspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.header.write_names(f)?;
+        writeln!(f, "  job       {}", self.header.job)?;
+        if let Some(hand) = &self.hand {
+            writeln!(f, "  hand      {hand}")?;
+        }
+        let [runs, given_up] = [self.runs, self.given_up].map(grouped);
+        writeln!(f, "  runs      {runs}, {given_up} of them given up")?;
+        for (reason, count) in &self.rejected {
+            writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
+        }
+        self.header.write_shards(f)?;
+        writeln!(f)?;
+        writeln!(f, "\n{}", grasp_counts_in_words(&self.verdicts))?;
+        writeln!(f, "\n                         min        5 %     median       95 %        max       mean")?;
+        for (name, spread) in [("energy of all", &self.energy), ("epsilon of kept", &self.epsilon)] {
+            writeln!(f, "{}", SpreadRow::new(name, 4, spread))?;
+        }
+        writeln!(f, "  {}", self.table.in_words())?;
+        if let Some(trials) = &self.trials {
+            write!(f, "{trials}")?;
+        }
+        if !self.types.is_empty() {
+            writeln!(f, "\ntype      grasps     held  spread  proximal  distal  roll")?;
+        }
+        for TypeFacts { kind, grasps, held, digits: [spread, a, b, c, d, e, g, roll] } in self.types.iter().take(8) {
+            let held = if self.trials.is_some() { percent(*held as f64 / *grasps as f64) } else { "-".to_owned() };
+            let grasps = grouped(*grasps);
+            writeln!(f, "{kind:>6} {grasps:>9} {held:>8}  {spread:>6}  {a:>4} {b} {c}  {d:>2} {e} {g}  {roll:>4}")?;
+        }
+        let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
+        writeln!(
+            f,
+            "\n{:<wide$}    runs  given up    found     kept     held  rests  on table  best energy  best epsilon",
+            "object"
+        )?;
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
+        for object in &self.objects {
+            let GraspedObject {
+                name, runs, given_up, verdicts, trials, resting, table, best_energy, best_epsilon, ..
+            } = object;
+            let on_table = table.somewhere;
+            let (found, kept) = (object.found(), verdicts[GraspVerdict::Kept as usize]);
+            let (energy, epsilon) = (number(*best_energy), number(*best_epsilon));
+            let held = if trials[0] > 0 { trials[1].to_string() } else { "-".to_owned() };
+            writeln!(
+                f,
+                "{name:<wide$}  {runs:>6}  {given_up:>8} {found:>8} {kept:>8} {held:>8}  {resting:>5}  {on_table:>8}  \
+                 {energy:>11}  {epsilon:>12}"
+            )?;
+        }
+        if let Some(speed) = &self.header.notes.speed {
+            writeln!(f, "\nspeed: {:.2} runs/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;
+        }
+        self.header.write_warnings(f)
+    }
+}

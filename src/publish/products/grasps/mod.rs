@@ -1,0 +1,22 @@
+//! Grasps as people meet them: facts, pictures of grasps, trials and their calibration, page.
+
+mod calibration;
+mod gallery;
+mod inspection;
+mod page;
+mod replayed;
+mod row;
+mod trials;
+
+pub use calibration::{Calibration, ReliabilityBin};
+pub use inspection::{GraspedObject, GraspsInspection, TableFacts, inspect_grasps};
+pub use row::PAGES;
+pub use trials::TrialsInspection;
+
+#[cfg(test)]
+pub(super) use self::{
+    gallery::CardView,
+    inspection::GraspSurvey,
+    page::{GraspsPage, TEMPLATE},
+    replayed::ReplayView,
+};

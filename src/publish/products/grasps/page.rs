@@ -1,0 +1,309 @@
+//! The page of a dataset of grasps: counts, distributions, types, the course of the annealing, and pictures of grasps.
+
+use serde::Serialize;
+
+use super::{
+    gallery::CardView,
+    inspection::{GraspSurvey, GraspedObject, GraspsInspection, TableFacts, found_and_kept, grasp_counts_in_words},
+    replayed::ReplayView,
+    trials::TrialsView,
+};
+use crate::{
+    chart::{Bar, Ink, bar_chart, grouped, percent, value_histogram},
+    page::{DatasetView, SpeedView},
+    templates::Markup,
+};
+use format::{FORCE, GraspMethod, HandNames};
+use kernel::words::{GraspVerdict, STRETCHES};
+
+/// Types that a page lists.
+const TYPES: usize = 24;
+
+/// The template of the page.
+pub(crate) const TEMPLATE: &str = "grasps.html";
+/// The template of its section about trials.
+pub(super) const TRIALS_TEMPLATE: &str = "trials.html";
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct GraspsPage<'a> {
+    dataset: DatasetView<'a>,
+    numbers: HeaderNumbers,
+    hand: &'a str,
+    /// Sampler of the states.
+    sampler: &'a str,
+    speed: Option<SpeedView>,
+    method: Option<MethodView<'a>>,
+    /// Name and meaning of each verdict.
+    verdicts: Vec<[String; 2]>,
+    /// `None` where the hand has a shape that cannot be drawn.
+    gallery: Option<GalleryView>,
+    distributions: DistributionsView,
+    table: TableView,
+    trials: Option<TrialsView>,
+    replay: Option<ReplayView>,
+    course: Vec<CourseRow>,
+    /// `None` where no kept grasp has a type.
+    types: Option<TypesView>,
+    objects: Vec<ObjectRow<'a>>,
+    job: &'a str,
+}
+
+/// Pictures of grasps.
+#[derive(Serialize)]
+struct GalleryView {
+    cards: Vec<CardView>,
+}
+
+impl<'a> GraspsPage<'a> {
+    /// The page with these cards, or none where the hand has a shape that cannot be drawn.
+    pub fn of(survey: &'a GraspSurvey, cards: Option<Vec<CardView>>, replay: Option<ReplayView>, job: &'a str) -> Self {
+        let facts = &survey.facts;
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            numbers: HeaderNumbers::of(facts),
+            hand: facts.hand.as_deref().unwrap_or("a hand"),
+            sampler: survey.method.as_ref().map_or("annealing", |(method, _)| &method.sampler),
+            speed: SpeedView::of(&facts.header, "runs"),
+            method: survey.method.as_ref().map(|(method, hand)| MethodView::of(method, hand)),
+            verdicts: GraspVerdict::ALL.map(|verdict| [in_words(verdict), why(verdict).to_owned()]).into(),
+            gallery: cards.map(|cards| GalleryView { cards }),
+            distributions: DistributionsView::of(survey),
+            table: TableView::of(&facts.table),
+            trials: facts.trials.as_ref().map(TrialsView::of),
+            replay,
+            course: (0..STRETCHES).map(|tenth| CourseRow::of(facts, tenth)).collect(),
+            types: (!facts.types.is_empty()).then(|| TypesView::of(facts)),
+            objects: facts.objects.iter().map(|object| ObjectRow::of(facts, object)).collect(),
+            job,
+        }
+    }
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    kept: String,
+    /// States that are no grasps.
+    not_kept: String,
+    objects: usize,
+    runs: String,
+    given_up: String,
+    /// Kept of all found states.
+    share: String,
+    types: String,
+}
+
+impl HeaderNumbers {
+    fn of(facts: &GraspsInspection) -> Self {
+        let [found, kept] = found_and_kept(&facts.verdicts);
+        Self {
+            kept: grouped(kept),
+            not_kept: grouped(found - kept),
+            objects: facts.objects.len(),
+            runs: grouped(facts.runs),
+            given_up: grouped(facts.given_up),
+            share: percent(kept as f64 / found.max(1) as f64),
+            types: grouped(facts.types.len() as u64),
+        }
+    }
+}
+
+/// The numbers behind energies and qualities.
+#[derive(Serialize)]
+struct MethodView<'a> {
+    hand: &'a str,
+    joints: usize,
+    /// Joints with motors.
+    driven: usize,
+    energy: String,
+    energy_friction: String,
+    energy_space: &'static str,
+    /// Torsion of soft fingers; `None` of hard points.
+    torsion: Option<String>,
+    friction: String,
+    edges: u32,
+    min_epsilon: String,
+    space: &'static str,
+}
+
+impl<'a> MethodView<'a> {
+    fn of(method: &GraspMethod, hand: &'a HandNames) -> Self {
+        Self {
+            hand: &hand.name,
+            joints: hand.joints.len(),
+            driven: hand.driven.len(),
+            energy: method.energy.replace('_', " "),
+            energy_friction: method.energy_friction.to_string(),
+            energy_space: space_in_words(&method.energy_space),
+            torsion: (method.contact_model == "soft_finger").then(|| method.torsion.to_string()),
+            friction: method.friction.to_string(),
+            edges: method.edges,
+            min_epsilon: method.min_epsilon.to_string(),
+            space: space_in_words(&method.space),
+        }
+    }
+}
+
+fn space_in_words(space: &str) -> &'static str {
+    if space == FORCE { "forces" } else { "forces and torques" }
+}
+
+fn in_words(verdict: GraspVerdict) -> String {
+    verdict.name().replace('_', " ")
+}
+
+fn why(verdict: GraspVerdict) -> &'static str {
+    match verdict {
+        GraspVerdict::Kept => "the contacts resist every disturbance, well enough",
+        GraspVerdict::Penetrates => "the hand is in the true mesh before it closes",
+        GraspVerdict::OpenHand => "the closed hand touches with one link or none",
+        GraspVerdict::NoForceClosure => "some disturbance meets no resistance",
+        GraspVerdict::LowQuality => "every disturbance is resisted, but some hardly",
+        GraspVerdict::BelowTable => "on a table the hand would come below it, however the object rests",
+    }
+}
+
+/// Histograms of states and grasps.
+#[derive(Serialize)]
+struct DistributionsView {
+    counts: String,
+    verdicts: Markup,
+    energy: Markup,
+    /// `None` where no grasp was kept.
+    epsilon: Option<Markup>,
+}
+
+impl DistributionsView {
+    fn of(survey: &GraspSurvey) -> Self {
+        let facts = &survey.facts;
+        let bars = GraspVerdict::ALL.map(|verdict| Bar {
+            label: in_words(verdict),
+            value: facts.verdicts.get(verdict.name()).copied().unwrap_or(0),
+            ink: if verdict == GraspVerdict::Kept { Ink::Partial } else { Ink::Reject },
+        });
+        let energy = value_histogram(
+            &survey.energies,
+            &facts.energy,
+            "Energy of all states",
+            ["energy", "grasps"],
+            Ink::Neutral,
+        );
+        let epsilon = || {
+            value_histogram(
+                &survey.epsilons,
+                &facts.epsilon,
+                "Epsilon of kept grasps",
+                ["epsilon", "grasps"],
+                Ink::Partial,
+            )
+        };
+        Self {
+            counts: grasp_counts_in_words(&facts.verdicts),
+            verdicts: bar_chart("states by verdict", &bars),
+            energy: energy.svg(),
+            epsilon: (!survey.epsilons.is_empty()).then(|| epsilon().svg()),
+        }
+    }
+}
+
+/// Kept grasps that can be executed on a table: a count and its share each.
+#[derive(Serialize)]
+struct TableView {
+    somewhere: [String; 2],
+    opened: [String; 2],
+    likely: [String; 2],
+}
+
+impl TableView {
+    fn of(table: &TableFacts) -> Self {
+        let TableFacts { grasps, somewhere, likely, opened } = *table;
+        let cells = |count: u64| [grouped(count), percent(count as f64 / grasps.max(1) as f64)];
+        Self { somewhere: cells(somewhere), opened: cells(opened), likely: cells(likely) }
+    }
+}
+
+/// One tenth of the search.
+#[derive(Serialize)]
+struct CourseRow {
+    /// First and last step [% of all].
+    from: usize,
+    to: usize,
+    /// Share of accepted steps.
+    accepted: String,
+    /// Width of the bar for that share [%].
+    width: String,
+    /// Mean energy.
+    energy: String,
+}
+
+impl CourseRow {
+    fn of(facts: &GraspsInspection, tenth: usize) -> Self {
+        let share = facts.acceptance[tenth];
+        Self {
+            from: tenth * 100 / STRETCHES,
+            to: (tenth + 1) * 100 / STRETCHES,
+            accepted: percent(share),
+            width: format!("{:.1}", share * 100.0),
+            energy: facts.course[tenth].map_or_else(|| "-".to_owned(), |energy| format!("{energy:.3}")),
+        }
+    }
+}
+
+/// The most common types.
+#[derive(Serialize)]
+struct TypesView {
+    count: String,
+    /// Kept grasps with a type.
+    grasps: String,
+    /// Type, grasps, share, digits; with trials the count that held.
+    rows: Vec<Vec<String>>,
+}
+
+impl TypesView {
+    fn of(facts: &GraspsInspection) -> Self {
+        let all: u64 = facts.types.iter().map(|row| row.grasps).sum();
+        let rows = facts.types.iter().take(TYPES).map(|row| {
+            let mut cells = vec![row.kind.to_string(), grouped(row.grasps), percent(row.grasps as f64 / all as f64)];
+            cells.extend(row.digits_in_words());
+            cells.extend(held_cell(facts, row.held, row.grasps));
+            cells
+        });
+        Self { count: grouped(facts.types.len() as u64), grasps: grouped(all), rows: rows.collect() }
+    }
+}
+
+/// Count and share of tried grasps that held; `None` without trials.
+fn held_cell(facts: &GraspsInspection, held: u64, tried: u64) -> Option<String> {
+    facts.trials.as_ref().map(|_| match tried {
+        0 => "-".to_owned(),
+        _ => format!("{} ({})", grouped(held), percent(held as f64 / tried as f64)),
+    })
+}
+
+/// One object.
+#[derive(Serialize)]
+struct ObjectRow<'a> {
+    id: String,
+    name: &'a str,
+    figures: Vec<String>,
+}
+
+impl<'a> ObjectRow<'a> {
+    fn of(facts: &GraspsInspection, object: &'a GraspedObject) -> Self {
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
+        let GraspedObject { name, object: id, verdicts, trials, resting, likely, table, .. } = object;
+        let mut figures = vec![grouped(object.runs), grouped(object.given_up), grouped(object.found())];
+        figures.extend(verdicts.iter().map(|count| grouped(*count)));
+        figures.extend(held_cell(facts, trials[1], trials[0]));
+        figures.extend([
+            resting.to_string(),
+            likely.map_or_else(|| "-".to_owned(), percent),
+            grouped(table.somewhere),
+            grouped(table.likely),
+            number(object.best_energy),
+            number(object.best_epsilon),
+        ]);
+        Self { id: id.to_string(), name, figures }
+    }
+}

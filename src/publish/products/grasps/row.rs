@@ -1,0 +1,93 @@
+//! The row of grasps in the table of products.
+
+use super::{
+    gallery::{cards, pictures},
+    inspection::{GraspSurvey, counted_verdicts, grasp_counts_in_words},
+    page::{GraspsPage, TEMPLATE, TRIALS_TEMPLATE},
+    replayed::replay,
+};
+use crate::{
+    chart::grouped,
+    inspection::Inspection,
+    picture::Picture,
+    preview::{PREVIEWED, write_grasp_preview},
+    product::{Page, ProductAssets, ProductPages, ProductWords, Survey},
+    release::{AssetKind, AssetUse, NumberRow, Numbers, PICTURES},
+    tally::SpreadRow,
+    templates::render,
+};
+use format::{
+    Product,
+    dataset::{DatasetError, DatasetReader},
+    products::grasps::SHAPES,
+};
+use kernel::words::GraspVerdict;
+
+/// Grasps as people meet them.
+pub static PAGES: ProductPages = ProductPages {
+    product: Product::GRASPS,
+    words: ProductWords {
+        lead: "How a hand can hold objects: poses, joints, contacts, quality and a verdict for every grasp that was found.",
+        sample: "one search from one seed on an object, with all grasps that it found",
+        labels: "quality and a verdict for each grasp; outcomes of physical trials where the job asks for them",
+        acquisition: "Grasps were searched on the objects' meshes, the hand was closed in simulation, and quality computed.",
+        reading: "`shapes.mcap` holds the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed.",
+        legend: "The closed hand (blue) on the object (orange), a dot at each contact, from two sides; of each object the \
+                 kept grasp of the highest epsilon, or the state of lowest energy where none was kept.",
+        regenerated: 8,
+        tasks: &["robotics"],
+    },
+    templates: &[(TEMPLATE, include_str!("page.html")), (TRIALS_TEMPLATE, include_str!("trials.html"))],
+    survey: |reader| Ok(Box::new(GraspSurvey::of(reader)?)),
+    parts: None,
+    counts_in_words: |_, manifest| Ok(vec![grasp_counts_in_words(&counted_verdicts(manifest))]),
+    write_preview: |reader, _| Ok(write_grasp_preview(reader, PREVIEWED)?),
+    preview_shows_more: false,
+    assets: ProductAssets {
+        subjects: AssetKind::Object,
+        objects: AssetUse::Copied,
+        descriptions: AssetUse::Copied,
+        shape_files: &[SHAPES],
+        data_files: &[],
+    },
+};
+
+/// Side of each look at a grasp [px].
+const SIDE: u32 = 240;
+
+impl Survey for GraspSurvey {
+    fn inspection(&self) -> Inspection {
+        Inspection::of(&self.facts)
+    }
+
+    fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
+        let cards = cards(reader, self)?;
+        let shown = cards.as_ref().map_or(0, Vec::len);
+        let (replay, job) = (replay(reader.folder(), reader.manifest())?, reader.job_text()?);
+        Ok(Page { html: render(TEMPLATE, &GraspsPage::of(self, cards, replay, &job)), shown })
+    }
+
+    fn add_numbers(&self, numbers: &mut Numbers) {
+        let facts = &self.facts;
+        let rows = &mut numbers.rows;
+        rows.extend(facts.hand.iter().map(|hand| NumberRow::new("hand", hand)));
+        rows.extend(GraspVerdict::ALL.map(|verdict| {
+            let count = facts.verdicts.get(verdict.name()).copied().unwrap_or(0);
+            NumberRow::new(format!("grasps: {}", verdict.name().replace('_', " ")), grouped(count))
+        }));
+        rows.push(NumberRow::new("runs given up before they were over", grouped(facts.given_up)));
+        rows.push(NumberRow::new("different types of kept grasps", grouped(facts.types.len() as u64)));
+        if let Some(trials) = &facts.trials {
+            rows.push(NumberRow::new("physical trials", trials.in_words()));
+            rows.push(NumberRow::new("conditions of trials", &trials.conditions));
+        }
+        numbers.spreads = vec![
+            SpreadRow::new("energy of all states", 3, &facts.energy),
+            SpreadRow::new("epsilon of kept grasps", 4, &facts.epsilon),
+        ];
+    }
+
+    fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {
+        pictures(reader, self, PICTURES, SIDE)
+    }
+}

@@ -1,0 +1,39 @@
+//! The table of products as people meet them: one row each. A new product is a new row here, and a folder of its own beside
+//! this file.
+
+pub mod completion;
+pub mod grasps;
+pub mod patches;
+pub mod reachability;
+#[cfg(test)]
+mod template_tests;
+
+use super::product::ProductPages;
+use format::Product;
+
+/// Every product.
+pub static PRODUCTS: [&ProductPages; 4] = [&completion::PAGES, &reachability::PAGES, &grasps::PAGES, &patches::PAGES];
+
+/// The row of a product.
+///
+/// # Panics
+/// When the table lacks the product: a test compares the tables.
+pub fn pages_of(product: Product) -> &'static ProductPages {
+    PRODUCTS.iter().find(|pages| pages.product == product).expect("every product of the format has pages")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_product_of_the_format_has_pages_and_words_for_its_files() {
+        assert!(PRODUCTS.iter().map(|pages| pages.product).eq(Product::all()));
+        for pages in PRODUCTS {
+            let files: Vec<&str> = pages.product.files.iter().map(|file| file.name).collect();
+            let named = pages.assets.shape_files.iter().chain(pages.assets.data_files);
+            assert!(named.into_iter().all(|name| files.contains(name)), "{}", pages.product);
+            assert!(pages.templates[0].0.ends_with(".html"), "{}", pages.product);
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! The facts of a dataset of patches, out of its tables and ledgers.
+
+use std::{collections::BTreeMap, fmt, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    chart::{grouped, percent},
+    grasp_types::TypeFacts,
+    inspection::{InspectionHeader, open_of},
+    tally::{Spread, SpreadRow},
+};
+use format::{
+    Channel, PatchFacts, Product,
+    dataset::{DatasetError, DatasetReader, Fate},
+    products::patches::read_types,
+};
+use kernel::{
+    ids::{Digest, ObjectId, SampleIndex},
+    words::GraspTypeCounts,
+};
+
+/// Content of a dataset of patches. `Display` is for people; serialised, it is for machines.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PatchesInspection {
+    /// Facts that the inspections of all products share.
+    #[serde(flatten)]
+    pub header: InspectionHeader,
+    /// Root digest of the exact numbers of the grasps; `None` where no sample was kept.
+    pub grasps: Option<Digest>,
+    /// The hand.
+    pub hand: Option<String>,
+    /// Kept grasps of that dataset, of any type or none.
+    pub kept_grasps: u64,
+    /// Different types of them.
+    pub different_types: u64,
+    /// Kept grasps without a type.
+    pub without_type: u64,
+    /// Grasps of the chosen types: kept + rejected.
+    pub samples: u64,
+    /// Stored samples, of four patches each.
+    pub kept: u64,
+    /// Grasps that were not stored, by reason.
+    pub rejected: BTreeMap<String, u64>,
+    /// Whether patches are in colour, too.
+    pub colour: bool,
+    /// The chosen types, the most common first.
+    pub types: Vec<ChosenType>,
+    /// Epsilon of the stored samples.
+    pub epsilon: Spread,
+    /// Energy of the stored samples.
+    pub energy: Spread,
+    /// One row per object, sorted by name.
+    pub objects: Vec<LookedAtObject>,
+}
+
+/// One of the chosen types.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChosenType {
+    /// The type, with the count of kept grasps of it in the dataset of grasps.
+    #[serde(flatten)]
+    pub facts: TypeFacts,
+    /// Stored samples of it.
+    pub kept: u64,
+}
+
+/// One object.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LookedAtObject {
+    /// Name in the job for grasps.
+    pub name: String,
+    /// The object by content.
+    pub object: ObjectId,
+    /// Its grasps of the chosen types.
+    pub samples: u64,
+    /// Stored grasps.
+    pub kept: u64,
+}
+
+/// Everything that a page needs but the pictures.
+pub(crate) struct PatchSurvey {
+    pub facts: PatchesInspection,
+    /// Epsilons of the stored samples.
+    pub epsilons: Vec<f64>,
+    /// For each chosen type the stored samples with the highest epsilon, best first, of different objects.
+    pub picks: Vec<Vec<SampleIndex>>,
+}
+
+/// Samples of a type that a page shows.
+const SHOWN: usize = 3;
+
+/// The facts of a finished dataset of patches: reads tables, ledgers and one sample.
+///
+/// # Errors
+/// When the dataset is not finished or of another product, or a file is missing or damaged.
+pub fn inspect_patches(folder: &Path) -> Result<PatchesInspection, DatasetError> {
+    Ok(PatchSurvey::of(&open_of(folder, Product::PATCHES)?)?.facts)
+}
+
+/// Sums of one pass over the ledgers.
+#[derive(Default)]
+struct Pass {
+    objects: BTreeMap<ObjectId, [u64; 2]>,
+    types: BTreeMap<u32, u64>,
+    epsilons: Vec<f64>,
+    energies: Vec<f64>,
+    /// The best stored sample of each chosen type and object.
+    best: BTreeMap<(u32, ObjectId), (f64, SampleIndex)>,
+    first: Option<SampleIndex>,
+}
+
+impl Pass {
+    fn keep(&mut self, object: ObjectId, index: SampleIndex, facts: &PatchFacts) {
+        *self.types.entry(facts.kind).or_default() += 1;
+        self.epsilons.push(facts.epsilon);
+        self.energies.push(facts.energy);
+        self.first.get_or_insert(index);
+        let best = self.best.entry((facts.type_index, object)).or_insert((facts.epsilon, index));
+        if facts.epsilon > best.0 {
+            *best = (facts.epsilon, index);
+        }
+    }
+
+    fn picks(&self, types: usize) -> Vec<Vec<SampleIndex>> {
+        let mut picks = vec![Vec::new(); types];
+        for ((place, _), best) in &self.best {
+            if let Some(picks) = picks.get_mut(*place as usize) {
+                picks.push(*best);
+            }
+        }
+        let mut picks: Vec<Vec<(f64, SampleIndex)>> = picks;
+        picks.iter_mut().for_each(|picks| {
+            picks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            picks.truncate(SHOWN);
+        });
+        picks.into_iter().map(|picks| picks.into_iter().map(|(_, index)| index).collect()).collect()
+    }
+}
+
+impl PatchSurvey {
+    /// Reads the ledgers of a dataset, one at a time.
+    pub fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+        let manifest = reader.manifest();
+        let mut pass = Pass::default();
+        for shard in 0..manifest.shards.len() {
+            for row in reader.ledger(shard)?.rows {
+                let kept = matches!(row.fate, Fate::Kept(_));
+                let [samples, stored] = pass.objects.entry(row.sample.subject).or_default();
+                *samples += 1;
+                *stored += u64::from(kept);
+                if kept {
+                    pass.keep(row.sample.subject, row.index, &PatchFacts::from(&row.facts));
+                }
+            }
+        }
+        let facts = facts(reader, &pass)?;
+        let picks = pass.picks(facts.types.len());
+        Ok(Self { facts, epsilons: pass.epsilons, picks })
+    }
+}
+
+fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, DatasetError> {
+    let manifest = reader.manifest();
+    let types = read_types(reader.folder())?;
+    let first = match pass.first {
+        Some(index) => reader.sample(index)?.map(|sample| sample.heatmap_patch()).transpose()?,
+        None => None,
+    };
+    let mut objects: Vec<LookedAtObject> = Vec::new();
+    for row in reader.assets()?.objects {
+        let [samples, kept] = pass.objects.get(&row.object).copied().unwrap_or_default();
+        objects.push(LookedAtObject { name: row.name, object: row.object, samples, kept });
+    }
+    objects.sort_by(|a, b| a.name.cmp(&b.name));
+    let GraspTypeCounts { counts, without, chosen } = &types;
+    let of_type = |kind: &u32| ChosenType {
+        facts: TypeFacts::new(*kind, [counts.get(kind).copied().unwrap_or(0), 0]),
+        kept: pass.types.get(kind).copied().unwrap_or(0),
+    };
+    Ok(PatchesInspection {
+        header: InspectionHeader::of(reader)?,
+        grasps: first.as_ref().map(|patch| patch.grasps),
+        hand: first.map(|patch| patch.hand),
+        kept_grasps: types.grasps(),
+        different_types: counts.len() as u64,
+        without_type: *without,
+        samples: manifest.counts.samples,
+        kept: manifest.counts.kept,
+        rejected: manifest.counts.rejected.clone(),
+        colour: manifest.channels().contains(&Channel::PATCH_COLOUR),
+        types: chosen.iter().map(of_type).collect(),
+        epsilon: Spread::of(pass.epsilons.clone()),
+        energy: Spread::of(pass.energies.clone()),
+        objects,
+    })
+}
+
+/// One line with the count of types that were chosen, and how many grasps they cover.
+pub(super) fn types_in_words(types: &GraspTypeCounts) -> String {
+    format!(
+        "{} of {} kept grasps are of the {} most common of {} types: {}",
+        grouped(types.covered()),
+        grouped(types.grasps()),
+        types.chosen.len(),
+        grouped(types.counts.len() as u64),
+        percent(types.covered() as f64 / types.grasps().max(1) as f64),
+    )
+}
+
+impl fmt::Display for PatchesInspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.header.write_names(f)?;
+        writeln!(f, "  job       {}", self.header.job)?;
+        for (name, value) in [("hand", self.hand.clone()), ("grasps", self.grasps.map(|root| root.to_string()))] {
+            if let Some(value) = value {
+                writeln!(f, "  {name:<9} {value}")?;
+            }
+        }
+        let [all, samples, kept] = [self.kept_grasps, self.samples, self.kept].map(grouped);
+        writeln!(f, "  samples   {kept} of {samples} grasps of the chosen types, {all} of any")?;
+        for (reason, count) in &self.rejected {
+            writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
+        }
+        writeln!(f, "  colour    {}", if self.colour { "yes" } else { "no" })?;
+        self.header.write_shards(f)?;
+        writeln!(f)?;
+        writeln!(f, "\n                         min        5 %     median       95 %        max       mean")?;
+        for (name, spread) in [("epsilon", &self.epsilon), ("energy", &self.energy)] {
+            writeln!(f, "{}", SpreadRow::new(name, 4, spread))?;
+        }
+        writeln!(f, "\ntype      grasps     kept  of all  spread  proximal  distal  roll")?;
+        for ChosenType { facts: TypeFacts { kind, grasps, digits, .. }, kept } in &self.types {
+            let [spread, a, b, c, d, e, g, roll] = digits;
+            let share = percent(*grasps as f64 / self.kept_grasps.max(1) as f64);
+            let [grasps, kept] = [*grasps, *kept].map(grouped);
+            write!(f, "{kind:>6} {grasps:>9} {kept:>8}  {share:>6}  {spread:>6}  ")?;
+            writeln!(f, "{a:>4} {b} {c}  {d:>2} {e} {g}  {roll:>4}")?;
+        }
+        let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
+        writeln!(f, "\n{:<wide$}   grasps     kept", "object")?;
+        for LookedAtObject { name, samples, kept, .. } in &self.objects {
+            let [samples, kept] = [*samples, *kept].map(grouped);
+            writeln!(f, "{name:<wide$}  {samples:>7}  {kept:>7}")?;
+        }
+        if let Some(speed) = &self.header.notes.speed {
+            writeln!(f, "\nspeed: {:.1} grasps/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;
+        }
+        self.header.write_warnings(f)
+    }
+}

@@ -1,0 +1,16 @@
+//! Patches as people meet them: facts, sheets of patches, page.
+
+mod inspection;
+mod page;
+mod row;
+mod sheets;
+
+pub use inspection::{ChosenType, LookedAtObject, PatchesInspection, inspect_patches};
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::{
+    inspection::PatchSurvey,
+    page::{PatchesPage, TEMPLATE},
+    sheets::CardView,
+};

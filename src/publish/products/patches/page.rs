@@ -1,0 +1,145 @@
+//! The page of a dataset of patches: which types were chosen, what was left out, and sheets of patches.
+
+use serde::Serialize;
+
+use super::{
+    inspection::{PatchSurvey, PatchesInspection},
+    sheets::CardView,
+};
+use crate::{
+    chart::{Ink, grouped, percent, value_histogram},
+    page::DatasetView,
+    templates::Markup,
+};
+
+/// The template of the page.
+pub(crate) const TEMPLATE: &str = "patches.html";
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct PatchesPage<'a> {
+    dataset: DatasetView<'a>,
+    numbers: HeaderNumbers,
+    /// Root digest of the exact numbers of the grasps.
+    grasps: Option<String>,
+    types: TypesView,
+    cards: Vec<CardView>,
+    /// Epsilon of the stored grasps; `None` where none is stored.
+    epsilon: Option<Markup>,
+    /// Reason, count and share.
+    rejects: Vec<[String; 3]>,
+    objects: Vec<ObjectRow<'a>>,
+    job: &'a str,
+}
+
+impl<'a> PatchesPage<'a> {
+    /// The page with these cards.
+    pub fn of(survey: &'a PatchSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
+        let facts = &survey.facts;
+        let epsilon = || {
+            value_histogram(
+                &survey.epsilons,
+                &facts.epsilon,
+                "Epsilon of the stored grasps",
+                ["epsilon", "grasps"],
+                Ink::Partial,
+            )
+        };
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            numbers: HeaderNumbers::of(facts),
+            grasps: facts.grasps.map(|root| root.to_string()),
+            types: TypesView::of(facts),
+            cards,
+            epsilon: (!survey.epsilons.is_empty()).then(|| epsilon().svg()),
+            rejects: rejects(facts),
+            objects: objects(facts),
+            job,
+        }
+    }
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    /// Stored grasps.
+    kept: String,
+    /// Objects with stored grasps.
+    objects: String,
+    /// Kept grasps of the dataset of grasps.
+    grasps: String,
+    /// Grasps of the chosen types, and their share.
+    chosen: String,
+    rejected: String,
+    patches: String,
+}
+
+impl HeaderNumbers {
+    fn of(facts: &PatchesInspection) -> Self {
+        let share = facts.samples as f64 / facts.kept_grasps.max(1) as f64;
+        Self {
+            kept: grouped(facts.kept),
+            objects: grouped(facts.objects.iter().filter(|object| object.kept > 0).count() as u64),
+            grasps: grouped(facts.kept_grasps),
+            chosen: format!("{} · {}", grouped(facts.samples), percent(share)),
+            rejected: grouped(facts.samples - facts.kept),
+            patches: grouped(4 * facts.kept),
+        }
+    }
+}
+
+/// The chosen types.
+#[derive(Serialize)]
+struct TypesView {
+    chosen: usize,
+    /// Different types of all kept grasps.
+    different: String,
+    /// Index, type, grasps, share, coverage, stored and digits.
+    rows: Vec<Vec<String>>,
+}
+
+impl TypesView {
+    fn of(facts: &PatchesInspection) -> Self {
+        let all = facts.kept_grasps.max(1) as f64;
+        let mut covered = 0;
+        let rows = facts.types.iter().enumerate().map(|(index, chosen)| {
+            let row = &chosen.facts;
+            covered += row.grasps;
+            let mut cells = vec![
+                index.to_string(),
+                row.kind.to_string(),
+                grouped(row.grasps),
+                percent(row.grasps as f64 / all),
+                percent(covered as f64 / all),
+                grouped(chosen.kept),
+            ];
+            cells.extend(row.digits_in_words());
+            cells
+        });
+        Self { rows: rows.collect(), chosen: facts.types.len(), different: grouped(facts.different_types) }
+    }
+}
+
+fn rejects(facts: &PatchesInspection) -> Vec<[String; 3]> {
+    let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
+    facts.rejected.iter().map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)]).collect()
+}
+
+/// One object.
+#[derive(Serialize)]
+struct ObjectRow<'a> {
+    id: String,
+    name: &'a str,
+    samples: String,
+    kept: String,
+}
+
+fn objects(facts: &PatchesInspection) -> Vec<ObjectRow<'_>> {
+    let rows = facts.objects.iter().map(|object| ObjectRow {
+        id: object.object.to_string(),
+        name: &object.name,
+        samples: grouped(object.samples),
+        kept: grouped(object.kept),
+    });
+    rows.collect()
+}

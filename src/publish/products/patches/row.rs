@@ -1,0 +1,90 @@
+//! The row of patches in the table of products.
+
+use super::{
+    inspection::{PatchSurvey, types_in_words},
+    page::{PatchesPage, TEMPLATE},
+    sheets::{cards, picture_of},
+};
+use crate::{
+    chart::grouped,
+    inspection::Inspection,
+    picture::Picture,
+    preview::{PREVIEWED, write_patch_preview},
+    product::{Page, ProductAssets, ProductPages, ProductWords, Survey},
+    release::{AssetKind, AssetUse, NumberRow, Numbers, PICTURES},
+    tally::SpreadRow,
+    templates::render,
+};
+use format::{
+    Product,
+    dataset::{DatasetError, DatasetReader},
+    products::patches::read_types,
+};
+
+/// Patches as people meet them.
+pub static PAGES: ProductPages = ProductPages {
+    product: Product::PATCHES,
+    words: ProductWords {
+        lead: "What a camera sees around the palm and the fingertips of grasps: square patches of depth, with the labels of \
+               heatmaps by grasp type.",
+        sample: "one grasp, seen by one camera",
+        labels: "the type of the grasp and its quality, at each of four points",
+        acquisition: "Grasps of another dataset were projected into rendered images of their objects, and patches cut out.",
+        reading: "",
+        legend: "From left to right: the patches around the palm and the three fingertips of one grasp.",
+        regenerated: 64,
+        tasks: &["robotics"],
+    },
+    templates: &[(TEMPLATE, include_str!("page.html"))],
+    survey: |reader| Ok(Box::new(PatchSurvey::of(reader)?)),
+    parts: None,
+    counts_in_words: |folder, _| Ok(vec![types_in_words(&read_types(folder)?)]),
+    write_preview: |reader, _| Ok(write_patch_preview(reader, PREVIEWED)?),
+    preview_shows_more: false,
+    assets: ProductAssets {
+        subjects: AssetKind::Object,
+        objects: AssetUse::Derived,
+        descriptions: AssetUse::Measured,
+        shape_files: &[],
+        data_files: &[],
+    },
+};
+
+impl Survey for PatchSurvey {
+    fn inspection(&self) -> Inspection {
+        Inspection::of(&self.facts)
+    }
+
+    fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
+        let (cards, job) = (cards(reader, self)?, reader.job_text()?);
+        let shown = cards.len();
+        Ok(Page { html: render(TEMPLATE, &PatchesPage::of(self, cards, &job)), shown })
+    }
+
+    fn add_numbers(&self, numbers: &mut Numbers) {
+        let facts = &self.facts;
+        let rows = &mut numbers.rows;
+        rows.extend(facts.hand.iter().map(|hand| NumberRow::new("hand", hand)));
+        rows.push(NumberRow::new("kept grasps of the dataset of grasps", grouped(facts.kept_grasps)));
+        rows.push(NumberRow::new("different types of them", grouped(facts.different_types)));
+        rows.push(NumberRow::new("types chosen", grouped(facts.types.len() as u64)));
+        rows.push(NumberRow::new("patches in colour", if facts.colour { "yes" } else { "no" }));
+        let digest = facts.grasps.iter();
+        rows.extend(digest.map(|grasps| NumberRow::with_code("exact digest of the dataset of grasps", "", grasps)));
+        numbers.spreads =
+            vec![SpreadRow::new("epsilon", 4, &facts.epsilon), SpreadRow::new("energy", 3, &facts.energy)];
+    }
+
+    fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {
+        let mut drawn = Vec::new();
+        for index in self.picks.iter().filter_map(|picks| picks.first()).take(PICTURES) {
+            let Some(sample) = reader.sample(*index)? else { continue };
+            let patch = sample.heatmap_patch()?;
+            let object = self.facts.objects.iter().find(|object| object.object == sample.id.subject);
+            let name = object.map_or("?", |object| object.name.as_str());
+            let caption = format!("{name}, grasp of type {}", patch.kind());
+            drawn.push((caption, picture_of(&patch, sample.patch_colour()?.as_ref())));
+        }
+        Ok(drawn)
+    }
+}

@@ -1,0 +1,15 @@
+//! Reachability maps as people meet them: facts, cross-sections, page.
+
+mod census;
+mod contour;
+mod inspection;
+mod page;
+mod row;
+mod section;
+mod tables;
+
+pub use inspection::{AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability};
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::page::{ReachabilityPage, TEMPLATE};

@@ -1,0 +1,313 @@
+//! The page of a reachability dataset: counts, cross-sections with approach directions over the field, directions.
+
+use serde::Serialize;
+
+use super::{
+    census::Census,
+    inspection::{AxisFacts, ReachabilityFacts},
+    section::{BandView, Cut, band_key, class, legend},
+    tables::{CountsView, DirectionsView},
+};
+use crate::{
+    chart::{grouped, percent, short},
+    page::{DatasetView, SpeedView},
+    picture::Picture,
+    templates::Markup,
+};
+use format::ReachabilityField;
+use kernel::geom::{AxisUnit, FieldMetric, PoseGrid, PoseLabel};
+
+/// Level cross-sections.
+const LEVELS: usize = 4;
+/// Labels, the best first.
+pub(super) const ORDER: [PoseLabel; 3] = [PoseLabel::Reachable, PoseLabel::Colliding, PoseLabel::NoSolution];
+/// Name of a job's collisions where none are looked at.
+const NO_COLLISIONS: &str = "none";
+
+/// The template of the page.
+pub(crate) const TEMPLATE: &str = "reachability.html";
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct ReachabilityPage<'a> {
+    dataset: DatasetView<'a>,
+    numbers: HeaderNumbers,
+    speed: Option<SpeedView>,
+    labels: [LabelView; 3],
+    robot: RobotView<'a>,
+    solver: &'a str,
+    /// Shapes whose collisions count; `None` where collisions are not looked at.
+    collisions: Option<&'a str>,
+    grid: GridView<'a>,
+    field: FieldView<'a>,
+    upright: CutView,
+    levels: Vec<CutView>,
+    key: KeyView,
+    counts: CountsView,
+    directions: DirectionsView,
+    job: &'a str,
+}
+
+impl<'a> ReachabilityPage<'a> {
+    /// Count of the cross-sections.
+    pub fn shown(&self) -> usize {
+        1 + self.levels.len()
+    }
+
+    /// The page of a map.
+    pub fn of(facts: &'a ReachabilityFacts, field: &ReachabilityField, job: &'a str) -> Self {
+        let census = Census::of(field);
+        let (upright, levels) = cuts(field, &census);
+        let (grid, band) = (&field.header.grid, band(field));
+        let view = |cut: &Cut| CutView {
+            kind: if matches!(cut, Cut::Level(_)) { "level" } else { "upright" },
+            name: cut.name(grid),
+            svg: cut.svg(grid, &census, band),
+        };
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            numbers: HeaderNumbers::of(facts),
+            speed: SpeedView::of(&facts.header, "positions"),
+            labels: ORDER.map(|label| LabelView::of(facts, label)),
+            robot: RobotView::of(facts),
+            solver: &facts.solver,
+            collisions: (facts.collisions != NO_COLLISIONS).then_some(&facts.collisions),
+            grid: GridView::of(facts),
+            field: FieldView::of(facts),
+            upright: view(&upright),
+            levels: levels.iter().map(view).collect(),
+            key: KeyView::of(grid, &census, band, levels.iter().chain([&upright])),
+            counts: CountsView::of(facts, field, &census),
+            directions: DirectionsView::of(&census),
+            job,
+        }
+    }
+}
+
+/// The upright cross-section and one level one as pictures, with where they are; `cell` pixels a position.
+pub(crate) fn pictures(field: &ReachabilityField, cell: u32) -> Vec<(String, Picture)> {
+    let census = Census::of(field);
+    let (upright, levels) = cuts(field, &census);
+    let grid = &field.header.grid;
+    let middle = levels.get((levels.len() + 1).div_ceil(2) - 1);
+    let shown = [upright].into_iter().chain(middle.copied());
+    shown.map(|cut| (cut.name(grid), cut.picture(grid, &census, cell).with_few_colours().framed())).collect()
+}
+
+/// The upright cross-section through the middle, and level ones from above.
+fn cuts(field: &ReachabilityField, census: &Census) -> (Cut, Vec<Cut>) {
+    let upright = Cut::Upright(field.header.grid.places()[1].nearest(0.0));
+    (upright, census.middle_heights(LEVELS).into_iter().rev().map(Cut::Level).collect())
+}
+
+/// Width of the bands of signed distance, in the field's unit.
+fn band(field: &ReachabilityField) -> f64 {
+    match field.header.metric {
+        FieldMetric::Metres { .. } => (field.header.grid.places()[0].step / 2.0).max(0.025),
+        FieldMetric::Cells => 0.5,
+    }
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    poses: String,
+    positions: String,
+    /// Poses per second, where the run left its figures.
+    rate: Option<String>,
+    /// The position in the middle of the grid.
+    middle: String,
+}
+
+impl HeaderNumbers {
+    fn of(facts: &ReachabilityFacts) -> Self {
+        let per_position = facts.poses as f64 / facts.positions.max(1) as f64;
+        let speed = facts.header.notes.speed.as_ref();
+        let middle = |axis: &AxisFacts| short(axis.first + (axis.count / 2) as f64 * axis.step);
+        Self {
+            poses: grouped(facts.poses),
+            positions: grouped(facts.positions),
+            rate: speed.map(|speed| grouped((speed.rate() * per_position).round() as u64)),
+            middle: facts.axes[..3].iter().map(middle).collect::<Vec<_>>().join(","),
+        }
+    }
+}
+
+/// A label and how many poses have it.
+#[derive(Serialize)]
+struct LabelView {
+    name: &'static str,
+    meaning: &'static str,
+    class: &'static str,
+    count: String,
+    share: String,
+}
+
+impl LabelView {
+    fn of(facts: &ReachabilityFacts, label: PoseLabel) -> Self {
+        let count = facts.labels.get(label.name()).copied().unwrap_or(0);
+        Self {
+            name: in_words(label),
+            meaning: meaning(label),
+            class: class(label),
+            count: grouped(count),
+            share: percent(count as f64 / facts.poses.max(1) as f64),
+        }
+    }
+}
+
+pub(super) fn in_words(label: PoseLabel) -> &'static str {
+    match label {
+        PoseLabel::Reachable => "reachable",
+        PoseLabel::Colliding => "colliding",
+        PoseLabel::NoSolution => "no solution",
+    }
+}
+
+fn meaning(label: PoseLabel) -> &'static str {
+    match label {
+        PoseLabel::Reachable => "reachable: joint values are known",
+        PoseLabel::Colliding => "colliding: joint values exist, but something touches with all of them",
+        PoseLabel::NoSolution => "no solution: no joint values within their limits",
+    }
+}
+
+/// Robot and group.
+#[derive(Serialize)]
+struct RobotView<'a> {
+    name: &'a str,
+    content: String,
+    joints: String,
+    /// Other joints with the values that the job holds them at; empty where the robot's file says.
+    fixed: String,
+    target: &'a str,
+    frame: &'a str,
+}
+
+impl<'a> RobotView<'a> {
+    fn of(facts: &'a ReachabilityFacts) -> Self {
+        let robot = &facts.robot;
+        let fixed: Vec<String> = robot.fixed.iter().map(|(joint, value)| format!("{joint} = {value}")).collect();
+        Self {
+            name: &robot.name,
+            content: robot.id.0.short().to_string(),
+            joints: robot.joints.join(", "),
+            fixed: fixed.join(", "),
+            target: &robot.target,
+            frame: &robot.frame,
+        }
+    }
+}
+
+/// The grid of poses.
+#[derive(Serialize)]
+struct GridView<'a> {
+    /// Whether it is made of directions and rolls.
+    is_directed: bool,
+    covering: &'a str,
+    axes: Vec<AxisView<'a>>,
+}
+
+/// An axis of the grid.
+#[derive(Serialize)]
+struct AxisView<'a> {
+    name: &'a str,
+    count: u64,
+    /// First centre, last centre and step; `None` of directions.
+    ends: Option<[String; 3]>,
+}
+
+impl<'a> GridView<'a> {
+    fn of(facts: &'a ReachabilityFacts) -> Self {
+        Self {
+            is_directed: facts.axes.iter().any(|axis| axis.unit == AxisUnit::HealPix.name()),
+            covering: &facts.covering.words,
+            axes: facts.axes.iter().map(AxisView::of).collect(),
+        }
+    }
+}
+
+impl<'a> AxisView<'a> {
+    fn of(axis: &'a AxisFacts) -> Self {
+        let value = |value: f64| match axis.unit.as_str() {
+            "rad" => format!("{}°", short((value.to_degrees() * 1e6).round() / 1e6)),
+            _ => format!("{} m", short((value * 1e6).round() / 1e6)),
+        };
+        let last = axis.first + axis.count.saturating_sub(1) as f64 * axis.step;
+        let directions = axis.unit == AxisUnit::HealPix.name();
+        let ends = (!directions).then(|| [axis.first, last, axis.step].map(value));
+        Self { name: &axis.name, count: axis.count, ends }
+    }
+}
+
+/// The signed distances.
+#[derive(Serialize)]
+struct FieldView<'a> {
+    profile: &'a str,
+    unit: &'a str,
+    /// Metres that count as much as one radian.
+    radian: Option<String>,
+    /// `None` where all labels are alike.
+    range: Option<RangeView>,
+}
+
+/// Least, largest and mean distance.
+#[derive(Serialize)]
+struct RangeView {
+    min: String,
+    max: String,
+    mean: String,
+}
+
+impl<'a> FieldView<'a> {
+    fn of(facts: &'a ReachabilityFacts) -> Self {
+        let field = &facts.field;
+        let range = match (field.min, field.max, field.mean) {
+            (Some(min), Some(max), Some(mean)) => Some([min, max, mean].map(|value| format!("{value:.3}"))),
+            _ => None,
+        };
+        Self {
+            profile: &field.profile,
+            unit: &field.unit,
+            radian: field.radian_weight.map(short),
+            range: range.map(|[min, max, mean]| RangeView { min, max, mean }),
+        }
+    }
+}
+
+/// A cross-section.
+#[derive(Serialize)]
+struct CutView {
+    kind: &'static str,
+    name: String,
+    svg: Markup,
+}
+
+/// Marks and colours of the cross-sections.
+#[derive(Serialize)]
+struct KeyView {
+    /// Count of directions, where each counts for the nearest of the 26 that are drawn.
+    directions: Option<usize>,
+    /// Positions from one mark to the next, where marks do not stand at each.
+    stride: Option<usize>,
+    marks: Markup,
+    band: String,
+    bands: Vec<BandView>,
+}
+
+impl KeyView {
+    fn of<'a>(grid: &PoseGrid, census: &Census, band: f64, cuts: impl Iterator<Item = &'a Cut>) -> Self {
+        let finite =
+            || census.positions.iter().map(|position| position.distance).filter(|distance| distance.is_finite());
+        Self {
+            directions: match grid {
+                PoseGrid::Axes(_) => None,
+                PoseGrid::Sphere(grid) => Some(grid.directions().count()),
+            },
+            stride: cuts.map(|cut| cut.stride(grid)).max().filter(|stride| *stride > 1),
+            marks: legend(),
+            band: short(band),
+            bands: band_key(band, finite().fold(0.0, f64::min), finite().fold(0.0, f64::max)),
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! `licences.json` and the rows of `LICENCES.md`: assets of the dataset, whose they are, and how much of each may be given on.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::{
+    Release,
+    assets::{Allowed, Asset, AssetUse, Told},
+    rights,
+};
+
+/// For machines: one row an asset.
+pub(super) fn json(release: &Release) -> Value {
+    json!({
+        "root": release.manifest.root,
+        "licence": release.about.licence,
+        "assets": release.assets,
+    })
+}
+
+/// The row of an asset.
+#[derive(Serialize)]
+pub(super) struct LicenceRow {
+    name: String,
+    kind: &'static str,
+    source: String,
+    licence: String,
+    told_by: &'static str,
+    r#use: &'static str,
+    /// Part of it that may be shipped.
+    may: &'static str,
+    /// Why not all of it.
+    because: Option<String>,
+}
+
+impl LicenceRow {
+    pub fn of(asset: &Asset) -> Self {
+        Self {
+            name: asset.name.clone(),
+            kind: asset.kind.name(),
+            source: asset.source.clone(),
+            licence: asset.licence.clone().unwrap_or_else(|| "not known".to_owned()),
+            told_by: told(asset),
+            r#use: in_words(asset.used),
+            may: may(asset),
+            because: asset.because.clone(),
+        }
+    }
+}
+
+fn told(asset: &Asset) -> &'static str {
+    match asset.licence_told_by {
+        Told::Dataset => "the dataset",
+        Told::About => "the authors",
+        Told::Graspmill => "graspmill",
+        Told::Nobody => "nobody",
+    }
+}
+
+fn in_words(used: AssetUse) -> &'static str {
+    match used {
+        AssetUse::Copied => "shape and data",
+        AssetUse::Derived => "data",
+        AssetUse::Measured => "facts",
+    }
+}
+
+fn may(asset: &Asset) -> &'static str {
+    match (asset.may_be_shipped, asset.used) {
+        (Allowed::Nothing, _) => "nothing",
+        (Allowed::Derived, AssetUse::Copied) => "data, not its shape",
+        _ => "all of it",
+    }
+}
+
+/// A wording that assets ask for, with their names.
+#[derive(Serialize)]
+pub(super) struct AttributionView {
+    words: String,
+    names: String,
+}
+
+/// Each wording once, with the names of the assets that ask for it.
+pub(super) fn attributions(assets: &[Asset]) -> Vec<AttributionView> {
+    let mut named: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for asset in assets {
+        if let Some(words) = asset.attribution.as_deref().filter(|words| !words.is_empty()) {
+            named.entry(words).or_default().push(&asset.name);
+        }
+    }
+    let view = |(words, names): (&str, Vec<&str>)| AttributionView {
+        words: words.to_owned(),
+        names: super::about::some_of(&names),
+    };
+    named.into_iter().map(view).collect()
+}
+
+/// A licence, with how many assets stand under it.
+#[derive(Serialize)]
+pub(super) struct CountView {
+    licence: String,
+    count: usize,
+}
+
+/// Each licence once, with how many assets stand under it.
+pub(super) fn counts(assets: &[Asset]) -> Vec<CountView> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for asset in assets {
+        *counts.entry(asset.licence.as_deref().unwrap_or("not known")).or_default() += 1;
+    }
+    counts.into_iter().map(|(licence, count)| CountView { licence: licence.to_owned(), count }).collect()
+}
+
+/// A licence that asks something of whoever uses the release, beyond naming.
+#[derive(Serialize)]
+pub(super) struct NoteView {
+    name: String,
+    licence: String,
+    /// Whether it asks for itself; else it is not known to allow commercial use.
+    shares_alike: bool,
+}
+
+/// Licences that ask more than to be named.
+pub(super) fn notes(release: &Release) -> Vec<NoteView> {
+    let mut notes = Vec::new();
+    for asset in release.assets {
+        let Some(licence) = asset.licence.as_deref() else { continue };
+        let note = |shares_alike| NoteView { name: asset.name.clone(), licence: licence.to_owned(), shares_alike };
+        if asset.used == AssetUse::Measured && !rights::is_commercial(licence) {
+            notes.push(note(false));
+        }
+        if asset.used != AssetUse::Measured && rights::shares_alike(licence) && licence != release.about.licence {
+            notes.push(note(true));
+        }
+    }
+    notes
+}

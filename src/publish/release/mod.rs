@@ -1,0 +1,395 @@
+//! A release: a dataset's folder with what makes it a publication, in documents for people and for programs.
+//!
+//! A release stays a dataset. Beside it stand a card, a datasheet, licences, metadata (Croissant), citation, provenance,
+//! pictures, and a list of digests over all files (docs/releases.md). Two releases of one dataset with one about file have
+//! the same bytes: nothing is taken from clock or machine.
+
+mod about;
+mod assets;
+pub(super) mod checksums;
+mod croissant;
+mod documents;
+mod error;
+mod licences;
+mod numbers;
+mod pictures;
+mod provenance;
+mod rights;
+pub(super) mod staging;
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+pub use about::{About, Author, LicenceStatement, LicenceTerms};
+pub(super) use assets::{AssetKind, AssetUse};
+pub use error::ReleaseError;
+pub(super) use numbers::{NumberRow, Numbers, SplitCounts};
+pub(super) use pictures::PICTURES;
+
+use self::{
+    assets::{Asset, LeftOut},
+    checksums::{CHECKSUMS, FileDigests, digests_of},
+    documents::Documents,
+    staging::Staging,
+};
+use super::{
+    notes::RunNotes,
+    product::{ProductAssets, Survey},
+    products::pages_of,
+    report::report,
+};
+use format::dataset::{DatasetError, DatasetReader, FileEntry, Manifest, VerifyLevel, VerifyOptions, layout, verify};
+use kernel::ids::{Digest, JobDigest};
+use tables::ParquetIndex;
+
+/// The card.
+pub(super) const CARD: &str = "README.md";
+/// Metadata for programs.
+pub(super) const CROISSANT: &str = "croissant.json";
+/// The citation.
+pub(super) const CITATION: &str = "CITATION.cff";
+/// Everything that went in.
+pub(super) const PROVENANCE: &str = "provenance.intoto.json";
+/// Licences for programs.
+pub(super) const LICENCES: &str = "licences.json";
+/// The recipe: files that were left out, and how to make them again.
+pub(super) const RECIPE: &str = "recipe.json";
+const ABOUT: &str = "about.toml";
+const DATASHEET: &str = "DATASHEET.md";
+const LICENCES_TEXT: &str = "LICENCES.md";
+const REPORT: &str = "report.html";
+
+/// Options of a release.
+#[derive(Clone, Copy, Debug)]
+pub struct ReleaseOptions<'a> {
+    /// The finished dataset.
+    pub folder: &'a Path,
+    /// The release's folder: new or empty.
+    pub out: &'a Path,
+    /// The about file.
+    pub about: &'a Path,
+    /// Leave out what may not be shipped, and say how to make it again.
+    pub recipe: bool,
+    /// Threads for checking the dataset first, at least 1.
+    pub threads: usize,
+}
+
+/// A release that was made.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Published {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Root digest of the dataset.
+    pub root: Digest,
+    /// Files.
+    pub files: usize,
+    /// Their size [bytes].
+    pub bytes: u64,
+    /// Files of the dataset that are left out.
+    pub left_out: Vec<String>,
+    /// Things that its publisher should know.
+    pub notes: Vec<String>,
+}
+
+/// `recipe.json`: what was left out of a release.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Recipe {
+    /// Root digest of the whole dataset.
+    pub root: Digest,
+    /// The job that makes it.
+    pub job: JobDigest,
+    /// Program that made it.
+    pub generator: String,
+    /// Files that are not there.
+    pub left_out: Vec<LeftOutFile>,
+}
+
+/// A file that was left out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LeftOutFile {
+    /// Its path in the dataset's folder.
+    pub path: String,
+    /// BLAKE3 of its content.
+    pub blake3: Digest,
+    /// Size [bytes].
+    pub bytes: u64,
+}
+
+/// Material of the documents.
+struct Release<'a> {
+    about: &'a About,
+    manifest: &'a Manifest,
+    assets: &'a [Asset],
+    numbers: &'a Numbers,
+    /// Files that are there before the documents, by path.
+    files: &'a BTreeMap<String, FileDigests>,
+    left_out: &'a [LeftOutFile],
+    /// Paths and captions.
+    pictures: &'a [(String, String)],
+    /// Keys of the job and the paths that they lead out of the folder with, the first and how many more.
+    outside: BTreeMap<String, (String, usize)>,
+}
+
+/// Makes a release of a finished dataset.
+///
+/// The dataset is checked whole first. The folder is filled under a temporary name and renamed at the end.
+///
+/// # Errors
+/// When the dataset is not finished or not intact, the about file has mistakes, the folder holds something, an asset may
+/// not be shipped (without `recipe`), or a file can't be read or written.
+pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError> {
+    let reader = DatasetReader::open(options.folder)?;
+    let rows = assets::rows(&reader)?;
+    let names: Vec<&str> = rows.iter().map(|(_, row)| row.name.as_str()).collect();
+    let about_text = std::fs::read_to_string(options.about).map_err(DatasetError::io("reading", options.about))?;
+    let about = About::read(options.about, &about_text, &names).map_err(ReleaseError::About)?;
+    let job = job_table(&reader)?;
+    let assets = assets::assets(&reader, &rows, &job, &about);
+    let left_out = shipped(options, &assets)?;
+    let staging = Staging::begin(options.out)?;
+    check_dataset(options)?;
+    for path in reader.manifest().paths() {
+        staging.copy(&options.folder.join(&path), &path)?;
+    }
+    staging.write(ABOUT, about_text.as_bytes())?;
+    let notes = RunNotes::read(options.folder)?;
+    if !notes.leaks.is_empty() {
+        // Speed differs from run to run and does not belong in a release.
+        RunNotes { speed: None, leaks: notes.leaks }.write(staging.path())?;
+    }
+    let drawn = draw(options.folder, &staging, left_out)?;
+    let left_out = leave_out(&staging, reader.manifest(), left_out)?;
+    let data = hash_all(&staging)?;
+    check_copies(reader.manifest(), &data, options.folder)?;
+    let release = Release {
+        about: &about,
+        manifest: reader.manifest(),
+        assets: &assets,
+        numbers: &drawn.numbers,
+        files: &data,
+        left_out: &left_out,
+        pictures: &drawn.pictures,
+        outside: outside(&job),
+    };
+    write_documents(&staging, &release)?;
+    let notes = notes_of(&release);
+    let mut files = data.clone();
+    for path in staging.files()?.into_iter().filter(|path| !release.files.contains_key(path)) {
+        let digests = digests_of(&staging.path().join(&path))?;
+        files.insert(path, digests);
+    }
+    staging.write(CHECKSUMS, checksums::list(&files).as_bytes())?;
+    let bytes = files.values().map(|file| file.bytes).sum();
+    Ok(Published {
+        folder: staging.publish()?,
+        root: reader.manifest().root,
+        files: files.len() + 1,
+        bytes,
+        left_out: left_out.into_iter().map(|file| file.path).collect(),
+        notes,
+    })
+}
+
+/// The files that must be left out; an error where that is not as asked.
+fn shipped(options: &ReleaseOptions, assets: &[Asset]) -> Result<LeftOut, ReleaseError> {
+    let left_out = LeftOut::of(assets);
+    match (left_out, options.recipe) {
+        (LeftOut::Nothing, true) => Err(ReleaseError::NothingToLeaveOut { folder: options.folder.to_owned() }),
+        (LeftOut::Nothing, false) | (_, true) => Ok(left_out),
+        (_, false) => {
+            let line = |asset: &Asset| {
+                format!("  {} {} ({}): {}", asset.kind.name(), asset.name, asset.source, asset.because())
+            };
+            let lines = assets.iter().filter(|asset| !asset.is_free()).map(line).collect();
+            Err(ReleaseError::MayNotShip { assets: lines, about: options.about.to_owned() })
+        }
+    }
+}
+
+/// The resolved job of a dataset.
+fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetError> {
+    reader.job_text()?.parse().map_err(|error: toml::de::Error| DatasetError::Invalid {
+        path: reader.folder().join(layout::JOB),
+        problem: error.message().to_owned(),
+        remedy: "restore it",
+    })
+}
+
+/// Checks the whole dataset.
+fn check_dataset(options: &ReleaseOptions) -> Result<(), ReleaseError> {
+    let level = VerifyLevel::Full;
+    // Rules are the job's business: whether its data obeys them, the run and `verify` say.
+    let verification = VerifyOptions { level, rules: &[], index: Some(&ParquetIndex), threads: options.threads };
+    let found = verify(options.folder, verification, |_| {})?;
+    match found.problems.first() {
+        None => Ok(()),
+        Some(first) => Err(ReleaseError::NotIntact {
+            folder: options.folder.to_owned(),
+            problems: found.problems.len(),
+            first: first.to_string(),
+        }),
+    }
+}
+
+/// Pictures and numbers.
+struct Drawn {
+    numbers: Numbers,
+    pictures: Vec<(String, String)>,
+}
+
+/// Preview, report and pictures, as far as they may be shown; the numbers in any case.
+fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, ReleaseError> {
+    let reader = DatasetReader::open(staging.path())?;
+    if left_out == LeftOut::Samples {
+        return Ok(Drawn { numbers: Numbers::of(&reader, None)?, pictures: Vec::new() });
+    }
+    let survey: Box<dyn Survey> = (pages_of(reader.manifest().product).survey)(&reader)?;
+    let drawn = pictures::pictures(&reader, &*survey)?;
+    for shown in &drawn {
+        staging.write(&shown.path, &shown.picture.to_png())?;
+    }
+    preview(folder, &reader, staging)?;
+    report(staging.path(), Some(&staging.path().join(REPORT)))?;
+    Ok(Drawn {
+        numbers: Numbers::of(&reader, Some(&*survey))?,
+        pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect(),
+    })
+}
+
+/// The preview of the run where it shows more than the dataset stores; else one of what is stored.
+fn preview(folder: &Path, reader: &DatasetReader, staging: &Staging) -> Result<(), ReleaseError> {
+    let pages = pages_of(reader.manifest().product);
+    let of_run = folder.join(layout::PREVIEW);
+    if pages.preview_shows_more && of_run.exists() {
+        staging.copy(&of_run, layout::PREVIEW)?;
+    } else {
+        (pages.write_preview)(reader, None)?;
+    }
+    Ok(())
+}
+
+/// Removes what may not be shipped; of the dataset's own files it says what they were.
+fn leave_out(staging: &Staging, manifest: &Manifest, left_out: LeftOut) -> Result<Vec<LeftOutFile>, DatasetError> {
+    let (mut files, mut entries) = (Vec::new(), manifest.entries());
+    let product: &ProductAssets = &pages_of(manifest.product).assets;
+    for path in staging.files()?.into_iter().filter(|path| left_out.holds(path, product)) {
+        staging.remove(&path)?;
+        if let Some(FileEntry { digest: blake3, bytes }) = entries.remove(&path) {
+            files.push(LeftOutFile { path, blake3, bytes });
+        }
+    }
+    Ok(files)
+}
+
+fn hash_all(staging: &Staging) -> Result<BTreeMap<String, FileDigests>, DatasetError> {
+    let of = |path: String| digests_of(&staging.path().join(&path)).map(|digests| (path, digests));
+    staging.files()?.into_iter().map(of).collect()
+}
+
+/// Whether what was copied is what was checked: somebody may have written to the dataset meanwhile.
+fn check_copies(manifest: &Manifest, files: &BTreeMap<String, FileDigests>, folder: &Path) -> Result<(), DatasetError> {
+    for (path, FileEntry { digest: saved, .. }) in manifest.entries() {
+        if let Some(file) = files.get(&path).filter(|file| file.blake3 != saved) {
+            return Err(DatasetError::Changed {
+                path: folder.join(path),
+                saved,
+                calculated: file.blake3,
+                remedy: "leave the dataset alone while it is released",
+            });
+        }
+    }
+    Ok(())
+}
+
+fn write_documents(staging: &Staging, release: &Release) -> Result<(), DatasetError> {
+    let manifest = release.manifest;
+    if !release.left_out.is_empty() {
+        let recipe = Recipe {
+            root: manifest.root,
+            job: manifest.job,
+            generator: manifest.generator.clone(),
+            left_out: release.left_out.to_vec(),
+        };
+        staging.write(RECIPE, pretty(&serde_json::to_value(&recipe).expect("plain data")).as_bytes())?;
+    }
+    let documents = Documents::of(release);
+    staging.write(LICENCES, pretty(&licences::json(release)).as_bytes())?;
+    staging.write(LICENCES_TEXT, documents.licences().as_bytes())?;
+    staging.write(CITATION, documents.citation().as_bytes())?;
+    staging.write(CROISSANT, pretty(&croissant::croissant(release, &documents.bibtex())).as_bytes())?;
+    staging.write(PROVENANCE, pretty(&provenance::provenance(release)).as_bytes())?;
+    staging.write(DATASHEET, documents.datasheet().as_bytes())?;
+    staging.write(CARD, documents.card().as_bytes())
+}
+
+/// JSON with sorted keys and a line end.
+fn pretty(value: &Value) -> String {
+    serde_json::to_string_pretty(value).expect("documents are plain data with text keys") + "\n"
+}
+
+/// Things that the publisher should know before the release goes out.
+fn notes_of(release: &Release) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (key, (path, more)) in &release.outside {
+        let more = and_more(*more);
+        notes.push(format!(
+            "job.toml names {key} = \"{path}\"{more}, from where the data was made; the card says what to do elsewhere"
+        ));
+    }
+    let about = release.about;
+    let said = [
+        ("url", about.url.is_some() || about.doi.is_some()),
+        ("contact", about.contact.is_some()),
+        ("maintenance", about.maintenance.is_some()),
+        ("intended_uses", !about.intended_uses.is_empty()),
+        ("out_of_scope_uses", !about.out_of_scope_uses.is_empty()),
+    ];
+    let unsaid: Vec<&str> = said.iter().filter(|(_, said)| !said).map(|(key, _)| *key).collect();
+    if !unsaid.is_empty() {
+        notes.push(format!("the about file does not say {}; the datasheet says so", unsaid.join(", ")));
+    }
+    notes
+}
+
+/// Words for what is not written out.
+fn and_more(count: usize) -> String {
+    if count > 0 { format!(" and {count} more") } else { String::new() }
+}
+
+/// Keys of a resolved job that hold a path out of its folder, and those paths.
+fn outside(job: &toml::Table) -> BTreeMap<String, (String, usize)> {
+    type Found = BTreeMap<String, (String, usize)>;
+    fn walk_table(table: &toml::Table, key: &str, found: &mut Found) {
+        for (name, value) in table.iter().filter(|(name, _)| *name != "meshes") {
+            walk(value, &if key.is_empty() { name.clone() } else { format!("{key}.{name}") }, found);
+        }
+    }
+    fn walk(value: &toml::Value, key: &str, found: &mut Found) {
+        match value {
+            toml::Value::Table(table) => walk_table(table, key, found),
+            toml::Value::Array(array) => array.iter().for_each(|value| walk(value, key, found)),
+            toml::Value::String(text) => {
+                let last = key.rsplit('.').next().unwrap_or(key);
+                if ["scene", "dataset", "list", "folder"].contains(&last) {
+                    found.entry(key.to_owned()).and_modify(|(_, more)| *more += 1).or_insert_with(|| (text.clone(), 0));
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut found = Found::new();
+    walk_table(job, "", &mut found);
+    found
+}
+
+#[cfg(test)]
+mod examples;
+#[cfg(test)]
+pub(super) use examples::Example;

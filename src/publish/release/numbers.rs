@@ -1,0 +1,110 @@
+//! The measured numbers of a release's documents: out of the same surveys as the report and `inspect`.
+
+use std::fmt::Display;
+
+use serde::Serialize;
+
+use crate::{chart::grouped, inspection::name_of, page::bytes_in_words, product::Survey, tally::SpreadRow};
+use format::dataset::{DatasetError, DatasetReader};
+use kernel::words::Split;
+
+/// A count or a measurement.
+#[derive(Serialize)]
+pub(crate) struct NumberRow {
+    what: String,
+    value: String,
+    /// A digest after the value.
+    code: Option<String>,
+}
+
+/// Numbers as documents show them; none depends on clock, machine or path.
+pub(crate) struct Numbers {
+    /// Name of the job.
+    pub job_name: String,
+    /// Counts and measurements.
+    pub rows: Vec<NumberRow>,
+    /// Distributions over the stored samples.
+    pub spreads: Vec<SpreadRow>,
+    /// Stored samples and objects of each split; empty where nothing is split.
+    pub splits: Vec<SplitCounts>,
+    /// Names of objects that share their geometry across the split.
+    pub leaks: Vec<String>,
+}
+
+/// Counts of one split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SplitCounts {
+    /// The split.
+    pub split: Split,
+    /// Stored samples.
+    pub samples: u64,
+    /// Objects with stored samples, where they were counted.
+    pub objects: Option<u64>,
+}
+
+impl NumberRow {
+    /// A row without a digest.
+    pub fn new(what: impl Into<String>, value: impl Into<String>) -> Self {
+        Self { what: what.into(), value: value.into(), code: None }
+    }
+
+    /// A row with a digest after the value.
+    pub fn with_code(what: impl Into<String>, value: impl Into<String>, code: impl Display) -> Self {
+        Self { code: Some(code.to_string()), ..Self::new(what, value) }
+    }
+}
+
+impl Numbers {
+    /// The numbers of a dataset; without a survey, for samples that may not be shown, they are those of the manifest.
+    pub fn of(reader: &DatasetReader, survey: Option<&dyn Survey>) -> Result<Self, DatasetError> {
+        let manifest = reader.manifest();
+        let counts = &manifest.counts;
+        let product = manifest.product;
+        let rejected: u64 = counts.rejected.values().sum();
+        let bytes = manifest.shards.iter().map(|shard| shard.bytes).sum();
+        let mut rows = vec![
+            NumberRow::new(format!("{} planned", product.samples.many), grouped(counts.samples)),
+            NumberRow::new("stored", grouped(counts.kept)),
+            NumberRow::new("rejected", grouped(rejected)),
+        ];
+        rows.extend(
+            counts
+                .rejected
+                .iter()
+                .map(|(reason, count)| NumberRow::new(format!("rejected: {reason}"), grouped(*count))),
+        );
+        rows.push(NumberRow::new(product.subjects.many, grouped(counts.objects)));
+        if counts.refused_meshes > 0 {
+            rows.push(NumberRow::new("meshes that could not be used", grouped(counts.refused_meshes)));
+        }
+        rows.push(NumberRow::new(
+            "shards",
+            format!("{}, {}", grouped(manifest.shards.len() as u64), bytes_in_words(bytes)),
+        ));
+        let channels: Vec<&str> = manifest.channels().into_iter().map(|channel| channel.name()).collect();
+        rows.push(NumberRow::new("channels", channels.join(", ")));
+        let split = |split: Split| SplitCounts {
+            split,
+            samples: counts.splits.get(&split).copied().unwrap_or(0),
+            objects: None,
+        };
+        let splits = if counts.splits.is_empty() { Vec::new() } else { Split::ALL.map(split).to_vec() };
+        let mut numbers = Self { job_name: name_of(reader)?, rows, spreads: Vec::new(), splits, leaks: Vec::new() };
+        if let Some(survey) = survey {
+            survey.add_numbers(&mut numbers);
+        }
+        Ok(numbers)
+    }
+}
+
+#[cfg(test)]
+impl Numbers {
+    /// Rows of every kind, with this text.
+    pub fn example_rows(name: &str) -> Vec<NumberRow> {
+        vec![
+            NumberRow::new("hand", name),
+            NumberRow::with_code("robot", name, "0123"),
+            NumberRow::with_code("root", "", "0123"),
+        ]
+    }
+}

@@ -1,0 +1,26 @@
+//! A few pictures of a dataset as PNG files, from the report's own drawing code.
+
+use crate::{picture::Picture, product::Survey};
+use format::dataset::{DatasetError, DatasetReader};
+
+/// Pictures of a release, at most.
+pub(crate) const PICTURES: usize = 4;
+
+/// A picture and what it shows.
+pub(super) struct Shown {
+    /// Path in the release's folder.
+    pub path: String,
+    /// Words for what it shows, plain text.
+    pub caption: String,
+    /// The picture.
+    pub picture: Picture,
+}
+
+/// The pictures of a dataset.
+pub(super) fn pictures(reader: &DatasetReader, survey: &dyn Survey) -> Result<Vec<Shown>, DatasetError> {
+    let named = survey.pictures(reader)?.into_iter().enumerate().map(|(index, (caption, picture))| {
+        let path = format!("pictures/{}.png", index + 1);
+        Shown { path, caption, picture }
+    });
+    Ok(named.collect())
+}

@@ -1,0 +1,33 @@
+//! `report.html`: one file that shows a dataset, with no link to anything outside it.
+
+use std::path::{Path, PathBuf};
+
+use super::{notes::write_in_place, product::Page, products::pages_of};
+use format::dataset::{DatasetError, DatasetReader};
+
+/// A report that was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReportSummary {
+    /// The page.
+    pub path: PathBuf,
+    /// Its size [bytes].
+    pub bytes: u64,
+    /// Things with pictures: samples, objects or cross-sections, by product.
+    pub shown: usize,
+}
+
+/// Writes the page of the finished dataset in `folder` to `out` (`report.html` in the folder when `None`).
+///
+/// Reads what the inspection reads, and decodes the samples that it shows. The page depends on the dataset and on
+/// `notes.json`, not on clock, machine or path (but for a job without a name).
+///
+/// # Errors
+/// When the dataset is not finished, a file is missing or damaged, or the page can't be written.
+pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, DatasetError> {
+    let reader = DatasetReader::open(folder)?;
+    let survey = (pages_of(reader.manifest().product).survey)(&reader)?;
+    let Page { html, shown } = survey.page(&reader)?;
+    let path = out.map_or_else(|| folder.join("report.html"), Path::to_owned);
+    write_in_place(&path, html.as_bytes())?;
+    Ok(ReportSummary { path, bytes: html.len() as u64, shown })
+}

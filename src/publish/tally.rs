@@ -1,0 +1,163 @@
+//! Distributions in bounded memory: a count for each value.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// A distribution in six numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// Least value.
+    pub min: f64,
+    /// Five in a hundred lie at or below.
+    pub p05: f64,
+    /// Half lie at or below.
+    pub median: f64,
+    /// Ninety-five in a hundred lie at or below.
+    pub p95: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Arithmetic mean.
+    pub mean: f64,
+}
+
+impl Spread {
+    /// The distribution of some values, by nearest rank; zeros without any.
+    pub(super) fn of(mut values: Vec<f64>) -> Self {
+        values.sort_unstable_by(f64::total_cmp);
+        let (Some(min), Some(max)) = (values.first().copied(), values.last().copied()) else {
+            return Self::default();
+        };
+        let at = |share: f64| values[((values.len() as f64 * share).ceil() as usize).max(1) - 1];
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        Self { min, p05: at(0.05), median: at(0.5), p95: at(0.95), max, mean }
+    }
+}
+
+/// A distribution as tables show it: its name, then least value, 5 %, median, 95 %, largest value and mean.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct SpreadRow {
+    name: &'static str,
+    values: [String; 6],
+}
+
+impl SpreadRow {
+    /// The row of a distribution, with so many digits after the point.
+    pub fn new(name: &'static str, digits: usize, spread: &Spread) -> Self {
+        let Spread { min, p05, median, p95, max, mean } = *spread;
+        Self { name, values: [min, p05, median, p95, max, mean].map(|value| format!("{value:.digits$}")) }
+    }
+
+    /// The cells of a table's row.
+    pub fn into_cells(self) -> Vec<String> {
+        std::iter::once(self.name.to_owned()).chain(self.values).collect()
+    }
+}
+
+impl fmt::Display for SpreadRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "  {:<18}", self.name)?;
+        self.values.iter().try_for_each(|value| write!(f, " {value:>10}"))
+    }
+}
+
+/// Counts of values that are at least 0, in steps: memory grows with the largest value, not with their number.
+#[derive(Clone, Debug)]
+pub(super) struct Tally {
+    step: f64,
+    counts: Vec<u32>,
+    total: u64,
+    sum: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Tally {
+    /// A tally that tells values apart which differ by `step`.
+    pub fn with_step(step: f64) -> Self {
+        Self { step, counts: Vec::new(), total: 0, sum: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }
+    }
+
+    pub fn add(&mut self, value: f64) {
+        let place = (value.max(0.0) / self.step + 1e-9) as usize;
+        if place >= self.counts.len() {
+            self.counts.resize(place + 1, 0);
+        }
+        self.counts[place] += 1;
+        self.total += 1;
+        self.sum += value;
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+    }
+
+    /// The value below or at which `share` of all values lie (nearest rank); 0 without values.
+    pub fn quantile(&self, share: f64) -> f64 {
+        let rank = ((self.total as f64 * share).ceil() as u64).max(1);
+        let mut seen = 0;
+        for (place, count) in self.counts.iter().enumerate() {
+            seen += u64::from(*count);
+            if seen >= rank {
+                return (place as f64 * self.step).clamp(self.min, self.max);
+            }
+        }
+        0.0
+    }
+
+    pub fn spread(&self) -> Spread {
+        if self.total == 0 {
+            return Spread::default();
+        }
+        Spread {
+            min: self.min,
+            p05: self.quantile(0.05),
+            median: self.quantile(0.5),
+            p95: self.quantile(0.95),
+            max: self.max,
+            mean: self.sum / self.total as f64,
+        }
+    }
+
+    /// Values in [low, high).
+    pub fn count_between(&self, low: f64, high: f64) -> u64 {
+        let place = |value: f64| ((value / self.step - 1e-9).ceil().max(0.0) as usize).min(self.counts.len());
+        let (from, to) = (place(low), place(high));
+        self.counts[from.min(to)..to].iter().map(|count| u64::from(*count)).sum()
+    }
+
+    /// Counts over bins of equal width that begin at `start`.
+    pub fn bins(&self, start: f64, width: f64, bins: usize) -> Vec<u64> {
+        (0..bins).map(|bin| self.count_between(start + width * bin as f64, start + width * (bin + 1) as f64)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_nearest_ranks() {
+        let mut tally = Tally::with_step(1.0);
+        (1..=100).rev().for_each(|value| tally.add(f64::from(value)));
+        let Spread { min, p05, median, p95, max, mean } = tally.spread();
+        assert_eq!((min, p05, median, p95, max, mean), (1.0, 5.0, 50.0, 95.0, 100.0, 50.5));
+        assert_eq!(tally.bins(0.0, 25.0, 5), [24, 25, 25, 25, 1]);
+        assert_eq!(Spread::of((1..=100).rev().map(f64::from).collect()), tally.spread());
+        let Spread { min, p05, median, p95, max, mean } = Spread::of(vec![0.5, -2.0, 3.0]);
+        assert_eq!((min, p05, median, p95, max, mean), (-2.0, -2.0, 0.5, 3.0, 3.0, 0.5));
+    }
+
+    #[test]
+    fn shares_up_to_one_are_told_apart() {
+        let mut tally = Tally::with_step(1e-3);
+        [0.0, 0.9895, 0.99, 0.9999, 1.0, 1.0].into_iter().for_each(|share| tally.add(share));
+        assert_eq!(tally.count_between(0.0, 0.99), 2);
+        assert_eq!(tally.count_between(0.99, 1.0), 2);
+        assert_eq!(tally.count_between(1.0, 2.0), 2);
+    }
+
+    #[test]
+    fn nothing_is_no_number() {
+        assert_eq!(Tally::with_step(1.0).spread(), Spread::default());
+        assert_eq!(Spread::of(Vec::new()), Spread::default());
+    }
+}

@@ -1,0 +1,289 @@
+//! All pairs of a robot at a configuration.
+
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+
+use super::{
+    Shape,
+    body::{Bodies, Body},
+    curved::Curved,
+    solid::{Care, Solid},
+    triangle::{self, Triangle},
+};
+use kernel::geom::{NoSurface, SimdLevel};
+
+/// What a configuration does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// No pair touches.
+    Free,
+    /// A pair does.
+    Collides(Hit),
+}
+
+/// A pair that touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Its place in [`Bodies::pairs`].
+    pub pair: usize,
+    meeting: Meeting,
+}
+
+/// Two shapes of a pair that meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Meeting {
+    shapes: Shapes,
+    /// Near where, in the frame that the search had.
+    near: Point3<f64>,
+}
+
+/// What of the first body of a pair, and what of the second: all that is made of planes, or one curved shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shapes {
+    Planes,
+    PlanesAndCurved(usize),
+    CurvedAndPlanes(usize),
+    Curved(usize, usize),
+}
+
+/// Checks configurations of one robot; built once, used by any thread.
+pub struct CollisionChecker {
+    bodies: Vec<Option<CheckedBody>>,
+    pairs: Vec<Pair>,
+    links: Vec<usize>,
+}
+
+#[derive(Clone, Copy)]
+struct Pair {
+    bodies: [usize; 2],
+    /// Of the centres of balls around the two that meet, at most [m^2].
+    squared_reach: f64,
+}
+
+struct CheckedBody {
+    link: usize,
+    centre: Point3<f64>,
+    radius: f64,
+    /// What is made of planes.
+    solid: Option<Solid>,
+    curved: Vec<Curved>,
+}
+
+/// By how much less deep two bodies count, so that rounding proves nothing [m].
+const MARGIN: f64 = 1e-6;
+
+/// Where the links of a configuration are: what one check needs of it.
+pub type LinkFrames = [IsometryMatrix3<f64>];
+
+impl CollisionChecker {
+    /// Prepares every body that stands in a pair, for the best instructions of this machine.
+    ///
+    /// # Errors
+    /// When a body has a shape without a surface.
+    pub fn new(bodies: &Bodies) -> Result<Self, NoSurface> {
+        Self::with_level(bodies, SimdLevel::detect())
+    }
+
+    /// [`CollisionChecker::new`] for a level of instructions: each gives the same answers.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with_level(bodies: &Bodies, level: SimdLevel) -> Result<Self, NoSurface> {
+        let level = level.usable();
+        let used = |place: usize| bodies.pairs.iter().any(|pair| pair.contains(&place));
+        let prepared = bodies.bodies.iter().enumerate();
+        let prepared = prepared.map(|(place, body)| used(place).then(|| CheckedBody::new(body, level)).transpose());
+        let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
+        let pair = |pair: &[usize; 2]| {
+            let reach: f64 = pair.iter().filter_map(|place| prepared[*place].as_ref()).map(|body| body.radius).sum();
+            Pair { bodies: *pair, squared_reach: reach * reach }
+        };
+        Ok(Self {
+            pairs: bodies.pairs.iter().map(pair).collect(),
+            bodies: prepared,
+            links: bodies.bodies.iter().map(|body| body.link).collect(),
+        })
+    }
+
+    /// The pairs, and the links that carry their bodies.
+    pub fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.pairs.iter().map(|pair| pair.bodies.map(|body| self.links[body]))
+    }
+
+    /// The link that carries each body (see [`Body::link`]).
+    pub fn links(&self) -> impl Iterator<Item = usize> {
+        self.links.iter().copied()
+    }
+
+    /// The two bodies of a pair (places in [`Bodies::bodies`]).
+    pub fn bodies_of(&self, pair: usize) -> [usize; 2] {
+        self.pairs[pair].bodies
+    }
+
+    /// Points in the frame of a body's link whose hull holds the body; none where it stands in no pair.
+    pub fn corners(&self, body: usize) -> impl Iterator<Item = Point3<f64>> {
+        self.bodies[body].iter().flat_map(CheckedBody::corners)
+    }
+
+    /// Whether one of the pairs given (places in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
+    /// links in the world, the world itself first (see [`Body::link`]).
+    pub fn check(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> Verdict {
+        self.hits(pairs, links).next().map_or(Verdict::Free, Verdict::Collides)
+    }
+
+    /// Those of the pairs given that touch, in this order; each is looked at when it is asked for.
+    pub fn hits(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> impl Iterator<Item = Hit> {
+        let centre = |body: &CheckedBody| links[body.link] * body.centre;
+        let centres: Vec<_> = self.bodies.iter().map(|body| body.as_ref().map_or(Point3::origin(), centre)).collect();
+        let near = move |pair: &usize| {
+            let Pair { bodies: [first, second], squared_reach } = self.pairs[*pair];
+            (centres[first] - centres[second]).norm_squared() <= squared_reach
+        };
+        pairs.into_iter().filter(near).filter_map(|pair| self.hit(pair, links))
+    }
+
+    /// Whether the two bodies of a pair (its place in [`Bodies::pairs`]) touch.
+    pub fn pair(&self, pair: usize, links: &LinkFrames) -> bool {
+        self.check([pair], links) != Verdict::Free
+    }
+
+    /// The pair, if it touches.
+    fn hit(&self, pair: usize, links: &LinkFrames) -> Option<Hit> {
+        let [first, second] = self.bodies_of(pair).map(|place| self.bodies[place].as_ref());
+        let (first, second) = (first?, second?);
+        let meeting = first.meets(second, &links[first.link].inv_mul(&links[second.link]))?;
+        Some(Hit { pair, meeting })
+    }
+
+    /// How far every point of the one body of a pair may move, seen from the other, without the two ceasing to overlap [m]: a
+    /// lower bound; 0 where only their surfaces are known to touch. `links` are those of the check. The search ends when more
+    /// than `enough` is known [m].
+    pub fn depth(&self, hit: &Hit, links: &LinkFrames, care: Care, enough: f64) -> f64 {
+        let [first, second] = self.bodies_of(hit.pair).map(|place| self.bodies[place].as_ref());
+        let (Some(first), Some(second)) = (first, second) else { return 0.0 };
+        let here_from_there = links[first.link].inv_mul(&links[second.link]);
+        let depth = first.depth(second, &here_from_there, &hit.meeting, care, enough + MARGIN);
+        (depth - MARGIN).max(0.0)
+    }
+}
+
+impl CheckedBody {
+    fn new(body: &Body, level: SimdLevel) -> Result<Self, NoSurface> {
+        let curved: Vec<Curved> = body.geometries.iter().filter_map(Curved::new).collect();
+        let triangles = triangles_of(body);
+        let solid = if triangles.is_empty() && !curved.is_empty() { None } else { Some(Solid::new(triangles, level)?) };
+        let balls = solid.iter().map(Solid::ball).chain(curved.iter().map(Curved::ball));
+        // A ball around the middle of all: not the smallest, but for one shape.
+        let balls: Vec<_> = balls.collect();
+        let sum: Vector3<f64> = balls.iter().map(|(centre, _)| centre.coords).sum();
+        let centre = Point3::from(sum / balls.len() as f64);
+        let radius = balls.iter().map(|(other, radius)| (other - centre).norm() + radius).fold(0.0, f64::max);
+        Ok(Self { link: body.link, centre, radius, solid, curved })
+    }
+
+    fn corners(&self) -> impl Iterator<Item = Point3<f64>> {
+        let planes = self.solid.iter().flat_map(|solid| solid.corners().copied());
+        planes.chain(self.curved.iter().flat_map(Curved::corners))
+    }
+
+    /// Where this body meets another, whose link's frame is seen from this one's.
+    fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Meeting> {
+        let found = |shapes: Shapes| move |near: Point3<f64>| Meeting { shapes, near };
+        if let (Some(one), Some(two)) = (&self.solid, &other.solid)
+            && let Some(near) = one.meets(two, here_from_there)
+        {
+            return Some(found(Shapes::Planes)(near));
+        }
+        if let Some(solid) = &self.solid {
+            for (place, curved) in other.curved.iter().enumerate() {
+                if self.may_meet(curved, here_from_there)
+                    && let Some(near) = solid.meets_curved(curved, here_from_there)
+                {
+                    return Some(found(Shapes::PlanesAndCurved(place))(near));
+                }
+            }
+        }
+        if let (Some(solid), false) = (&other.solid, self.curved.is_empty()) {
+            let there_from_here = here_from_there.inverse();
+            for (place, curved) in self.curved.iter().enumerate() {
+                if other.may_meet(curved, &there_from_here)
+                    && let Some(near) = solid.meets_curved(curved, &there_from_here)
+                {
+                    return Some(found(Shapes::CurvedAndPlanes(place))(near));
+                }
+            }
+        }
+        let pairs = self.curved.iter().enumerate();
+        pairs
+            .flat_map(|one| other.curved.iter().enumerate().map(move |two| (one, two)))
+            .find_map(|((i, one), (j, two))| one.meets(two, here_from_there).map(found(Shapes::Curved(i, j))))
+    }
+
+    /// Whether a curved shape's ball meets that of this body.
+    fn may_meet(&self, curved: &Curved, here_from_there: &IsometryMatrix3<f64>) -> bool {
+        let (centre, radius) = curved.ball();
+        let reach = self.radius + radius;
+        (here_from_there * centre - self.centre).norm_squared() <= reach * reach
+    }
+
+    /// How far the two overlap where they meet [m]; not above 0 where nothing is known.
+    fn depth(
+        &self,
+        other: &Self,
+        here_from_there: &IsometryMatrix3<f64>,
+        meeting: &Meeting,
+        care: Care,
+        enough: f64,
+    ) -> f64 {
+        let near = &meeting.near;
+        match (meeting.shapes, &self.solid, &other.solid) {
+            (Shapes::Planes, Some(one), Some(two)) => one.depth(two, here_from_there, near, care, enough),
+            (Shapes::PlanesAndCurved(two), Some(one), _) => {
+                one.depth_with_curved(&other.curved[two], here_from_there, near, care, enough)
+            }
+            (Shapes::CurvedAndPlanes(one), _, Some(two)) => {
+                two.depth_with_curved(&self.curved[one], &here_from_there.inverse(), near, care, enough)
+            }
+            (Shapes::Curved(one, two), ..) => self.curved[one].depth(&other.curved[two], here_from_there, near, enough),
+            _ => 0.0,
+        }
+    }
+}
+
+/// A body's surface in the frame of its link, without its round shapes.
+fn triangles_of(body: &Body) -> Vec<Triangle> {
+    let mut all = Vec::new();
+    for geometry in &body.geometries {
+        let place = |point: Point3<f64>| geometry.link_from_shape * point;
+        match &geometry.shape {
+            Shape::Box { half } => all.extend(box_triangles(*half).map(|triangle| triangle.map(place))),
+            Shape::Mesh(mesh) => all.extend(
+                mesh.triangles.iter().map(|triangle| triangle.map(|corner| place(mesh.corners[corner as usize]))),
+            ),
+            Shape::Sphere { .. } | Shape::Capsule { .. } | Shape::Cylinder { .. } => {}
+        }
+    }
+    all.retain(triangle::has_area);
+    all
+}
+
+/// The twelve triangles of a box around the origin.
+fn box_triangles(half: [f64; 3]) -> [Triangle; 12] {
+    let corner = |bits: u8| {
+        Point3::from(std::array::from_fn(|axis| if bits >> axis & 1 == 0 { -half[axis] } else { half[axis] }))
+    };
+    const SIDES: [[u8; 3]; 12] = [
+        [0, 2, 1],
+        [1, 2, 3],
+        [4, 5, 6],
+        [5, 7, 6],
+        [0, 1, 4],
+        [1, 5, 4],
+        [2, 6, 3],
+        [3, 6, 7],
+        [0, 4, 2],
+        [2, 4, 6],
+        [1, 3, 5],
+        [3, 7, 5],
+    ];
+    SIDES.map(|side| side.map(corner))
+}

@@ -1,0 +1,26 @@
+//! Whether a robot collides with itself or its surroundings.
+//!
+//! Every body has a lattice of exact distances to its surface, balls inside it, and a tree of balls around pieces of its
+//! surface. A pair is decided by the first of these that can: balls around both bodies that do not meet; pieces of one
+//! surface, sixteen at a time, that are all farther from the other than they are large; a ball inside one that reaches inside
+//! the other; the triangles themselves, where pieces are left. Balls, capsules and cylinders have their distance in closed
+//! form, and parry decides whether they touch. How far two bodies overlap, so that a shorter motion does not part them, is
+//! asked apart.
+
+mod body;
+mod boxes;
+mod checker;
+mod curved;
+mod lattice;
+mod near;
+mod parts;
+mod solid;
+mod surface_tree;
+mod touch;
+mod triangle;
+
+pub use body::{Bodies, Body, Geometry};
+pub use checker::{CollisionChecker, Hit, LinkFrames, Verdict};
+pub use kernel::geom::{Shape, Triangles};
+pub use solid::Care;
+pub use touch::TouchTest;

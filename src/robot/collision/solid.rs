@@ -1,0 +1,360 @@
+//! One body, ready to be asked.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+
+use super::{
+    boxes::BoxTree,
+    curved::{Curved, FINE_STEPS, STEPS, deepest},
+    lattice::Lattice,
+    near::{Points, View, lanes},
+    parts::Bounds,
+    surface_tree::{Below, Block, Leaf, MOST_OPEN, SurfaceTree},
+    triangle::{self, Triangle},
+};
+use kernel::geom::{NoSurface, SimdLevel};
+
+/// Of this many points of a lattice along each axis one is asked first.
+const COARSE: usize = 4;
+
+/// How long a depth is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Care {
+    /// A few microseconds: what lattices know.
+    Short,
+    /// Tens of microseconds: what exact distances say.
+    Long,
+}
+
+/// A depth by balls that is not looked for any further [m].
+const ENOUGH: f64 = 0.02;
+/// Triangles of a piece that are held against the other surface together.
+const AT_ONCE: usize = 6;
+/// Balls inside a body, at most.
+const INNER_BALLS: usize = 32;
+/// Radius of the smallest of them [m].
+const LEAST_BALL: f64 = 0.004;
+
+/// Blocks that are still to be looked at.
+struct Open {
+    places: [u32; MOST_OPEN],
+    count: usize,
+}
+
+impl Open {
+    /// With the root, if there is one.
+    fn new(tree: &SurfaceTree) -> Self {
+        Self { places: [0; MOST_OPEN], count: usize::from(!tree.blocks.is_empty()) }
+    }
+
+    fn push(&mut self, place: u32) {
+        self.places[self.count] = place;
+        self.count += 1;
+    }
+
+    fn pop(&mut self) -> Option<u32> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.places[self.count])
+    }
+}
+
+/// A body's surface as triangles in the frame of its link, with what makes questions cheap.
+pub(super) struct Solid {
+    triangles: Vec<Triangle>,
+    lattice: Lattice,
+    /// The lattice as kernels read it: few of its points, and all.
+    points: [Points; 2],
+    tree: SurfaceTree,
+    boxes: BoxTree,
+    /// Balls of the inside: centre and radius, largest first.
+    inner: Vec<(Point3<f64>, f64)>,
+    /// The same side by side.
+    inner_blocks: Vec<Block>,
+    /// A corner of each part of the surface that hangs together.
+    shells: Vec<Point3<f64>>,
+    level: SimdLevel,
+}
+
+impl Solid {
+    /// From triangles that have an area.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn new(triangles: Vec<Triangle>, level: SimdLevel) -> Result<Self, NoSurface> {
+        if triangles.is_empty() {
+            let reason = "no triangle has an area".to_owned();
+            return Err(NoSurface { triangles: 0, vertices: 0, reason });
+        }
+        let (tree, boxes) = (SurfaceTree::new(&triangles), BoxTree::new(&triangles, level));
+        let lattice = Lattice::new(&triangles, &boxes);
+        let inner = inner_balls(&lattice);
+        let shells = shells(&triangles);
+        let points = [lattice.points(COARSE), lattice.points(1)];
+        let inner_blocks = Block::of_balls(&inner);
+        Ok(Self { triangles, lattice, points, tree, boxes, inner, inner_blocks, shells, level })
+    }
+
+    /// The corners of the surface.
+    pub fn corners(&self) -> impl Iterator<Item = &Point3<f64>> {
+        self.triangles.iter().flatten()
+    }
+
+    /// A ball around the whole body.
+    pub fn ball(&self) -> (Point3<f64>, f64) {
+        self.tree.ball
+    }
+
+    /// Where this body and `other`, whose frame is seen from this one's as `here_from_there`, meet: a point of the other's
+    /// frame near which their surfaces touch, or that lies inside both. `None` when they are apart.
+    pub fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
+        let [few, all] = &self.points;
+        let views = [few.view(here_from_there, &other.tree.ball), all.view(here_from_there, &other.tree.ball)];
+        let mut open = Open::new(&other.tree);
+        let mut balls_tried = false;
+        while let Some(place) = open.pop() {
+            let block = &other.tree.blocks[place as usize];
+            let mut found = few.look(self.level, &views[0], block);
+            if found.near != 0 {
+                found = all.look(self.level, &views[1], block);
+            }
+            if let Some(lane) = lanes(found.inside).next() {
+                return Some(block.centre(lane));
+            }
+            // What reaches inside is looked at first: there the surfaces are likely to touch.
+            let (likely, others) = (found.near & found.reaching, found.near & !found.reaching);
+            for lane in lanes(likely).chain(lanes(others)) {
+                let Below::Leaf(leaf) = block.below[lane] else { continue };
+                if !std::mem::replace(&mut balls_tried, true)
+                    && let Some(centre) = self.reached_by_balls(other, &views[1])
+                {
+                    return Some(centre);
+                }
+                let leaf = &other.tree.leaves[leaf as usize];
+                if self.meets_leaf(other, leaf, here_from_there) {
+                    return Some(leaf.centre);
+                }
+            }
+            for lane in lanes(others).chain(lanes(likely)) {
+                if let Below::Block(below) = block.below[lane] {
+                    open.push(below);
+                }
+            }
+        }
+        // Of surfaces that don't touch a part may still be inside the other body: of this one's in the other, or, too near to
+        // this one's surface to be told from it so far, of the other's in this one.
+        let there_from_here = here_from_there.inverse();
+        let own = self.shells.iter().map(|corner| there_from_here * corner).find(|corner| other.holds(corner));
+        let held = || other.shells.iter().find(|corner| self.holds(&(here_from_there * *corner))).copied();
+        own.or_else(|| if balls_tried { held() } else { None })
+    }
+
+    /// The centre of a ball inside the other body that reaches inside this one.
+    fn reached_by_balls(&self, other: &Self, view: &View) -> Option<Point3<f64>> {
+        other.inner_blocks.iter().find_map(|block| {
+            let found = self.points[1].look(self.level, view, block);
+            lanes(found.reaching).next().map(|lane| block.centre(lane))
+        })
+    }
+
+    /// Whether a piece of the other's surface touches this one's.
+    fn meets_leaf(&self, other: &Self, leaf: &Leaf, here_from_there: &IsometryMatrix3<f64>) -> bool {
+        // What lies outside of this ball is another leaf's.
+        let (centre, side) = (here_from_there * leaf.centre, Vector3::repeat(leaf.radius));
+        let piece = Bounds { low: centre - side, high: centre + side };
+        other.tree.triangles(leaf).chunks(AT_ONCE).any(|places| {
+            let mut moved = [([Point3::origin(); 3], piece); AT_ONCE];
+            let mut count = 0;
+            for place in places {
+                let triangle = other.triangles[*place as usize].map(|corner| here_from_there * corner);
+                let bounds = triangle::bounds(&triangle);
+                if bounds.meets(&piece) {
+                    moved[count] = (triangle, bounds.shared(&piece));
+                    count += 1;
+                }
+            }
+            count > 0
+                && self.boxes.any_near(&piece, |own| {
+                    let bounds = triangle::bounds(own);
+                    moved[..count].iter().any(|(triangle, part)| bounds.meets(part) && triangle::touch(own, triangle))
+                })
+        })
+    }
+
+    /// How far one of two bodies that meet near `there` (see [`Solid::meets`]) may be moved at least without the two ceasing
+    /// to overlap [m]; `care` is how long that is looked for, but never on when it is known to be more than `enough`.
+    pub fn depth(
+        &self,
+        other: &Self,
+        here_from_there: &IsometryMatrix3<f64>,
+        there: &Point3<f64>,
+        care: Care,
+        enough: f64,
+    ) -> f64 {
+        let by_balls = self.overlap(other, here_from_there);
+        if by_balls > enough.min(ENOUGH) {
+            return by_balls;
+        }
+        let there_from_here = here_from_there.inverse();
+        let depth = |here: &Point3<f64>| -self.signed_at_most(here) - other.signed_at_most(&(there_from_here * here));
+        // Lattices lead to a point that is deep in both bodies, once that of the one and once that of the other.
+        let by_other = other.climb_with(self, here_from_there, there, enough);
+        if by_other.0 > enough {
+            return by_other.0;
+        }
+        let by_self = self.climb_with(other, &there_from_here, &(here_from_there * there), enough);
+        if by_self.0 > enough {
+            return by_self.0;
+        }
+        let deep = [here_from_there * by_other.1, by_self.1].map(|point| (depth(&point), point));
+        let (found, point) = if deep[0].0 >= deep[1].0 { deep[0] } else { deep[1] };
+        let found = if care == Care::Long { deepest(point, FINE_STEPS, enough, depth).1 } else { found };
+        by_balls.max(found)
+    }
+
+    /// Distance to the surface [m], exact: what the lattice says of it keeps the search short.
+    fn distance(&self, point: &Point3<f64>) -> f64 {
+        let most = self.lattice.distance_at_most(point);
+        self.boxes.squared_distance_within(point, most * most).sqrt()
+    }
+
+    /// Whether a point is inside.
+    fn holds(&self, point: &Point3<f64>) -> bool {
+        let (centre, radius) = self.tree.ball;
+        if (point - centre).norm_squared() > radius * radius {
+            return false;
+        }
+        let (away, signed) = self.lattice.bounds(point);
+        if signed < 0.0 || away > 0.0 {
+            return signed < 0.0;
+        }
+        // So near the surface that a point of the lattice must be in sight.
+        let distance = self.distance(point);
+        self.lattice.is_inside(point, distance)
+            || self.lattice.inside_near(point).any(|seen| !self.boxes.crosses(point, &seen))
+    }
+
+    /// How far `other` may be moved at least without ceasing to overlap [m], by balls inside it; 0 when they prove nothing.
+    fn overlap(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> f64 {
+        let depth = |(centre, radius): &(Point3<f64>, f64)| radius - self.lattice.bounds(&(here_from_there * centre)).1;
+        other.inner.iter().map(depth).fold(0.0, f64::max)
+    }
+
+    /// Where climbing this body's lattice from near `start` leads to, with the height that lattices know of: how deep a point
+    /// lies in this body and in `other` together [m].
+    fn climb_with(
+        &self,
+        other: &Self,
+        other_from_here: &IsometryMatrix3<f64>,
+        start: &Point3<f64>,
+        enough: f64,
+    ) -> (f64, Point3<f64>) {
+        let height = |point: &Point3<f64>, own: f64| -own - other.lattice.bounds(&(other_from_here * point)).1;
+        self.lattice.climb(self.lattice.cell(start), enough, height)
+    }
+
+    /// Where this body and a curved shape, whose link's frame is seen from this one's as `here_from_there`, meet: as
+    /// [`Solid::meets`], but a point of this body's frame.
+    pub fn meets_curved(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
+        let axis = other.axis(here_from_there);
+        let mut open = Open::new(&self.tree);
+        let mut near = None;
+        while let (Some(place), None) = (open.pop(), near) {
+            let block = &self.tree.blocks[place as usize];
+            for lane in lanes(axis.near(self.level, block)) {
+                match block.below[lane] {
+                    Below::Block(below) => open.push(below),
+                    Below::Leaf(leaf) => near = Some(self.tree.leaves[leaf as usize].centre),
+                }
+            }
+        }
+        if near.is_some() {
+            let held = self.deepest_ball(other, here_from_there);
+            if held.is_some() || other.touches(&self.boxes, here_from_there) {
+                return held.or(near);
+            }
+        }
+        // Their surfaces are apart: of connected shapes this one holds the other, or neither.
+        let centre = here_from_there * other.ball().0;
+        self.holds(&centre).then_some(centre)
+    }
+
+    /// The centre of the ball inside this body that a curved shape reaches into by most.
+    fn deepest_ball(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
+        let there_from_here = here_from_there.inverse();
+        let mut best = (0.0, None);
+        for (centre, radius) in &self.inner {
+            let depth = radius - other.signed(&(there_from_here * centre));
+            if depth > best.0 {
+                best = (depth, Some(*centre));
+            }
+        }
+        best.1
+    }
+
+    /// How far this body and a curved shape that meet near `here` overlap: as [`Solid::depth`].
+    pub fn depth_with_curved(
+        &self,
+        other: &Curved,
+        here_from_there: &IsometryMatrix3<f64>,
+        here: &Point3<f64>,
+        care: Care,
+        enough: f64,
+    ) -> f64 {
+        let there_from_here = here_from_there.inverse();
+        let bound = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
+        let depth = |point: &Point3<f64>| -self.signed_at_most(point) - other.signed(&(there_from_here * point));
+        let (point, least) = deepest(*here, STEPS, enough, bound);
+        match care {
+            _ if least > enough => least,
+            Care::Short => depth(&point),
+            Care::Long => deepest(point, FINE_STEPS, enough, depth).1,
+        }
+    }
+
+    /// Signed distance at a point, exact where the sides are known, else that to the outside [m].
+    fn signed_at_most(&self, point: &Point3<f64>) -> f64 {
+        let distance = self.distance(point);
+        if self.lattice.bounds(point).1 < 0.0 || self.lattice.is_inside(point, distance) { -distance } else { distance }
+    }
+}
+
+/// Balls of the inside, each time the largest whose centre is not inside one already taken.
+fn inner_balls(lattice: &Lattice) -> Vec<(Point3<f64>, f64)> {
+    let mut points: Vec<_> = lattice.inside().filter(|(_, depth)| *depth >= LEAST_BALL).collect();
+    let mut balls = Vec::new();
+    while balls.len() < INNER_BALLS {
+        let Some((centre, radius)) =
+            points.iter().copied().reduce(|best, next| if next.1 > best.1 { next } else { best })
+        else {
+            break;
+        };
+        balls.push((centre, radius));
+        points.retain(|(point, _)| (point - centre).norm() > 0.8 * radius);
+    }
+    balls
+}
+
+/// A corner of each part of a surface that hangs together at its corners.
+fn shells(triangles: &[Triangle]) -> Vec<Point3<f64>> {
+    let key = |corner: &Point3<f64>| [corner.x, corner.y, corner.z].map(|value| (value + 0.0).to_bits());
+    let mut at_corner: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for (place, triangle) in triangles.iter().enumerate() {
+        triangle.iter().for_each(|corner| at_corner.entry(key(corner)).or_default().push(place));
+    }
+    let (mut found, mut seen) = (Vec::new(), vec![false; triangles.len()]);
+    for first in 0..triangles.len() {
+        if seen[first] {
+            continue;
+        }
+        found.push(triangles[first][0]);
+        let mut open = vec![first];
+        while let Some(place) = open.pop() {
+            if !std::mem::replace(&mut seen[place], true) {
+                let beside = triangles[place].iter().filter_map(|corner| at_corner.remove(&key(corner)));
+                open.extend(beside.flatten());
+            }
+        }
+    }
+    found
+}

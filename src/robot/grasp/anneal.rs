@@ -1,0 +1,263 @@
+//! Simulated annealing in the space of place, turn and eigengrasps (Ciocarlie, Goldfeder and Allen 2007; Ingber 1989; thesis,
+//! 4.2 and 7.3).
+
+use std::sync::Arc;
+
+use nalgebra::{IsometryMatrix3, Point3};
+
+use super::{
+    best::{BestList, Candidate},
+    energy::{Potential, contact_energy},
+    field::DistanceField,
+    found::{Grasp, GraspRun, Stretch},
+    links::Place,
+    rate::{Rating, Start},
+    settings::{Annealing, EnergyKind, Keeping, SearchFrame},
+    state::{HandSearch, StateScratch, legal, look},
+    variables::{Variables, search_from_approach},
+    wrench::{EpsilonLimits, MassFrame},
+};
+use kernel::{
+    contact::ContactSurface,
+    geom::{MassProperties, NoSurface, RestingPoses, SimdLevel, TriMesh},
+    object::PreparedObject,
+    seed::Stream,
+    words::STRETCHES,
+};
+
+/// Temperatures are FIRST exp(-FALL k^(1/8)), k from START on over SPAN.
+const FIRST: f64 = 1e6;
+const FALL: f64 = 7.0;
+const START: f64 = 30_000.0;
+const SPAN: f64 = 70_000.0;
+
+/// Energies count a millionth in the acceptance.
+const ENERGY_SCALE: f64 = 1e-6;
+
+/// An error of an energy by this share of the temperature is not felt.
+const UNFELT: f64 = 0.1;
+
+/// Neighbours that are looked at in a step.
+const TRIES: u32 = 11;
+
+/// So that the first legal state is taken.
+const WORST: f64 = 1e8;
+
+/// The hand starts so far from the seed [m].
+const STAND_OFF: f64 = 0.15;
+
+/// An object, prepared for annealing: shared by threads.
+pub struct ObjectSearch {
+    pub(super) surface: Arc<ContactSurface>,
+    pub(super) field: DistanceField,
+    /// The middle of its box.
+    pub(super) middle: Point3<f64>,
+    /// From there to its farthest point [m].
+    pub(super) radius: f64,
+    /// What torques refer to.
+    pub(super) mass: MassFrame,
+    /// How it rests on a table.
+    resting: RestingPoses,
+}
+
+impl ObjectSearch {
+    /// Prepares an object; `None` where it has no solid inside.
+    pub fn new(surface: &Arc<ContactSurface>, mesh: &TriMesh) -> Option<Self> {
+        let centre = MassProperties::of_solid(surface.solid())?.centre;
+        Some(Self::of_parts(surface, mesh, &centre, RestingPoses::of(mesh, &centre)))
+    }
+
+    /// The search of a prepared object, from parts that it has already; `None` where no cell of it is solid.
+    ///
+    /// # Errors
+    /// When its mesh has no extent.
+    pub fn of_object(object: &PreparedObject) -> Result<Option<Self>, NoSurface> {
+        let surface = object.contact_surface()?;
+        let Some(mass) = object.mass() else { return Ok(None) };
+        Ok(Some(Self::of_parts(surface, object.mesh(), &mass.centre, object.resting().clone())))
+    }
+
+    fn of_parts(surface: &Arc<ContactSurface>, mesh: &TriMesh, centre: &Point3<f64>, resting: RestingPoses) -> Self {
+        let (bounds, centre) = (surface.bounds(), *centre);
+        let far = |vertex: &[f32; 3]| (Point3::from(vertex.map(f64::from)) - centre).norm();
+        let mass = MassFrame { centre, radius: mesh.vertices.iter().map(far).fold(0.0, f64::max) };
+        Self {
+            mass,
+            resting,
+            surface: Arc::clone(surface),
+            field: DistanceField::new(surface),
+            middle: bounds.centre(),
+            radius: (bounds.max - bounds.min).norm() / 2.0,
+        }
+    }
+
+    /// How it rests on a table.
+    pub fn resting(&self) -> &RestingPoses {
+        &self.resting
+    }
+}
+
+/// What a run counted.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Counts {
+    steps: u32,
+    failed: u32,
+    tries: u64,
+    potentials: u64,
+    course: [Stretch; STRETCHES],
+}
+
+/// One thread's annealing of one hand.
+pub struct Annealer {
+    hand: Arc<HandSearch>,
+    variables: Variables,
+    settings: Annealing,
+    /// Temperature and ln(1 + 1 / temperature) of every step.
+    schedule: Vec<[f64; 2]>,
+    scratch: StateScratch,
+    level: SimdLevel,
+    best: BestList,
+    potential: Potential,
+    rating: Rating,
+}
+
+impl Annealer {
+    /// With vector instructions up to a level; what is found is the same at all.
+    pub fn new(search: &Arc<HandSearch>, settings: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
+        let temperature = |step: u32| {
+            let along = f64::from(step);
+            let k = START + if settings.whole_schedule { SPAN * along / f64::from(settings.steps) } else { along };
+            let temperature = FIRST * libm::exp(-FALL * k.sqrt().sqrt().sqrt());
+            [temperature, libm::log(1.0 + 1.0 / temperature)]
+        };
+        Self {
+            hand: Arc::clone(search),
+            variables: Variables::new(&search.hand, settings),
+            settings: *settings,
+            schedule: (0..settings.steps).map(temperature).collect(),
+            scratch: search.scratch(),
+            level: level.usable(),
+            best: BestList::new(settings.best as usize),
+            potential: Potential::new(settings, level.usable()),
+            rating: Rating::new(search, settings, keeping, level.usable()),
+        }
+    }
+
+    /// One run from a seed: origin on the object's surface, z along the inward normal. It depends on nothing that was searched
+    /// before.
+    pub fn run(
+        &mut self,
+        object: &ObjectSearch,
+        object_from_seed: &IsometryMatrix3<f64>,
+        stream: &mut Stream,
+    ) -> GraspRun {
+        let counts = self.search(object, object_from_seed, stream);
+        let rate = |candidate: &Candidate| {
+            let amplitudes = self.variables.amplitudes(&candidate.state);
+            let object_from_approach = candidate.object_from_approach.isometry();
+            let posture = self.hand.hand.posture_of(amplitudes);
+            self.rating.started(object, Start { object_from_approach, posture, amplitudes: amplitudes.to_vec() })
+        };
+        let mut grasps: Vec<Grasp> = self.best.list().iter().map(rate).collect();
+        // Exact energies may stand in another order.
+        grasps.sort_by(|one, other| one.energies.total.total_cmp(&other.energies.total));
+        GraspRun {
+            object_from_seed: *object_from_seed,
+            steps: counts.steps,
+            failed: counts.failed,
+            tries: counts.tries,
+            potentials: counts.potentials,
+            course: counts.course,
+            grasps,
+        }
+    }
+
+    /// Anneals; the best states stand in the list.
+    fn search(
+        &mut self,
+        object: &ObjectSearch,
+        object_from_seed: &IsometryMatrix3<f64>,
+        stream: &mut Stream,
+    ) -> Counts {
+        let object_from_search = match self.settings.frame {
+            SearchFrame::Seed => *object_from_seed,
+            SearchFrame::Object => IsometryMatrix3::translation(object.middle.x, object.middle.y, object.middle.z),
+        };
+        let start = object_from_seed * IsometryMatrix3::translation(0.0, 0.0, -STAND_OFF);
+        let amplitudes = vec![0.0; self.variables.count() - 6];
+        let start = Place::of(&(object_from_search.inverse() * start));
+        let mut state = self.variables.state_at(&start, &amplitudes);
+        let object_from_search = Place::of(&object_from_search);
+        let base_from_approach = self.hand.base_from_approach.isometry();
+        let approach_from_base = Place::of(&base_from_approach.inverse());
+        let mut energy = WORST;
+        let mut counts = Counts::default();
+        let mut sums = [(0.0, 0u32); STRETCHES];
+        let mut failures = 0;
+        self.best.clear(object.radius);
+        self.potential.forget();
+        for step in 0..self.settings.steps {
+            let [temperature, log_span] = self.schedule[step as usize];
+            let stretch = (u64::from(step) * STRETCHES as u64 / u64::from(self.settings.steps)) as usize;
+            counts.steps += 1;
+            let mut found = None;
+            for _ in 0..TRIES {
+                counts.tries += 1;
+                let next = self.variables.neighbour(&state, temperature, log_span, stream);
+                let object_from_approach = object_from_search.times(&search_from_approach(&next));
+                let object_from_base = object_from_approach.times(&approach_from_base);
+                let amplitudes = self.variables.amplitudes(&next);
+                if legal(self.level, &self.hand, &object.field, &object_from_base, amplitudes, &mut self.scratch) {
+                    found = Some((next, object_from_approach));
+                    break;
+                }
+            }
+            let Some((next, object_from_approach)) = found else {
+                counts.failed += 1;
+                failures += 1;
+                if failures == self.settings.most_failures {
+                    break;
+                }
+                continue;
+            };
+            failures = 0;
+            // What the energy has to be below to be accepted.
+            let limit = if self.settings.descent || energy == WORST {
+                energy
+            } else {
+                energy - libm::log(stream.unit()) * temperature / ENERGY_SCALE
+            };
+            look(self.level, &self.hand, &object.field, &mut self.scratch);
+            let rated = self.energy(object, temperature, limit, &mut counts);
+            if rated < limit {
+                (state, energy) = (next, rated);
+                counts.course[stretch].accepted += 1;
+                self.best.offer(energy, &object_from_approach, &state);
+            }
+            if energy < WORST {
+                sums[stretch].0 += energy;
+                sums[stretch].1 += 1;
+            }
+        }
+        for (stretch, (sum, count)) in counts.course.iter_mut().zip(sums) {
+            stretch.mean_energy = if count == 0 { f64::NAN } else { sum / f64::from(count) };
+        }
+        counts
+    }
+
+    /// Of the state that was looked at last; where it is not below `limit`, any number that is not.
+    fn energy(&mut self, object: &ObjectSearch, temperature: f64, limit: f64, counts: &mut Counts) -> f64 {
+        if self.settings.energy == EnergyKind::ContactAndPotential {
+            let scale = self.settings.potential_scale;
+            // What epsilon has to be above for the energy to be below the limit.
+            let tolerance = self.potential.tolerance(UNFELT * temperature / ENERGY_SCALE / scale);
+            let limits = EpsilonLimits { above: f64::INFINITY, below: -limit / scale, tolerance };
+            let potential = self.potential.of(&self.scratch.contacts, &object.mass, &limits);
+            counts.potentials += u64::from(potential.is_some());
+            if let Some(potential) = potential.filter(|potential| *potential < 0.0) {
+                return potential * scale;
+            }
+        }
+        contact_energy(&self.scratch.contacts)
+    }
+}

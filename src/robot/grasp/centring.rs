@@ -1,0 +1,209 @@
+//! Centring: a gripper whose one motor slides two pads towards each other gives way until both hold the object.
+//!
+//! Closing by kinematics stops the motor when the first pad meets the object. A real gripper goes on: it pushes the object, or its
+//! arm gives way, until the other pad is there as well, and squeezed between the two the object turns to where it is narrowest.
+
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
+
+use super::closing::{Closed, Closing, LEAVES, MOST_LOOKS, TOUCHES};
+use crate::hand::Motor;
+use kernel::contact::ContactSurface;
+
+/// What moves along a surface presses into it where it comes nearer by more than this share of its way.
+const PRESSES: f64 = 1e-6;
+
+/// The first and the least turn of a squeezed object [rad]: by the least a pad 60 mm long is off by less than what touches.
+const TURNS: [f64; 2] = [0.04, 2e-4];
+
+/// Turns that are tried, and how far they lead in all [rad].
+const MOST_TURNS: u32 = 60;
+const FARTHEST: f64 = 0.35;
+
+/// How far the hand backs off where its palm is in the way [m]: the first of these that lets both pads touch.
+const RETREATS: [f64; 4] = [0.0, 0.002, 0.005, 0.01];
+
+/// Narrower by less is as narrow [m].
+const NARROWER: f64 = 1e-8;
+
+/// A gripper with both pads on the object.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Centred {
+    pub(super) closed: Closed,
+    pub(super) object_from_base: IsometryMatrix3<f64>,
+    /// Between the pads [m].
+    width: f64,
+    /// Where the pads touch, the middle of each one's contacts.
+    held: [Point3<f64>; 2],
+}
+
+impl Closing {
+    /// Closes a hand with a line between its pads, and gives way until both touch and the width is least of those around. `None`
+    /// for another hand, and where both sides never touch, or the hand in its posture would be in the object by more than
+    /// `most_overlap` [m].
+    pub(super) fn centred(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+        most_overlap: f64,
+    ) -> Option<Centred> {
+        let (_, line) = self.line?;
+        let mut best = self.gripped(surface, object_from_base, posture, most_overlap)?;
+        let mut turn = TURNS[0];
+        for _ in 0..MOST_TURNS {
+            let Some(next) = best.turned(&line, turn) else { break };
+            let turned = (object_from_base.rotation.inverse() * next.rotation).matrix().trace();
+            let next = Some(next).filter(|_| turned > 1.0 + 2.0 * libm::cos(FARTHEST));
+            let next = next.and_then(|next| self.gripped(surface, &next, posture, most_overlap));
+            match next.filter(|next| next.width < best.width - NARROWER) {
+                Some(next) => best = next,
+                None if turn < TURNS[1] => break,
+                None => turn /= 2.0,
+            }
+        }
+        Some(best)
+    }
+
+    /// Closes the hand, and gives way along the line between its pads until both touch; where they do not, from a little farther
+    /// back along its approach.
+    fn gripped(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+        most_overlap: f64,
+    ) -> Option<Centred> {
+        let frames = self.hand.link_frames(&self.hand.posture_values(posture));
+        let back = self.hand.approach_pose(&frames).isometry().rotation * -Vector3::z();
+        let there = |retreat: &f64| object_from_base * Translation3::from(back * *retreat);
+        RETREATS.iter().map(there).find_map(|there| self.gripped_at(surface, &there, posture, most_overlap))
+    }
+
+    /// The same from one place.
+    fn gripped_at(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+        most_overlap: f64,
+    ) -> Option<Centred> {
+        let (place, line) = self.line?;
+        let mut closed = self.close(surface, object_from_base, posture);
+        let mut object_from_base = *object_from_base;
+        let sides = self.pressing(surface, &object_from_base, &closed, &line);
+        if let [side] = sides[..] {
+            let (sign, before) = (self.hand.driven()[place].closing_sign(), closed.motors[place]);
+            let left = (self.hand.driven()[place].closed_angle(before) - before.angle) * sign;
+            let gone = self.gone(surface, &object_from_base, &closed.joints, &line, side, left.max(0.0));
+            let start: Vec<Motor> = posture.iter().copied().map(Motor::engaged).collect();
+            closed.motors[place].angle += sign * gone;
+            self.part(&start, &mut closed.motors);
+            self.hand.joint_values(&closed.motors, &mut closed.joints);
+            let gone = (closed.motors[place].angle - before.angle) * sign;
+            object_from_base *= Translation3::from(line * (-side * gone));
+        }
+        let held = self.held(surface, &object_from_base, &closed)?;
+        let opened = self.hand.posture_values(posture);
+        let overlaps = self.penetration(surface, &object_from_base, &opened) > most_overlap;
+        let width = self.hand.width(&self.hand.link_frames(&closed.joints))?;
+        (!overlaps).then_some(Centred { closed, object_from_base, width, held })
+    }
+
+    /// The middle of each pad's contacts; `None` where one has none.
+    fn held(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        closed: &Closed,
+    ) -> Option<[Point3<f64>; 2]> {
+        let contacts = self.contacts(surface, object_from_base, &closed.joints);
+        let middle = |side: f64| {
+            let of_side = contacts.iter().filter(|contact| self.hand.closing_side(contact.link) == side);
+            let (sum, count) = of_side
+                .fold((Vector3::zeros(), 0.0), |(sum, count), contact| (sum + contact.point.coords, count + 1.0));
+            (count > 0.0).then(|| Point3::from(sum / count))
+        };
+        Some([middle(1.0)?, middle(-1.0)?])
+    }
+
+    /// Which sides touch and press on: 1 the first pad's link, -1 the other's. Each once.
+    fn pressing(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        closed: &Closed,
+        line: &Vector3<f64>,
+    ) -> Vec<f64> {
+        let frames = self.hand.link_frames(&closed.joints);
+        let mut sides = Vec::new();
+        for solid in 0..self.probes.len() {
+            let side = self.sides[solid];
+            let close = side != 0.0 && self.distance(surface, object_from_base, &frames, solid) <= TOUCHES;
+            if close && !sides.contains(&side) && self.comes(&(object_from_base.rotation * line * side)) {
+                sides.push(side);
+            }
+        }
+        sides
+    }
+
+    /// How far the motor goes on, by `most` at most, while the link of one side stays on the object and the rest comes along,
+    /// until something else meets the object.
+    fn gone(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        joints: &[f64],
+        line: &Vector3<f64>,
+        side: f64,
+        most: f64,
+    ) -> f64 {
+        let frames = self.hand.link_frames(joints);
+        let speed = line.norm();
+        let mut gone = 0.0;
+        for _ in 0..MOST_LOOKS {
+            let mut step = most - gone;
+            for solid in 0..self.probes.len() {
+                // Against the object, in units of the pads' speed: 0 for what stays, 1 for the base, 2 for the other side.
+                let share = self.sides[solid] - side;
+                if share == 0.0 {
+                    continue;
+                }
+                let way = object_from_base.rotation * line * share;
+                let moved = Translation3::from(way * gone) * object_from_base;
+                let mut distance = self.distance(surface, &moved, &frames, solid);
+                if distance <= TOUCHES {
+                    if self.comes(&way) {
+                        return gone;
+                    }
+                    distance = LEAVES;
+                }
+                step = step.min((distance - TOUCHES / 2.0) / (share.abs() * speed));
+            }
+            gone += step;
+            if gone >= most {
+                break;
+            }
+        }
+        gone.min(most)
+    }
+
+    /// Whether a way in `Object` leads into the object where the solid touches that was looked at last.
+    fn comes(&self, way: &Vector3<f64>) -> bool {
+        let least = PRESSES * way.norm();
+        self.found.iter().any(|contact| contact.distance <= TOUCHES && contact.normal.dot(way) < -least)
+    }
+}
+
+impl Centred {
+    /// Where the base is once the object has turned between the pads by an angle, the way that their forces turn it; `None` where
+    /// these stand against each other.
+    fn turned(&self, line: &Vector3<f64>, angle: f64) -> Option<IsometryMatrix3<f64>> {
+        let [first, second] = self.held;
+        let across = (second - first).cross(&(self.object_from_base.rotation * line));
+        let axis = Unit::try_new(across, line.norm() * TOUCHES / 10.0)?;
+        let middle = nalgebra::center(&first, &second).coords;
+        let turn = Rotation3::from_axis_angle(&axis, angle);
+        let about = Translation3::from(middle) * turn * Translation3::from(-middle);
+        Some(about * self.object_from_base)
+    }
+}

@@ -1,0 +1,427 @@
+//! Closing a hand by kinematics alone: every finger until it meets the object.
+
+use std::sync::Arc;
+
+use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
+
+use super::{found::GraspContact, links::Place, meeting::overlap, solids::HandSolids};
+use crate::hand::{Driven, Hand, Motor};
+use kernel::contact::{ContactScratch, ContactSurface, Probe, SurfaceContact};
+
+/// A link that is so near touches [m].
+pub const TOUCHES: f64 = 1e-5;
+
+/// Nearer than this [m], distances are exact; farther away a lower bound does.
+const NEAR: f64 = 0.002;
+
+/// What leaves the object goes on by so much, at most [m].
+pub(super) const LEAVES: f64 = 1e-4;
+
+/// A finger that has not met the object after so many looks creeps along it, and stays.
+pub(super) const MOST_LOOKS: u32 = 1000;
+
+/// Between looks whether links meet each other, motors turn by this at most [rad], or slide by a hundredth of it [m].
+const STRIDE: f64 = 0.01;
+
+/// A hand and what of it can touch.
+pub(super) struct Closing {
+    pub(super) hand: Arc<Hand>,
+    pub(super) solids: HandSolids,
+    pub(super) probes: Vec<Probe>,
+    /// Of each solid and each driven joint: before and after its clutch has opened, how far a place of the solid moves for a
+    /// unit of the motor at most [m].
+    reaches: Vec<Vec<[f64; 2]>>,
+    /// Motors that close the hand, those together that move the same solids: fingers.
+    groups: Vec<Vec<usize>>,
+    /// Of a gripper: its motor, and the first pad's way for a unit of it, seen from the base.
+    pub(super) line: Option<(usize, Vector3<f64>)>,
+    /// Of each solid: 1 where it moves as the first pad does, -1 as the second one, 0 as the base.
+    pub(super) sides: Vec<f64>,
+    scratch: ContactScratch,
+    pub(super) found: Vec<SurfaceContact>,
+}
+
+/// Where the hand has come to.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Closed {
+    /// The motors, one a driven joint.
+    pub(super) motors: Vec<Motor>,
+    /// Values of all joints.
+    pub(super) joints: Vec<f64>,
+}
+
+impl Closing {
+    pub(super) fn new(hand: &Arc<Hand>, solids: &HandSolids) -> Self {
+        let probe = |solid: &super::solids::Solid| Probe::new(&solid.shape).expect("no mesh is a solid of a hand");
+        let reaches = solids.solids.iter().map(|solid| {
+            hand.driven().iter().map(|driven| reach(hand, solid.link, solid.centre, solid.reach, driven)).collect()
+        });
+        let reaches: Vec<Vec<[f64; 2]>> = reaches.collect();
+        let groups = groups(hand, &reaches);
+        let line = hand.closing_line().zip(groups.first()).map(|(line, group)| (group[0], line));
+        let sides = solids.solids.iter().map(|solid| hand.closing_side(solid.link)).collect();
+        Self {
+            hand: Arc::clone(hand),
+            probes: solids.solids.iter().map(probe).collect(),
+            reaches,
+            groups,
+            line,
+            sides,
+            solids: solids.clone(),
+            scratch: ContactScratch::default(),
+            found: Vec::new(),
+        }
+    }
+
+    /// How deep the hand is in the object in a posture [m]; below 0 where it is clear, and then no less than -`NEAR`.
+    pub(super) fn penetration(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        joints: &[f64],
+    ) -> f64 {
+        let frames = self.hand.link_frames(joints);
+        let solids = 0..self.probes.len();
+        -solids.map(|solid| self.distance(surface, object_from_base, &frames, solid)).fold(NEAR, f64::min)
+    }
+
+    /// How far the hand can come along a direction in `Object`, its joints still, until it meets the object [m]: 0 where it does
+    /// not within `most`.
+    pub(super) fn advance(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        joints: &[f64],
+        way: &Vector3<f64>,
+        most: f64,
+    ) -> f64 {
+        let frames = self.hand.link_frames(joints);
+        let mut come = 0.0;
+        for _ in 0..MOST_LOOKS {
+            let moved = Translation3::from(way * come) * object_from_base;
+            let mut nearest = f64::INFINITY;
+            for solid in 0..self.probes.len() {
+                let distance = self.distance(surface, &moved, &frames, solid);
+                let comes = |contact: &SurfaceContact| contact.distance <= TOUCHES && contact.normal.dot(way) < 0.0;
+                let leaves = distance <= TOUCHES && !self.found.iter().any(comes);
+                nearest = nearest.min(if leaves { LEAVES } else { distance });
+            }
+            if nearest <= TOUCHES {
+                return come;
+            }
+            come += nearest - TOUCHES / 2.0;
+            if come > most {
+                break;
+            }
+        }
+        0.0
+    }
+
+    /// Closes the hand from a posture: each joint that closes it goes on until a link that it moves meets the object, or its
+    /// limit; where its own link met the object, the clutch opens and what goes on alone does so. Links that meet each other
+    /// stop, too.
+    pub(super) fn close(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+    ) -> Closed {
+        let hand = Arc::clone(&self.hand);
+        let start: Vec<Motor> = posture.iter().copied().map(Motor::engaged).collect();
+        let mut ends = start.clone();
+        for group in self.groups.clone() {
+            let mut motors = start.clone();
+            self.turn(surface, object_from_base, &mut motors, &group);
+            group.iter().for_each(|place| ends[*place] = motors[*place]);
+        }
+        self.part(&start, &mut ends);
+        let mut joints = vec![0.0; hand.tree().len()];
+        hand.joint_values(&ends, &mut joints);
+        Closed { motors: ends, joints }
+    }
+
+    /// Where links at these joint values touch the object.
+    pub(super) fn contacts(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        joints: &[f64],
+    ) -> Vec<GraspContact> {
+        let frames = self.hand.link_frames(joints);
+        let mut contacts = Vec::new();
+        for solid in 0..self.probes.len() {
+            let object_from_solid = self.object_from_solid(object_from_base, &frames, solid);
+            let (scratch, found) = (&mut self.scratch, &mut self.found);
+            surface.contacts(&self.probes[solid], &object_from_solid, 2.0 * TOUCHES, scratch, found);
+            let link = self.solids.solids[solid].link;
+            contacts.extend(self.found.iter().map(|contact| GraspContact {
+                link,
+                // On the object's own surface.
+                point: contact.point - contact.normal.into_inner() * contact.distance,
+                normal: contact.normal,
+                distance: contact.distance,
+            }));
+        }
+        contacts
+    }
+
+    /// Turns a group of motors together, each at its speed, until something that it moves meets the object.
+    fn turn(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        motors: &mut [Motor],
+        group: &[usize],
+    ) {
+        let hand = Arc::clone(&self.hand);
+        let left = |place: usize, motor: Motor| {
+            let driven = &hand.driven()[place];
+            (driven.closed_angle(motor) - motor.angle) * driven.closing_sign()
+        };
+        let mut going = group.to_vec();
+        let mut joints = vec![0.0; hand.tree().len()];
+        for _ in 0..MOST_LOOKS {
+            going.retain(|place| left(*place, motors[*place]) > 0.0);
+            if going.is_empty() {
+                break;
+            }
+            hand.joint_values(motors, &mut joints);
+            let frames = hand.link_frames(&joints);
+            let (mut time, mut met) = (f64::INFINITY, Vec::new());
+            for solid in 0..self.probes.len() {
+                let speed_of = |place: &usize| {
+                    let after = usize::from(motors[*place].released.is_some());
+                    self.reaches[solid][*place][after] * hand.driven()[*place].speed
+                };
+                let speed: f64 = going.iter().map(speed_of).sum();
+                if speed == 0.0 {
+                    continue;
+                }
+                let mut distance = self.distance(surface, object_from_base, &frames, solid);
+                if distance <= TOUCHES {
+                    let link = self.solids.solids[solid].link;
+                    let presses = |place: &usize| self.presses(object_from_base, &frames, motors[*place], *place, link);
+                    met.extend(going.iter().copied().filter(presses).map(|place| (place, link)));
+                    distance = LEAVES;
+                }
+                time = time.min((distance - TOUCHES / 2.0) / speed);
+            }
+            for (place, link) in &met {
+                let (driven, motor) = (&hand.driven()[*place], motors[*place]);
+                if *link == driven.joint + 1 && driven.breakaway.is_some() && motor.released.is_none() {
+                    motors[*place] = driven.stopped(motor);
+                } else if !(*link == driven.joint + 1 && driven.breakaway.is_some()) {
+                    going.retain(|going| going != place);
+                }
+            }
+            if met.is_empty() {
+                for place in &going {
+                    let (driven, motor) = (&hand.driven()[*place], motors[*place]);
+                    let step = (time * driven.speed).min(left(*place, motor));
+                    motors[*place] = driven.turned(motor, motor.angle + driven.closing_sign() * step);
+                }
+            }
+        }
+    }
+
+    /// Whether a motor moves a link into the object where it touches, as `found` has it.
+    fn presses(
+        &self,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+        motor: Motor,
+        place: usize,
+        link: usize,
+    ) -> bool {
+        let hand = &self.hand;
+        let velocities = velocities(hand, frames, motor, &hand.driven()[place]);
+        self.found.iter().filter(|contact| contact.distance <= TOUCHES).any(|contact| {
+            let at = object_from_base.inverse() * contact.point;
+            let normal = object_from_base.rotation.inverse() * contact.normal.into_inner();
+            normal.dot(&velocity(&velocities, hand, link, &at)) < 0.0
+        })
+    }
+
+    /// From the object to a solid [m]: exact where it is below [`NEAR`], with the contacts in `found`; else a lower bound.
+    pub(super) fn distance(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+        solid: usize,
+    ) -> f64 {
+        let object_from_solid = self.object_from_solid(object_from_base, frames, solid);
+        let probe = &self.probes[solid];
+        let bound = surface.clearance_at_least(probe, &object_from_solid);
+        self.found.clear();
+        if bound > NEAR {
+            return bound;
+        }
+        surface.contacts(probe, &object_from_solid, NEAR, &mut self.scratch, &mut self.found);
+        self.found.first().map_or(NEAR, |contact| contact.distance)
+    }
+
+    fn object_from_solid(
+        &self,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+        solid: usize,
+    ) -> IsometryMatrix3<f64> {
+        let solid = &self.solids.solids[solid];
+        match solid.link {
+            0 => object_from_base * solid.link_from_shape,
+            link => object_from_base * frames[link - 1] * solid.link_from_shape,
+        }
+    }
+
+    /// Stops motors earlier whose links would meet each other, all closing together at their speeds.
+    pub(super) fn part(&self, start: &[Motor], ends: &mut [Motor]) {
+        let hand = &self.hand;
+        let mut joints = vec![0.0; hand.tree().len()];
+        let mut places = vec![Place::identity(); hand.tree().len() + 1];
+        let mut meets = |motors: &[Motor]| {
+            hand.joint_values(motors, &mut joints);
+            for (place, frame) in places[1..].iter_mut().zip(hand.link_frames(&joints)) {
+                *place = Place::of(&frame);
+            }
+            let meet = |pair: &&[usize; 2]| {
+                let [one, other] = pair.map(|solid| &self.solids.solids[solid]);
+                overlap(one, other, &places)
+            };
+            self.solids.pairs.iter().find(meet).map(|pair| pair.map(|solid| self.solids.solids[solid].link))
+        };
+        let speed = |place: usize| hand.driven()[place].speed;
+        let fastest = (0..start.len()).map(speed).fold(0.0, f64::max);
+        let longest = (0..start.len()).map(|place| (ends[place].angle - start[place].angle).abs() / speed(place));
+        let looks = (longest.fold(0.0, f64::max) * fastest / STRIDE).ceil() as u32;
+        let mut now = start.to_vec();
+        for look in 1..=looks {
+            let before = now.clone();
+            for (place, driven) in hand.driven().iter().enumerate() {
+                let way = f64::from(look) * STRIDE / fastest * speed(place);
+                now[place] = motor_at(start[place], ends[place], driven, way);
+            }
+            // Each meeting stops the motors of both links; what remains is looked at again.
+            while let Some(links) = meets(&now) {
+                let stopped: Vec<usize> = (0..now.len())
+                    .filter(|place| now[*place] != before[*place])
+                    .filter(|place| links.iter().any(|link| moves(hand, *link, &hand.driven()[*place])))
+                    .collect();
+                if stopped.is_empty() {
+                    break;
+                }
+                for place in stopped {
+                    now[place] = before[place];
+                    ends[place] = before[place];
+                }
+            }
+        }
+    }
+}
+
+/// Motors that close a hand, grouped by the solids that they move.
+fn groups(hand: &Hand, reaches: &[Vec<[f64; 2]>]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let closes = |place: &usize| hand.driven()[*place].closing_sign() != 0.0;
+    for place in (0..hand.driven().len()).filter(closes) {
+        let shares = |group: &Vec<usize>| {
+            group.iter().any(|other| reaches.iter().any(|of| of[place][0] > 0.0 && of[*other][0] > 0.0))
+        };
+        let (mut joined, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(shares);
+        joined.push(vec![place]);
+        groups = apart;
+        groups.push(joined.concat());
+    }
+    groups
+}
+
+/// A motor on its way from start to end after it has turned so far.
+pub(super) fn motor_at(start: Motor, end: Motor, driven: &Driven, way: f64) -> Motor {
+    let whole = end.angle - start.angle;
+    if way >= whole.abs() {
+        return end;
+    }
+    let angle = start.angle + way * whole.signum();
+    let opened = end.released.filter(|left| (angle - left) * driven.closing_sign() > 0.0);
+    Motor { angle, released: opened }
+}
+
+/// Whether a driven joint or one of its followers carries a link.
+fn moves(hand: &Hand, link: usize, driven: &Driven) -> bool {
+    let mut link = link;
+    while link > 0 {
+        let joint = link - 1;
+        if joint == driven.joint || driven.followers.iter().any(|follower| follower.joint == joint) {
+            return true;
+        }
+        link = hand.tree().joints()[joint].carried_by;
+    }
+    false
+}
+
+/// Joints that a motor moves, with how far each goes for a unit of it.
+fn rates(driven: &Driven, released: bool) -> Vec<(usize, f64)> {
+    match driven.breakaway {
+        Some(breakaway) if released => vec![(driven.followers[breakaway.follower].joint, breakaway.ratio)],
+        _ => {
+            let followers = driven.followers.iter().map(|follower| (follower.joint, follower.ratio));
+            std::iter::once((driven.joint, 1.0)).chain(followers).collect()
+        }
+    }
+}
+
+/// How far a place of a solid moves for a unit of a motor at most [m], before and after its clutch has opened.
+pub(super) fn reach(hand: &Hand, link: usize, centre: Point3<f64>, radius: f64, driven: &Driven) -> [f64; 2] {
+    [false, true].map(|released| {
+        let rates = rates(driven, released);
+        let (mut link, mut arm, mut sum) = (link, centre.coords.norm() + radius, 0.0);
+        while link > 0 {
+            let joint = &hand.tree().joints()[link - 1];
+            let slides = joint.joint.kind == crate::kinematics::JointKind::Prismatic;
+            let rate: f64 = rates.iter().filter(|(moved, _)| *moved == link - 1).map(|(_, rate)| rate.abs()).sum();
+            sum += rate * if slides { 1.0 } else { arm };
+            // A slide carries what hangs on it farther away, by its range at most.
+            let slid =
+                joint.joint.limits.filter(|_| slides).map_or(0.0, |limits| limits.low.abs().max(limits.high.abs()));
+            arm += joint.joint.origin.translation.vector.norm() + slid;
+            link = joint.carried_by;
+        }
+        sum
+    })
+}
+
+/// Of each joint that a motor moves: its place in the tree, an axis times the rate, a point of it, and whether it slides; seen
+/// from the base.
+fn velocities(
+    hand: &Hand,
+    frames: &[IsometryMatrix3<f64>],
+    motor: Motor,
+    driven: &Driven,
+) -> Vec<(usize, Vector3<f64>, Point3<f64>, bool)> {
+    let sign = driven.closing_sign();
+    let of = |(joint, rate): (usize, f64)| {
+        let frame = &frames[joint];
+        let kind = &hand.tree().joints()[joint].joint;
+        let axis = frame.rotation * kind.axis.into_inner() * (rate * sign);
+        (joint, axis, Point3::from(frame.translation.vector), kind.kind == crate::kinematics::JointKind::Prismatic)
+    };
+    rates(driven, motor.released.is_some()).into_iter().map(of).collect()
+}
+
+/// How a place of a link moves, seen from the base.
+fn velocity(
+    velocities: &[(usize, Vector3<f64>, Point3<f64>, bool)],
+    hand: &Hand,
+    link: usize,
+    at: &Point3<f64>,
+) -> Vector3<f64> {
+    let mut sum = Vector3::zeros();
+    let mut link = link;
+    while link > 0 {
+        for (_, axis, point, slides) in velocities.iter().filter(|(joint, ..)| *joint == link - 1) {
+            sum += if *slides { *axis } else { axis.cross(&(at - point)) };
+        }
+        link = hand.tree().joints()[link - 1].carried_by;
+    }
+    sum
+}

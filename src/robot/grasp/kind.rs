@@ -1,0 +1,101 @@
+//! Grasp types (thesis, equation 4.1): the joints of the closed hand and its roll, binned.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::hand::Hand;
+use kernel::words::{TYPE_BINS, TYPE_DIGITS};
+
+/// Of a direction of sight that is nearer to the world's z axis than this angle [rad], the x axis is up.
+const NEARLY_UP: f64 = PI / 36.0;
+
+/// What is binned of a hand: places in its tree of joints, in the order of the digits, with the range of each [rad].
+#[derive(Clone, Debug, PartialEq)]
+pub struct KindDigits {
+    joints: [(usize, [f64; 2]); TYPE_DIGITS - 1],
+}
+
+impl KindDigits {
+    /// Of a hand with one joint that spreads its fingers and three fingers of two joints, each moved by a motor of its own that
+    /// closes it: as a Barrett hand has them. `None` for every other hand.
+    pub fn new(hand: &Hand) -> Option<Self> {
+        let (closing, spreading): (Vec<_>, Vec<_>) =
+            hand.driven().iter().partition(|driven| driven.closing_sign() != 0.0);
+        let [spread] = spreading[..] else { return None };
+        let [a, b, c] = closing[..] else { return None };
+        let distal = |driven: &crate::hand::Driven| match &driven.followers[..] {
+            [follower] => Some(follower.joint),
+            _ => None,
+        };
+        let (full, proximal, tip) = ([0.0, PI], [0.0, 2.44], [0.0, 0.84]);
+        Some(Self {
+            joints: [
+                (spread.joint, full),
+                (a.joint, proximal),
+                (b.joint, proximal),
+                (c.joint, proximal),
+                (distal(a)?, tip),
+                (distal(b)?, tip),
+                (distal(c)?, tip),
+            ],
+        })
+    }
+
+    /// The type of a closed hand, `sum of bin_i 5^i`: below 390,625. `joints` are all values in the tree's order, `turn` is
+    /// that of the approach frame seen from the object.
+    pub fn kind(&self, joints: &[f64], turn: &Matrix3<f64>) -> u32 {
+        let fingers = self.joints.iter().map(|(joint, range)| bin(joints[*joint], *range));
+        let digits = fingers.chain([bin(wrist_roll(turn), [-PI, PI])]);
+        digits.zip(0..).map(|(digit, place)| digit * TYPE_BINS.pow(place)).sum()
+    }
+}
+
+fn bin(value: f64, [low, high]: [f64; 2]) -> u32 {
+    let share = f64::from(TYPE_BINS) * (value - low) / (high - low);
+    share.floor().clamp(0.0, f64::from(TYPE_BINS - 1)) as u32
+}
+
+/// Roll of the hand about its approach against a camera that looks along it, upright [rad], from -pi to pi: the angle from
+/// the camera's x axis (to the right) to the approach frame's. Up is the object's z axis, or its x axis where the approach is
+/// within 5 degrees of that.
+pub fn wrist_roll(turn: &Matrix3<f64>) -> f64 {
+    let [right, down] = camera_axes(&turn.column(2).into_owned());
+    let x = turn.column(0);
+    libm::atan2(x.dot(&down), x.dot(&right))
+}
+
+/// The axes to the right and down of an upright camera that looks along a direction, in the same frame.
+pub fn camera_axes(sight: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let up = if sight.z.abs() > libm::cos(NEARLY_UP) { Vector3::x() } else { Vector3::z() };
+    let right = sight.cross(&up).normalize();
+    [right, sight.cross(&right)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernel::words::type_digits;
+
+    #[test]
+    fn bins_end_where_the_ranges_do() {
+        assert_eq!([-1.0, 0.0, 0.487, 0.489, 2.44, 9.0].map(|value| bin(value, [0.0, 2.44])), [0, 0, 0, 1, 4, 4]);
+        assert_eq!(type_digits(5 + 3 * 125 + 4 * 78_125), [0, 1, 0, 3, 0, 0, 0, 4]);
+    }
+
+    #[test]
+    fn roll_is_against_an_upright_camera() {
+        // Looking along y with z up, right is x.
+        let [right, down] = camera_axes(&Vector3::y());
+        assert_eq!((right, down), (Vector3::x(), -Vector3::z()));
+        for roll in [-2.5, -0.3, 0.0, 1.2, 3.0] {
+            let (sin, cos) = libm::sincos(roll);
+            let x = right * cos + down * sin;
+            let turn = Matrix3::from_columns(&[x, Vector3::y().cross(&x), Vector3::y()]);
+            assert!((wrist_roll(&turn) - roll).abs() < 1e-12);
+        }
+        // Straight down.
+        let [right, down] = camera_axes(&-Vector3::z());
+        assert!(right.dot(&Vector3::x()).abs() < 1e-12 && (down + Vector3::x()).norm() < 1e-12);
+    }
+}

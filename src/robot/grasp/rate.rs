@@ -1,0 +1,226 @@
+//! What annealing kept, closed and rated with exact distances.
+
+use std::sync::Arc;
+
+use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
+
+use super::{
+    anneal::ObjectSearch,
+    closing::Closing,
+    energy::{Potential, contact_energy},
+    found::{Energies, Grasp, GraspContact, Quality},
+    kind::KindDigits,
+    links::Place,
+    settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
+    state::{HandSearch, VirtualContact},
+    table::TableWatch,
+    variables::axis_and_angle,
+    wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
+};
+use crate::hand::Hand;
+use kernel::{contact::ContactSurface, geom::SimdLevel, words::GraspVerdict};
+
+/// Edges of the cones whose hull's volume is taken.
+const VOLUME_EDGES: usize = 8;
+
+/// A state of the hand before it closes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Start {
+    pub(super) object_from_approach: IsometryMatrix3<f64>,
+    /// One value a driven joint.
+    pub(super) posture: Vec<f64>,
+    /// Of the eigengrasps; none where they did not make the posture.
+    pub(super) amplitudes: Vec<f64>,
+}
+
+/// What one thread needs to rate grasps of one hand.
+pub(super) struct Rating {
+    hand: Arc<Hand>,
+    closing: Closing,
+    table: TableWatch,
+    keeping: Keeping,
+    energy: EnergyKind,
+    potential_scale: f64,
+    potential: Potential,
+    kind: Option<KindDigits>,
+    quality: QualityMeter,
+}
+
+impl Rating {
+    pub(super) fn new(search: &HandSearch, annealing: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
+        let hand = &search.hand;
+        Self {
+            hand: Arc::clone(hand),
+            closing: Closing::new(hand, &search.solids),
+            table: TableWatch::new(hand, &search.solids),
+            keeping: *keeping,
+            energy: annealing.energy,
+            potential_scale: annealing.potential_scale,
+            potential: Potential::new(annealing, level),
+            kind: KindDigits::new(hand),
+            quality: QualityMeter::new(keeping, level),
+        }
+    }
+
+    /// The energies of a state, with exact distances.
+    pub(super) fn energies_of(&mut self, object: &ObjectSearch, start: &Start) -> Energies {
+        let frames = self.hand.link_frames(&self.hand.posture_values(&start.posture));
+        let object_from_base = start.object_from_approach * self.hand.approach_pose(&frames).isometry().inverse();
+        self.energies(object, &object_from_base, &frames)
+    }
+
+    /// Closes and rates a state.
+    pub(super) fn started(&mut self, object: &ObjectSearch, start: Start) -> Grasp {
+        let hand = Arc::clone(&self.hand);
+        let Start { object_from_approach, posture, amplitudes } = start;
+        let open = hand.posture_values(&posture);
+        let frames = hand.link_frames(&open);
+        let object_from_base = object_from_approach * hand.approach_pose(&frames).isometry().inverse();
+        let penetration = self.closing.penetration(&object.surface, &object_from_base, &open).max(0.0);
+        let energies = self.energies(object, &object_from_base, &frames);
+        let mut grasp = Grasp {
+            object_from_approach,
+            amplitudes,
+            posture,
+            penetration,
+            energies,
+            advance: 0.0,
+            shift: None,
+            turn: None,
+            joints: open,
+            contacts: Vec::new(),
+            quality: Quality::default(),
+            kind: None,
+            verdict: GraspVerdict::Penetrates,
+            clearances: Vec::new(),
+        };
+        if penetration > self.keeping.most_penetration {
+            return grasp;
+        }
+        let way = object_from_approach.rotation * Vector3::z();
+        let most = self.keeping.advance;
+        grasp.advance = self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &way, most);
+        let advanced = Translation3::from(way * grasp.advance);
+        grasp.object_from_approach = advanced * object_from_approach;
+        let mut object_from_base = advanced * object_from_base;
+        let most = self.keeping.most_penetration;
+        let closed = match self.closing.centred(&object.surface, &object_from_base, &grasp.posture, most) {
+            Some(centred) => {
+                let base_from_approach = hand.approach_pose(&frames);
+                let object_from_approach = centred.object_from_base * base_from_approach.isometry();
+                let moved = Place::of(&(grasp.object_from_approach.inverse() * object_from_approach));
+                let (axis, angle) = axis_and_angle(&moved.turn);
+                (grasp.shift, grasp.turn) = (Some(moved.at), Some(axis * angle));
+                (grasp.object_from_approach, object_from_base) = (object_from_approach, centred.object_from_base);
+                centred.closed
+            }
+            None => self.closing.close(&object.surface, &object_from_base, &grasp.posture),
+        };
+        grasp.joints = closed.joints;
+        grasp.contacts = self.closing.contacts(&object.surface, &object_from_base, &grasp.joints);
+        grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
+        let turn = *grasp.object_from_approach.rotation.matrix();
+        grasp.kind = self.kind.as_ref().map(|digits| digits.kind(&grasp.joints, &turn));
+        let (resting, way) = (&object.resting().poses, grasp.object_from_approach.rotation * Vector3::z());
+        grasp.clearances = self.table.clearances(resting, &object_from_base, &way, &grasp.posture, &closed.motors);
+        grasp.verdict = self.verdict(&grasp);
+        grasp
+    }
+
+    /// Of the state before closing, with exact distances.
+    fn energies(
+        &mut self,
+        object: &ObjectSearch,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+    ) -> Energies {
+        let contacts: Vec<VirtualContact> = (0..self.hand.contacts().len())
+            .map(|contact| {
+                let (point, normal) = self.hand.contact_in_base(contact, frames);
+                virtual_contact(&object.surface, object_from_base * point, object_from_base.rotation * normal)
+            })
+            .collect();
+        let contact = contact_energy(&contacts);
+        self.potential.forget();
+        let potential = self.potential.of(&contacts, &object.mass, &EpsilonLimits::EXACT).unwrap_or(1.0);
+        let total = match self.energy {
+            EnergyKind::ContactAndPotential if potential < 0.0 => potential * self.potential_scale,
+            _ => contact,
+        };
+        Energies { total, contact, potential }
+    }
+
+    fn verdict(&self, grasp: &Grasp) -> GraspVerdict {
+        let first = grasp.contacts.first().map(|contact| contact.link);
+        let epsilon = match self.keeping.space {
+            WrenchSpace::Force => grasp.quality.epsilon_force,
+            WrenchSpace::Wrench => grasp.quality.epsilon_wrench,
+        };
+        if grasp.contacts.iter().all(|contact| Some(contact.link) == first) {
+            GraspVerdict::OpenHand
+        } else if epsilon == 0.0 {
+            GraspVerdict::NoForceClosure
+        } else if epsilon < self.keeping.min_epsilon {
+            GraspVerdict::LowQuality
+        } else if self.keeping.table && !grasp.clearances.iter().any(|lowest| lowest.shaped >= 0.0) {
+            GraspVerdict::BelowTable
+        } else {
+            GraspVerdict::Kept
+        }
+    }
+}
+
+/// A virtual contact at a place in `Object`, with the surface's exact closest point.
+fn virtual_contact(surface: &ContactSurface, point: Point3<f64>, normal: Unit<Vector3<f64>>) -> VirtualContact {
+    let (outward, distance) = surface.outward(&point);
+    VirtualContact {
+        point: point.map(|part| part as f32).into(),
+        normal: normal.map(|part| part as f32).into(),
+        distance: distance as f32,
+        cos: -outward.dot(&normal) as f32,
+    }
+}
+
+/// Quality of contacts in their wrench space.
+struct QualityMeter {
+    cone: FrictionCone,
+    volume_cone: FrictionCone,
+    solver: EpsilonSolver,
+    hull: HullSolver,
+    set: WrenchSet,
+}
+
+impl QualityMeter {
+    fn new(keeping: &Keeping, level: SimdLevel) -> Self {
+        let cone = |edges| match keeping.torsion {
+            Some(torsion) => FrictionCone::soft(keeping.friction, torsion),
+            None => FrictionCone::hard(keeping.friction, edges),
+        };
+        Self {
+            cone: cone(keeping.edges as usize),
+            volume_cone: cone(VOLUME_EDGES),
+            solver: EpsilonSolver::new(level),
+            hull: HullSolver::default(),
+            set: WrenchSet::default(),
+        }
+    }
+
+    fn of(&mut self, contacts: &[GraspContact], mass: &MassFrame) -> Quality {
+        let contacts: Vec<Contact> =
+            contacts.iter().map(|contact| Contact::new(contact.point, -contact.normal)).collect();
+        if contacts.len() < 2 {
+            return Quality::default();
+        }
+        self.solver.forget();
+        self.set.fill(&contacts, &self.cone, mass);
+        let epsilon_force = self.solver.of_forces(&self.set, &EpsilonLimits::EXACT).lower;
+        let epsilon_wrench = self.solver.of_wrenches_within(&self.set, &EpsilonLimits::EXACT).lower;
+        let volume = if epsilon_wrench > 0.0 {
+            self.set.fill(&contacts, &self.volume_cone, mass);
+            self.hull.of_wrenches(&self.set).volume
+        } else {
+            0.0
+        };
+        Quality { epsilon_force, epsilon_wrench, volume }
+    }
+}

@@ -1,0 +1,308 @@
+//! Whether a state of the hand is legal, and how near its virtual contacts are.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::{
+    field::DistanceField,
+    links::{Links, MOST_JOINTS, Place},
+    meeting::{ClearPostures, overlap},
+    solids::{Balls, HandSolids, Solid},
+    variables::check_amplitudes,
+};
+use crate::{collision::Bodies, hand::Hand};
+use kernel::geom::{
+    lanes::{Affine, Lanes, each_of},
+    simd_kernel,
+};
+
+/// Overlap of hand and object, or of two links, that is still legal [m].
+pub const ALLOWED_OVERLAP: f64 = 1e-4;
+
+/// Of a kernel.
+pub(super) const LANES: usize = 16;
+
+/// As many as a word has bits for.
+const MOST_SOLIDS: usize = u64::BITS as usize;
+
+/// Why a hand cannot be annealed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnsearchableHand {
+    /// Postures are searched in the space of eigengrasps.
+    #[error("it has no eigengrasps: give its table `[eigengrasps]`")]
+    NoEigengrasps,
+    /// More of them than a state has room for.
+    #[error("it has {count} eigengrasps, more than {most}: give its table fewer")]
+    TooManyEigengrasps {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// More joints than there is room for.
+    #[error("it has {count} joints, more than {most}")]
+    TooManyJoints {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// The approach frame has to stand still against the base.
+    #[error("its approach frame moves with a joint: put it on the base")]
+    MovingApproach,
+    /// More shapes than there is room for.
+    #[error("it has {count} shapes that can touch, more than {most}: put one in the place of several")]
+    TooManyShapes {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// A part of it is a mesh.
+    #[error("a shape of {body} is a mesh: put boxes, balls, capsules or cylinders in its place")]
+    Mesh {
+        /// Whose.
+        body: String,
+    },
+}
+
+/// A hand, prepared for annealing: shared by threads.
+pub struct HandSearch {
+    pub(super) hand: Arc<Hand>,
+    pub(super) links: Links,
+    pub(super) solids: HandSolids,
+    /// Blocks of sixteen solids: their middles, and balls around them that hold them or that lie in them.
+    middles: Vec<Middles>,
+    /// Virtual contacts.
+    contacts: Vec<Virtual>,
+    pub(super) base_from_approach: Place,
+    clear: ClearPostures,
+}
+
+struct Middles {
+    reach: [f32; LANES],
+    /// How deep the object may come before the solid's middle is too near, signed.
+    inner: [f32; LANES],
+}
+
+#[derive(Clone, Copy)]
+struct Virtual {
+    link: usize,
+    point: Vector3<f64>,
+    normal: Vector3<f64>,
+}
+
+/// Memory for one state after another.
+pub(super) struct StateScratch {
+    pub(super) values: [f64; MOST_JOINTS],
+    /// Of each link, seen from the object.
+    pub(super) places: Vec<Place>,
+    /// The solids, those first that were illegal last.
+    order: Vec<usize>,
+    pairs: Vec<usize>,
+    pub(super) contacts: Vec<VirtualContact>,
+}
+
+/// A virtual contact of a state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct VirtualContact {
+    /// In `Object` [m].
+    pub(super) point: [f32; 3],
+    /// Out of the hand, in `Object`.
+    pub(super) normal: [f32; 3],
+    /// From the surface, negative inside [m].
+    pub(super) distance: f32,
+    /// Of the angle between the normal and the direction to the surface's closest point.
+    pub(super) cos: f32,
+}
+
+impl HandSearch {
+    /// Prepares a hand, whose bodies are what of it can collide.
+    ///
+    /// # Errors
+    /// When it cannot be annealed.
+    pub fn new(hand: &Arc<Hand>, bodies: &Bodies) -> Result<Self, UnsearchableHand> {
+        let links = Links::new(hand)?;
+        check_amplitudes(hand)?;
+        let approach = hand.approach();
+        if approach.link != 0 {
+            return Err(UnsearchableHand::MovingApproach);
+        }
+        let mut solids = HandSolids::new(bodies)?;
+        let count = solids.solids.len();
+        if count > MOST_SOLIDS {
+            return Err(UnsearchableHand::TooManyShapes { count, most: MOST_SOLIDS });
+        }
+        // The order of the pairs is that of the links.
+        solids.pairs.sort_unstable();
+        let block = |solids: &[Solid]| Middles {
+            reach: lanes(solids, |solid| solid.reach as f32),
+            inner: lanes(solids, |solid| (solid.inner - ALLOWED_OVERLAP) as f32),
+        };
+        let middles = solids.solids.chunks(LANES).map(block).collect();
+        let contact = |contact: &crate::hand::ContactPoint| Virtual {
+            link: contact.link,
+            point: contact.point.coords,
+            normal: contact.normal.into_inner(),
+        };
+        let contacts = hand.contacts().iter().map(contact).collect();
+        let base_from_approach = Place::of(&approach.link_from_frame);
+        let clear = ClearPostures::new(hand, &links, &solids);
+        let hand = Arc::clone(hand);
+        Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear })
+    }
+
+    pub(super) fn scratch(&self) -> StateScratch {
+        StateScratch {
+            values: [0.0; MOST_JOINTS],
+            places: vec![Place::identity(); self.links.count()],
+            order: (0..self.solids.solids.len()).collect(),
+            pairs: (0..self.solids.pairs.len()).collect(),
+            contacts: vec![VirtualContact::default(); self.contacts.len()],
+        }
+    }
+
+    /// Places the links for a base in `Object` and amplitudes.
+    #[inline(always)]
+    fn place(&self, object_from_base: &Place, amplitudes: &[f64], scratch: &mut StateScratch) {
+        self.links.values(amplitudes, &mut scratch.values);
+        self.links.places(object_from_base, &scratch.values, &mut scratch.places);
+    }
+
+    /// Whether no two links overlap that may not.
+    fn is_clear_of_itself(&self, scratch: &mut StateScratch) -> bool {
+        let StateScratch { places, pairs, .. } = scratch;
+        let hit = pairs.iter().position(|pair| {
+            let [one, other] = self.solids.pairs[*pair].map(|solid| &self.solids.solids[solid]);
+            overlap(one, other, places)
+        });
+        // Most likely the next one is stopped by the same.
+        hit.inspect(|hit| pairs[..=*hit].rotate_right(1)).is_none()
+    }
+}
+
+fn lanes(solids: &[Solid], of: impl Fn(&Solid) -> f32) -> [f32; LANES] {
+    std::array::from_fn(|lane| of(&solids[lane.min(solids.len() - 1)]))
+}
+
+simd_kernel! {
+    /// Places a state's links and looks whether it is legal.
+    pub(super) fn legal(
+        hand: &HandSearch, field: &DistanceField, object_from_base: &Place, amplitudes: &[f64], scratch: &mut StateScratch,
+    ) -> bool = legal_body;
+}
+
+#[inline(always)]
+fn legal_body<L: Lanes>(
+    l: L,
+    hand: &HandSearch,
+    field: &DistanceField,
+    object_from_base: &Place,
+    amplitudes: &[f64],
+    scratch: &mut StateScratch,
+) -> bool {
+    hand.place(object_from_base, amplitudes, scratch);
+    let solids = &hand.solids.solids;
+    let mut near = 0u64;
+    for (block, middles) in hand.middles.iter().enumerate() {
+        let mut at = [[0.0f32; LANES]; 3];
+        for lane in 0..LANES {
+            let solid = &solids[(LANES * block + lane).min(solids.len() - 1)];
+            let place = scratch.places[solid.link].point(&solid.centre.coords);
+            for axis in 0..3 {
+                at[axis][lane] = place[axis] as f32;
+            }
+        }
+        let place: [L::F; 3] = each_of!([0, 1, 2], axis => l.load(&at[axis]));
+        let (inner, reach) = (l.load(&middles.inner), l.load(&middles.reach));
+        let [low, high] = field.bounds(l, place);
+        if l.bits(l.lt(high, inner)) != 0 {
+            return false;
+        }
+        if l.bits(l.lt(low, inner)) != 0 && l.bits(l.lt(field.distance(l, place), inner)) != 0 {
+            return false;
+        }
+        near |= u64::from(l.bits(l.lt(low, reach))) << (LANES * block);
+    }
+    // Lanes past the last solid repeat it.
+    let StateScratch { places, order, .. } = scratch;
+    for turn in 0..order.len() {
+        let solid = order[turn];
+        if near >> solid & 1 == 1 && !is_clear(l, &solids[solid], field, &places[solids[solid].link]) {
+            order[..=turn].rotate_right(1);
+            return false;
+        }
+    }
+    hand.clear.holds(amplitudes) || hand.is_clear_of_itself(scratch)
+}
+
+/// Whether a solid overlaps the object by no more than is allowed.
+#[inline(always)]
+fn is_clear<L: Lanes>(l: L, solid: &Solid, field: &DistanceField, place: &Place) -> bool {
+    let rows: [Affine<L>; 3] = each_of!([0, 1, 2], axis => Affine::new(l, row(place, axis)));
+    for (block, covers) in solid.covers.iter().enumerate() {
+        let [low, _] = field.bounds(l, placed(l, &rows, covers));
+        let mut near = l.bits(l.lt(low, l.load(&covers.radius)));
+        while near != 0 {
+            let piece = LANES * block + near.trailing_zeros() as usize;
+            near &= near - 1;
+            let Some(balls) = solid.balls.get(piece) else { break };
+            let distance = field.distance(l, placed(l, &rows, balls));
+            let allowed = l.sub(l.load(&balls.radius), l.splat(ALLOWED_OVERLAP as f32));
+            if l.bits(l.lt(distance, allowed)) != 0 {
+                return false;
+            }
+        }
+    }
+    true
+}
+
+#[inline(always)]
+fn row(place: &Place, axis: usize) -> [f32; 4] {
+    let turn = &place.turn;
+    [turn[(axis, 0)] as f32, turn[(axis, 1)] as f32, turn[(axis, 2)] as f32, place.at[axis] as f32]
+}
+
+#[inline(always)]
+fn placed<L: Lanes>(l: L, rows: &[Affine<L>; 3], balls: &Balls) -> [L::F; 3] {
+    let (x, y, z) = (l.load(&balls.x), l.load(&balls.y), l.load(&balls.z));
+    each_of!([0, 1, 2], axis => rows[axis].at(l, x, y, z))
+}
+
+simd_kernel! {
+    /// Distances and angles of the virtual contacts of the state that was placed last.
+    pub(super) fn look(hand: &HandSearch, field: &DistanceField, scratch: &mut StateScratch) = look_body;
+}
+
+#[inline(always)]
+fn look_body<L: Lanes>(l: L, hand: &HandSearch, field: &DistanceField, scratch: &mut StateScratch) {
+    let StateScratch { places, contacts, .. } = scratch;
+    for (first, contacts) in (0..).step_by(LANES).zip(contacts.chunks_mut(LANES)) {
+        let mut at = [[0.0f32; LANES]; 3];
+        let mut normals = [[0.0f32; LANES]; 3];
+        for lane in 0..contacts.len() {
+            let Virtual { link, point, normal } = &hand.contacts[first + lane];
+            let place = &places[*link];
+            let (point, normal) = (place.point(point), place.turn * normal);
+            for axis in 0..3 {
+                at[axis][lane] = point[axis] as f32;
+                normals[axis][lane] = normal[axis] as f32;
+            }
+        }
+        let near = field.near(l, each_of!([0, 1, 2], axis => l.load(&at[axis])));
+        let [x, y, z]: [L::F; 3] = each_of!([0, 1, 2], axis => l.mul(near.outward[axis], l.load(&normals[axis])));
+        let cos = l.sub(l.splat(0.0), l.add(l.add(x, y), z));
+        let (mut distances, mut cosines) = ([0.0; LANES], [0.0; LANES]);
+        l.store(near.distance, &mut distances);
+        l.store(cos, &mut cosines);
+        for (lane, contact) in contacts.iter_mut().enumerate() {
+            *contact = VirtualContact {
+                point: [at[0][lane], at[1][lane], at[2][lane]],
+                normal: [normals[0][lane], normals[1][lane], normals[2][lane]],
+                distance: distances[lane],
+                cos: cosines[lane],
+            };
+        }
+    }
+}

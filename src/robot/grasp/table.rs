@@ -1,0 +1,160 @@
+//! Whether a hand can take hold of an object that rests on a table: how far it stays above it on its way and while it closes.
+
+use std::sync::Arc;
+
+use nalgebra::{IsometryMatrix3, Vector3};
+
+use super::{closing::motor_at, solids::HandSolids};
+use crate::{
+    hand::{Driven, Hand, Motor},
+    kinematics::JointKind,
+};
+use kernel::geom::{RestingPose, Shape};
+
+/// The hand comes so far along its approach, from the pregrasp to where it closes [m].
+pub const STAND_OFF: f64 = 0.1;
+
+/// Between two looks the joints that carry a link turn by so much in all, at most [rad]: an arc of radius r goes below the lower
+/// of its ends by r STEP^2 / 8, a quarter of a millimetre at the tip of a long finger.
+const STEP: f64 = 0.1;
+
+/// A slide of so much counts as a radian [m].
+const SLIDE: f64 = 0.1;
+
+/// The lowest place of a hand over the table [m], below 0 under it, of the same grasp in two ways.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableClearance {
+    /// The hand comes in the posture of the grasp, and closes.
+    pub shaped: f64,
+    /// The hand comes opened, takes on that posture, and closes.
+    pub opened: f64,
+}
+
+/// A hand over tables.
+pub(super) struct TableWatch {
+    hand: Arc<Hand>,
+    solids: HandSolids,
+    /// Motors turn by so much between two looks, each in its time, at most [s].
+    pause: f64,
+}
+
+/// A table seen from the hand's base: the height of a place is `offset` and its share along `up`.
+struct Table {
+    up: Vector3<f64>,
+    offset: f64,
+    /// The lowest place so far [m].
+    lowest: f64,
+}
+
+impl TableWatch {
+    pub(super) fn new(hand: &Arc<Hand>, solids: &HandSolids) -> Self {
+        let rate =
+            |solid: &super::solids::Solid| hand.driven().iter().map(|driven| rate(hand, solid.link, driven)).sum();
+        let fastest: f64 = solids.solids.iter().map(rate).fold(0.0, f64::max);
+        Self { hand: Arc::clone(hand), solids: solids.clone(), pause: STEP / fastest }
+    }
+
+    /// For each pose of the object: the lowest place of the hand on its way along `way`, in `Object` and of unit length, to where
+    /// it closes, and until it is closed as `closed`.
+    pub(super) fn clearances(
+        &self,
+        resting: &[RestingPose],
+        object_from_base: &IsometryMatrix3<f64>,
+        way: &Vector3<f64>,
+        posture: &[f64],
+        closed: &[Motor],
+    ) -> Vec<TableClearance> {
+        let engaged = |values: &[f64]| values.iter().copied().map(Motor::engaged).collect::<Vec<_>>();
+        let (opened, shaped) = (engaged(&self.hand.opening(posture)), engaged(posture));
+        let tables = || -> Vec<Table> { resting.iter().map(|pose| Table::under(pose, object_from_base)).collect() };
+        let [mut while_shaped, mut while_closing, mut while_shaping] = [(); 3].map(|()| tables());
+        self.watch(&shaped, &shaped, &mut while_shaped);
+        self.watch(&shaped, closed, &mut while_closing);
+        self.watch(&opened, &shaped, &mut while_shaping);
+        (0..resting.len())
+            .map(|place| {
+                // A straight way is lowest at one of its ends.
+                let back = -STAND_OFF * (resting[place].world_from_object.rotation() * way).z;
+                let come = |lowest: f64| lowest + back.min(0.0);
+                let closing = while_closing[place].lowest;
+                TableClearance {
+                    shaped: closing.min(come(while_shaped[place].lowest)),
+                    opened: closing.min(come(while_shaping[place].lowest)),
+                }
+            })
+            .collect()
+    }
+
+    /// Turns motors from start to end, all at once, each at its speed until it is there, and looks how low the hand comes.
+    fn watch(&self, start: &[Motor], end: &[Motor], tables: &mut [Table]) {
+        let hand = &self.hand;
+        let mut joints = vec![0.0; hand.tree().len()];
+        let mut before: Option<Vec<IsometryMatrix3<f64>>> = None;
+        for time in self.times(start, end) {
+            let motors: Vec<Motor> = (hand.driven().iter().zip(start.iter().zip(end)))
+                .map(|(driven, (start, end))| motor_at(*start, *end, driven, time * driven.speed))
+                .collect();
+            hand.joint_values(&motors, &mut joints);
+            let frames = hand.link_frames(&joints);
+            for solid in &self.solids.solids {
+                let frame = |frames: &[IsometryMatrix3<f64>]| solid.link.checked_sub(1).map(|link| frames[link]);
+                let stays = before.as_ref().is_some_and(|before| frame(before) == frame(&frames));
+                if stays {
+                    continue;
+                }
+                let base_from_shape = match frame(&frames) {
+                    Some(frame) => frame * solid.link_from_shape,
+                    None => solid.link_from_shape,
+                };
+                tables.iter_mut().for_each(|table| table.look(&solid.shape, &base_from_shape));
+            }
+            before = Some(frames);
+        }
+    }
+
+    /// When to look: often enough, and wherever a motor stops or a clutch opens.
+    fn times(&self, start: &[Motor], end: &[Motor]) -> Vec<f64> {
+        let mut times = vec![0.0];
+        for (driven, (start, end)) in self.hand.driven().iter().zip(start.iter().zip(end)) {
+            let turns = std::iter::once(end.angle).chain(end.released);
+            times.extend(turns.map(|angle| (angle - start.angle).abs() / driven.speed));
+        }
+        let last = times.iter().copied().fold(0.0, f64::max);
+        let looks = (last / self.pause).ceil() as u32;
+        times.extend((1..looks).map(|look| last * f64::from(look) / f64::from(looks)));
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+}
+
+impl Table {
+    fn under(pose: &RestingPose, object_from_base: &IsometryMatrix3<f64>) -> Self {
+        let world_from_base = pose.world_from_object.isometry() * object_from_base;
+        let up = world_from_base.rotation.inverse() * Vector3::z();
+        Self { up, offset: world_from_base.translation.vector.z, lowest: f64::INFINITY }
+    }
+
+    fn look(&mut self, shape: &Shape, base_from_shape: &IsometryMatrix3<f64>) {
+        let down = base_from_shape.rotation.inverse() * -self.up;
+        let middle = self.offset + self.up.dot(&base_from_shape.translation.vector);
+        self.lowest = self.lowest.min(middle - shape.reach_along(&down));
+    }
+}
+
+/// How fast the joints turn that a motor moves and that carry a link, in all [rad/s]; slides by [`SLIDE`].
+fn rate(hand: &Hand, link: usize, driven: &Driven) -> f64 {
+    let after =
+        |place: usize| driven.breakaway.filter(|breakaway| breakaway.follower == place).map(|known| known.ratio);
+    let followers = (driven.followers.iter().enumerate())
+        .map(|(place, follower)| (follower.joint, follower.ratio.abs().max(after(place).unwrap_or(0.0).abs())));
+    let moved: Vec<(usize, f64)> = std::iter::once((driven.joint, 1.0)).chain(followers).collect();
+    let (mut link, mut sum) = (link, 0.0);
+    while link > 0 {
+        let joint = &hand.tree().joints()[link - 1];
+        let unit = if joint.joint.kind == JointKind::Prismatic { SLIDE } else { 1.0 };
+        sum += moved.iter().filter(|(moved, _)| *moved == link - 1).map(|(_, ratio)| ratio / unit).sum::<f64>();
+        link = joint.carried_by;
+    }
+    sum * driven.speed
+}

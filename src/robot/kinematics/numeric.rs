@@ -1,0 +1,196 @@
+//! Inverse kinematics of any chain by damped least squares.
+//!
+//! Levenberg-Marquardt on the pose error (Sugihara 2011, "Solvability-unconcerned inverse kinematics by the
+//! Levenberg-Marquardt method": damping by the residual itself), each step clamped to the joints' limits.
+
+use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
+
+use super::PlanningGroup;
+use kernel::geom::{EndEffector, Pose, World};
+
+/// When a solution is one, and when the solver gives up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverSettings {
+    /// Accepted error of the end effector's origin [m].
+    pub position: f64,
+    /// Accepted error of its orientation [rad].
+    pub orientation: f64,
+    /// Steps from one start at most.
+    pub steps: u32,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self { position: 1e-9, orientation: 1e-9, steps: 100 }
+    }
+}
+
+/// Joint values that bring the end effector to a pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// One value a joint [rad or m], within the limits.
+    pub q: Vec<f64>,
+    /// What is left of the position's error [m].
+    pub position: f64,
+    /// What is left of the orientation's error [rad].
+    pub orientation: f64,
+}
+
+/// The share by which a step has to lower the squared error while that is large.
+const SLOW: f64 = 1e-5;
+
+/// Most joints of a group that is solved: the solver works on the stack.
+pub const MOST_JOINTS: usize = 16;
+
+/// Looks for joint values within the limits that bring the end effector to `target`, from one start. `None` when the
+/// descent ends elsewhere: another start may still find a solution.
+///
+/// # Panics
+/// When `start` has another length than the group, or the group more than [`MOST_JOINTS`] joints.
+pub fn solve_numeric(
+    group: &PlanningGroup,
+    target: &Pose<World, EndEffector>,
+    start: &[f64],
+    settings: &SolverSettings,
+) -> Option<Solution> {
+    let Descent { q, position, orientation, solved } = descend(group, target, start, settings);
+    solved.then(|| Solution { q: q[..group.len()].to_vec(), position, orientation })
+}
+
+/// Where a descent ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Descent {
+    /// Joint values within the limits; those beyond the group's count are 0.
+    pub q: [f64; MOST_JOINTS],
+    /// What is left of the position's error [m].
+    pub position: f64,
+    /// What is left of the orientation's error [rad].
+    pub orientation: f64,
+    /// Whether that is within the settings.
+    pub solved: bool,
+}
+
+/// [`solve_numeric`], with the end of a descent that leads elsewhere too.
+///
+/// # Panics
+/// As [`solve_numeric`].
+pub fn descend(
+    group: &PlanningGroup,
+    target: &Pose<World, EndEffector>,
+    start: &[f64],
+    settings: &SolverSettings,
+) -> Descent {
+    let count = group.len();
+    let mut q = [0.0; MOST_JOINTS];
+    q[..count].copy_from_slice(start);
+    clamp(group, &mut q[..count]);
+    let mut columns = [Vector6::zeros(); MOST_JOINTS];
+    let mut next_columns = columns;
+    let mut error = pose_error(&group.forward_and_columns(&q[..count], &mut columns[..count]), target);
+    let mut damping = 1e-3;
+    let end = |q, error: &Vector6<f64>| {
+        let (position, orientation) = (error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm());
+        let solved = position <= settings.position && orientation <= settings.orientation;
+        Descent { q, position, orientation, solved }
+    };
+    for _ in 0..settings.steps {
+        let here = end(q, &error);
+        if here.solved {
+            return here;
+        }
+        let mut next = q;
+        let damped = damping * error.norm_squared() + 1e-14;
+        if step(group, &mut next[..count], &columns[..count], &error, damped).is_none() {
+            break;
+        }
+        let next_pose = group.forward_and_columns(&next[..count], &mut next_columns[..count]);
+        let next_error = pose_error(&next_pose, target);
+        if next_error.norm_squared() < error.norm_squared() {
+            // Hardly better far from the target: this valley ends here.
+            let stuck = next_error.norm_squared() > (1.0 - SLOW) * error.norm_squared() && error.norm_squared() > 1e-8;
+            (q, columns, error) = (next, next_columns, next_error);
+            damping = (damping * 0.3).max(1e-6);
+            if stuck {
+                break;
+            }
+        } else {
+            damping *= 8.0;
+            if damping > 1e9 {
+                break;
+            }
+        }
+    }
+    Descent { solved: false, ..end(q, &error) }
+}
+
+fn clamp(group: &PlanningGroup, q: &mut [f64]) {
+    for (joint, value) in group.joints().iter().zip(q) {
+        if let Some(limits) = joint.limits {
+            *value = value.clamp(limits.low, limits.high);
+        }
+    }
+}
+
+/// Moves `q` by the step that lowers |J dq - e|^2 + damping |dq|^2 most, within the limits: a joint that stands at a limit
+/// and would go beyond it keeps still, and the others do its part. `None` when the numbers leave no step.
+fn step(
+    group: &PlanningGroup,
+    q: &mut [f64],
+    columns: &[Vector6<f64>],
+    error: &Vector6<f64>,
+    damping: f64,
+) -> Option<()> {
+    let mut moves = [true; MOST_JOINTS];
+    loop {
+        // J^T (J J^T + damping)^-1 e: the same as the normal equations', six by six.
+        let mut square = Matrix6::identity() * damping;
+        for (column, _) in columns.iter().zip(&moves).filter(|(_, moves)| **moves) {
+            square += column * column.transpose();
+        }
+        let weights = square.cholesky()?.solve(error);
+        let mut held = false;
+        for (joint, limits) in
+            group.joints().iter().enumerate().filter_map(|(place, joint)| Some((place, joint.limits?)))
+        {
+            let way = columns[joint].dot(&weights);
+            let beyond = (q[joint] <= limits.low && way < 0.0) || (q[joint] >= limits.high && way > 0.0);
+            if moves[joint] && beyond {
+                moves[joint] = false;
+                held = true;
+            }
+        }
+        if held {
+            continue;
+        }
+        for (joint, value) in q.iter_mut().enumerate().filter(|(joint, _)| moves[*joint]) {
+            *value += columns[joint].dot(&weights);
+        }
+        clamp(group, q);
+        return Some(());
+    }
+}
+
+/// From a pose to a target: the way of the origin [m], then the rotation vector [rad], in world axes.
+fn pose_error(pose: &Pose<World, EndEffector>, target: &Pose<World, EndEffector>) -> Vector6<f64> {
+    let way = target.translation() - pose.translation();
+    let turn = rotation_vector(&(target.rotation() * pose.rotation().inverse()));
+    Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z)
+}
+
+/// Axis times angle, 0 to pi, of a rotation; `libm`, so the same bits everywhere.
+fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
+    let m = rotation.matrix();
+    let twice_sine = Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]);
+    let (sine, cosine) = (0.5 * twice_sine.norm(), 0.5 * (m.trace() - 1.0));
+    let angle = libm::atan2(sine, cosine);
+    if sine > 1e-7 {
+        return twice_sine * (0.5 * angle / sine);
+    }
+    if cosine > 0.0 {
+        return twice_sine * 0.5;
+    }
+    // Half a turn: the axis is that of the largest column of R + 1.
+    let sum = m + Matrix3::identity();
+    let column = (0..3).fold(0, |best, next| if sum[(next, next)] > sum[(best, best)] { next } else { best });
+    sum.column(column).normalize() * angle
+}

@@ -1,0 +1,13 @@
+//! What a robot or a trainer links: dataset readers and reachability maps; no simulator, no job, no plan.
+
+mod reachability;
+
+pub use format::{
+    TouchedPair,
+    dataset::{DatasetReader, Manifest, Sample, Samples, Selection},
+};
+pub use kernel::words::{Split, SplitTable};
+pub use reachability::{
+    ArmCover, Ball, EndEffectorVolume, EnergyForm, InvalidMap, InvalidObstacle, NearestCell, Obstacle, ObstacleId,
+    Ranked, ReachabilityMap, ReachabilityParts, RobotFacts, grasp_energy,
+};

@@ -1,0 +1,8 @@
+//! Completion datasets: audits by other readers, half-shapes, touch, and the same bytes on every machine.
+
+mod audit;
+mod determinism;
+mod half_shapes;
+#[path = "../support/mod.rs"]
+mod support;
+mod touch;

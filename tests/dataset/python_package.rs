@@ -1,0 +1,113 @@
+//! The Python package `python/graspmill`, on datasets that the built program made.
+
+use std::{path::PathBuf, sync::LazyLock};
+
+use crate::support::{
+    files::repository_path,
+    jobs::{SHORT_SEARCH, fetch_table},
+    program::Program,
+    robots::FETCH,
+    workspace::Workspace,
+};
+
+/// Pairs with every channel and rays of touch; some views are refused, some objects are tested on.
+const PAIRS: &[&str] = &[
+    r#"objects=[{ built_in = ["bottle-01", "box-01", "mug-01", "cup-01", "can-01", "pan-01"] }]"#,
+    "views={ even = 24 }",
+    r#"channels={ depth = "u16", cloud = true, tsdf = true, coverage = true, implicit = true }"#,
+    "touch.random_rays=true",
+    "split={ validation_objects = 1, test_objects = 1, holdout_items = 0.2, training_subsets = [1, 2] }",
+    "gate.min_partial_cells=300",
+    "shards.samples=40",
+];
+
+/// Exports the pairs in every format that the package reads.
+fn export_pairs(workspace: &Workspace) {
+    for (name, arguments) in [
+        ("npy", &["--to", "npy"][..]),
+        ("unpacked", &["--to", "npy", "--unpacked"]),
+        ("parquet", &["--to", "parquet"]),
+        ("webdataset", &["--to", "webdataset"]),
+    ] {
+        let export = Program::on("export", workspace.path("pairs")).option("--out", workspace.path(name));
+        export.args(arguments).succeed();
+    }
+}
+
+/// Makes a coarse map of a Fetch, and the program's answers about poses in and around it.
+fn make_map(workspace: &Workspace, name: &str, orientations: &str) {
+    let text = format!(
+        "product = \"reachability\"\nname = \"{name}\"\nseed = 3\n{}[poses]\n\
+         x = {{ from = 0.4, to = 1.0, step = 0.2 }}\ny = {{ from = -0.3, to = 0.4, step = 0.3 }}\n\
+         z = {{ from = 0.4, to = 1.2, step = 0.2 }}\n{orientations}[shards]\npositions = 7\n",
+        fetch_table(&repository_path(FETCH))
+    );
+    let map = workspace.make_dataset(name, &text, &[]);
+    // Poses in the grid, beyond it and turned several times; a Weyl sequence spreads them evenly.
+    let share = |k: u32, axis: u32| (f64::from(k) * [0.618, 0.414, 0.732, 0.236, 0.646, 0.317][axis as usize]).fract();
+    let spans = [(0.2, 1.2), (-0.6, 0.7), (0.2, 1.4), (-7.0, 7.0), (-4.0, 4.0), (-9.0, 9.0)];
+    let line = |k: u32| {
+        let value = |(axis, (low, high)): (u32, (f64, f64))| (low + (high - low) * share(k, axis)).to_string();
+        (0..).zip(spans).map(value).collect::<Vec<_>>().join(",")
+    };
+    let csv = workspace.write(format!("{name}.csv"), (1..=400).map(line).collect::<Vec<_>>().join("\n"));
+    let answers = Program::new("query").arg("reach").arg(map).option("--csv", csv).arg("--json").succeed().stdout;
+    workspace.write(format!("{name}.json"), answers);
+}
+
+/// A folder with small datasets of every product, made once.
+static DATA: LazyLock<Workspace> = LazyLock::new(|| {
+    let workspace = Workspace::kept("python_package");
+    Program::run_job("jobs/builtin.toml", workspace.path("pairs")).set(PAIRS).succeed();
+    export_pairs(&workspace);
+    // One size alone: hands are slow.
+    let one_size = [
+        "objects=[{ built_in = { half_shapes_mm = [80], only = \"ambiguous\" } }]",
+        "split={ validation_objects = 0, test_objects = 0 }",
+    ];
+    Program::run_job("jobs/half-shapes.toml", workspace.path("felt")).set(one_size).succeed();
+    let set = Program::run_job("jobs/everything-quick.toml", workspace.path("set"));
+    let set = set.set(SHORT_SEARCH.map(|setting| format!("grasps:{setting}")));
+    set.set(["grasps:physics={ perturbed = 1 }", "patches:images={ full = true, heatmaps = true }"]).succeed();
+    make_map(&workspace, "axes", "roll = 2\npitch = 4\nyaw = 4\n");
+    make_map(&workspace, "sphere", "directions = { healpix = 2 }\nroll = 6\n");
+    workspace
+});
+
+/// The folder of the package, from which its own tests and checks run.
+fn package() -> PathBuf {
+    repository_path("python")
+}
+
+fn run_pytest(python: Program, arguments: &[&str]) -> String {
+    let pytest = python.current_dir(package()).env("PYTHONPATH", package()).env("GRASPMILL_DATA", DATA.folder());
+    let pytest =
+        pytest.env("PYTHONDONTWRITEBYTECODE", "1").args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "-rs"]);
+    pytest.args(arguments).succeed().stdout
+}
+
+#[test]
+fn the_package_reads_what_the_program_writes() {
+    let said = run_pytest(Program::python(), &[]);
+    println!("{said}");
+    assert!(said.contains(" passed"), "{said}");
+}
+
+#[test]
+fn the_package_is_typed_and_of_this_version() {
+    let version = "import graspmill; print(graspmill.__version__)";
+    let found = Program::python_lines(version).env("PYTHONPATH", package()).succeed().stdout;
+    assert_eq!(found.trim(), env!("CARGO_PKG_VERSION"));
+    // PyTorch, which these two import, is not there.
+    let without = ["--exclude", r"^graspmill/torch\.py$", "--exclude", r"^examples/completion\.py$"];
+    let mypy = Program::python().current_dir(package()).args(["-m", "mypy", "--strict", "--cache-dir", "/dev/null"]);
+    mypy.args(without).args(["graspmill", "examples"]).succeed();
+}
+
+#[test]
+#[ignore = "slow: needs PyTorch (3 GB)"]
+fn pytorch_trains_on_it() {
+    let said = run_pytest(Program::peer("torch/bin/python"), &["tests/test_torch.py"]);
+    println!("{said}");
+    assert!(said.contains(" passed") && !said.contains("skipped"), "{said}");
+}

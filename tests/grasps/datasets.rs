@@ -1,0 +1,306 @@
+//! Datasets of grasps from job file to report: the same root whatever the threads, the kills and the order, and damage that
+//! is found.
+
+use std::{collections::BTreeSet, fs, path::Path, time::Duration};
+
+use graspmill::{
+    format::{
+        Channel, Grasp,
+        dataset::{DatasetReader, Manifest, Selection, verify},
+        products::grasps::Shapes,
+    },
+    geom::Shape,
+    words::{GraspVerdict, NumberClass},
+};
+
+use crate::support::{
+    files::{FULL_CHECK, assert_intact, flip_bit, read_json, read_text, repository_path},
+    jobs::{NO_SPLIT, barrett_line},
+    program::Program,
+    robots::BARRETT,
+    workspace::Workspace,
+};
+
+/// A workspace with a job of three shapes and few steps.
+fn write_job() -> Workspace {
+    let workspace = Workspace::new();
+    let job = format!(
+        "product = \"grasps\"\nname = \"small\"\nseed = 5\n{}\
+         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 3\n\
+         [annealing]\nsteps = 300\nmost_failures = 300\n[shards]\nruns = 2\n",
+        barrett_line()
+    );
+    workspace.write("job.toml", job);
+    workspace
+}
+
+fn run(workspace: &Workspace, out: &str, arguments: &[&str]) -> Manifest {
+    workspace.run_job("job", out).args(arguments).succeed();
+    Manifest::read(&workspace.path(out)).expect("a finished dataset")
+}
+
+fn open(workspace: &Workspace, name: &str) -> DatasetReader {
+    DatasetReader::open(&workspace.path(name)).expect("a dataset")
+}
+
+/// Writes the report of a dataset beside its files; its page.
+fn read_report(dataset: &Path) -> String {
+    Program::on("report", dataset).succeed();
+    read_text(dataset.join("report.html"))
+}
+
+#[test]
+fn threads_levels_kills_and_shards_change_no_byte() {
+    let workspace = write_job();
+    let first = run(&workspace, "first", &["--threads", "1"]);
+    assert_eq!(first.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact]);
+    assert_eq!(run(&workspace, "two", &["--threads", "2"]), first, "every file");
+    let other = run(&workspace, "shards", &["--set", "shards.runs=9"]);
+    assert_eq!((other.root, other.shards.len()), (first.root, 1));
+    workspace.run_job("job", "scalar").env("GRASPMILL_SIMD", "scalar").succeed();
+    assert_eq!(Manifest::read(&workspace.path("scalar")).expect("a dataset"), first);
+    for kill in 0..4 {
+        workspace.run_job("job", "killed").kill_after(Duration::from_millis(100 + 250 * kill));
+    }
+    assert_eq!(run(&workspace, "killed", &[]), first);
+    let again = workspace.run_job("job", "killed").succeed().stdout;
+    assert!(again.contains("nothing to do"), "{again}");
+    let verify = Program::new("verify").args(["--regenerate", "5", "--seed", "2"]);
+    let found = verify.arg(workspace.path("first")).read_json();
+    assert_eq!(found["regenerated"]["samples"], 5);
+    assert_eq!(found["regenerated"]["differences"].as_array().map(Vec::len), Some(0));
+    // A sample is that of its object and seed, whatever else stands in the job.
+    run(&workspace, "alone", &["--set", "objects=[{built_in=[\"box-01\"]}]"]);
+    let [all, alone] = ["first", "alone"].map(|name| open(&workspace, name));
+    for sample in alone.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let same = all.sample_of(&sample.id).expect("readable").expect("there as well");
+        assert_eq!(same.payload(Channel::GRASP_RUN), sample.payload(Channel::GRASP_RUN));
+    }
+}
+
+/// Grasps that no search was for, of a gripper that gives way until both pads hold the object.
+#[test]
+fn samplers_without_a_search_make_datasets() {
+    let workspace = write_job();
+    let scene = repository_path("scenes/fetch_gripper.xml");
+    for (sampler, keys, most) in
+        [("uniform", "grasps = 3\nposes = \"any\"", 3), ("antipodal", "pairs = 100\nbest = 2", 2)]
+    {
+        let job = format!(
+            "product = \"grasps\"\nname = \"{sampler}\"\nseed = 5\n[hand]\nscene = {scene:?}\n[[objects]]\n\
+             built_in = [\"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"{sampler}\"\n[{sampler}]\n{keys}\n\
+             [keep]\ntorsion = 0.002\n{NO_SPLIT}"
+        );
+        workspace.write("job.toml", job);
+        let first = run(&workspace, &format!("{sampler}-one"), &["--threads", "1"]);
+        let two = run(&workspace, &format!("{sampler}-two"), &["--threads", "2", "--set", "shards.runs=1"]);
+        assert_eq!(two.root, first.root);
+        let scalar = format!("{sampler}-scalar");
+        workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
+        assert_eq!(Manifest::read(&workspace.path(&scalar)).expect("a dataset"), first);
+        let reader = open(&workspace, &format!("{sampler}-one"));
+        let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
+        let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
+        assert!(runs.iter().all(|run| run.method.sampler == sampler && run.grasps.len() <= most));
+        assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{sampler}");
+    }
+    let barrett = format!("hand.scene={}", repository_path(BARRETT).display());
+    let said = workspace.run_job("job", "barrett").set([barrett]).finish().stderr;
+    assert!(said.contains("needs a gripper"), "{said}");
+}
+
+/// Physics is a class of its own: with it and without it the root of class exact is the same.
+#[test]
+fn trials_move_no_grasp() {
+    let workspace = write_job();
+    let plain = run(&workspace, "plain", &[]);
+    let asked = ["--set", "physics={roll_out_share=0.5,roll_outs=3}", "--set", "annealing.steps=300"];
+    let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
+    assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
+    assert_eq!(tried.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact, &NumberClass::Physics]);
+    assert_eq!(tried.class_of(Channel::GRASP_TRIALS), Some(NumberClass::Physics));
+    assert!(tried.root != plain.root && tried.platform.contains_key("libmujoco"));
+    assert_eq!(
+        run(&workspace, "again", &[&asked[..], &["--threads", "1", "--set", "shards.runs=9"]].concat()).root,
+        tried.root
+    );
+    let [kept, tried_count, held, refused] =
+        ["grasps_kept", "grasps_tried", "grasps_held", "grasps_refused"].map(|name| tried.counts.fact(name));
+    assert_eq!(tried_count, kept);
+    assert!(held + refused <= tried_count && tried_count > 0, "{:?}", tried.counts.facts);
+    assert!(!plain.counts.facts.contains_key("grasps_tried"), "{:?}", plain.counts.facts);
+    let (out, reader) = (workspace.path("tried"), open(&workspace, "tried"));
+    let mut rolled_out = 0;
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
+        let trials = trials.expect("a channel of trials");
+        assert_eq!(trials.trials.len(), run.kept().count());
+        assert!(trials.trials.iter().all(|trial| trial.perturbed.len() == 2));
+        rolled_out += trials.trials.iter().filter(|trial| trial.roll_outs[0] == 3).count();
+    }
+    assert!(rolled_out > 0 && rolled_out < tried_count as usize, "{rolled_out}");
+    assert_intact(&out, FULL_CHECK);
+    Program::new("verify").args(["--regenerate", "3", "--seed", "2"]).arg(&out).succeed();
+    let inspected = Program::on("inspect", &out).succeed().stdout;
+    assert!(inspected.contains("grasps tried") && inspected.contains("perturbed runs"), "{inspected}");
+    let page = read_report(&out);
+    assert!(page.contains("id=\"trials\"") && page.contains("<th>held</th>") && page.contains("Brier score"));
+    replays_in_plain_mujoco(&out);
+}
+
+/// MuJoCo out of its own Python package, with contacts of its own, says of nearly all grasps what we say of them.
+fn replays_in_plain_mujoco(dataset: &Path) {
+    let replay = dataset.join("replay");
+    let export = Program::on("export", dataset).args(["--to", "mujoco", "--limit", "8"]);
+    assert!(export.option("--out", &replay).succeed().stdout.starts_with("8 grasps in "));
+    let told = Program::python().arg(replay.join("replay.py")).succeed().stdout;
+    let agreement = replay.join("agreement.json");
+    let found = read_json(&agreement);
+    let [replayed, sure, agreed] = ["replayed", "sure", "sure_agreed"].map(|key| found[key].as_u64().expect("a count"));
+    assert!(replayed == 8 && sure >= 4 && sure - agreed <= 1, "{told}");
+    assert!(read_report(dataset).contains("Replayed in plain MuJoCo 3.17.0"));
+    // An agreement about another dataset does not count.
+    let root = Manifest::read(dataset).expect("a dataset").root.hex();
+    fs::write(&agreement, read_text(&agreement).replace(&root, &"0".repeat(64))).expect("written");
+    assert!(Program::on("report", dataset).fail().stderr.contains("agreement.json"));
+}
+
+#[test]
+fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
+    let workspace = write_job();
+    let manifest = run(&workspace, "data", &[]);
+    let (out, reader) = (workspace.path("data"), open(&workspace, "data"));
+    let assets = reader.assets().expect("the asset table");
+    let shapes = Shapes::open(&out).expect("the shapes");
+    let hand = shapes.hand().expect("the hand");
+    assert_eq!((assets.hands.len(), hand.id), (1, assets.hands[0].object));
+    assert!(hand.joints.len() == 8 && hand.solids.len() > 8);
+    assert!(hand.solids.iter().all(|solid| !matches!(solid.shape, Shape::Mesh(_))));
+    assert_eq!(shapes.objects(), 3);
+    for (index, row) in assets.objects.iter().enumerate() {
+        let object = shapes.object(index).expect("an object");
+        assert_eq!(object.object, row.object);
+        assert_eq!(row.facts["triangles"], object.mesh.triangles.len());
+    }
+    let mut seeds = BTreeSet::new();
+    let mut kept = 0;
+    for sample in reader.iter(Selection::default()) {
+        let run = sample.expect("a sample").grasp_run().expect("a run");
+        assert_eq!((run.asked_steps, run.hand.id, run.sample.item.0 < 3), (300, hand.id, true));
+        assert!(!run.grasps.is_empty() && run.grasps.len() <= 20);
+        seeds.insert(run.object_from_seed.to_rows().map(f64::to_bits));
+        for grasp in &run.grasps {
+            // The base carries the palm: one pose of it, whatever the posture.
+            let base_from_approach = grasp.object_from_base.inverse() * grasp.object_from_approach;
+            let first = run.grasps[0].object_from_base.inverse() * run.grasps[0].object_from_approach;
+            let apart = base_from_approach.to_rows().into_iter().zip(first.to_rows()).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f64::max) < 1e-9);
+            kept += u64::from(grasp.verdict == GraspVerdict::Kept);
+        }
+    }
+    assert_eq!(seeds.len() as u64, manifest.counts.kept, "each run has a seed of its own");
+    assert_eq!(manifest.counts.fact("grasps_kept"), kept);
+    let inspected = Program::on("inspect", &out).read_json();
+    assert_eq!((&inspected["runs"], &inspected["verdicts"]["kept"]), (&9.into(), &kept.into()));
+    let page = |name: &str| {
+        Program::on("report", &out).option("--out", workspace.path(name)).succeed();
+        workspace.read(name)
+    };
+    let (one, two) = (page("one.html"), page("two.html"));
+    assert_eq!(one, two, "two reports of one dataset have the same bytes");
+    assert!(one.contains("id=\"types\"") && one.contains("half-cube-sphere") && one.contains("data:image/png"));
+    assert!(fs::metadata(out.join("preview.mcap")).is_ok_and(|file| file.len() > 10_000));
+}
+
+/// Runs and the asset table agree about tables; with `keep.table` nothing changes but verdicts.
+#[test]
+fn objects_rest_and_hands_stay_above_the_table() {
+    let workspace = write_job();
+    run(&workspace, "plain", &[]);
+    let watched = run(&workspace, "watched", &["--set", "keep.table=true", "--threads", "1"]);
+    let [plain, other] = ["plain", "watched"].map(|name| open(&workspace, name));
+    let assets = plain.assets().expect("the asset table");
+    assert_eq!(assets, other.assets().expect("the asset table"));
+    let mut below = 0;
+    for (one, two) in plain.iter(Selection::default()).zip(other.iter(Selection::default())) {
+        let [one, two] = [one, two].map(|sample| sample.expect("a sample").grasp_run().expect("a run"));
+        let row = assets.objects.iter().find(|row| row.object == one.sample.subject).expect("a row");
+        let resting = row.resting().expect("readable").expect("poses").poses;
+        assert!(resting.len() >= 2 && resting.len() == one.resting_poses as usize);
+        assert_eq!(two.resting_poses, one.resting_poses);
+        for (one, two) in one.grasps.iter().zip(&two.grasps) {
+            let low = (0..resting.len()).all(|pose| !one.is_above_table(pose));
+            let falls = one.verdict == GraspVerdict::Kept && low;
+            let verdict = if falls { GraspVerdict::BelowTable } else { one.verdict };
+            assert_eq!(*two, Grasp { verdict, ..one.clone() });
+            below += u64::from(falls);
+        }
+    }
+    assert_eq!(watched.counts.fact("grasps_below_table"), below);
+    let inspected = Program::on("inspect", workspace.path("plain")).succeed().stdout;
+    assert!(inspected.contains("on a table the hand stays above it"), "{inspected}");
+    let page = read_report(&workspace.path("watched"));
+    assert!(page.contains("id=\"table\"") && page.contains("below table") && page.contains("resting poses"));
+}
+
+/// The table of objects says what one weighs; another weighs by its volume.
+#[test]
+fn masses_of_the_table_are_those_of_trials() {
+    let workspace = write_job();
+    let table = "name,mass,mass_source\ncan-01,0.25,scales\n";
+    workspace.write("masses.csv", table);
+    let objects = "objects=[{built_in=[\"can-01\",\"box-01\"],table=\"masses.csv\"}]";
+    let physics = "physics={perturbed=0}";
+    let tried = run(&workspace, "tried", &["--set", objects, "--set", physics]);
+    let reader = open(&workspace, "tried");
+    let assets = reader.assets().expect("the asset table");
+    let mut seen = BTreeSet::new();
+    for sample in reader.iter(Selection::default()) {
+        let sample = sample.expect("a sample");
+        let method = sample.grasp_trials().expect("readable").expect("trials").method;
+        let name = &assets.objects.iter().find(|row| row.object == sample.id.subject).expect("a row").name;
+        match name.as_str() {
+            "can-01" => assert_eq!((method.mass, method.mass_source.as_str()), (0.25, "scales")),
+            _ => assert!(method.mass != 0.25 && method.mass_source.is_empty()),
+        }
+        seen.insert((name.clone(), method.mass_from));
+    }
+    let expected = [("box-01", "volume"), ("can-01", "table")].map(|(name, from)| (name.to_owned(), from.to_owned()));
+    assert_eq!(seen, expected.into_iter().collect());
+    // The resolved job says the same; the job itself says what all weigh.
+    let again = workspace.path("resolved");
+    Program::run_job(workspace.path("tried/job.toml"), &again).succeed();
+    assert_eq!(Manifest::read(&again).expect("a dataset").root, tried.root);
+    let plain = run(&workspace, "plain", &["--set", "objects=[{built_in=[\"can-01\",\"box-01\"]}]", "--set", physics]);
+    assert_eq!(plain.classes[&NumberClass::Exact], tried.classes[&NumberClass::Exact]);
+    assert!(plain.job != tried.job && plain.classes[&NumberClass::Physics] != tried.classes[&NumberClass::Physics]);
+    let given = ["--set", objects, "--set", "physics={perturbed=0,mass=0.3}"];
+    let given = run(&workspace, "given", &given);
+    let reader = open(&workspace, "given");
+    let sample = reader.iter(Selection::default()).next().expect("samples").expect("a sample");
+    let method = sample.grasp_trials().expect("readable").expect("trials").method;
+    assert_eq!((method.mass, method.mass_from.as_str()), (0.3, "job"));
+    assert!(!workspace.read("given/job.toml").contains("scales"));
+    assert!(given.job != tried.job);
+}
+
+#[test]
+fn damage_to_the_shapes_is_found() {
+    let workspace = write_job();
+    run(&workspace, "data", &[]);
+    let out = workspace.path("data");
+    assert_intact(&out, FULL_CHECK);
+    let path = out.join("shapes.mcap");
+    flip_bit(&path);
+    let report = verify(&out, FULL_CHECK, |_| ()).expect("readable");
+    assert!(report.problems.iter().all(|problem| problem.file == "shapes.mcap"), "{:?}", report.problems);
+    assert!(!report.is_intact());
+    fs::remove_file(&path).expect("removed");
+    assert!(!verify(&out, FULL_CHECK, |_| ()).expect("readable").is_intact());
+    // The run mends it: shards are kept, tables and shapes are made again.
+    fs::remove_file(out.join("manifest.json")).expect("removed");
+    run(&workspace, "data", &[]);
+    assert_intact(&out, FULL_CHECK);
+}

@@ -1,0 +1,10 @@
+//! Grasps: annealing, wrench spaces, trials, and datasets of grasps and of patches, against what others compute.
+
+mod annealing;
+mod datasets;
+mod kept_trials;
+mod patches;
+#[path = "../support/mod.rs"]
+mod support;
+mod trials;
+mod wrench;

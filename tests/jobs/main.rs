@@ -1,0 +1,6 @@
+//! Job files, and sets of several.
+
+mod sets;
+mod specs;
+#[path = "../support/mod.rs"]
+mod support;

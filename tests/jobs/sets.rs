@@ -1,0 +1,119 @@
+//! Sets: several datasets of the same objects in one folder, made by one command.
+
+use std::{fs, path::Path};
+
+use graspmill::format::dataset::{DatasetReader, Manifest, Selection, SetTable};
+
+use crate::support::{
+    files::{read_text, repository_path},
+    jobs::SHORT_SEARCH,
+    meshes::tetrahedron_off,
+    program::{Program, print_root},
+    small_dataset::unseal,
+    workspace::Workspace,
+};
+
+/// The quick set with short searches.
+fn run(out: &Path) -> Program {
+    Program::run_job("jobs/everything-quick.toml", out).set(SHORT_SEARCH.map(|setting| format!("grasps:{setting}")))
+}
+
+fn make(out: &Path, arguments: &[&str]) -> SetTable {
+    run(out).args(arguments).succeed();
+    SetTable::read(out).expect("readable").expect("a set")
+}
+
+#[test]
+fn one_command_makes_datasets_that_share_their_objects() {
+    let workspace = Workspace::new();
+    let out = workspace.path("all");
+    let table = make(&out, &[]);
+    let content = table.made.clone().expect("a finished set");
+    let names: Vec<&str> = table.jobs.iter().map(|job| job.name.as_str()).collect();
+    assert_eq!(names, ["completion", "touch", "grasps", "patches"]);
+    assert_eq!(
+        content.objects.iter().map(|object| object.name.as_str()).collect::<Vec<_>>(),
+        ["bottle-01", "box-01", "mug-01"]
+    );
+    assert!(content.differing.is_empty());
+    // The ids are those of the samples themselves.
+    for name in names {
+        let reader = DatasetReader::open(&out.join(name)).expect("a dataset");
+        assert_eq!(content.roots[name], reader.manifest().root);
+        for object in &content.objects {
+            let kept = reader.indices(Selection::default()).filter_map(|index| reader.id(index));
+            let kept = kept.filter(|id| id.subject == object.object).count() as u64;
+            assert_eq!(object.samples[name], kept, "{name}: {}", object.name);
+        }
+    }
+    // Patches take their grasps from the dataset beside them, by a path that moves with the folder.
+    let job = read_text(out.join("patches/job.toml"));
+    assert!(job.contains("dataset = \"../grasps\"") && !job.contains("grasps.dataset"), "{job}");
+    let moved = workspace.path("moved");
+    fs::rename(&out, &moved).expect("a move");
+    let verified = Program::on("verify", &moved).option("--regenerate", "2").succeed();
+    assert_eq!(verified.stdout.matches("is intact").count(), 4);
+    assert_eq!(print_root(&moved), content.root.hex());
+    // Each dataset is the one that its job alone makes.
+    let alone = workspace.path("alone");
+    Program::run_job("jobs/grasps-quick.toml", &alone).set(SHORT_SEARCH).succeed();
+    assert_eq!(Manifest::read(&alone).expect("a dataset").root, content.roots["grasps"]);
+    assert_resumes(&moved, &table);
+    assert_finds_damage(&moved);
+}
+
+/// A run makes lost files again, keeps the others, and calls nothing whole before it is.
+fn assert_resumes(out: &Path, whole: &SetTable) {
+    fs::remove_dir_all(out.join("patches")).expect("a lost dataset");
+    fs::remove_file(out.join("touch/manifest.json")).expect("a lost file");
+    fs::remove_file(out.join("set.json")).expect("a lost file");
+    assert_eq!(make(out, &[]), *whole);
+    fs::remove_dir_all(out.join("patches")).expect("a lost dataset");
+    let status = Program::on("status", out).finish().stdout;
+    assert_eq!((status.matches(": complete").count(), status.matches(": not begun").count()), (3, 1), "{status}");
+    assert_eq!(make(out, &["--json"]), *whole);
+    let status = Program::on("status", out).read_json();
+    assert_eq!(status["datasets"]["patches"]["state"], "complete");
+    assert_eq!(status["made"]["root"].as_str(), whole.made.as_ref().map(|made| made.root.hex()).as_deref());
+}
+
+/// A flipped byte anywhere, or other datasets under this name, mean 4; another set is refused.
+fn assert_finds_damage(out: &Path) {
+    run(out).set(["seed=9"]).expect_code(2);
+    let other = out.with_file_name("other.toml");
+    let job = repository_path("jobs/grasps-quick.toml");
+    fs::write(&other, format!("product = \"set\"\n[[jobs]]\nname = \"grasps\"\njob = \"{}\"\n", job.display()))
+        .expect("a set");
+    let told = Program::run_job(&other, out).expect_code(2).stderr;
+    assert!(told.contains("this is grasps (grasps)"), "{told}");
+    let told = Program::on("inspect", out).finish().stderr;
+    assert!(told.contains("give one of completion, touch, grasps, patches"), "{told}");
+    let set = read_text(out.join("set.json"));
+    let lie = set.replacen("\"bottle-01\"", "\"bottle-02\"", 1);
+    fs::write(out.join("set.json"), &lie).expect("a lie");
+    let told = Program::on("verify", out).expect_code(4).stderr;
+    assert!(told.contains("its seal says"), "{told}");
+    fs::write(out.join("set.json"), unseal(&lie)).expect("a lie");
+    let told = Program::on("verify", out).expect_code(4).stdout;
+    assert!(told.contains("set.json does not say"), "{told}");
+}
+
+#[test]
+fn one_name_for_two_objects_is_said() {
+    let workspace = Workspace::new();
+    let job = |name: &str, side: f64| {
+        workspace.write(format!("{name}/tetra.off"), tetrahedron_off(side));
+        let text = format!("views = {{ even = 4 }}\n[gate]\nmin_partial_cells = 1\n[[objects]]\nfolder = \"{name}\"\n");
+        workspace.write(format!("{name}.toml"), text);
+        format!("[[jobs]]\nname = \"{name}\"\njob = \"{name}.toml\"\n")
+    };
+    let set = format!("product = \"set\"\n{}{}", job("small", 0.1), job("large", 0.15));
+    let (file, out) = (workspace.write("set.toml", set), workspace.path("out"));
+    let said = Program::run_job(&file, &out).succeed().stdout;
+    assert!(said.contains("`tetra` is not the same object"), "{said}");
+    let content = SetTable::read(&out).expect("readable").and_then(|table| table.made).expect("a finished set");
+    assert_eq!((content.objects.len(), content.differing.len()), (2, 1));
+    // Only `run` takes a set.
+    let told = Program::on("estimate", &file).expect_code(2).stderr;
+    assert!(told.contains("only `run` takes sets"), "{told}");
+}

@@ -1,0 +1,196 @@
+//! Contacts of solids with true meshes, against parry's distances between convex solids and triangles.
+
+use std::time::Instant;
+
+use graspmill::{
+    contact::{ContactScratch, ContactSurface, EDGE_RADIUS, Probe, SurfaceContact},
+    geom::{Shape, TriMesh, rotation_from_rpy},
+    seed::Stream,
+    voxel::InsideTest,
+};
+use nalgebra::{IsometryMatrix3, Point3, Translation3, UnitQuaternion, Vector3};
+use parry3d_f64::{
+    math::{Pose, Rotation, Vector},
+    query::distance,
+    shape::{Ball, Capsule, Cuboid, Cylinder, Shape as ParryShape, TriMesh as ParryMesh},
+};
+
+use crate::support::meshes::built_in_mesh;
+
+const SOLIDS: [Shape; 5] = [
+    Shape::Sphere { radius: 0.003 },
+    Shape::Sphere { radius: 0.006 },
+    Shape::Capsule { radius: 0.01, half: 0.025 },
+    Shape::Box { half: [0.02, 0.012, 0.006] },
+    Shape::Cylinder { radius: 0.015, half: 0.0125 },
+];
+
+/// A mesh, and the core of a solid, as parry has them.
+struct Peer {
+    mesh: ParryMesh,
+    solid: Box<dyn ParryShape>,
+    thickness: f64,
+}
+
+impl Peer {
+    fn new(mesh: &TriMesh, shape: &Shape) -> Self {
+        let corners = mesh.vertices.iter().map(|corner| Vector::from(corner.map(f64::from))).collect();
+        let (solid, thickness): (Box<dyn ParryShape>, f64) = match shape {
+            Shape::Sphere { radius } => (Box::new(Ball::new(*radius)), 0.0),
+            Shape::Capsule { radius, half } => (Box::new(Capsule::new_z(*half, *radius)), 0.0),
+            Shape::Box { half } => {
+                (Box::new(Cuboid::new(Vector::from(half.map(|side| side - EDGE_RADIUS)))), EDGE_RADIUS)
+            }
+            // Theirs stands on y.
+            Shape::Cylinder { radius, half } => {
+                (Box::new(Cylinder::new(half - EDGE_RADIUS, radius - EDGE_RADIUS)), EDGE_RADIUS)
+            }
+            Shape::Mesh(_) => unreachable!("no solid"),
+        };
+        Self { mesh: ParryMesh::new(corners, mesh.triangles.clone()).expect("triangles"), solid, thickness }
+    }
+
+    /// Distance between the solid and the mesh's triangles [m]; not above 0 where they meet.
+    fn distance(&self, shape: &Shape, placed: &IsometryMatrix3<f64>) -> f64 {
+        let stood = match shape {
+            Shape::Cylinder { .. } => {
+                placed
+                    * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2)
+                        .to_rotation_matrix()
+            }
+            _ => *placed,
+        };
+        let quaternion = UnitQuaternion::from_rotation_matrix(&stood.rotation);
+        let position: [f64; 3] = stood.translation.vector.into();
+        let pose = Pose::from_parts(
+            Vector::from(position),
+            Rotation::from_xyzw(quaternion.i, quaternion.j, quaternion.k, quaternion.w),
+        );
+        distance(&pose, &*self.solid, &Pose::IDENTITY, &self.mesh).expect("known shapes").distance - self.thickness
+    }
+}
+
+/// A solid at a random pose, brought to a distance of the mesh [m] along a straight way; `None` where it does not come so
+/// near.
+fn brought_near(
+    surface: &ContactSurface,
+    peer: &Peer,
+    shape: &Shape,
+    wanted: f64,
+    draw: &mut Stream,
+) -> Option<IsometryMatrix3<f64>> {
+    let bounds = *surface.bounds();
+    let inside = Point3::from(Vector3::from_fn(|axis, _| draw.uniform(bounds.min[axis], bounds.max[axis])));
+    let angles = [(); 3].map(|()| draw.uniform(-3.0, 3.0));
+    let rotation = rotation_from_rpy(angles[0], angles[1], angles[2]);
+    let way =
+        rotation_from_rpy(draw.uniform(-3.0, 3.0), draw.uniform(-1.5, 1.5), draw.uniform(-3.0, 3.0)) * Vector3::x();
+    let mut far = 0.4;
+    for _ in 0..200 {
+        let placed = IsometryMatrix3::from_parts(Translation3::from(inside.coords + way * far), rotation);
+        let apart = peer.distance(shape, &placed);
+        if (apart - wanted).abs() < 1e-7 {
+            return Some(placed);
+        }
+        far -= apart - wanted;
+        if far < -0.1 || apart <= 0.0 {
+            return None;
+        }
+    }
+    None
+}
+
+/// Solids that stand a third of a millimetre or less clear: the nearest contact is as far away as parry says, and no margin
+/// that is less finds one. Pushed in along its normal by less than half a millimetre, it is found as deep as it was pushed
+/// where it is the only one; pulled out by its depth the solid is just free.
+#[test]
+fn contacts_are_as_near_as_parry_says() {
+    let mut scratch = ContactScratch::default();
+    let (mut out, mut deep) = (Vec::new(), Vec::new());
+    let mut draw = Stream::of_job(1, b"", "contacts");
+    let mut wrong = Vec::new();
+    for name in ["mug-01", "can-01", "half-cube-diamond", "bowl-01"] {
+        let mesh = built_in_mesh(name);
+        let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+        for shape in &SOLIDS {
+            let (peer, probe) = (Peer::new(&mesh, shape), Probe::new(shape).expect("a solid"));
+            let (mut worst, mut worst_freed, mut alone, mut off) = (0f64, 0f64, 0, 0);
+            let mut contacts = |placed: &IsometryMatrix3<f64>, margin: f64, out: &mut Vec<SurfaceContact>| {
+                surface.contacts(&probe, placed, margin, &mut scratch, out);
+            };
+            let mut tried = 0;
+            while tried < 100 {
+                let wanted = draw.uniform(2e-5, 3e-4);
+                let Some(placed) = brought_near(&surface, &peer, shape, wanted, &mut draw) else { continue };
+                tried += 1;
+                assert!(surface.clearance_at_least(&probe, &placed) <= wanted + 1e-9);
+                contacts(&placed, wanted - 1e-5, &mut out);
+                assert!(out.is_empty(), "{name} {shape:?} at {wanted}: {out:?}");
+                contacts(&placed, 5e-4, &mut out);
+                let found = out.first().map_or(f64::INFINITY, |contact| contact.distance);
+                worst = worst.max((found - wanted).abs());
+                off += usize::from((found - wanted).abs() > 1e-5);
+                if (found - wanted).abs() > 2e-4 {
+                    wrong.push(format!("{name} {shape:?}: {found} for {wanted}: {placed:?}"));
+                    continue;
+                }
+                let normal = out[0].normal.into_inner();
+                let mut pushed = placed;
+                pushed.translation.vector -= normal * (wanted + draw.uniform(1e-5, 4e-4));
+                contacts(&pushed, 0.0, &mut deep);
+                let Some(deepest) = deep.first() else {
+                    wrong.push(format!("{name} {shape:?}: pushed in and free: {:?} {pushed:?}", out[0]));
+                    continue;
+                };
+                if deep.len() == 1 {
+                    alone += 1;
+                    let mut freed = pushed;
+                    freed.translation.vector += deepest.normal.into_inner() * (1e-6 - deepest.distance);
+                    let apart = peer.distance(shape, &freed);
+                    worst_freed = worst_freed.max(apart);
+                    if apart > 1e-4 {
+                        wrong.push(format!("{name} {shape:?}: pulled out by {} it is {apart} free", deepest.distance));
+                    }
+                }
+            }
+            println!(
+                "{name} {shape:?}: {off} of 100 off by more than 10 um, {:.2} um worst when clear, pulled out of {alone} {:.2} um worst",
+                1e6 * worst,
+                1e6 * worst_freed
+            );
+            if off > 5 {
+                wrong.push(format!("{name} {shape:?}: {off} of 100 are off by more than 10 um"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn cost_of_a_contact() {
+    // Shown, not judged.
+    let mesh = built_in_mesh("mug-01@16k");
+    let began = Instant::now();
+    let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+    println!("{} triangles: {:?} to prepare", mesh.triangles.len(), began.elapsed());
+    let (mut scratch, mut out) = (ContactScratch::default(), Vec::new());
+    let mut draw = Stream::of_job(2, b"", "contacts");
+    for shape in &SOLIDS {
+        let (peer, probe) = (Peer::new(&mesh, shape), Probe::new(shape).expect("a solid"));
+        for (said, clear, margin) in [("touching", 1e-4, 2e-4), ("2 mm clear", 2e-3, 0.0), ("2 cm clear", 2e-2, 0.0)] {
+            let mut poses = Vec::new();
+            while poses.len() < 50 {
+                poses.extend(brought_near(&surface, &peer, shape, clear, &mut draw));
+            }
+            let began = Instant::now();
+            let mut count = 0;
+            for _ in 0..20 {
+                for pose in &poses {
+                    surface.contacts(&probe, pose, margin, &mut scratch, &mut out);
+                    count += out.len();
+                }
+            }
+            println!("{shape:?} {said}: {:?}, {:.1} contacts", began.elapsed() / 1000, count as f64 / 1000.0);
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Kernels against truth that the library did not compute: meshes, solids, views, depth, sensors, fields and contacts.
+
+mod contacts;
+mod depths;
+mod field;
+mod meshes;
+mod sensors;
+mod solids;
+#[path = "../support/mod.rs"]
+mod support;
+mod views;

@@ -1,0 +1,20 @@
+//! Robots and hands against MuJoCo, coal, parry and plane geometry: descriptions, kinematics, collisions, closing.
+
+mod collision;
+mod hands;
+mod kinematics;
+mod robots;
+mod sim;
+#[path = "../support/mod.rs"]
+mod support;
+
+use std::fs;
+
+use tempfile::NamedTempFile;
+
+/// A description in MJCF, in a file of its own.
+fn write_scene(text: &str) -> NamedTempFile {
+    let file = NamedTempFile::with_suffix(".xml").expect("a file");
+    fs::write(file.path(), text).expect("written");
+    file
+}

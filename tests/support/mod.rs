@@ -1,0 +1,15 @@
+//! Shared by every test binary and by the benches: the built program and its peers, folders to work in, small jobs and
+//! datasets, meshes, robots, hands and settings. Each stands here once.
+#![allow(dead_code, reason = "each binary uses a part of it")]
+
+pub mod annealing;
+pub mod files;
+pub mod jobs;
+pub mod measures;
+pub mod meshes;
+pub mod pairs;
+pub mod program;
+pub mod robots;
+pub mod shelf;
+pub mod small_dataset;
+pub mod workspace;
