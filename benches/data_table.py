@@ -19,7 +19,7 @@ class Row:
 
     name: str
     kind: str
-    """`DATA` as made, with a `FAULT` planted, with a `LEAK` of test models; or `TRIVIAL`, without learning."""
+    """`DATA` as made, with a `FAULT` planted, with a `LEAK` of test objects; or `TRIVIAL`, without learning."""
     scores: np.ndarray
     """Mean Jaccard overlap of each test object, (objects,)."""
     stratum: str = ALL

@@ -4,7 +4,7 @@ A small 3D convolutional network (after Varley, DeChant, Richardson, Ruales and 
 complete shapes from pairs of the training split, read by the Python package. It is tested on pairs of the split's test
 models from another renderer and another voxeliser (`data_neutral.py`). The same network, with the same budget, first
 weights and order, then learns from the same pairs with a fault planted. Good data must beat every fault, by object,
-beyond chance. Beside it stand completions that learn nothing. Leaked test models show in the nearest training pair,
+beyond chance. Beside it stand completions that learn nothing. Leaked test objects show in the nearest training pair,
 which must then look better than it is; the network is too small and sees too little to know them by heart.
 
 Needs PyTorch; on the CPU alone, so that figures come again. Run by `make bench-data-torch`; exit code 1 when a fault
@@ -160,7 +160,7 @@ class Bench:
 
     training: Pairs
     leak: Pairs
-    """Of the test models and their twins."""
+    """Of the test objects and their twins."""
     test: NeutralPairs
     budget: Budget
 
@@ -218,7 +218,7 @@ def unlearnt_rows(bench: Bench) -> list[Row]:
     }
     leaked = bench.overlap(nearest_neighbour(test.partial, all_pairs.partial, all_pairs.complete))
     rows = [Row(name, TRIVIAL, bench.overlap(found)) for name, found in grids.items()]
-    return [*rows, Row("nearest, test models leaked", LEAK, leaked, against=nearest)]
+    return [*rows, Row("nearest, test objects leaked", LEAK, leaked, against=nearest)]
 
 
 def verdict(table: Table) -> str:
@@ -252,7 +252,7 @@ def main() -> int:
     began = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         dataset = make_dataset(options.graspmill, test_scans, Path(folder), budget.views, budget.built_in)
-        training, leak = (Pairs.of(dataset, split) for split in ("training", "test_models"))
+        training, leak = (Pairs.of(dataset, split) for split in ("training", "test"))
         root = Dataset(dataset).folder.root
     unseen = set(leak.objects.tolist())
     assert unseen >= {scan.stem for scan in test_scans} and not unseen & set(training.objects.tolist())

@@ -19,7 +19,7 @@ given = parser.parse_args()
 torch.manual_seed(0)
 
 train = Dataset(given.dataset, CompletionSample, split="training", channels=["pair"])
-test = Dataset(given.dataset, CompletionSample, split="test_models", channels=["pair"])
+test = Dataset(given.dataset, CompletionSample, split="test", channels=["pair"])
 batches = ShuffledChunks(train, seed=0, batch=32)
 loader = DataLoader(batches, batch_size=None, num_workers=1)
 down = [
@@ -54,4 +54,4 @@ with torch.no_grad():
         truth = unpack(batch["complete"].to(given.device), batch["resolution"]) > 0
         both, either = (found & truth).flatten(1).sum(1), (found | truth).flatten(1).sum(1)
         overlap += (both / either.clamp(min=1)).tolist()
-print(f"mean Jaccard overlap on {len(overlap)} pairs of models not trained on: {sum(overlap) / len(overlap):.3f}")
+print(f"mean Jaccard overlap on {len(overlap)} pairs of objects not trained on: {sum(overlap) / len(overlap):.3f}")

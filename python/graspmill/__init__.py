@@ -19,7 +19,7 @@ from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
 from .samples import Sample
-from .shapes import Mesh, object_meshes
+from .shapes import Mesh, RestingPose, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
 
 __version__ = "0.1.0"
@@ -52,6 +52,7 @@ __all__ = [
     "PatchSample",
     "ReachabilityField",
     "ReachabilitySample",
+    "RestingPose",
     "Sample",
     "SampleId",
     "ShuffledChunks",
@@ -63,5 +64,6 @@ __all__ = [
     "WrongProduct",
     "object_meshes",
     "pack",
+    "resting_poses",
     "unpack",
 ]

@@ -28,9 +28,7 @@ def _text(facts: dict[str, Any]) -> str:
         lines.append(f"split     {split}: {count}")
     for reason, count in counts["rejected"].items():
         lines.append(f"rejected  {reason}: {count}")
-    for name in ("poses", "grasps", "types"):
-        if name in counts:
-            lines.append(f"{name:<9} {json.dumps(counts[name])}")
+    lines += [f"fact      {name}: {total}" for name, total in counts["facts"].items()]
     lines.append(f"shards    {facts['shards']}, {facts['bytes'] / 1e6:.1f} MB")
     some = ", ".join(facts["objects"][:12])
     lines.append(f"objects   {some}{', ...' if len(facts['objects']) > 12 else ''}")

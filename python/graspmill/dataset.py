@@ -150,23 +150,23 @@ class Dataset(Generic[S]):
 
     @property
     def index(self) -> Index:
-        """The sample index: a row a sample index, rejected ones included."""
+        """The sample index: one row per sample index, rejected ones included."""
         if self._index is None:
             self._index = Index(self.folder)
         return self._index
 
     def column(self, name: str) -> npt.NDArray[Any]:
-        """A column of the index for the places of this selection: ``object``, ``split``, ``view``, ..."""
+        """A column of the index for the places of this selection: ``object``, ``split``, ``item``, ..."""
         return self.index[name][self.indices]
 
     def place_of(self, sample: SampleId) -> int | None:
-        """The place of the sample of this id, say of a pair of the same view in another dataset; ``None`` without
-        one."""
+        """The place of the sample of this id, for example of a pair of the same view in another dataset; ``None``
+        without one."""
         index = self.index
         if sample.subject not in index.subjects:
             return None
         found = index.subject_number == index.subjects.index(sample.subject)
-        for name in ("instance", "view", "camera"):
+        for name in ("instance", "item", "camera"):
             found &= index[name] == getattr(sample, name)
         places = np.flatnonzero(found[self.indices])
         return int(places[0]) if len(places) else None
@@ -201,7 +201,7 @@ class Dataset(Generic[S]):
         return shards, chunks
 
     def _channels(self, channels: Iterable[str] | None) -> list[str]:
-        stored = [topic.rsplit("/", 1)[-1] for topic in self.folder.topics]
+        stored = self.folder.channels
         if channels is None:
             return stored
         wanted = [channels] if isinstance(channels, str) else list(channels)
@@ -215,7 +215,7 @@ class Dataset(Generic[S]):
         selected = index["kept"].astype(np.bool_)
         if split is not None:
             if "split" not in index or split not in SPLITS:
-                known = ", ".join(SPLITS) if "split" in index else "none, since reachability has none"
+                known = ", ".join(SPLITS) if "split" in index else f"none, since {self.folder.product} has none"
                 raise BadSelection(f"{path}: no split '{split}'; there are {known}")
             selected &= index["split"] == split
         if subset is not None:
@@ -238,7 +238,7 @@ class Dataset(Generic[S]):
         if file is None:
             file = self._files[shard] = McapFile(self.folder.shards[shard])
             by_topic = {channel.topic: (number, channel) for number, channel in file.channels.items()}
-            topics = {topic.rsplit("/", 1)[-1]: topic for topic in self.folder.topics}
+            topics = dict(zip(self.folder.channels, self.folder.topics))
             missing = [topics[name] for name in self.channels if topics[name] not in by_topic]
             if missing:
                 raise file.damaged(f"it has no topic {', '.join(missing)}")

@@ -8,15 +8,15 @@ from typing import Any
 
 from .errors import VERIFY, DamagedFile, DatasetError, UnfinishedDataset, UnknownFormat, WrongProduct
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 PRODUCTS = ("completion", "reachability", "grasps", "patches")
-SPLITS = ("training", "holdout_views", "validation_models", "test_models")
+SPLITS = ("training", "holdout", "validation", "test")
 
 _KEYS = {
     *("format_version", "generator", "product", "root", "classes", "class_topics", "platform", "job", "topics"),
     *("counts", "shards", "files", "warnings", "seal"),
 }
-# Of manifests with numbers of one class, and of those of earlier programs; `graspmill verify` holds a seal against its file.
+# A manifest with numbers of one class has no class topics; `graspmill verify` compares the seal with its file.
 _MAY_BE_ABSENT = {"class_topics", "seal"}
 
 
@@ -33,6 +33,9 @@ class Folder:
         self.product: str = self.manifest["product"]
         self.root: str = self.manifest["root"]
         self.topics: list[str] = self.manifest["topics"]
+        self.channels = [topic.rsplit("/", 1)[-1] for topic in self.topics]
+        """Names of the channels, in the order of the topics."""
+        self.has_splits: bool = "splits.json" in self.manifest["files"]
         self.samples: int = self.manifest["counts"]["samples"]
         self.kept: int = self.manifest["counts"]["kept"]
         self.shards = [self.path / "shards" / shard["file"] for shard in self.manifest["shards"]]
@@ -50,15 +53,19 @@ class Folder:
             raise WrongProduct(self.path, f"a dataset of {self.product}, not of {product}", remedy)
 
     def objects(self) -> list[dict[str, Any]]:
-        """The rows of ``assets.json``: at least ``object`` (digest) and ``name``."""
+        """The rows of ``assets.json``: at least ``object`` (digest) and ``name``; of grasps also ``resting``."""
         rows: list[dict[str, Any]] = self._table("assets.json")["objects"]
         return rows
 
     def splits(self) -> dict[str, Any]:
         """``splits.json``; empty tables where the product has no splits."""
-        if self.product == "reachability":
-            return {"training_subsets": [], "objects": []}
-        return self._table("splits.json")
+        return self._table("splits.json") if self.has_splits else {"training_subsets": [], "objects": []}
+
+    def types(self) -> dict[str, Any]:
+        """``types.json`` of a dataset of patches: the kept grasps by type (``counts``), those ``without`` a type, and
+        the ``chosen`` types, the most common first."""
+        self.expect("patches")
+        return self._table("types.json")
 
     def _table(self, name: str) -> dict[str, Any]:
         path = self.path / name
@@ -87,8 +94,12 @@ def _manifest(folder: Path) -> dict[str, Any]:
         raise _without_manifest(folder)
     manifest = _json(path)
     version = manifest.get("format_version")
+    if isinstance(version, int) and version < FORMAT_VERSION:
+        problem = f"format version {version}, and this package reads {FORMAT_VERSION}"
+        remedy = "make it anew with `graspmill run`, or read it with the package of the program that wrote it"
+        raise UnknownFormat(path, problem, remedy)
     if version != FORMAT_VERSION:
-        problem = f"format_version {version!r}, and this package reads {FORMAT_VERSION}"
+        problem = f"format version {version!r}, and this package reads {FORMAT_VERSION}"
         raise UnknownFormat(path, problem, "install the graspmill package of the program that wrote it")
     unknown = sorted(set(manifest) - _KEYS)
     if unknown:

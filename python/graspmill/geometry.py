@@ -16,15 +16,17 @@ class SampleId:
     """The name of a sample; the same in every dataset."""
 
     subject: str
-    """BLAKE3 of the prepared object (of the robot's description, of reachability), 64 hexadecimal digits."""
+    """BLAKE3 of the prepared object, of the robot's description or of the settled scene, 64 hexadecimal digits."""
     instance: int
-    view: int
+    """Body of a scene, from 1; 0 for a lone object, a robot and a scene as a whole."""
+    item: int
+    """Number of the view, position, run or grasp of the subject."""
     camera: int
 
     @classmethod
     def of(cls, message: dict[str, Any]) -> SampleId:
         """Out of a ``SampleId`` message."""
-        return cls(bytes(message["subject"]).hex(), message["instance"], message["view"], message["camera"])
+        return cls(bytes(message["subject"]).hex(), message["instance"], message["item"], message["camera"])
 
 
 @dataclass(frozen=True)

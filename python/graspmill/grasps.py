@@ -51,12 +51,13 @@ class GraspSample(Sample):
         ones, ``joints_before`` and ``joints`` of all; ``amplitudes``. Numbers: ``penetration`` (m), ``energy``,
         ``contact_energy``, ``potential``, ``epsilon_force``, ``epsilon_wrench``, ``volume``, ``advance`` (m), ``width``
         (m, NaN where it means nothing). ``shift`` (m) and ``turn`` (rad) of grippers. ``clearances`` and
-        ``clearances_opened`` (m, one a resting pose; NaN where not measured). ``type`` (-1: none), ``verdict`` (place
+        ``clearances_opened`` (m, one per resting pose of the object, as ``resting_poses`` lists them; NaN where not
+        measured). ``type`` (-1: none), ``verdict`` (place
         in ``VERDICTS``), ``contacts`` (how many rows it has in ``contacts``).
         """
         run = self.run
         rows: list[Message] = run["grasps"]
-        poses = len(run["resting"])
+        poses = run["resting_poses"]
         sizes = {name: max((len(row[name]) for row in rows), default=0) for name in _JOINTS}
         fields: list[Any] = [("object_from_approach", "<f8", (4, 4)), ("object_from_base", "<f8", (4, 4))]
         fields += [(name, "<f8", (sizes[name],)) for name in _JOINTS]

@@ -1,4 +1,4 @@
-"""The objects' meshes beside a dataset of grasps."""
+"""The objects of a dataset of grasps: their meshes, and how they rest on a table."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from .errors import VERIFY, DamagedFile
 from .folder import Folder
+from .geometry import Floats, pose
 from .mcap import McapFile
 from .samples import as_array
 
@@ -24,6 +26,40 @@ class Mesh:
     """(n, 3) m"""
     triangles: npt.NDArray[np.int64]
     """(m, 3) places in ``vertices``, counter-clockwise seen from outside."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestingPose:
+    """A pose in which an object rests on a table, the plane z = 0 of the world."""
+
+    world_from_object: Floats
+    """(4, 4) z up, the origin on the table below the centre of mass."""
+    probability: float
+    """Share of random drops that end so."""
+    height: float
+    """m, of the centre of mass over the table."""
+
+
+def resting_poses(folder: str | Path) -> dict[str, list[RestingPose]]:
+    """The stable poses of each object on a table, the most likely first, by name of the object; two of one name are
+    told apart by the digest. ``clearances`` of grasps have one value for each.
+
+    Raises ``DatasetError`` when the dataset is of another product, or damaged.
+    """
+    dataset = Folder(folder)
+    dataset.expect("grasps")
+    found: dict[str, list[RestingPose]] = {}
+    for row in dataset.objects():
+        name = row["object"] if row["name"] in found else row["name"]
+        try:
+            found[name] = [
+                RestingPose(pose(np.array(each["world_from_object"], np.float64)), each["probability"], each["height"])
+                for each in row["resting"]
+            ]
+        except (KeyError, TypeError, ValueError) as error:
+            problem = f"the resting poses of {row['name']} cannot be read ({error})"
+            raise DamagedFile(dataset.path / "assets.json", problem, VERIFY) from error
+    return found
 
 
 def object_meshes(folder: str | Path) -> dict[str, Mesh]:

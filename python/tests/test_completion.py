@@ -29,7 +29,7 @@ def test_grids_are_those_of_the_programs_export(data: Path, pairs: Dataset[Compl
         assert (
             sample.id
             == pair.sample
-            == SampleId(row["subject"], int(row["instance"]), int(row["view"]), int(row["camera"]))
+            == SampleId(row["subject"], int(row["instance"]), int(row["item"]), int(row["camera"]))
         )
         assert pair.grid.cell_size == float(row["cell_size"])
         assert pair.grid.centre.tolist() == [float(row[f"centre_{axis}"]) for axis in "xyz"]
@@ -122,7 +122,7 @@ def test_selections_are_those_of_the_index(data: Path, pairs: Dataset[Completion
     index = pairs.index
     folder = data / "pairs"
     found = 0
-    for split in ("training", "holdout_views", "validation_models", "test_models"):
+    for split in ("training", "holdout", "validation", "test"):
         part = Dataset(folder, CompletionSample, split=split)
         assert np.array_equal(part.indices, np.flatnonzero(index["kept"] & (index["split"] == split)))
         assert len(part) and set(part.column("split")) == {split}
@@ -132,8 +132,8 @@ def test_selections_are_those_of_the_index(data: Path, pairs: Dataset[Completion
     assert set(mugs.column("object")) == {"mug-01"} and {sample.id.subject for sample in mugs} == set(
         mugs.column("subject")
     )
-    models = [len(set(Dataset(folder, split="training", subset=k).column("object"))) for k in (0, 1)]
-    assert models == [1, 2]
+    counts = [len(set(Dataset(folder, split="training", subset=k).column("object"))) for k in (0, 1)]
+    assert counts == [1, 2]
     few = Dataset(folder, CompletionSample, channels=["pair"])
     assert few[0].has("pair") and not few[0].has("depth")
     with pytest.raises(KeyError, match="no channel 'depth'"):
@@ -164,6 +164,6 @@ def test_the_export_is_read_packed_and_unpacked(data: Path, pairs: Dataset[Compl
             assert np.array_equal(getattr(rows, plane), getattr(batch, plane))
         assert np.array_equal(rows.indices, batch.indices)
         assert np.array_equal(export[-1].cells("complete")[0], pairs[-1].complete)
-    some = NpyExport(data / "npy", split="test_models")
-    assert {row["split"] for row in some.samples} == {"test_models"}
-    assert np.array_equal(some.indices, Dataset(data / "pairs", split="test_models").indices)
+    some = NpyExport(data / "npy", split="test")
+    assert {row["split"] for row in some.samples} == {"test"}
+    assert np.array_equal(some.indices, Dataset(data / "pairs", split="test").indices)

@@ -23,7 +23,7 @@ def facts_of(sample: CompletionSample) -> dict[str, object]:
     facts = {name: getattr(pair, name) for name in ("partial_cells", "complete_cells", "both_cells", "solid_share")}
     poses = ("camera_from_object", "world_from_object", "world_from_camera")
     facts |= {name: getattr(pair, name)[:3].reshape(-1).tolist() for name in poses}
-    own = {"subject": pair.sample.subject, "instance": pair.sample.instance, "view": pair.sample.view}
+    own = {"subject": pair.sample.subject, "instance": pair.sample.instance, "item": pair.sample.item}
     return (
         facts
         | own

@@ -53,8 +53,10 @@ def test_unfinished_folders_are_refused(copy: Path, data: Path, tmp_path: Path) 
 def test_other_formats_and_products_are_refused(copy: Path) -> None:
     path = copy / "manifest.json"
     manifest = json.loads(path.read_text(encoding="utf-8"))
-    path.write_text(json.dumps(manifest | {"format_version": 2}), encoding="utf-8")
-    refused(UnknownFormat, copy, "manifest.json", "format_version 2", "install")
+    path.write_text(json.dumps(manifest | {"format_version": 1}), encoding="utf-8")
+    refused(UnknownFormat, copy, "manifest.json", "format version 1", "reads 2", "graspmill run")
+    path.write_text(json.dumps(manifest | {"format_version": 3}), encoding="utf-8")
+    refused(UnknownFormat, copy, "manifest.json", "format version 3", "install")
     path.write_text(json.dumps(manifest | {"colour": 1}), encoding="utf-8")
     refused(UnknownFormat, copy, "unknown keys colour")
     path.write_text("{", encoding="utf-8")
@@ -102,6 +104,6 @@ def test_info_says_what_a_folder_holds(data: Path, capsys: pytest.CaptureFixture
     assert manifest["root"] in said and "touch_rays" in said and "mug-01" in said
     assert main(["info", str(data / "set/grasps"), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
-    assert facts["product"] == "grasps" and facts["counts"]["grasps"]["verdicts"]
+    assert facts["product"] == "grasps" and facts["counts"]["facts"]["grasps_kept"] > 0
     assert main(["info", str(data)]) == 1
     assert "error: " in capsys.readouterr().err

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from pathlib import Path
 
 import igl
 import numpy as np
 import pytest
-from graspmill import TRIAL_VERDICTS, VERDICTS, Dataset, GraspSample, PatchSample, object_meshes
+from graspmill import (
+    TRIAL_VERDICTS,
+    VERDICTS,
+    DamagedFile,
+    Dataset,
+    Folder,
+    GraspSample,
+    PatchSample,
+    object_meshes,
+    resting_poses,
+)
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +40,45 @@ def test_verdicts_are_those_of_the_index(runs: Dataset[GraspSample]) -> None:
         assert grasps["posture"].shape == (len(grasps), len(run.run["driven"]))
         assert np.isnan(grasps["clearances"][grasps["verdict"] == 1]).all()
         assert not np.isnan(grasps["clearances"][grasps["verdict"] != 1]).any()
+
+
+def test_objects_rest_on_the_table(data: Path, runs: Dataset[GraspSample]) -> None:
+    """In each resting pose the lowest vertex lies on the plane z = 0, and grasps have a clearance for each."""
+    meshes, resting = object_meshes(data / "set/grasps"), resting_poses(data / "set/grasps")
+    assert set(resting) == set(meshes)
+    for name, poses in resting.items():
+        assert poses and all(pose.height > 0 for pose in poses)
+        chances = [pose.probability for pose in poses]
+        assert chances == sorted(chances, reverse=True) and 0 < sum(chances) < 1 + 1e-9
+        for pose in poses:
+            heights = meshes[name].vertices @ pose.world_from_object[2, :3] + pose.world_from_object[2, 3]
+            assert abs(heights.min()) < 1e-6, name
+    for run, name in zip(runs, runs.column("object")):
+        assert run.grasps["clearances"].shape[1] == run.run["resting_poses"] == len(resting[name])
+
+
+def test_resting_poses_that_are_none_are_refused(data: Path, tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(data / "set/grasps", tmp_path / "copy"))
+    path, manifest = copy / "assets.json", copy / "manifest.json"
+    table = json.loads(path.read_text(encoding="utf-8"))
+    del table["objects"][0]["resting"][0]["height"]
+    path.write_text(json.dumps(table), encoding="utf-8")
+    facts = json.loads(manifest.read_text(encoding="utf-8"))
+    facts["files"]["assets.json"]["bytes"] = path.stat().st_size
+    manifest.write_text(json.dumps(facts), encoding="utf-8")
+    with pytest.raises(DamagedFile, match="assets.json.*resting poses"):
+        resting_poses(copy)
+
+
+def test_types_are_those_of_the_patches(data: Path, runs: Dataset[GraspSample]) -> None:
+    """The table counts the kept grasps that have a type, and those without; the chosen ones are the most common."""
+    types = Folder(data / "set/patches").types()
+    kinds = np.concatenate([run.grasps["type"][run.grasps["verdict"] == 0] for run in runs])
+    found, counts = np.unique(kinds[kinds >= 0], return_counts=True)
+    assert types["counts"] == {str(kind): count for kind, count in zip(found.tolist(), counts.tolist())}
+    assert types["without"] == np.sum(kinds < 0)
+    assert types["chosen"] == found[np.argsort(-counts, kind="stable")][: len(types["chosen"])].tolist()
+    assert Dataset(data / "set/patches", PatchSample)[0].types == types["chosen"]
 
 
 def test_contacts_lie_on_the_objects_mesh(data: Path, runs: Dataset[GraspSample]) -> None:
@@ -97,7 +148,7 @@ def test_heatmaps_hold_the_patchs_own_grasp(data: Path, runs: Dataset[GraspSampl
             channel = 4 * sample.type_index + k
             assert image[channel, row, column] <= sample.labels[k, channel]
         # The grasp itself, in the dataset beside.
-        found = np.flatnonzero((runs.column("subject") == sample.id.subject) & (runs.column("view") == patch["run"]))
+        found = np.flatnonzero((runs.column("subject") == sample.id.subject) & (runs.column("item") == patch["run"]))
         grasp = runs[int(found[0])].grasps[patch["rank"]]
         assert grasp["type"] == patch["type"] and grasp["energy"] == patch["energy"]
         assert np.allclose(grasp["object_from_approach"], sample.object_from_approach)

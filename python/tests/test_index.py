@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 from blake3 import blake3
 from conftest import FOLDERS
-from graspmill import Dataset
+from graspmill import DamagedFile, Dataset, Folder, Index
+from graspmill.mcap import Attachment, McapFile
 
 
 @pytest.mark.parametrize("name", FOLDERS)
 def test_columns_are_those_of_the_table(data: Path, name: str) -> None:
     index = Dataset(data / name).index
     table = parquet.read_table(data / name / "index.parquet")
-    assert set(table.column_names) == set(index)
+    assert table.column_names == list(index)
     for column in table.column_names:
         found: list[object] = index[column].tolist()
         if column.startswith("digest_"):
@@ -39,3 +43,41 @@ def test_rejects_say_why(data: Path) -> None:
     index = Dataset(data / "pairs").index
     rejected = ~index["kept"]
     assert rejected.any() and set(index["reason"][rejected]) == {"few_partial_cells"} and all(index["detail"][rejected])
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_counts_of_facts_are_sums_of_columns(data: Path, name: str) -> None:
+    samples = Dataset(data / name)
+    counts = samples.folder.manifest["counts"]
+    assert {fact: int(samples.index[fact].sum()) for fact in counts["facts"]} == counts["facts"]
+    splits = {split: int((samples.index["split"][samples.indices] == split).sum()) for split in counts["splits"]}
+    assert splits == counts["splits"]
+    assert sum(counts["rejected"].values()) == np.sum(~samples.index["kept"])
+
+
+@pytest.mark.parametrize(
+    ("name", "end", "said"),
+    [
+        ("ledger", -1, "ledger cannot be read"),
+        ("facts", 0, "no fact .*grasps_kept"),
+        ("facts", -8, "ledger cannot be read"),
+        ("digests", -32, "bytes of digests"),
+        ("digests", None, "it has no digests"),
+    ],
+)
+def test_damaged_ledgers_are_refused(
+    data: Path, monkeypatch: pytest.MonkeyPatch, name: str, end: int | None, said: str
+) -> None:
+    """Attachments whose checksums hold, but that end too early, or are missing."""
+    whole = McapFile.attachments
+
+    def cut(file: McapFile) -> Iterator[Attachment]:
+        for each in whole(file):
+            if each.name != name:
+                yield each
+            elif end is not None:
+                yield replace(each, data=each.data[:end])
+
+    monkeypatch.setattr(McapFile, "attachments", cut)
+    with pytest.raises(DamagedFile, match=said):
+        Index(Folder(data / "set/grasps"))
