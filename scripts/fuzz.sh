@@ -11,7 +11,7 @@ cargo +nightly fuzz --version >/dev/null 2>&1 || {
     exit 1
 }
 cargo +nightly fuzz build --sanitizer "${FUZZ_SANITIZER:-none}" --fuzz-dir fuzz fuzz
-# Symbols cost seconds an input in a program of this size; a crash is replayed by tests/fuzz_corpus.rs, which has them.
+# Symbols cost seconds an input in a program of this size; a crash is replayed by tests/integrity/fuzz_corpus.rs, which has them.
 export ASAN_OPTIONS=detect_odr_violation=0:symbolize=0
 broken=0
 for target in "$@"; do
