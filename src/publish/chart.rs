@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::{escape::html as escaped, tally::Spread, templates::Markup};
+use super::{escape::html as escaped, markup::Markup, tally::Spread};
 
 /// A chart and what it shows.
 #[derive(Clone, Debug, Serialize)]

@@ -1,11 +1,11 @@
-//! Facts that the inspections of all products share, and an inspection of any product.
+//! Facts that the inspections of all products share.
 
 use std::{collections::BTreeMap, fmt, path::Path};
 
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
-use super::{chart::grouped, notes::RunNotes, products::pages_of};
+use super::{chart::grouped, notes::RunNotes};
 use format::{
     Product,
     dataset::{DatasetError, DatasetReader},
@@ -105,16 +105,6 @@ impl Serialize for Inspection {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.facts.serialize(serializer)
     }
-}
-
-/// The facts of a finished dataset of any product: reads manifest, tables and the shards' ledgers, one at a time, and as many
-/// samples as the product's facts need.
-///
-/// # Errors
-/// When the dataset is not finished, or a file is missing or damaged.
-pub fn inspect(folder: &Path) -> Result<Inspection, DatasetError> {
-    let reader = DatasetReader::open(folder)?;
-    Ok((pages_of(reader.manifest().product).survey)(&reader)?.inspection())
 }
 
 /// Opens a finished dataset of one product.

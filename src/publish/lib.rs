@@ -5,14 +5,18 @@
 //! [`check_release`] checks one. Everything that this room knows of a product stands in its row of
 //! [`PRODUCTS`](products::PRODUCTS).
 
+mod asset;
 mod chart;
 mod check;
 mod counts;
 mod escape;
 pub mod export;
 mod grasp_types;
+mod inspect;
 mod inspection;
+mod markup;
 mod notes;
+mod numbers;
 mod page;
 pub mod picture;
 pub mod preview;
@@ -26,7 +30,8 @@ mod templates;
 pub use check::{ReleaseCheck, check_release};
 pub use counts::{CountedParts, counted_parts, counts_in_words};
 pub use grasp_types::TypeFacts;
-pub use inspection::{Inspection, InspectionHeader, inspect};
+pub use inspect::inspect;
+pub use inspection::{Inspection, InspectionHeader};
 pub use notes::{RunNotes, Speed};
 pub use product::{ProductPages, WritePreview};
 pub use products::{

@@ -2,10 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use minijinja::Value;
+
 use super::{
+    asset::{AssetKind, AssetUse},
     inspection::Inspection,
+    numbers::Numbers,
     picture::Picture,
-    release::{AssetKind, AssetUse, Numbers},
+    templates::PageTemplates,
 };
 use crate::preview::PreviewError;
 use format::{
@@ -20,8 +24,8 @@ pub struct ProductPages {
     pub product: Product,
     /// Sentences about it.
     pub(super) words: ProductWords,
-    /// Its templates: names and texts. The page is the first.
-    pub(super) templates: &'static [(&'static str, &'static str)],
+    /// Its templates.
+    pub(super) templates: &'static PageTemplates,
     /// Passes over a finished dataset.
     pub(super) survey: fn(&DatasetReader) -> Result<Box<dyn Survey>, DatasetError>,
     /// Parts that each sample consists of, where people count those.
@@ -82,6 +86,9 @@ pub(super) struct ProductAssets {
     pub data_files: &'static [&'static str],
 }
 
+/// Pictures of a release, at most.
+pub(super) const PICTURES: usize = 4;
+
 /// Facts, distributions and choices out of one pass over a dataset: all that page, card and inspection need.
 pub(super) trait Survey {
     /// The facts, for people and machines.
@@ -96,7 +103,7 @@ pub(super) trait Survey {
     /// Adds numbers of the product to those of the card.
     fn add_numbers(&self, numbers: &mut Numbers);
 
-    /// Draws a few pictures with their captions, plain text.
+    /// Draws a few pictures, at most [`PICTURES`], with their captions, plain text.
     ///
     /// # Errors
     /// When a file of the dataset is missing or damaged.
@@ -105,8 +112,8 @@ pub(super) trait Survey {
 
 /// A page of a report.
 pub(super) struct Page {
-    /// HTML.
-    pub html: String,
+    /// Values for the first of [`ProductPages::templates`].
+    pub values: Value,
     /// Things that it shows in pictures.
     pub shown: usize,
 }

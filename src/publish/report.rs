@@ -25,8 +25,9 @@ pub struct ReportSummary {
 /// When the dataset is not finished, a file is missing or damaged, or the page can't be written.
 pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, DatasetError> {
     let reader = DatasetReader::open(folder)?;
-    let survey = (pages_of(reader.manifest().product).survey)(&reader)?;
-    let Page { html, shown } = survey.page(&reader)?;
+    let pages = pages_of(reader.manifest().product);
+    let Page { values, shown } = (pages.survey)(&reader)?.page(&reader)?;
+    let html = pages.templates.render_page(&values);
     let path = out.map_or_else(|| folder.join("report.html"), Path::to_owned);
     write_in_place(&path, html.as_bytes())?;
     Ok(ReportSummary { path, bytes: html.len() as u64, shown })

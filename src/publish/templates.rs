@@ -3,7 +3,7 @@
 //! A template places values; numbers come to it as text. The end of a template's name says what it writes, and every value is
 //! escaped for that: no filter lets text through as it is but `authored`, for Markdown of a release's own authors.
 
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use minijinja::{
     AutoEscape, Environment, Error, ErrorKind, Output, State, UndefinedBehavior, Value,
@@ -12,55 +12,62 @@ use minijinja::{
 };
 use serde::Serialize;
 
-use super::{escape, products::PRODUCTS};
+use super::escape;
 
-macro_rules! files {
-    ($($name:literal),* $(,)?) => { [$(($name, include_str!(concat!("templates/", $name)))),*] };
-}
+/// A template: its name and its text.
+pub(super) type Template = (&'static str, &'static str);
 
-/// Templates that all products share: their paths below `templates/`, and their texts.
-const SHARED: [(&str, &str); 9] = files![
-    "macros.html",
-    "page.css",
-    "page.html",
-    "release/CITATION.cff",
-    "release/DATASHEET.md",
-    "release/LICENCES.md",
-    "release/README.md",
-    "release/citation.bib",
-    "release/front_matter.yaml",
+/// Templates that all pages share.
+pub(super) const SHARED: [Template; 3] = [
+    ("macros.html", include_str!("templates/macros.html")),
+    ("page.css", include_str!("templates/page.css")),
+    ("page.html", include_str!("templates/page.html")),
 ];
 
-static ENVIRONMENT: LazyLock<Environment<'static>> = LazyLock::new(|| environment(templates()));
-
-/// Every template: its name and its text.
-fn templates() -> impl Iterator<Item = (&'static str, &'static str)> {
-    SHARED.into_iter().chain(PRODUCTS.iter().flat_map(|pages| pages.templates.iter().copied()))
+/// Templates of one kind of page or document, together with [`SHARED`].
+pub(super) struct PageTemplates {
+    /// Templates that no other kind has; the page is the first.
+    pub own: &'static [Template],
+    environment: OnceLock<Environment<'static>>,
 }
 
-/// Fills a template.
-///
-/// # Panics
-/// When the template names a value that is not there: templates are part of the program, and a test fills each branch of each.
-pub(super) fn render(name: &str, view: &impl Serialize) -> String {
-    fill(&ENVIRONMENT, name, view).unwrap_or_else(|error| panic!("the template {name}: {error}"))
-}
+impl PageTemplates {
+    /// The shared templates and these.
+    pub const fn new(own: &'static [Template]) -> Self {
+        Self { own, environment: OnceLock::new() }
+    }
 
-fn fill(environment: &Environment, name: &str, view: &impl Serialize) -> Result<String, Error> {
-    environment.get_template(name)?.render(Value::from(Serde(view)))
-}
+    /// Fills the template of this name.
+    ///
+    /// # Panics
+    /// When the template names a value that is not there: templates are part of the program, and a test fills each branch of
+    /// each.
+    pub fn render(&self, name: &str, view: &impl Serialize) -> String {
+        self.fill(name, Value::from(Serde(view)))
+    }
 
-/// Markup that the program made, such as a chart: it enters a template as it is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Markup(pub String);
+    /// Fills the template of the page.
+    ///
+    /// # Panics
+    /// When the template names a value that is not there.
+    pub fn render_page(&self, values: &Value) -> String {
+        self.fill(self.own[0].0, values.clone())
+    }
 
-impl Serialize for Markup {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        Value::from_safe_string(self.0.clone()).serialize(serializer)
+    fn fill(&self, name: &str, values: Value) -> String {
+        let environment = self.environment.get_or_init(|| environment(SHARED.iter().chain(self.own).copied()));
+        let filled = environment.get_template(name).and_then(|template| template.render(values));
+        filled.unwrap_or_else(|error| panic!("the template {name}: {error}"))
     }
 }
 
-fn environment(templates: impl IntoIterator<Item = (&'static str, &'static str)>) -> Environment<'static> {
+/// The values of a page as its template takes them.
+pub(super) fn page_values(view: &impl Serialize) -> Value {
+    Value::from(Serde(view))
+}
+
+/// What reads templates: strict about values that are not there, with the filters that escape.
+pub(super) fn environment(templates: impl IntoIterator<Item = Template>) -> Environment<'static> {
     let mut environment = Environment::empty();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_auto_escape_callback(|name| {
@@ -105,31 +112,4 @@ fn write(out: &mut Output, state: &mut State, value: &Value) -> Result<(), Error
         end => return Err(Error::new(ErrorKind::InvalidOperation, format!("nothing says how to escape for .{end}"))),
     };
     Ok(out.write_str(&escaped)?)
-}
-
-/// All templates with a mark at the beginning of each branch, and the marks.
-#[cfg(test)]
-pub(super) fn marked() -> (Environment<'static>, Vec<String>) {
-    let mut marks = Vec::new();
-    let marked = |(name, text): (&'static str, &str)| {
-        let pieces = text.split_inclusive("%}").map(|piece| {
-            let tag = piece.rsplit_once("{%").map_or("", |(_, tag)| tag).trim_start_matches('-').trim_start();
-            if !["if ", "elif ", "else", "for "].iter().any(|word| tag.starts_with(word)) {
-                return piece.to_owned();
-            }
-            marks.push(format!("\u{e000}{name} {}\u{e001}", marks.len()));
-            format!("{piece}{}", marks[marks.len() - 1])
-        });
-        let text: &'static str = Box::leak(pieces.collect::<String>().into_boxed_str());
-        (name, text)
-    };
-    let templates: Vec<(&str, &str)> = templates().map(marked).collect();
-    (environment(templates), marks)
-}
-
-/// Fills a template of any environment.
-#[cfg(test)]
-pub(super) fn fill_of(environment: &Environment, name: &str, view: &Value) -> String {
-    let filled = environment.get_template(name).and_then(|template| template.render(view.clone()));
-    filled.unwrap_or_else(|error| panic!("the template {name}: {error}"))
 }

@@ -1,8 +1,10 @@
 //! Voxel grids as binvox files.
 
 use super::{
-    ExportError, ExportFormat,
-    pairs::{PairSample, WritePairs, write_pairs},
+    error::ExportError,
+    form::ExportFormat,
+    pair::PairSample,
+    pairs::{WritePairs, write_pairs},
     target::Target,
 };
 use format::{Noun, Product};

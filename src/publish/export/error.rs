@@ -5,7 +5,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::FORMATS;
 use format::{Product, dataset::DatasetError};
 use kernel::ids::SampleIndex;
 
@@ -16,7 +15,7 @@ pub enum ExportError {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The dataset is of a product that has no such form.
-    #[error("a dataset of {product}: only {of} datasets have the form {format}; {}", forms(*product))]
+    #[error("a dataset of {product}: only {of} datasets have the form {format}; {}", listed_forms(forms))]
     OtherProduct {
         /// Its product.
         product: Product,
@@ -24,6 +23,8 @@ pub enum ExportError {
         format: &'static str,
         /// The product that has it.
         of: Product,
+        /// Formats of its product.
+        forms: Vec<&'static str>,
     },
     /// Bytes per cell in a format that has packed bits alone.
     #[error("{format} holds packed bits alone; leave out --unpacked, or give --to npy")]
@@ -107,10 +108,8 @@ impl ExportError {
 }
 
 /// The formats of a product, as a remedy.
-fn forms(product: Product) -> String {
-    let forms = FORMATS.iter().filter(|format| format.product == product);
-    let names: Vec<&str> = forms.map(|format| format.name).collect();
-    match names.as_slice() {
+fn listed_forms(names: &[&str]) -> String {
+    match names {
         [] => "its shards are MCAP: read them as docs/format.md says".to_owned(),
         [name] => format!("give --to {name}"),
         [others @ .., last] => format!("give --to {} or {last}", others.join(", ")),

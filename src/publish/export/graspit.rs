@@ -4,7 +4,11 @@ use std::io::Write;
 
 use serde_json::json;
 
-use super::{ExportError, ExportFormat, ExportSelection, Written, target::Target};
+use super::{
+    error::ExportError,
+    form::{ExportFormat, ExportSelection, Written},
+    target::Target,
+};
 use format::{Noun, Product, dataset::DatasetReader, products::reachability::read_field};
 use kernel::geom::{Axis, AxisGrid, PoseGrid, PoseLabel};
 

@@ -8,7 +8,11 @@ use std::{
 use serde_json::json;
 
 use super::{
-    ExportError, ExportFormat, ExportSelection, Written, names::object_folders, target::Target, wanted_objects,
+    error::ExportError,
+    form::{ExportFormat, ExportSelection, Written},
+    names::object_folders,
+    objects::wanted_objects,
+    target::Target,
 };
 use format::{
     Channel, GraspTrials, Noun, Product, TrialMethod,

@@ -7,8 +7,10 @@ use std::{
 };
 
 use super::{
-    ExportError, ExportFormat,
-    pairs::{PairSample, PairStream, WritePairs, write_pairs},
+    error::ExportError,
+    form::ExportFormat,
+    pair::PairSample,
+    pairs::{PairStream, WritePairs, write_pairs},
     target::Target,
 };
 use format::{Noun, Product};

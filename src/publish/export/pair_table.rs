@@ -1,8 +1,10 @@
 //! One Parquet table of pairs, for pandas, DuckDB and dataset viewers.
 
 use super::{
-    ExportError, ExportFormat,
-    pairs::{PairSample, PairStream, WritePairs, write_pairs},
+    error::ExportError,
+    form::ExportFormat,
+    pair::PairSample,
+    pairs::{PairStream, WritePairs, write_pairs},
     target::Target,
 };
 use format::{Noun, Product};

@@ -1,8 +1,10 @@
 //! Point clouds as the Point Cloud Library's binary PCD, version 0.7.
 
 use super::{
-    ExportError, ExportFormat,
-    pairs::{PairSample, WritePairs, write_pairs},
+    error::ExportError,
+    form::ExportFormat,
+    pair::PairSample,
+    pairs::{WritePairs, write_pairs},
     target::Target,
 };
 use format::{Noun, Product, TouchContact, dataset::DatasetError};

@@ -6,7 +6,7 @@ use std::{
     path::PathBuf,
 };
 
-use super::{ExportError, pairs::PairSample, target::Target};
+use super::{error::ExportError, pair::PairSample, target::Target};
 
 const HEADING: &str = "row,sample_index,sample,object,subject,item,instance,camera,split,partial_cells,complete_cells,\
     both_cells,solid_share,resolution,cell_size,centre_x,centre_y,centre_z,stem";

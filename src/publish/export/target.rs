@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::ExportError;
+use super::error::ExportError;
 use format::dataset::NewFolder;
 
 /// An output folder under a temporary name; dropped before [`Target::publish`], it leaves nothing.

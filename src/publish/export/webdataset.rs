@@ -7,8 +7,11 @@ use std::{
 };
 
 use super::{
-    ExportError, ExportFormat, npy,
-    pairs::{PairSample, WritePairs, write_pairs},
+    error::ExportError,
+    form::ExportFormat,
+    npy,
+    pair::PairSample,
+    pairs::{WritePairs, write_pairs},
     target::Target,
 };
 use format::{Noun, Product, VoxelPair};

@@ -33,7 +33,7 @@ mod tests {
             let files: Vec<&str> = pages.product.files.iter().map(|file| file.name).collect();
             let named = pages.assets.shape_files.iter().chain(pages.assets.data_files);
             assert!(named.into_iter().all(|name| files.contains(name)), "{}", pages.product);
-            assert!(pages.templates[0].0.ends_with(".html"), "{}", pages.product);
+            assert!(pages.templates.own[0].0.ends_with(".html"), "{}", pages.product);
         }
     }
 }

@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use minijinja::{Value, value::Serde};
+use minijinja::{Environment, Value, value::Serde};
 use serde_json::json;
 
 use super::{
+    PRODUCTS,
     completion::{self, CompletionInspection, CompletionSurvey, HandFacts, TouchFacts, TouchKind},
     grasps::{
         self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
@@ -19,9 +20,9 @@ use crate::{
     grasp_types::TypeFacts,
     inspection::InspectionHeader,
     notes::{RunNotes, Speed},
-    release::Example,
+    release::{DOCUMENT_TEMPLATES, Example},
     tally::{Spread, Tally},
-    templates,
+    templates::{SHARED, Template, environment},
 };
 use format::{FORMAT_VERSION, FieldHeader, GraspMethod, HandNames, Product, ReachabilityField};
 use kernel::{
@@ -108,7 +109,7 @@ fn completion_page(name: &str, warnings: usize, is_full: bool) -> Page {
         picks: Vec::new(),
     };
     let cards = [true, false].map(|returned| completion::CardView::example(name, returned));
-    page(completion::TEMPLATE, &completion::CompletionPage::of(&survey, cards.into(), name))
+    page(completion::PAGE_TEMPLATE, &completion::CompletionPage::of(&survey, cards.into(), name))
 }
 
 fn grasp_method(sampler: &str, name: &str) -> (GraspMethod, HandNames) {
@@ -196,7 +197,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         Some(false) => Some(ReplayView::example(name, if is_full { 2 } else { 0 }, "flex")),
         None => None,
     };
-    page(grasps::TEMPLATE, &grasps::GraspsPage::of(&survey, cards, replay, name))
+    page(grasps::PAGE_TEMPLATE, &grasps::GraspsPage::of(&survey, cards, replay, name))
 }
 
 fn patches_page(name: &str, is_full: bool) -> Page {
@@ -214,7 +215,7 @@ fn patches_page(name: &str, is_full: bool) -> Page {
     let epsilons = if is_full { vec![0.1, 0.9] } else { Vec::new() };
     let survey = PatchSurvey { facts, epsilons, picks: Vec::new() };
     let cards = vec![patches::CardView::example(name, name)];
-    page(patches::TEMPLATE, &patches::PatchesPage::of(&survey, cards, name))
+    page(patches::PAGE_TEMPLATE, &patches::PatchesPage::of(&survey, cards, name))
 }
 
 fn reachability_page(name: &str, is_directed: bool, is_full: bool) -> Page {
@@ -269,7 +270,7 @@ fn reachability_page(name: &str, is_directed: bool, is_full: bool) -> Page {
     let mut facts = serde_json::to_value(header(name, Product::REACHABILITY, warnings, is_full)).expect("plain data");
     facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
     let facts: ReachabilityFacts = serde_json::from_value(facts).expect("the facts of a map");
-    page(reachability::TEMPLATE, &reachability::ReachabilityPage::of(&facts, &field, name))
+    page(reachability::PAGE_TEMPLATE, &reachability::ReachabilityPage::of(&facts, &field, name))
 }
 
 /// Documents of a release.
@@ -311,13 +312,40 @@ fn pages(name: &str) -> Vec<Page> {
     pages
 }
 
+/// All templates with a mark at the beginning of each branch, and the marks.
+fn marked() -> (Environment<'static>, Vec<String>) {
+    let mut marks = Vec::new();
+    let marked = |(name, text): Template| {
+        let pieces = text.split_inclusive("%}").map(|piece| {
+            let tag = piece.rsplit_once("{%").map_or("", |(_, tag)| tag).trim_start_matches('-').trim_start();
+            if !["if ", "elif ", "else", "for "].iter().any(|word| tag.starts_with(word)) {
+                return piece.to_owned();
+            }
+            marks.push(format!("\u{e000}{name} {}\u{e001}", marks.len()));
+            format!("{piece}{}", marks[marks.len() - 1])
+        });
+        let text: &'static str = Box::leak(pieces.collect::<String>().into_boxed_str());
+        (name, text)
+    };
+    let own =
+        PRODUCTS.iter().map(|pages| pages.templates).chain([&DOCUMENT_TEMPLATES]).flat_map(|templates| templates.own);
+    let templates: Vec<Template> = SHARED.iter().chain(own).copied().map(marked).collect();
+    (environment(templates), marks)
+}
+
+/// Fills a template of any environment.
+fn fill_of(environment: &Environment, name: &str, view: &Value) -> String {
+    let filled = environment.get_template(name).and_then(|template| template.render(view.clone()));
+    filled.unwrap_or_else(|error| panic!("the template {name}: {error}"))
+}
+
 #[test]
 fn every_branch_of_every_template_is_rendered() {
-    let (environment, marks) = templates::marked();
+    let (environment, marks) = marked();
     let mut missing: BTreeSet<&str> = marks.iter().map(String::as_str).collect();
     assert!(missing.len() > 100, "{} branches", missing.len());
     for (template, view) in pages("mug-01") {
-        let text = templates::fill_of(&environment, template, &view);
+        let text = fill_of(&environment, template, &view);
         missing.retain(|mark| !text.contains(mark));
     }
     assert!(missing.is_empty(), "no page shows {missing:#?}");
@@ -341,9 +369,9 @@ fn hostile_names_change_nothing_around_them() {
     ];
     let key: String = hostile.chars().filter(char::is_ascii_alphanumeric).take(24).collect();
     for ((template, plain), (_, view)) in pages("mug").into_iter().zip(pages(hostile)) {
-        let (environment, _) = templates::marked();
-        let plain = templates::fill_of(&environment, template, &plain);
-        let mut text = templates::fill_of(&environment, template, &view);
+        let (environment, _) = marked();
+        let plain = fill_of(&environment, template, &plain);
+        let mut text = fill_of(&environment, template, &view);
         assert!(forms.iter().any(|form| text.contains(form)), "{template} shows no name");
         for form in &forms {
             text = text.replace(form.as_str(), "mug");
@@ -362,7 +390,7 @@ fn names_are_text_in_pages() {
         let html: Vec<&Page> = of_pages.iter().filter(|(template, _)| template.ends_with(".html")).collect();
         assert_eq!(html.len(), 12);
         for (template, view) in html {
-            let text = templates::fill_of(&templates::marked().0, template, view);
+            let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");
             assert!(!text.contains(name) || name == "\"'", "{template} shows {name} as markup");
         }
@@ -374,7 +402,7 @@ fn names_are_text_in_pages() {
 fn names_are_text_in_documents() {
     for (name, escaped) in [("<b>x</b>", "&lt;b>x&lt;/b>"), ("a&b;c", "a&amp;b;c"), ("[a](b)|c", "\\[a\\](b)\\|c")] {
         for (template, view) in pages(name).iter().filter(|(template, _)| template.ends_with(".md")) {
-            let text = templates::fill_of(&templates::marked().0, template, view);
+            let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");
             // Code takes names as they are, and front matter quotes them.
             let mut is_code = false;

@@ -9,43 +9,13 @@ use super::{
     About,
     rights::{self, Need},
 };
-use crate::{product::ProductAssets, products::pages_of};
+use crate::{
+    asset::{AssetKind, AssetUse},
+    product::ProductAssets,
+    products::pages_of,
+};
 use format::dataset::{AssetRow, DatasetError, DatasetReader, layout};
 use kernel::ids::ObjectId;
-
-/// Kind of an asset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum AssetKind {
-    /// A mesh.
-    Object,
-    /// A hand's description.
-    Hand,
-    /// A robot's description.
-    Robot,
-}
-
-impl AssetKind {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Object => "object",
-            Self::Hand => "hand",
-            Self::Robot => "robot",
-        }
-    }
-}
-
-/// Part of an asset's shape that stands in the dataset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum AssetUse {
-    /// The shape itself (`shapes.mcap`), and data made of it.
-    Copied,
-    /// Data made of the shape: grids, depth, images.
-    Derived,
-    /// Facts alone: labels of poses, places of contacts.
-    Measured,
-}
 
 /// Part of an asset that may stand in a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{About, Release, rights};
+use super::{About, material::Release, rights};
 use crate::products::pages_of;
 use format::{
     Product,

@@ -3,23 +3,35 @@
 use serde::Serialize;
 
 use super::{
-    About, Author, Release,
+    About, Author,
     licences::{self, AttributionView, CountView, LicenceRow, NoteView},
-    numbers::{NumberRow, SplitCounts},
+    material::Release,
     rights,
 };
 use crate::{
     chart::grouped,
+    markup::Markup,
+    numbers::{NumberRow, SplitCounts},
     page::bytes_in_words,
     product::ProductPages,
     products::pages_of,
-    templates::{Markup, render},
+    templates::PageTemplates,
 };
 use format::{
     Product,
     dataset::{Manifest, layout},
 };
 use kernel::words::NumberClass;
+
+/// Templates of the documents.
+pub(crate) static TEMPLATES: PageTemplates = PageTemplates::new(&[
+    ("release/CITATION.cff", include_str!("../templates/release/CITATION.cff")),
+    ("release/DATASHEET.md", include_str!("../templates/release/DATASHEET.md")),
+    ("release/LICENCES.md", include_str!("../templates/release/LICENCES.md")),
+    ("release/README.md", include_str!("../templates/release/README.md")),
+    ("release/citation.bib", include_str!("../templates/release/citation.bib")),
+    ("release/front_matter.yaml", include_str!("../templates/release/front_matter.yaml")),
+]);
 
 /// Licences that Hugging Face knows by names of its own, besides Creative Commons'.
 const HUB_LICENCES: [&str; 8] =
@@ -82,28 +94,28 @@ impl<'a> Documents<'a> {
 
     /// `README.md`: the dataset's card, with the front matter that Hugging Face reads.
     pub fn card(&self) -> String {
-        render("release/README.md", self)
+        TEMPLATES.render("release/README.md", self)
     }
 
     /// `DATASHEET.md`: answers to the questions of Gebru et al., "Datasheets for Datasets" (2021), by their seven sections;
     /// numbers are measured, and what only the authors know is theirs.
     pub fn datasheet(&self) -> String {
-        render("release/DATASHEET.md", self)
+        TEMPLATES.render("release/DATASHEET.md", self)
     }
 
     /// `LICENCES.md`: one row an asset.
     pub fn licences(&self) -> String {
-        render("release/LICENCES.md", self)
+        TEMPLATES.render("release/LICENCES.md", self)
     }
 
     /// `CITATION.cff`, version 1.2.0 of the format.
     pub fn citation(&self) -> String {
-        render("release/CITATION.cff", self)
+        TEMPLATES.render("release/CITATION.cff", self)
     }
 
     /// A BibTeX entry.
     pub fn bibtex(&self) -> String {
-        render("release/citation.bib", self).trim_end().to_owned()
+        TEMPLATES.render("release/citation.bib", self).trim_end().to_owned()
     }
 }
 

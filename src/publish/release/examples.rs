@@ -5,12 +5,16 @@ use std::collections::BTreeMap;
 use minijinja::{Value, value::Serde};
 
 use super::{
-    About, Documents, LeftOutFile, Release,
-    assets::{Allowed, Asset, AssetKind, AssetUse, Told},
+    About, Documents, LeftOutFile,
+    assets::{Allowed, Asset, Told},
     checksums::FileDigests,
-    numbers::{Numbers, SplitCounts},
+    material::Release,
 };
-use crate::tally::{Spread, SpreadRow};
+use crate::{
+    asset::{AssetKind, AssetUse},
+    numbers::{Numbers, SplitCounts},
+    tally::{Spread, SpreadRow},
+};
 use format::{
     FORMAT_VERSION, Product,
     dataset::{Counts, Manifest},

@@ -6,10 +6,11 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{
-    Release,
-    assets::{Allowed, Asset, AssetUse, Told},
+    assets::{Allowed, Asset, Told},
+    material::Release,
     rights,
 };
+use crate::asset::AssetUse;
 
 /// For machines: one row an asset.
 pub(super) fn json(release: &Release) -> Value {

@@ -11,9 +11,10 @@ mod croissant;
 mod documents;
 mod error;
 mod licences;
-mod numbers;
+mod material;
 mod pictures;
 mod provenance;
+mod recipe;
 mod rights;
 pub(super) mod staging;
 
@@ -22,29 +23,29 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::Value;
 
 pub use about::{About, Author, LicenceStatement, LicenceTerms};
-pub(super) use assets::{AssetKind, AssetUse};
 pub use error::ReleaseError;
-pub(super) use numbers::{NumberRow, Numbers, SplitCounts};
-pub(super) use pictures::PICTURES;
+pub(super) use recipe::{LeftOutFile, Recipe};
 
 use self::{
     assets::{Asset, LeftOut},
     checksums::{CHECKSUMS, FileDigests, digests_of},
     documents::Documents,
+    material::Release,
     staging::Staging,
 };
 use super::{
     notes::RunNotes,
+    numbers::Numbers,
     product::{ProductAssets, Survey},
     products::pages_of,
     report::report,
 };
 use format::dataset::{DatasetError, DatasetReader, FileEntry, Manifest, VerifyLevel, VerifyOptions, layout, verify};
-use kernel::ids::{Digest, JobDigest};
+use kernel::ids::Digest;
 use tables::ParquetIndex;
 
 /// The card.
@@ -94,47 +95,6 @@ pub struct Published {
     pub left_out: Vec<String>,
     /// Things that its publisher should know.
     pub notes: Vec<String>,
-}
-
-/// `recipe.json`: what was left out of a release.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Recipe {
-    /// Root digest of the whole dataset.
-    pub root: Digest,
-    /// The job that makes it.
-    pub job: JobDigest,
-    /// Program that made it.
-    pub generator: String,
-    /// Files that are not there.
-    pub left_out: Vec<LeftOutFile>,
-}
-
-/// A file that was left out.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct LeftOutFile {
-    /// Its path in the dataset's folder.
-    pub path: String,
-    /// BLAKE3 of its content.
-    pub blake3: Digest,
-    /// Size [bytes].
-    pub bytes: u64,
-}
-
-/// Material of the documents.
-struct Release<'a> {
-    about: &'a About,
-    manifest: &'a Manifest,
-    assets: &'a [Asset],
-    numbers: &'a Numbers,
-    /// Files that are there before the documents, by path.
-    files: &'a BTreeMap<String, FileDigests>,
-    left_out: &'a [LeftOutFile],
-    /// Paths and captions.
-    pictures: &'a [(String, String)],
-    /// Keys of the job and the paths that they lead out of the folder with, the first and how many more.
-    outside: BTreeMap<String, (String, usize)>,
 }
 
 /// Makes a release of a finished dataset.
@@ -248,7 +208,7 @@ struct Drawn {
 fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, ReleaseError> {
     let reader = DatasetReader::open(staging.path())?;
     if left_out == LeftOut::Samples {
-        return Ok(Drawn { numbers: Numbers::of(&reader, None)?, pictures: Vec::new() });
+        return Ok(Drawn { numbers: Numbers::of(&reader)?, pictures: Vec::new() });
     }
     let survey: Box<dyn Survey> = (pages_of(reader.manifest().product).survey)(&reader)?;
     let drawn = pictures::pictures(&reader, &*survey)?;
@@ -257,10 +217,9 @@ fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, Re
     }
     preview(folder, &reader, staging)?;
     report(staging.path(), Some(&staging.path().join(REPORT)))?;
-    Ok(Drawn {
-        numbers: Numbers::of(&reader, Some(&*survey))?,
-        pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect(),
-    })
+    let mut numbers = Numbers::of(&reader)?;
+    survey.add_numbers(&mut numbers);
+    Ok(Drawn { numbers, pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect() })
 }
 
 /// The preview of the run where it shows more than the dataset stores; else one of what is stored.
@@ -392,4 +351,4 @@ fn outside(job: &toml::Table) -> BTreeMap<String, (String, usize)> {
 #[cfg(test)]
 mod examples;
 #[cfg(test)]
-pub(super) use examples::Example;
+pub(super) use self::{documents::TEMPLATES as DOCUMENT_TEMPLATES, examples::Example};

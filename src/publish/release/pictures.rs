@@ -3,9 +3,6 @@
 use crate::{picture::Picture, product::Survey};
 use format::dataset::{DatasetError, DatasetReader};
 
-/// Pictures of a release, at most.
-pub(crate) const PICTURES: usize = 4;
-
 /// A picture and what it shows.
 pub(super) struct Shown {
     /// Path in the release's folder.

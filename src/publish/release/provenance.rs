@@ -4,7 +4,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::Release;
+use super::material::Release;
 use format::dataset::layout;
 
 /// The statement. Digests that are no plain digests of bytes have names of their own: `graspmillRoot`, `graspmillJob`,

@@ -7,11 +7,11 @@ use serde::Serialize;
 use super::gallery::Pick;
 use crate::{
     chart::{percent, round_step},
+    markup::Markup,
     page::ImageView,
     picture::{
         Colour, DepthRange, Eye, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture, height_map,
     },
-    templates::Markup,
 };
 use format::{
     Channel, TactileContacts, TouchContact, TouchedPair, VoxelPair,

@@ -6,8 +6,8 @@ use super::{
 };
 use crate::{
     chart::{Bar, Column, Figure, Histogram, Ink, bar_chart, columns, percent, round_step},
+    markup::Markup,
     tally::{Spread, Tally},
-    templates::Markup,
 };
 
 /// Distributions of stored samples.

@@ -1,15 +1,11 @@
 //! The facts of a dataset of completion: what `inspect` prints and the report shows.
 
-use std::{collections::BTreeMap, path::Path};
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{survey::CompletionSurvey, touch::TouchFacts};
-use crate::{
-    inspection::{InspectionHeader, open_of},
-    tally::Spread,
-};
-use format::{Product, dataset::DatasetError};
+use super::touch::TouchFacts;
+use crate::{inspection::InspectionHeader, tally::Spread};
 use kernel::{ids::ObjectId, words::Split};
 
 /// Content of a dataset of completion. `Display` is for people; serialised, it is for machines.
@@ -133,13 +129,4 @@ impl ObjectFacts {
     pub fn longest_side(&self) -> Option<f64> {
         Some(self.extents?.into_iter().fold(0.0, f64::max))
     }
-}
-
-/// The facts of a finished dataset of completion: reads manifest, tables and the shards' ledgers, one at a time, and one
-/// sample; with touch some samples more.
-///
-/// # Errors
-/// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_completion(folder: &Path) -> Result<CompletionInspection, DatasetError> {
-    Ok(CompletionSurvey::of(&open_of(folder, Product::COMPLETION)?)?.facts)
 }

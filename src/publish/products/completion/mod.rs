@@ -7,16 +7,14 @@ mod inspection;
 mod page;
 mod row;
 mod survey;
+mod templates;
 mod text;
 mod touch;
 
-pub use inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts, inspect_completion};
+pub use inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts};
 pub use row::PAGES;
+pub use survey::inspect_completion;
 pub use touch::{HandFacts, TouchFacts, TouchKind};
 
 #[cfg(test)]
-pub(super) use self::{
-    card::CardView,
-    page::{CompletionPage, TEMPLATE},
-    survey::CompletionSurvey,
-};
+pub(super) use self::{card::CardView, page::CompletionPage, survey::CompletionSurvey, templates::PAGE_TEMPLATE};

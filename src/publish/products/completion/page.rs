@@ -13,10 +13,10 @@ use super::{
 };
 use crate::{
     chart::{Figure, grouped, percent, short},
+    markup::Markup,
     page::{DatasetView, SpeedView},
     picture::{Colour, SLICE_COLOURS},
     tally::SpreadRow,
-    templates::Markup,
 };
 use format::{
     ArrayFormat,
@@ -26,9 +26,6 @@ use kernel::ids::ObjectId;
 
 /// Warnings that stand open in the header; more of them are folded.
 const OPEN_WARNINGS: usize = 4;
-
-/// The template of the page.
-pub(crate) const TEMPLATE: &str = "completion.html";
 
 /// The page as its template takes it.
 #[derive(Serialize)]

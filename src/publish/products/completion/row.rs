@@ -4,19 +4,21 @@ use std::{collections::BTreeSet, path::PathBuf};
 
 use super::{
     card::picture_of,
-    page::{CompletionPage, TEMPLATE, cards},
+    page::{CompletionPage, cards},
     survey::CompletionSurvey,
+    templates::TEMPLATES,
     touch::TouchFacts,
 };
 use crate::{
+    asset::{AssetKind, AssetUse},
     chart::percent,
     inspection::Inspection,
+    numbers::{NumberRow, Numbers, SplitCounts},
     picture::Picture,
     preview::{PREVIEWED, PreviewError, preview_samples, write_preview as write_samples},
-    product::{Page, ProductAssets, ProductPages, ProductWords, Survey},
-    release::{AssetKind, AssetUse, NumberRow, Numbers, PICTURES, SplitCounts},
+    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
     tally::SpreadRow,
-    templates::render,
+    templates::page_values,
 };
 use format::{
     Product,
@@ -39,7 +41,7 @@ pub static PAGES: ProductPages = ProductPages {
         regenerated: 64,
         tasks: &["robotics", "image-to-3d"],
     },
-    templates: &[(TEMPLATE, include_str!("page.html"))],
+    templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(CompletionSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |_, _| Ok(Vec::new()),
@@ -75,7 +77,7 @@ impl Survey for CompletionSurvey {
 
     fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
         let (cards, job) = (cards(reader, self)?, reader.job_text()?);
-        Ok(Page { html: render(TEMPLATE, &CompletionPage::of(self, cards, &job)), shown: self.picks.len() })
+        Ok(Page { values: page_values(&CompletionPage::of(self, cards, &job)), shown: self.picks.len() })
     }
 
     fn add_numbers(&self, numbers: &mut Numbers) {

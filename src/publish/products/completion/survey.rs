@@ -1,6 +1,6 @@
 //! One pass over a dataset: facts, distributions and the samples to show.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use serde_json::{Map, Value};
 
@@ -9,9 +9,12 @@ use super::{
     inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts},
     touch::TouchFacts,
 };
-use crate::{inspection::InspectionHeader, tally::Tally};
+use crate::{
+    inspection::{InspectionHeader, open_of},
+    tally::Tally,
+};
 use format::{
-    Channel, PairFacts,
+    Channel, PairFacts, Product,
     dataset::{AssetRow, DatasetError, DatasetReader, Fate, LedgerRow, Selection},
 };
 use kernel::{
@@ -230,4 +233,13 @@ fn leaking_geometry(reader: &DatasetReader, assets: &[AssetRow]) -> Vec<Vec<Stri
         .collect();
     leaks.sort();
     leaks
+}
+
+/// The facts of a finished dataset of completion: reads manifest, tables and the shards' ledgers, one at a time, and one
+/// sample; with touch some samples more.
+///
+/// # Errors
+/// When the dataset is not finished or of another product, or a file is missing or damaged.
+pub fn inspect_completion(folder: &Path) -> Result<CompletionInspection, DatasetError> {
+    Ok(CompletionSurvey::of(&open_of(folder, Product::COMPLETION)?)?.facts)
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     chart::{grouped, opening, percent},
-    templates::Markup,
+    markup::Markup,
 };
 use format::GraspTrial;
 

@@ -6,6 +6,7 @@ mod inspection;
 mod page;
 mod replayed;
 mod row;
+mod templates;
 mod trials;
 
 pub use calibration::{Calibration, ReliabilityBin};
@@ -15,8 +16,5 @@ pub use trials::TrialsInspection;
 
 #[cfg(test)]
 pub(super) use self::{
-    gallery::CardView,
-    inspection::GraspSurvey,
-    page::{GraspsPage, TEMPLATE},
-    replayed::ReplayView,
+    gallery::CardView, inspection::GraspSurvey, page::GraspsPage, replayed::ReplayView, templates::PAGE_TEMPLATE,
 };

@@ -10,19 +10,14 @@ use super::{
 };
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent, value_histogram},
+    markup::Markup,
     page::{DatasetView, SpeedView},
-    templates::Markup,
 };
 use format::{FORCE, GraspMethod, HandNames};
 use kernel::words::{GraspVerdict, STRETCHES};
 
 /// Types that a page lists.
 const TYPES: usize = 24;
-
-/// The template of the page.
-pub(crate) const TEMPLATE: &str = "grasps.html";
-/// The template of its section about trials.
-pub(super) const TRIALS_TEMPLATE: &str = "trials.html";
 
 /// The page as its template takes it.
 #[derive(Serialize)]

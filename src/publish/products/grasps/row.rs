@@ -3,18 +3,20 @@
 use super::{
     gallery::{cards, pictures},
     inspection::{GraspSurvey, counted_verdicts, grasp_counts_in_words},
-    page::{GraspsPage, TEMPLATE, TRIALS_TEMPLATE},
+    page::GraspsPage,
     replayed::replay,
+    templates::TEMPLATES,
 };
 use crate::{
+    asset::{AssetKind, AssetUse},
     chart::grouped,
     inspection::Inspection,
+    numbers::{NumberRow, Numbers},
     picture::Picture,
     preview::{PREVIEWED, write_grasp_preview},
-    product::{Page, ProductAssets, ProductPages, ProductWords, Survey},
-    release::{AssetKind, AssetUse, NumberRow, Numbers, PICTURES},
+    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
     tally::SpreadRow,
-    templates::render,
+    templates::page_values,
 };
 use format::{
     Product,
@@ -37,7 +39,7 @@ pub static PAGES: ProductPages = ProductPages {
         regenerated: 8,
         tasks: &["robotics"],
     },
-    templates: &[(TEMPLATE, include_str!("page.html")), (TRIALS_TEMPLATE, include_str!("trials.html"))],
+    templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(GraspSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |_, manifest| Ok(vec![grasp_counts_in_words(&counted_verdicts(manifest))]),
@@ -64,7 +66,7 @@ impl Survey for GraspSurvey {
         let cards = cards(reader, self)?;
         let shown = cards.as_ref().map_or(0, Vec::len);
         let (replay, job) = (replay(reader.folder(), reader.manifest())?, reader.job_text()?);
-        Ok(Page { html: render(TEMPLATE, &GraspsPage::of(self, cards, replay, &job)), shown })
+        Ok(Page { values: page_values(&GraspsPage::of(self, cards, replay, &job)), shown })
     }
 
     fn add_numbers(&self, numbers: &mut Numbers) {

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::calibration::{Calibration, CalibrationSums, CalibrationView};
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
+    markup::Markup,
     tally::Spread,
-    templates::Markup,
 };
 use format::{GraspTrials, TrialMethod, TrialVerdict};
 

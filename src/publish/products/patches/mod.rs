@@ -4,13 +4,10 @@ mod inspection;
 mod page;
 mod row;
 mod sheets;
+mod templates;
 
 pub use inspection::{ChosenType, LookedAtObject, PatchesInspection, inspect_patches};
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{
-    inspection::PatchSurvey,
-    page::{PatchesPage, TEMPLATE},
-    sheets::CardView,
-};
+pub(super) use self::{inspection::PatchSurvey, page::PatchesPage, sheets::CardView, templates::PAGE_TEMPLATE};

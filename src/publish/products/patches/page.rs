@@ -8,12 +8,9 @@ use super::{
 };
 use crate::{
     chart::{Ink, grouped, percent, value_histogram},
+    markup::Markup,
     page::DatasetView,
-    templates::Markup,
 };
-
-/// The template of the page.
-pub(crate) const TEMPLATE: &str = "patches.html";
 
 /// The page as its template takes it.
 #[derive(Serialize)]

@@ -2,18 +2,20 @@
 
 use super::{
     inspection::{PatchSurvey, types_in_words},
-    page::{PatchesPage, TEMPLATE},
+    page::PatchesPage,
     sheets::{cards, picture_of},
+    templates::TEMPLATES,
 };
 use crate::{
+    asset::{AssetKind, AssetUse},
     chart::grouped,
     inspection::Inspection,
+    numbers::{NumberRow, Numbers},
     picture::Picture,
     preview::{PREVIEWED, write_patch_preview},
-    product::{Page, ProductAssets, ProductPages, ProductWords, Survey},
-    release::{AssetKind, AssetUse, NumberRow, Numbers, PICTURES},
+    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
     tally::SpreadRow,
-    templates::render,
+    templates::page_values,
 };
 use format::{
     Product,
@@ -35,7 +37,7 @@ pub static PAGES: ProductPages = ProductPages {
         regenerated: 64,
         tasks: &["robotics"],
     },
-    templates: &[(TEMPLATE, include_str!("page.html"))],
+    templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(PatchSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |folder, _| Ok(vec![types_in_words(&read_types(folder)?)]),
@@ -58,7 +60,7 @@ impl Survey for PatchSurvey {
     fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
         let (cards, job) = (cards(reader, self)?, reader.job_text()?);
         let shown = cards.len();
-        Ok(Page { html: render(TEMPLATE, &PatchesPage::of(self, cards, &job)), shown })
+        Ok(Page { values: page_values(&PatchesPage::of(self, cards, &job)), shown })
     }
 
     fn add_numbers(&self, numbers: &mut Numbers) {

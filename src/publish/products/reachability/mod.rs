@@ -3,13 +3,15 @@
 mod census;
 mod contour;
 mod inspection;
+mod labels;
 mod page;
 mod row;
 mod section;
 mod tables;
+mod templates;
 
 pub use inspection::{AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability};
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::page::{ReachabilityPage, TEMPLATE};
+pub(super) use self::{page::ReachabilityPage, templates::PAGE_TEMPLATE};

@@ -5,27 +5,23 @@ use serde::Serialize;
 use super::{
     census::Census,
     inspection::{AxisFacts, ReachabilityFacts},
+    labels::{ORDER, in_words},
     section::{BandView, Cut, band_key, class, legend},
     tables::{CountsView, DirectionsView},
 };
 use crate::{
     chart::{grouped, percent, short},
+    markup::Markup,
     page::{DatasetView, SpeedView},
     picture::Picture,
-    templates::Markup,
 };
 use format::ReachabilityField;
 use kernel::geom::{AxisUnit, FieldMetric, PoseGrid, PoseLabel};
 
 /// Level cross-sections.
 const LEVELS: usize = 4;
-/// Labels, the best first.
-pub(super) const ORDER: [PoseLabel; 3] = [PoseLabel::Reachable, PoseLabel::Colliding, PoseLabel::NoSolution];
 /// Name of a job's collisions where none are looked at.
 const NO_COLLISIONS: &str = "none";
-
-/// The template of the page.
-pub(crate) const TEMPLATE: &str = "reachability.html";
 
 /// The page as its template takes it.
 #[derive(Serialize)]
@@ -153,14 +149,6 @@ impl LabelView {
             count: grouped(count),
             share: percent(count as f64 / facts.poses.max(1) as f64),
         }
-    }
-}
-
-pub(super) fn in_words(label: PoseLabel) -> &'static str {
-    match label {
-        PoseLabel::Reachable => "reachable",
-        PoseLabel::Colliding => "colliding",
-        PoseLabel::NoSolution => "no solution",
     }
 }
 

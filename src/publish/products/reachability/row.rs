@@ -2,16 +2,18 @@
 
 use super::{
     inspection::{PoseCounts, ReachabilityFacts, facts_of},
-    page::{ReachabilityPage, TEMPLATE, pictures},
+    page::{ReachabilityPage, pictures},
+    templates::TEMPLATES,
 };
 use crate::{
+    asset::{AssetKind, AssetUse},
     chart::{grouped, percent},
     inspection::Inspection,
+    numbers::{NumberRow, Numbers},
     picture::Picture,
     preview::write_map_preview,
     product::{Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
-    release::{AssetKind, AssetUse, NumberRow, Numbers},
-    templates::render,
+    templates::page_values,
 };
 use format::{
     Noun, Product, ReachabilityField,
@@ -37,7 +39,7 @@ pub static PAGES: ProductPages = ProductPages {
         regenerated: 64,
         tasks: &["robotics"],
     },
-    templates: &[(TEMPLATE, include_str!("page.html"))],
+    templates: &TEMPLATES,
     survey: |reader| {
         let field = read_field(reader.folder())?;
         Ok(Box::new(MapSurvey { facts: facts_of(reader, &field)?, field }))
@@ -75,7 +77,7 @@ impl Survey for MapSurvey {
     fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
         let job = reader.job_text()?;
         let page = ReachabilityPage::of(&self.facts, &self.field, &job);
-        Ok(Page { html: render(TEMPLATE, &page), shown: page.shown() })
+        Ok(Page { values: page_values(&page), shown: page.shown() })
     }
 
     fn add_numbers(&self, numbers: &mut Numbers) {

@@ -12,8 +12,8 @@ use super::{
 use crate::{
     chart::short,
     escape::html as escaped,
+    markup::Markup,
     picture::{Colour, Picture},
-    templates::Markup,
 };
 use kernel::geom::{PoseGrid, PoseLabel, approach_directions};
 

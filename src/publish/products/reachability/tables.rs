@@ -5,12 +5,12 @@ use serde::Serialize;
 use super::inspection::ReachabilityFacts;
 use super::{
     census::{Census, LabelCounts},
-    page::{ORDER, in_words},
+    labels::{ORDER, in_words},
     section::class,
 };
 use crate::{
     chart::{Bar, Ink, StackedRow, bar_chart, grouped, percent, stacked_rows},
-    templates::Markup,
+    markup::Markup,
 };
 use format::ReachabilityField;
 use kernel::geom::{PoseLabel, Proof, approach_directions};

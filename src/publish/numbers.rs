@@ -4,13 +4,13 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use crate::{chart::grouped, inspection::name_of, page::bytes_in_words, product::Survey, tally::SpreadRow};
+use super::{chart::grouped, inspection::name_of, page::bytes_in_words, tally::SpreadRow};
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::Split;
 
 /// A count or a measurement.
 #[derive(Serialize)]
-pub(crate) struct NumberRow {
+pub(super) struct NumberRow {
     what: String,
     value: String,
     /// A digest after the value.
@@ -18,7 +18,7 @@ pub(crate) struct NumberRow {
 }
 
 /// Numbers as documents show them; none depends on clock, machine or path.
-pub(crate) struct Numbers {
+pub(super) struct Numbers {
     /// Name of the job.
     pub job_name: String,
     /// Counts and measurements.
@@ -33,7 +33,7 @@ pub(crate) struct Numbers {
 
 /// Counts of one split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct SplitCounts {
+pub(super) struct SplitCounts {
     /// The split.
     pub split: Split,
     /// Stored samples.
@@ -55,8 +55,8 @@ impl NumberRow {
 }
 
 impl Numbers {
-    /// The numbers of a dataset; without a survey, for samples that may not be shown, they are those of the manifest.
-    pub fn of(reader: &DatasetReader, survey: Option<&dyn Survey>) -> Result<Self, DatasetError> {
+    /// The numbers of a dataset's manifest; its survey adds those of its samples.
+    pub fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
         let manifest = reader.manifest();
         let counts = &manifest.counts;
         let product = manifest.product;
@@ -89,11 +89,7 @@ impl Numbers {
             objects: None,
         };
         let splits = if counts.splits.is_empty() { Vec::new() } else { Split::ALL.map(split).to_vec() };
-        let mut numbers = Self { job_name: name_of(reader)?, rows, spreads: Vec::new(), splits, leaks: Vec::new() };
-        if let Some(survey) = survey {
-            survey.add_numbers(&mut numbers);
-        }
-        Ok(numbers)
+        Ok(Self { job_name: name_of(reader)?, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
     }
 }
 

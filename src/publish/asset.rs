@@ -1,0 +1,37 @@
+//! Kinds of assets, and the parts of their shapes that stand in a dataset.
+
+use serde::Serialize;
+
+/// Kind of an asset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum AssetKind {
+    /// A mesh.
+    Object,
+    /// A hand's description.
+    Hand,
+    /// A robot's description.
+    Robot,
+}
+
+impl AssetKind {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Object => "object",
+            Self::Hand => "hand",
+            Self::Robot => "robot",
+        }
+    }
+}
+
+/// Part of an asset's shape that stands in the dataset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum AssetUse {
+    /// The shape itself (`shapes.mcap`), and data made of it.
+    Copied,
+    /// Data made of the shape: grids, depth, images.
+    Derived,
+    /// Facts alone: labels of poses, places of contacts.
+    Measured,
+}

@@ -1,0 +1,67 @@
+//! A format of exports: its row, the selection that it takes and what it leaves.
+
+use serde_json::{Map, Value, json};
+
+use super::{error::ExportError, target::Target};
+use format::{
+    Noun, Product,
+    dataset::{DatasetReader, Selection},
+};
+
+/// A format that datasets can be exported in: one row of the table of formats.
+pub struct ExportFormat {
+    /// Name on the command line and in `export.json`.
+    pub name: &'static str,
+    /// Content, one sentence.
+    pub summary: &'static str,
+    /// Product of the datasets that have this form.
+    pub product: Product,
+    /// Noun of one thing that is counted and of several.
+    pub counted: Noun,
+    /// Whether the format can hold one byte per cell instead of packed bits ([`ExportSelection::unpacked`]).
+    pub has_unpacked: bool,
+    /// Layout of the files in words, for `export.json`; the argument is [`ExportSelection::unpacked`].
+    pub(super) layout: fn(bool) -> &'static str,
+    /// Writes the files.
+    pub(super) write: fn(&DatasetReader, &ExportSelection, &mut Target) -> Result<Written, ExportError>,
+}
+
+/// Selection of samples, and how they are written.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ExportSelection {
+    /// Samples of a split or of a nested training subset.
+    pub samples: Selection,
+    /// Names of the objects to export; every object when empty.
+    pub objects: Vec<String>,
+    /// Maximal count, in the dataset's order; grasps that were tried are taken evenly over the selection.
+    pub limit: Option<u64>,
+    /// One byte per cell, in the formats that offer it.
+    pub unpacked: bool,
+}
+
+/// Content that a format has written.
+pub(super) struct Written {
+    /// Count of what the format counts.
+    pub count: u64,
+    /// Facts for `export.json` beside root, format and layout.
+    pub facts: Map<String, Value>,
+}
+
+impl Written {
+    /// A selection of samples that was written, with its facts.
+    pub fn selection(count: u64, counted: &str, selection: &ExportSelection) -> Self {
+        let facts = json!({
+            counted: count,
+            "split": selection.samples.split,
+            "training_subset": selection.samples.subset,
+            "objects": selection.objects,
+        });
+        Self::new(count, facts)
+    }
+
+    /// Content with facts that are a JSON object.
+    pub fn new(count: u64, facts: Value) -> Self {
+        let Value::Object(facts) = facts else { unreachable!("facts are written as an object") };
+        Self { count, facts }
+    }
+}
