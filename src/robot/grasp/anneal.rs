@@ -3,27 +3,21 @@
 
 use std::sync::Arc;
 
-use nalgebra::{IsometryMatrix3, Point3};
+use nalgebra::IsometryMatrix3;
 
 use super::{
     best::{BestList, Candidate},
     energy::{Potential, contact_energy},
-    field::DistanceField,
     found::{Grasp, GraspRun, Stretch},
-    links::Place,
+    object::ObjectSearch,
+    place::Place,
     rate::{Rating, Start},
     settings::{Annealing, EnergyKind, Keeping, SearchFrame},
     state::{HandSearch, StateScratch, legal, look},
     variables::{Variables, search_from_approach},
-    wrench::{EpsilonLimits, MassFrame},
+    wrench::EpsilonLimits,
 };
-use kernel::{
-    contact::ContactSurface,
-    geom::{MassProperties, NoSurface, RestingPoses, SimdLevel, TriMesh},
-    object::PreparedObject,
-    seed::Stream,
-    words::STRETCHES,
-};
+use kernel::{geom::SimdLevel, seed::Stream, words::STRETCHES};
 
 /// Temperatures are FIRST exp(-FALL k^(1/8)), k from START on over SPAN.
 const FIRST: f64 = 1e6;
@@ -45,57 +39,6 @@ const WORST: f64 = 1e8;
 
 /// The hand starts so far from the seed [m].
 const STAND_OFF: f64 = 0.15;
-
-/// An object, prepared for annealing: shared by threads.
-pub struct ObjectSearch {
-    pub(super) surface: Arc<ContactSurface>,
-    pub(super) field: DistanceField,
-    /// The middle of its box.
-    pub(super) middle: Point3<f64>,
-    /// From there to its farthest point [m].
-    pub(super) radius: f64,
-    /// What torques refer to.
-    pub(super) mass: MassFrame,
-    /// How it rests on a table.
-    resting: RestingPoses,
-}
-
-impl ObjectSearch {
-    /// Prepares an object; `None` where it has no solid inside.
-    pub fn new(surface: &Arc<ContactSurface>, mesh: &TriMesh) -> Option<Self> {
-        let centre = MassProperties::of_solid(surface.solid())?.centre;
-        Some(Self::of_parts(surface, mesh, &centre, RestingPoses::of(mesh, &centre)))
-    }
-
-    /// The search of a prepared object, from parts that it has already; `None` where no cell of it is solid.
-    ///
-    /// # Errors
-    /// When its mesh has no extent.
-    pub fn of_object(object: &PreparedObject) -> Result<Option<Self>, NoSurface> {
-        let surface = object.contact_surface()?;
-        let Some(mass) = object.mass() else { return Ok(None) };
-        Ok(Some(Self::of_parts(surface, object.mesh(), &mass.centre, object.resting().clone())))
-    }
-
-    fn of_parts(surface: &Arc<ContactSurface>, mesh: &TriMesh, centre: &Point3<f64>, resting: RestingPoses) -> Self {
-        let (bounds, centre) = (surface.bounds(), *centre);
-        let far = |vertex: &[f32; 3]| (Point3::from(vertex.map(f64::from)) - centre).norm();
-        let mass = MassFrame { centre, radius: mesh.vertices.iter().map(far).fold(0.0, f64::max) };
-        Self {
-            mass,
-            resting,
-            surface: Arc::clone(surface),
-            field: DistanceField::new(surface),
-            middle: bounds.centre(),
-            radius: (bounds.max - bounds.min).norm() / 2.0,
-        }
-    }
-
-    /// How it rests on a table.
-    pub fn resting(&self) -> &RestingPoses {
-        &self.resting
-    }
-}
 
 /// What a run counted.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 //! The best states of a run, each far from the others.
 
-use super::{links::Place, variables::State};
+use super::{place::Place, variables::State};
 
 /// Two states that are nearer are duplicates.
 const APART: f64 = 0.2;

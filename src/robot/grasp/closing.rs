@@ -2,10 +2,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
+use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
-use super::{found::GraspContact, links::Place, meeting::overlap, solids::HandSolids};
-use crate::hand::{Driven, Hand, Motor};
+use super::{
+    found::GraspContact,
+    meeting::overlap,
+    motion::{motor_at, moves, reach, velocities, velocity},
+    place::Place,
+    solids::HandSolids,
+};
+use crate::hand::{Hand, Motor};
 use kernel::contact::{ContactScratch, ContactSurface, Probe, SurfaceContact};
 
 /// A link that is so near touches [m].
@@ -333,95 +339,4 @@ fn groups(hand: &Hand, reaches: &[Vec<[f64; 2]>]) -> Vec<Vec<usize>> {
         groups.push(joined.concat());
     }
     groups
-}
-
-/// A motor on its way from start to end after it has turned so far.
-pub(super) fn motor_at(start: Motor, end: Motor, driven: &Driven, way: f64) -> Motor {
-    let whole = end.angle - start.angle;
-    if way >= whole.abs() {
-        return end;
-    }
-    let angle = start.angle + way * whole.signum();
-    let opened = end.released.filter(|left| (angle - left) * driven.closing_sign() > 0.0);
-    Motor { angle, released: opened }
-}
-
-/// Whether a driven joint or one of its followers carries a link.
-fn moves(hand: &Hand, link: usize, driven: &Driven) -> bool {
-    let mut link = link;
-    while link > 0 {
-        let joint = link - 1;
-        if joint == driven.joint || driven.followers.iter().any(|follower| follower.joint == joint) {
-            return true;
-        }
-        link = hand.tree().joints()[joint].carried_by;
-    }
-    false
-}
-
-/// Joints that a motor moves, with how far each goes for a unit of it.
-fn rates(driven: &Driven, released: bool) -> Vec<(usize, f64)> {
-    match driven.breakaway {
-        Some(breakaway) if released => vec![(driven.followers[breakaway.follower].joint, breakaway.ratio)],
-        _ => {
-            let followers = driven.followers.iter().map(|follower| (follower.joint, follower.ratio));
-            std::iter::once((driven.joint, 1.0)).chain(followers).collect()
-        }
-    }
-}
-
-/// How far a place of a solid moves for a unit of a motor at most [m], before and after its clutch has opened.
-pub(super) fn reach(hand: &Hand, link: usize, centre: Point3<f64>, radius: f64, driven: &Driven) -> [f64; 2] {
-    [false, true].map(|released| {
-        let rates = rates(driven, released);
-        let (mut link, mut arm, mut sum) = (link, centre.coords.norm() + radius, 0.0);
-        while link > 0 {
-            let joint = &hand.tree().joints()[link - 1];
-            let slides = joint.joint.kind == crate::kinematics::JointKind::Prismatic;
-            let rate: f64 = rates.iter().filter(|(moved, _)| *moved == link - 1).map(|(_, rate)| rate.abs()).sum();
-            sum += rate * if slides { 1.0 } else { arm };
-            // A slide carries what hangs on it farther away, by its range at most.
-            let slid =
-                joint.joint.limits.filter(|_| slides).map_or(0.0, |limits| limits.low.abs().max(limits.high.abs()));
-            arm += joint.joint.origin.translation.vector.norm() + slid;
-            link = joint.carried_by;
-        }
-        sum
-    })
-}
-
-/// Of each joint that a motor moves: its place in the tree, an axis times the rate, a point of it, and whether it slides; seen
-/// from the base.
-fn velocities(
-    hand: &Hand,
-    frames: &[IsometryMatrix3<f64>],
-    motor: Motor,
-    driven: &Driven,
-) -> Vec<(usize, Vector3<f64>, Point3<f64>, bool)> {
-    let sign = driven.closing_sign();
-    let of = |(joint, rate): (usize, f64)| {
-        let frame = &frames[joint];
-        let kind = &hand.tree().joints()[joint].joint;
-        let axis = frame.rotation * kind.axis.into_inner() * (rate * sign);
-        (joint, axis, Point3::from(frame.translation.vector), kind.kind == crate::kinematics::JointKind::Prismatic)
-    };
-    rates(driven, motor.released.is_some()).into_iter().map(of).collect()
-}
-
-/// How a place of a link moves, seen from the base.
-fn velocity(
-    velocities: &[(usize, Vector3<f64>, Point3<f64>, bool)],
-    hand: &Hand,
-    link: usize,
-    at: &Point3<f64>,
-) -> Vector3<f64> {
-    let mut sum = Vector3::zeros();
-    let mut link = link;
-    while link > 0 {
-        for (_, axis, point, slides) in velocities.iter().filter(|(joint, ..)| *joint == link - 1) {
-            sum += if *slides { *axis } else { axis.cross(&(at - point)) };
-        }
-        link = hand.tree().joints()[link - 1].carried_by;
-    }
-    sum
 }

@@ -3,10 +3,10 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    closing::reach,
-    links::{Links, MOST_JOINTS, Place},
-    solids::{Balls, HandSolids, SPACING, Solid, distance_to},
-    state::{ALLOWED_OVERLAP, LANES},
+    links::{Links, MOST_JOINTS},
+    motion::reach,
+    place::Place,
+    solids::{ALLOWED_OVERLAP, Balls, HandSolids, LANES, SPACING, Solid, distance_to},
 };
 use crate::hand::{Driven, Hand};
 use kernel::geom::Shape;

@@ -12,25 +12,32 @@ mod found;
 mod kind;
 mod links;
 mod meeting;
+mod motion;
 mod numbers;
+mod object;
 mod pairs;
+mod place;
 mod rate;
 mod sampled;
 mod settings;
 mod solids;
 mod state;
 mod table;
+mod unsearchable;
 mod variables;
 pub mod wrench;
 
-pub use anneal::{Annealer, ObjectSearch};
+pub use anneal::Annealer;
 pub use closing::TOUCHES;
 pub use field::DistanceField;
 pub use found::{Energies, Grasp, GraspContact, GraspRun, Quality, Stretch};
 pub use kind::{KindDigits, camera_axes, wrist_roll};
+pub use object::ObjectSearch;
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
     AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, Rolls, Sampler, SearchFrame, Uniform, WrenchSpace,
 };
-pub use state::{ALLOWED_OVERLAP, HandSearch, UnsearchableHand};
+pub use solids::ALLOWED_OVERLAP;
+pub use state::HandSearch;
 pub use table::{STAND_OFF, TableClearance};
+pub use unsearchable::UnsearchableHand;

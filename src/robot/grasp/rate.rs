@@ -5,12 +5,12 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
-    anneal::ObjectSearch,
     closing::Closing,
     energy::{Potential, contact_energy},
     found::{Energies, Grasp, GraspContact, Quality},
     kind::KindDigits,
-    links::Place,
+    object::ObjectSearch,
+    place::Place,
     settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
     state::{HandSearch, VirtualContact},
     table::TableWatch,

@@ -6,17 +6,18 @@ use std::{f64::consts::TAU, sync::Arc};
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
 use super::{
-    anneal::ObjectSearch,
     best::BestList,
     closing::Closing,
     found::{Grasp, GraspRun, Stretch},
     kind::camera_axes,
-    links::Place,
+    object::ObjectSearch,
     pairs::Pair,
+    place::Place,
     rate::{Rating, Start},
     settings::{Annealing, Antipodal, Keeping, Uniform},
+    solids::ALLOWED_OVERLAP,
     solids::Solid,
-    state::{ALLOWED_OVERLAP, HandSearch},
+    state::HandSearch,
     variables::State,
 };
 use crate::{hand::Hand, kinematics::JointKind};

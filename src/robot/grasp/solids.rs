@@ -2,13 +2,19 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
-use super::state::UnsearchableHand;
+use super::unsearchable::UnsearchableHand;
 use crate::collision::Bodies;
 use kernel::{contact::EDGE_RADIUS, geom::Shape};
 
 /// Between the places at which a solid is looked at [m]: of a capsule as thick as a finger a sharp corner comes 0.2 mm deep
 /// between two of them.
 pub(super) const SPACING: f64 = 0.004;
+
+/// Overlap of hand and object, or of two links, that is still legal [m].
+pub const ALLOWED_OVERLAP: f64 = 1e-4;
+
+/// Solids, balls or virtual contacts that a kernel looks at together.
+pub(super) const LANES: usize = 16;
 
 /// Sixteen balls in the frame of a link [m]; of fewer the last one is repeated.
 #[derive(Clone, Copy, Debug, PartialEq)]

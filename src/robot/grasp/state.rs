@@ -6,9 +6,11 @@ use nalgebra::Vector3;
 
 use super::{
     field::DistanceField,
-    links::{Links, MOST_JOINTS, Place},
+    links::{Links, MOST_JOINTS},
     meeting::{ClearPostures, overlap},
-    solids::{Balls, HandSolids, Solid},
+    place::Place,
+    solids::{ALLOWED_OVERLAP, Balls, HandSolids, LANES, Solid},
+    unsearchable::UnsearchableHand,
     variables::check_amplitudes,
 };
 use crate::{collision::Bodies, hand::Hand};
@@ -17,55 +19,8 @@ use kernel::geom::{
     simd_kernel,
 };
 
-/// Overlap of hand and object, or of two links, that is still legal [m].
-pub const ALLOWED_OVERLAP: f64 = 1e-4;
-
-/// Of a kernel.
-pub(super) const LANES: usize = 16;
-
 /// As many as a word has bits for.
 const MOST_SOLIDS: usize = u64::BITS as usize;
-
-/// Why a hand cannot be annealed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum UnsearchableHand {
-    /// Postures are searched in the space of eigengrasps.
-    #[error("it has no eigengrasps: give its table `[eigengrasps]`")]
-    NoEigengrasps,
-    /// More of them than a state has room for.
-    #[error("it has {count} eigengrasps, more than {most}: give its table fewer")]
-    TooManyEigengrasps {
-        /// Found.
-        count: usize,
-        /// Room.
-        most: usize,
-    },
-    /// More joints than there is room for.
-    #[error("it has {count} joints, more than {most}")]
-    TooManyJoints {
-        /// Found.
-        count: usize,
-        /// Room.
-        most: usize,
-    },
-    /// The approach frame has to stand still against the base.
-    #[error("its approach frame moves with a joint: put it on the base")]
-    MovingApproach,
-    /// More shapes than there is room for.
-    #[error("it has {count} shapes that can touch, more than {most}: put one in the place of several")]
-    TooManyShapes {
-        /// Found.
-        count: usize,
-        /// Room.
-        most: usize,
-    },
-    /// A part of it is a mesh.
-    #[error("a shape of {body} is a mesh: put boxes, balls, capsules or cylinders in its place")]
-    Mesh {
-        /// Whose.
-        body: String,
-    },
-}
 
 /// A hand, prepared for annealing: shared by threads.
 pub struct HandSearch {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{IsometryMatrix3, Vector3};
 
-use super::{closing::motor_at, solids::HandSolids};
+use super::{motion::motor_at, solids::HandSolids};
 use crate::{
     hand::{Driven, Hand, Motor},
     kinematics::JointKind,

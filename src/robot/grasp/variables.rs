@@ -5,10 +5,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    links::Place,
     numbers::{exponentials, sines},
+    place::Place,
     settings::{AmplitudeRange, Annealing},
-    state::UnsearchableHand,
+    unsearchable::UnsearchableHand,
 };
 use crate::hand::Hand;
 use kernel::seed::Stream;

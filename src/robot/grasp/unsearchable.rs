@@ -1,0 +1,42 @@
+//! Reasons why a hand cannot be annealed.
+
+/// Why a hand cannot be annealed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UnsearchableHand {
+    /// Postures are searched in the space of eigengrasps.
+    #[error("it has no eigengrasps: give its table `[eigengrasps]`")]
+    NoEigengrasps,
+    /// More of them than a state has room for.
+    #[error("it has {count} eigengrasps, more than {most}: give its table fewer")]
+    TooManyEigengrasps {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// More joints than there is room for.
+    #[error("it has {count} joints, more than {most}")]
+    TooManyJoints {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// The approach frame has to stand still against the base.
+    #[error("its approach frame moves with a joint: put it on the base")]
+    MovingApproach,
+    /// More shapes than there is room for.
+    #[error("it has {count} shapes that can touch, more than {most}: put one in the place of several")]
+    TooManyShapes {
+        /// Found.
+        count: usize,
+        /// Room.
+        most: usize,
+    },
+    /// A part of it is a mesh.
+    #[error("a shape of {body} is a mesh: put boxes, balls, capsules or cylinders in its place")]
+    Mesh {
+        /// Whose.
+        body: String,
+    },
+}
