@@ -12,8 +12,9 @@ use mujoco_rs::{
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3};
 
 use super::{
+    convert::{index, isometry, solid},
     error::RobotError,
-    robot::{RobotModel, index, isometry},
+    robot::RobotModel,
 };
 use kernel::{
     assets::read_triangles,
@@ -283,17 +284,6 @@ impl RobotModel {
             Some(name) if !name.is_empty() => format!("{name:?}"),
             _ => format!("{geom}, which has no name,"),
         }
-    }
-}
-
-/// A geom that is a solid in closed form: a box, a ball, a capsule or a cylinder.
-pub(super) fn solid(kind: MjtGeomBase, [x, y, z]: &[f64; 3]) -> Option<Shape> {
-    match kind {
-        MjtGeomBase::mjGEOM_BOX => Some(Shape::Box { half: [*x, *y, *z] }),
-        MjtGeomBase::mjGEOM_SPHERE => Some(Shape::Sphere { radius: *x }),
-        MjtGeomBase::mjGEOM_CAPSULE => Some(Shape::Capsule { radius: *x, half: *y }),
-        MjtGeomBase::mjGEOM_CYLINDER => Some(Shape::Cylinder { radius: *x, half: *y }),
-        _ => None,
     }
 }
 

@@ -9,9 +9,9 @@ use mujoco_rs::{
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
+    convert::isometry,
     error::HandError,
     hand_sim::{HandSim, Hold, STEP, Servo, is_finite, quaternion},
-    robot::isometry,
     true_mesh::{ColliderLoan, TrueMeshCollider},
 };
 use robot::hand::{Driven, Hand, Motor};

@@ -1,21 +1,16 @@
 //! Colour images of one object by MuJoCo's renderer, headless.
 
-use mujoco_rs::{
-    mujoco_c::mjtLightType,
-    wrappers::{mj_editing::MjSpec, mj_visualization::MjvScene},
-};
+use mujoco_rs::{mujoco_c::mjtLightType, wrappers::mj_visualization::MjvScene};
 use nalgebra::{Unit, Vector3};
 
 use super::{
-    depth::{PixelBox, SimWorker},
+    depth::SimWorker,
     error::SimError,
     ffi,
     gl::GlView,
+    model::{LIGHTS, PixelBox},
 };
 use kernel::geom::{CameraCv, Intrinsics, Object, Pose};
-
-/// Lights beside the one at the camera.
-pub const LIGHTS: usize = 2;
 
 /// How an object is lit and painted. Colours are shares of full brightness, 0 to 1: red, green, blue.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,13 +53,6 @@ impl Default for Look {
 
 /// Part of an image: left and top pixel, width and height [px].
 pub type Window = [u32; 4];
-
-/// Gives the scene of [`super::SimModel::with_lights`] its lights; where they shine is said for each image.
-pub(super) fn add_lights(spec: &mut MjSpec) {
-    for _ in 0..LIGHTS {
-        spec.world_body_mut().add_light();
-    }
-}
 
 /// Lights and paints a scene that was made for this pose.
 pub(super) fn apply(scene: &mut MjvScene, look: &Look, world_from_object: &nalgebra::Matrix3<f64>) {

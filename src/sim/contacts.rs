@@ -8,11 +8,7 @@ use mujoco_rs::wrappers::{
 };
 use nalgebra::IsometryMatrix3;
 
-use super::{
-    bodies::Carried,
-    error::RobotError,
-    robot::{RobotModel, index},
-};
+use super::{bodies::Carried, convert::index, error::RobotError, robot::RobotModel};
 use robot::collision::{Bodies, TouchTest};
 
 /// Two bodies that MuJoCo finds in contact.

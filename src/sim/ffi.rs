@@ -22,11 +22,7 @@ use mujoco_rs::{
     },
 };
 
-use super::{
-    error::GlError,
-    hand_sim::FreeObject,
-    true_mesh::{placement, with_collider},
-};
+use super::{convert::placement, error::GlError, free_object::FreeObject, true_mesh::with_collider};
 
 type Egl = egl::DynamicInstance<egl::EGL1_4>;
 

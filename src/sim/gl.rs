@@ -13,9 +13,9 @@ use mujoco_rs::{
 };
 
 use super::{
-    depth::{PixelBox, SimModel},
     error::GlError,
     ffi::{self, GlContext},
+    model::{PixelBox, SimModel},
 };
 use kernel::geom::Intrinsics;
 

@@ -10,9 +10,10 @@ use mujoco_rs::wrappers::mj_model::{MjtEq, MjtJoint, MjtObjBase};
 
 use super::{
     bodies::{PairRule, Places},
+    convert::{index, isometry},
     error::{HandError, RobotError},
     ffi::drop_free_joints,
-    robot::{RobotModel, index, isometry},
+    robot::RobotModel,
 };
 use robot::{
     collision::{Bodies, Body, Shape},

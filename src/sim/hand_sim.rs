@@ -17,14 +17,15 @@ use mujoco_rs::{
         mj_option::MjOption,
     },
 };
-use nalgebra::{IsometryMatrix3, Point3, UnitQuaternion};
+use nalgebra::{IsometryMatrix3, UnitQuaternion};
 
 use super::{
-    depth::{Inertia, add_mesh},
+    convert::{index, isometry},
     error::{HandError, RobotError},
     ffi::drop_free_joints,
+    free_object::FreeObject,
     hand::HandModel,
-    robot::{index, isometry},
+    model::{Inertia, add_mesh},
     true_mesh::{self, TrueMesh, TrueMeshCollider},
 };
 use kernel::{
@@ -103,23 +104,6 @@ pub(super) enum Hold {
     Slides([Servo; 3]),
     /// Nothing.
     Free(FreeObject),
-}
-
-/// An object that moves freely, as compiled: it weighs a kilogram.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct FreeObject {
-    /// Its body.
-    pub(super) body: usize,
-    /// Its only geom.
-    pub(super) geom: usize,
-    /// Its place and turn among MuJoCo's coordinates.
-    pub(super) address: usize,
-    /// The first of its six velocities.
-    pub(super) dof: usize,
-    /// Its principal moments of inertia [kg m^2].
-    pub(super) inertia: [f64; 3],
-    /// Its centre of mass, in `Object` [m].
-    pub(super) centre: Point3<f64>,
 }
 
 /// A hand and an object that nothing pushes away, compiled. Shared by threads; each makes its own [`super::HandWorker`].

@@ -15,9 +15,13 @@ use mujoco_rs::{
         mj_model::{MjModel, MjtJoint, MjtObjBase},
     },
 };
-use nalgebra::{IsometryMatrix3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
 
-use super::{error::RobotError, ffi, scene::pose_from};
+use super::{
+    convert::{index, isometry, pose_from},
+    error::RobotError,
+    ffi,
+};
 use kernel::geom::{EndEffector, Pose, World};
 use robot::kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 
@@ -257,17 +261,6 @@ impl RobotModel {
     fn names(&self, kind: MjtObjBase, count: usize) -> Vec<String> {
         (0..count).filter_map(|id| self.model.id_to_name(kind, id)).map(str::to_owned).collect()
     }
-}
-
-/// MuJoCo's indices are C integers; those of what is there are not negative.
-pub(super) fn index(value: i32) -> usize {
-    usize::try_from(value).expect("an index of the compiled model")
-}
-
-pub(super) fn isometry(position: &[f64; 3], quaternion: &[f64; 4]) -> IsometryMatrix3<f64> {
-    let [w, x, y, z] = *quaternion;
-    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix();
-    IsometryMatrix3::from_parts(Translation3::from(Vector3::from(*position)), rotation)
 }
 
 /// MuJoCo's refusal, or the file that it lacks.

@@ -10,9 +10,8 @@ use mujoco_rs::{
         mj_model::{MjModel, MjtObjBase},
     },
 };
-use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::{error::SceneError, ffi};
+use super::{convert::pose_from, error::SceneError, ffi};
 use kernel::geom::{CameraGl, Intrinsics, Pose, World};
 
 /// Intrinsics and pose of a camera of an MJCF scene, the scene in its initial state.
@@ -40,11 +39,6 @@ pub fn scene_camera(path: &Path, name: &str) -> Result<(Intrinsics, Pose<World, 
     data.forward();
     let pose = pose_from(&data.cam_xpos()[camera], &data.cam_xmat()[camera]);
     Ok((intrinsics, pose))
-}
-
-/// A frame in the world, from MuJoCo's position [m] and row-major rotation.
-pub(super) fn pose_from<F: kernel::geom::Frame>(position: &[f64; 3], rotation: &[f64; 9]) -> Pose<World, F> {
-    Pose::new(Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rotation)), Vector3::from_column_slice(position))
 }
 
 /// The number that was written, where MuJoCo kept 32 bits of it.

@@ -10,9 +10,9 @@ use mujoco_rs::wrappers::{
     mj_editing::{MjSpec, MjsBody, SpecItem},
     mj_model::{MjModel, MjtGeomBase, MjtObjBase},
 };
-use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
-use super::{bodies::solid, robot::index};
+use super::convert::{index, solid};
 use kernel::contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact};
 
 /// The geom and the mesh that stand for a true mesh.
@@ -146,12 +146,6 @@ pub(super) struct WorldContact {
     pub(super) point: Point3<f64>,
     /// Out of the mesh.
     pub(super) normal: Vector3<f64>,
-}
-
-/// A placement as MuJoCo has it: a place and a rotation by rows.
-pub(super) fn placement(place: &[f64], rows: &[f64]) -> IsometryMatrix3<f64> {
-    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rows));
-    IsometryMatrix3::from_parts(Translation3::from(Vector3::from_column_slice(place)), turn)
 }
 
 #[cfg(test)]

@@ -11,7 +11,8 @@ use crate::{
     closing::{Command, HandWorker},
     error::HandError,
     ffi,
-    hand_sim::{FreeObject, Hold, SLIDE_MASS, STEP, quaternion},
+    free_object::FreeObject,
+    hand_sim::{Hold, SLIDE_MASS, STEP, quaternion},
 };
 use kernel::contact::EDGE_RADIUS;
 

@@ -1,0 +1,40 @@
+//! MuJoCo's numbers as types of this house: indices, frames, solids.
+
+use mujoco_rs::wrappers::mj_model::MjtGeomBase;
+use nalgebra::{IsometryMatrix3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use kernel::geom::{Frame, Pose, Shape, World};
+
+/// MuJoCo's indices are C integers; those of what is there are not negative.
+pub(super) fn index(value: i32) -> usize {
+    usize::try_from(value).expect("an index of the compiled model")
+}
+
+/// A frame from MuJoCo's position [m] and quaternion, w first.
+pub(super) fn isometry(position: &[f64; 3], quaternion: &[f64; 4]) -> IsometryMatrix3<f64> {
+    let [w, x, y, z] = *quaternion;
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)).to_rotation_matrix();
+    IsometryMatrix3::from_parts(Translation3::from(Vector3::from(*position)), rotation)
+}
+
+/// A frame in the world, from MuJoCo's position [m] and row-major rotation.
+pub(super) fn pose_from<F: Frame>(position: &[f64; 3], rotation: &[f64; 9]) -> Pose<World, F> {
+    Pose::new(Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rotation)), Vector3::from_column_slice(position))
+}
+
+/// A placement as MuJoCo has it: a place and a rotation by rows.
+pub(super) fn placement(place: &[f64], rows: &[f64]) -> IsometryMatrix3<f64> {
+    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rows));
+    IsometryMatrix3::from_parts(Translation3::from(Vector3::from_column_slice(place)), turn)
+}
+
+/// A geom that is a solid in closed form: a box, a ball, a capsule or a cylinder.
+pub(super) fn solid(kind: MjtGeomBase, [x, y, z]: &[f64; 3]) -> Option<Shape> {
+    match kind {
+        MjtGeomBase::mjGEOM_BOX => Some(Shape::Box { half: [*x, *y, *z] }),
+        MjtGeomBase::mjGEOM_SPHERE => Some(Shape::Sphere { radius: *x }),
+        MjtGeomBase::mjGEOM_CAPSULE => Some(Shape::Capsule { radius: *x, half: *y }),
+        MjtGeomBase::mjGEOM_CYLINDER => Some(Shape::Cylinder { radius: *x, half: *y }),
+        _ => None,
+    }
+}
