@@ -7,6 +7,7 @@
 use super::{
     cells::Cells,
     overlap::{list_cells, mark_open, test_cells},
+    work::{Work, chunk_at, tail_mask},
 };
 use crate::geom::{Affine, CameraCv, GridPlacement, Lanes, Object, Pose, RenderMesh, SimdLevel, each_of, simd_kernel};
 
@@ -33,21 +34,6 @@ pub(super) struct Surface {
     wide: Vec<u32>,
     /// Cells of one of them that are not marked yet: x, y, z in `Cells`, a byte each.
     open: Vec<u32>,
-}
-
-/// A list of triangles by their vertices, filled up to whole vectors with vertex 0.
-#[derive(Default)]
-pub(super) struct Work {
-    pub(super) corners: [Vec<u32>; 3],
-    pub(super) count: usize,
-}
-
-impl Work {
-    /// Ends the list; what stood behind it may name vertices of another mesh.
-    fn finish(&mut self, count: usize) {
-        self.count = count;
-        self.corners.iter_mut().for_each(|corner| corner[count..count + 16].fill(0));
-    }
 }
 
 const NEAR_WALL: i32 = 2 << 24;
@@ -212,11 +198,6 @@ fn list_work_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], out: &mut Surface) {
     out.work.finish(count);
 }
 
-#[inline(always)]
-pub(super) fn chunk_at(list: &mut [u32], start: usize) -> &mut [u32; 16] {
-    (&mut list[start..start + 16]).try_into().expect("sixteen")
-}
-
 simd_kernel! {
     /// Drops the triangles of the work list whose box holds marked cells only.
     fn drop_settled(cells: &Cells, out: &mut Surface) = drop_settled_body;
@@ -259,9 +240,4 @@ fn drop_settled_body<L: Lanes>(l: L, cells: &Cells, out: &mut Surface) {
         kept += keep.count_ones() as usize;
     }
     out.work.finish(kept);
-}
-
-/// Bits of the lanes that hold one of the `left` entries still to come.
-pub(super) fn tail_mask(left: usize) -> u32 {
-    if left < 16 { (1 << left) - 1 } else { 0xffff }
 }

@@ -1,7 +1,7 @@
 //! The thesis's truth: lower corners of solid fine cells, mapped forward into the grid.
 #![expect(unsafe_code, reason = "stores without checks: the hot path of every view")]
 
-use super::{cells::Cells, interior::FineFromGrid, lookup::add_solid, view_grids::grid_coordinates};
+use super::{cells::Cells, interior::FineFromGrid, lookup::add_solid, placement::grid_coordinates};
 use crate::geom::{Affine, CameraCv, GridPlacement, Lanes, Object, Pose, SimdLevel, SolidGrid, each_of, simd_kernel};
 
 /// The solid cells near an empty one.

@@ -20,6 +20,7 @@ mod surface;
 mod view_grids;
 mod visibility;
 mod winding;
+mod work;
 
 pub use binvox::{Binvox, InvalidBinvox, solid_to_binvox};
 pub use placement::NoGrid;

@@ -6,7 +6,7 @@
 
 use super::{
     cells::Cells,
-    complete::{Work, chunk_at, tail_mask},
+    work::{Work, chunk_at, tail_mask},
 };
 use crate::geom::{Lanes, each_of, simd_kernel};
 

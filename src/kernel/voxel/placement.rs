@@ -15,6 +15,12 @@ pub enum NoGrid {
     NoExtent,
 }
 
+/// Grid coordinates of a point in `CameraCv`.
+pub(super) fn grid_coordinates(placement: &GridPlacement, point: &Point3<f64>) -> [f64; 3] {
+    let anchor = placement.anchor();
+    std::array::from_fn(|axis| (point[axis] - placement.centre[axis]) / placement.cell_size + anchor[axis])
+}
+
 /// The grid of a depth image: see [`GridPlacement`].
 pub(super) fn place_grid(
     level: SimdLevel,

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::view_grids::grid_coordinates;
+use super::placement::grid_coordinates;
 use crate::geom::{Affine, CameraCv, GridPlacement, Lanes, Object, Pose, SimdLevel, SolidGrid, each_of, simd_kernel};
 
 const BLOCK: usize = 8;

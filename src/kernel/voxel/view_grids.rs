@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point3;
-
 use super::{
     cells::{Cells, pack_rows},
     complete::Surface,
@@ -236,10 +234,4 @@ impl ViewGrids {
         self.rows.resize(n * n, 0);
         add_solid(self.level, &object.solid, &fine, 0.0, n, &mut self.rows);
     }
-}
-
-/// Grid coordinates of a point in `CameraCv`.
-pub(super) fn grid_coordinates(placement: &GridPlacement, point: &Point3<f64>) -> [f64; 3] {
-    let anchor = placement.anchor();
-    std::array::from_fn(|axis| (point[axis] - placement.centre[axis]) / placement.cell_size + anchor[axis])
 }

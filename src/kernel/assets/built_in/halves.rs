@@ -7,7 +7,7 @@ use std::{
     str::FromStr,
 };
 
-use super::Surface;
+use super::surface::Surface;
 
 /// A conjoined half-shape: two halves of one size, joined in the plane x = 0 about the origin.
 ///

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::Surface;
+use super::surface::Surface;
 use crate::seed::Stream;
 
 /// A profile from the axis at the bottom, along the outside, back to the axis: points (radius, height) [m].

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::Surface;
+use super::surface::Surface;
 use crate::seed::Stream;
 
 /// A box, its sides in even steps.

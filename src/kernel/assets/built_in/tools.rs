@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use super::{
-    Surface,
     lathe::{Profile, Sampled, turn_points},
+    surface::Surface,
     tube::{Tube, rounded, towards_end},
 };
 use crate::seed::Stream;

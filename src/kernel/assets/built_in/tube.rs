@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Surface, lathe::Turned};
+use super::{lathe::Turned, surface::Surface};
 
 /// A tube in a half-plane that holds the z axis.
 pub(super) struct Tube<'a> {

@@ -4,34 +4,20 @@ mod obj;
 mod off;
 mod ply;
 mod polygons;
+mod raw;
 mod stl;
 mod text;
 
 use std::path::Path;
 
+pub(super) use self::raw::RawMesh;
+
+use self::raw::CONVERT;
 use super::{MeshRefusal, Refuse};
 use crate::geom::Triangles;
 
-/// Triangles as found, before any scaling, merging or checking of shape.
-#[derive(Debug, Default, PartialEq)]
-pub(super) struct RawMesh {
-    /// Positions in the file's unit.
-    pub(super) positions: Vec<[f64; 3]>,
-    /// Corner indices, all below `positions.len()`.
-    pub(super) faces: Vec<[u32; 3]>,
-    /// Equal positions are merged already, and every coordinate is an `f32`.
-    pub(super) welded: bool,
-    /// Positions that are NaN or infinite, with their place in the file.
-    pub(super) not_finite: Vec<(u32, String)>,
-    /// Oddities of the file that do no harm but should be known.
-    pub(super) notes: Vec<String>,
-}
-
 /// Largest file that is read [bytes]: about 21 million binary STL triangles.
 const LARGEST_FILE: u64 = 1 << 30;
-
-/// What to do about a format that is not read here.
-const CONVERT: &str = "convert it: python scripts/convert_mesh.py IN OUT.ply";
 
 /// Reads a mesh file: its bytes (for the digest) and its triangles.
 pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {

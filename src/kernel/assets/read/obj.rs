@@ -4,8 +4,8 @@
 //! are noted.
 
 use super::{
-    RawMesh,
     polygons::Builder,
+    raw::RawMesh,
     text::{Lines, position, syntax, words},
 };
 use crate::assets::Refuse;

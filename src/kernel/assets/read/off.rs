@@ -1,8 +1,8 @@
 //! OFF (Geomview's object file format), text form: with or without keyword, colours and normals; comments anywhere.
 
 use super::{
-    RawMesh,
     polygons::Builder,
+    raw::{CONVERT, RawMesh},
     text::{Lines, ends_early, number, position, syntax, whole, without_comment, words},
 };
 use crate::assets::Refuse;
@@ -53,7 +53,7 @@ fn keyword(text: &[u8], line: usize) -> Result<(&[u8], &[u8]), Refuse> {
         return Ok((&[], text));
     }
     let (keyword, rest) = text.split_at(letters);
-    let unread = |what: &str| Err(Refuse::new("format", what, super::CONVERT).at(format!("line {line}")));
+    let unread = |what: &str| Err(Refuse::new("format", what, CONVERT).at(format!("line {line}")));
     match keyword.to_ascii_uppercase().as_slice() {
         _ if words(rest).next() == Some(b"BINARY") => unread("binary OFF is not read"),
         b"OFF" | b"COFF" | b"NOFF" | b"CNOFF" | b"STOFF" | b"STCOFF" | b"STNOFF" | b"STCNOFF" => Ok((keyword, rest)),

@@ -1,8 +1,8 @@
 //! PLY (Turk 1994, "The PLY polygon file format"): text and binary of both byte orders, any types, any further elements.
 
 use super::{
-    RawMesh,
     polygons::Builder,
+    raw::{CONVERT, RawMesh},
     text::{Lines, number, syntax, words},
 };
 use crate::assets::Refuse;
@@ -31,7 +31,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
                 }
             }
             ("tristrips", ..) if element.count > 0 => {
-                return Err(Refuse::new("format", "triangle strips are not read", super::CONVERT));
+                return Err(Refuse::new("format", "triangle strips are not read", CONVERT));
             }
             _ => {
                 for row in 0..element.count {
@@ -148,7 +148,7 @@ struct Header {
 impl Header {
     fn read(bytes: &[u8]) -> Result<Self, Refuse> {
         if !bytes.starts_with(b"ply") {
-            return Err(Refuse::new("format", "it does not start with \"ply\"", super::CONVERT).at("line 1"));
+            return Err(Refuse::new("format", "it does not start with \"ply\"", CONVERT).at("line 1"));
         }
         let mut form = None;
         let mut elements: Vec<Element> = Vec::new();

@@ -1,6 +1,6 @@
 //! Vertices and polygons as a file lists them, and how polygons become triangles.
 
-use super::RawMesh;
+use super::raw::RawMesh;
 use crate::assets::{Refuse, edges::NEXT};
 
 /// What a reader has found so far.

@@ -3,8 +3,8 @@
 //! Stored normals and attribute words are ignored: the winding of the corners says which side is out.
 
 use super::{
-    RawMesh,
     polygons::Builder,
+    raw::RawMesh,
     text::{Lines, ends_early, position, syntax, words},
 };
 use crate::assets::{Refuse, weld::Welder};

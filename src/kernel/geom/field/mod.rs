@@ -14,6 +14,7 @@ mod label;
 mod lookup;
 mod metric;
 mod pose_grid;
+mod signed_distance;
 mod sphere;
 mod sphere_grid;
 mod sphere_lookup;
