@@ -76,3 +76,10 @@ impl fmt::Debug for DraftWork {
             .finish_non_exhaustive()
     }
 }
+
+/// The multiple of the items per object that is nearest below 4,096, so that shards end where objects end; 4,096 when an
+/// object has more items than that.
+pub fn default_shard_samples(items: u32) -> u32 {
+    const ABOUT: u32 = 4096;
+    if items == 0 || items > ABOUT { ABOUT } else { ABOUT / items * items }
+}

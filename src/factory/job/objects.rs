@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, path::Path as FilePath};
 
-use super::{JobContext, ObjectChoice, SplitSettings, discover, spec::ObjectsSpec, spec::SplitSpec};
+use super::{
+    FoundMesh, JobContext, KnownMass, ObjectChoice, PackageFile, SplitSettings, discover,
+    spec::{ObjectsSpec, SplitSpec},
+};
 use form::{Checker, Document, FormErrors, Path, did_you_mean, fits_name};
 use kernel::{
     assets::{AssetRecord, MeshOrigin, MeshRefusal, MeshSource},
@@ -20,24 +23,6 @@ pub struct JobObject {
     pub asset: AssetRecord,
     /// Its mass, when the job knows it and something depends on it.
     pub mass: Option<KnownMass>,
-}
-
-/// Mass of an object.
-#[derive(Clone, Debug, PartialEq)]
-pub struct KnownMass {
-    /// [kg].
-    pub kilograms: f64,
-    /// Source of the figure; may be empty.
-    pub source: String,
-}
-
-/// A file of a package of meshes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PackageFile {
-    /// The package's name.
-    pub package: String,
-    /// Path below the package's folder, with `/`.
-    pub file: String,
 }
 
 impl JobObject {
@@ -114,19 +99,6 @@ pub struct ObjectsDraft {
     refused: Vec<MeshRefusal>,
     /// The job file, for the places of mistakes.
     document: Document,
-}
-
-/// One mesh that a job names.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FoundMesh {
-    /// Recipe to prepare it.
-    pub source: MeshSource,
-    /// The package that holds it, if one does.
-    pub package: Option<PackageFile>,
-    /// Its mass, when the job knows it.
-    pub mass: Option<KnownMass>,
-    /// The content that it must have, when the job pins it.
-    pub pinned: Option<ObjectId>,
 }
 
 impl ObjectsDraft {

@@ -4,8 +4,8 @@ use std::mem;
 
 use super::{
     feel::HandOnObject,
+    object::CompletionObject,
     settings::{CompletionSettings, DepthFormat, TouchByHand},
-    worker::CompletionObject,
 };
 use crate::{ProduceError, SampleWriter};
 use format::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair};

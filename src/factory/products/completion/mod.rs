@@ -10,6 +10,7 @@ mod depth;
 mod encode;
 mod feel;
 mod keys;
+mod object;
 mod row;
 mod scene;
 mod settings;

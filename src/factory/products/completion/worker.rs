@@ -1,31 +1,23 @@
 //! The producer of completion pairs for one thread: loads an object, then makes its views one by one.
 
-use std::sync::Arc;
-
 use nalgebra::Point3;
 
 use super::{
-    depth::{DepthSource, SimObject},
+    depth::DepthSource,
     encode::{ChannelScratch, MadeView, channels_of},
     feel::{HandOnObject, TouchingHand},
-    scene::{camera_from_world, distance, pivot_point, world_from_object},
+    object::CompletionObject,
+    scene::{camera_from_world, distance, world_from_object},
     settings::{CompletionJob, CompletionSettings, TouchByHand},
-    touch::TouchSurface,
 };
 use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
 use format::{Channel, PairFacts, VoxelPair};
 use kernel::{
-    assets::Winding,
-    geom::{Aabb, DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
+    geom::{DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
     ids::{Digest, ItemId, ObjectId, SampleId},
-    object::PreparedObject,
     render::{Rasteriser, SensorScratch},
     seed::Stream,
-    voxel::{
-        NoGrid, SolidObject, ViewGrids,
-        channels::{CoverageBlocks, Surface},
-        solid_occupancy,
-    },
+    voxel::{NoGrid, ViewGrids},
 };
 
 /// Reason why a view makes no sample.
@@ -51,20 +43,6 @@ impl RejectReason {
             Self::LowOverlap => "low_overlap",
         }
     }
-}
-
-/// An object ready for its views.
-pub struct CompletionObject {
-    id: ObjectId,
-    bounds: Aabb,
-    pivot: Point3<f64>,
-    pub(super) kernel: SolidObject,
-    sim: SimObject,
-    /// For the channels that want them.
-    pub(super) coverage: Option<CoverageBlocks>,
-    pub(super) surface: Option<Arc<Surface>>,
-    /// For touch, where the job wants it.
-    pub(super) touch: Option<TouchSurface>,
 }
 
 /// Reason why a view gave no pair.
@@ -267,34 +245,6 @@ impl Producer for CompletionWorker<'_> {
     fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
         let (_, loaded) = self.loaded.as_mut().expect("an object is loaded before its views are made");
         self.scratch.make(loaded, item, out)
-    }
-}
-
-impl CompletionObject {
-    fn new(prepared: &PreparedObject, settings: &CompletionSettings, level: SimdLevel, sim: SimObject) -> Self {
-        let (mesh, record, bounds) = (prepared.mesh(), prepared.record(), prepared.bounds());
-        let solid = match settings.solid_with_surface {
-            false => Arc::clone(prepared.solid()),
-            true => Arc::new(solid_occupancy(mesh, prepared.inside_test(), true)),
-        };
-        let channels = &settings.channels;
-        let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
-        Self {
-            id: record.object,
-            pivot: pivot_point(settings.pivot, &bounds),
-            bounds,
-            sim,
-            coverage: channels.coverage.then(|| CoverageBlocks::new(&solid)),
-            surface: wants_surface.then(|| Arc::clone(prepared.surface())),
-            touch: settings.touch.is_asked().then(|| TouchSurface::of_tree(prepared.tree(), level)),
-            kernel: SolidObject::new(
-                mesh,
-                solid,
-                record.watertight,
-                record.winding == Winding::Outward,
-                settings.truth,
-            ),
-        }
     }
 }
 
