@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    Channel, RecordError,
+    Channel, Product, RecordError,
     dataset::{DatasetError, DatasetReader, Manifest},
 };
 use kernel::ids::{Digest, ObjectId, SampleId};
@@ -45,12 +45,20 @@ pub struct BrokenRule {
     pub what: String,
 }
 
-/// A file that only the datasets of one product have.
-pub struct ExtraFile {
+/// Checks that a product contributes to `verify`: one row of the table of checks.
+pub struct ProductChecks {
+    /// The product.
+    pub product: Product,
+    /// Makes the checks of one thread.
+    pub samples: fn() -> Box<dyn CheckSample>,
+    /// Checks of its extra files, in the order of [`ProductFormat::files`](crate::ProductFormat::files).
+    pub files: &'static [FileCheck],
+}
+
+/// Check of a file that only the datasets of one product have.
+pub struct FileCheck {
     /// Name inside the dataset's folder.
     pub name: &'static str,
-    /// Content, one sentence.
-    pub meaning: &'static str,
     /// Word and digest by which the file's content enters the root digest; `None` when the root does not depend on it.
     pub in_root: Option<RootPart>,
     /// Checks the file against the rest of the dataset; every problem in words.

@@ -8,14 +8,17 @@ mod check;
 mod codec;
 pub mod dataset;
 mod product;
+mod product_format;
 pub mod products;
 #[cfg(test)]
 mod tests;
 
-pub use check::{BrokenRule, CheckSample, CheckedRecord, ExtraFile, FileContext, RootPart};
+pub use check::{BrokenRule, CheckSample, CheckedRecord, FileCheck, FileContext, ProductChecks, RootPart};
 pub use codec::{Depth, DepthCoding, RecordError};
-pub use product::{ArrayFormat, Channel, ChannelFormat, FactFormat, FactKind, Facts, Noun, Product, ProductFormat};
+pub use product::{Channel, Product};
+pub use product_format::{ArrayFormat, ChannelFormat, ExtraFile, FactFormat, FactKind, Facts, Noun, ProductFormat};
 pub use products::{
+    checks_of,
     completion::{
         Approach, ApproachEnd, Cloud, Coverage, Felt, HandTouch, Implicit, PARTIAL_INSIDE_COMPLETE, PairFacts,
         TactileContacts, TouchContact, TouchedPair, Tsdf, Visibility, VoxelPair,

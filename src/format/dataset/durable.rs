@@ -8,6 +8,8 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
+use serde::Serialize;
+
 use super::DatasetError;
 
 /// How temporary names end.
@@ -78,4 +80,9 @@ pub(super) fn is_leftover(path: &Path) -> bool {
         Ok(file) => file.try_lock().is_ok(),
         Err(_) => false,
     }
+}
+
+/// JSON for people, with a line end.
+pub(crate) fn json_text(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("tables are plain data with text keys") + "\n"
 }

@@ -7,25 +7,23 @@ use std::{
     path::Path,
 };
 
-use serde::Serialize;
-
 use super::{
     Counts, DatasetError, Fate, FileEntry, IndexFormat, IndexWriter, Ledger, LedgerRow, Manifest, RunMark, ShardEntry,
-    durable::{self, Temporary},
+    durable::{self, Temporary, json_text},
     error::REMAKE,
     folder::{hash_file, scan_shards},
     index::{IndexRow, index_columns},
     layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SHARDS, SPLITS, files_of},
-    merkle::{self, Tree},
     read_mark,
     reader::checked_splits,
     roots::{ClassChannels, Leaf, Roots},
     seal::sealed,
     shard_file::{ShardFile, invalid},
+    subjects::{Subjects, asset_names, asset_tree, object_of},
 };
-use crate::{Channel, FORMAT_VERSION, FactKind, Product};
+use crate::{Channel, FORMAT_VERSION, FactKind, Product, checks_of};
 use kernel::{
-    ids::{Digest, JobDigest, ObjectId, ShardId},
+    ids::{Digest, JobDigest, ShardId},
     words::{NumberClass, Split, SplitTable},
 };
 
@@ -153,13 +151,8 @@ fn checked_mark(folder: &Path, header: &DatasetHeader) -> Result<RunMark, Datase
 
 /// Words and digests of the files that enter the root of a product's datasets.
 pub(super) fn root_parts(folder: &Path, product: Product) -> Result<Vec<(&'static str, Digest)>, DatasetError> {
-    let parts = product.files.iter().filter_map(|file| file.in_root.as_ref());
+    let parts = checks_of(product).files.iter().filter_map(|file| file.in_root.as_ref());
     parts.map(|part| Ok((part.word, (part.digest)(folder)?))).collect()
-}
-
-/// JSON for people, with a line end.
-pub(crate) fn json_text(value: &impl Serialize) -> String {
-    serde_json::to_string_pretty(value).expect("tables are plain data with text keys") + "\n"
 }
 
 fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTable>) -> Result<(), DatasetError> {
@@ -183,44 +176,6 @@ fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTabl
     }
     durable::write_file(folder, JOB, header.job_text.as_bytes())?;
     Ok(())
-}
-
-/// Root over the rows of the asset table, in order of their objects.
-pub(super) fn asset_tree<'a>(assets: impl Iterator<Item = &'a serde_json::Value>) -> Digest {
-    let mut rows: Vec<_> = assets.map(|row| (object_of(row), merkle::canonical_json(row))).collect();
-    rows.sort();
-    let mut tree = Tree::default();
-    rows.iter().for_each(|(_, row)| tree.push(merkle::asset_leaf(row)));
-    tree.root()
-}
-
-pub(super) fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
-    row.get("object")?.as_str().and_then(Digest::from_hex).map(ObjectId)
-}
-
-/// Subject -> (rank among the subjects' ids, name, id in hexadecimal digits).
-pub(super) type Subjects = BTreeMap<ObjectId, (u32, String, String)>;
-
-pub(super) fn asset_names(folder: &Path, assets: &[serde_json::Value]) -> Result<Subjects, DatasetError> {
-    let invalid = |problem: String| DatasetError::Invalid {
-        path: folder.join(ASSETS),
-        problem,
-        remedy: "each row of the asset table is one object with 'object' (64 hexadecimal digits) and 'name'",
-    };
-    let mut subjects = Subjects::new();
-    for (index, row) in assets.iter().enumerate() {
-        let name = row.get("name").and_then(|name| name.as_str());
-        let (Some(object), Some(name)) = (object_of(row), name) else {
-            return Err(invalid(format!("row {index} has no object or no name")));
-        };
-        if subjects.insert(object, (0, name.to_owned(), object.to_string())).is_some() {
-            return Err(invalid(format!("object {object} stands in two rows")));
-        }
-    }
-    for (rank, (own, _, _)) in (0..).zip(subjects.values_mut()) {
-        *own = rank;
-    }
-    Ok(subjects)
 }
 
 /// Counts that grow with each shard.

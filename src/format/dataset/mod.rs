@@ -41,13 +41,13 @@ mod seal;
 mod set;
 pub(crate) mod shard;
 pub(crate) mod shard_file;
+mod subjects;
 mod verify;
 
 pub use assets::{AssetRow, AssetTable};
 pub use diff::{ChannelCounts, DatasetDifference, ObjectDifference, Reason, SampleCounts, diff};
 pub use durable::Temporary;
 pub use error::DatasetError;
-pub(crate) use finish::json_text;
 pub use finish::{DatasetHeader, finish_dataset};
 pub use folder::{
     BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, listed_shards, read_mark, scan_shards,

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::{
     DatasetError, Fate, LedgerRow,
-    finish::Subjects,
     merkle::{self, Tree},
+    subjects::Subjects,
 };
 use crate::Channel;
 use kernel::{

@@ -1,9 +1,12 @@
 //! The table of products: one row each. A new product is a new row here, and a folder of its own beside this file.
 
+mod checks;
 pub mod completion;
 pub mod grasps;
 pub mod patches;
 pub mod reachability;
+
+pub use checks::{CHECKS, checks_of};
 
 use super::ProductFormat;
 

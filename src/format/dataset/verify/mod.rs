@@ -1,118 +1,31 @@
 //! Whether a dataset is what its manifest says; which shard, chunk and sample is not, and how to mend it.
 
+mod report;
 mod shards;
 mod tables;
 
-use std::{fmt, path::Path};
+use std::path::Path;
 
+pub use report::{Problem, VerifyLevel, VerifyOptions, VerifyProgress, VerifyReport};
+
+use report::whole;
 use shards::{Context, check_shards};
 use tables::{AssetRows, RowChecks};
 
 use super::{
-    DatasetError, DatasetReader, IndexFormat, Ledger, Manifest,
+    DatasetError, DatasetReader, Ledger, Manifest,
     error::REWRITE,
-    finish::{Subjects, asset_names, asset_tree, object_of, root_parts},
+    finish::root_parts,
     layout::{ASSETS, MANIFEST, SPLITS},
     reader::read_splits,
     roots::{ClassChannels, Leaf, Roots},
+    subjects::{Subjects, asset_names, asset_tree, object_of},
 };
-use crate::{Channel, FileContext, Product};
+use crate::{Channel, FileContext, checks_of};
 use kernel::{
-    ids::{Digest, ObjectId, ShardId},
+    ids::{Digest, ObjectId},
     words::NumberClass,
 };
-
-/// How much to check.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VerifyLevel {
-    /// Digests of all files, ledgers, counts and the root: about 2 GB/s.
-    Hashes,
-    /// Every chunk's CRC, every payload's digest, fields, ranges and identity as well.
-    Full,
-}
-
-/// Extent of a verification.
-#[derive(Clone, Copy)]
-pub struct VerifyOptions<'a> {
-    /// Level of detail.
-    pub level: VerifyLevel,
-    /// Rules that the dataset's job makes its records obey.
-    pub rules: &'a [&'static str],
-    /// Format of the index, to compare its file with the ledgers; `None` checks its digest alone.
-    pub index: Option<&'a dyn IndexFormat>,
-    /// Threads, at least 1.
-    pub threads: usize,
-}
-
-/// How far a verification is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct VerifyProgress {
-    /// Shards checked.
-    pub shards: u32,
-    /// Shards in all.
-    pub of_shards: u32,
-    /// Sample indices checked.
-    pub samples: u64,
-    /// Bytes of shards read.
-    pub bytes: u64,
-}
-
-/// One thing that is wrong.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
-    /// Path inside the dataset's folder.
-    pub file: String,
-    /// Which shard, when it is one.
-    pub shard: Option<ShardId>,
-    /// Where in the file: chunk, sample, channel; empty for the file as a whole.
-    pub place: String,
-    /// What is wrong, with numbers.
-    pub what: String,
-    /// How to mend it.
-    pub remedy: &'static str,
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { file, place, what, remedy, .. } = self;
-        if place.is_empty() {
-            write!(f, "{file}: {what}; {remedy}")
-        } else {
-            write!(f, "{file}: {place}: {what}; {remedy}")
-        }
-    }
-}
-
-/// What a verification found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VerifyReport {
-    /// What the dataset holds.
-    pub product: Product,
-    /// Root digest in the manifest.
-    pub saved: Digest,
-    /// Root digest out of the ledgers and tables; `None` when one of them can't be read.
-    pub calculated: Option<Digest>,
-    /// What was looked at.
-    pub checked: VerifyProgress,
-    /// Payloads whose digest and fields were checked (level [`VerifyLevel::Full`]).
-    pub payloads: u64,
-    /// Shards without a problem.
-    pub intact_shards: u32,
-    /// Everything that is wrong, in order of files and places; at most [`VerifyReport::MOST`] a shard.
-    pub problems: Vec<Problem>,
-    /// Things that are no damage: leftovers of killed runs, files set aside.
-    pub notes: Vec<String>,
-}
-
-impl VerifyReport {
-    /// Problems listed of one shard; a count of the others follows.
-    pub const MOST: usize = 20;
-
-    /// Nothing is wrong.
-    pub fn is_intact(&self) -> bool {
-        self.problems.is_empty()
-    }
-}
 
 /// Checks a finished dataset; damage is in the report, not an error. Memory: a chunk a thread, 64 bytes a sample and
 /// class.
@@ -220,7 +133,7 @@ fn check_extra_files(
         shards_intact,
         full: options.level == VerifyLevel::Full,
     };
-    for file in manifest.product.files {
+    for file in checks_of(manifest.product).files {
         problems.extend((file.check)(&file_context).into_iter().map(|what| whole(file.name, what, REWRITE)));
     }
 }
@@ -282,8 +195,4 @@ fn compare_roots(manifest: &Manifest, roots: &Roots, root: &Digest, problems: &m
     for (class, saved) in &manifest.classes {
         compare(&format!("digest of class {}", class.name()), saved, roots.classes.get(class));
     }
-}
-
-fn whole(file: &str, what: String, remedy: &'static str) -> Problem {
-    Problem { file: file.to_owned(), shard: None, place: String::new(), what, remedy }
 }

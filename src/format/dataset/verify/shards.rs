@@ -17,9 +17,9 @@ use super::{
         layout::SHARDS,
         shard_file::{ShardFile, StoredMessage},
     },
-    Problem, VerifyLevel, VerifyOptions, VerifyReport,
+    report::{Problem, VerifyLevel, VerifyOptions, VerifyReport},
 };
-use crate::{Channel, CheckSample};
+use crate::{Channel, CheckSample, checks_of};
 use kernel::ids::{Digest, SampleIndex, ShardId};
 
 /// What all checks look at.
@@ -175,7 +175,7 @@ fn check_ledger(context: &Context, entry: &ShardEntry, ledger: &Ledger, findings
 /// Every chunk of a shard against its ledger; the count of payloads that were checked.
 fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: &mut Findings) -> u64 {
     let mut payloads = 0;
-    let mut checker = (ledger.product.check)();
+    let mut checker = (checks_of(ledger.product).samples)();
     // Every kept sample has each channel once, in order: the messages that must come.
     let mut expected = (ledger.rows.iter())
         .filter_map(|row| if let Fate::Kept(digests) = &row.fate { Some((row, digests)) } else { None })

@@ -15,14 +15,15 @@ use super::{
         Counts, DatasetError, IndexFormat, IndexWriter, Ledger, Manifest,
         durable::TEMPORARY,
         error::REWRITE,
-        finish::{Subjects, count_row, object_of, reject_line},
+        finish::{count_row, reject_line},
         folder::{hash_file, read_mark, sorted_entries},
         index::{IndexRow, index_columns},
         layout::ASSETS,
         layout::{INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS},
         shard_file::{parse, read_at, read_summary, records, unpack},
+        subjects::{Subjects, object_of},
     },
-    Problem, VerifyReport, whole,
+    report::{Problem, VerifyReport, whole},
 };
 use crate::Channel;
 use kernel::{

@@ -1,14 +1,18 @@
 //! Checks of the records of a completion sample.
 
 use super::{Cloud, Coverage, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair};
-use crate::{BrokenRule, Channel, CheckSample, CheckedRecord, Depth, Facts, RecordError};
+use crate::{BrokenRule, Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductChecks, RecordError};
 
 /// Rule of jobs whose truth marks every cell that the object overlaps: partial cells and contacts lie in complete cells.
 pub const PARTIAL_INSIDE_COMPLETE: &str = "partial_inside_complete";
 
+/// The checks of completion.
+pub(crate) static CHECKS: ProductChecks =
+    ProductChecks { product: Product::COMPLETION, samples: || Box::new(PairCheck::default()), files: &[] };
+
 /// Checks of one thread; remembers the pair of the sample.
 #[derive(Default)]
-pub(super) struct PairCheck {
+struct PairCheck {
     pair: Option<VoxelPair>,
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use prost::Message;
 
-use super::{HandTouch, VoxelPair};
+use super::{HandTouch, TouchContact, VoxelPair};
 use crate::{
     Channel,
     codec::{
@@ -19,23 +19,6 @@ const MESSAGE: &str = "TactileContacts";
 const CELL_TOLERANCE: f64 = 1e-3;
 /// Probes of one kind of touch, at most.
 const MOST_PROBES: u32 = 1 << 20;
-
-/// One place where something touched the object, in `CameraCv`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TouchContact {
-    /// Which probe, counted from 0: of random rays the ray, of a hand its approach.
-    pub probe: u32,
-    /// Where [m].
-    pub position: [f32; 3],
-    /// Outward unit normal of the surface there.
-    pub normal: [f32; 3],
-    /// How far the probe came from where it started [m]; a hand, until it touched first.
-    pub distance: f32,
-    /// Whether nothing of the object stands between the contact and the camera.
-    pub visible: bool,
-    /// The cell of the pair's grid; `None` outside the grid.
-    pub cell: Option<[u32; 3]>,
-}
 
 /// What one kind of touch found out about the object of a pair.
 ///

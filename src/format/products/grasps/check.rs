@@ -1,15 +1,25 @@
 //! Checks of runs, of their trials, and of the shapes beside them.
 
-use super::{GraspRun, GraspTrials, Shapes, facts::FIRST_OF_TRIALS};
-use crate::{Channel, CheckSample, CheckedRecord, Facts, FileContext, RecordError, dataset::DatasetError};
+use super::{GraspRun, GraspTrials, SHAPES, Shapes, facts::FIRST_OF_TRIALS};
+use crate::{
+    Channel, CheckSample, CheckedRecord, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError,
+    dataset::DatasetError,
+};
 use kernel::{
     ids::{ObjectId, SampleId},
     words::GraspVerdict,
 };
 
+/// The checks of grasps.
+pub(crate) static CHECKS: ProductChecks = ProductChecks {
+    product: Product::GRASPS,
+    samples: || Box::new(RunCheck::default()),
+    files: &[FileCheck { name: SHAPES, in_root: None, check: check_shapes }],
+};
+
 /// Checks of one thread; remembers whose run it saw, and the indices of its kept grasps.
 #[derive(Default)]
-pub(super) struct RunCheck {
+struct RunCheck {
     kept: Option<(SampleId, Vec<u32>)>,
 }
 
@@ -44,7 +54,7 @@ impl RunCheck {
 }
 
 /// Checks the shapes against the asset table.
-pub(super) fn check_shapes(context: &FileContext<'_>) -> Vec<String> {
+fn check_shapes(context: &FileContext<'_>) -> Vec<String> {
     if !context.full {
         return Vec::new();
     }

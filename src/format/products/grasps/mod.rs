@@ -3,6 +3,7 @@
 mod check;
 mod facts;
 mod resting;
+mod row;
 mod run;
 #[cfg(test)]
 mod run_tests;
@@ -12,64 +13,20 @@ mod trial;
 #[cfg(test)]
 mod trial_tests;
 
+pub(super) use check::CHECKS;
 pub use facts::{GraspFacts, TrialFacts};
 pub use resting::{InvalidResting, add_resting};
+pub use row::{FORMAT, SHAPES};
 pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
-pub use shapes_file::{SHAPES, Shapes, ShapesWriter};
+pub use shapes_file::{Shapes, ShapesWriter};
 pub use trial::{
     ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TrialMethod, TrialOutcome, TrialVerdict,
 };
 
 use crate::{
-    ArrayFormat, Channel, ChannelFormat, ExtraFile, Noun, Product, ProductFormat,
+    Channel, Product,
     dataset::{DatasetError, Sample},
-};
-
-const RUN_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/grasp.bin"));
-const TRIAL_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/trials.bin"));
-
-/// The row of grasps in the table of products.
-pub static FORMAT: ProductFormat = ProductFormat {
-    name: "grasps",
-    summary: "Grasps of a hand on objects, by search or sampling, with their quality.",
-    samples: Noun { one: "run", many: "runs" },
-    subjects: Noun { one: "object", many: "objects" },
-    subjects_are_objects: true,
-    subject_meaning: "The object by content, 64 hexadecimal digits.",
-    item_meaning: "Number of the run: of its seed.",
-    channels: &[
-        ChannelFormat {
-            topic: "/grasps/run",
-            message: "graspmill.GraspRun",
-            descriptors: RUN_SCHEMAS,
-            arrays: &[ArrayFormat {
-                name: "grasps",
-                shape: "(grasps, ...)",
-                meaning: "states of the hand: pose, posture, energies, contacts, quality, verdict",
-            }],
-        },
-        ChannelFormat {
-            topic: facts::TRIALS,
-            message: "graspmill.GraspTrials",
-            descriptors: TRIAL_SCHEMAS,
-            arrays: &[ArrayFormat {
-                name: "trials",
-                shape: "(kept grasps, ...)",
-                meaning: "physical trials: verdict, displacement, forces, perturbed runs",
-            }],
-        },
-    ],
-    facts: &facts::FACTS,
-    has_splits: true,
-    inherits_splits: false,
-    files: &[ExtraFile {
-        name: SHAPES,
-        meaning: "Shapes of the hand and meshes of the objects.",
-        in_root: None,
-        check: check::check_shapes,
-    }],
-    check: || Box::new(check::RunCheck::default()),
 };
 
 impl Product {

@@ -15,7 +15,10 @@ use mcap::{
     records::{MessageHeader, Record, op},
 };
 
-use super::{FORMAT, HandShape, ObjectShape, RUN_SCHEMAS, TrialHand};
+use super::{
+    HandShape, ObjectShape, TrialHand,
+    row::{FORMAT, RUN_SCHEMAS, SHAPES},
+};
 use crate::dataset::{
     DatasetError,
     durable::Temporary,
@@ -25,9 +28,6 @@ use crate::dataset::{
 };
 use crate::{FORMAT_VERSION, RecordError};
 use kernel::ids::{JobDigest, ObjectId};
-
-/// Name of the file.
-pub const SHAPES: &str = "shapes.mcap";
 
 /// Names of the attachments of trials, and what they are.
 const TRIAL_HAND: [(&str, &str); 2] = [("trial_hand.xml", "application/xml"), ("trial_hand.json", "application/json")];

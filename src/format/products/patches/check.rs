@@ -2,15 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use super::{HeatmapPatch, PatchColour, PatchHeatmap, PatchImageColour, facts::TYPE, types_file::read_types};
+use super::{HeatmapPatch, PatchColour, PatchHeatmap, PatchImageColour, TYPES, facts::TYPE, types_file::read_types};
 use crate::{
-    Channel, CheckSample, CheckedRecord, Depth, Facts, FileContext, RecordError,
+    Channel, CheckSample, CheckedRecord, Depth, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError,
     dataset::{DatasetError, DatasetReader},
+};
+
+/// The checks of patches.
+pub(crate) static CHECKS: ProductChecks = ProductChecks {
+    product: Product::PATCHES,
+    samples: || Box::new(PatchCheck::default()),
+    files: &[FileCheck { name: TYPES, in_root: None, check: check_types }],
 };
 
 /// Checks of one thread; remembers the patches of the sample.
 #[derive(Default)]
-pub(super) struct PatchCheck {
+struct PatchCheck {
     patch: Option<HeatmapPatch>,
 }
 
@@ -51,7 +58,7 @@ impl PatchCheck {
 }
 
 /// Checks the counts of the chosen types against the samples: each grasp of a chosen type is one sample.
-pub(super) fn check_types(context: &FileContext<'_>) -> Vec<String> {
+fn check_types(context: &FileContext<'_>) -> Vec<String> {
     let words = |error: DatasetError| match error {
         DatasetError::Invalid { problem, .. } => problem,
         other => other.to_string(),

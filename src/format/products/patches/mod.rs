@@ -7,94 +7,19 @@ mod heatmap;
 mod patch;
 #[cfg(test)]
 mod patch_tests;
+mod row;
 mod sample;
 mod types_file;
 
+pub(super) use check::CHECKS;
 pub use colour_image::PatchImageColour;
 pub use facts::PatchFacts;
 pub use heatmap::{HeatmapPoint, PatchHeatmap};
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};
-pub use types_file::{TYPES, read_types, write_types};
+pub use row::{FORMAT, TYPES};
+pub use types_file::{read_types, write_types};
 
-use crate::{ArrayFormat, Channel, ChannelFormat, ExtraFile, Noun, Product, ProductFormat};
-
-const PATCH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/patches.bin"));
-const IMAGE_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/patch_images.bin"));
-const HEATMAP_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/heatmaps.bin"));
-const DEPTH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin"));
-
-const fn channel(
-    topic: &'static str,
-    message: &'static str,
-    descriptors: &'static [u8],
-    arrays: &'static [ArrayFormat],
-) -> ChannelFormat {
-    ChannelFormat { topic, message, descriptors, arrays }
-}
-
-const fn array(name: &'static str, shape: &'static str, meaning: &'static str) -> ArrayFormat {
-    ArrayFormat { name, shape, meaning }
-}
-
-/// The row of patches in the table of products.
-pub static FORMAT: ProductFormat = ProductFormat {
-    name: "patches",
-    summary: "Image patches around the palm and the fingertips of grasps, with labels.",
-    samples: Noun { one: "grasp", many: "grasps" },
-    subjects: Noun { one: "object", many: "objects" },
-    subjects_are_objects: true,
-    subject_meaning: "The object by content, 64 hexadecimal digits.",
-    item_meaning: "Number of the grasp of the object.",
-    channels: &[
-        channel(
-            "/patches/patch",
-            "graspmill.HeatmapPatch",
-            PATCH_SCHEMAS,
-            &[
-                array("depth", "(4, side, side) f32", "depth around palm and fingertips along the optical axis [m]"),
-                array("points", "(4, ...)", "pixel, position [m] and corner of each patch"),
-            ],
-        ),
-        channel(
-            "/patches/colour",
-            "graspmill.PatchColour",
-            PATCH_SCHEMAS,
-            &[array("colour", "(4, side, side, 3) u8", "the same patches in colour")],
-        ),
-        channel(
-            "/patches/image",
-            "graspmill.Depth",
-            DEPTH_SCHEMAS,
-            &[array("image", "(height, width)", "depth of the whole image [m]")],
-        ),
-        channel(
-            "/patches/image_colour",
-            "graspmill.PatchImageColour",
-            IMAGE_SCHEMAS,
-            &[array("image_colour", "(height, width, 3) u8", "the whole image in colour")],
-        ),
-        channel(
-            "/patches/heatmap",
-            "graspmill.PatchHeatmap",
-            HEATMAP_SCHEMAS,
-            &[array(
-                "heatmap",
-                "(points, ...)",
-                "pixel, type and value of palm and fingertips of all grasps from about the same side",
-            )],
-        ),
-    ],
-    facts: &facts::FACTS,
-    has_splits: true,
-    inherits_splits: true,
-    files: &[ExtraFile {
-        name: TYPES,
-        meaning: "Grasp types of the kept grasps that the patches were chosen from, with their counts.",
-        in_root: None,
-        check: check::check_types,
-    }],
-    check: || Box::new(check::PatchCheck::default()),
-};
+use crate::{Channel, Product};
 
 impl Product {
     /// Image patches around the palm and the fingertips of grasps, with labels.

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use prost::Message;
 
 use super::*;
-use crate::{FORCE, Facts, RecordError, WRENCH, codec::proto};
+use crate::{FORCE, Facts, RecordError, WRENCH, checks_of, codec::proto};
 use kernel::{
     geom::{Intrinsics, Pose},
     ids::{Digest, ItemId, ObjectId, SampleId},
@@ -78,7 +78,7 @@ proptest! {
             expected[place] = patch.value;
             prop_assert_eq!(labels, expected);
         }
-        let checked = (FORMAT.check)().check(Channel::PATCH, &bytes).expect("a record");
+        let checked = (checks_of(Product::PATCHES).samples)().check(Channel::PATCH, &bytes).expect("a record");
         let facts = Facts::from(patch.facts());
         prop_assert_eq!(checked.facts, facts.values().iter().copied().enumerate().collect::<Vec<_>>());
     }

@@ -2,11 +2,13 @@
 
 use std::{fs, path::Path};
 
-use crate::dataset::{DatasetError, durable, error::REWRITE, json_text};
+use super::row::TYPES;
+use crate::dataset::{
+    DatasetError,
+    durable::{self, json_text},
+    error::REWRITE,
+};
 use kernel::words::GraspTypeCounts;
-
-/// Name of the file.
-pub const TYPES: &str = "types.json";
 
 /// Writes the table.
 ///

@@ -1,14 +1,28 @@
 //! Checks of blocks of poses and of the field that is made of them.
 
 use super::{
-    ReachabilityBlock, ReachabilityField,
-    field_file::{labels_of, read_field},
+    FIELD, ReachabilityBlock, ReachabilityField,
+    field_file::{labels_of, payload_digest, read_field},
 };
-use crate::{Channel, CheckSample, CheckedRecord, Facts, FileContext, RecordError, dataset::DatasetError};
+use crate::{
+    Channel, CheckSample, CheckedRecord, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError, RootPart,
+    dataset::DatasetError,
+};
 use kernel::geom::PoseLabel;
 
+/// The checks of reachability.
+pub(crate) static CHECKS: ProductChecks = ProductChecks {
+    product: Product::REACHABILITY,
+    samples: || Box::new(BlockCheck),
+    files: &[FileCheck {
+        name: FIELD,
+        in_root: Some(RootPart { word: "field", digest: payload_digest }),
+        check: check_field,
+    }],
+};
+
 /// Checks of one thread: a position has one record.
-pub(super) struct BlockCheck;
+struct BlockCheck;
 
 impl CheckSample for BlockCheck {
     fn check(&mut self, _: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
@@ -21,7 +35,7 @@ impl CheckSample for BlockCheck {
 }
 
 /// Checks the field against the shards' blocks and against itself.
-pub(super) fn check_field(context: &FileContext<'_>) -> Vec<String> {
+fn check_field(context: &FileContext<'_>) -> Vec<String> {
     let words = |error: DatasetError| match error {
         DatasetError::Invalid { problem, .. } => problem,
         other => other.to_string(),

@@ -12,7 +12,10 @@ use mcap::{
     records::{MessageHeader, Record},
 };
 
-use super::{FORMAT, FieldHeader, ReachabilityBlock, ReachabilityField, SCHEMAS};
+use super::{
+    FieldHeader, ReachabilityBlock, ReachabilityField,
+    row::{FIELD, FORMAT, SCHEMAS},
+};
 use crate::FORMAT_VERSION;
 use crate::dataset::{
     DatasetError,
@@ -25,9 +28,6 @@ use kernel::{
     geom::{PoseGrid, PoseLabel},
     ids::{Digest, JobDigest},
 };
-
-/// Name of the file.
-pub const FIELD: &str = "field.mcap";
 
 /// Reads the field of a finished reachability dataset. It proves itself by its checksum and its own rules; whether it is
 /// what the manifest says is `verify`'s to tell.

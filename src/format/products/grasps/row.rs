@@ -1,0 +1,47 @@
+//! The row of grasps in the table of products.
+
+use super::facts::{FACTS, TRIALS};
+use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
+
+/// Name of the file of shapes.
+pub const SHAPES: &str = "shapes.mcap";
+
+pub(super) const RUN_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/grasp.bin"));
+const TRIAL_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/trials.bin"));
+
+/// The row of grasps in the table of products.
+pub static FORMAT: ProductFormat = ProductFormat {
+    name: "grasps",
+    summary: "Grasps of a hand on objects, by search or sampling, with their quality.",
+    samples: Noun { one: "run", many: "runs" },
+    subjects: Noun { one: "object", many: "objects" },
+    subjects_are_objects: true,
+    subject_meaning: "The object by content, 64 hexadecimal digits.",
+    item_meaning: "Number of the run: of its seed.",
+    channels: &[
+        ChannelFormat {
+            topic: "/grasps/run",
+            message: "graspmill.GraspRun",
+            descriptors: RUN_SCHEMAS,
+            arrays: &[ArrayFormat {
+                name: "grasps",
+                shape: "(grasps, ...)",
+                meaning: "states of the hand: pose, posture, energies, contacts, quality, verdict",
+            }],
+        },
+        ChannelFormat {
+            topic: TRIALS,
+            message: "graspmill.GraspTrials",
+            descriptors: TRIAL_SCHEMAS,
+            arrays: &[ArrayFormat {
+                name: "trials",
+                shape: "(kept grasps, ...)",
+                meaning: "physical trials: verdict, displacement, forces, perturbed runs",
+            }],
+        },
+    ],
+    facts: &FACTS,
+    has_splits: true,
+    inherits_splits: false,
+    files: &[ExtraFile { name: SHAPES, meaning: "Shapes of the hand and meshes of the objects." }],
+};

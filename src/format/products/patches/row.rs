@@ -1,0 +1,82 @@
+//! The row of patches in the table of products.
+
+use super::facts::FACTS;
+use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
+
+/// Name of the file of grasp types.
+pub const TYPES: &str = "types.json";
+
+const PATCH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/patches.bin"));
+const IMAGE_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/patch_images.bin"));
+const HEATMAP_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/heatmaps.bin"));
+const DEPTH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin"));
+
+const fn channel(
+    topic: &'static str,
+    message: &'static str,
+    descriptors: &'static [u8],
+    arrays: &'static [ArrayFormat],
+) -> ChannelFormat {
+    ChannelFormat { topic, message, descriptors, arrays }
+}
+
+const fn array(name: &'static str, shape: &'static str, meaning: &'static str) -> ArrayFormat {
+    ArrayFormat { name, shape, meaning }
+}
+
+/// The row of patches in the table of products.
+pub static FORMAT: ProductFormat = ProductFormat {
+    name: "patches",
+    summary: "Image patches around the palm and the fingertips of grasps, with labels.",
+    samples: Noun { one: "grasp", many: "grasps" },
+    subjects: Noun { one: "object", many: "objects" },
+    subjects_are_objects: true,
+    subject_meaning: "The object by content, 64 hexadecimal digits.",
+    item_meaning: "Number of the grasp of the object.",
+    channels: &[
+        channel(
+            "/patches/patch",
+            "graspmill.HeatmapPatch",
+            PATCH_SCHEMAS,
+            &[
+                array("depth", "(4, side, side) f32", "depth around palm and fingertips along the optical axis [m]"),
+                array("points", "(4, ...)", "pixel, position [m] and corner of each patch"),
+            ],
+        ),
+        channel(
+            "/patches/colour",
+            "graspmill.PatchColour",
+            PATCH_SCHEMAS,
+            &[array("colour", "(4, side, side, 3) u8", "the same patches in colour")],
+        ),
+        channel(
+            "/patches/image",
+            "graspmill.Depth",
+            DEPTH_SCHEMAS,
+            &[array("image", "(height, width)", "depth of the whole image [m]")],
+        ),
+        channel(
+            "/patches/image_colour",
+            "graspmill.PatchImageColour",
+            IMAGE_SCHEMAS,
+            &[array("image_colour", "(height, width, 3) u8", "the whole image in colour")],
+        ),
+        channel(
+            "/patches/heatmap",
+            "graspmill.PatchHeatmap",
+            HEATMAP_SCHEMAS,
+            &[array(
+                "heatmap",
+                "(points, ...)",
+                "pixel, type and value of palm and fingertips of all grasps from about the same side",
+            )],
+        ),
+    ],
+    facts: &FACTS,
+    has_splits: true,
+    inherits_splits: true,
+    files: &[ExtraFile {
+        name: TYPES,
+        meaning: "Grasp types of the kept grasps that the patches were chosen from, with their counts.",
+    }],
+};
