@@ -43,7 +43,7 @@ impl PageTemplates {
     /// When the template names a value that is not there: templates are part of the program, and a test fills each branch of
     /// each.
     pub fn render(&self, name: &str, view: &impl Serialize) -> String {
-        self.fill(name, Value::from(Serde(view)))
+        self.fill(name, page_values(view))
     }
 
     /// Fills the template of the page.

@@ -21,7 +21,7 @@ const SCENE: &str = include_str!("../../scenes/single_view.xml");
 /// Lights beside the one at the camera.
 pub const LIGHTS: usize = 2;
 
-/// How MuJoCo finds the inertial frame that it moves a mesh into. Depth does not depend on it; mass does.
+/// Method by which MuJoCo finds the inertial frame that it moves a mesh into. Depth does not depend on it; mass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Inertia {
     /// Mass on the surface: works for open and badly wound meshes.
@@ -50,7 +50,7 @@ impl SimModel {
         Self::filled(mesh, inertia, |_| ())
     }
 
-    /// The same with lights, for [`super::SimWorker::gl_colours`]; depth is as without.
+    /// Compiles the scene with the mesh as its object, and with lights, for [`super::SimWorker::gl_colours`]; depth is as without.
     ///
     /// # Errors
     /// When MuJoCo cannot use the mesh.

@@ -1,4 +1,4 @@
-//! How motors of a hand move its links.
+//! Motion of a hand's links by its motors.
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
@@ -42,7 +42,7 @@ fn rates(driven: &Driven, released: bool) -> Vec<(usize, f64)> {
     }
 }
 
-/// How far a place of a solid moves for a unit of a motor at most [m], before and after its clutch has opened.
+/// Largest motion of any point of a solid per unit of a motor [m], before and after the motor's clutch has opened.
 pub(super) fn reach(hand: &Hand, link: usize, centre: Point3<f64>, radius: f64, driven: &Driven) -> [f64; 2] {
     [false, true].map(|released| {
         let rates = rates(driven, released);
@@ -62,8 +62,8 @@ pub(super) fn reach(hand: &Hand, link: usize, centre: Point3<f64>, radius: f64, 
     })
 }
 
-/// Of each joint that a motor moves: its place in the tree, an axis times the rate, a point of it, and whether it slides; seen
-/// from the base.
+/// Joints that a motor moves: each with its index in the tree, an axis times the rate, a point of the axis, and whether it
+/// slides; expressed in the base.
 pub(super) fn velocities(
     hand: &Hand,
     frames: &[IsometryMatrix3<f64>],
@@ -80,7 +80,7 @@ pub(super) fn velocities(
     rates(driven, motor.released.is_some()).into_iter().map(of).collect()
 }
 
-/// How a place of a link moves, seen from the base.
+/// Velocity of a point of a link, expressed in the base.
 pub(super) fn velocity(
     velocities: &[(usize, Vector3<f64>, Point3<f64>, bool)],
     hand: &Hand,

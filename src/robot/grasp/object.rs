@@ -17,11 +17,11 @@ pub struct ObjectSearch {
     pub(super) field: DistanceField,
     /// The middle of its box.
     pub(super) middle: Point3<f64>,
-    /// From there to its farthest point [m].
+    /// Distance from the middle to the farthest corner of the box [m].
     pub(super) radius: f64,
-    /// What torques refer to.
+    /// Centre and radius that torques refer to.
     pub(super) mass: MassFrame,
-    /// How it rests on a table.
+    /// Poses in which the object rests on a table.
     pub(super) resting: RestingPoses,
 }
 
@@ -56,7 +56,7 @@ impl ObjectSearch {
         }
     }
 
-    /// How it rests on a table.
+    /// Poses in which the object rests on a table.
     pub fn resting(&self) -> &RestingPoses {
         &self.resting
     }

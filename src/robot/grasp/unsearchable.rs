@@ -1,6 +1,6 @@
 //! Reasons why a hand cannot be annealed.
 
-/// Why a hand cannot be annealed.
+/// Reason why a hand cannot be annealed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnsearchableHand {
     /// Postures are searched in the space of eigengrasps.
@@ -9,17 +9,17 @@ pub enum UnsearchableHand {
     /// More of them than a state has room for.
     #[error("it has {count} eigengrasps, more than {most}: give its table fewer")]
     TooManyEigengrasps {
-        /// Found.
+        /// Count that was found.
         count: usize,
-        /// Room.
+        /// Largest count that there is room for.
         most: usize,
     },
     /// More joints than there is room for.
     #[error("it has {count} joints, more than {most}")]
     TooManyJoints {
-        /// Found.
+        /// Count that was found.
         count: usize,
-        /// Room.
+        /// Largest count that there is room for.
         most: usize,
     },
     /// The approach frame has to stand still against the base.
@@ -28,15 +28,15 @@ pub enum UnsearchableHand {
     /// More shapes than there is room for.
     #[error("it has {count} shapes that can touch, more than {most}: put one in the place of several")]
     TooManyShapes {
-        /// Found.
+        /// Count that was found.
         count: usize,
-        /// Room.
+        /// Largest count that there is room for.
         most: usize,
     },
     /// A part of it is a mesh.
     #[error("a shape of {body} is a mesh: put boxes, balls, capsules or cylinders in its place")]
     Mesh {
-        /// Whose.
+        /// Name of the body.
         body: String,
     },
 }

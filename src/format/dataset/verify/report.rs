@@ -6,7 +6,7 @@ use super::super::IndexFormat;
 use crate::Product;
 use kernel::ids::{Digest, ShardId};
 
-/// How much to check.
+/// Level of detail of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VerifyLevel {
     /// Digests of all files, ledgers, counts and the root: about 2 GB/s.
@@ -28,7 +28,7 @@ pub struct VerifyOptions<'a> {
     pub threads: usize,
 }
 
-/// How far a verification is.
+/// Progress of a verification.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VerifyProgress {
     /// Shards checked.
@@ -48,11 +48,11 @@ pub struct Problem {
     pub file: String,
     /// Which shard, when it is one.
     pub shard: Option<ShardId>,
-    /// Where in the file: chunk, sample, channel; empty for the file as a whole.
+    /// Place in the file: chunk, sample, channel; empty for the file as a whole.
     pub place: String,
-    /// What is wrong, with numbers.
+    /// The problem in words, with numbers.
     pub what: String,
-    /// How to mend it.
+    /// The remedy.
     pub remedy: &'static str,
 }
 
@@ -67,16 +67,16 @@ impl fmt::Display for Problem {
     }
 }
 
-/// What a verification found.
+/// Findings of a verification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifyReport {
-    /// What the dataset holds.
+    /// Product of the dataset.
     pub product: Product,
     /// Root digest in the manifest.
     pub saved: Digest,
     /// Root digest out of the ledgers and tables; `None` when one of them can't be read.
     pub calculated: Option<Digest>,
-    /// What was looked at.
+    /// Shards, samples and bytes that were checked.
     pub checked: VerifyProgress,
     /// Payloads whose digest and fields were checked (level [`VerifyLevel::Full`]).
     pub payloads: u64,

@@ -5,11 +5,11 @@
 pub struct TouchContact {
     /// Which probe, counted from 0: of random rays the ray, of a hand its approach.
     pub probe: u32,
-    /// Where [m].
+    /// Position [m].
     pub position: [f32; 3],
     /// Outward unit normal of the surface there.
     pub normal: [f32; 3],
-    /// How far the probe came from where it started [m]; a hand, until it touched first.
+    /// Distance of the contact from the start of the probe [m]; of a hand, until its first touch.
     pub distance: f32,
     /// Whether nothing of the object stands between the contact and the camera.
     pub visible: bool,

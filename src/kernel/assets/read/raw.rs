@@ -15,5 +15,5 @@ pub(in crate::assets) struct RawMesh {
     pub(in crate::assets) notes: Vec<String>,
 }
 
-/// What to do about a format that is not read here.
+/// Remedy for a format that is not read here.
 pub(super) const CONVERT: &str = "convert it: python scripts/convert_mesh.py IN OUT.ply";
