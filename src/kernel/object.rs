@@ -54,7 +54,7 @@ impl PreparedObject {
         &self.mesh
     }
 
-    /// Its row in the asset table.
+    /// Row of the object in the asset table.
     pub fn record(&self) -> &AssetRecord {
         &self.record
     }

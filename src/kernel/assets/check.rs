@@ -1,4 +1,4 @@
-//! What each mesh is, what was mended, and what is refused: the report behind `graspmill meshes check`.
+//! Check of meshes: facts, repairs and refusals per mesh. The report behind `graspmill meshes check`.
 
 use std::{
     fmt,
@@ -12,7 +12,7 @@ use super::{AssetRecord, DuplicateOf, MeshRefusal, MeshSource, ScaleRule, SizeRu
 pub struct MeshCheckReport {
     /// One row a mesh, in the order of the paths, folders sorted.
     pub meshes: Vec<MeshCheckRow>,
-    /// How many of each kind.
+    /// Number of meshes of each kind.
     pub counts: MeshCheckCounts,
 }
 
@@ -21,7 +21,7 @@ pub struct MeshCheckReport {
 pub struct MeshCheckRow {
     /// The file, as it was named or found.
     pub file: String,
-    /// What it is and what was mended; `None` when it is refused.
+    /// Facts and repairs of the mesh; `None` when it is refused.
     pub record: Option<AssetRecord>,
     /// Why it is refused and how to mend it.
     pub refusal: Option<MeshRefusal>,
@@ -29,7 +29,7 @@ pub struct MeshCheckRow {
     pub duplicate_of: Option<String>,
 }
 
-/// How many meshes of each kind.
+/// Number of meshes of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct MeshCheckCounts {
     /// All meshes.

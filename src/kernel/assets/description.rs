@@ -21,7 +21,7 @@ pub struct DescriptionError {
 }
 
 impl DescriptionError {
-    /// How to mend it.
+    /// Remedy for the error, as a sentence for the user.
     pub fn remedy(&self) -> &'static str {
         match (self.source.kind(), &self.by) {
             (io::ErrorKind::NotFound, Some(_)) => missing_remedy(&self.path),
@@ -37,7 +37,7 @@ impl DescriptionError {
 /// Ending of a hand's table.
 const TABLE: &str = "toml";
 
-/// How to get a file that a robot's description names.
+/// Remedy for a missing file that a robot's description names.
 pub fn missing_remedy(file: &Path) -> &'static str {
     let parts: Vec<_> = file.components().map(|part| part.as_os_str()).collect();
     let fetched =
@@ -49,7 +49,7 @@ fn named_by(by: Option<&Path>) -> String {
     by.map(|by| format!(", named by {}", by.display())).unwrap_or_default()
 }
 
-/// What an MJCF file and the files that it names are.
+/// Contents of an MJCF file and of the files that it names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Description {
     /// The name that it gives itself; MuJoCo's own word for a model without one otherwise.

@@ -1,4 +1,4 @@
-//! What a mesh is called: by its prepared content, and by its triangles whatever their order.
+//! Digests of a mesh: of its prepared content, and of its triangles whatever their order.
 
 use super::weld;
 use crate::{

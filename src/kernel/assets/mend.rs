@@ -117,7 +117,7 @@ fn remove(faces: &mut Vec<[u32; 3]>, gone: &[u32]) {
     });
 }
 
-/// What became of the faces that stand on the same three vertices as others.
+/// Result of removing faces that stand on the same three vertices as others.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Twins {
     /// Copies and opposite pairs dropped.

@@ -1,4 +1,4 @@
-//! What is known about a mesh: where it comes from, what it is, what was mended.
+//! The asset table: source, facts and repairs of each mesh.
 
 use std::{
     fmt,
@@ -19,13 +19,13 @@ pub struct MeshSource {
     pub name: String,
     /// File or built-in shape.
     pub origin: MeshOrigin,
-    /// How the file's numbers become metres.
+    /// Rule that converts the file's numbers to metres.
     pub scale: ScaleRule,
     /// Which sizes pass.
     pub size: SizeRule,
     /// SPDX expression or name of the licence, where known.
     pub licence: Option<String>,
-    /// How to cite the mesh, where known.
+    /// Citation of the mesh, where known.
     pub citation: Option<String>,
     /// Category or family, for splits by group.
     pub group: Option<String>,
@@ -55,7 +55,7 @@ pub enum MeshOrigin {
     BuiltIn(String),
 }
 
-/// How a file's numbers become metres.
+/// Rule that converts a file's numbers to metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ScaleRule {
     /// One unit of the file is this many metres.
@@ -84,7 +84,7 @@ impl Default for SizeRule {
 pub struct PreparedMesh {
     /// Metres, equal positions merged, repaired; the frame is the file's own.
     pub mesh: TriMesh,
-    /// Its row in the asset table.
+    /// Row of the mesh in the asset table.
     pub record: AssetRecord,
 }
 
@@ -118,11 +118,11 @@ pub struct AssetRecord {
     pub lower: [f64; 3],
     /// Side lengths of the box [m].
     pub extents: [f64; 3],
-    /// What the file's numbers were multiplied by.
+    /// Factor that the file's numbers were multiplied by.
     pub scale: f64,
-    /// What was mended.
+    /// Repairs made to the mesh.
     pub repairs: Vec<Repair>,
-    /// How solid cells are told from empty ones.
+    /// Method that separates solid cells from empty ones.
     pub inside: InsideMethod,
     /// Things a user should know, in words.
     pub warnings: Vec<String>,
@@ -144,7 +144,7 @@ pub enum Winding {
     Mixed,
 }
 
-/// How the solid is found.
+/// Method that finds the solid of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InsideMethod {
@@ -218,10 +218,10 @@ pub struct MeshRefusal {
     pub file: String,
     /// Short stable name of the reason, for counting: `truncated`, `not_finite`, `too_large`, ...
     pub reason: String,
-    /// What is wrong, with numbers.
+    /// Problem, with numbers.
     pub problem: String,
     /// Where in the file: byte, line, face or vertex.
     pub place: Option<String>,
-    /// How to mend it.
+    /// Remedy for the problem.
     pub remedy: String,
 }

@@ -28,7 +28,7 @@ pub struct DistanceGrid {
 /// that are equally near costs most.
 const EXACT: f64 = 0.016;
 
-/// What f32 may have cut off [m]: distances stay below a few metres.
+/// Bound on the rounding error of distances stored as f32 [m]: they stay below a few metres.
 const ROUNDING: f64 = 1e-6;
 
 impl DistanceGrid {

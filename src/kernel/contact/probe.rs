@@ -44,7 +44,7 @@ impl Probe {
         self.core_radius() + self.thickness
     }
 
-    /// The same of its core [m].
+    /// Radius of the core's bounding ball [m].
     pub(super) fn core_radius(&self) -> f64 {
         self.half.iter().map(|side| side * side).sum::<f64>().sqrt()
     }

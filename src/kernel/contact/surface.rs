@@ -16,7 +16,7 @@ use crate::{
 
 /// Cells of the distance grid along the mesh's longest side: enough to rule out what is not near.
 const CELLS: u32 = 64;
-/// How far the distance grid reaches beyond the mesh's box [m].
+/// Margin of the distance grid around the mesh's box [m].
 const MARGIN: f64 = 0.012;
 /// A core is cut into pieces no longer than this [m]; each is a place where a contact may be.
 const PIECE: f64 = 0.004;
@@ -24,14 +24,14 @@ const PIECE: f64 = 0.004;
 const SEPARATION: f64 = 0.008;
 /// From a piece to its closest place: projections onto the surface and back onto the core, at most.
 const PROJECTIONS: usize = 24;
-/// One that does not bring the two nearer by this much ends them [m].
+/// Least decrease of the distance per step [m]: a step that gains less ends the iteration.
 const NEARER: f64 = 1e-8;
 /// The surface's triangles are gathered for so much around a place [m], once it moves by less than this share of it at a time.
 const NEARBY: f64 = 2e-4;
 const SLOW: f64 = 0.1;
 /// Distances below which directions are lost [m].
 const SETTLED: f64 = 1e-7;
-/// How far apart two contacts count for pressing at 60 degrees to each other [m].
+/// Distance between two contacts that counts as much as an angle of 60 degrees between their normals [m].
 const TURNED: f64 = 0.05;
 /// Cosine of the least angle between the directions in which one place of a core is pressed.
 const OTHER_WALL: f64 = 0.8;
@@ -74,7 +74,7 @@ struct Piece {
 /// A piece of the core near which the surface may be, in the probe's frame.
 struct Seed {
     place: Point3<f64>,
-    /// How far the piece reaches from there [m].
+    /// Distance that the piece reaches from there [m].
     reach: f64,
     /// Lower bound of its signed distance, and about how much that is [m].
     bound: f64,
@@ -116,15 +116,15 @@ pub(super) struct Pair {
     distance: f64,
 }
 
-/// What is remembered of the surface around one place that is followed step by step: it moves micrometres a step.
+/// Cache of the surface around one point that is followed step by step: the point moves micrometres per step.
 pub(super) struct Trail {
     near: Nearby,
-    /// The same for the place from which another wall is looked for.
+    /// Cache around the point from which another wall is searched.
     beyond: Nearby,
 }
 
 impl Trail {
-    /// One that remembers, or asks anew each time.
+    /// Creates a trail that caches the surface, or one that queries it anew each time.
     pub(super) fn new(remembers: bool) -> Self {
         let nearby = || Nearby { remembers, around: Neighbourhood::default(), asked: Point3::origin() };
         Self { near: nearby(), beyond: nearby() }

@@ -22,20 +22,21 @@ pub struct ContactTracker {
     remembers: bool,
     searched: Option<Searched>,
     places: Vec<Place>,
-    /// What is remembered of the surface around each place; of more places than there are now, for those to come.
+    /// Cache of the surface around each point; may hold more trails than there are points now, for later ones.
     trails: Vec<Trail>,
 }
 
-/// What the last search found beside the places.
+/// Result of the last search, besides the points.
 struct Searched {
     object_from_probe: IsometryMatrix3<f64>,
-    /// How far all other parts of the solid were from the surface at least [m].
+    /// Lower bound on the distance of all other parts of the solid from the surface [m].
     farther: f64,
 }
 
 impl ContactTracker {
-    /// Of a solid that has not been looked for yet. One that remembers gathers the surface around each place and takes closest
-    /// points from there: in half the time, and but for the choice between triangles that are equally near to 1e-8 m the same.
+    /// Creates a tracker of a solid that has not been searched yet. With `remembers` it caches the surface around each
+    /// point and takes closest points from there: in half the time, and the same but for the choice between triangles
+    /// that are equally near to 1e-8 m.
     pub fn new(probe: Probe, remembers: bool) -> Self {
         let radius = probe.core_radius();
         Self { probe, radius, remembers, searched: None, places: Vec::new(), trails: Vec::new() }
@@ -47,7 +48,7 @@ impl ContactTracker {
         self.trails.iter_mut().for_each(Trail::forget);
     }
 
-    /// As [`ContactSurface::contacts`].
+    /// Contacts as [`ContactSurface::contacts`] returns them, from what the last search left.
     pub fn contacts(
         &mut self,
         surface: &ContactSurface,
@@ -78,7 +79,7 @@ impl ContactTracker {
         surface.list_followed(&self.probe, margin, pairs, &mut self.trails, out);
     }
 
-    /// How far a place of the core has moved at most [m].
+    /// Upper bound on the motion of any point of the core between two poses [m].
     fn moved(&self, from: &IsometryMatrix3<f64>, to: &IsometryMatrix3<f64>) -> f64 {
         let turned = (to.rotation.matrix() - from.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
         (to.translation.vector - from.translation.vector).norm() + turned * self.radius

@@ -37,7 +37,7 @@ pub enum InvalidIntrinsics {
     NotPositive {
         /// Which number.
         name: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
     },
     /// The field of view must lie strictly between 0 and pi.
@@ -75,7 +75,7 @@ impl Intrinsics {
         Ok(self)
     }
 
-    /// The same camera with another focal length [px], where one is given.
+    /// Returns the camera with another focal length [px], where one is given.
     pub fn with_focal_length(self, focal_length: Option<f64>) -> Self {
         focal_length.map_or(self, |f| Self { fx: f, fy: f, ..self })
     }

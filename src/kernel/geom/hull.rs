@@ -18,16 +18,16 @@ type Site = [i64; 3];
 /// A convex hull with a volume.
 #[derive(Clone, Debug)]
 pub(super) struct ConvexHull {
-    /// Its corners as they were rounded [m].
+    /// Corners of the hull, rounded [m].
     pub(super) corners: Vec<Point3<f64>>,
-    /// Its facets; no two lie in one plane.
+    /// Facets of the hull; no two lie in one plane.
     pub(super) facets: Vec<Facet>,
 }
 
 /// A facet: a convex polygon.
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
-    /// Its corners, counter-clockwise seen from outside: places in [`ConvexHull::corners`].
+    /// Corners, counter-clockwise as viewed from outside: indices in [`ConvexHull::corners`].
     pub(super) corners: Vec<u32>,
     /// Across the edge from corner k to corner k + 1.
     pub(super) neighbours: Vec<u32>,
@@ -82,7 +82,7 @@ fn minus(one: &Site, other: &Site) -> Site {
     std::array::from_fn(|axis| one[axis] - other[axis])
 }
 
-/// Of differences of sites: every part fits 53 bits.
+/// Cross product of differences of sites: every component fits 53 bits.
 fn cross(one: &Site, other: &Site) -> Site {
     let part = |a: usize, b: usize| one[a] * other[b] - one[b] * other[a];
     [part(1, 2), part(2, 0), part(0, 1)]
@@ -127,7 +127,7 @@ impl Growth {
         self.faces.len() as u32 - 1
     }
 
-    /// How far a point is before a face, in units of the face's own; 0 in its plane.
+    /// Signed height of a point above a face, in units of the face's normal; 0 in its plane.
     fn height(&self, face: u32, place: u32) -> i128 {
         let Face { normal, corners, .. } = &self.faces[face as usize];
         dot(normal, &minus(&self.sites[place as usize], &self.sites[corners[0] as usize]))
@@ -269,7 +269,7 @@ mod tests {
         (0..n * n * n).map(|k| [part(k % n), part(k / n % n), 0.5 * part(k / n / n)]).collect()
     }
 
-    /// What a closed convex surface is, whatever it is of.
+    /// Asserts that the hull is a closed convex surface around all points.
     fn check(hull: &ConvexHull, points: &[[f64; 3]]) {
         let edges: usize = hull.facets.iter().map(|facet| facet.corners.len()).sum();
         let mut used: Vec<u32> = hull.facets.iter().flat_map(|facet| facet.corners.clone()).collect();

@@ -93,8 +93,8 @@ pub trait Lanes: Copy {
     fn low_bits(self, bytes: &[u8; 64]) -> u64;
 }
 
-/// The same expression for each of several values. A macro, because a closure handed to `map` is compiled without the
-/// level's instructions and then calls them one by one.
+/// Evaluates one expression for each of several values. A macro, because a closure handed to `map` is compiled without
+/// the level's instructions and then calls them one by one.
 #[macro_export]
 macro_rules! each_of {
     ([$($value:expr),+ $(,)?], $name:pat => $body:expr) => {
@@ -114,7 +114,7 @@ impl<L: Lanes> Affine<L> {
         Self([l.splat(row[0]), l.splat(row[1]), l.splat(row[2]), l.splat(row[3])])
     }
 
-    /// Its value, summed from the left.
+    /// Value of the affine function, summed from the left.
     #[inline(always)]
     pub fn at(&self, l: L, x: L::F, y: L::F, z: L::F) -> L::F {
         let [a, b, c, d] = self.0;

@@ -1,4 +1,4 @@
-//! What a solid weighs, out of its cells.
+//! Mass properties of a solid, from its cells.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -25,7 +25,8 @@ struct Sums {
 }
 
 impl MassProperties {
-    /// Of the solid cells, each a cube of even density; robust where a surface has holes. `None` where no cell is solid.
+    /// Mass properties of the solid cells, each a cube of even density; robust where a surface has holes. `None` where
+    /// no cell is solid.
     ///
     /// Sums are of integers, so that no order of them changes a bit.
     pub fn of_solid(solid: &SolidGrid) -> Option<Self> {

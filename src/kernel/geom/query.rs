@@ -34,7 +34,7 @@ pub struct NoSurface {
     pub triangles: usize,
     /// Vertices of the mesh.
     pub vertices: usize,
-    /// What the library says.
+    /// Reason that the library gives.
     pub reason: String,
 }
 
@@ -134,7 +134,7 @@ impl TouchShape {
             .is_ok_and(|found| found.intersecting)
     }
 
-    /// How far a point lies outside of a solid's surface [m], negative inside; of a mesh, how far from its surface.
+    /// Distance of a point from a solid's surface [m], negative inside; for a mesh, the distance from its surface.
     pub fn distance(&self, place: &IsometryMatrix3<f64>, point: &Point3<f64>) -> f64 {
         self.shape.distance_to_point(&self.placed(place), to_glam(&point.coords), false)
     }

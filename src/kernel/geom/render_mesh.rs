@@ -34,7 +34,7 @@ pub(crate) struct Facing {
     pub(crate) away: f32,
 }
 
-/// What is known of a run of [`RenderMesh::CLUSTER`] triangles; positions relative to the middle of the box [m].
+/// Bounds of a run of [`RenderMesh::CLUSTER`] triangles; positions relative to the middle of the box [m].
 #[derive(Clone, Copy, Debug)]
 struct Cluster {
     centre: [f32; 3],

@@ -1,4 +1,4 @@
-//! How an object comes to rest on a table: stable poses and how likely each is, by the quasi-static method of Wiegley, Rao and
+//! Stable poses of an object on a table, and how likely each is, by the quasi-static method of Wiegley, Rao and
 //! Goldberg 1992 and Goldberg et al. 1999 ("Part pose statistics: estimators and experiments").
 
 use std::f64::consts::PI;
@@ -17,24 +17,24 @@ pub struct RestingPose {
     pub world_from_object: Pose<World, Object>,
     /// Share of random drops that end so, 0 to 1.
     pub probability: f64,
-    /// Of the centre of mass over the table [m].
+    /// Height of the centre of mass above the table [m].
     pub height: f64,
 }
 
 /// The stable poses of an object, those that are much alike as one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RestingPoses {
-    /// Those that are kept, the most likely first.
+    /// Resting poses that are kept, the most likely first.
     pub poses: Vec<RestingPose>,
-    /// Of the others: less likely than [`LEAST`](Self::LEAST), or after [`MOST`](Self::MOST).
+    /// Number of the others: less likely than [`LEAST`](Self::LEAST), or after [`MOST`](Self::MOST).
     pub left_out: u32,
 }
 
 /// A facet as the object stands on it.
 struct Stand {
-    /// Of the centre of mass over the facet's plane [m].
+    /// Height of the centre of mass above the facet's plane [m].
     height: f64,
-    /// Of landing on it first; what tips over to it is added.
+    /// Probability of landing on this facet first; that of facets that tip over to it is added.
     probability: f64,
     /// Where it tips over to; `None` where it stays.
     next: Option<usize>,
@@ -49,8 +49,8 @@ impl RestingPoses {
     /// side.
     pub const ALIKE: f64 = 10.0;
 
-    /// Of a mesh with its centre of mass: those of [`every_resting_pose`] that are likely, each with the probability of those that
-    /// are like it.
+    /// Resting poses of a mesh with its centre of mass: the likely ones of [`every_resting_pose`], each with the
+    /// probability of those that are like it.
     pub fn of(mesh: &TriMesh, centre: &Point3<f64>) -> Self {
         let cos = libm::cos(Self::ALIKE.to_radians());
         let mut poses: Vec<(Vector3<f64>, RestingPose)> = Vec::new();
@@ -139,12 +139,12 @@ impl ConvexHull {
         self.corners[facet.corners[place % facet.corners.len()] as usize]
     }
 
-    /// Of a point inside over a facet's plane [m].
+    /// Height of a point inside above a facet's plane [m].
     fn height(&self, facet: &Facet, point: &Point3<f64>) -> f64 {
         facet.normal.dot(&(self.at(facet, 0) - point))
     }
 
-    /// Of a facet seen from a point inside [sr] (Van Oosterom and Strackee 1983, equation 8).
+    /// Solid angle of a facet as viewed from a point inside [sr] (Van Oosterom and Strackee 1983, equation 8).
     fn solid_angle(&self, facet: &Facet, from: &Point3<f64>) -> f64 {
         let of_triangle = |place: usize| {
             let [a, b, c] = [0, place, place + 1].map(|place| self.at(facet, place) - from);
@@ -204,7 +204,7 @@ mod tests {
         poses.poses.iter().map(up).collect()
     }
 
-    /// Of a rectangle 2a by 2b in a distance d from its middle: 4 asin(a b / sqrt((a^2 + d^2)(b^2 + d^2))).
+    /// Solid angle of a rectangle 2a by 2b at distance d from its middle: 4 asin(a b / sqrt((a^2 + d^2)(b^2 + d^2))).
     fn of_rectangle(a: f64, b: f64, d: f64) -> f64 {
         4.0 * (a * b / ((a * a + d * d) * (b * b + d * d)).sqrt()).asin() / (4.0 * PI)
     }

@@ -14,19 +14,19 @@ pub enum Shape {
     },
     /// A ball around the origin.
     Sphere {
-        /// Its radius.
+        /// Radius [m].
         radius: f64,
     },
     /// A segment of the z axis, thickened.
     Capsule {
-        /// Its radius.
+        /// Radius [m].
         radius: f64,
         /// Half the segment's length.
         half: f64,
     },
     /// A cylinder around the z axis.
     Cylinder {
-        /// Its radius.
+        /// Radius [m].
         radius: f64,
         /// Half its height.
         half: f64,
@@ -36,7 +36,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// How far the shape goes along a direction of unit length, from its frame's origin [m].
+    /// Extent of the shape along a direction of unit length, from its frame's origin [m].
     pub fn reach_along(&self, way: &Vector3<f64>) -> f64 {
         match self {
             Self::Box { half } => way.abs().dot(&Vector3::from(*half)),

@@ -21,7 +21,7 @@ pub enum ViewSet {
     },
     /// So many rotations spread evenly over SO(3); see [`super_fibonacci`].
     Even {
-        /// How many.
+        /// Number of views.
         count: u32,
     },
     /// Rotations one by one.

@@ -144,8 +144,8 @@ impl Rasteriser {
         bounds.map(|bound| bound as i32)
     }
 
-    /// As [`Self::project`] for a mesh that reaches behind the near plane: triangles are cut at the plane, and those
-    /// that are left stand in `self.clipped`. A rare case, so plain code in double precision.
+    /// Projects a mesh that reaches behind the near plane, as [`Self::project`]: triangles are cut at the plane, and
+    /// the remaining ones stand in `self.clipped`. A rare case, so plain code in double precision.
     fn project_clipped(
         &mut self,
         mesh: &RenderMesh,

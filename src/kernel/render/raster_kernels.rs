@@ -258,7 +258,7 @@ simd_kernel! {
     ) = fill_small_body;
 }
 
-/// How far depth may vary over a triangle of each class, in shares of its area [1/px^2], to be taken in single precision.
+/// Bound on the variation of depth over a triangle of each class, in shares of its area [1/px^2], for single precision.
 /// With coordinates of at most m px edge functions are off by up to m^2 2^-23 px^2: depth then stays within 2e-7 of
 /// itself.
 const STEEP: [f32; SMALL_CLASSES] = [1.0, 1.0 / 9.0, 1.0 / 49.0];

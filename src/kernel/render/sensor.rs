@@ -15,7 +15,7 @@ pub struct SensorConstant {
     pub min: f64,
     /// Greatest allowed value.
     pub max: f64,
-    /// What it means.
+    /// Meaning of the constant.
     pub meaning: &'static str,
 }
 

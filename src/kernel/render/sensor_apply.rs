@@ -17,7 +17,7 @@ pub struct SensorScratch {
     depth: Vec<f32>,
     /// Disparity in pixels of the image; 0 = no return.
     disparity: Vec<f32>,
-    /// What the matcher can find: `disparity` without shadows and thin parts.
+    /// Disparity that the matcher can find: `disparity` without shadows and thin parts.
     matched: Vec<f32>,
     slants: Slants,
     axial: Vec<f32>,
@@ -27,7 +27,7 @@ pub struct SensorScratch {
     spread: Vec<f32>,
 }
 
-/// What the surface at each pixel does to its measurement; images without a border.
+/// Effect of the surface at each pixel on its measurement; images without a border.
 #[derive(Default)]
 struct Slants {
     /// Angle between the line of sight and the surface's normal [rad].

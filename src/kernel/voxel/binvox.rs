@@ -35,7 +35,7 @@ pub enum InvalidBinvox {
         line: usize,
         /// The line, at most 40 characters.
         text: String,
-        /// What should stand there.
+        /// Expected text.
         expected: &'static str,
     },
     /// The header ends without one of its lines.
@@ -118,7 +118,7 @@ impl Binvox {
         }
     }
 
-    /// As a solid grid; `None` when it has not 256 cells a side.
+    /// Converts to a solid grid; `None` unless it has 256 cells per side.
     pub fn to_solid(&self) -> Option<SolidGrid> {
         if self.grid.resolution() as usize != SolidGrid::SIDE {
             return None;

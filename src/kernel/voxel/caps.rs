@@ -149,7 +149,7 @@ impl Caps {
         node
     }
 
-    /// What is known about the caps before any block is looked at: nothing is far.
+    /// Cap set before any block is evaluated: nothing is far.
     pub(super) fn everywhere(&self) -> Local {
         let root = self.nodes.len() as u32 - 1;
         Local { near: vec![Part::all(root)], near_caps: vec![root], ..Local::default() }
@@ -278,7 +278,7 @@ impl Caps {
     }
 }
 
-/// What is known about the caps inside a ball: far parts as a Taylor expansion, near ones by name.
+/// Cap set as evaluated inside a ball: far parts as a Taylor expansion, near ones by index.
 #[derive(Debug, Default)]
 pub(super) struct Local {
     /// Middle of the expansion and of the ball.
@@ -436,7 +436,7 @@ fn distance_to_segment(point: &V3, a: &V3, b: &V3) -> f64 {
     (to - along * share).norm()
 }
 
-/// What is still to be visited. A tree over `n` caps of `m` corners is about log2(n m) deep.
+/// Nodes still to be visited. A tree over `n` caps of `m` corners is about log2(n m) deep.
 struct Stack<T> {
     items: [T; 64],
     len: usize,

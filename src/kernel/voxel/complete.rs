@@ -30,7 +30,7 @@ pub(super) struct Surface {
     places: Vec<u32>,
     /// Triangles that ask for an exact test.
     work: Work,
-    /// Those of them that span more than three cells along an axis: places in `work`.
+    /// Triangles that span more than three cells along an axis: indices in `work`.
     wide: Vec<u32>,
     /// Cells of one of them that are not marked yet: x, y, z in `Cells`, a byte each.
     open: Vec<u32>,

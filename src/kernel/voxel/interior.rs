@@ -27,7 +27,7 @@ impl FineFromGrid {
         }
     }
 
-    /// How fine coordinates change from cell to cell along z.
+    /// Change of fine coordinates from cell to cell along z.
     pub(super) fn step_along_z(&self) -> [f64; 3] {
         self.steps[2].into()
     }

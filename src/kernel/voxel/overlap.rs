@@ -243,11 +243,11 @@ fn test_cells_body<L: Lanes>(
 struct Batch<L: Lanes> {
     /// First cell of the box: x, y, z in `Cells`, a byte each.
     first: L::I,
-    /// Its place.
+    /// Cell index along the axis.
     place: L::I,
     /// Cells of the box along each axis, less one.
     span: [L::I; 3],
-    /// How the projection on the normal moves with the cell, and between what the plane is met.
+    /// Change of the projection on the normal per cell, and the interval in which the plane is met.
     step: [L::F; 3],
     low: L::F,
     high: L::F,

@@ -36,7 +36,7 @@ const SHELLS: usize = 12;
 pub struct ShapeDescriptor {
     /// Standard deviations along the grid's axes, for a volume of 1; zeros for a mesh that encloses nothing.
     spread: [f64; 3],
-    /// The same, largest first.
+    /// Extents in descending order.
     sorted: [f64; 3],
     /// Whether neighbours in `sorted` nearly coincide.
     round: [bool; 2],

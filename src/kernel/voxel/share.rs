@@ -1,4 +1,4 @@
-//! How much of the solid lies inside a view's grid.
+//! Share of the solid that lies inside a view's grid.
 
 use nalgebra::Point3;
 

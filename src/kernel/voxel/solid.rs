@@ -9,7 +9,7 @@ use super::{
 };
 use crate::geom::{SolidGrid, TriMesh};
 
-/// How the solid is told from the empty.
+/// Test that separates the solid from the empty cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InsideTest {
     /// Signed crossings along each column: exact for closed surfaces wound outward, by index or by position. Bodies

@@ -21,9 +21,9 @@ use crate::geom::{
 /// When a cell of the complete grid is occupied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Truth {
-    /// Its closed box meets the solid: the surface passes through it or its centre is inside.
+    /// A cell is occupied where its closed box meets the solid: the surface passes through it or its centre is inside.
     AnyOverlap,
-    /// Its centre is inside the solid.
+    /// A cell is occupied where its centre is inside the solid.
     Centre,
     /// At least this share of it is solid.
     Fraction(f64),

@@ -28,8 +28,8 @@ const COARSE: usize = 8;
 /// Below this size the lists of the enclosing block do.
 const FINE: usize = 4;
 
-/// What the expansions of [`Caps::winding`] are trusted to: twice the largest error seen, 0.006, on scans with a tenth of
-/// their faces turned round.
+/// Error bound assumed for the expansions of [`Caps::winding`]: twice the largest error seen, 0.006, on scans with a
+/// tenth of their faces turned round.
 const EXPANSION_ERROR: f64 = 0.012;
 
 /// Marks every cell whose centre has a generalised winding number of at least 1/2, either way round.

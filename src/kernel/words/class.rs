@@ -2,15 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How equal the numbers of a channel are on two machines.
+/// Class of a channel's numbers: how equal they are on two machines.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NumberClass {
-    /// The same bits on any machine: our own code.
+    /// Identical bits on any machine: our own code.
     Exact,
-    /// The same bits for one physics library, C library and processor level.
+    /// Identical bits for one physics library, C library and processor level.
     Physics,
-    /// The same bits for one graphics driver.
+    /// Identical bits for one graphics driver.
     Colour,
 }
 

@@ -1,4 +1,4 @@
-//! What can collide: bodies out of shapes, each carried by one link of a planning group.
+//! Bodies that can collide: made of shapes, each carried by one link of a planning group.
 
 use nalgebra::IsometryMatrix3;
 
@@ -16,13 +16,13 @@ pub struct Geometry {
 /// A rigid part of a robot or of its surroundings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// Its name in the description.
+    /// Name in the description.
     pub name: String,
     /// Which joint of the planning group moves it last, counted from 1; 0 for what stands still in the world.
     ///
     /// The frame of link 0 is the world, that of link k the frame that the k-th joint moves.
     pub link: usize,
-    /// Its shapes, one at least.
+    /// Shapes of the body, at least one.
     pub geometries: Vec<Geometry>,
 }
 
@@ -37,7 +37,7 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// The same bodies seen from another frame that stands still: that becomes the world, the frame of link 0.
+    /// Expresses the bodies in another frame that stands still; that frame becomes the world, the frame of link 0.
     #[must_use]
     pub fn seen_from(mut self, world_from_frame: &IsometryMatrix3<f64>) -> Self {
         let frame_from_world = world_from_frame.inverse();

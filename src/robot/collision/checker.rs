@@ -11,7 +11,7 @@ use super::{
 };
 use kernel::geom::{NoSurface, SimdLevel};
 
-/// What a configuration does.
+/// Verdict on a configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
     /// No pair touches.
@@ -23,7 +23,7 @@ pub enum Verdict {
 /// A pair that touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Its place in [`Bodies::pairs`].
+    /// Index in [`Bodies::pairs`].
     pub pair: usize,
     meeting: Meeting,
 }
@@ -36,7 +36,7 @@ struct Meeting {
     near: Point3<f64>,
 }
 
-/// What of the first body of a pair, and what of the second: all that is made of planes, or one curved shape.
+/// Shapes of the first and of the second body of a pair: all that is made of planes, or one curved shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shapes {
     Planes,
@@ -55,7 +55,7 @@ pub struct CollisionChecker {
 #[derive(Clone, Copy)]
 struct Pair {
     bodies: [usize; 2],
-    /// Of the centres of balls around the two that meet, at most [m^2].
+    /// Bound on the squared distance between the centres of balls around two shapes that meet [m^2].
     squared_reach: f64,
 }
 
@@ -63,7 +63,7 @@ struct CheckedBody {
     link: usize,
     centre: Point3<f64>,
     radius: f64,
-    /// What is made of planes.
+    /// Shapes made of planes.
     solid: Option<Solid>,
     curved: Vec<Curved>,
 }
@@ -130,7 +130,7 @@ impl CollisionChecker {
         self.hits(pairs, links).next().map_or(Verdict::Free, Verdict::Collides)
     }
 
-    /// Those of the pairs given that touch, in this order; each is looked at when it is asked for.
+    /// Pairs among the given ones that touch, in this order; each is evaluated when the iterator reaches it.
     pub fn hits(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> impl Iterator<Item = Hit> {
         let centre = |body: &CheckedBody| links[body.link] * body.centre;
         let centres: Vec<_> = self.bodies.iter().map(|body| body.as_ref().map_or(Point3::origin(), centre)).collect();
@@ -154,9 +154,9 @@ impl CollisionChecker {
         Some(Hit { pair, meeting })
     }
 
-    /// How far every point of the one body of a pair may move, seen from the other, without the two ceasing to overlap [m]: a
-    /// lower bound; 0 where only their surfaces are known to touch. `links` are those of the check. The search ends when more
-    /// than `enough` is known [m].
+    /// Lower bound on the distance that every point of the one body of a pair may move, expressed in the other's frame,
+    /// without the two ceasing to overlap [m]; 0 where only their surfaces are known to touch. `links` are those of the
+    /// check. The search ends when more than `enough` is known [m].
     pub fn depth(&self, hit: &Hit, links: &LinkFrames, care: Care, enough: f64) -> f64 {
         let [first, second] = self.bodies_of(hit.pair).map(|place| self.bodies[place].as_ref());
         let (Some(first), Some(second)) = (first, second) else { return 0.0 };
@@ -225,7 +225,7 @@ impl CheckedBody {
         (here_from_there * centre - self.centre).norm_squared() <= reach * reach
     }
 
-    /// How far the two overlap where they meet [m]; not above 0 where nothing is known.
+    /// Overlap depth of the two where they meet [m]; not above 0 where nothing is known.
     fn depth(
         &self,
         other: &Self,

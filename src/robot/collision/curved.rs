@@ -97,7 +97,7 @@ impl Curved {
         [-1.0, 1.0].map(|end| self.link_from_shape * Point3::new(0.0, 0.0, end * self.round.half))
     }
 
-    /// How far two shapes that meet near `here` overlap [m] (see `Solid::depth`).
+    /// Overlap depth of two shapes that meet near `here` [m] (see `Solid::depth`).
     pub fn depth(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, here: &Point3<f64>, enough: f64) -> f64 {
         let there_from_here = here_from_there.inverse();
         let depth = |point: &Point3<f64>| -self.signed(point) - other.signed(&(there_from_here * point));
@@ -120,12 +120,12 @@ impl Curved {
     }
 }
 
-/// Of two sides at a right angle; unlike the system's `hypot`, the same bits everywhere.
+/// Hypotenuse of two sides at a right angle; unlike the system's `hypot`, the same bits everywhere.
 fn length(a: f64, b: f64) -> f64 {
     (a * a + b * b).sqrt()
 }
 
-/// Of each of two segments the point that is nearest to the other, or one such (C. Ericson, Real-Time Collision Detection,
+/// Nearest points of two segments, one on each, or one such pair (C. Ericson, Real-Time Collision Detection,
 /// 2005, section 5.1.9).
 fn nearest_points(one: [Point3<f64>; 2], two: [Point3<f64>; 2]) -> [Point3<f64>; 2] {
     let (a, b, between) = (one[1] - one[0], two[1] - two[0], one[0] - two[0]);
@@ -142,7 +142,7 @@ fn nearest_points(one: [Point3<f64>; 2], two: [Point3<f64>; 2]) -> [Point3<f64>;
 
 /// First and last step of a pattern search [m].
 pub(super) const STEPS: [f64; 2] = [0.032, 0.001];
-/// The same where the place is known roughly.
+/// First and last step of a pattern search where the position is known roughly [m].
 pub(super) const FINE_STEPS: [f64; 2] = [0.004, 0.00025];
 
 /// A pattern search for where a depth is greatest, or more than `enough`: the place, and the depth.

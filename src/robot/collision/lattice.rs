@@ -14,7 +14,7 @@ use super::{
 const POINTS: [f64; 2] = [120_000.0, 4_000_000.0];
 /// Least and greatest spacing [m].
 const SPACINGS: [f64; 2] = [0.003, 0.012];
-/// What storing a distance as `f32` may cost, and more [m].
+/// Bound on the error of storing a distance as `f32` [m].
 const ROUNDING: f64 = 1e-6;
 
 /// Exact distances at the points of a lattice over a mesh's box. A point's distance binds those around it, since a
@@ -31,7 +31,7 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Of triangles with their boxes.
+    /// Builds the lattice from triangles with their boxes.
     pub fn new(triangles: &[Triangle], boxes: &BoxTree) -> Self {
         let Bounds { low, high } = bounds_of(triangles);
         let sides: Vector3<f64> = high - low;
@@ -137,7 +137,7 @@ impl Lattice {
         (x * self.counts[1] + y) * self.counts[2] + z
     }
 
-    /// What a kernel needs of the lattice, or of every `step`-th of its points.
+    /// Lattice data for a kernel: all points, or every `step`-th of them.
     pub fn points(&self, step: usize) -> Points {
         let counts = self.counts.map(|count| (count - 1) / step + 1);
         let mut distances = Vec::with_capacity(counts.iter().product());
@@ -164,7 +164,7 @@ impl Lattice {
         stored.abs() + offset
     }
 
-    /// What is stored at the nearest point of the lattice, and how far that is [m].
+    /// Distance stored at the nearest lattice point, and the distance to that point [m].
     #[inline]
     fn nearest(&self, point: &Point3<f64>) -> (f64, f64) {
         let cell = self.cell(point);

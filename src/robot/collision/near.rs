@@ -22,7 +22,7 @@ pub(super) struct Points {
     counts: [u32; 3],
     /// Distances to the surface [steps], negative inside; at least one point an axis, C order.
     distances: Vec<f32>,
-    /// What rounding may cost [steps].
+    /// Bound on rounding errors [steps].
     rounding: f32,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Found {
 }
 
 impl Points {
-    /// Of a lattice over a box (low, high): `distances` [m] at points that are `spacing` apart [m].
+    /// Points of a lattice over a box (low, high): `distances` [m] at points that are `spacing` apart [m].
     pub fn new(
         low: Point3<f64>,
         high: Point3<f64>,
@@ -71,7 +71,7 @@ impl Points {
         }
     }
 
-    /// How another body is seen, all of whose balls lie in the one given (centre and radius [m], its own frame).
+    /// View of another body, all of whose balls lie in the given one (centre and radius [m], its own frame).
     pub fn view(&self, here_from_there: &IsometryMatrix3<f64>, ball: &(Point3<f64>, f64)) -> View {
         let shift = here_from_there.translation.vector - self.low.coords;
         let rows = rows(here_from_there.rotation.matrix(), &shift, self.inverse_spacing);
@@ -114,7 +114,7 @@ pub(super) struct Axis {
     half: f32,
     /// Half of all the shape's length along z.
     end: f32,
-    /// What rounding may cost [m].
+    /// Bound on rounding errors [m].
     slack: f32,
 }
 

@@ -14,7 +14,7 @@ impl Bounds {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// What two boxes share; some side is negative where that is nothing.
+    /// Intersection of two boxes; some side is negative where it is empty.
     pub fn shared(&self, other: &Self) -> Self {
         Self { low: self.low.sup(&other.low), high: self.high.inf(&other.high) }
     }

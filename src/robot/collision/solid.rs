@@ -15,10 +15,10 @@ use super::{
 };
 use kernel::geom::{NoSurface, SimdLevel};
 
-/// Of this many points of a lattice along each axis one is asked first.
+/// Stride of the coarse pass along each axis of a lattice: one point of this many is tested first.
 const COARSE: usize = 4;
 
-/// How long a depth is looked for.
+/// Effort spent on a depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Care {
     /// A few microseconds: what lattices know.
@@ -69,7 +69,7 @@ pub(super) struct Solid {
     boxes: BoxTree,
     /// Balls of the inside: centre and radius, largest first.
     inner: Vec<(Point3<f64>, f64)>,
-    /// The same side by side.
+    /// Inner balls in blocks, side by side.
     inner_blocks: Vec<Block>,
     /// A corner of each part of the surface that hangs together.
     shells: Vec<Point3<f64>>,
@@ -181,8 +181,9 @@ impl Solid {
         })
     }
 
-    /// How far one of two bodies that meet near `there` (see [`Solid::meets`]) may be moved at least without the two ceasing
-    /// to overlap [m]; `care` is how long that is looked for, but never on when it is known to be more than `enough`.
+    /// Lower bound on the distance that one of two bodies that meet near `there` (see [`Solid::meets`]) may move
+    /// without the two ceasing to overlap [m]; `care` is the effort spent, which ends early once more than `enough` is
+    /// known.
     pub fn depth(
         &self,
         other: &Self,
@@ -234,7 +235,8 @@ impl Solid {
             || self.lattice.inside_near(point).any(|seen| !self.boxes.crosses(point, &seen))
     }
 
-    /// How far `other` may be moved at least without ceasing to overlap [m], by balls inside it; 0 when they prove nothing.
+    /// Lower bound on the distance that `other` may move without ceasing to overlap [m], by balls inside it; 0 when
+    /// they prove nothing.
     fn overlap(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> f64 {
         let depth = |(centre, radius): &(Point3<f64>, f64)| radius - self.lattice.bounds(&(here_from_there * centre)).1;
         other.inner.iter().map(depth).fold(0.0, f64::max)
@@ -292,7 +294,7 @@ impl Solid {
         best.1
     }
 
-    /// How far this body and a curved shape that meet near `here` overlap: as [`Solid::depth`].
+    /// Overlap depth of this body and a curved shape that meet near `here`, as [`Solid::depth`] defines it.
     pub fn depth_with_curved(
         &self,
         other: &Curved,

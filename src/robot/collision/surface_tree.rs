@@ -38,12 +38,12 @@ pub(super) struct SurfaceTree {
 pub(super) struct Block {
     pub centres: [[f32; LANES]; 3],
     pub radii: [f32; LANES],
-    /// What each ball holds.
+    /// Content of each ball.
     pub below: [Below; LANES],
     pub count: usize,
 }
 
-/// What a ball holds: a block of smaller ones, or a piece of the surface; by place.
+/// Content of a ball: a block of smaller ones, or a piece of the surface; by index.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Below {
     Block(u32),
@@ -129,7 +129,7 @@ impl Block {
         Self { centres: [[0.0; LANES]; 3], radii: [-1e30; LANES], below: [Below::Leaf(0); LANES], count: 0 }
     }
 
-    /// Of balls alone, sixteen a block.
+    /// Blocks of balls alone, sixteen per block.
     pub fn of_balls(balls: &[(Point3<f64>, f64)]) -> Vec<Self> {
         let block = |balls: &[(Point3<f64>, f64)]| {
             let mut block = Self::empty();

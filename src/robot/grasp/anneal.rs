@@ -188,7 +188,7 @@ impl Annealer {
         counts
     }
 
-    /// Of the state that was looked at last; where it is not below `limit`, any number that is not.
+    /// Energy of the state that was evaluated last; where it is not below `limit`, any number that is not.
     fn energy(&mut self, object: &ObjectSearch, temperature: f64, limit: f64, counts: &mut Counts) -> f64 {
         if self.settings.energy == EnergyKind::ContactAndPotential {
             let scale = self.settings.potential_scale;

@@ -9,7 +9,7 @@ use super::closing::{Closed, Closing, LEAVES, MOST_LOOKS, TOUCHES};
 use crate::hand::Motor;
 use kernel::contact::ContactSurface;
 
-/// What moves along a surface presses into it where it comes nearer by more than this share of its way.
+/// Share of a motion along a surface above which it presses into the surface.
 const PRESSES: f64 = 1e-6;
 
 /// The first and the least turn of a squeezed object [rad]: by the least a pad 60 mm long is off by less than what touches.
@@ -19,7 +19,7 @@ const TURNS: [f64; 2] = [0.04, 2e-4];
 const MOST_TURNS: u32 = 60;
 const FARTHEST: f64 = 0.35;
 
-/// How far the hand backs off where its palm is in the way [m]: the first of these that lets both pads touch.
+/// Distances by which the hand backs off where its palm is in the way [m]: the first that lets both pads touch counts.
 const RETREATS: [f64; 4] = [0.0, 0.002, 0.005, 0.01];
 
 /// Narrower by less is as narrow [m].
@@ -79,7 +79,7 @@ impl Closing {
         RETREATS.iter().map(there).find_map(|there| self.gripped_at(surface, &there, posture, most_overlap))
     }
 
-    /// The same from one place.
+    /// Grip for one pose of the hand.
     fn gripped_at(
         &mut self,
         surface: &ContactSurface,
@@ -146,8 +146,8 @@ impl Closing {
         sides
     }
 
-    /// How far the motor goes on, by `most` at most, while the link of one side stays on the object and the rest comes along,
-    /// until something else meets the object.
+    /// Distance that the motor goes on, `most` at most, while the link of one side stays on the object and the rest
+    /// comes along, until something else meets the object.
     fn gone(
         &mut self,
         surface: &ContactSurface,

@@ -20,7 +20,7 @@ pub const TOUCHES: f64 = 1e-5;
 /// Nearer than this [m], distances are exact; farther away a lower bound does.
 const NEAR: f64 = 0.002;
 
-/// What leaves the object goes on by so much, at most [m].
+/// Largest further travel of a finger that leaves the object [m].
 pub(super) const LEAVES: f64 = 1e-4;
 
 /// A finger that has not met the object after so many looks creeps along it, and stays.
@@ -34,14 +34,14 @@ pub(super) struct Closing {
     pub(super) hand: Arc<Hand>,
     pub(super) solids: HandSolids,
     pub(super) probes: Vec<Probe>,
-    /// Of each solid and each driven joint: before and after its clutch has opened, how far a place of the solid moves for a
-    /// unit of the motor at most [m].
+    /// Reach of each solid per driven joint, before and after its clutch has opened: largest motion of a point of the
+    /// solid per unit of the motor [m].
     reaches: Vec<Vec<[f64; 2]>>,
     /// Motors that close the hand, those together that move the same solids: fingers.
     groups: Vec<Vec<usize>>,
-    /// Of a gripper: its motor, and the first pad's way for a unit of it, seen from the base.
+    /// Closing line of a gripper: its motor, and the first pad's way per unit of it, expressed in the base frame.
     pub(super) line: Option<(usize, Vector3<f64>)>,
-    /// Of each solid: 1 where it moves as the first pad does, -1 as the second one, 0 as the base.
+    /// Side of each solid: 1 where it moves as the first pad does, -1 as the second one, 0 as the base.
     pub(super) sides: Vec<f64>,
     scratch: ContactScratch,
     pub(super) found: Vec<SurfaceContact>,
@@ -79,7 +79,8 @@ impl Closing {
         }
     }
 
-    /// How deep the hand is in the object in a posture [m]; below 0 where it is clear, and then no less than -`NEAR`.
+    /// Penetration of the object by the hand in a posture [m]; below 0 where it is clear, and then no less than
+    /// -`NEAR`.
     pub(super) fn penetration(
         &mut self,
         surface: &ContactSurface,
@@ -91,8 +92,8 @@ impl Closing {
         -solids.map(|solid| self.distance(surface, object_from_base, &frames, solid)).fold(NEAR, f64::min)
     }
 
-    /// How far the hand can come along a direction in `Object`, its joints still, until it meets the object [m]: 0 where it does
-    /// not within `most`.
+    /// Distance that the hand can come along a direction in `Object`, its joints still, until it meets the object [m]:
+    /// 0 where it does not within `most`.
     pub(super) fn advance(
         &mut self,
         surface: &ContactSurface,

@@ -26,7 +26,8 @@ const FEWEST: usize = 3;
 /// of forces.)
 const EDGES: usize = 8;
 
-/// How far off an epsilon of forces and torques may be while it anneals, at least: closing in on it costs most of its time.
+/// Tolerance of an epsilon of forces and torques during annealing, at least: closing in on it costs nearly all of its
+/// time.
 const TOLERANCE: f64 = 1e-3;
 
 /// Mean over the virtual contacts of |distance| [mm] and 50 (1 - cos); cos is of the angle between the contact's normal and
@@ -38,7 +39,7 @@ pub(super) fn contact_energy(contacts: &[VirtualContact]) -> f64 {
     contacts.iter().map(of).sum::<f64>() / contacts.len() as f64
 }
 
-/// How much a virtual contact counts: 2 on the surface, falling to 0 at 50 mm.
+/// Weight of a virtual contact: 2 on the surface, falling to 0 at 50 mm.
 fn weight(contact: &VirtualContact) -> f64 {
     let distance = 1e3 * f64::from(contact.distance).abs();
     if contact.cos < LEAST_COS as f32 || distance > FARTHEST {
@@ -67,7 +68,7 @@ impl Potential {
         }
     }
 
-    /// How far off epsilon may be where an error of `unfelt` does not matter.
+    /// Tolerance of epsilon where an error of `unfelt` does not matter.
     pub(super) fn tolerance(&self, unfelt: f64) -> f64 {
         match self.space {
             WrenchSpace::Force => 0.0,
@@ -75,7 +76,7 @@ impl Potential {
         }
     }
 
-    /// What it remembers of earlier states could change the last bits of later ones.
+    /// Clears what was remembered of earlier states, which could change the last bits of later ones.
     pub(super) fn forget(&mut self) {
         self.solver.forget();
     }

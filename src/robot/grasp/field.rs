@@ -10,7 +10,7 @@ use kernel::{
 /// Cells along the longest side of the lattice.
 const CELLS: f64 = 128.0;
 
-/// How far the lattice reaches beyond the object's box [m].
+/// Margin of the lattice around the object's box [m].
 const MARGIN: f64 = 0.06;
 
 /// Cells along each axis of a block.
@@ -54,7 +54,7 @@ struct Cell<L: Lanes> {
     ends: [[L::F; 2]; 4],
     /// Where in the cell, 0 to 1.
     shares: [L::F; 3],
-    /// How far beyond the lattice the place is [m].
+    /// Distance of the position beyond the lattice [m].
     beyond: [L::F; 3],
 }
 
@@ -188,8 +188,8 @@ fn unit<L: Lanes>(l: L, of: [L::F; 3]) -> ([L::F; 3], L::F) {
     (each_of!([0, 1, 2], axis => l.mul(of[axis], inverse)), length)
 }
 
-/// Of each block of cells the least and the largest of its points' values. A place that rounding puts into the block beside its
-/// own is still between the points of both: each takes in the points around it.
+/// Least and largest of the points' values for each block of cells. A position that rounding puts into the block beside
+/// its own is still between the points of both: each takes in the points around it.
 fn blocks(steps: &[i16], counts: [usize; 3]) -> ([usize; 3], Vec<u32>) {
     let block_counts = counts.map(|count| (count - 1).div_ceil(BLOCK));
     let around =

@@ -1,14 +1,14 @@
-//! What a search for grasps found.
+//! Results of a search for grasps.
 
 use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
 use super::table::TableClearance;
 use kernel::words::{GraspVerdict, STRETCHES};
 
-/// How a state of the hand was rated; lower is better.
+/// Energies of a state of the hand; lower is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energies {
-    /// What the annealing minimised, recomputed with exact distances.
+    /// Energy that the annealing minimised, recomputed with exact distances.
     pub total: f64,
     /// The contact energy: mean over the virtual contacts of |distance| [mm] and 50 (1 - cos) of how far each looks past the
     /// surface.
@@ -47,28 +47,28 @@ pub struct Quality {
 pub struct Grasp {
     /// The approach frame seen from the object: origin on the palm, z towards the object [m]. Here the hand closes.
     pub object_from_approach: IsometryMatrix3<f64>,
-    /// How far the hand came along its approach until it met the object, from the state that was annealed [m]; 0 where it does
-    /// not meet it on its way.
+    /// Distance that the hand came along its approach until it met the object, from the state that was annealed [m]; 0
+    /// where it does not meet it on its way.
     pub advance: f64,
-    /// How far a gripper then gave way so that both pads hold the object, its approach frame seen from where it was [m]; `None`
-    /// where it did not.
+    /// Translation by which a gripper gave way so that both pads hold the object, expressed in its approach frame
+    /// before that [m]; `None` where it did not.
     pub shift: Option<Vector3<f64>>,
-    /// How far it turned with that, likewise: an axis times an angle [rad].
+    /// Rotation by which it gave way, likewise: an axis times an angle [rad].
     pub turn: Option<Vector3<f64>>,
     /// Amplitudes of the hand's eigengrasps before closing.
     pub amplitudes: Vec<f64>,
     /// The posture of these amplitudes, one value a driven joint [rad or m].
     pub posture: Vec<f64>,
-    /// How deep the hand is in the object in the state that was annealed [m], exact; 0 where it is clear.
+    /// Penetration of the object by the hand in the state that was annealed [m], exact; 0 where it is clear.
     pub penetration: f64,
-    /// Of the state that was annealed.
+    /// Energies of the state that was annealed.
     pub energies: Energies,
     /// All joints of the closed hand [rad or m], in the order of its tree; as the posture has them where the verdict is
     /// [`GraspVerdict::Penetrates`].
     pub joints: Vec<f64>,
     /// Where the closed hand touches.
     pub contacts: Vec<GraspContact>,
-    /// Of these contacts.
+    /// Quality of these contacts.
     pub quality: Quality,
     /// Grasp type: the closed joints, binned (thesis, equation 4.1); `None` for a hand of which it is not defined.
     pub kind: Option<u32>,
@@ -88,7 +88,7 @@ pub struct Stretch {
     pub mean_energy: f64,
 }
 
-/// What one run of annealing came to.
+/// Result of one run of annealing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspRun {
     /// Where the search began: the seed's frame seen from the object; its origin is on the surface, z is the inward normal.

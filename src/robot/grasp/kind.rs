@@ -7,18 +7,19 @@ use nalgebra::{Matrix3, Vector3};
 use crate::hand::Hand;
 use kernel::words::{TYPE_BINS, TYPE_DIGITS};
 
-/// Of a direction of sight that is nearer to the world's z axis than this angle [rad], the x axis is up.
+/// Angle between a direction of sight and the world's z axis [rad] below which the x axis is up.
 const NEARLY_UP: f64 = PI / 36.0;
 
-/// What is binned of a hand: places in its tree of joints, in the order of the digits, with the range of each [rad].
+/// Joints of a hand that are binned into digits: indices in its tree of joints, in the order of the digits, with the
+/// range of each [rad].
 #[derive(Clone, Debug, PartialEq)]
 pub struct KindDigits {
     joints: [(usize, [f64; 2]); TYPE_DIGITS - 1],
 }
 
 impl KindDigits {
-    /// Of a hand with one joint that spreads its fingers and three fingers of two joints, each moved by a motor of its own that
-    /// closes it: as a Barrett hand has them. `None` for every other hand.
+    /// Digits for a hand with one joint that spreads its fingers and three fingers of two joints, each moved by a motor
+    /// of its own that closes it: as a Barrett hand has them. `None` for every other hand.
     pub fn new(hand: &Hand) -> Option<Self> {
         let (closing, spreading): (Vec<_>, Vec<_>) =
             hand.driven().iter().partition(|driven| driven.closing_sign() != 0.0);

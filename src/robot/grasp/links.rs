@@ -11,7 +11,7 @@ pub(super) const MOST_JOINTS: usize = 24;
 /// A joint with all that does not change worked out.
 struct Joint {
     carried_by: usize,
-    /// What moves it, and its value for the driven joint's.
+    /// Index of the driven joint that moves it; `ratio` and `offset` give its value from that joint's.
     driven: usize,
     ratio: f64,
     offset: f64,
@@ -21,7 +21,7 @@ struct Joint {
     with_cos: Matrix3<f64>,
     with_sin: Matrix3<f64>,
     at: Vector3<f64>,
-    /// Of a slide, in the frame of what carries it.
+    /// Direction of a slide, in the frame of the link that carries it.
     along: Vector3<f64>,
 }
 

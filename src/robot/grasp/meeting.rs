@@ -22,11 +22,11 @@ pub(super) struct ClearPostures {
     clear: Vec<bool>,
 }
 
-/// What fills the table.
+/// Inputs that fill the table.
 struct Filling<'a> {
     links: &'a Links,
     solids: &'a HandSolids,
-    /// Of each solid and amplitude, how far it moves for a unit at most [m].
+    /// Largest motion of each solid per unit of each amplitude [m].
     speeds: Vec<Vec<f64>>,
     values: [f64; MOST_JOINTS],
     places: Vec<Place>,
@@ -112,7 +112,7 @@ impl ClearPostures {
 }
 
 impl Filling<'_> {
-    /// Those pairs that may meet where each amplitude is off by up to so much.
+    /// Pairs that may meet where each amplitude is off by up to so much.
     fn near(&mut self, pairs: &[[usize; 2]], amplitudes: &[f64], halves: &[f64]) -> Vec<[usize; 2]> {
         self.links.values(amplitudes, &mut self.values);
         self.links.places(&Place::identity(), &self.values, &mut self.places);
@@ -142,14 +142,15 @@ fn apart_at_least(one: &Solid, other: &Solid, places: &[Place]) -> f64 {
     distances.fold(f64::INFINITY, f64::min) - SPACING
 }
 
-/// How far a ball of one solid is from another solid [m].
+/// Distance of a ball of one solid from another solid [m].
 #[inline(always)]
 fn ball_apart(solid: &Solid, solid_from_balls: &Place, block: &Balls, lane: usize) -> f64 {
     let centre = Vector3::new(block.x[lane], block.y[lane], block.z[lane]).map(f64::from);
     distance_to(&solid.shape, &Point3::from(solid_from_balls.point(&centre))) - f64::from(block.radius[lane])
 }
 
-/// Of two solids the one whose balls are looked at, the other, and the frame of the balls' link seen from the other's own.
+/// Two solids in order: the one whose balls are evaluated, the other, and the frame of the balls' link expressed in the
+/// other's own.
 #[inline(always)]
 fn balls_against<'a>(one: &'a Solid, other: &'a Solid, places: &[Place]) -> (&'a Solid, &'a Solid, Place) {
     // Capsules are made of the fewest.

@@ -1,4 +1,4 @@
-//! What annealing kept, closed and rated with exact distances.
+//! Rating of states that annealing kept: closed, and rated with exact distances.
 
 use std::sync::Arc;
 
@@ -29,11 +29,11 @@ pub(super) struct Start {
     pub(super) object_from_approach: IsometryMatrix3<f64>,
     /// One value a driven joint.
     pub(super) posture: Vec<f64>,
-    /// Of the eigengrasps; none where they did not make the posture.
+    /// Amplitudes of the eigengrasps; none where they did not make the posture.
     pub(super) amplitudes: Vec<f64>,
 }
 
-/// What one thread needs to rate grasps of one hand.
+/// Working memory of one thread that rates grasps of one hand.
 pub(super) struct Rating {
     hand: Arc<Hand>,
     closing: Closing,
@@ -127,7 +127,7 @@ impl Rating {
         grasp
     }
 
-    /// Of the state before closing, with exact distances.
+    /// Energies of the state before closing, with exact distances.
     fn energies(
         &mut self,
         object: &ObjectSearch,

@@ -171,7 +171,7 @@ fn preshape(hand: &Hand) -> Vec<f64> {
 
 /// The two pads of a gripper.
 struct Pads {
-    /// Its motor.
+    /// Index of the motor.
     place: usize,
     /// The first pad's way for a unit of the motor, seen from the base.
     line: Vector3<f64>,

@@ -1,6 +1,6 @@
-//! How grasps are searched for, and which are kept.
+//! Settings of the search for grasps, and of the choice which are kept.
 
-/// What annealing minimises.
+/// Energy that annealing minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnergyKind {
     /// The contact energy.
@@ -27,10 +27,10 @@ pub enum SearchFrame {
     Object,
 }
 
-/// How far eigengrasp amplitudes go.
+/// Range of eigengrasp amplitudes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AmplitudeRange {
-    /// As far as the joints allow.
+    /// Range that the joints allow.
     Joints,
     /// From minus to plus this, joints held at their limits beyond (`thesis`).
     Clamped(f64),
@@ -41,7 +41,7 @@ pub enum AmplitudeRange {
 pub struct Annealing {
     /// Steps of a run, at least 1.
     pub steps: u32,
-    /// What is minimised.
+    /// Energy to be minimised.
     pub energy: EnergyKind,
     /// The space of the potential.
     pub space: WrenchSpace,
@@ -56,7 +56,7 @@ pub struct Annealing {
     pub descent: bool,
     /// Where the hand is searched for.
     pub frame: SearchFrame,
-    /// How far amplitudes go.
+    /// Range of the amplitudes.
     pub amplitudes: AmplitudeRange,
     /// Length of the best list.
     pub best: u32,
@@ -78,7 +78,7 @@ pub struct Keeping {
     pub space: WrenchSpace,
     /// Least epsilon in that space.
     pub min_epsilon: f64,
-    /// How far the hand may come along its approach before it closes, until it meets the object [m].
+    /// Largest distance that the hand may come along its approach before it closes, until it meets the object [m].
     pub advance: f64,
     /// Deepest overlap of hand and true mesh before closing [m].
     pub most_penetration: f64,
@@ -86,10 +86,10 @@ pub struct Keeping {
     pub table: bool,
 }
 
-/// How states of the hand are come by.
+/// Sampler of the hand's states.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sampler {
-    /// They are searched for by annealing.
+    /// Simulated annealing searches for them.
     Annealing,
     /// Approaches all round an axis.
     Uniform(Uniform),
@@ -113,7 +113,7 @@ pub struct Uniform {
 pub struct Rolls(pub Vec<f64>);
 
 impl Rolls {
-    /// That of a grasp.
+    /// Roll of a grasp, by its number.
     pub fn of(&self, grasp: u32) -> f64 {
         self.0[grasp as usize % self.0.len()]
     }
@@ -126,6 +126,6 @@ pub struct Antipodal {
     pub pairs: u32,
     /// The line between two points is within the friction cones of this coefficient, above 0.
     pub friction: f64,
-    /// How many of the places of the hand are kept, best first by energy, at least 1.
+    /// Number of hand poses that are kept, best first by energy, at least 1.
     pub best: u32,
 }

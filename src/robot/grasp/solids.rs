@@ -28,11 +28,11 @@ pub(super) struct Balls {
 /// One solid of the hand.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Solid {
-    /// What carries it; 0 is the base.
+    /// Link that carries the solid; 0 is the base.
     pub(super) link: usize,
     pub(super) shape: Shape,
     pub(super) link_from_shape: IsometryMatrix3<f64>,
-    /// Its middle, in the link's frame.
+    /// Centre, in the link's frame.
     pub(super) centre: Point3<f64>,
     /// A ball around its middle holds it.
     pub(super) reach: f64,
@@ -53,7 +53,7 @@ pub(super) struct HandSolids {
 }
 
 impl HandSolids {
-    /// What of a hand can collide.
+    /// Solids of a hand that can collide.
     pub(super) fn new(bodies: &Bodies) -> Result<Self, UnsearchableHand> {
         let (mut solids, mut of_body) = (Vec::new(), Vec::new());
         for body in &bodies.bodies {
@@ -98,7 +98,7 @@ impl Solid {
 }
 
 impl Balls {
-    /// Of one to sixteen.
+    /// Block of one to sixteen balls.
     fn of(balls: &[(Point3<f64>, f64)]) -> Self {
         let one = |lane: usize| balls[lane.min(balls.len() - 1)];
         Self {

@@ -37,7 +37,7 @@ pub struct HandSearch {
 
 struct Middles {
     reach: [f32; LANES],
-    /// How deep the object may come before the solid's middle is too near, signed.
+    /// Signed distance below which the object is too near the solid's middle.
     inner: [f32; LANES],
 }
 
@@ -51,7 +51,7 @@ struct Virtual {
 /// Memory for one state after another.
 pub(super) struct StateScratch {
     pub(super) values: [f64; MOST_JOINTS],
-    /// Of each link, seen from the object.
+    /// Pose of each link, expressed in the object's frame.
     pub(super) places: Vec<Place>,
     /// The solids, those first that were illegal last.
     order: Vec<usize>,
@@ -68,7 +68,7 @@ pub(super) struct VirtualContact {
     pub(super) normal: [f32; 3],
     /// From the surface, negative inside [m].
     pub(super) distance: f32,
-    /// Of the angle between the normal and the direction to the surface's closest point.
+    /// Cosine of the angle between the normal and the direction to the surface's closest point.
     pub(super) cos: f32,
 }
 

@@ -142,7 +142,7 @@ impl Table {
     }
 }
 
-/// How fast the joints turn that a motor moves and that carry a link, in all [rad/s]; slides by [`SLIDE`].
+/// Summed speed of the joints that the motor moves and that carry a link [rad/s]; slides count by [`SLIDE`].
 fn rate(hand: &Hand, link: usize, driven: &Driven) -> f64 {
     let after =
         |place: usize| driven.breakaway.filter(|breakaway| breakaway.follower == place).map(|known| known.ratio);

@@ -1,4 +1,4 @@
-//! What annealing varies: place and turn of the hand, and amplitudes of its eigengrasps.
+//! Variables of annealing: pose of the hand, and amplitudes of its eigengrasps.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,7 +16,7 @@ use kernel::seed::Stream;
 /// Most numbers of a state.
 pub(super) const MOST: usize = 16;
 
-/// Of place and turn.
+/// Number of variables of the pose.
 const OF_POSE: usize = 6;
 
 /// A variable that is out of range so often in a row stays as it was.
@@ -30,7 +30,7 @@ pub(super) type State = [f64; MOST];
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Variable {
     range: [f64; 2],
-    /// Its longest step.
+    /// Longest step.
     jump: f64,
     /// Beyond one end it goes on at the other.
     circular: bool,
@@ -49,7 +49,7 @@ pub(super) fn check_amplitudes(hand: &Hand) -> Result<(), UnsearchableHand> {
 }
 
 impl Variables {
-    /// Those of the thesis, for a hand whose amplitudes were [checked](check_amplitudes).
+    /// Variables of the thesis, for a hand whose amplitudes were [checked](check_amplitudes).
     pub(super) fn new(hand: &Hand, settings: &Annealing) -> Self {
         let amplitudes = hand.eigengrasps().map_or(0, |grasps| grasps.directions.len());
         let along = |range, jump| Variable { range, jump, circular: false };
@@ -115,7 +115,7 @@ impl Variables {
         state
     }
 
-    /// How many there are.
+    /// Number of variables.
     pub(super) fn count(&self) -> usize {
         self.variables.len()
     }

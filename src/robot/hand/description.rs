@@ -27,13 +27,13 @@ pub struct Coupling {
     pub joint: usize,
     /// The joint that it follows.
     pub follows: usize,
-    /// How far it goes for a unit of the other.
+    /// Travel per unit of the other joint.
     pub ratio: f64,
-    /// Its value where the other is at 0 [rad or m].
+    /// Value where the other joint is at 0 [rad or m].
     pub offset: f64,
 }
 
-/// What a description holds before its table has been read: shapes and joints, but not what drives them.
+/// Content of a description before its table has been read: shapes and joints, but not what drives them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skeleton {
     /// The name that the description gives itself.
@@ -53,7 +53,7 @@ pub struct Skeleton {
 /// A place on the hand that may touch: a virtual contact, on the surface of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPoint {
-    /// Its name.
+    /// Name of the contact.
     pub name: String,
     /// The link that carries it, as in [`Mount`].
     pub link: usize,
@@ -72,12 +72,12 @@ pub struct Eigengrasps {
     pub directions: Vec<Vec<f64>>,
 }
 
-/// What a hand is made of.
+/// Parts of a hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandParts {
-    /// Its name.
+    /// Name of the hand.
     pub name: String,
-    /// Its joints.
+    /// Tree of joints.
     pub tree: JointTree,
     /// Names of links 0 to n.
     pub links: Vec<String>,
@@ -89,7 +89,7 @@ pub struct HandParts {
     pub contacts: Vec<ContactPoint>,
     /// The two contacts whose distance is the hand's width, where that means something.
     pub width: Option<[usize; 2]>,
-    /// Its eigengrasps, where it has some.
+    /// Eigengrasps, where the hand has some.
     pub eigengrasps: Option<Eigengrasps>,
 }
 
@@ -123,12 +123,12 @@ impl Hand {
         Self { parts }
     }
 
-    /// Its name.
+    /// Name of the hand.
     pub fn name(&self) -> &str {
         &self.parts.name
     }
 
-    /// Its joints.
+    /// Tree of joints.
     pub fn tree(&self) -> &JointTree {
         &self.parts.tree
     }
@@ -148,7 +148,7 @@ impl Hand {
         &self.parts.contacts
     }
 
-    /// Its eigengrasps, where it has some.
+    /// Eigengrasps, where the hand has some.
     pub fn eigengrasps(&self) -> Option<&Eigengrasps> {
         self.parts.eigengrasps.as_ref()
     }
@@ -256,9 +256,10 @@ impl Hand {
         Some((second.0 - first.0).dot(&first.1))
     }
 
-    /// How the first pad moves for a unit of the motor that closes a gripper, seen from the base: the other goes as far the
-    /// opposite way. Of a hand with a width whose two pads slide towards each other, carried by nothing else that moves, both by
-    /// the only motor that closes it, and with no link that it moves another way; `None` of every other.
+    /// Motion of the first pad per unit of the motor that closes a gripper, expressed in the base frame: the other goes
+    /// as far the opposite way. Of a hand with a width whose two pads slide towards each other, carried by nothing else
+    /// that moves, both by the only motor that closes it, and with no link that it moves another way; `None` of every
+    /// other.
     pub fn closing_line(&self) -> Option<Vector3<f64>> {
         let pads = self.parts.width?.map(|contact| self.contacts()[contact].link);
         let line = self.slid(pads[0])?;
@@ -271,14 +272,15 @@ impl Hand {
         (line != Vector3::zeros() && opposed(pads[1], -1.0) && links.into_iter().all(one_of_them)).then_some(line)
     }
 
-    /// Of a link of a hand with a [`Hand::closing_line`]: 1 where it goes along it while the hand closes, -1 against it, else 0.
+    /// Side of a link of a hand with a [`Hand::closing_line`]: 1 where it goes along it while the hand closes, -1
+    /// against it, else 0.
     pub fn closing_side(&self, link: usize) -> f64 {
         let along = |line: Vector3<f64>| Some(self.slid(link)?.dot(&line) / line.norm_squared());
         self.closing_line().and_then(along).map_or(0.0, f64::round)
     }
 
-    /// How a link moves for a unit of the only motor that closes the hand, seen from the base, where it hangs on slides of that
-    /// motor alone.
+    /// Motion of a link per unit of the only motor that closes the hand, expressed in the base frame, where it hangs on
+    /// slides of that motor alone.
     fn slid(&self, link: usize) -> Option<Vector3<f64>> {
         let mut closing = self.driven().iter().filter(|driven| driven.closing_sign() != 0.0);
         let (Some(driven), None) = (closing.next(), closing.next()) else { return None };

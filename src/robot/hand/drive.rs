@@ -6,11 +6,11 @@
 /// A joint that moves with a driven one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Follower {
-    /// Its place in the hand's tree of joints.
+    /// Index in the hand's tree of joints.
     pub joint: usize,
-    /// How far it goes for a unit of the driven joint. Below 0 for one that turns the other way about its axis.
+    /// Travel per unit of the driven joint. Below 0 for one that rotates the other way about its axis.
     pub ratio: f64,
-    /// Its value where the driven joint is at 0.
+    /// Value where the driven joint is at 0.
     pub offset: f64,
     /// Where it may stand.
     pub limits: [f64; 2],
@@ -21,39 +21,39 @@ pub struct Follower {
 pub struct Breakaway {
     /// Which of the followers goes on alone.
     pub follower: usize,
-    /// How far it goes for a unit of the motor from then on.
+    /// Travel per unit of the motor from then on.
     pub ratio: f64,
-    /// What stops it, and the motor with it [N m or N].
+    /// Torque or force that stops it, and the motor with it [N m or N].
     pub torque: f64,
 }
 
 /// A joint with a motor, and what follows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Driven {
-    /// Its name in the table.
+    /// Name in the table.
     pub name: String,
-    /// Its place in the hand's tree of joints.
+    /// Index in the hand's tree of joints.
     pub joint: usize,
     /// Where it may stand.
     pub limits: [f64; 2],
     /// The joints that move with it.
     pub followers: Vec<Follower>,
-    /// Its value in the opened hand.
+    /// Value in the opened hand.
     pub opened: f64,
-    /// Its value in the closed hand; `None` for a joint that shapes the hand but does not close it.
+    /// Value in the closed hand; `None` for a joint that shapes the hand but does not close it.
     pub closed: Option<f64>,
-    /// How fast the motor moves it [rad/s or m/s].
+    /// Speed at which the motor moves it [rad/s or m/s].
     pub speed: f64,
-    /// What stops it [N m or N]: opens the clutch where it has one, else stops the motor.
+    /// Torque or force that stops it [N m or N]: opens the clutch where it has one, else stops the motor.
     pub torque: f64,
-    /// Its clutch.
+    /// Clutch, where there is one.
     pub breakaway: Option<Breakaway>,
 }
 
 /// Where a motor stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
-    /// Its angle.
+    /// Angle of the motor.
     pub angle: f64,
     /// Where it left its driven joint, when the clutch is open.
     pub released: Option<f64>,

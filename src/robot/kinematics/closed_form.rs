@@ -10,7 +10,7 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use super::{JointKind, PlanningGroup, group::rotation_about};
 use kernel::geom::{EndEffector, Pose, World};
 
-/// How far axes that are said to meet may pass each other [m]: descriptions are rounded to some micrometres.
+/// Largest gap between axes that are said to meet [m]: descriptions are rounded to some micrometres.
 const MEETING: f64 = 1e-9;
 
 /// Sets of joint values that bring the end effector to a pose with the first joint given, at most.
@@ -181,8 +181,8 @@ impl SphericalWristArm {
         found
     }
 
-    /// What `found` makes of the first of [`SphericalWristArm::branches`] of which it makes something; no branch after that
-    /// is solved.
+    /// Result of `found` for the first of [`SphericalWristArm::branches`] for which it returns one; no branch after
+    /// that is solved.
     pub fn find_branch<T>(
         &self,
         target: &Pose<World, EndEffector>,

@@ -4,7 +4,7 @@ use nalgebra::{IsometryMatrix3, Matrix6xX, Rotation3, Translation3, Unit, Vector
 
 use kernel::geom::{EndEffector, Pose, World};
 
-/// How a joint moves.
+/// Kind of a joint's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
     /// About its axis [rad].
@@ -25,9 +25,9 @@ pub struct JointLimits {
 /// One joint of a chain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Its name in the robot's description.
+    /// Name in the robot's description.
     pub name: String,
-    /// How it moves.
+    /// Kind of motion.
     pub kind: JointKind,
     /// The joint's frame at value 0, seen from the frame that the joint before it moves; its axis goes through the origin.
     pub origin: IsometryMatrix3<f64>,
@@ -73,7 +73,7 @@ pub(super) fn rotation_about(axis: &Vector3<f64>, angle: f64) -> Rotation3<f64> 
     Rotation3::from_matrix_unchecked(nalgebra::Matrix3::identity() + cross * sin + cross * cross * (1.0 - cos))
 }
 
-/// What a planning group is made of.
+/// Parts of a planning group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanningGroupParts {
     /// From the world outward.
@@ -93,9 +93,9 @@ pub enum InvalidGroup {
     NoRange {
         /// The joint.
         name: String,
-        /// Its lowest value.
+        /// Lowest value.
         low: f64,
-        /// Its highest value.
+        /// Highest value.
         high: f64,
     },
     /// A prismatic joint may not be endless.
@@ -131,7 +131,7 @@ impl PlanningGroup {
         Ok(Self { parts })
     }
 
-    /// The same arm seen from another frame that stands still: that becomes the world.
+    /// Expresses the arm in another frame that stands still; that frame becomes the world.
     #[must_use]
     pub fn seen_from(mut self, world_from_frame: &IsometryMatrix3<f64>) -> Self {
         let first = &mut self.parts.joints[0].origin;

@@ -30,9 +30,9 @@ impl Default for SolverSettings {
 pub struct Solution {
     /// One value a joint [rad or m], within the limits.
     pub q: Vec<f64>,
-    /// What is left of the position's error [m].
+    /// Remaining error of the position [m].
     pub position: f64,
-    /// What is left of the orientation's error [rad].
+    /// Remaining error of the orientation [rad].
     pub orientation: f64,
 }
 
@@ -62,9 +62,9 @@ pub fn solve_numeric(
 pub struct Descent {
     /// Joint values within the limits; those beyond the group's count are 0.
     pub q: [f64; MOST_JOINTS],
-    /// What is left of the position's error [m].
+    /// Remaining error of the position [m].
     pub position: f64,
-    /// What is left of the orientation's error [rad].
+    /// Remaining error of the orientation [rad].
     pub orientation: f64,
     /// Whether that is within the settings.
     pub solved: bool,

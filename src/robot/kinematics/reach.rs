@@ -15,7 +15,7 @@ use kernel::geom::{EndEffector, Pose, World};
 
 pub(super) const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// What a pose asks of an arm without limits in its last joint.
+/// Demand of a pose on an arm without limits in its last joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrist {
     /// Where the last three axes meet, in the world [m].
@@ -144,7 +144,7 @@ impl SelfMotion {
         &self.arm
     }
 
-    /// What a pose asks of the arm.
+    /// Demand of a pose on the arm.
     pub fn wrist(&self, target: &Pose<World, EndEffector>) -> Wrist {
         let (centre, ahead) = self.arm.wrist_of(target);
         Wrist { centre, ahead }

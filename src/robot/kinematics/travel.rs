@@ -1,4 +1,4 @@
-//! How far an arm moves along its self-motion: upper bounds that hold for whole intervals of its first joint.
+//! Travel of an arm along its self-motion: upper bounds that hold for whole intervals of its first joint.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::reach::{SelfMotion, TURN, Wrist};
 
-/// How far the points of a body are from what its arm turns about, at most [m]; the body hangs on one link.
+/// Bounds on the distances of a body's points from the axes that its arm rotates about [m]; the body hangs on one link.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extents {
     link: usize,
@@ -20,27 +20,27 @@ pub struct Extents {
     last_axis: f64,
 }
 
-/// How far an arm may have moved, at most, while its first joint went from one value to any other of an interval and the
+/// Bounds on the motion of an arm while its first joint went from one value to any other of an interval and the
 /// end effector rested [rad, m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Travel {
     first: f64,
     second: f64,
     third: f64,
-    /// Of the elbow.
+    /// Travel of the elbow.
     elbow: f64,
-    /// Of the forearm's direction, and about it: the elbow's link and the forearm's.
+    /// Tilt of the forearm's direction, and rotation about it: the elbow's link and the forearm's.
     tilt: f64,
     elbow_twist: f64,
     forearm_twist: f64,
-    /// Of the wrist's link about the last axis.
+    /// Rotation of the wrist's link about the last axis.
     wrist: f64,
     /// From the first axis to the shoulder.
     offset: f64,
 }
 
 impl Travel {
-    /// How far any point of a body may have gone, at most [m].
+    /// Upper bound on the motion of any point of a body [m].
     pub fn of(&self, body: &Extents) -> f64 {
         let lifted = (self.offset + body.shoulder) * self.first + body.second_axis * self.second;
         match body.link {
@@ -73,8 +73,8 @@ pub struct Stance<'a> {
 }
 
 impl Stance<'_> {
-    /// How far the arm goes from here while its first joint takes any value from `low` to `high`, which hold its own, and
-    /// nothing changes between (see [`SelfMotion::end_points`]): an upper bound. Infinite where none is known.
+    /// Upper bound on the travel of the arm from here while its first joint takes any value from `low` to `high`, which
+    /// hold its own, and nothing changes between (see [`SelfMotion::end_points`]). Infinite where none is known.
     pub fn travel(&self, [low, high]: [f64; 2]) -> Travel {
         let SelfMotion { offset, upper, fore, .. } = *self.motion;
         let Self { q, middle, radius, .. } = *self;
@@ -115,8 +115,8 @@ impl Stance<'_> {
 }
 
 impl SelfMotion {
-    /// What [`Travel::of`] must know of a body: its points, or the corners of a hull around them, in its link's frame;
-    /// links count from 1, 0 is the world (see `PlanningGroup::link_frames`).
+    /// Extents of a body for [`Travel::of`], from its points, or the corners of a hull around them, in its link's
+    /// frame; links count from 1, 0 is the world (see `PlanningGroup::link_frames`).
     pub fn extents(&self, link: usize, points: impl Iterator<Item = Point3<f64>>) -> Extents {
         let mut extents = Extents { link, ..Extents::default() };
         let Some(place) = link.checked_sub(1) else { return extents };
@@ -170,9 +170,9 @@ impl SelfMotion {
         [out * cos - up * sin, out * sin + up * cos]
     }
 
-    /// How far the second joint may be from its value while the wrist's coordinate along the arm's plane goes from the
-    /// first of three values to the last [rad]. The upper arm lies beside the direction to the wrist by an angle that the
-    /// law of cosines gives; both are monotonic in the coordinate but for one place.
+    /// Bound on the motion of the second joint from its value while the wrist's coordinate along the arm's plane goes
+    /// from the first of three values to the last [rad]. The upper arm lies beside the direction to the wrist by an
+    /// angle that the law of cosines gives; both are monotonic in the coordinate but for one place.
     fn second_travel(&self, q: &[f64; 7], wrist: &Vector3<f64>, [least, now, most]: [f64; 3]) -> f64 {
         let up = wrist.z;
         if up.abs() < 1e-9 && least <= 0.0 && most >= 0.0 {

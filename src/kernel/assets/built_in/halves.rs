@@ -18,7 +18,7 @@ use super::surface::Surface;
 pub struct HalfShape {
     front: Half,
     back: Half,
-    /// As the name has it; none is [`HalfShape::DEFAULT_MILLIMETRES`].
+    /// Size in millimetres as the name states it; without one, [`HalfShape::DEFAULT_MILLIMETRES`].
     millimetres: Option<u32>,
 }
 
@@ -28,7 +28,7 @@ pub enum NoHalfShape {
     /// A half or both are unknown or missing.
     #[error("half-shapes are called half-FRONT-BACK, each of {}", Half::ALL.map(Half::name).join(", "))]
     Halves,
-    /// What stands behind the halves is no size.
+    /// The text after the name of a half-shape is not a valid size.
     #[error(
         "the size of a half-shape is {} to {} in whole millimetres, like half-cube-sphere-80mm",
         HalfShape::MILLIMETRES.start(),

@@ -33,7 +33,7 @@ pub fn built_in_names(count: usize) -> impl Iterator<Item = String> {
     })
 }
 
-/// How many household shapes a job gets that does not say.
+/// Number of household shapes in a job that states none.
 pub const DEFAULT_BUILT_INS: usize = 24;
 
 /// The source of a built-in shape; whether the name is known shows when it is prepared.

@@ -204,7 +204,7 @@ struct Body<'a> {
     /// Byte of the next value.
     at: usize,
     lines: Lines<'a>,
-    /// What is left of the current line, and its number.
+    /// Remaining words of the current line, and the line's number.
     words: &'a [u8],
     line: usize,
 }
@@ -289,7 +289,7 @@ impl<'a> Body<'a> {
         Ok(())
     }
 
-    /// How many items the list has, or 1 for a single value.
+    /// Number of items in the list, or 1 for a single value.
     fn length(&mut self, property: &Property, element: &Element, row: u64) -> Result<u64, Refuse> {
         let Some(length) = property.length else {
             return Ok(1);
@@ -320,7 +320,7 @@ mod tests {
         element vertex 4\nproperty uchar red\nproperty float x\nproperty double y\nproperty short z\nelement face 3\n\
         property list uchar int vertex_indices\nproperty float quality\nelement edge 1\nproperty int a\nend_header\n";
 
-    /// The same mesh in one of the binary forms, `end` being the byte order of one number.
+    /// Binary form of the test mesh; `order` gives the bytes of one number.
     fn binary(form: &str, order: fn(Vec<u8>) -> Vec<u8>) -> Vec<u8> {
         let mut file = format!("ply\nformat {form} 1.0\n{HEADER}").into_bytes();
         let mut put = |bytes: &[u8]| file.extend(order(bytes.to_vec()));

@@ -3,7 +3,7 @@
 use super::raw::RawMesh;
 use crate::assets::{Refuse, edges::NEXT};
 
-/// What a reader has found so far.
+/// Vertices and faces that a reader has found so far.
 #[derive(Default)]
 pub(super) struct Builder {
     mesh: RawMesh,

@@ -48,8 +48,8 @@ mod tests {
     use super::*;
     use crate::geom::field::fixtures::fetch_grid;
 
-    /// Of 128 orientations, 16 look straight up and 16 straight down (8 yaws that turn about the approach axis, 2 rolls);
-    /// of every other direction there are 4.
+    /// The grid of 128 orientations has 16 that look straight up and 16 straight down (8 yaws about the approach axis,
+    /// 2 rolls); of every other direction there are 4.
     #[test]
     fn the_thesis_grid_has_these_and_no_others() {
         let grid = PoseGrid::Axes(fetch_grid());

@@ -14,7 +14,7 @@ pub enum AxisUnit {
 }
 
 impl AxisUnit {
-    /// Its name in files and for people.
+    /// Name of the unit in files and for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::Metre => "m",
@@ -27,7 +27,7 @@ impl AxisUnit {
 /// One axis of a grid of poses: cell i has its centre at `first + i * step` and reaches half a step to both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// What the axis counts, such as `"yaw"`.
+    /// Name of the axis, such as `"yaw"`.
     pub name: &'static str,
     /// Unit of `first` and `step`.
     pub unit: AxisUnit,
@@ -110,9 +110,9 @@ pub enum InvalidPoseGrid {
     NotFinite {
         /// The axis.
         name: &'static str,
-        /// As given.
+        /// First value as given.
         first: f64,
-        /// As given.
+        /// Step as given.
         step: f64,
     },
     /// The step is zero or negative.
@@ -120,7 +120,7 @@ pub enum InvalidPoseGrid {
     StepNotPositive {
         /// The axis.
         name: &'static str,
-        /// As given.
+        /// Step as given.
         step: f64,
     },
     /// The axis is empty.
@@ -142,7 +142,7 @@ pub enum InvalidPoseGrid {
     WrongUnit {
         /// The axis.
         name: &'static str,
-        /// As given.
+        /// Unit as given.
         unit: AxisUnit,
     },
     /// More orientations than a field over directions can compare.
@@ -207,7 +207,7 @@ impl AxisGrid {
         self.axes.map(|axis| axis.count)
     }
 
-    /// How far the index of a cell moves with one step along each axis.
+    /// Difference of a cell's index per step along each axis.
     pub fn strides(&self) -> [usize; 6] {
         self.strides
     }

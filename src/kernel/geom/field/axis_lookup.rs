@@ -18,7 +18,8 @@ pub(super) struct AxisLookup {
     top: [i32; 6],
     /// Where an axis begins in `offsets`.
     start: [usize; 6],
-    /// How far a lower cell and the one above it (on a periodic axis that after the last is the first) move the index.
+    /// Difference of the index from a lower cell to the one above it; on a periodic axis the first cell follows the
+    /// last.
     offsets: Vec<[u32; 2]>,
 }
 
@@ -53,8 +54,8 @@ impl AxisLookup {
         Self { simd: level.usable(), ..self }
     }
 
-    /// As `FieldLookup::value_and_gradient` says: at a centre, where the gradient jumps, it is that of the side above (below
-    /// on the last centre).
+    /// Value and gradient as in `FieldLookup::value_and_gradient`. At a centre, where the gradient jumps, it is that of
+    /// the side above (below on the last centre).
     #[inline]
     pub(super) fn value_and_gradient(&self, field: &[f32], pose: &[f64; 6]) -> (f64, [f64; 6]) {
         assert_eq!(field.len(), self.grid.cells(), "one value a cell");

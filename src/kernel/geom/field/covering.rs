@@ -1,4 +1,4 @@
-//! How far a rotation can be from all of a finite set: the set's covering radius.
+//! Covering radius of a finite set of rotations: the largest angle from any rotation to the nearest one of the set.
 
 use std::{
     f64::consts::{FRAC_PI_2, PI, TAU},
@@ -10,17 +10,17 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector4};
 use super::AxisGrid;
 use crate::geom::rotation_from_rpy;
 
-/// How far above the truth the result may be [rad]: a hundredth of a degree.
+/// Bound on the overestimate of the result [rad]: a hundredth of a degree.
 const TOLERANCE: f64 = 1.7e-4;
 
-/// How well the orientations of a grid cover all rotations.
+/// Covering radii of the orientations of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covering {
     /// The most by which any rotation differs from the nearest orientation [rad]; never below the truth.
     pub radius: f64,
-    /// The same of the directions of the end effector's x axis alone, where the grid is made of them [rad].
+    /// Covering radius of the directions of the end effector's x axis alone, where the grid is made of them [rad].
     pub directions: Option<f64>,
-    /// How the radius is known.
+    /// Method by which the radius is known.
     pub method: &'static str,
 }
 

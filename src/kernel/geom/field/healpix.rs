@@ -21,7 +21,7 @@ pub struct HealPix {
 struct Ring {
     /// Height of the unit vectors.
     z: f64,
-    /// How far out they stand: sqrt(1 - z^2).
+    /// Distance of the ring's directions from the z axis: sqrt(1 - z^2).
     out: f64,
     count: usize,
     /// Azimuth of the first one, in steps.
@@ -47,7 +47,7 @@ impl HealPix {
         (1..=Self::MAX_NSIDE).map(|nside| Self { nside }).find(|healpix| healpix.count() == count)
     }
 
-    /// How many directions there are.
+    /// Number of directions.
     pub fn count(self) -> usize {
         12 * (self.nside as usize).pow(2)
     }
@@ -243,7 +243,7 @@ impl Mesh {
     }
 }
 
-/// How far the directions' angles turn from x ahead, z up: the columns of Rz(azimuth) Ry(-elevation).
+/// Rotation from x ahead, z up to the direction of the given angles: the columns of Rz(azimuth) Ry(-elevation).
 pub(super) fn frame([elevation, azimuth]: [f64; 2]) -> Matrix3<f64> {
     crate::geom::rotation_from_rpy(0.0, -elevation, azimuth).into_inner()
 }

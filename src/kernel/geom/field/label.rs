@@ -1,4 +1,4 @@
-//! What is known of a pose, and how.
+//! Labels of poses: what is known, and by which proof.
 
 /// Whether an end effector can be brought to a pose.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -31,7 +31,7 @@ impl PoseLabel {
     }
 }
 
-/// How a label is known.
+/// Proof behind a label.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 #[repr(u8)]
 pub enum Proof {

@@ -43,7 +43,7 @@ impl FieldLookup {
         &self.grid
     }
 
-    /// What the values count.
+    /// Metric that the values are given in.
     pub fn metric(&self) -> FieldMetric {
         self.metric
     }

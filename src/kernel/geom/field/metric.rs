@@ -2,7 +2,7 @@
 
 use super::{AxisUnit, PoseGrid};
 
-/// What the values of a field count.
+/// Metric of a field's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldMetric {
     /// Metres, angles weighted by `rho` (profile `standard`).

@@ -155,7 +155,7 @@ impl PoseGrid {
         }
     }
 
-    /// How well the orientations cover all rotations: of six axes by branch and bound over all rotations, which takes a
+    /// Covering radii of the orientations: for six axes by branch and bound over all rotations, which takes a
     /// moment; of directions a bound in closed form ([`SphereGrid::covering_radius`]).
     pub fn covering(&self) -> Covering {
         match self {

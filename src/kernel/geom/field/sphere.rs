@@ -48,7 +48,7 @@ pub fn signed_distance_sphere(inside: &[bool], grid: &SphereGrid, rho: f64) -> V
     result
 }
 
-/// What every orientation knows of the others.
+/// Neighbourhood of each orientation among the others.
 struct Turns {
     rolls: usize,
     directions: Vec<Others>,

@@ -10,7 +10,7 @@ pub(super) struct SphereLookup {
     grid: SphereGrid,
     metric: FieldMetric,
     mesh: Mesh,
-    /// How far the index of a cell moves with one step along x, y, z.
+    /// Difference of a cell's index per step along x, y, z.
     strides: [usize; 3],
 }
 
@@ -21,7 +21,7 @@ impl SphereLookup {
         Self { grid: grid.clone(), metric, mesh: Mesh::new(grid.directions()), strides: [ny * nz * n, nz * n, n] }
     }
 
-    /// As `FieldLookup::value_and_gradient` says.
+    /// Value and gradient as in `FieldLookup::value_and_gradient`.
     pub(super) fn value_and_gradient(&self, field: &[f32], pose: &[f64; 6]) -> (f64, [f64; 6]) {
         let cells = self.strides[0] * self.grid.places()[0].count;
         assert_eq!(field.len(), cells, "one value a cell");

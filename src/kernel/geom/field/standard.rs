@@ -57,7 +57,7 @@ fn squared_gaps(axis: &Axis, rho: f64) -> Vec<f64> {
         .collect()
 }
 
-/// What every pass over a grid needs.
+/// Data that every pass over a grid needs.
 pub(super) struct Transform {
     counts: [usize; 6],
     strides: [usize; 6],

@@ -21,8 +21,8 @@ pub struct Ray {
     inverse: [f64; 3],
     /// Axis along which the direction is largest, then the two after it.
     axes: [usize; 3],
-    /// How far a point is moved along the other two axes to stand on the ray's own axis, a metre along the first; and
-    /// metres of the ray a metre along the first.
+    /// Shift of a point along the other two axes onto the ray's own axis, per metre along the first; and
+    /// metres along the ray per metre along the first.
     shear: [f64; 3],
 }
 
@@ -172,7 +172,7 @@ impl Node {
 }
 
 impl Leaf {
-    /// How far along a ray each triangle is met [m]; infinite where it is not, or lies behind.
+    /// Distance along a ray to each triangle [m]; infinite where the ray misses it, or it lies behind.
     #[inline(always)]
     fn met<L: Doubles>(&self, l: L, ray: &Ray) -> [f64; WIDTH] {
         let origin = each_of!([0, 1, 2], k => l.splat(ray.origin[ray.axes[k]]));

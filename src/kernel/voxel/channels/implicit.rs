@@ -14,7 +14,7 @@ const SPREADS: [f64; 2] = [0.8, 0.25];
 /// Draws of a point near the surface before one anywhere in the box is taken instead.
 const TRIES: u32 = 16;
 
-/// What an implicit network trains on, in `CameraCv` [m]. Keep one a thread; its memory is reused.
+/// Training points of an implicit network, in `CameraCv` [m]. Keep one per thread; its memory is reused.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImplicitPoints {
     /// Points on the whole surface, uniform over its area; shape (surface, 3) [m].

@@ -39,9 +39,9 @@ pub struct Closest {
 /// the tree looks at dozens.
 #[derive(Default)]
 pub(crate) struct Neighbourhood {
-    /// Its middle, in `Object` [m].
+    /// Centre of the neighbourhood, in `Object` [m].
     middle: Point3<f64>,
-    /// How far from there a place may be [m]; 0 before it was gathered.
+    /// Largest distance of a query point from the centre [m]; 0 before the neighbourhood was gathered.
     radius: f64,
     /// Distances from the middle [m] and triangles, the nearest first.
     triangles: Vec<(f32, u32)>,
@@ -111,7 +111,7 @@ impl Surface {
         self.closest_from(point, reach, None)
     }
 
-    /// As [`Surface::closest`], tried first against the triangle of an earlier answer nearby.
+    /// Closest point as [`Surface::closest`] returns it; the triangle of an earlier answer nearby is tried first.
     pub(crate) fn closest_from(&self, point: &Point3<f64>, reach: f64, hint: Option<&Closest>) -> Option<Closest> {
         let first = hint.map(|hint| self.on_triangle(hint.triangle, point));
         let bound = first.map_or(reach * reach, |first| first.distance_squared.min(reach * reach));

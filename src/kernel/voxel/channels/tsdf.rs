@@ -8,7 +8,7 @@ use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
 /// Steps of the truncation distance; also the value of everything beyond.
 pub const TSDF_STEPS: i16 = i16::MAX;
 
-/// What stays the same for every block of a grid.
+/// Inputs that stay the same for every block of a grid.
 struct Field<'a> {
     surface: &'a Surface,
     solid: &'a SolidGrid,

@@ -16,7 +16,7 @@ pub struct Contact {
     pub normal: Unit<Vector3<f64>>,
     /// Where the first edge of the friction cone leans to, at right angles to the normal.
     pub tangent: Unit<Vector3<f64>>,
-    /// What its wrenches are multiplied by; contacts of no weight do not count.
+    /// Factor of the contact's wrenches; contacts of no weight do not count.
     pub weight: f64,
 }
 
@@ -28,14 +28,14 @@ impl Contact {
         Self { point, normal, tangent, weight: 1.0 }
     }
 
-    /// The same contact with another weight.
+    /// Returns the contact with another weight.
     #[must_use]
     pub fn with_weight(self, weight: f64) -> Self {
         Self { weight, ..self }
     }
 
-    /// The same contact, its friction cone turned so that its first edge leans towards `direction`, which must not be along
-    /// the normal.
+    /// Returns the contact with its friction cone rotated so that its first edge leans towards `direction`, which must
+    /// not be along the normal.
     #[must_use]
     pub fn with_tangent(self, direction: &Vector3<f64>) -> Self {
         let across = direction - self.normal.into_inner() * self.normal.dot(direction);
@@ -43,7 +43,7 @@ impl Contact {
     }
 }
 
-/// What torques refer to.
+/// Reference of torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassFrame {
     /// The solid's centre of mass [m].
@@ -52,7 +52,7 @@ pub struct MassFrame {
     pub radius: f64,
 }
 
-/// What a contact may do besides its unit normal force, as edges of a cone.
+/// Wrenches of a contact besides its unit normal force, as edges of a cone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionCone {
     /// Forces along the tangent and across it, and torsion about the normal [m].
@@ -106,7 +106,7 @@ impl FrictionCone {
         }));
     }
 
-    /// How many edges there are.
+    /// Number of edges.
     pub fn edges(&self) -> usize {
         self.edges.len()
     }

@@ -21,11 +21,11 @@ const MOST_WEAKEST: usize = 6;
 /// When to stop before epsilon is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EpsilonLimits {
-    /// As soon as epsilon is known to be larger.
+    /// Ends the search as soon as epsilon is known to be larger.
     pub above: f64,
-    /// As soon as epsilon is known to be smaller.
+    /// Ends the search as soon as epsilon is known to be smaller.
     pub below: f64,
-    /// As soon as its bounds are no farther apart.
+    /// Ends the search as soon as its bounds are no farther apart.
     pub tolerance: f64,
 }
 
@@ -49,12 +49,12 @@ pub enum EpsilonEnd {
     Capped,
 }
 
-/// What is known of epsilon.
+/// Bounds known of epsilon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epsilon {
-    /// It is at least this.
+    /// Lower bound.
     pub lower: f64,
-    /// It is at most this; where the search closed exactly, epsilon itself.
+    /// Upper bound; where the search closed exactly, epsilon itself.
     pub upper: f64,
     /// Facets made on the way.
     pub facets: usize,

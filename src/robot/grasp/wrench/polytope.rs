@@ -234,7 +234,7 @@ fn mix(index: u64) -> u64 {
     bits ^ (bits >> 31)
 }
 
-/// How high a point lies above a facet.
+/// Height of a point above a facet.
 #[inline]
 pub(super) fn height<const D: usize>(facet: &Facet<D>, place: &[f64; D]) -> f64 {
     (0..D).fold(-facet.offset, |sum, axis| sum + facet.normal[axis] * place[axis])

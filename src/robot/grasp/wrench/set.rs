@@ -3,7 +3,7 @@
 use super::contact::{Contact, FrictionCone, MassFrame};
 use kernel::geom::{SimdLevel, simd_kernel};
 
-/// How far each coordinate of a wrench is moved, at most, against a weight of 1: far more than rounding, far less than
+/// Largest shift of each coordinate of a wrench, against a weight of 1: far more than rounding, far less than
 /// anything that counts.
 pub const JOGGLE: f64 = 1e-10;
 /// Hulls no thicker than this, against the largest weight, count as flat.
@@ -20,7 +20,7 @@ pub struct WrenchSet {
     blocks: Vec<[[f64; LANES]; 6]>,
     count: usize,
     scale: f64,
-    /// What moves the wrenches, by index; grows with the largest set.
+    /// Shifts of the wrenches, by index; grows with the largest set.
     joggle: Vec<[f64; 6]>,
 }
 
@@ -78,7 +78,7 @@ impl WrenchSet {
         self.scale = self.scale.max(weight);
     }
 
-    /// How many there are.
+    /// Number of wrenches.
     pub fn len(&self) -> usize {
         self.count
     }

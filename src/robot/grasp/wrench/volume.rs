@@ -9,7 +9,8 @@ use super::{
 /// Volume of a hull.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HullVolume {
-    /// Of forces without unit; of wrenches, too, since torques are divided by a length. 0 where the hull is flat.
+    /// Volume without unit, for forces and for wrenches, since torques are divided by a length. 0 where the hull is
+    /// flat.
     pub volume: f64,
     /// Facets of the hull; those of flat faces are counted as simplices.
     pub facets: usize,

@@ -74,7 +74,7 @@ impl DrivenSpec {
 pub(super) struct BreakawaySpec {
     /// The follower that goes on.
     pub joint: String,
-    /// Its motion per unit of the motor's; not 0.
+    /// Motion per unit of the motor's; not 0.
     pub ratio: f64,
     /// Load that stops it.
     #[schemars(extend("x-unit" = "N m or N", "exclusiveMinimum" = 0))]
