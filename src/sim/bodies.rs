@@ -1,4 +1,4 @@
-//! What of a robot can collide, out of MJCF.
+//! Bodies of a robot that can collide, out of MJCF.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -32,25 +32,25 @@ pub(super) struct Carried {
     pub(super) rules: Vec<([usize; 2], PairRule)>,
     /// The group's joints, from the world outward.
     pub(super) chain: Vec<Joint>,
-    /// Of each geom of the model, its place in `bodies`; `None` for what is only seen.
+    /// Index in `bodies` of each geom of the model; `None` for geoms that are only drawn.
     pub(super) place_of_geom: Vec<Option<usize>>,
 }
 
 /// Which link carries what, for some joints of a description.
 pub(super) struct Places {
-    /// Of each body of the model: the link that carries it (0 stands still, link k is moved by the k-th joint), and its frame
-    /// seen from the link's.
+    /// Link that carries each body of the model (0 stands still, link k is moved by the k-th joint), and the body's
+    /// frame expressed in the link's.
     pub(super) of_body: Vec<(usize, IsometryMatrix3<f64>)>,
     /// The joints, each after the one that carries it.
     pub(super) chain: Vec<Joint>,
-    /// Of each joint the link that carries it.
+    /// Link that carries each joint.
     pub(super) carried_by: Vec<usize>,
 }
 
 /// Why a pair of bodies that move against each other is checked, or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairRule {
-    /// It is checked.
+    /// The pair is checked.
     Checked,
     /// Parent and child.
     Adjacent,
@@ -69,8 +69,8 @@ struct Part {
 }
 
 impl RobotModel {
-    /// What can collide, for the planning group of these joints; those named in `fixed` [rad or m], and all others, stand
-    /// still: at the value given, else where the description has them.
+    /// Bodies that can collide, for the planning group of these joints; joints named in `fixed` [rad or m], and all
+    /// others, stand still: at the value given, else where the description has them.
     ///
     /// Every geom whose `contype` or `conaffinity` is not 0 is there, meshes with the triangles of their files (MuJoCo
     /// itself collides convex hulls of them). The pairs are those that MuJoCo checks: no two bodies of one link, no two
@@ -148,8 +148,8 @@ impl RobotModel {
         Ok(Carried { bodies: Bodies { bodies, pairs }, rules, chain, place_of_geom })
     }
 
-    /// Of each body the link that carries it, and its frame seen from the link's; and the joints named, with what carries
-    /// each. Joints may branch.
+    /// Link that carries each body, and the body's frame expressed in the link's; and the joints named, with what
+    /// carries each. Joints may branch.
     pub(super) fn places(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Places, RobotError> {
         let model = &self.model;
         let mut found =

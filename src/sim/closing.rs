@@ -31,7 +31,7 @@ pub(super) const STANDING: f64 = 0.0005;
 /// The hand has come to rest when it stood for so many steps, each motor at times.
 pub(super) const STEPS_AT_REST: u32 = 25;
 
-/// What a motor is told.
+/// Command to a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// Stay where it is.
@@ -45,7 +45,7 @@ pub enum Command {
     To(f64),
 }
 
-/// How hard motors try.
+/// Effort of the motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
     /// Share of their speed, above 0 up to 1.
@@ -57,9 +57,9 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// As a hand closes to hold something.
+    /// Effort of a hand that closes to hold something.
     pub const GRASP: Self = Self { speed: 1.0, torque: 1.0, clutches: true };
-    /// As a finger feels for something: it stops where it touches first.
+    /// Effort of a finger that feels for something: it stops where it touches first.
     pub const FEEL: Self = Self { speed: 0.35, torque: 0.1, clutches: false };
 }
 
@@ -84,11 +84,11 @@ pub struct LinkTouch {
 pub struct Unstable {
     /// The step, counted from 1 at the start of the run.
     pub step: u32,
-    /// What MuJoCo found.
+    /// Instability that MuJoCo found.
     pub kind: Instability,
 }
 
-/// What went wrong inside a step.
+/// Quantity that became invalid inside a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Instability {
     /// A position that is not finite or absurdly large.
@@ -103,7 +103,7 @@ pub enum Instability {
     Room,
 }
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunEnd {
     /// Every motor has arrived or is stopped, and nothing moves.
@@ -114,10 +114,10 @@ pub enum RunEnd {
     Unstable(Unstable),
 }
 
-/// What one run came to.
+/// Result of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// How it ended.
+    /// End of the run.
     pub end: RunEnd,
     /// Steps since the start.
     pub steps: u32,
@@ -125,7 +125,7 @@ pub struct Run {
     pub joints: Vec<f64>,
     /// The motors, one a driven joint.
     pub motors: Vec<Motor>,
-    /// What presses on the object.
+    /// Touches that press on the object.
     pub touches: Vec<LinkTouch>,
     /// Pairs of links that press on each other, the lower first.
     pub self_touches: Vec<[usize; 2]>,
@@ -135,34 +135,34 @@ pub struct Run {
 #[derive(Clone, Copy, Debug)]
 struct Drive {
     motor: Motor,
-    /// Its speed now, with sign.
+    /// Present speed, with sign.
     speed: f64,
     /// Which way it turned last: 1, -1, or 0 at the start.
     direction: f64,
     /// For how many steps it has stood: it has arrived and its joints with it, or its torque holds it.
     stood: u32,
-    /// How many steps ago it stood last.
+    /// Steps since it stood last.
     since_stood: u32,
 }
 
 /// A joint as a motor moves it now.
 struct Moved {
     joint: usize,
-    /// How far it goes for a unit of the motor.
+    /// Travel per unit of the motor.
     rate: f64,
-    /// What stops the motor [N m or N].
+    /// Torque or force that stops the motor [N m or N].
     torque: f64,
 }
 
-/// What one thread needs to move a hand; its state is its own.
+/// Working memory of one thread that moves a hand; its state is its own.
 pub struct HandWorker {
     pub(super) sim: Arc<HandSim>,
     /// With a model of its own: what the simulation sets in it, other threads do not see.
     pub(super) data: MjData<Box<MjModel>>,
     drives: Vec<Drive>,
-    /// What the servos are told, one a joint of the tree.
+    /// Targets of the servos, one per joint of the tree.
     wanted: Vec<f64>,
-    /// What the servos did in the last step [N m or N].
+    /// Torques or forces of the servos in the last step [N m or N].
     torques: Vec<f64>,
     effort: Effort,
     /// For a true mesh.
@@ -259,8 +259,8 @@ impl HandWorker {
         self.data.forward();
     }
 
-    /// What would press on the object with all joints at values [rad or m], in the order of the hand's tree, and the object at
-    /// a place; leaves nothing to go on from but [`HandWorker::start`].
+    /// Touches that would press on the object with all joints at values [rad or m], in the order of the hand's tree,
+    /// and the object at a pose; leaves nothing to go on from but [`HandWorker::start`].
     ///
     /// # Panics
     /// When there is not one value a joint.
@@ -277,7 +277,7 @@ impl HandWorker {
         self.touches()
     }
 
-    /// How hard the motors try from now on, until the next [`HandWorker::start`].
+    /// Sets the effort of the motors from now on, until the next [`HandWorker::start`].
     pub fn set_effort(&mut self, effort: Effort) {
         self.effort = effort;
     }
@@ -406,7 +406,7 @@ impl HandWorker {
         &self.torques
     }
 
-    /// What presses on the object, in MuJoCo's order.
+    /// Touches that press on the object, in MuJoCo's order.
     pub fn touches(&self) -> Vec<LinkTouch> {
         let mut found = Vec::new();
         for (place, contact) in self.data.contact().iter().enumerate() {
@@ -510,7 +510,7 @@ impl HandWorker {
         stops.min_by(|a, b| (way * a).total_cmp(&(way * b)))
     }
 
-    /// How fast a motor may speed up.
+    /// Largest acceleration of a motor.
     fn acceleration(&self, driven: &Driven, motor: Motor) -> f64 {
         let of = |Moved { joint, rate, torque }: Moved| {
             START * self.effort.torque * torque / (self.sim.servos[joint].inertia * rate.abs())
@@ -549,7 +549,7 @@ impl HandWorker {
     }
 }
 
-/// What a motor moves now: with an open clutch one follower alone.
+/// Joints that a motor moves now: with an open clutch one follower alone.
 fn moved(driven: &Driven, motor: Motor) -> impl Iterator<Item = Moved> {
     let own = Moved { joint: driven.joint, rate: 1.0, torque: driven.torque };
     let followers = driven.followers.iter().enumerate().map(move |(place, follower)| {

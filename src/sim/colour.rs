@@ -15,7 +15,7 @@ use kernel::geom::{CameraCv, Intrinsics, Object, Pose};
 /// How an object is lit and painted. Colours are shares of full brightness, 0 to 1: red, green, blue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
-    /// Of the object.
+    /// Colour of the object.
     pub object: [f32; 3],
     /// Behind it, not lit.
     pub background: [u8; 3],
@@ -32,7 +32,7 @@ pub struct Look {
 pub struct Light {
     /// Where it shines to, in `Object`.
     pub direction: Unit<Vector3<f64>>,
-    /// Its colour and brightness.
+    /// Colour and brightness.
     pub colour: [f32; 3],
 }
 

@@ -16,18 +16,18 @@ use robot::collision::{Bodies, TouchTest};
 pub struct Contact {
     /// Places in [`Bodies::bodies`], the lower first.
     pub bodies: [usize; 2],
-    /// How far apart they are [m], by MuJoCo's measure: negative where they overlap.
+    /// Distance of the two [m], by MuJoCo's measure: negative where they overlap.
     pub distance: f64,
 }
 
-/// What one thread needs to ask MuJoCo for contacts.
+/// Working memory of one thread that asks MuJoCo for contacts.
 ///
 /// MuJoCo collides convex hulls of meshes, so it finds contacts where the meshes themselves have none, and takes the frame of
 /// a mesh from that of its body's inertia where the two agree to a millionth.
 pub struct ContactWorker {
     data: MjData<Arc<MjModel>>,
     carried: Carried,
-    /// Of each joint of the group, its place among MuJoCo's coordinates.
+    /// Index of each joint of the group among MuJoCo's coordinates.
     addresses: Vec<usize>,
 }
 

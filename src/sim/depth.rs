@@ -13,8 +13,8 @@ use super::{
 };
 use kernel::geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, World};
 
-/// What one thread needs to look at an object. It stays on its thread; make one a thread and move it from object to
-/// object with [`SimWorker::turn_to`].
+/// Working memory of one thread that renders an object. It stays on its thread; make one per thread and move it from
+/// object to object with [`SimWorker::turn_to`].
 pub struct SimWorker {
     pub(super) model: Arc<SimModel>,
     pub(super) data: MjData<Arc<MjModel>>,

@@ -1,4 +1,4 @@
-//! What can go wrong on the way into MuJoCo.
+//! Errors on the way into MuJoCo.
 
 use std::path::PathBuf;
 
@@ -46,7 +46,7 @@ pub enum SceneError {
         path: PathBuf,
         /// The camera.
         name: String,
-        /// What is wrong.
+        /// Problem with the intrinsics.
         source: kernel::geom::InvalidIntrinsics,
     },
 }
@@ -67,7 +67,7 @@ pub enum RobotError {
     Missing {
         /// The robot.
         path: PathBuf,
-        /// What it names.
+        /// File that the description names.
         file: PathBuf,
     },
     /// A mesh file cannot be read.
@@ -77,7 +77,7 @@ pub enum RobotError {
         path: PathBuf,
         /// The geom that shows it.
         geom: String,
-        /// What is wrong.
+        /// Reason of the refusal.
         source: Box<kernel::assets::MeshRefusal>,
     },
     /// A mesh has no surface.
@@ -85,7 +85,7 @@ pub enum RobotError {
     Surface {
         /// The robot.
         path: PathBuf,
-        /// What is wrong.
+        /// Reason that no surface was made.
         source: kernel::geom::NoSurface,
     },
     /// Two bodies touch while the robot rests.
@@ -117,9 +117,9 @@ pub enum RobotError {
         geom: String,
         /// The body that it is part of.
         body: String,
-        /// Its kind, with an article.
+        /// Kind of the geom, with an article.
         kind: &'static str,
-        /// What to use instead.
+        /// Remedy: what to use instead.
         remedy: &'static str,
     },
     /// Contacts that are listed one by one.
@@ -197,7 +197,7 @@ pub enum RobotError {
         path: PathBuf,
         /// The joint.
         joint: String,
-        /// Its kind.
+        /// Kind of the joint.
         kind: &'static str,
     },
     /// A joint of a hand has no name.
@@ -213,7 +213,7 @@ pub enum RobotError {
     Group {
         /// The robot.
         path: PathBuf,
-        /// What is wrong.
+        /// Problem with the group.
         source: robot::kinematics::InvalidGroup,
     },
 }
@@ -234,7 +234,7 @@ pub enum HandError {
         path: PathBuf,
         /// The joint that follows.
         joint: String,
-        /// What is wrong, and the remedy.
+        /// Problem with the coupling, and the remedy.
         reason: &'static str,
     },
     /// A geom of the hand that would have to touch a true mesh and can't.
@@ -253,19 +253,19 @@ pub enum HandError {
     NoGrasps {
         /// The hand's table.
         path: PathBuf,
-        /// What it lacks.
+        /// Part that the hand lacks.
         what: &'static str,
     },
     /// An object without shapes, or a shape or place that is not a finite one.
     #[error("the object to close on: {reason}")]
     Object {
-        /// What is wrong.
+        /// Problem with the object.
         reason: String,
     },
     /// Conditions or a protocol that no trial can have.
     #[error("a trial of a grasp: {reason}")]
     Trial {
-        /// What is wrong.
+        /// Problem with the trial.
         reason: String,
     },
     /// A posture of another length, or outside the joints' ranges.
@@ -340,7 +340,7 @@ pub enum GlError {
     /// EGL is there but no display and driver works.
     #[error("EGL finds no display that draws without a window ({message}); {REMEDY}")]
     NoDisplay {
-        /// What each display answered.
+        /// Answers of all displays.
         message: String,
     },
     /// The driver lacks something that MuJoCo needs; it would end the process.
@@ -348,7 +348,7 @@ pub enum GlError {
     Lacks {
         /// The driver's name.
         renderer: String,
-        /// What is missing.
+        /// Missing parts.
         missing: String,
     },
     /// The image does not fit the driver.

@@ -34,13 +34,13 @@ const EASING: f64 = 0.1;
 pub struct HandApproach {
     /// The approach frame at the start, seen from the object; z is the way. The hand is clear of the object there.
     pub object_from_start: IsometryMatrix3<f64>,
-    /// How far it goes at most [m].
+    /// Longest way [m].
     pub way: f64,
-    /// How its fingers close in the end.
+    /// Effort with which the fingers close in the end.
     pub effort: Effort,
 }
 
-/// How a guarded move ended.
+/// End of a guarded move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MoveEnd {
     /// Something touched.
@@ -51,12 +51,12 @@ pub enum MoveEnd {
     Unstable(Unstable),
 }
 
-/// How an approach ended.
+/// End of an approach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ApproachEnd {
     /// The fingers have come to rest.
     AtRest,
-    /// They had not when their steps were used up.
+    /// The fingers had not come to rest when their steps were used up.
     TimedOut,
     /// The hand touched nothing all the way.
     Missed,
@@ -64,21 +64,21 @@ pub enum ApproachEnd {
     Unstable,
 }
 
-/// What a hand felt.
+/// Result of an approach: what the hand felt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Felt {
-    /// How it ended.
+    /// End of the approach.
     pub end: ApproachEnd,
     /// Steps of 2 ms that were simulated.
     pub steps: u32,
-    /// How far the hand had come when it touched first, or all the way [m].
+    /// Distance that the hand had come when it touched first, or all the way [m].
     pub travelled: f64,
     /// The hand's base in the end, seen from the object.
     pub object_from_base: IsometryMatrix3<f64>,
     /// Values of all joints in the end [rad or m], in the order of the hand's tree.
     pub joints: Vec<f64>,
-    /// What pressed on the object when the hand stopped and no more in the end, and what presses in the end, seen from the
-    /// object; nothing where the numbers blew up.
+    /// Touches that pressed on the object when the hand stopped and no more in the end, and those in the end, expressed
+    /// in the object's frame; none where the numbers blew up.
     pub touches: Vec<LinkTouch>,
 }
 
@@ -106,7 +106,7 @@ impl HandWorker {
         if end == MoveEnd::Free { end } else { self.ease(direction, &hold) }
     }
 
-    /// What holds the object.
+    /// Slides that hold the object.
     fn slides(&self) -> [Servo; 3] {
         let Hold::Slides(slides) = self.sim.hold else { unreachable!("a free object is only in trials") };
         slides
@@ -176,7 +176,7 @@ impl HandWorker {
         Ok(Felt { end, steps, travelled: came, object_from_base, joints: self.joints(), touches })
     }
 
-    /// What presses on the object now, seen from the object.
+    /// Touches that press on the object now, expressed in the object's frame.
     fn presses(&self) -> Vec<LinkTouch> {
         let object_from_base = self.base_from_object().inverse();
         let seen = |touch: LinkTouch| LinkTouch {

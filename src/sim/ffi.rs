@@ -110,7 +110,7 @@ pub(super) fn drop_meshes(spec: &mut MjSpec, model: &MjModel) -> Result<bool, Mj
 const SOLIDS: [MjtGeomBase; 4] =
     [MjtGeomBase::mjGEOM_SPHERE, MjtGeomBase::mjGEOM_CAPSULE, MjtGeomBase::mjGEOM_CYLINDER, MjtGeomBase::mjGEOM_BOX];
 
-/// What MuJoCo itself does with these and a mesh.
+/// MuJoCo's own collision functions of these and a mesh.
 static OWN_COLLISIONS: OnceLock<[mjfCollision; SOLIDS.len()]> = OnceLock::new();
 
 /// A solid against a mesh: against the true one that this thread has lent, else as MuJoCo does it.
@@ -227,7 +227,8 @@ const GL_VERSION: u32 = 0x1F02;
 const GL_EXTENSIONS: u32 = 0x1F03;
 const GL_MAX_RENDERBUFFER_SIZE: u32 = 0x84E8;
 
-/// What `mjr_makeContext` ends the process for when it is not there, and what float depth with near = 1 needs.
+/// OpenGL extensions whose absence ends the process in `mjr_makeContext`, and the one that float depth with near = 1
+/// needs.
 const NEEDED: [&str; 3] = ["GL_ARB_framebuffer_object", "GL_ARB_vertex_buffer_object", "GL_ARB_depth_buffer_float"];
 
 impl GlContext {

@@ -56,8 +56,8 @@ impl HandModel {
         self.robot.model.body_mass().iter().sum()
     }
 
-    /// What of the hand can collide, carried by the links of its tree of joints, and all pairs of bodies that move against
-    /// each other, with why each is checked or not.
+    /// Bodies of the hand that can collide, carried by the links of its tree of joints, and all pairs of bodies that
+    /// move against each other, with why each is checked or not.
     ///
     /// # Errors
     /// When a mesh can't be read, or a geom is a plane, an ellipsoid, a height field or a distance field.
@@ -166,7 +166,7 @@ impl RobotModel {
         self.model.id_to_name(MjtObjBase::mjOBJ_JOINT, joint).unwrap_or_default()
     }
 
-    /// What `<equality><joint>` says. MuJoCo's polynomial is about the joints' reference values.
+    /// Couplings of `<equality><joint>`. MuJoCo's polynomial is about the joints' reference values.
     fn couplings(&self, places: &Places) -> Result<Vec<Coupling>, HandError> {
         let model = &self.model;
         let mut found: Vec<Coupling> = Vec::new();

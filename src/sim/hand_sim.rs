@@ -41,10 +41,10 @@ use robot::{
 /// Length of a step [s]. Half of it and a tenth of the labels of grasps stay the same: it is part of the method.
 pub(super) const STEP: f64 = 0.002;
 
-/// How far a servo is off at its joint's torque [rad].
+/// Error of a servo at its joint's torque [rad].
 const SAG: f64 = 0.0025;
 
-/// The same for a slide [m].
+/// Error of a slide's servo at its force [m].
 const SLIDE_SAG: f64 = 0.000_25;
 
 /// A servo's own frequency times the step. Its stiffness acts a step late: beyond 1 it would swing.
@@ -62,16 +62,16 @@ const PLACE: &str = "graspmill place";
 const OBJECT: &str = "graspmill object";
 const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
 
-/// What a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
+/// Mass that a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
 pub(super) const SLIDE_MASS: f64 = 100.0;
 
 /// The free object's joint.
 const FREE: &str = "graspmill free";
 
-/// Of MuJoCo's own distances of a mesh.
+/// Depth of MuJoCo's own octree of a mesh's distances.
 const OCTREE_DEPTH: i32 = 8;
 
-/// What moves one joint.
+/// Servo that moves one joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Servo {
     /// Among MuJoCo's controls.
@@ -84,20 +84,20 @@ pub(super) struct Servo {
     pub(super) stiffness: f64,
     /// Torque a unit of speed.
     pub(super) damping: f64,
-    /// What it has to move, about [kg m^2 or kg].
+    /// Approximate inertia that it has to move [kg m^2 or kg].
     pub(super) inertia: f64,
 }
 
-/// How MuJoCo itself touches a mesh.
+/// Method by which MuJoCo itself touches a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NativeContacts {
     /// By an octree of distances, from 40 starts a pair: milliseconds a step.
     Sdf,
-    /// Its convex hull.
+    /// Contacts of the convex hull.
     Hull,
 }
 
-/// What holds the object.
+/// Support of the object.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Hold {
     /// Stiff slides under a place.
@@ -110,15 +110,15 @@ pub(super) enum Hold {
 pub struct HandSim {
     pub(super) hand: Arc<Hand>,
     pub(super) model: Arc<MjModel>,
-    /// Of each joint of the hand's tree.
+    /// Servo of each joint of the hand's tree.
     pub(super) servos: Vec<Servo>,
-    /// What holds the object.
+    /// Support of the object.
     pub(super) hold: Hold,
     /// The object, where it is a true mesh.
     pub(super) true_mesh: Option<TrueMesh>,
-    /// What of the hand may touch the true mesh, and where it sits.
+    /// Solids of the hand that may touch the true mesh, and where each sits.
     solids: Vec<(Mount, Probe)>,
-    /// Of each geom of the model the hand's link, or `None` for a geom of the object.
+    /// Link of the hand for each geom of the model, or `None` for a geom of the object.
     pub(super) link_of_geom: Vec<Option<usize>>,
     /// Names of the description's touch sensors, and where their values are.
     pub(super) touch_sensors: Vec<(String, usize)>,
@@ -152,7 +152,7 @@ impl HandSim {
         Self::compile(model, None, |spec| add_native(spec, object, contacts), None)
     }
 
-    /// As [`HandSim::with_mesh`], the object free to move, with what it weighs.
+    /// Compiles as [`HandSim::with_mesh`], the object free to move, with what it weighs.
     pub(super) fn with_free_mesh(
         model: &HandModel,
         object: &Arc<ContactSurface>,
@@ -163,7 +163,7 @@ impl HandSim {
         Self::compile(model, Some(mass), |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
     }
 
-    /// As [`HandSim::with_native_mesh`], the object free to move.
+    /// Compiles as [`HandSim::with_native_mesh`], the object free to move.
     pub(super) fn with_free_native_mesh(
         model: &HandModel,
         object: &TriMesh,
@@ -238,7 +238,8 @@ impl HandSim {
         Some(self.solids.iter().map(clearance).fold(f64::INFINITY, f64::min))
     }
 
-    /// How far the opened hand reaches from the origin of its approach frame at most [m], as far as it can touch a true mesh.
+    /// Bound on the distance of the opened hand's points from the origin of its approach frame [m], as far as it can
+    /// touch a true mesh.
     pub fn reach(&self) -> f64 {
         let frames = self.hand.link_frames(&self.hand.posture_values(&self.hand.opened()));
         let origin = self.hand.approach_pose(&frames).isometry().translation.vector;
@@ -260,7 +261,7 @@ impl std::fmt::Debug for HandSim {
     }
 }
 
-/// What MuJoCo says against a hand's description.
+/// Error for a hand's description that MuJoCo refuses.
 pub(super) fn refused_by(model: &HandModel) -> impl Fn(mujoco_rs::error::MjEditError) -> HandError + Copy {
     |error| HandError::from(RobotError::Refused { path: model.robot.path.clone(), message: error.to_string() })
 }
@@ -374,7 +375,7 @@ fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
     Ok(())
 }
 
-/// As stiff as what a slide moves allows [N/m]: 50 N push the object off by 20 micrometres.
+/// Stiffness of a slide [N/m], as large as the mass on it allows: 50 N push the object off by 20 micrometres.
 fn slide_stiffness() -> f64 {
     SLIDE_MASS * (STIFFNESS_OF_A_STEP / STEP).powi(2)
 }
@@ -400,7 +401,7 @@ fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeO
     FreeObject { body, geom, address, dof, inertia: model.body_inertia()[body], centre: mass.centre }
 }
 
-/// What the compiler would not take: sizes, and moments of inertia that no solid has.
+/// Refuses what the compiler would not take: sizes, and moments of inertia that no solid has.
 fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
     let wrong = |reason: String| Err(HandError::Object { reason });
     let moments = mass.inertia.symmetric_eigenvalues();

@@ -1,4 +1,4 @@
-//! What this machine has of MuJoCo and OpenGL, for `graspmill doctor` and for the manifest.
+//! Facts of this machine's MuJoCo and OpenGL, for `graspmill doctor` and for the manifest.
 
 use std::{collections::BTreeMap, fs, path::PathBuf};
 
@@ -11,7 +11,7 @@ use super::{
 /// `scripts/fetch.py`).
 const PINNED: &str = "e5611a62d8cb6d2a84892f3f9f12428212d766db14352a0b0da3a95c96dc3246";
 
-/// What the program runs with.
+/// Libraries that the program runs with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimFacts {
     /// MuJoCo's version.
@@ -27,7 +27,8 @@ pub struct SimFacts {
 }
 
 impl SimFacts {
-    /// What numbers of class `physics` are promised for, with `gl` those of class `colour` too: the manifest's table.
+    /// Platform that numbers of class `physics` are promised for, with `gl` those of class `colour` too: the manifest's
+    /// table.
     pub fn platform(&self, gl: Option<&GlFacts>) -> BTreeMap<String, String> {
         let mut platform = BTreeMap::from([
             ("libmujoco".to_owned(), self.digest.clone().unwrap_or_else(|| format!("{}, unknown file", self.version))),
@@ -66,7 +67,7 @@ fn processor_level() -> &'static str {
     std::env::consts::ARCH
 }
 
-/// What draws.
+/// OpenGL driver that draws.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GlFacts {
     /// EGL's vendor, version and platform.

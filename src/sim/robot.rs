@@ -31,7 +31,7 @@ pub struct RobotModel {
     /// The name that the description gives itself.
     pub(super) name: String,
     pub(super) model: Arc<MjModel>,
-    /// Of each mesh, in the model's order.
+    /// Mesh files in the model's order.
     pub(super) meshes: Vec<MeshFile>,
 }
 
@@ -54,7 +54,7 @@ impl RobotModel {
         Self::open_edited(path, |_| Ok(()))
     }
 
-    /// The same of a description that is edited before MuJoCo compiles it.
+    /// Opens a description that is edited before MuJoCo compiles it.
     ///
     /// # Errors
     /// When MuJoCo refuses it.

@@ -21,16 +21,16 @@ const NAME: &str = "graspmill true mesh";
 /// The true mesh of a model, and what may touch it.
 pub(super) struct TrueMesh {
     pub(super) surface: Arc<ContactSurface>,
-    /// Of each geom of the model the solid that may touch it.
+    /// Solid of each geom of the model that may touch the mesh.
     pub(super) probes: Vec<Option<Probe>>,
 }
 
-/// What one thread needs to find the contacts of one true mesh.
+/// Working memory of one thread that finds the contacts of one true mesh.
 pub(super) struct TrueMeshCollider {
     surface: Arc<ContactSurface>,
     /// MuJoCo's number of the geom that stands for it.
     pub(super) geom: i32,
-    /// Of each geom of the model the solid that may touch it.
+    /// Tracker of each geom of the model that may touch the mesh.
     trackers: Vec<Option<ContactTracker>>,
     scratch: ContactScratch,
     found: Vec<SurfaceContact>,
@@ -86,7 +86,7 @@ pub(super) fn add_geom(spec: &mut MjSpec, surface: &ContactSurface, body: impl F
 }
 
 impl TrueMeshCollider {
-    /// Of each geom of a model the solid that it is; `None` where it is no box, ball, capsule or cylinder.
+    /// Solid of each geom of a model; `None` where it is no box, ball, capsule or cylinder.
     pub(super) fn probes(model: &MjModel) -> Vec<Option<Probe>> {
         let kinds = model.geom_type().iter().zip(model.geom_size());
         kinds.map(|(kind, size)| solid(*kind, size).as_ref().and_then(Probe::new)).collect()
@@ -96,7 +96,7 @@ impl TrueMeshCollider {
         model.name_to_id(MjtObjBase::mjOBJ_GEOM, NAME).expect("the true mesh has a geom")
     }
 
-    /// One that [remembers](ContactTracker::new), or not.
+    /// Creates a collider that [remembers](ContactTracker::new), or not.
     pub(super) fn new(model: &MjModel, mesh: &TrueMesh, remembers: bool) -> Self {
         Self {
             surface: Arc::clone(&mesh.surface),

@@ -1,4 +1,4 @@
-//! What a trial is made under: friction, mass, errors of the pose; and how it goes on.
+//! Conditions of a trial: friction, mass, errors of the pose; and its protocol.
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
@@ -14,7 +14,7 @@ pub fn mass_of_volume(volume: f64) -> f64 {
     (DENSITY * volume).clamp(MASSES[0], MASSES[1])
 }
 
-/// What pulls on the object once it is held.
+/// Gravity on the object once it is held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gravity {
     /// Gravity along -z of the object as it lies at the start; the hand lifts it and shakes it.
@@ -24,24 +24,24 @@ pub enum Gravity {
     Six,
 }
 
-/// What a trial is made under.
+/// Conditions of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialConditions {
     /// Coefficient of sliding friction between the object and whatever touches it, exactly: the hand's own does not count.
     pub friction: f64,
-    /// How a contact resists turning about its normal [m]: with a torque of at most friction * torsion * normal force, as a
-    /// patch of one and a half times that radius under even pressure. 0 for a hard point.
+    /// Torsional friction of a contact about its normal [m]: resists with a torque of at most friction * torsion *
+    /// normal force, as a patch of one and a half times that radius under even pressure. 0 for a hard point.
     pub torsion: f64,
     /// The object's mass [kg].
     pub mass: f64,
-    /// How far the object stands from where the grasp has it, along the axes of the hand's base [m].
+    /// Offset of the object from its position in the grasp, along the axes of the hand's base [m].
     pub shift: Vector3<f64>,
-    /// How it is turned there about its centre of mass: an axis of the hand's base times an angle [rad].
+    /// Rotation of the object there about its centre of mass: an axis of the hand's base times an angle [rad].
     pub turn: Vector3<f64>,
     /// Whether a hand that would start too deep in the object opens its fingers until they are clear, and where its base is too
     /// deep draws back by up to 5 mm; else such a trial is refused.
     pub backs_off: bool,
-    /// What pulls.
+    /// Gravity on the held object.
     pub gravity: Gravity,
 }
 
@@ -101,16 +101,16 @@ impl TrialConditions {
     }
 }
 
-/// How far conditions vary: standard deviations.
+/// Spread of the conditions: standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialSpread {
-    /// Of the logarithm of friction.
+    /// Standard deviation of the logarithm of friction.
     pub friction: f64,
-    /// Of the logarithm of the mass.
+    /// Standard deviation of the logarithm of the mass.
     pub mass: f64,
-    /// Of the object's place, along each axis [m].
+    /// Standard deviation of the object's position, along each axis [m].
     pub shift: f64,
-    /// Of its turn, about each axis [rad].
+    /// Standard deviation of the object's orientation, about each axis [rad].
     pub turn: f64,
 }
 
@@ -119,45 +119,45 @@ impl TrialSpread {
     pub const STANDARD: Self = Self { friction: 0.2, mass: 0.1, shift: 0.001, turn: std::f64::consts::PI / 180.0 };
 }
 
-/// What holds the object while the hand closes.
+/// Support of the object while the hand closes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WhileClosing {
     /// Nothing: fingers push it about.
     Free,
-    /// As in syrup: it gives way to what pushes it, and stands as soon as nothing does.
+    /// The object moves as in syrup: it gives way to what pushes it, and stands as soon as nothing does.
     Damped,
-    /// It stays where it is until the hand has closed.
+    /// The object stays where it is until the hand has closed.
     Still,
 }
 
-/// How a trial goes on.
+/// Protocol of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialProtocol {
     /// Deepest start [m]; 0.98 mm at most, which is as deep as is told of boxes.
     pub start_depth: f64,
     /// Longest closing, without gravity [s]; it ends before, when the hand is at rest.
     pub closing: f64,
-    /// What holds the object meanwhile.
+    /// Support of the object meanwhile.
     pub while_closing: WhileClosing,
-    /// How long hand and object have to settle once it is let go, without gravity [s].
+    /// Time for hand and object to settle once the object is let go, without gravity [s].
     pub settling: f64,
-    /// How hard the hand closes, and goes on closing to the end.
+    /// Effort with which the hand closes, and goes on closing to the end.
     pub effort: Effort,
-    /// How high it lifts [m], by minimum jerk, in how long [s].
+    /// Height of the lift [m], by minimum jerk in `lift_time`.
     pub lift: f64,
     /// See [`TrialProtocol::lift`].
     pub lift_time: f64,
-    /// How far it shakes to either side, along each axis of the object as it lies at the start [m].
+    /// Amplitude of the shake to either side, along each axis of the object as it lies at the start [m].
     pub shake: f64,
-    /// How often, along x, y and z [Hz].
+    /// Frequencies of the shake along x, y and z [Hz].
     pub frequencies: [f64; 3],
     /// For how long [s]; whole periods of each begin and end without acceleration.
     pub shake_time: f64,
-    /// How long each of six directions of gravity lasts [s].
+    /// Duration of each of six directions of gravity [s].
     pub turned_time: f64,
-    /// How far the object's centre of mass may go from where it was in the hand when gravity came on [m].
+    /// Largest distance of the object's centre of mass from where it was in the hand when gravity came on [m].
     pub lost_distance: f64,
-    /// How far it may turn [rad].
+    /// Largest rotation of the object [rad].
     pub lost_angle: f64,
 }
 
@@ -201,7 +201,7 @@ impl TrialProtocol {
         Vector3::z() * (rate * s * (60.0 + s * (-180.0 + s * 120.0)))
     }
 
-    /// The same `time` after the shake began: the second derivative of `shake sin(2 pi f t)` along each axis.
+    /// Acceleration `time` after the shake began: the second derivative of `shake sin(2 pi f t)` along each axis.
     pub(super) fn shaking(&self, time: f64) -> Vector3<f64> {
         Vector3::from(self.frequencies.map(|frequency| {
             let turn = std::f64::consts::TAU * frequency;

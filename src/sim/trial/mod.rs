@@ -46,7 +46,8 @@ impl TrialSim {
         Ok(Self { sim, protocol: TrialProtocol::STANDARD })
     }
 
-    /// The same with the mesh as MuJoCo itself touches it: slow and right, or its convex hull. For comparison.
+    /// Compiles the trial with the mesh as MuJoCo itself touches it: slow and right, or its convex hull. For
+    /// comparison.
     ///
     /// # Errors
     /// When no solid has such mass properties, or MuJoCo refuses the mesh or the hand.
@@ -60,7 +61,7 @@ impl TrialSim {
         Ok(Self { sim, protocol: TrialProtocol::STANDARD })
     }
 
-    /// The same with another protocol.
+    /// Returns the trial with another protocol.
     ///
     /// # Errors
     /// When a number of it is not finite or below 0.

@@ -1,4 +1,4 @@
-//! What a trial comes to.
+//! Outcome of a trial.
 
 use nalgebra::IsometryMatrix3;
 
@@ -13,15 +13,15 @@ use robot::hand::Motor;
 pub enum Phase {
     /// The hand closes, without gravity.
     Closing,
-    /// It lifts.
+    /// The hand lifts.
     Lift,
-    /// It shakes.
+    /// The hand shakes.
     Shake,
     /// Gravity pulls along one of six directions, counted from 0.
     Turned(u8),
 }
 
-/// How a trial ended, and why.
+/// Verdict on a trial, with the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
     /// The object stayed, and two links at least touch it.
@@ -42,9 +42,9 @@ pub enum Verdict {
         /// Since the trial began [s].
         time: f64,
     },
-    /// It stayed where it is, but in the end fewer than two links touch it.
+    /// The object stayed where it is, but in the end fewer than two links touch it.
     LetGo {
-        /// How many do.
+        /// Number of links that touch it.
         links: usize,
     },
     /// The numbers blew up.
@@ -86,11 +86,11 @@ pub struct Start {
     pub posture: Vec<f64>,
     /// The object, seen from the hand's base: as asked for, with the conditions' errors, and the hand drawn back.
     pub base_from_object: IsometryMatrix3<f64>,
-    /// How deep the hand is in the object [m], 0 where it is clear; by exact distances from the true mesh.
+    /// Penetration of the object by the hand [m], 0 where it is clear; by exact distances from the true mesh.
     pub penetration: f64,
-    /// How much of their way from closed to opened the fingers have backed off, 0 to 1.
+    /// Share of their way from closed to opened that the fingers have backed off, 0 to 1.
     pub opened_by: f64,
-    /// How far the hand has drawn back along its approach [m].
+    /// Distance that the hand has drawn back along its approach [m].
     pub drawn_back: f64,
 }
 
@@ -103,7 +103,7 @@ pub struct Grip {
     pub motors: Vec<Motor>,
     /// The object, seen from the hand's base.
     pub base_from_object: IsometryMatrix3<f64>,
-    /// What presses on the object, seen from the hand's base.
+    /// Touches that press on the object, expressed in the base frame of the hand.
     pub touches: Vec<LinkTouch>,
 }
 
@@ -132,29 +132,29 @@ impl Grip {
         self.touches.iter().map(|touch| touch.force).fold(0.0, f64::max)
     }
 
-    /// How deep the hand presses into the object [m], by exact distances from the true mesh.
+    /// Deepest penetration of the object by the hand [m], by exact distances from the true mesh.
     pub fn penetration(&self) -> f64 {
         self.touches.iter().map(|touch| -touch.distance).fold(0.0, f64::max)
     }
 }
 
-/// How far the object moved in the hand during a phase that it stood to the end.
+/// Motion of the object in the hand during a phase that it stood to the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slip {
     /// Which.
     pub phase: Phase,
-    /// How far its centre of mass is from where it was when the phase began [m].
+    /// Distance of the centre of mass from where it was when the phase began [m].
     pub moved: f64,
-    /// How far it turned [rad].
+    /// Angle of rotation [rad].
     pub turned: f64,
     /// `moved` by the phase's time [m/s].
     pub rate: f64,
 }
 
-/// What a trial came to.
+/// Outcome of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// How it ended.
+    /// Verdict on the trial.
     pub verdict: Verdict,
     /// Where it began.
     pub start: Start,
@@ -162,24 +162,24 @@ pub struct Outcome {
     pub closed: Option<Grip>,
     /// Whether the closed hand had come to rest; else its time was used up.
     pub closed_at_rest: bool,
-    /// How long it closed [s].
+    /// Duration of closing [s].
     pub closing_time: f64,
-    /// Of each phase that the object stood to the end.
+    /// Slips, one per phase that the object stood to the end.
     pub slips: Vec<Slip>,
-    /// How far from where it was when gravity came on the centre of mass has been at most [m].
+    /// Largest distance of the centre of mass from where it was when gravity came on [m].
     pub farthest: f64,
-    /// How deep hand and object were in each other at most since then [m].
+    /// Deepest overlap of hand and object since then [m].
     pub shaken_penetration: f64,
     /// The hand in the end, or when the trial was decided; `None` where nothing was simulated, or the numbers blew up.
     pub end: Option<Grip>,
     /// Steps of 2 ms that were simulated.
     pub steps: u32,
-    /// How often MuJoCo warned.
+    /// Number of MuJoCo's warnings.
     pub warnings: u32,
 }
 
 impl Outcome {
-    /// How long the trial went on [s].
+    /// Simulated time of the trial [s].
     pub fn time(&self) -> f64 {
         f64::from(self.steps) * STEP
     }

@@ -12,7 +12,7 @@ use crate::{
 };
 use robot::hand::{Driven, Follower, Hand};
 
-/// What is written at most before asking for more room.
+/// Bytes written before asking for more room, at most.
 const ROOM: usize = 1 << 16;
 
 /// A hand for plain MuJoCo.
@@ -20,11 +20,11 @@ const ROOM: usize = 1 << 16;
 pub struct PlainHand {
     /// The hand as trials compile it, without an object: MJCF with a servo for each joint.
     pub mjcf: String,
-    /// What the motors do with the servos, and how a trial goes on: JSON.
+    /// JSON: the motors' control of the servos, and the protocol of a trial.
     pub drive: String,
 }
 
-/// What drives the servos, and how a trial goes on. What the numbers mean stands in docs/format.md.
+/// Control of the servos, and the protocol of a trial. docs/format.md explains the numbers.
 #[derive(Serialize)]
 struct Drive<'h> {
     hand: &'h str,

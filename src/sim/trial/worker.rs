@@ -22,15 +22,16 @@ const GRAVITY: f64 = 9.81;
 /// A hand that backs off is clear of the object when it is no deeper than this [m].
 const CLEAR: f64 = 1e-4;
 
-/// How much of their way fingers open at a time, how far a hand draws back at a time, and at most [m].
+/// Steps of backing off: share of their way that fingers open per step, distance that a hand draws back per step, and
+/// in all [m].
 const OPENS: f64 = 0.02;
 const DRAWS_BACK: f64 = 5e-4;
 const MOST_BACK: f64 = 0.005;
 
-/// What closing pushes so far has left the hand [m].
+/// Distance beyond which an object that closing pushed away has left the hand [m].
 const PUSHED_AWAY: f64 = 0.1;
 
-/// What one thread needs for trials; its state is its own.
+/// Working memory of one thread that makes trials; its state is its own.
 pub struct TrialWorker {
     hand: HandWorker,
     object: FreeObject,
@@ -121,7 +122,8 @@ impl TrialWorker {
         if links < 2 { Err(Verdict::LetGo { links }) } else { Ok(()) }
     }
 
-    /// What the object weighs while the hand closes [kg]: one that stays is heavy, so that contacts are as hard as on a wall.
+    /// Mass of the object while the hand closes [kg]: one that stays is heavy, so that contacts are as hard as on a
+    /// wall.
     fn closing_mass(&self, conditions: &TrialConditions) -> f64 {
         match self.protocol.while_closing {
             WhileClosing::Still => SLIDE_MASS,
@@ -190,7 +192,7 @@ impl TrialWorker {
         self.protocol.start_depth.min(0.98 * EDGE_RADIUS)
     }
 
-    /// How deep the base and the other links are in the object [m], 0 where they are clear.
+    /// Penetration of the object by the base and by the other links [m], 0 where they are clear.
     fn depths(&self) -> [f64; 2] {
         self.hand.touches().iter().fold([0.0; 2], |mut deepest, touch| {
             let of = &mut deepest[usize::from(touch.link > 0)];
@@ -240,7 +242,8 @@ impl TrialWorker {
         }
     }
 
-    /// What holds the object while the hand closes takes the way or the speed from it that the last step gave it.
+    /// Takes from the object the motion or the speed that the last step gave it, as its support while the hand closes
+    /// asks.
     fn hold_object(&mut self, outcome: &Outcome) {
         let FreeObject { address, dof, .. } = self.object;
         if self.protocol.while_closing == WhileClosing::Free {
@@ -297,7 +300,7 @@ impl TrialWorker {
         self.hand.base_from_object() * self.object.centre
     }
 
-    /// How deep hand and object are in each other now [m].
+    /// Present overlap depth of hand and object [m].
     fn depth(&self) -> f64 {
         let object = self.object.geom as i32;
         let of_object = self.hand.data.contact().iter().filter(|contact| contact.geom.contains(&object));
