@@ -77,9 +77,9 @@ pub struct RootPart {
 pub struct FileContext<'a> {
     /// Folder of the dataset.
     pub folder: &'a Path,
-    /// Its manifest.
+    /// Manifest of the dataset.
     pub manifest: &'a Manifest,
-    /// Its reader; `None` when the dataset cannot be opened.
+    /// Reader of the dataset; `None` when it cannot be opened.
     pub reader: Option<&'a DatasetReader>,
     /// Ids of the objects in the asset table.
     pub objects: &'a [ObjectId],

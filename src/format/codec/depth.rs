@@ -11,7 +11,7 @@ use kernel::{geom::DepthCrop, ids::SampleId};
 
 const MESSAGE: &str = "Depth";
 
-/// How depth is written.
+/// Coding of depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DepthCoding {
     /// Metres as f32, NaN = no return.
@@ -31,7 +31,7 @@ pub struct Depth {
     pub sample: SampleId,
     /// Depth along the optical axis [m], NaN = no return.
     pub crop: DepthCrop,
-    /// How it is written.
+    /// Coding in which the depth is written.
     pub coding: DepthCoding,
 }
 

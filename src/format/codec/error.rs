@@ -8,7 +8,7 @@ pub enum RecordError {
     Protobuf {
         /// Message type.
         message: &'static str,
-        /// What the decoder found.
+        /// Problem that the decoder found.
         problem: String,
     },
     /// A field that every record has is absent.
@@ -40,7 +40,7 @@ pub enum RecordError {
         field: &'static str,
         /// Value found.
         value: f64,
-        /// What passes, in words.
+        /// Values that pass, in words.
         allowed: &'static str,
     },
     /// A stated count is not the count of the bits.
@@ -64,7 +64,7 @@ pub enum RecordError {
         field: &'static str,
         /// Text found.
         found: String,
-        /// What passes.
+        /// Texts that pass.
         expected: String,
     },
     /// Axes make no grid of poses.

@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::codec::{RecordError, proto};
 use kernel::geom::{Frame, Intrinsics, OccupancyGrid, Pose};
 
-/// How far a stored pose may be from a rotation, and the three poses from closing; composing them costs about 1e-15.
+/// Tolerance of a stored pose: from a rotation, and of the three poses from closing; composing them costs about 1e-15.
 const POSE_TOLERANCE: f64 = 1e-9;
 
 /// `Err` with the value unless `holds`.

@@ -27,7 +27,7 @@ pub struct AssetTable {
 pub struct AssetRow {
     /// The object, or the hand, by content.
     pub object: ObjectId,
-    /// Its name in the job.
+    /// Name in the job.
     pub name: String,
     /// Further fields, by name; they depend on the program that wrote the dataset.
     #[serde(flatten)]

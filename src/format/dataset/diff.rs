@@ -1,5 +1,6 @@
-//! What differs between two datasets, sample by sample and by channel, out of manifests, ledgers and tables alone: no payload
-//! is read, no mesh wanted. Whether a dataset is what its ledgers say is [`verify`](super::verify())'s to tell.
+//! Differences between two datasets, sample by sample and by channel, out of manifests, ledgers and tables alone: no
+//! payload is read, no mesh wanted. Whether a dataset is what its ledgers say is for [`verify`](super::verify()) to
+//! find.
 
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
@@ -15,12 +16,12 @@ use kernel::ids::{Digest, ObjectId, SampleIndex};
 /// Ledgers of the second dataset in memory at a time: objects stand in both in about one order, shards may not.
 const LEDGERS: usize = 4;
 
-/// What differs between two datasets, the first called `a`, the second `b`.
+/// Differences between two datasets, the first called `a`, the second `b`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DatasetDifference {
     /// Both hold the same: every sample, reject, row of the asset table, field and job; the roots are equal.
     pub equal: bool,
-    /// What each holds.
+    /// Product of each.
     pub products: [Product; 2],
     /// Root digest of each.
     pub roots: [Digest; 2],
@@ -52,7 +53,7 @@ impl DatasetDifference {
 /// Samples that both datasets have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SampleCounts {
-    /// The same payloads on every topic that both store, or rejected for the same reason and numbers.
+    /// Identical payloads on every topic that both store, or rejected for the same reason and numbers.
     pub same: u64,
     /// Kept by both, with other payloads on a topic that both store.
     pub changed: u64,
@@ -67,9 +68,9 @@ pub struct SampleCounts {
 /// Payloads of one topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ChannelCounts {
-    /// Of equal digests.
+    /// Payloads with equal digests.
     pub same: u64,
-    /// Of other digests.
+    /// Payloads with other digests.
     pub changed: u64,
     /// Stored by `a` alone.
     pub only_a: u64,
@@ -77,12 +78,12 @@ pub struct ChannelCounts {
     pub only_b: u64,
 }
 
-/// What differs about an object, a hand or a robot.
+/// Differences of an object, a hand or a robot.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ObjectDifference {
-    /// Its content in `a`; `None` where `a` has none of this name.
+    /// Content in `a`; `None` where `a` has none of this name.
     pub a: Option<ObjectId>,
-    /// Its content in `b`.
+    /// Content in `b`.
     pub b: Option<ObjectId>,
     /// Keys of its row of the asset table that differ, where the content is the same.
     pub facts: BTreeSet<String>,
@@ -110,16 +111,16 @@ pub enum Reason {
     },
     /// Numbers of class physics or colour were made on something else.
     Platform {
-        /// What of the platform.
+        /// Key of the platform's table.
         key: String,
-        /// Of `a`; `None` where it does not depend on it.
+        /// Value of `a`; `None` where it does not depend on the key.
         a: Option<String>,
-        /// Of `b`.
+        /// Value of `b`.
         b: Option<String>,
     },
     /// Numbers of a class differ.
     Class {
-        /// Its name.
+        /// Name of the class.
         class: &'static str,
     },
     /// Objects, hands or robots of one name have other content, or are in one dataset alone.
@@ -220,7 +221,7 @@ fn objects_of(a: &DatasetReader, b: &DatasetReader) -> Result<BTreeMap<String, O
 
 /// One pass over the ledgers of the first dataset.
 struct Pass<'a> {
-    /// Of each dataset: names of objects by content.
+    /// Names of objects by content, for each dataset.
     names: [BTreeMap<ObjectId, String>; 2],
     b: Ledgers<'a>,
     both: SampleCounts,
@@ -353,7 +354,7 @@ fn unknown(reader: &DatasetReader, index: SampleIndex) -> DatasetError {
     }
 }
 
-/// What the two say of themselves that is not the same.
+/// Reasons why the two can differ, out of what they say of themselves.
 fn reasons(
     a: &DatasetReader,
     b: &DatasetReader,

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::DatasetError;
 
-/// How temporary names end.
+/// Ending of temporary names.
 pub(super) const TEMPORARY: &str = ".tmp";
 
 /// A unique temporary name in the folder of a final one; the file goes when this does, unless it was published.

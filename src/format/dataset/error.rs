@@ -1,4 +1,4 @@
-//! What can go wrong with a dataset, with numbers and remedies.
+//! Errors of datasets, with numbers and remedies.
 
 use std::{
     io,
@@ -11,13 +11,13 @@ use kernel::{
     words::number_ranges,
 };
 
-/// What can go wrong with a dataset.
+/// Error of a dataset.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// The operating system refused a read or write.
     #[error("{action} {}: {source}{}", path.display(), io_remedy(source))]
     Io {
-        /// What was tried: "writing", "reading", ...
+        /// Action that failed: "writing", "reading", ...
         action: &'static str,
         /// On which file.
         path: PathBuf,
@@ -63,9 +63,9 @@ pub enum DatasetError {
     ForeignSet {
         /// The folder.
         folder: PathBuf,
-        /// Its datasets.
+        /// Datasets found.
         found: String,
-        /// Those of this set.
+        /// Datasets of this set.
         expected: String,
     },
     /// The folder holds something that is no dataset.
@@ -101,7 +101,7 @@ pub enum DatasetError {
     Version {
         /// The file that says so.
         path: PathBuf,
-        /// Its version.
+        /// Version found.
         found: u32,
         /// Ours.
         expected: u32,
@@ -111,9 +111,9 @@ pub enum DatasetError {
     Invalid {
         /// The file.
         path: PathBuf,
-        /// What is wrong, with numbers.
+        /// Problem, with numbers.
         problem: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// A file's content is not what its name or the manifest says.
@@ -127,7 +127,7 @@ pub enum DatasetError {
         saved: Digest,
         /// Digest of its content.
         calculated: Digest,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// A payload is no valid record.
@@ -143,7 +143,7 @@ pub enum DatasetError {
     /// Shards of the plan are not there.
     #[error("{} of {shards} shards are missing ({}); `run` the job again: only they are made", missing.len(), list(missing))]
     MissingShards {
-        /// How many the plan has.
+        /// Number of shards in the plan.
         shards: u32,
         /// Which are missing.
         missing: Vec<u32>,
@@ -153,9 +153,9 @@ pub enum DatasetError {
     Sequence {
         /// The shard's name.
         shard: String,
-        /// What had to come.
+        /// Item that had to come.
         expected: String,
-        /// What came.
+        /// Item that came.
         found: String,
     },
     /// Two sample indices have the same id.

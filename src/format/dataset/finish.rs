@@ -38,7 +38,7 @@ pub struct DatasetHeader {
     pub job: JobDigest,
     /// The resolved job, as it will stand in `job.toml`.
     pub job_text: String,
-    /// How equal the numbers of its channels are on two machines.
+    /// Class of its channels' numbers: how equal they are on two machines.
     pub class: NumberClass,
     /// Channels whose numbers are of another class, where they are stored.
     pub channel_classes: BTreeMap<Channel, NumberClass>,
@@ -189,7 +189,7 @@ struct Sums {
 struct Pass<'a> {
     mark: &'a RunMark,
     subjects: &'a Subjects,
-    /// Of a product that has splits.
+    /// Split table, for a product that has splits.
     splits: Option<&'a SplitTable>,
     folder: &'a Path,
     /// Format and file of the index, until the first ledger names the channels.

@@ -17,13 +17,13 @@ use super::{
 use crate::{FORMAT_VERSION, Product};
 use kernel::ids::{Digest, JobDigest, ShardId};
 
-/// What a folder was begun for: `run.json`, written before any shard.
+/// Purpose of a folder: `run.json`, written before any shard.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunMark {
     /// Format on disk.
     pub format_version: u32,
-    /// What it will hold.
+    /// Product that the folder will hold.
     pub product: Product,
     /// The job.
     pub job: JobDigest,
@@ -42,14 +42,14 @@ impl RunMark {
     }
 }
 
-/// How a folder stood when a run began.
+/// State of a folder when a run began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begun {
     /// Empty or new: this run marked it.
     New,
     /// Begun before by the same job: finished shards are kept.
     Again,
-    /// It has a manifest: the dataset is finished.
+    /// The folder has a manifest: the dataset is finished.
     Finished,
 }
 
@@ -105,7 +105,7 @@ pub fn shards_folder(folder: &Path) -> PathBuf {
     folder.join(SHARDS)
 }
 
-/// What a folder was begun for; `None` when it has no `run.json`.
+/// Reads the mark that states what a folder was begun for; `None` when it has no `run.json`.
 ///
 /// # Errors
 /// When the file can't be read, is no run mark, or is of another format version.
@@ -141,7 +141,7 @@ pub struct ShardScan {
     pub bad: Vec<BadShard>,
     /// Temporary files that nobody is writing any more.
     pub leftovers: Vec<PathBuf>,
-    /// Those that somebody is writing.
+    /// Temporary files that somebody is writing.
     pub at_work: Vec<PathBuf>,
 }
 
@@ -155,7 +155,7 @@ impl ShardScan {
 /// A shard that is done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DoneShard {
-    /// Its file.
+    /// Path of the file.
     pub path: PathBuf,
     /// BLAKE3 of its content.
     pub digest: Digest,
@@ -170,7 +170,7 @@ pub struct BadShard {
     pub path: PathBuf,
     /// Which shard it claims to be.
     pub shard: Option<ShardId>,
-    /// What is wrong with it, with numbers.
+    /// Problem with the file, with numbers.
     pub problem: String,
 }
 
@@ -182,7 +182,7 @@ pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetEr
     scan_some_shards(folder, mark, &|_| true)
 }
 
-/// The same of the wanted shards alone.
+/// Scans the wanted shards alone.
 ///
 /// # Errors
 /// When the folder or a file can't be read.

@@ -13,7 +13,7 @@ use kernel::{ids::Digest, words::Split};
 /// A column of a dataset's index.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IndexColumn {
-    /// Its name.
+    /// Name of the column.
     pub name: String,
     /// Kind of its cells.
     pub kind: ColumnKind,
@@ -43,17 +43,17 @@ pub enum ColumnKind {
 /// One cell of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell<'a> {
-    /// Of a text column.
+    /// Value of a text column.
     Text(&'a str),
-    /// Of a Boolean column.
+    /// Value of a Boolean column.
     Boolean(bool),
-    /// Of a column of 32-bit numbers.
+    /// Value of a column of 32-bit numbers.
     U32(u32),
-    /// Of a column of 64-bit numbers.
+    /// Value of a column of 64-bit numbers.
     U64(u64),
-    /// Of a column of doubles.
+    /// Value of a column of doubles.
     F64(f64),
-    /// Of a column of digests.
+    /// Value of a column of digests.
     Digest(&'a Digest),
     /// None, in an optional column.
     Empty,

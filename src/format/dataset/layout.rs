@@ -3,21 +3,21 @@
 use crate::Product;
 use kernel::ids::{Digest, ShardId};
 
-/// What the folder was begun for: written first.
+/// Mark of what the folder was begun for: written first.
 pub const RUN: &str = "run.json";
-/// What it holds: written last.
+/// Manifest of what it holds: written last.
 pub const MANIFEST: &str = "manifest.json";
 /// One row a sample.
 pub const INDEX: &str = "index.parquet";
 /// One row an object, and the refused meshes.
 pub const ASSETS: &str = "assets.json";
-/// Who trains and who tests.
+/// Splits: who trains and who tests.
 pub const SPLITS: &str = "splits.json";
 /// One line a rejected sample.
 pub const REJECTS: &str = "rejects.jsonl";
 /// The resolved job.
 pub const JOB: &str = "job.toml";
-/// What tasks tell the merge that closes the dataset; gone when it is closed.
+/// Record of tasks for the merge that closes the dataset; gone when it is closed.
 pub const PENDING: &str = "pending.json";
 /// Scripts and logs of a cluster's tasks; no part of the dataset.
 pub const CLUSTER: &str = "cluster";
@@ -44,7 +44,7 @@ pub struct ShardName {
     pub product: Product,
     /// Which shard.
     pub shard: ShardId,
-    /// Of how many.
+    /// Number of shards in all.
     pub shards: u32,
     /// First 16 hexadecimal digits of the BLAKE3 of the content.
     pub short: String,

@@ -27,7 +27,7 @@ pub struct Manifest {
     pub format_version: u32,
     /// Program and version that wrote it.
     pub generator: String,
-    /// What it holds.
+    /// Product of the dataset.
     pub product: Product,
     /// The digest that names the dataset, whatever its shards, threads, paths and clock.
     pub root: Digest,
@@ -36,7 +36,7 @@ pub struct Manifest {
     /// Topics of each class; empty where there is one class alone.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub class_topics: BTreeMap<NumberClass, Vec<String>>,
-    /// What the numbers of class physics and colour depend on; empty for exact ones.
+    /// Platform that the numbers of class physics and colour depend on; empty for exact ones.
     pub platform: BTreeMap<String, String>,
     /// The job.
     pub job: JobDigest,
@@ -140,7 +140,7 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// What every kept sample has.
+    /// Channels of every kept sample.
     pub fn channels(&self) -> Vec<Channel> {
         self.topics.iter().filter_map(|topic| Channel::from_topic(topic)).collect()
     }
@@ -164,7 +164,7 @@ impl Manifest {
         paths
     }
 
-    /// What it says of each table and shard, by paths inside the dataset's folder.
+    /// Size and digest of each table and shard, by paths inside the dataset's folder.
     pub fn entries(&self) -> BTreeMap<String, FileEntry> {
         let shards =
             self.shards.iter().map(|shard| (shard.path(), FileEntry { digest: shard.digest, bytes: shard.bytes }));

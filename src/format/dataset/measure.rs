@@ -1,4 +1,4 @@
-//! What the chunk size was chosen by. `cargo test --release --lib measure -- --ignored --nocapture`
+//! Measurement behind the chunk size. `cargo test --release --lib measure -- --ignored --nocapture`
 
 use std::{fs, path::Path};
 

@@ -1,4 +1,4 @@
-//! What tasks leave behind for the merge that closes their dataset: the resolved job, and what it does not say.
+//! Record of tasks for the merge that closes their dataset: the resolved job, and what it does not say.
 
 use std::{fs, io, path::Path};
 
@@ -42,7 +42,7 @@ pub fn write_pending(folder: &Path, header: &DatasetHeader) -> Result<(), Datase
     Ok(())
 }
 
-/// What tasks left in a folder; `None` where there is no `pending.json`.
+/// Reads what tasks left in a folder; `None` where there is no `pending.json`.
 ///
 /// # Errors
 /// When the file can't be read, or is none of ours.

@@ -33,9 +33,9 @@ pub struct DatasetReader {
 /// Which samples to read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Of this split alone.
+    /// Selects this split alone.
     pub split: Option<Split>,
-    /// Of the models of this nested training subset (an index into [`SplitTable::training_subsets`]) alone.
+    /// Selects the models of this nested training subset (an index into [`SplitTable::training_subsets`]) alone.
     pub subset: Option<u32>,
 }
 
@@ -101,7 +101,7 @@ impl DatasetReader {
         &self.manifest
     }
 
-    /// Who trains and who tests; empty where the product has no splits.
+    /// Split of each object; empty where the product has no splits.
     pub fn splits(&self) -> &SplitTable {
         &self.splits
     }

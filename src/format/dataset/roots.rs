@@ -49,7 +49,7 @@ pub(super) struct Leaf {
     instance: u32,
     camera: u32,
     index: u64,
-    /// Of a rejected sample none.
+    /// Class of the numbers; none for a rejected sample.
     class: Option<NumberClass>,
     digest: Digest,
 }
@@ -81,7 +81,7 @@ impl Leaf {
     }
 }
 
-/// What the root of a dataset is made of, beside its tables.
+/// Digests that the root of a dataset is made of, beside those of its tables.
 pub(super) struct Roots {
     /// Over the kept samples, a class each.
     pub classes: BTreeMap<NumberClass, Digest>,
@@ -90,7 +90,7 @@ pub(super) struct Roots {
 }
 
 impl Roots {
-    /// Of all samples.
+    /// Computes the roots over all samples.
     ///
     /// # Errors
     /// When a sample stands at two places.

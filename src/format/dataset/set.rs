@@ -33,7 +33,7 @@ pub struct SetTable {
     pub name: String,
     /// The datasets, in the order in which they are made; each stands in the folder of its name.
     pub jobs: Vec<SetEntry>,
-    /// What they hold.
+    /// Content of the finished datasets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub made: Option<SetContent>,
 }
@@ -42,13 +42,13 @@ pub struct SetTable {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SetEntry {
-    /// Its name and folder.
+    /// Name of the dataset and of its folder.
     pub name: String,
-    /// What it holds.
+    /// Product of the dataset.
     pub product: Product,
 }
 
-/// What the finished datasets of a set hold.
+/// Content of the finished datasets of a set.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SetContent {
@@ -68,7 +68,7 @@ pub struct SetContent {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SetObject {
-    /// Its name.
+    /// Name of the object.
     pub name: String,
     /// By content: what `SampleId.subject` is in every dataset.
     pub object: ObjectId,
@@ -154,7 +154,7 @@ impl SetTable {
 }
 
 impl SetContent {
-    /// What the finished datasets in the folder of a set hold.
+    /// Gathers the content of the finished datasets in the folder of a set.
     ///
     /// # Errors
     /// When one is not finished or can't be read.

@@ -30,25 +30,25 @@ pub const CHUNK_BYTES: usize = 64 << 10;
 pub(crate) const ZSTD_LEVEL: u32 = 1;
 /// Written into each shard's header instead of the MCAP crate's name and version, which would move bytes.
 pub(crate) const LIBRARY: &str = "graspmill format 2";
-/// The same text without the number of the format.
+/// Beginning of that text, without the number of the format.
 pub(super) const LIBRARY_PREFIX: &str = "graspmill format ";
 /// Names of the attachments that hold the ledger: identity and fate, facts, digests.
 pub(super) const LEDGER: [&str; 3] = ["ledger", "facts", "digests"];
 
-/// What a shard is, before any sample stands in it.
+/// Facts of a shard before any sample stands in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShardHeader {
-    /// What it holds; part of the file name.
+    /// Product of the shard; part of the file name.
     pub product: Product,
     /// The job.
     pub job: JobDigest,
     /// Which shard.
     pub shard: ShardId,
-    /// Of how many.
+    /// Number of shards in all.
     pub shards: u32,
     /// The sample indices that it accounts for; not empty.
     pub samples: Range<u64>,
-    /// What every kept sample has, in any order; all of the product, its leading one among them.
+    /// Channels of every kept sample, in any order; all of the product, its leading one among them.
     pub channels: Vec<Channel>,
 }
 

@@ -51,8 +51,8 @@ pub(crate) struct StoredMessage {
     pub payload: Vec<u8>,
 }
 
-/// What is known of a shard after reading its summary. The file itself is opened for each read, so that a dataset of
-/// any number of shards needs no more than one open file a thread.
+/// Facts known of a shard after reading its summary. The file itself is opened for each read, so that a dataset of
+/// any number of shards needs no more than one open file per thread.
 pub(crate) struct ShardFile {
     pub path: PathBuf,
     /// In order of their samples; chunks without messages left out.
@@ -190,7 +190,7 @@ impl ShardFile {
 /// Name, encoding and text of a schema.
 type Schema = (String, String, Vec<u8>);
 
-/// What is not ours about a channel's schema.
+/// Difference between a channel's schema in the file and ours, in words.
 fn oddity(channel: Channel, schema: Option<&Schema>, encoding: &str) -> Option<String> {
     let topic = channel.topic;
     let Some((name, kind, text)) = schema else { return Some(format!("{topic} has no schema")) };
@@ -203,7 +203,7 @@ fn oddity(channel: Channel, schema: Option<&Schema>, encoding: &str) -> Option<S
     })
 }
 
-/// What a chunk record holds, after its CRC was checked.
+/// Content of a chunk record, after its CRC was checked.
 pub(crate) fn unpack(record: &[u8]) -> Result<Vec<u8>, McapError> {
     let (opcode, body) = records(record).next().ok_or(McapError::UnexpectedEof)??;
     let Record::Chunk { header, data } = parse(opcode, body)? else {
@@ -295,7 +295,7 @@ pub(crate) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
     mcap::parse_record(opcode, body)
 }
 
-/// What follows a text and its length.
+/// Bytes after a text and its length.
 fn after_text(bytes: &[u8]) -> Result<&[u8], McapError> {
     let (length, rest) = bytes.split_first_chunk::<4>().ok_or(McapError::UnexpectedEoc)?;
     rest.get(u32::from_le_bytes(*length) as usize..).ok_or(McapError::UnexpectedEoc)

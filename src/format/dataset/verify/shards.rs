@@ -22,14 +22,14 @@ use super::{
 use crate::{Channel, CheckSample, checks_of};
 use kernel::ids::{Digest, SampleIndex, ShardId};
 
-/// What all checks look at.
+/// Inputs of all checks.
 pub(super) struct Context<'a> {
     pub folder: &'a Path,
     pub manifest: &'a Manifest,
     pub options: VerifyOptions<'a>,
 }
 
-/// What the check of one shard found.
+/// Findings of the check of one shard.
 #[derive(Default)]
 pub(super) struct ShardCheck {
     pub ledger: Option<Ledger>,

@@ -1,4 +1,5 @@
-//! What stands beside the shards: the tables against the ledgers and each other, field and shapes, and what does not belong.
+//! Checks of everything beside the shards: the tables against the ledgers and each other, field and shapes, and what
+//! does not belong.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -92,7 +93,7 @@ pub(super) fn check_foreign(
     Ok(())
 }
 
-/// What the folder was begun for, against the manifest. Of a dataset of one shard the size of shards cannot be told.
+/// Compares the folder's mark with the manifest. A dataset of one shard does not show the size of shards.
 pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<Problem>) {
     let remedy = "delete it and `run` the job again: finished shards are kept";
     let mark = match read_mark(folder) {

@@ -1,4 +1,4 @@
-//! What a hand felt: forces and gaps of its contacts, and where it stood when each of its approaches ended.
+//! Record of what a hand felt: forces and gaps of its contacts, and where it stood when each of its approaches ended.
 
 use super::TouchContact;
 use crate::codec::{
@@ -10,7 +10,7 @@ use kernel::geom::{CameraCv, HandBase, Pose};
 
 const MESSAGE: &str = "HandContacts";
 
-/// What a hand adds to the contacts that it made.
+/// Additions of a hand to the contacts that it made.
 ///
 /// For the hot path keep one and refill it: its lists keep their memory.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -27,7 +27,7 @@ pub struct HandTouch {
     pub approaches: Vec<Approach>,
 }
 
-/// What a hand felt at one contact.
+/// Measurement of a hand at one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Felt {
     /// Which link touched: a place in [`HandTouch::links`].
@@ -38,25 +38,25 @@ pub struct Felt {
     pub gap: f32,
 }
 
-/// How one guarded move of a hand ended, and where.
+/// End of one guarded move of a hand: how, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Approach {
     /// Pose of the hand's base at the end.
     pub camera_from_hand: Pose<CameraCv, HandBase>,
     /// Values of the joints at the end [rad or m], in the order of [`HandTouch::joints`].
     pub joints: Vec<f64>,
-    /// What ended it.
+    /// Event that ended it.
     pub end: ApproachEnd,
 }
 
-/// What ended an approach.
+/// Event that ended an approach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ApproachEnd {
     /// The hand came to rest.
     AtRest,
     /// The time was up before it did.
     TimedOut,
-    /// It never touched.
+    /// The hand never touched.
     Missed,
     /// The simulation blew up: what was felt is not kept.
     Unstable,

@@ -15,10 +15,11 @@ use kernel::{
 };
 
 const MESSAGE: &str = "VoxelPair";
-/// How far a stored pose may be from a rotation, and the three poses from closing; composing them costs about 1e-15.
+/// Tolerance of a stored pose: from a rotation, and of the three poses from closing; composing them costs about 1e-15.
 const POSE_TOLERANCE: f64 = 1e-9;
 
-/// What one camera saw of an object and the solid object, on one grid in `CameraCv` (spec: thesis ch. 5.3).
+/// Partial and complete grid: what one camera saw of an object, and the solid object, on one grid in `CameraCv` (spec:
+/// thesis ch. 5.3).
 ///
 /// For the hot path keep one and refill it: its grids keep their memory.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! What touched an object where: contacts of one kind of touch, and the cells of the pair's grid that hold them.
+//! Contacts of one kind of touch with an object, and the cells of the pair's grid that hold them.
 
 use nalgebra::Vector3;
 use prost::Message;
@@ -15,7 +15,7 @@ use crate::{
 use kernel::{geom::OccupancyGrid, ids::SampleId};
 
 const MESSAGE: &str = "TactileContacts";
-/// How far a contact may stand outside its cell [cells]: positions are kept in single precision.
+/// Distance that a contact may stand outside its cell [cells]: positions are kept in single precision.
 const CELL_TOLERANCE: f64 = 1e-3;
 /// Probes of one kind of touch, at most.
 const MOST_PROBES: u32 = 1 << 20;
@@ -29,13 +29,13 @@ pub struct TactileContacts {
     pub sample: SampleId,
     /// Cells along each axis of the pair's grid.
     pub resolution: u32,
-    /// How many probes were sent out.
+    /// Number of probes that were sent out.
     pub probes: u32,
     /// In the order of the probes.
     pub contacts: Vec<TouchContact>,
     /// Where each probe started that touched nothing, in their order, in `CameraCv` [m]; of a hand, its palm.
     pub misses: Vec<[f32; 3]>,
-    /// What a hand felt besides; `None` where something else touched.
+    /// Further measurements of a hand; `None` where something else touched.
     pub hand: Option<HandTouch>,
 }
 

@@ -24,20 +24,20 @@ impl Frame for Seed {
     const NAME: &'static str = "seed";
 }
 
-/// How grasps were searched for and judged: what energies and quality were computed with.
+/// Method of search and rating: settings that energies and quality were computed with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspMethod {
-    /// How states of the hand were come by: `annealing`, `uniform` or `antipodal`.
+    /// Sampler of the hand's states: `annealing`, `uniform` or `antipodal`.
     pub sampler: String,
-    /// What was minimised: `contact` or `contact_and_potential`.
+    /// Energy that was minimised: `contact` or `contact_and_potential`.
     pub energy: String,
     /// The space of the potential: `force` or `wrench`.
     pub energy_space: String,
     /// Friction coefficient of the potential.
     pub energy_friction: f64,
-    /// What the potential was multiplied by while it was minimised.
+    /// Factor of the potential while it was minimised.
     pub potential_scale: f64,
-    /// Of the quality: `hard_point` or `soft_finger`.
+    /// Contact model of the quality: `hard_point` or `soft_finger`.
     pub contact_model: String,
     /// Friction coefficient of the quality.
     pub friction: f64,
@@ -51,24 +51,24 @@ pub struct GraspMethod {
     pub min_epsilon: f64,
     /// Deepest overlap of hand and mesh before closing [m].
     pub most_penetration: f64,
-    /// How far the hand could come along its approach before it closed, at most [m].
+    /// Largest distance that the hand could come along its approach before it closed [m].
     pub most_advance: f64,
-    /// How far back along the approach the pregrasp is [m].
+    /// Distance of the pregrasp back along the approach [m].
     pub stand_off: f64,
 }
 
 /// The hand of a run: what numbers of its grasps are of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandNames {
-    /// Its name.
+    /// Name of the hand.
     pub name: String,
     /// Description and table by content.
     pub id: ObjectId,
-    /// Its links; the base is the first.
+    /// Names of the links; the base is the first.
     pub links: Vec<String>,
     /// All its joints, in the order of its tree.
     pub joints: Vec<String>,
-    /// Its joints with motors: a posture has one value for each.
+    /// Names of the joints with motors: a posture has one value for each.
     pub driven: Vec<String>,
 }
 
@@ -111,16 +111,16 @@ pub struct Grasp {
     pub joints_before: Vec<f64>,
     /// All joints of the closed hand [rad or m].
     pub joints: Vec<f64>,
-    /// How far the hand came along its approach from the state that was annealed [m].
+    /// Distance that the hand came along its approach from the state that was annealed [m].
     pub advance: f64,
-    /// How far a gripper then gave way until both pads hold the object: its approach frame seen from where it was [m]; `None`
-    /// where it did not.
+    /// Translation by which a gripper gave way until both pads hold the object, expressed in its approach frame before
+    /// that [m]; `None` where it did not.
     pub shift: Option<[f64; 3]>,
-    /// How far it turned with that: an axis times an angle [rad].
+    /// Rotation by which it gave way: an axis times an angle [rad].
     pub turn: Option<[f64; 3]>,
     /// Overlap of hand and mesh in that state [m].
     pub penetration: f64,
-    /// What was minimised, of that state, with exact distances.
+    /// Energy that was minimised, of that state, with exact distances.
     pub energy: f64,
     /// The contact energy.
     pub contact_energy: f64,
@@ -152,7 +152,7 @@ impl Grasp {
         self.clearances.get(pose).is_some_and(|[shaped, _]| *shaped >= 0.0)
     }
 
-    /// Its quality in the space that a method asks for.
+    /// Quality in the space that a method asks for.
     pub fn epsilon(&self, method: &GraspMethod) -> f64 {
         if method.space == FORCE { self.epsilon_force } else { self.epsilon_wrench }
     }
@@ -171,15 +171,15 @@ pub struct GraspRun {
     pub asked_steps: u32,
     /// Steps that were taken: fewer where the seed was given up.
     pub steps: u32,
-    /// Of them without a legal neighbour.
+    /// Number of steps without a legal neighbour.
     pub failed: u32,
     /// Neighbours that were looked at.
     pub tries: u64,
-    /// Of them whose wrench space was evaluated.
+    /// Number of tries whose wrench space was evaluated.
     pub potentials: u64,
     /// Ten tenths of the run.
     pub course: [RunStretch; STRETCHES],
-    /// What the numbers were computed with.
+    /// Method that the numbers were computed with.
     pub method: GraspMethod,
     /// Best first by energy.
     pub grasps: Vec<Grasp>,

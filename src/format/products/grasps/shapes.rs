@@ -1,4 +1,4 @@
-//! What grasps are drawn and replayed with: the shapes of a hand, and the meshes of objects.
+//! Shapes to draw and replay grasps with: those of a hand, and the meshes of objects.
 
 use std::sync::Arc;
 
@@ -18,33 +18,33 @@ use kernel::{
 const HAND: &str = "HandShape";
 const OBJECT: &str = "ObjectShape";
 
-/// What of a hand can touch, and how its joints move it.
+/// Shapes of a hand that can touch, and the joints that move them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandShape {
-    /// Its name.
+    /// Name of the hand.
     pub name: String,
     /// Description and table by content.
     pub id: ObjectId,
     /// Names of its links; the base is the first.
     pub links: Vec<String>,
-    /// Its joints, each after the one that carries it; joint k moves link k + 1.
+    /// Joints, each after the one that carries it; joint k moves link k + 1.
     pub joints: Vec<HandJoint>,
-    /// Its shapes.
+    /// Shapes of the links.
     pub solids: Vec<LinkSolid>,
 }
 
 /// A joint of a hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandJoint {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
     /// Whether it slides; else it turns.
     pub slides: bool,
     /// The link that carries it.
     pub carried_by: usize,
-    /// Its frame at value 0, seen from that link.
+    /// Frame at value 0, expressed in that link's frame.
     pub link_from_joint: IsometryMatrix3<f64>,
-    /// Its direction in its frame.
+    /// Direction in the joint's frame.
     pub axis: Unit<Vector3<f64>>,
 }
 
@@ -55,16 +55,17 @@ pub struct LinkSolid {
     pub link: usize,
     /// The shape.
     pub shape: Shape,
-    /// Its frame, seen from the link's.
+    /// Frame of the shape, expressed in the link's.
     pub link_from_solid: IsometryMatrix3<f64>,
 }
 
-/// What it takes to make trials again in plain MuJoCo, beside the object's mesh: both are texts, for programs that are not ours.
+/// Inputs to make trials again in plain MuJoCo, beside the object's mesh: both are texts, for programs that are not
+/// ours.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrialHand {
     /// The hand as trials compile it, without an object: MJCF with a servo for each joint.
     pub mjcf: String,
-    /// What the motors do with the servos, and how a trial goes on: JSON (docs/format.md).
+    /// JSON of the motors' control of the servos and of the protocol of a trial (docs/format.md).
     pub drive: String,
 }
 
@@ -73,7 +74,7 @@ pub struct TrialHand {
 pub struct ObjectShape {
     /// By content.
     pub object: ObjectId,
-    /// Its mesh.
+    /// Mesh of the object.
     pub mesh: TriMesh,
 }
 

@@ -38,7 +38,7 @@ pub struct ShapesWriter {
     file: File,
     temporary: Temporary,
     folder: PathBuf,
-    /// Of objects.
+    /// Channel of the objects.
     channel: u16,
     payload: Vec<u8>,
     next: u64,

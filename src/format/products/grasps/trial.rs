@@ -16,7 +16,7 @@ use kernel::{
 
 const MESSAGE: &str = "GraspTrials";
 
-/// How a trial ended.
+/// Verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TrialVerdict {
     /// The object stayed in the hand, and two links at least touch it.
@@ -35,7 +35,7 @@ pub enum TrialVerdict {
     LostShaking,
     /// Under one of six directions of gravity.
     LostTurned,
-    /// It stayed, but in the end fewer than two links touch it.
+    /// The object stayed, but in the end fewer than two links touch it.
     LetGo,
     /// The numbers blew up.
     Unstable,
@@ -83,12 +83,12 @@ impl TrialVerdict {
     }
 }
 
-/// What a trial is made under, and how far perturbed ones vary.
+/// Conditions of a trial, and the spread of perturbed ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialMethod {
     /// Coefficient of friction of the object against the hand.
     pub friction: f64,
-    /// How a contact resists turning about its normal [m].
+    /// Torsional friction of a contact about its normal [m].
     pub torsion: f64,
     /// The object's mass [kg].
     pub mass: f64,
@@ -96,38 +96,38 @@ pub struct TrialMethod {
     pub mass_from: String,
     /// Where the table has it from; may be empty.
     pub mass_source: String,
-    /// What pulls: `lifted` (a lift and a shake) or `six` (directions, one after another).
+    /// Gravity: `lifted` (a lift and a shake) or `six` (directions, one after another).
     pub gravity: String,
     /// Standard deviations of perturbed runs: of the logarithms of friction and mass, of place [m] and turn [rad].
     pub spreads: [f64; 4],
 }
 
-/// What one trial came to.
+/// Outcome of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialOutcome {
-    /// How it ended.
+    /// Verdict on the trial.
     pub verdict: TrialVerdict,
     /// Since it began, when it was decided [s].
     pub time: f64,
-    /// How long the hand closed [s].
+    /// Duration of closing [s].
     pub closing_time: f64,
     /// Whether it had come to rest then.
     pub closed_at_rest: bool,
-    /// How deep hand and object were in each other [m]: when it began, when gravity came on, at most after that.
+    /// Penetration of the object by the hand [m]: when it began, when gravity came on, at most after that.
     pub penetration: [f64; 3],
-    /// How far the object has been at most from where it was in the hand when gravity came on [m].
+    /// Largest distance of the object from where it was in the hand when gravity came on [m].
     pub farthest: f64,
-    /// How far it moved [m] and turned [rad] in each phase that it stood.
+    /// Translation [m] and rotation [rad] of the object per phase that it stood.
     pub slips: Vec<[f64; 2]>,
     /// Sum of the normal forces when gravity came on [N].
     pub force: f64,
     /// Links that touched in the end.
     pub links: u32,
-    /// How much of their way the fingers backed off before it began, 0 to 1.
+    /// Share of their way that the fingers backed off before it began, 0 to 1.
     pub opened_by: f64,
-    /// How far the hand drew back [m].
+    /// Distance that the hand drew back [m].
     pub drawn_back: f64,
-    /// How often MuJoCo warned.
+    /// Number of MuJoCo's warnings.
     pub warnings: u32,
 }
 
@@ -153,22 +153,22 @@ pub struct ClosedHand {
     pub joints: Vec<f64>,
     /// The hand's base.
     pub object_from_base: Pose<Object, HandBase>,
-    /// What pressed.
+    /// Contacts that pressed.
     pub contacts: Vec<PressedContact>,
 }
 
-/// The same grasp under other conditions.
+/// Trial of the grasp under other conditions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PerturbedTrial {
     /// Coefficient of friction.
     pub friction: f64,
     /// The object's mass [kg].
     pub mass: f64,
-    /// How far the object stood off, along the axes of the hand's base [m].
+    /// Offset of the object, along the axes of the hand's base [m].
     pub shift: [f64; 3],
-    /// How it was turned about its centre of mass: an axis times an angle [rad].
+    /// Rotation of the object about its centre of mass: an axis times an angle [rad].
     pub turn: [f64; 3],
-    /// What came of it.
+    /// Outcome of the trial.
     pub outcome: TrialOutcome,
 }
 
@@ -177,7 +177,7 @@ pub struct PerturbedTrial {
 pub struct GraspTrial {
     /// Which: a place in [`GraspRun::grasps`](super::GraspRun::grasps).
     pub grasp: u32,
-    /// As the conditions are.
+    /// Outcome under the conditions as given.
     pub outcome: TrialOutcome,
     /// The closed hand, where it came so far.
     pub closed: Option<ClosedHand>,
@@ -208,11 +208,11 @@ pub struct GraspTrials {
     pub sample: SampleId,
     /// The hand's name.
     pub hand: String,
-    /// Its links; the base is the first.
+    /// Links of the hand; the base is the first.
     pub links: Vec<String>,
-    /// How many joints it has.
+    /// Number of joints of the hand.
     pub joints: u32,
-    /// What they are made under.
+    /// Method of the trials.
     pub method: TrialMethod,
     /// One a kept grasp, in their order.
     pub trials: Vec<GraspTrial>,

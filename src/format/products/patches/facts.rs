@@ -5,7 +5,7 @@ use crate::{FactFormat, FactKind, Facts};
 /// The grasp of some patches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PatchFacts {
-    /// Its grasp type.
+    /// Grasp type.
     pub kind: u32,
     /// Index of the type among the chosen ones.
     pub type_index: u32,

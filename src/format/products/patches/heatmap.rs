@@ -17,13 +17,13 @@ const MESSAGE: &str = "PatchHeatmap";
 pub struct HeatmapPoint {
     /// Run of the grasp in its dataset: the number of the seed.
     pub run: u32,
-    /// Its place in that run.
+    /// Rank in that run.
     pub rank: u32,
     /// Place of its type among the chosen ones.
     pub type_index: u32,
     /// Which point: 0 is the palm, then F0, F1, F2.
     pub point: u32,
-    /// Its projection [px], inside the image.
+    /// Projection [px], inside the image.
     pub pixel: [f64; 2],
     /// The grasp's label; lower is better.
     pub value: f32,
@@ -38,9 +38,9 @@ pub struct PatchHeatmap {
     pub width: u32,
     /// Height of the image [px].
     pub height: u32,
-    /// How many types were chosen.
+    /// Number of chosen types.
     pub types: u32,
-    /// How far the approaches of these grasps are from the camera's axis, at most [rad].
+    /// Largest angle between the approaches of these grasps and the camera's axis [rad].
     pub angle: f64,
     /// The points inside the image, sorted by run, rank and point.
     pub points: Vec<HeatmapPoint>,

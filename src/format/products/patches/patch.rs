@@ -20,42 +20,43 @@ const COLOUR: &str = "PatchColour";
 
 /// Points of a hand that patches lie around: palm, F0, F1, F2.
 pub const PATCH_POINTS: usize = 4;
-/// What people call these points.
+/// Common names of these points.
 pub const POINT_NAMES: [&str; PATCH_POINTS] = ["palm", "F0", "F1", "F2"];
-/// What a label may be: -epsilon, or the energy.
+/// Values that a label may be: -epsilon, or the energy.
 const LABELS: [&str; 2] = ["epsilon", "energy"];
 
 /// A place on a hand, and the patch around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchPoint {
-    /// Its name in the hand's description: the approach frame, or a contact.
+    /// Name in the hand's description: the approach frame, or a contact.
     pub name: String,
     /// Where it is, in `Object` [m].
     pub point: [f64; 3],
-    /// Its projection [px].
+    /// Projection [px].
     pub pixel: [f64; 2],
     /// The left and top pixel of its patch.
     pub corner: [u32; 2],
 }
 
-/// What a depth camera sees around the palm and the fingertips of one grasp, with labels (thesis ch. 4).
+/// Depth patches around the palm and the fingertips of one grasp, as a depth camera sees them, with labels (thesis ch.
+/// 4).
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatmapPatch {
     /// Which sample: the object, and the grasp's place among those of the chosen types as its view.
     pub sample: SampleId,
     /// Root digest of the exact numbers of the dataset that holds the grasp.
     pub grasps: Digest,
-    /// Its run there: the number of the seed.
+    /// Run in that dataset: the number of the seed.
     pub run: u32,
-    /// Its place in that run.
+    /// Rank in that run.
     pub rank: u32,
     /// Place of its type in `types`.
     pub type_index: u32,
     /// The chosen types, the most common first.
     pub types: Vec<u32>,
-    /// What annealing minimised, before closing.
+    /// Energy that annealing minimised, before closing.
     pub energy: f64,
-    /// Of the closed hand, in `space`.
+    /// Epsilon of the closed hand, in `space`.
     pub epsilon: f64,
     /// The space of epsilon: `force` or `wrench`.
     pub space: String,
@@ -77,7 +78,7 @@ pub struct HeatmapPatch {
     pub side: u32,
     /// Depth along the optical axis [m], NaN = no return. Shape (points, side, side), row-major.
     pub depth: Vec<f32>,
-    /// What the label is: `epsilon` (-epsilon) or `energy`.
+    /// Kind of the label: `epsilon` (-epsilon) or `energy`.
     pub label: String,
     /// The label; it may be any finite number.
     pub value: f32,

@@ -13,7 +13,7 @@ impl Sample {
         self.leading(Channel::PATCH, HeatmapPatch::decode)
     }
 
-    /// The same patches in colour; `None` when not stored.
+    /// Reads the patches in colour; `None` when not stored.
     ///
     /// # Errors
     /// When the payload is no valid record.
@@ -30,7 +30,7 @@ impl Sample {
         self.decoded(Channel::PATCH_IMAGE, Depth::decode)
     }
 
-    /// The same image in colour; `None` when not stored.
+    /// Reads the image in colour; `None` when not stored.
     ///
     /// # Errors
     /// When the payload is no valid record.

@@ -26,7 +26,7 @@ pub struct ReachabilityBlock {
     pub joints: u32,
     /// One label a cell, C order over (roll, pitch, yaw).
     pub labels: Vec<PoseLabel>,
-    /// How each label is known.
+    /// Proof behind each label.
     pub proofs: Vec<Proof>,
     /// `joints` values [rad or m] for each reachable cell, in the order of the cells.
     pub witnesses: Vec<f64>,

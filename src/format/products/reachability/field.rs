@@ -21,12 +21,12 @@ const ON_SPHERE: [&str; 5] = ["x", "y", "z", "direction", "roll"];
 /// Which side is negative, in words: two conventions are about.
 const SIGN: &str = "negative inside the reachable set";
 
-/// What a field says beside its numbers.
+/// Header of a field: all beside its numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldHeader {
     /// The poses.
     pub grid: PoseGrid,
-    /// What the distances count.
+    /// Metric of the distances.
     pub metric: FieldMetric,
     /// Name of the robot, for people.
     pub robot: String,
