@@ -1,4 +1,4 @@
-//! What can be typed. The command line is a contract: README lists it, `tests/cli.rs` holds it.
+//! Arguments of the program. The command line is a contract: README lists it, `tests/cli.rs` holds it.
 
 use std::{fmt, path::PathBuf};
 
@@ -22,11 +22,11 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    /// What a job would make: samples, shards, bytes, time (measured on a short pilot).
+    /// Say what a job would make: samples, shards, bytes, time (measured on a short pilot).
     Estimate(EstimateArgs),
     /// Make a job's dataset, or those of a set; run again to resume.
     Run(RunArgs),
-    /// How far a dataset is: reads its folder alone, so it works with every engine.
+    /// Say how far a dataset is: reads its folder alone, so it works with every engine.
     Status(DatasetArgs),
     /// Close a dataset whose shards were made by tasks (`run --task`).
     Merge(MergeArgs),
@@ -34,7 +34,7 @@ pub enum Command {
     Submit(SubmitArgs),
     /// Check a dataset: hashes, structure, ranges, root digest; optionally make samples again and compare.
     Verify(VerifyArgs),
-    /// What differs between two datasets, sample by sample, and why; exit code 4 when something does.
+    /// Compare two datasets, sample by sample, and say why they differ; exit code 4 when they do.
     Diff(DiffArgs),
     /// The facts of a dataset, as text or JSON.
     Inspect(DatasetArgs),
@@ -58,7 +58,7 @@ pub enum Command {
     Hand(HandCommand),
     /// Print the JSON Schema of job files, for editors.
     Schema,
-    /// What this machine can do, and why not.
+    /// Say what this machine can do, and why not.
     Doctor(DoctorArgs),
     /// Print a dataset's root digest, and nothing else.
     Digest(DigestArgs),
@@ -101,7 +101,7 @@ pub struct RunArgs {
     /// as the variables of Slurm, Kubernetes, AWS Batch, Cloud Run, HyperQueue, PBS, Grid Engine, LSF or GNU parallel say.
     #[arg(long, value_name = "I/N")]
     pub task: Option<TaskChoice>,
-    /// How progress is shown.
+    /// Form in which progress is shown.
     #[arg(long, value_enum, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
     /// Print the summary as JSON.
@@ -132,7 +132,7 @@ pub struct SubmitArgs {
     /// The dataset's folder; scripts and logs go to `cluster` in it.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// What runs the tasks.
+    /// Engine that runs the tasks.
     #[arg(long, value_enum, required_unless_present = "retry")]
     pub backend: Option<EngineName>,
     /// Replace a setting: `--set seed=7`.
@@ -186,7 +186,7 @@ pub enum EngineName {
     Local,
 }
 
-/// How long work shows how far it is (always on stderr).
+/// Form in which long work shows its progress (always on stderr).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ProgressMode {
     /// A bar on a terminal, plain lines elsewhere.
@@ -254,7 +254,7 @@ pub struct ReleaseArgs {
     /// The release's folder; must not exist yet or be empty.
     #[arg(long, value_name = "REL")]
     pub out: PathBuf,
-    /// What only its authors know: title, date, licence, uses (TOML; docs/releases.md).
+    /// File of what only its authors know: title, date, licence, uses (TOML; docs/releases.md).
     #[arg(long, value_name = "ABOUT")]
     pub about: PathBuf,
     /// Leave out what may not be shipped, with a recipe that makes it again.
@@ -320,7 +320,8 @@ impl fmt::Debug for ExportFormatName {
 
 #[derive(Subcommand, Debug)]
 pub enum QueryCommand {
-    /// How far end-effector poses are inside or outside the reachable set: distance, gradient, label, joint values.
+    /// Find how far end-effector poses are inside or outside the reachable set: distance, gradient, label, joint
+    /// values.
     Reach(ReachArgs),
 }
 

@@ -16,7 +16,7 @@ use publish::export::{self, ExportError, ExportSelection};
 use serde::Serialize;
 use std::path::Path;
 
-/// How far a dataset is.
+/// Progress of a dataset.
 #[derive(Serialize)]
 pub struct Status {
     dataset: String,
@@ -26,7 +26,7 @@ pub struct Status {
     samples: u64,
     shards: u32,
     shards_done: usize,
-    /// As schedulers write arrays: `3,17-19`.
+    /// Missing shards as schedulers write arrays: `3,17-19`.
     shards_missing: String,
     shards_bad: Vec<String>,
     /// Temporary files that somebody writes, as far as locks tell.
@@ -48,7 +48,7 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
     Ok(Exit::Complete)
 }
 
-/// How far the dataset in a folder is; `None` where none was begun.
+/// Progress of the dataset in a folder; `None` where none was begun.
 pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
     let Some(mark) = read_mark(folder)? else { return Ok(None) };
     let scan = scan_shards(folder, &mark)?;
@@ -76,7 +76,7 @@ pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
     }))
 }
 
-/// The same for people.
+/// Progress in words, for people.
 pub fn status_words(status: &Status) -> String {
     let mut lines = vec![
         format!("{}: {}", status.dataset, status.state),

@@ -17,7 +17,7 @@ use kernel::ids::{Digest, ObjectId};
 /// Settings that are written out for people; the JSON has all.
 const MOST_SETTINGS: usize = 40;
 
-/// What differs, for machines.
+/// Differences, for machines.
 #[derive(Serialize)]
 struct DiffJson<'a> {
     a: String,
@@ -45,7 +45,7 @@ pub fn diff(arguments: &DiffArgs, printer: &Printer) -> Result<Exit, Failure> {
     Ok(if difference.equal { Exit::Complete } else { Exit::Mismatch })
 }
 
-/// The same for people.
+/// Differences, for people.
 fn text(a: &Path, b: &Path, difference: &DatasetDifference, settings: &[SettingDifference]) -> String {
     let DatasetDifference { both, appeared, vanished, channels, objects, examples, packaging, .. } = difference;
     let samples = difference.products[0].samples.many;

@@ -1,4 +1,4 @@
-//! What shells and manual readers want to know of the command line: completions, manual pages.
+//! Documents of the command line for shells and manual readers: completions, manual pages.
 
 use std::{fs, io, path::Path};
 

@@ -19,7 +19,7 @@ struct Finding {
     what: &'static str,
     works: bool,
     facts: String,
-    /// What to do; empty when it works.
+    /// Remedy; empty when it works.
     remedy: &'static str,
 }
 

@@ -25,7 +25,7 @@ const PILOT_SAMPLES: u64 = 1000;
 /// Share of a sample's time that writing it takes on top of making it, by the `write` benches.
 const WRITING: f64 = 0.15;
 
-/// What a job would make, for machines.
+/// Estimate of a job, for machines.
 #[derive(Serialize)]
 struct EstimateJson {
     job: String,
@@ -33,7 +33,7 @@ struct EstimateJson {
     estimate: Estimate,
     core_hours: f64,
     threads: usize,
-    /// How the work could be cut on a cluster.
+    /// Suggestions how to cut the work on a cluster.
     tasks: Vec<TaskSuggestion>,
     /// Rates on one thread.
     pilot: PilotRate,
@@ -51,11 +51,11 @@ struct EstimateJson {
 struct TaskSuggestion {
     cpus: u16,
     tasks: u32,
-    /// Of one task.
+    /// Minutes per task.
     minutes: f64,
 }
 
-/// What a job would make and cost.
+/// Size and cost of a job.
 pub struct Costs {
     /// Counts, bytes, time.
     pub estimate: Estimate,
@@ -110,12 +110,12 @@ pub fn costs(open: &OpenJob, context: &RunContext<'_>) -> Result<Costs, Failure>
 }
 
 impl Costs {
-    /// How the work is best cut into tasks of so many processors.
+    /// Best cut of the work into tasks of so many processors.
     pub fn tasks(&self, cpus: u16) -> TaskPlan {
         TaskPlan::suggested(self.core_seconds, cpus, self.estimate.shards as u32)
     }
 
-    /// How long one of `tasks` takes [s].
+    /// Time per task of `tasks` [s].
     pub fn task_seconds(&self, plan: &TaskPlan, cpus: u16) -> f64 {
         // The largest share: shards do not divide evenly.
         let shards = f64::from(plan.shards.div_ceil(plan.tasks)) / f64::from(plan.shards.max(1));

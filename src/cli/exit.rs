@@ -4,7 +4,7 @@ use std::{fmt, io, path::Path, process::ExitCode};
 
 use format::dataset::layout;
 
-/// How the program ends: a contract with scripts and schedulers.
+/// Exit codes of the program: a contract with scripts and schedulers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// Everything asked for is there.
@@ -34,7 +34,7 @@ impl From<Exit> for ExitCode {
 pub struct Failure {
     /// The exit code.
     pub exit: Exit,
-    /// What went wrong; the chain of causes is printed.
+    /// Error that made the program fail; the chain of causes is printed.
     pub error: anyhow::Error,
 }
 

@@ -78,7 +78,7 @@ struct FollowerRow {
     ratio: f64,
     /// For a unit of the motor, once the driven joint is stopped; `None` where it stops, too.
     after_breakaway: Option<f64>,
-    /// What stops it then [N m] or [N].
+    /// Torque or force that stops it then [N m] or [N].
     torque: Option<f64>,
 }
 
@@ -89,7 +89,7 @@ struct ContactRow {
     /// In the opened hand, seen from the base [m].
     point: [f64; 3],
     normal: [f64; 3],
-    /// How far outside of its link's surface it lies [m], negative inside.
+    /// Distance by which it lies outside of its link's surface [m], negative inside.
     off_surface: f64,
 }
 
@@ -226,7 +226,7 @@ impl Shapes {
         Ok(Self { shapes: built.collect::<Result<_, _>>()? })
     }
 
-    /// How far outside of a link's surface a point of it lies [m].
+    /// Distance by which a point of a link lies outside of the link's surface [m].
     fn off_surface(&self, link: usize, point: &Point3<f64>) -> f64 {
         let of_link = self.shapes.iter().filter(|(mount, _)| mount.link == link);
         of_link.map(|(mount, shape)| shape.distance(&mount.link_from_frame, point)).fold(f64::INFINITY, f64::min)

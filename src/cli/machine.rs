@@ -1,4 +1,4 @@
-//! What the environment and the machine say: SIMD level, threads, signals, memory.
+//! Facts of the environment and the machine: SIMD level, threads, signals, memory.
 
 use std::{
     env, fs,

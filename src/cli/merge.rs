@@ -83,7 +83,7 @@ fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -
     }
 }
 
-/// What is missing, and how to send for it.
+/// Adds to an error which shards are missing, and how to send for them.
 fn gap(error: RunError) -> Failure {
     let remedy = match &error {
         RunError::Gap { missing, shards, .. } => {

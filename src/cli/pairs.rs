@@ -90,7 +90,7 @@ fn word(rule: PairRule) -> &'static str {
     }
 }
 
-/// What the pairs do, rule by rule.
+/// Writes the state of the pairs, rule by rule.
 pub fn write_pairs(f: &mut fmt::Formatter<'_>, pairs: &[PairRow], samples: u64) -> fmt::Result {
     let of_rule = |rule: &'static str| pairs.iter().filter(move |pair| pair.rule == rule);
     list(f, "adjacent, never checked", of_rule("adjacent").map(PairRow::plain))?;

@@ -15,20 +15,20 @@ use runtime::ReachabilityMap;
 const AXES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 const FORM: &str = "six numbers x,y,z,roll,pitch,yaw, metres and radians";
 
-/// What a map says of some poses.
+/// Answers of a map about some poses.
 #[derive(Serialize)]
 struct Answers<'a> {
     robot: &'a str,
     joints: &'a [String],
     target: &'a str,
     frame: &'a str,
-    /// Of the distances; gradients are by metre (x, y, z) and radian (roll, pitch, yaw).
+    /// Unit of the distances; gradients are per metre (x, y, z) and per radian (roll, pitch, yaw).
     unit: &'static str,
     sign: &'static str,
     poses: Vec<Answer>,
 }
 
-/// What a map says of one pose.
+/// Answer of a map about one pose.
 #[derive(Serialize)]
 struct Answer {
     pose: [f64; 6],
@@ -112,7 +112,7 @@ fn numbers(values: &[f64; 6]) -> String {
     values.map(|value| format!("{value:.4}")).join(" ")
 }
 
-/// Those of the command line, then those of the file.
+/// Poses of the command line, then those of the file.
 fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
     let wrong = |problem: String| Failure::message(Exit::BadSpec, problem);
     let mut poses = Vec::new();

@@ -29,7 +29,7 @@ use format::{
 use kernel::{ids::Digest, render::DepthSource, words::NumberClass};
 use publish::{CountedParts, RunNotes, Speed, preview::PreviewError};
 
-/// What a run made, for machines.
+/// Report of a run, for machines.
 #[derive(Serialize)]
 struct RunReport<'a> {
     dataset: String,
@@ -129,7 +129,7 @@ pub fn preview_failure(error: PreviewError) -> Failure {
     }
 }
 
-/// What a report says about the run; part of no digest.
+/// Notes of a report about the run; part of no digest.
 fn notes(parallelism: &Parallelism, summary: &RunSummary, splits: Option<&JobSplits>, began: Instant) -> RunNotes {
     let leaks = splits.into_iter().flat_map(|splits| splits.leaks.counts());
     RunNotes {

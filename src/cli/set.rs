@@ -80,7 +80,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     Ok(exit)
 }
 
-/// How far the datasets of a set are.
+/// Prints the progress of the datasets of a set.
 pub fn status(arguments: &DatasetArgs, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
     let (mut texts, mut found) = (Vec::new(), BTreeMap::new());
     for job in &table.jobs {
@@ -153,7 +153,7 @@ fn show<T: Serialize>(
     printer.json(&SetJson { set: folder.display().to_string(), table, datasets, problems })
 }
 
-/// What a finished set holds.
+/// Content of a finished set, in words.
 fn words(folder: &Path, table: &SetTable) -> Option<String> {
     let made = table.made.as_ref()?;
     let mut lines = vec![format!(

@@ -25,12 +25,12 @@ use factory::{
 use format::dataset::{DatasetError, layout, read_mark, scan_shards};
 use kernel::words::number_ranges;
 
-/// What was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
+/// Record of what was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
 const RECORD: &str = "submit.json";
 /// Folder of what tasks print.
 const LOGS: &str = "logs";
 
-/// What was sent, for machines.
+/// Report of what was sent, for machines.
 #[derive(Serialize)]
 struct SubmitReport<'a> {
     submission: &'a Submission,
@@ -48,7 +48,7 @@ struct Sent {
     merge: String,
 }
 
-/// What `submit.json` holds.
+/// Content of `submit.json`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Record {
@@ -156,7 +156,7 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
     Ok(Some(Container { image, claim: claim.to_owned(), mount: mount.into() }))
 }
 
-/// What was sent before: the tasks whose shards are missing.
+/// Reads what was sent before: the submission, and the tasks whose shards are missing.
 fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
     let path = folder.join(RECORD);
     let text = fs::read(&path).map_err(|error| {

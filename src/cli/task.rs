@@ -21,7 +21,7 @@ use factory::{
 };
 use format::dataset::listed_shards;
 
-/// What a task made, for machines.
+/// Report of a task, for machines.
 #[derive(Serialize)]
 struct TaskReport {
     dataset: String,

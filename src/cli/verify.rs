@@ -27,7 +27,7 @@ use kernel::assets::MeshOrigin;
 use publish::{ReleaseCheck, check_release};
 use tables::ParquetIndex;
 
-/// What was found, for machines.
+/// Findings, for machines.
 #[derive(Serialize)]
 struct VerifyJson<'a> {
     dataset: String,
@@ -46,7 +46,7 @@ struct VerifyJson<'a> {
     release_files: Option<usize>,
 }
 
-/// What was found of one dataset.
+/// Findings of the check of one dataset.
 pub struct Checked<'a> {
     arguments: &'a VerifyArgs,
     folder: PathBuf,
@@ -54,7 +54,7 @@ pub struct Checked<'a> {
     regenerated: Option<Regeneration>,
     /// Where the folder is a release.
     release: Option<ReleaseCheck>,
-    /// How the program ends if nothing else is checked.
+    /// Exit code of the program if nothing else is checked.
     pub exit: Exit,
 }
 

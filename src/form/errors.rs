@@ -94,7 +94,7 @@ pub enum Problem {
     NotFound {
         /// Kind of the thing.
         what: String,
-        /// Its name and where it was looked for.
+        /// Name, and where it was looked for.
         detail: String,
     },
     /// A value of the right type that cannot be used.

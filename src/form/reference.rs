@@ -166,8 +166,8 @@ mod tests {
     #[derive(Deserialize, JsonSchema)]
     #[expect(dead_code, reason = "only its schema is looked at")]
     struct Lamp {
-        /// How it is
-        /// switched.
+        /// Position of the
+        /// switch.
         switch: Switch,
         /// Bulbs.
         bulbs: Vec<Bulb>,
@@ -197,7 +197,7 @@ mod tests {
         let text = Reference { order: &["switch"], with_top_choices: true }.print(&schema);
         let expected = "A lamp.\n\n## Top level\n\n\
             | key | type | default | example | meaning |\n| --- | --- | --- | --- | --- |\n\
-            | `switch` | one of \"hand\" | required | `switch = \"hand\"` | How it is switched. |\n\
+            | `switch` | one of \"hand\" | required | `switch = \"hand\"` | Position of the switch. |\n\
             | `bulbs` | `[[...]]` tables | none; dim: `[{ power = 1 }]` |  | Bulbs. |\n\
             \n`switch` is one of\n\n- `\"hand\"`: By hand.\n\
             \n## `bulbs`\n\nBulbs.\n\n\

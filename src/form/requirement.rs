@@ -30,7 +30,7 @@ pub enum Requirement {
     },
     /// A table.
     Table {
-        /// Its required keys; all its keys where none is required, none where they are free.
+        /// Required keys; all keys where none is required, none where they are free.
         keys: Vec<String>,
     },
     /// In words: what no schema says.
@@ -66,7 +66,7 @@ pub struct Bounds {
     pub above: Option<f64>,
     /// The number has to be smaller than this.
     pub below: Option<f64>,
-    /// Its unit, as `x-unit` says it.
+    /// Unit, as `x-unit` says it.
     pub unit: Option<String>,
 }
 

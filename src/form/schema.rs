@@ -26,12 +26,12 @@ pub fn schema_of<T: JsonSchema>(title: &str) -> Schema {
 }
 
 impl Schema {
-    /// As JSON.
+    /// JSON of the schema.
     pub fn value(&self) -> &Value {
         &self.0
     }
 
-    /// As JSON, to say more than the types do.
+    /// JSON of the schema, to say more than the types do.
     pub fn value_mut(&mut self) -> &mut Value {
         &mut self.0
     }

@@ -117,9 +117,9 @@ impl Histogram {
 /// One bar of a bar chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
-    /// Its name.
+    /// Name of the bar.
     pub label: String,
-    /// Its length.
+    /// Length of the bar.
     pub value: u64,
     /// Colour.
     pub ink: Ink,
@@ -164,7 +164,7 @@ pub fn bar_chart(title: &str, bars: &[Bar]) -> Markup {
 /// One row of [`stacked_rows`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct StackedRow {
-    /// Its name.
+    /// Name of the row.
     pub name: String,
     /// The parts from the left: the page's name for a colour, and a count.
     pub parts: Vec<(&'static str, u64)>,
@@ -211,7 +211,7 @@ pub fn stacked_rows(title: &str, rows: &[StackedRow], whole: u64) -> Markup {
 /// One column of [`columns`]: a name, what was kept and what was rejected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Its name, shown when pointed at.
+    /// Name of the column, shown when pointed at.
     pub name: String,
     /// Lower part.
     pub kept: u64,

@@ -7,13 +7,13 @@ use kernel::words::type_digits;
 /// A grasp type: the closed joints, binned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TypeFacts {
-    /// Its number.
+    /// Number of the type.
     pub kind: u32,
     /// Kept grasps of it.
     pub grasps: u64,
     /// Grasps of it that held in a trial; 0 without trials.
     pub held: u64,
-    /// Its digits to base 5: spread, proximal joints of three fingers, their distal joints, roll of the wrist.
+    /// Digits to base 5: spread, proximal joints of three fingers, their distal joints, roll of the wrist.
     pub digits: [u8; 8],
 }
 

@@ -22,7 +22,7 @@ pub struct InspectionHeader {
     pub name: String,
     /// Program and version that made it.
     pub generator: String,
-    /// Its product.
+    /// Product of the dataset.
     pub product: Product,
     /// Format on disk.
     pub format_version: u32,

@@ -79,7 +79,7 @@ impl SpeedView {
 /// A picture inside a page.
 #[derive(Serialize)]
 pub(super) struct ImageView {
-    /// Its whole content as a `data:` address.
+    /// Content as a `data:` address.
     uri: String,
     /// Size on the page [px].
     width: u32,

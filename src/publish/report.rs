@@ -10,7 +10,7 @@ use format::dataset::{DatasetError, DatasetReader};
 pub struct ReportSummary {
     /// The page.
     pub path: PathBuf,
-    /// Its size [bytes].
+    /// Size [bytes].
     pub bytes: u64,
     /// Things with pictures: samples, objects or cross-sections, by product.
     pub shown: usize,

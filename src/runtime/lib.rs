@@ -1,4 +1,4 @@
-//! What a robot or a trainer links: dataset readers and reachability maps; no simulator, no job, no plan.
+//! Runtime of a robot or a trainer: dataset readers and reachability maps; no simulator, no job, no plan.
 
 mod reachability;
 

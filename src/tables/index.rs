@@ -39,7 +39,7 @@ impl IndexFormat for ParquetIndex {
 /// A table that is being written.
 struct ParquetTable<W: io::Write + Send> {
     writer: SerializedFileWriter<W>,
-    /// Of the row group that is being filled.
+    /// Columns of the row group that is being filled.
     columns: Vec<Values>,
     rows: usize,
 }

@@ -25,7 +25,7 @@ const ROW_GROUP: usize = 256;
 
 /// One row of the table.
 pub struct PairRow<'a> {
-    /// Its place in the dataset.
+    /// Index in the dataset.
     pub index: SampleIndex,
     /// The pair.
     pub pair: &'a VoxelPair,

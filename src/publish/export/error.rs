@@ -1,4 +1,4 @@
-//! What can go wrong with an export.
+//! Errors of exports.
 
 use std::{
     io,
@@ -8,7 +8,7 @@ use std::{
 use format::{Product, dataset::DatasetError};
 use kernel::ids::SampleIndex;
 
-/// What can go wrong with an export.
+/// Error of an export.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// The dataset can't be read, or the output folder is none that can be filled.
@@ -17,9 +17,9 @@ pub enum ExportError {
     /// The dataset is of a product that has no such form.
     #[error("a dataset of {product}: only {of} datasets have the form {format}; {}", listed_forms(forms))]
     OtherProduct {
-        /// Its product.
+        /// Product of the dataset.
         product: Product,
-        /// What was asked for.
+        /// Format that was asked for.
         format: &'static str,
         /// The product that has it.
         of: Product,
@@ -61,7 +61,7 @@ pub enum ExportError {
     NoInside {
         /// The object.
         name: String,
-        /// What stands there.
+        /// Text that stands there.
         found: Option<String>,
     },
     /// The dataset has no object of that name.
@@ -83,7 +83,7 @@ pub enum ExportError {
     OtherResolution {
         /// The sample.
         index: SampleIndex,
-        /// Its resolution.
+        /// Resolution of the grid.
         found: u32,
         /// The array's.
         expected: u32,
@@ -91,7 +91,7 @@ pub enum ExportError {
     /// The operating system refused a read or write.
     #[error("{action} {}: {source}; free space or mend permissions, then export again", path.display())]
     Io {
-        /// What was tried: "writing", "creating", ...
+        /// Action that failed: "writing", "creating", ...
         action: &'static str,
         /// On which file.
         path: PathBuf,

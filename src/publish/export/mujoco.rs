@@ -216,7 +216,7 @@ fn pretty(value: &serde_json::Value) -> String {
     serde_json::to_string_pretty(value).expect("plain data with text keys") + "\n"
 }
 
-/// How the trials told inside from outside, as the asset table says.
+/// Inside test that the trials used, as the asset table says.
 fn inside_test(row: &AssetRow) -> Result<InsideTest, ExportError> {
     match row.facts.get("inside").and_then(|inside| inside.as_str()) {
         Some("winding_number") => Ok(InsideTest::WindingNumber),

@@ -36,7 +36,7 @@ impl Colour {
         [r, g, b, 255]
     }
 
-    /// As `#rrggbb`.
+    /// Colour in the form `#rrggbb`.
     pub fn hex(self) -> String {
         let [r, g, b] = self.0;
         format!("#{r:02x}{g:02x}{b:02x}")

@@ -14,7 +14,7 @@ pub struct Solid<'a> {
     pub shape: &'a TouchShape,
     /// Where it is in the world [m].
     pub place: IsometryMatrix3<f64>,
-    /// Its colour in full light.
+    /// Colour in full light.
     pub colour: Colour,
 }
 

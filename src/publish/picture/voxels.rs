@@ -111,7 +111,7 @@ impl VoxelPainter {
         self.draw_cells(&Cells::new(partial, complete, None))
     }
 
-    /// As [`VoxelPainter::draw`], with the cells of `tactile` in green over both.
+    /// Draws as [`VoxelPainter::draw`], with the cells of `tactile` in green over both.
     ///
     /// # Panics
     /// If the grids differ in resolution.

@@ -26,7 +26,7 @@ use kernel::{geom::Shape, ids::ObjectId};
 const HAND: Color = Color { r: 0.34, g: 0.71, b: 0.91, a: 1.0 };
 const OBJECT: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 1.0 };
 const CONTACT: Color = Color { r: 0.84, g: 0.37, b: 0.0, a: 1.0 };
-/// How long the arrow of a contact is [m].
+/// Length of the arrow of a contact [m].
 const ARROW: f64 = 0.04;
 
 /// Writes `preview.mcap` of a dataset of grasps into its folder: object k at k seconds, for `most` objects spread over the

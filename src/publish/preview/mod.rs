@@ -142,7 +142,7 @@ pub(super) fn image(time: Option<Timestamp>, [width, height]: [u32; 2], depth: i
     }
 }
 
-/// It begins at a place and points along x of its pose.
+/// Arrow that begins at a position and points along x of its pose.
 pub(super) fn arrow(
     at: &nalgebra::Vector3<f64>,
     direction: &nalgebra::Vector3<f64>,

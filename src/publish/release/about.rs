@@ -33,7 +33,7 @@ pub struct About {
     /// Where it can be found.
     #[schemars(extend("examples" = ["https://example.org/data"]))]
     pub url: Option<String>,
-    /// Its DOI, without a resolver before it.
+    /// DOI, without a resolver before it.
     #[schemars(extend("examples" = ["10.1234/abcd"]))]
     pub doi: Option<String>,
     /// Words to find it by.

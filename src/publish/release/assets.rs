@@ -50,7 +50,8 @@ pub(super) struct Asset {
     pub name: String,
     /// Kind of the asset.
     pub kind: AssetKind,
-    /// Its content, as graspmill counts it: of the prepared mesh, or of the description with all that it names.
+    /// Digest of the content, as graspmill counts it: of the prepared mesh, or of the description with all that it
+    /// names.
     pub content: ObjectId,
     /// BLAKE3 of the source file, of a mesh out of a file.
     pub file_blake3: Option<String>,

@@ -6,8 +6,8 @@ pub enum EnergyForm {
     /// Potential + 0.1 d for stable grasps within reach, contact + 10 d for all others: it falls all the way from far
     /// outside to deep inside.
     Falling,
-    /// As printed: -0.1, 1 and -10 before a value that is negative inside. Those factors fit a field that is positive
-    /// inside: with this sign the energy rises with depth, and far outside is best of all. A named quirk.
+    /// Formula as printed: -0.1, 1 and -10 before a value that is negative inside. Those factors fit a field that is
+    /// positive inside: with this sign the energy rises with depth, and far outside is best of all. A named quirk.
     Printed {
         /// The largest value of the field [cells], `reach_max`.
         reach_max: f64,

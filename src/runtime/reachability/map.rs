@@ -23,12 +23,12 @@ pub struct RobotFacts {
     pub frame: String,
 }
 
-/// What a [`ReachabilityMap`] is made of.
+/// Parts of a [`ReachabilityMap`].
 #[derive(Clone, Debug)]
 pub struct ReachabilityParts {
     /// The poses.
     pub grid: PoseGrid,
-    /// What the distances count.
+    /// Metric of the distances.
     pub metric: FieldMetric,
     /// One label a cell, in the order of the grid.
     pub labels: Vec<PoseLabel>,
@@ -46,11 +46,11 @@ pub enum InvalidMap {
     /// Another count than the grid or the labels ask for.
     #[error("{found} {what}, {expected} expected")]
     Count {
-        /// Of what.
+        /// Kind of item that was counted.
         what: &'static str,
-        /// As given.
+        /// Count given.
         found: usize,
-        /// As it must be.
+        /// Count required.
         expected: usize,
     },
     /// Cells as the unit of a grid of directions.
@@ -61,9 +61,9 @@ pub enum InvalidMap {
     Sign {
         /// Index of the cell.
         cell: usize,
-        /// Its label.
+        /// Label of the cell.
         label: PoseLabel,
-        /// Its distance.
+        /// Distance of the cell.
         distance: f32,
     },
 }
@@ -75,11 +75,11 @@ pub struct ObstacleId(u64);
 /// The cell nearest to a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestCell<'a> {
-    /// Its index.
+    /// Index of the cell.
     pub cell: usize,
     /// The pose of its centre: x, y, z [m], roll, pitch, yaw [rad].
     pub pose: [f64; 6],
-    /// What is known of it, obstacles counted.
+    /// Label of the cell, obstacles counted.
     pub label: PoseLabel,
     /// Joint values that bring the robot there, of a reachable cell of a map that has them.
     pub witness: Option<&'a [f64]>,
@@ -111,7 +111,7 @@ pub struct ReachabilityMap {
     witnesses: Option<Vec<f64>>,
     /// Reachable cells, without obstacles.
     reachable: usize,
-    /// Those before every `STRIDE`-th cell.
+    /// Number of reachable cells before every `STRIDE`-th cell.
     reachable_before: Vec<u32>,
     /// The grid's rotations, and the orientations that mean each.
     rotations: Vec<(Rotation3<f64>, Vec<usize>)>,
@@ -190,7 +190,7 @@ impl ReachabilityMap {
         self.lookup.grid()
     }
 
-    /// What the distances count.
+    /// Metric of the distances.
     pub fn metric(&self) -> FieldMetric {
         self.lookup.metric()
     }

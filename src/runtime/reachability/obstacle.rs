@@ -10,13 +10,13 @@ use kernel::geom::{
 /// A ball in the end effector's frame [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// Its centre.
+    /// Centre [m].
     pub centre: Point3<f64>,
-    /// Its radius.
+    /// Radius [m].
     pub radius: f64,
 }
 
-/// What of the end effector must not touch an obstacle: balls that cover it, in its own frame.
+/// Part of the end effector that must not touch an obstacle: balls that cover it, in its own frame.
 ///
 /// A cover reaches a little beyond what it covers, so poses that pass by closely may count as blocked; none that touches
 /// passes.
@@ -85,7 +85,7 @@ pub enum InvalidObstacle {
     Length {
         /// Which.
         what: &'static str,
-        /// As given.
+        /// Value given.
         value: f64,
     },
     /// A mesh without triangles.

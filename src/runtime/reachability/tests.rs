@@ -28,7 +28,7 @@ fn grid(angles: [usize; 3]) -> PoseGrid {
     .unwrap()
 }
 
-/// The same positions with directions and roll.
+/// Grid of the same positions with directions and roll.
 fn on_sphere(nside: u32, rolls: usize) -> PoseGrid {
     PoseGrid::on_sphere(*grid([1, 1, 1]).places(), HealPix::new(nside).unwrap(), rolls).unwrap()
 }

@@ -30,7 +30,7 @@ pub struct TouchFacts {
 /// One kind of touch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TouchKind {
-    /// Its channel, by name.
+    /// Name of the channel.
     pub channel: String,
     /// Rays, or approaches of a hand.
     pub probes: u64,

@@ -113,7 +113,7 @@ pub struct GraspedObject {
     /// Probability of the most likely of them; `None` where none is known.
     #[serde(default)]
     pub likely: Option<f64>,
-    /// Its kept grasps on a table.
+    /// Facts of its kept grasps on a table.
     #[serde(default)]
     pub table: TableFacts,
     /// Lowest energy of any state.

@@ -71,7 +71,7 @@ pub struct LookedAtObject {
     pub name: String,
     /// The object by content.
     pub object: ObjectId,
-    /// Its grasps of the chosen types.
+    /// Number of its grasps of the chosen types.
     pub samples: u64,
     /// Stored grasps.
     pub kept: u64,

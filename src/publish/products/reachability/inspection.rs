@@ -50,7 +50,7 @@ pub struct ReachabilityFacts {
 /// The robot of a reachability dataset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotFacts {
-    /// Its name.
+    /// Name of the robot.
     pub name: String,
     /// The robot by content.
     pub id: ObjectId,

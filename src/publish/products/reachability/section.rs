@@ -344,7 +344,7 @@ pub fn legend() -> Markup {
 #[derive(Serialize)]
 pub struct BandView {
     colour: String,
-    /// Its lower end.
+    /// Lower end.
     from: String,
 }
 
