@@ -19,7 +19,7 @@ pub enum ProduceError {
         "{name}: changed while the run went on: content {found:?}, expected {expected:?}; put it back, or run into a new folder"
     )]
     Changed {
-        /// Its name in the job, or its file.
+        /// Name in the job, or file.
         name: String,
         /// Content now.
         found: ObjectId,
@@ -29,7 +29,7 @@ pub enum ProduceError {
     /// An object, hand or robot cannot be worked with as the job says.
     #[error("{name}: {cause}")]
     Unusable {
-        /// Its name in the job, or its file.
+        /// Name in the job, or file.
         name: String,
         /// Reason and remedy.
         #[source]
@@ -78,7 +78,7 @@ pub enum RunError {
     Gap {
         /// Which, in order.
         missing: Vec<u32>,
-        /// Of how many.
+        /// Number of shards in all.
         shards: u32,
         /// Files that claim to be shards and are none.
         bad: Vec<BadShard>,

@@ -41,7 +41,7 @@ pub enum Event {
     ShardFinished {
         /// Index of the shard.
         shard: u32,
-        /// Its file name.
+        /// File name of the shard.
         file: String,
     },
     /// All shards are there; field, index, manifest and digest are being made.

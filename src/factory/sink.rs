@@ -9,7 +9,7 @@ use kernel::ids::SampleId;
 pub struct MadeSample<'a> {
     /// Identity of the sample.
     pub sample: SampleId,
-    /// Its facts; those of a reject are what was known when it was rejected.
+    /// Facts of the sample; those of a reject are what was known when it was rejected.
     pub facts: Facts,
     /// Fate of the sample.
     pub fate: MadeFate<'a>,

@@ -60,7 +60,7 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     /// Cost of a job that a pilot run would not tell.
     fn costs(&self) -> WorkCosts;
 
-    /// The same work without the parts that a pilot leaves out because they take long.
+    /// Returns the work without the parts that a pilot leaves out because they take long.
     fn for_pilot(&self) -> Option<Box<dyn Work>> {
         None
     }
@@ -125,9 +125,9 @@ pub trait OpenWork: Sync {
 
 /// A dataset that is being closed.
 pub struct Closing<'a> {
-    /// Its folder.
+    /// Folder of the dataset.
     pub folder: &'a Path,
-    /// Its job.
+    /// Digest of the job.
     pub job: JobDigest,
     /// Mark of the folder: count of shards and samples.
     pub mark: &'a RunMark,

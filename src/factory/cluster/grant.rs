@@ -1,8 +1,8 @@
-//! How many processors a cluster's engine granted.
+//! Processors that a cluster's engine granted.
 
 use super::Variables;
 
-/// What an engine granted to a task.
+/// Grant of an engine to a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grant {
     /// Processors.
@@ -11,8 +11,9 @@ pub struct Grant {
     pub variable: &'static str,
 }
 
-/// What engines say of the processors of one task on this machine, the more exact of an engine's first: Slurm (asked for, then
-/// what the node gave), PBS, Grid Engine, LSF. Kubernetes and HyperQueue bind by control group or affinity, which the system tells.
+/// Variables in which engines state the processors of one task on this machine, the more exact of an engine's first:
+/// Slurm (asked for, then what the node gave), PBS, Grid Engine, LSF. Kubernetes and HyperQueue bind by control group
+/// or affinity, which the system tells.
 const GRANTS: [&str; 5] = ["SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE", "NCPUS", "NSLOTS", "LSB_DJOB_NUMPROC"];
 
 /// The engine's grant, if one says: on a node that binds nobody, the system tells of all of the node's processors.

@@ -1,4 +1,4 @@
-//! What a cluster's engine and the program tell each other: which of several tasks this is, how many processors it was granted,
+//! Cluster engines: which of several tasks this is, how many processors it was granted,
 //! and the scripts that have an engine run the tasks of a job. No scheduler of our own: engines run us.
 //!
 //! Nothing here reads the environment or starts a program; the command line does, and passes on what it found.
@@ -12,5 +12,5 @@ pub use grant::{Grant, granted_threads};
 pub use submission::{Backend, Container, Resources, Submission, SubmissionError, SubmissionFile, TaskPlan};
 pub use task::{TaskChoice, TaskError, TaskFound};
 
-/// How to ask for the value of a variable of the environment.
+/// Lookup of an environment variable's value.
 pub type Variables<'a> = &'a dyn Fn(&str) -> Option<String>;

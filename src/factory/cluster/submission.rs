@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::template::{Verbatim, fill, plain_name};
 use kernel::words::number_ranges;
 
-/// What runs the tasks.
+/// Engine that runs the tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Backend {
@@ -25,7 +25,7 @@ pub enum Backend {
     Local,
 }
 
-/// What one task is given.
+/// Resources of one task.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Resources {
@@ -37,7 +37,7 @@ pub struct Resources {
     pub minutes: u32,
 }
 
-/// How the work is cut.
+/// Cut of the work into tasks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TaskPlan {
@@ -49,7 +49,7 @@ pub struct TaskPlan {
     pub at_once: Option<u32>,
 }
 
-/// What Kubernetes needs besides.
+/// Kubernetes' further needs: image and volume.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Container {
@@ -65,7 +65,7 @@ pub struct Container {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Submission {
-    /// What runs it.
+    /// Engine that runs it.
     pub backend: Backend,
     /// The job's name.
     pub name: String,
@@ -75,26 +75,26 @@ pub struct Submission {
     pub folder: PathBuf,
     /// The job file; absolute.
     pub job: PathBuf,
-    /// What is laid over it, `key=value`.
+    /// Settings laid over the job, `key=value`.
     pub overrides: Vec<String>,
     /// The dataset's folder; absolute.
     pub out: PathBuf,
-    /// How the work is cut.
+    /// Cut of the work into tasks.
     pub plan: TaskPlan,
-    /// What a task is given.
+    /// Resources of one task.
     pub resources: Resources,
     /// Further options for Slurm, such as `--partition=long`.
     pub options: Vec<String>,
-    /// Of Kubernetes.
+    /// Container, for Kubernetes.
     pub container: Option<Container>,
 }
 
 /// A file that an engine is given.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SubmissionFile {
-    /// Its name, in the folder of the submission.
+    /// Name, in the folder of the submission.
     pub name: &'static str,
-    /// Its content.
+    /// Content.
     pub text: String,
 }
 
@@ -109,7 +109,7 @@ pub enum SubmissionError {
     ControlCharacter {
         /// The argument that says it.
         argument: &'static str,
-        /// Its text.
+        /// Text of the argument.
         text: String,
         /// The character.
         character: char,

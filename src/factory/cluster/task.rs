@@ -11,12 +11,12 @@ pub enum TaskChoice {
     Given {
         /// Which.
         task: u32,
-        /// Of how many.
+        /// Number of tasks in all.
         tasks: u32,
     },
-    /// As the engine's variables say; of `tasks`, where the argument says how many.
+    /// Task that the engine's variables state; of `tasks`, where the argument says how many.
     Environment {
-        /// Of how many.
+        /// Number of tasks in all.
         tasks: Option<u32>,
     },
 }
@@ -26,7 +26,7 @@ pub enum TaskChoice {
 pub struct TaskFound {
     /// Which, counted from 0.
     pub task: u32,
-    /// Of how many.
+    /// Number of tasks in all.
     pub tasks: u32,
     /// The variable that said so, with its value; `None` where the argument did.
     pub from: Option<String>,
@@ -38,13 +38,13 @@ pub enum TaskError {
     /// Not of the form of a task.
     #[error("'{text}' is no task; expected I/N with I from 0 to N - 1, `env`, or `env/N`")]
     Syntax {
-        /// What was given.
+        /// Text given.
         text: String,
     },
     /// No engine's variable is set.
     #[error("no engine's variable is set ({known}); give --task I/N")]
     NoVariable {
-        /// Those that are looked at.
+        /// Variables that were searched.
         known: String,
     },
     /// A variable that holds no number.
@@ -52,7 +52,7 @@ pub enum TaskError {
     NoNumber {
         /// The variable.
         variable: &'static str,
-        /// What it holds.
+        /// Value of the variable.
         value: String,
     },
     /// A number without a count.
@@ -82,7 +82,7 @@ pub enum TaskError {
         first: String,
         /// Another.
         second: String,
-        /// What they say, as I/N.
+        /// Tasks that they state, as I/N.
         tasks: (String, String),
     },
 }
@@ -138,7 +138,7 @@ impl TaskChoice {
     }
 }
 
-/// What an engine sets in the environment of a task of an array.
+/// Variables that an engine sets in the environment of a task of an array.
 struct Engine {
     /// The task's number.
     number: &'static str,
@@ -146,7 +146,7 @@ struct Engine {
     none: Option<&'static str>,
     /// Number of the first task: an array that the user numbers begins at 0, others where the engine does.
     first: u32,
-    /// How many tasks.
+    /// Number of tasks.
     count: Count,
 }
 

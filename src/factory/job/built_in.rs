@@ -46,7 +46,7 @@ fn named(checker: &mut Checker, wanted: &[String], path: &Path, default_set: &[S
     names
 }
 
-/// What to write in place of a name that no shape has.
+/// Help for a name that no shape has: what to write in its place.
 fn help(wanted: &str, default: &[String]) -> String {
     if let Err(error @ NoHalfShape::Size) = without_triangles(wanted).parse::<HalfShape>() {
         return error.to_string();

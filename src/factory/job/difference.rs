@@ -9,9 +9,9 @@ use serde::Serialize;
 pub struct SettingDifference {
     /// Dotted key; entries of lists by index, counted from 0: `objects.0.unit`.
     pub key: String,
-    /// Its value in the first job, as TOML; `None` where it has none.
+    /// Value in the first job, as TOML; `None` where it has none.
     pub a: Option<String>,
-    /// Its value in the second.
+    /// Value in the second job.
     pub b: Option<String>,
 }
 

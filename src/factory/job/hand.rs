@@ -14,9 +14,9 @@ use sim::{HandError, HandModel};
 /// A hand that a job names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobHand {
-    /// Its description, an MJCF file; its table stands beside it.
+    /// Description of the hand, an MJCF file; its table stands beside it.
     pub scene: PathBuf,
-    /// Its name in the description, for people.
+    /// Name in the description, for people.
     pub name: String,
     /// Content of description and table, with all files that the description includes, wherever they stand.
     pub id: ObjectId,

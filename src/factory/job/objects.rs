@@ -19,9 +19,9 @@ pub struct JobObject {
     pub source: MeshSource,
     /// The package that holds the file, if one does: a resolved job names it instead of a path.
     pub package: Option<PackageFile>,
-    /// Its row in the asset table.
+    /// Row of the object in the asset table.
     pub asset: AssetRecord,
-    /// Its mass, when the job knows it and something depends on it.
+    /// Mass of the object, when the job knows it and something depends on it.
     pub mass: Option<KnownMass>,
 }
 

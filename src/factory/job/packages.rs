@@ -11,9 +11,9 @@ pub struct MeshPackage {
     pub metres_per_unit: f64,
     /// Licence of its meshes.
     pub licence: &'static str,
-    /// How to cite them.
+    /// Citation of the meshes.
     pub citation: &'static str,
-    /// How to get it.
+    /// Remedy where the package is missing.
     pub remedy: &'static str,
 }
 

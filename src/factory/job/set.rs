@@ -28,11 +28,11 @@ pub struct JobSet {
 /// One job of a set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SetMember {
-    /// Its name, and the folder of its dataset within that of the set.
+    /// Name of the member, and of its dataset's folder within that of the set.
     pub name: String,
-    /// Its job file, with the settings laid over it.
+    /// Job file, with the settings laid over it.
     pub text: JobText,
-    /// Its product.
+    /// Product of the job.
     pub product: Product,
     /// Datasets that it reads: names of jobs before it, by the section of its job file that names a dataset.
     pub inputs: BTreeMap<String, String>,

@@ -12,7 +12,7 @@ pub struct JobText {
     pub label: String,
     /// The folder that relative paths in it start from.
     pub folder: PathBuf,
-    /// Its text.
+    /// Text of the job file.
     pub text: String,
     /// Overrides by `--set`, each `dotted.key=value`; later ones win.
     pub overrides: Vec<String>,

@@ -21,7 +21,7 @@ impl Share {
         self.task
     }
 
-    /// Of how many.
+    /// Number of tasks in all.
     pub fn tasks(&self) -> u32 {
         self.tasks
     }

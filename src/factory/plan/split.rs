@@ -49,7 +49,7 @@ impl JobSplits {
     }
 }
 
-/// What leaks from the training side to the others, and what was compared.
+/// Leaks from the training side to the others, and the extent of the comparison.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct LeakReport {
     /// Views of each object.
@@ -66,7 +66,7 @@ pub struct LeakReport {
     pub geometries_straddling: u32,
     /// Groups of objects whose shapes coincide.
     pub twin_groups: u32,
-    /// Those with members on more than one side.
+    /// Groups of twins with members on more than one side.
     pub twin_groups_straddling: u32,
     /// Groups named by the job that stand on more than one side.
     pub groups_straddling: u32,

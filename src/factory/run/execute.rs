@@ -35,9 +35,9 @@ const PROGRESS_PAUSE: u64 = 100;
 pub struct RunTask<'a> {
     /// The job.
     pub job: &'a Job,
-    /// Its plan.
+    /// Plan of the job.
     pub plan: &'a Plan,
-    /// Its digest.
+    /// Digest of the job.
     pub digest: JobDigest,
     /// The tables.
     pub header: &'a DatasetHeader,
@@ -45,7 +45,7 @@ pub struct RunTask<'a> {
     pub folder: &'a Path,
 }
 
-/// How a run ended.
+/// Result of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunSummary {
     /// Whether the dataset was finished before this run began.
@@ -65,7 +65,7 @@ pub struct RunSummary {
 pub struct ShareSummary {
     /// Shards of the share.
     pub shards: u32,
-    /// Of these, finished before.
+    /// Number of those that were finished before.
     pub shards_before: u32,
     /// Samples made, kept and rejected.
     pub made: u64,

@@ -21,9 +21,9 @@ const TWIN_LIKENESS: f64 = 0.85;
 pub struct OpenJob {
     /// The job.
     pub job: Job,
-    /// Its plan.
+    /// Plan of the job.
     pub plan: Plan,
-    /// Its digest.
+    /// Digest of the job.
     pub digest: JobDigest,
     /// Splits of its objects; `None` for a job without objects, and when another dataset has split them.
     pub splits: Option<JobSplits>,

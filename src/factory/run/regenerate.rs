@@ -19,20 +19,20 @@ use kernel::{
 pub struct Difference {
     /// Which sample.
     pub sample: u64,
-    /// Its id.
+    /// Id of the sample.
     pub id: String,
-    /// What differs, in words.
+    /// Difference, in words.
     pub what: String,
 }
 
-/// What a regeneration found.
+/// Result of a regeneration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Regeneration {
     /// Samples made again.
     pub samples: u64,
     /// Samples of the dataset.
     pub of_samples: u64,
-    /// Those that differ.
+    /// Samples that differ.
     pub differences: Vec<Difference>,
 }
 

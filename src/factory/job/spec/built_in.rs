@@ -33,6 +33,6 @@ pub struct HalfShapesSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnlyHalfShapes {
-    /// Those whose back a head-on camera does not see and could take for another.
+    /// Shapes whose back a head-on camera does not see and could take for another.
     Ambiguous,
 }

@@ -39,11 +39,11 @@ pub struct ObjectsSpec {
     /// A source that may be missing: noted instead of an error.
     #[schemars(extend("examples" = [true]))]
     pub optional: Option<bool>,
-    /// What one unit of the files is. At most one of `unit`, `scale` and `size`; without any, metres (a package knows
+    /// Unit of the files. At most one of `unit`, `scale` and `size`; without any, metres (a package knows
     /// its own).
     #[schemars(extend("examples" = ["mm"]))]
     pub unit: Option<UnitSpec>,
-    /// What one unit of the files is, as a number.
+    /// Unit of the files, as a number.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.001]))]
     pub scale: Option<f64>,
     /// Each object is scaled so that its longest side is this long.
@@ -57,29 +57,29 @@ pub struct ObjectsSpec {
     /// Licence of the meshes (an SPDX expression where there is one).
     #[schemars(extend("examples" = ["CC-BY-4.0"]))]
     pub licence: Option<String>,
-    /// How to cite the meshes.
+    /// Citation of the meshes.
     #[schemars(extend("examples" = ["Calli et al. 2015"]))]
     pub citation: Option<String>,
     /// A CSV file with one row per mesh, relative to the job file. Its first line names the columns: `name`, and any of
     /// the keys of `meshes`.
     #[schemars(extend("examples" = ["splits/ycb.csv"]))]
     pub table: Option<PathBuf>,
-    /// What differs for single meshes, by name (the file's name without its ending, or its path below the folder). Wins
+    /// Differences for single meshes, by name (the file's name without its ending, or its path below the folder). Wins
     /// over `table` and over the entry's own keys.
     pub meshes: Option<BTreeMap<String, MeshRow>>,
 }
 
-/// What differs for one mesh.
+/// Differences for one mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshRow {
     /// Name inside the job. Without it, the file's name without its ending.
     #[schemars(length(min = 1), extend("examples" = ["red_mug"]))]
     pub name: Option<String>,
-    /// What one unit of the file is.
+    /// Unit of the file.
     #[schemars(extend("examples" = ["mm"]))]
     pub unit: Option<UnitSpec>,
-    /// What one unit of the file is, as a number.
+    /// Unit of the file, as a number.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.001]))]
     pub scale: Option<f64>,
     /// The object is scaled so that its longest side is this long.
@@ -91,9 +91,9 @@ pub struct MeshRow {
     /// Licence of the mesh.
     #[schemars(extend("examples" = ["CC0-1.0"]))]
     pub licence: Option<String>,
-    /// How to cite the mesh.
+    /// Citation of the mesh.
     pub citation: Option<String>,
-    /// What the object weighs: for physical trials of grasps (`physics.mass = "auto"`), nothing else depends on it.
+    /// Mass of the object: for physical trials of grasps (`physics.mass = "auto"`), nothing else depends on it.
     #[schemars(extend("x-unit" = "kg", "exclusiveMinimum" = 0, "examples" = [0.118]), range(max = 100))]
     pub mass: Option<f64>,
     /// Where that is known from.

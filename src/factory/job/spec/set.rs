@@ -31,10 +31,10 @@ pub enum SetProduct {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MemberSpec {
-    /// Its name in the set, and the folder of its dataset: small letters, digits, `-` and `_`.
+    /// Name in the set, and of the folder of its dataset: small letters, digits, `-` and `_`.
     #[schemars(extend("examples" = ["grasps"]))]
     pub name: String,
-    /// Its job file; relative to this one.
+    /// Job file; relative to this one.
     #[schemars(extend("examples" = ["ycb-grasps.toml"]))]
     pub job: PathBuf,
     /// Datasets that the job reads, by the section of its job file that names one: each is the name of a job further up in the

@@ -1,4 +1,4 @@
-//! Who makes the depth image of a view: our raster, or MuJoCo's rays or renderer.
+//! Depth image of a view, by our raster, or by MuJoCo's rays or renderer.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ pub(super) enum DepthSource {
     },
 }
 
-/// What MuJoCo needs of an object; nothing when it does not look.
+/// Models of an object for MuJoCo; nothing when it does not render.
 #[derive(Default)]
 pub(super) struct SimObject {
     model: Option<Arc<SimModel>>,

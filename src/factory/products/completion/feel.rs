@@ -30,7 +30,7 @@ const DRAWN: u32 = 256;
 /// from behind.
 const LOOKS_AWAY: f64 = 0.1;
 
-/// How far the palm goes beyond the place that it was sent to, at most [m].
+/// Largest distance that the palm goes beyond the position that it was sent to [m].
 const BEYOND: f64 = 0.02;
 
 /// A job's hand, read once a thread.

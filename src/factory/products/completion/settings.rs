@@ -22,7 +22,7 @@ pub struct CompletionJob {
 }
 
 impl CompletionJob {
-    /// The same job without touch by hands, which changes no other channel of its samples.
+    /// Returns the job without touch by hands, which changes no other channel of its samples.
     pub fn without_hands(&self) -> Self {
         let mut job = self.clone();
         job.settings.touch.by_hand = None;
@@ -89,7 +89,7 @@ pub enum Pivot {
 /// Distance from the camera to the pivot along the optical axis [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Distance {
-    /// The same for every sample.
+    /// One distance for all samples.
     Fixed(f64),
     /// Uniform, drawn per sample.
     Range {

@@ -21,7 +21,7 @@ pub struct CompletionSpec {
     /// `package` and `built_in`.
     #[schemars(length(min = 1))]
     pub objects: Vec<ObjectsSpec>,
-    /// How each object is turned: a named set or a table.
+    /// Rotations of each object: a named set or a table.
     pub views: ViewsSpec,
     /// The point that an object is turned about, and that stands at the stated distance.
     #[schemars(extend("examples" = ["box_centre"]))]
@@ -31,10 +31,10 @@ pub struct CompletionSpec {
     /// From the camera to the pivot, along the optical axis: a number, a range, or a share of the image to fill.
     #[schemars(extend("x-unit" = "m"))]
     pub distance: DistanceSpec,
-    /// What makes the depth image.
+    /// Renderer of the depth image.
     #[schemars(extend("examples" = ["raster"]))]
     pub renderer: Renderer,
-    /// What the sensor adds to a perfect depth image.
+    /// Sensor model: what it adds to a perfect depth image.
     pub sensor: SensorSpec,
     /// The occupancy grids.
     pub grid: GridSpec,
@@ -44,7 +44,7 @@ pub struct CompletionSpec {
     pub gate: GateSpec,
     /// Which objects train, validate and test.
     pub split: SplitSpec,
-    /// What is stored beside the partial and the complete grid.
+    /// Channels stored beside the partial and the complete grid.
     pub channels: ChannelsSpec,
     /// Touch that goes with each pair, of what the camera did not see.
     pub touch: TouchSpec,
@@ -125,7 +125,7 @@ pub struct AngleRange {
     pub from: f64,
     /// The last angle, or one step behind it.
     pub to: f64,
-    /// How many angles.
+    /// Number of angles.
     #[schemars(range(min = 1, max = 100_000))]
     pub count: u32,
     /// Whether `to` is one of them. Without it, `closed`.
@@ -157,7 +157,7 @@ pub enum AngleUnit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EvenViews {
-    /// How many: a super-Fibonacci spiral (Alexa, CVPR 2022).
+    /// Number of views: a super-Fibonacci spiral (Alexa, CVPR 2022).
     #[schemars(range(min = 1, max = 1_000_000), extend("examples" = [500]))]
     pub even: u32,
 }
@@ -228,11 +228,11 @@ pub struct CameraSpec {
     pub camera: Option<String>,
 }
 
-/// How far the pivot is from the camera.
+/// Distance of the pivot from the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DistanceSpec {
-    /// The same for every sample.
+    /// One distance for all samples.
     Fixed(#[schemars(extend("exclusiveMinimum" = 0))] f64),
     /// Uniform, drawn per sample.
     Range(DistanceRange),
@@ -323,7 +323,7 @@ pub struct GateSpec {
     pub min_overlap: f64,
 }
 
-/// What is stored beside the partial and the complete grid.
+/// Channels stored beside the partial and the complete grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelsSpec {
@@ -353,7 +353,7 @@ pub struct ChannelsSpec {
     pub implicit_space: u32,
 }
 
-/// How the depth crop is stored.
+/// Form in which the depth crop is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DepthSpec {

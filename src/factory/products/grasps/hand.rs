@@ -8,9 +8,9 @@ use sim::HandModel;
 
 /// A job's hand, read once for all threads.
 pub struct GraspHand {
-    /// Its joints, motors, contacts and eigengrasps.
+    /// Joints, motors, contacts and eigengrasps.
     pub hand: Arc<Hand>,
-    /// Its bodies that can touch.
+    /// Bodies that can touch.
     pub bodies: Arc<Bodies>,
     /// Prepared for annealing.
     pub search: Arc<HandSearch>,

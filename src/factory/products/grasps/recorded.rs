@@ -11,7 +11,7 @@ use robot::{
     hand::Hand,
 };
 
-/// What energies and quality are computed with.
+/// Method record: settings that energies and quality are computed with.
 pub(super) fn method(settings: &GraspSettings) -> GraspMethod {
     let GraspSettings { sampler, annealing, keeping, .. } = settings;
     let sampler = match sampler {

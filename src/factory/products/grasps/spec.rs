@@ -19,13 +19,13 @@ pub struct GraspsSpec {
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub hand: Option<HandSpec>,
-    /// How much is searched.
+    /// Extent of the search.
     pub grasps: GraspRunsSpec,
     /// Simulated annealing of the hand's pose and posture. Its energy rates states of the other samplers, too.
     pub annealing: AnnealingSpec,
-    /// What `sampler = "uniform"` does.
+    /// Settings of `sampler = "uniform"`.
     pub uniform: UniformSpec,
-    /// What `sampler = "antipodal"` does.
+    /// Settings of `sampler = "antipodal"`.
     pub antipodal: AntipodalSpec,
     /// Which of the states that annealing kept are kept as grasps, once the hand is closed. The others stay in the dataset,
     /// with the reason why not.
@@ -48,7 +48,7 @@ impl GraspsSpec {
     }
 }
 
-/// How much is searched.
+/// Extent of the search.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GraspRunsSpec {
@@ -122,7 +122,7 @@ pub struct AnnealingSpec {
     /// Steps per run.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
     pub steps: u32,
-    /// What is minimised.
+    /// Energy to be minimised.
     pub energy: EnergySpec,
     /// The space in which the potential's epsilon is measured.
     pub space: SpaceSpec,
@@ -140,7 +140,7 @@ pub struct AnnealingSpec {
     pub descent: bool,
     /// The frame in which position and rotation of the hand are searched.
     pub frame: FrameSpec,
-    /// How far the amplitudes of the eigengrasps go: `joints`, as far as the joints allow, or `{ clamped = 4.0 }`.
+    /// Range of the amplitudes of the eigengrasps: `joints`, as far as the joints allow, or `{ clamped = 4.0 }`.
     #[schemars(extend("examples" = [{ "clamped": 4.0 }]))]
     pub amplitudes: AmplitudesSpec,
     /// States that a run keeps, no two alike.
@@ -151,11 +151,11 @@ pub struct AnnealingSpec {
     pub most_failures: u32,
 }
 
-/// What annealing minimises.
+/// Energy that annealing minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EnergySpec {
-    /// How far the virtual contacts are from the surface, and how far they look past it.
+    /// Distances of the virtual contacts from the surface, and the angles by which they look past it.
     Contact,
     /// The potential, -epsilon of the weighted virtual contacts, where it is below 0, else the contact energy.
     ContactAndPotential,
@@ -181,7 +181,7 @@ pub enum FrameSpec {
     Object,
 }
 
-/// How far amplitudes go.
+/// Range of amplitudes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum AmplitudesSpec {
@@ -195,7 +195,7 @@ pub enum AmplitudesSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NamedAmplitudes {
-    /// As far as the joints allow.
+    /// Range that the joints allow.
     Joints,
 }
 
@@ -227,8 +227,8 @@ pub struct KeepSpec {
     /// Smallest epsilon in that space; force closure is asked for even at 0.
     #[schemars(range(min = 0, max = 1))]
     pub min_epsilon: f64,
-    /// How far the hand may come along its approach before it closes, until it meets the object; where it does not, it closes
-    /// where it is.
+    /// Largest distance that the hand may come along its approach before it closes, until it meets the object; where it
+    /// does not, it closes where it is.
     #[schemars(range(min = 0, max = 0.2), extend("x-unit" = "m"))]
     pub advance: f64,
     /// Deepest overlap of hand and mesh before closing.
@@ -248,8 +248,8 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::friction")]
     #[schemars(range(min = 0, max = 10))]
     pub friction: f64,
-    /// What the object weighs: `auto`, what `mass` of the table of objects says, else 400 kg/m^3 times the volume of its solid,
-    /// 0.02 to 2 kg; or a number [kg].
+    /// Mass of the object: `auto`, what `mass` of the table of objects says, else 400 kg/m^3 times the volume of its
+    /// solid, 0.02 to 2 kg; or a number [kg].
     #[serde(default = "physics::mass")]
     #[schemars(extend("examples" = [0.3]))]
     pub mass: MassSpec,
@@ -266,13 +266,13 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::roll_outs")]
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
     pub roll_outs: u32,
-    /// What pulls on the object once it is held.
+    /// Gravity on the object once it is held.
     #[serde(default)]
     #[schemars(extend("examples" = ["six"]))]
     pub gravity: GravitySpec,
 }
 
-/// What stands for keys of `[physics]` that are not written: the section itself has no default.
+/// Defaults of keys of `[physics]` that are not written: the section itself has none.
 mod physics {
     use super::{AutoMass, MassSpec};
 
@@ -293,7 +293,7 @@ mod physics {
     }
 }
 
-/// What an object weighs.
+/// Mass of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MassSpec {
@@ -311,7 +311,7 @@ pub enum AutoMass {
     Auto,
 }
 
-/// What pulls on a held object.
+/// Gravity on a held object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GravitySpec {

@@ -21,7 +21,7 @@ pub enum InvalidGrasps {
     /// The dataset cannot be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// Its product is another one.
+    /// The dataset's product is another one.
     #[error("{} is a dataset of {product}, not of grasps", folder.display())]
     Product {
         /// Folder of the dataset.
@@ -29,10 +29,10 @@ pub enum InvalidGrasps {
         /// Product of the dataset.
         product: Product,
     },
-    /// It has no digest of exact numbers.
+    /// The dataset has no digest of exact numbers.
     #[error("{} has no exact numbers", .0.display())]
     NoExactNumbers(PathBuf),
-    /// Its table of assets names no hand.
+    /// The dataset's table of assets names no hand.
     #[error("{} names no hand", .0.display())]
     NoHand(PathBuf),
 }

@@ -15,7 +15,7 @@ pub struct PatchHand {
     hand: Arc<Hand>,
     /// Places of F0, F1 and F2 among its contacts.
     tips: [usize; PATCH_POINTS - 1],
-    /// What the points are called in its description.
+    /// Names of the points in its description.
     names: [String; PATCH_POINTS],
 }
 
@@ -63,7 +63,7 @@ impl PatchHand {
         self.hand.name()
     }
 
-    /// What the points are called in the hand's description: palm, F0, F1, F2.
+    /// Names of the points in the hand's description: palm, F0, F1, F2.
     pub fn names(&self) -> &[String; PATCH_POINTS] {
         &self.names
     }

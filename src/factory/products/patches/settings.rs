@@ -17,7 +17,7 @@ use kernel::{
 pub struct PatchJob {
     /// The folder of the dataset of grasps.
     pub dataset: PathBuf,
-    /// Its grasps of the chosen types.
+    /// Grasps of the chosen types.
     pub grasps: FoundGrasps,
     /// The hand.
     pub hand: JobHand,
@@ -30,13 +30,13 @@ pub struct PatchJob {
 pub struct FoundGrasps {
     /// Digest of the dataset's exact numbers.
     pub root: Digest,
-    /// Its hand by content.
+    /// Hand by content.
     pub hand: ObjectId,
     /// The space in which it asks for force closure: `force` or `wrench`.
     pub space: String,
     /// Counts of its grasps by type, and the chosen types.
     pub types: GraspTypeCounts,
-    /// Its objects, sorted by content.
+    /// Objects, sorted by content.
     pub objects: Vec<GraspedObject>,
     /// Objects per nested training subset, smallest first.
     pub training_subsets: Vec<u32>,
@@ -47,9 +47,9 @@ pub struct FoundGrasps {
 pub struct GraspedObject {
     /// By content.
     pub id: ObjectId,
-    /// Its name in the dataset of grasps.
+    /// Name in the dataset of grasps.
     pub name: String,
-    /// Its row in that dataset's table of assets.
+    /// Row in that dataset's table of assets.
     pub asset: serde_json::Value,
     /// Split of the object in that dataset.
     pub split: Split,
@@ -57,18 +57,18 @@ pub struct GraspedObject {
     pub holdout_runs: BTreeSet<u32>,
     /// Smallest nested subset that holds a training object.
     pub subset: Option<u32>,
-    /// Its grasps of the chosen types, by run and rank.
+    /// Grasps of the chosen types, by run and rank.
     pub grasps: Vec<ChosenGrasp>,
 }
 
 /// A kept grasp of one of the chosen types.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChosenGrasp {
-    /// Its run: the number of the seed.
+    /// Run of the grasp: the number of the seed.
     pub run: u32,
-    /// Its rank in that run.
+    /// Rank in that run.
     pub rank: u32,
-    /// Its type.
+    /// Grasp type.
     pub kind: u32,
     /// The approach frame.
     pub object_from_approach: Pose<Object, Approach>,

@@ -50,8 +50,8 @@ pub struct GraspsSourceSpec {
     /// The digest of its exact numbers (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub root: Option<String>,
-    /// How many grasp types: the most common ones among the kept grasps of the whole dataset, the lower type first where two
-    /// are as common. Grasps of other types are left out.
+    /// Number of grasp types: the most common ones among the kept grasps of the whole dataset, the lower type first
+    /// where two are as common. Grasps of other types are left out.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "types"))]
     pub types: u32,
 }

@@ -1,4 +1,4 @@
-//! What a robot may collide with, ready for the poses of one planning group.
+//! Collision test of a robot, ready for the poses of one planning group.
 
 use nalgebra::IsometryMatrix3;
 
@@ -23,7 +23,7 @@ pub(super) struct Collisions {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastPair(Option<usize>);
 
-/// What one thread asks whether joint values are free by MuJoCo's contacts.
+/// Test of one thread whether joint values are free by MuJoCo's contacts.
 pub(super) type Free<'a> = &'a mut dyn FnMut(&[f64]) -> bool;
 
 impl Collisions {

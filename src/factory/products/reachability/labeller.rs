@@ -27,7 +27,7 @@ pub struct PoseLabeller {
     contacts: Option<Contacts>,
 }
 
-/// How ways to a pose are found.
+/// Method that finds ways to a pose.
 enum Arm {
     /// On curves, in closed form.
     Redundant {
@@ -50,7 +50,7 @@ struct Orientation {
     twin: usize,
 }
 
-/// What one thread works in, for one labeller.
+/// Working memory of one thread, for one labeller.
 #[derive(Default)]
 pub struct Scratch {
     /// MuJoCo's check, from the first position on.
@@ -62,7 +62,7 @@ pub struct Scratch {
     sweep: SweepScratch,
 }
 
-/// What is known of a wrist without collisions.
+/// Knowledge of a wrist without collisions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Reached {
     TooFar,
@@ -76,7 +76,7 @@ enum Reached {
 pub struct LabelledPosition {
     /// One label an orientation.
     pub labels: Vec<PoseLabel>,
-    /// How each is known.
+    /// Proof behind each label.
     pub proofs: Vec<Proof>,
     /// Joint values [rad or m] of each reachable one, in order.
     pub witnesses: Vec<f64>,
@@ -85,7 +85,7 @@ pub struct LabelledPosition {
 /// Why poses of a robot cannot be labelled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoLabeller {
-    /// Its arm has no closed form.
+    /// The arm has no closed form.
     #[error(transparent)]
     Arm(#[from] NoClosedForm),
     /// A shape has no surface.
@@ -211,7 +211,7 @@ fn placed(wrist: &Wrist, position: Vector3<f64>) -> Wrist {
     Wrist { centre: wrist.centre + position, ahead: wrist.ahead }
 }
 
-/// What the rotations ask of the wrist at the origin, each once, and the place of each rotation among them.
+/// Demands of the rotations on the wrist at the origin, each once, and the index of each rotation among them.
 fn wrists(motion: &SelfMotion, rotations: &[Rotation3<f64>]) -> (Vec<Wrist>, Vec<usize>) {
     let mut wrists: Vec<Wrist> = Vec::new();
     let place = |rotation: &Rotation3<f64>| {

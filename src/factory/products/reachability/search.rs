@@ -18,7 +18,7 @@ use robot::{
 const KNOWN: usize = 1_000_000;
 /// Side of the cells that they are found by [m].
 const CELL: f32 = 0.1;
-/// What a radian counts when poses are compared [m].
+/// Length that a radian counts as when poses are compared [m].
 const METRES_PER_RADIAN: f32 = 0.25;
 /// Starts at every pose: near it, and anywhere.
 const NEAR_STARTS: usize = 12;
@@ -50,7 +50,7 @@ pub(super) struct SearchedArm {
     low: [f32; 3],
     counts: [usize; 3],
     begins: Vec<usize>,
-    /// The same starts for every pose.
+    /// Starts of the descent for every pose.
     starts: Vec<Vec<f64>>,
     /// Ways from an end of a descent to a start beside it.
     beside: Vec<Vec<f64>>,

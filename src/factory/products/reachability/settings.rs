@@ -40,9 +40,9 @@ impl ReachabilityJob {
 /// A robot and its planning group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
-    /// Its description, an MJCF file.
+    /// Description of the robot, an MJCF file.
     pub scene: PathBuf,
-    /// Its name in the description, for people.
+    /// Name in the description, for people.
     pub name: String,
     /// Content of the description, with all files that it includes, wherever they stand.
     pub id: ObjectId,

@@ -22,10 +22,10 @@ pub struct ReachabilitySpec {
     /// Rx(roll).
     #[schemars(required)]
     pub poses: Option<PosesSpec>,
-    /// What finds joint values.
+    /// Solver that finds joint values.
     #[schemars(extend("examples" = ["closed_form"]))]
     pub solver: Solver,
-    /// What counts as a collision, and who finds it.
+    /// Collision test: what counts as a collision, and who finds it.
     #[schemars(extend("examples" = ["mujoco"]))]
     pub collisions: CollisionTest,
     /// The signed distance to the border of the reachable set.

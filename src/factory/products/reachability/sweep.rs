@@ -18,9 +18,9 @@ use robot::{
 const SHORTEST: f64 = 1e-3;
 /// In pieces shorter than this the deepest pair is looked for, in longer ones the first is good enough [rad].
 const SHALLOW: f64 = 0.05;
-/// How often a depth is looked for with care in vain before that is left off for the pose.
+/// Number of vain careful searches for a depth before they are left off for the pose.
 const PATIENCE: u32 = 32;
-/// What rules out no more than this to both sides rules out nothing [rad].
+/// Least interval to both sides that counts as ruled out [rad].
 const NOTHING: f64 = 1e-5;
 /// Configurations that are looked at for one pose, at most; what is left by then is not proved.
 const MOST_CHECKS: usize = 1_200;
@@ -32,23 +32,23 @@ const STEP: f64 = 0.02;
 pub(super) struct RedundantArm {
     motion: SelfMotion,
     collisions: Option<Collisions>,
-    /// Of each body.
+    /// Extents of each body.
     extents: Vec<Extents>,
 }
 
-/// What one thread works in.
+/// Working memory of one thread.
 #[derive(Debug, Default)]
 pub(super) struct SweepScratch {
     pieces: BinaryHeap<Piece>,
     pub ends: Vec<f64>,
 }
 
-/// What is still hoped for of one pose.
+/// Hopes that are left for one pose.
 struct Hope {
-    /// That all of it can be ruled out: not where two surfaces only touch and no other pair overlaps. Then nothing around is
-    /// ever proved, and all that is left is to look for a way.
+    /// Whether all of it can be ruled out: not where two surfaces only touch and no other pair overlaps. Then nothing
+    /// around is ever proved, and all that is left is to look for a way.
     provable: bool,
-    /// How often care may still find nothing.
+    /// Number of careful searches that may still find nothing.
     patience: u32,
 }
 
@@ -210,8 +210,8 @@ impl Piece {
 }
 
 impl Middle<'_> {
-    /// How far from the middle to both sides everything is ruled out [rad]: by the pair that was found, and in short pieces by
-    /// whichever pair rules out most.
+    /// Interval from the middle to both sides in which everything is ruled out [rad]: by the pair that was found, and
+    /// in short pieces by whichever pair rules out most.
     fn ruled_out_by_any(&self, hit: &Hit, collisions: &Collisions, hope: &mut Hope) -> f64 {
         let whole = self.piece.half();
         let mut half = self.ruled_out(hit, Care::Short);
@@ -234,7 +234,8 @@ impl Middle<'_> {
         half
     }
 
-    /// How far from the middle to both sides a pair that touches there still does [rad]; all of the piece's half is enough.
+    /// Interval from the middle to both sides in which a pair that touches in the middle still does [rad]; all of the
+    /// piece's half is enough.
     fn ruled_out(&self, hit: &Hit, care: Care) -> f64 {
         let whole = self.piece.half();
         let all = self.travel(hit, whole);
@@ -254,7 +255,7 @@ impl Middle<'_> {
         0.0
     }
 
-    /// How far the bodies of a pair go together, at most, up to `half` from the middle to both sides [m].
+    /// Bound on the joint travel of the bodies of a pair, up to `half` from the middle to both sides [m].
     fn travel(&self, hit: &Hit, half: f64) -> f64 {
         let (Piece { low, high, .. }, middle) = (self.piece, self.piece.middle());
         let travel = self.stance.travel([(middle - half).max(low), (middle + half).min(high)]);
