@@ -97,7 +97,7 @@ class Implicit:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Where the object was touched, in the camera's frame; one row a contact, in the order of the probes."""
+    """Where the object was touched, in the camera's frame; one row per contact, in the order of the probes."""
 
     probes: int
     """Count of what was sent out to touch: rays, or approaches of a hand."""

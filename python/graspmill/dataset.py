@@ -36,7 +36,7 @@ class Dataset(Generic[S]):
     ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to
     read, all without it. ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.
 
-    Files are opened when they are first needed, once a process, so a ``Dataset`` can be pickled and forked at will. It
+    Files are opened when they are first needed, once per process, so a ``Dataset`` can be pickled and forked at will. It
     serves one thread at a time.
 
     Raises ``DatasetError`` for a folder that cannot be read, ``BadSelection`` for a selection that it cannot fulfil.

@@ -45,7 +45,7 @@ class GraspSample(Sample):
 
     @property
     def grasps(self) -> Table:
-        """One row a grasp, the lowest energy first, as a structured array.
+        """One row per grasp, the lowest energy first, as a structured array.
 
         Poses (4, 4): ``object_from_approach``, ``object_from_base``. Joints: ``opening`` and ``posture`` of the driven
         ones, ``joints_before`` and ``joints`` of all; ``amplitudes``. Numbers: ``penetration`` (m), ``energy``,
@@ -83,13 +83,13 @@ class GraspSample(Sample):
 
     @property
     def contacts(self) -> Table:
-        """One row a contact of a closed hand: ``grasp`` (row of ``grasps``), ``link`` (place in ``run["links"]``),
+        """One row per contact of a closed hand: ``grasp`` (row of ``grasps``), ``link`` (place in ``run["links"]``),
         ``point`` and ``normal`` (on the object's surface, out of it), ``distance`` (m, from the object to the link)."""
         return _contacts(self.run["grasps"], _CONTACT)
 
     @property
     def trials(self) -> Table:
-        """One row a physical trial of a kept grasp (channel ``trials``).
+        """One row per physical trial of a kept grasp (channel ``trials``).
 
         ``grasp`` (row of ``grasps``), ``verdict`` (place in ``TRIAL_VERDICTS``; 0: held), ``closed_at_rest``, ``links``
         that touched in the end, times (s), penetrations, ``farthest`` and ``drawn_back`` (m), ``force`` (N),

@@ -332,7 +332,7 @@ pub struct ReachArgs {
     /// A pose of the target site, metres and radians (repeatable): `--pose 0.6,0.1,0.9,0,0.5,0.2`.
     #[arg(long, value_name = "X,Y,Z,ROLL,PITCH,YAW", allow_hyphen_values = true)]
     pub pose: Vec<String>,
-    /// A file of poses, six numbers a line; a first line of names (x, y, z, roll, pitch, yaw) may give another order.
+    /// A file of poses, six numbers per line; a first line of names (x, y, z, roll, pitch, yaw) may give another order.
     #[arg(long, value_name = "FILE", required_unless_present = "pose")]
     pub csv: Option<PathBuf>,
     /// Print JSON.

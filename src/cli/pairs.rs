@@ -107,7 +107,7 @@ pub fn write_pairs(f: &mut fmt::Formatter<'_>, pairs: &[PairRow], samples: u64) 
     list(f, "excluded, but touch sometimes", of_rule("excluded").filter(sometimes).map(share))
 }
 
-/// A heading and its items, one a line; nothing where there are none.
+/// A heading and its items, one per line; nothing where there are none.
 fn list(f: &mut fmt::Formatter<'_>, heading: &str, items: impl Iterator<Item = String>) -> fmt::Result {
     let mut text = String::new();
     let mut count = 0;

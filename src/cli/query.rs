@@ -130,7 +130,7 @@ fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
     Ok(poses)
 }
 
-/// Six numbers a line. A first line without numbers names the columns; other columns may stand between them.
+/// Six numbers per line. A first line without numbers names the columns; other columns may stand between them.
 fn poses_of_file(text: &str, path: &Path) -> Result<Vec<[f64; 6]>, String> {
     let text = text.trim_start_matches('\u{feff}');
     let lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));

@@ -123,7 +123,7 @@ pub struct Run {
     pub steps: u32,
     /// Values of all joints [rad or m], in the order of the hand's tree.
     pub joints: Vec<f64>,
-    /// The motors, one a driven joint.
+    /// The motors, one per driven joint.
     pub motors: Vec<Motor>,
     /// Touches that press on the object.
     pub touches: Vec<LinkTouch>,
@@ -263,7 +263,7 @@ impl HandWorker {
     /// and the object at a pose; leaves nothing to go on from but [`HandWorker::start`].
     ///
     /// # Panics
-    /// When there is not one value a joint.
+    /// When there is not one value per joint.
     pub fn touches_at(&mut self, joints: &[f64], base_from_object: &IsometryMatrix3<f64>) -> Vec<LinkTouch> {
         assert_eq!(joints.len(), self.sim.servos.len(), "one value a joint");
         self.place(&self.sim.hand.opened(), base_from_object);
@@ -396,7 +396,7 @@ impl HandWorker {
         self.steps
     }
 
-    /// The motors, one a driven joint.
+    /// The motors, one per driven joint.
     pub fn motors(&self) -> Vec<Motor> {
         self.drives.iter().map(|drive| drive.motor).collect()
     }

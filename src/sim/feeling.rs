@@ -11,7 +11,7 @@ use super::{
     hand_sim::{Hold, STEP, Servo},
 };
 
-/// Speed of a guarded move [m/s]: 20 micrometres a step, so that what is as heavy as the object stops without a blow.
+/// Speed of a guarded move [m/s]: 20 micrometres per step, so that what is as heavy as the object stops without a blow.
 const SPEED: f64 = 0.01;
 
 /// A hand that is known to be so far from the object at least comes nearer without simulation [m].

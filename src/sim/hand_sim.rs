@@ -80,9 +80,9 @@ pub(super) struct Servo {
     pub(super) address: usize,
     /// Among its velocities.
     pub(super) dof: usize,
-    /// Torque a unit of error.
+    /// Torque per unit of error.
     pub(super) stiffness: f64,
-    /// Torque a unit of speed.
+    /// Torque per unit of speed.
     pub(super) damping: f64,
     /// Approximate inertia that it has to move [kg m^2 or kg].
     pub(super) inertia: f64,
@@ -91,7 +91,7 @@ pub(super) struct Servo {
 /// Method by which MuJoCo itself touches a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NativeContacts {
-    /// By an octree of distances, from 40 starts a pair: milliseconds a step.
+    /// By an octree of distances, from 40 starts per pair: milliseconds per step.
     Sdf,
     /// Contacts of the convex hull.
     Hull,

@@ -1,4 +1,4 @@
-//! Completion pairs as a Parquet table: one row a sample, bits and what places them.
+//! Completion pairs as a Parquet table: one row per sample, bits and what places them.
 
 use std::{fs::File, path::PathBuf, sync::Arc};
 

@@ -154,7 +154,7 @@ struct Volume {
 }
 
 /// Centre sampling holds the volume to 0.1 % where the body is thick. Flat bodies whose large faces lie along the axes
-/// can lose or win a part of one layer of cells, at 256 cells a side: `ALONG_AXES`.
+/// can lose or win a part of one layer of cells, at 256 cells per side: `ALONG_AXES`.
 fn check_volumes(paths: &[PathBuf]) {
     const ALONG_AXES: [&str; 2] = ["009_gelatin_box", "071_nine_hole_peg_test"];
     let mut cases = Cases::new();

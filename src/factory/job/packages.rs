@@ -7,7 +7,7 @@ pub struct MeshPackage {
     pub name: &'static str,
     /// Folder below the packages folder.
     pub folder: &'static str,
-    /// Metres a unit of its files.
+    /// Metres per unit of its files.
     pub metres_per_unit: f64,
     /// Licence of its meshes.
     pub licence: &'static str,

@@ -19,7 +19,7 @@ pub enum DepthCoding {
     /// Steps of this many metres as u16, 0 = no return; half a step is lost, and a depth that does not fit into 1 to
     /// 65,535 steps becomes "no return".
     U16 {
-        /// Metres a step.
+        /// Metres per step.
         step: f64,
     },
 }

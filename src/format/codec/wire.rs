@@ -97,7 +97,7 @@ pub(crate) fn triples(out: &mut Vec<u8>, field: u32, values: impl ExactSizeItera
 /// A packed `repeated uint32`.
 pub(crate) fn uint32s(out: &mut Vec<u8>, field: u32, values: impl ExactSizeIterator<Item = u32> + Clone) {
     if values.len() > 0 {
-        // Seven bits a byte; 0 takes one, too.
+        // Seven bits per byte; 0 takes one, too.
         let length = values.clone().map(|value| (38 - (value | 1).leading_zeros()) as usize / 7).sum();
         bytes_header(out, field, length);
         values.for_each(|value| varint(out, u64::from(value)));

@@ -13,9 +13,9 @@ use kernel::ids::ObjectId;
 /// `assets.json`: the objects, sorted by id, the hands that touched, and the meshes that could not be used.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct AssetTable {
-    /// One row an object.
+    /// One row per object.
     pub objects: Vec<AssetRow>,
-    /// One row a hand; empty without touch by hands.
+    /// One row per hand; empty without touch by hands.
     #[serde(default)]
     pub hands: Vec<AssetRow>,
     /// Refused meshes, in any form.

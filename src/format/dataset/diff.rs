@@ -135,7 +135,7 @@ pub enum Reason {
     },
 }
 
-/// Compares two finished datasets. Memory: a byte a sample, and a few ledgers.
+/// Compares two finished datasets. Memory: a byte per sample, and a few ledgers.
 ///
 /// # Errors
 /// When one is not finished or a table or ledger of it can't be read.

@@ -31,7 +31,7 @@ pub struct RunMark {
     pub samples: u64,
     /// Shards of the plan.
     pub shards: u32,
-    /// Sample indices a shard, at most; a shard is a run of consecutive indices.
+    /// Sample indices per shard, at most; a shard is a run of consecutive indices.
     pub shard_samples: u32,
 }
 

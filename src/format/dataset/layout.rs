@@ -7,9 +7,9 @@ use kernel::ids::{Digest, ShardId};
 pub const RUN: &str = "run.json";
 /// Manifest of what it holds: written last.
 pub const MANIFEST: &str = "manifest.json";
-/// One row a sample.
+/// One row per sample.
 pub const INDEX: &str = "index.parquet";
-/// One row an object, and the refused meshes.
+/// One row per object, and the refused meshes.
 pub const ASSETS: &str = "assets.json";
 /// Splits: who trains and who tests.
 pub const SPLITS: &str = "splits.json";

@@ -21,7 +21,7 @@ use kernel::{
 
 /// A finished dataset, open for reading; any number of threads may read at once.
 ///
-/// Keeps one byte a sample, a few bytes a chunk and no file open; a read holds one chunk.
+/// Keeps one byte per sample, a few bytes per chunk and no file open; a read holds one chunk.
 pub struct DatasetReader {
     folder: PathBuf,
     manifest: Manifest,

@@ -1,4 +1,4 @@
-//! Roots of a dataset out of its shards' ledgers: one a class of numbers, one of the rejects, and one over all.
+//! Roots of a dataset out of its shards' ledgers: one per class of numbers, one of the rejects, and one over all.
 
 use std::collections::BTreeMap;
 
@@ -55,7 +55,7 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
-    /// One leaf a class of a kept sample, one of a rejected.
+    /// One leaf per class of a kept sample, one of a rejected.
     pub fn of_row(rank: u32, row: &LedgerRow, channels: &ClassChannels) -> impl Iterator<Item = Self> {
         let SampleId { item, instance, camera, .. } = row.sample;
         let leaf = move |class, digest| Self {

@@ -21,7 +21,7 @@ use kernel::ids::{Digest, JobDigest, SampleId, SampleIndex, ShardId};
 /// Uncompressed bytes after which a chunk is closed, at the next end of a sample.
 ///
 /// Chosen by `measure::chunk_sizes` (six scans, 242 views each, 40^3, processor time of one thread): with the pair alone
-/// 64 KiB gives 1,433 bytes a sample and 22,000 samples/s at random; 128 KiB 1,370 bytes and 11,000/s; 256 KiB about 1,340
+/// 64 KiB gives 1,433 bytes per sample and 22,000 samples/s at random; 128 KiB 1,370 bytes and 11,000/s; 256 KiB about 1,340
 /// bytes and 5,000/s. Writing (28,000/s) and reading in order (80,000/s) hardly change. A training loader reads at random,
 /// and 4 % of size is cheap.
 pub const CHUNK_BYTES: usize = 64 << 10;
@@ -85,7 +85,7 @@ pub struct ShardWriter {
     /// MCAP channel id of each of the header's channels.
     channel_ids: Vec<u16>,
     rows: Vec<LedgerRow>,
-    /// Digests of the sample that is being written, a place a channel.
+    /// Digests of the sample that is being written, a place per channel.
     pending: Vec<Option<Digest>>,
     chunk_bytes: usize,
     chunk_limit: usize,

@@ -10,7 +10,7 @@ use super::{AssetRecord, DuplicateOf, MeshRefusal, MeshSource, ScaleRule, SizeRu
 /// The outcome of checking meshes; as JSON and, through `Display`, as a table for 80 to 100 columns.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct MeshCheckReport {
-    /// One row a mesh, in the order of the paths, folders sorted.
+    /// One row per mesh, in the order of the paths, folders sorted.
     pub meshes: Vec<MeshCheckRow>,
     /// Number of meshes of each kind.
     pub counts: MeshCheckCounts,

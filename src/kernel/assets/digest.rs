@@ -26,7 +26,7 @@ pub fn object(mesh: &TriMesh) -> ObjectId {
     ObjectId(Digest(*hasher.finalize().as_bytes()))
 }
 
-/// Rows a block: 48 KiB, past which BLAKE3 gains nothing.
+/// Rows per block: 48 KiB, past which BLAKE3 gains nothing.
 const BLOCK: usize = 4096;
 
 /// The geometry: equal for the same set of triangles (with their winding) in any order, with any first corner and any

@@ -36,7 +36,7 @@ const TURNED: f64 = 0.05;
 /// Cosine of the least angle between the directions in which one place of a core is pressed.
 const OTHER_WALL: f64 = 0.8;
 
-/// A mesh's surface with what makes contacts cheap; built once an object, shared by threads. Of class `exact`.
+/// A mesh's surface with what makes contacts cheap; built once per object, shared by threads. Of class `exact`.
 pub struct ContactSurface {
     surface: Arc<Surface>,
     solid: Arc<SolidGrid>,

@@ -39,7 +39,7 @@ impl GridPlacement {
     }
 }
 
-/// A cubic occupancy grid, one bit a cell.
+/// A cubic occupancy grid, one bit per cell.
 ///
 /// Shape (resolution, resolution, resolution) indexed (x, y, z), C order: cell (x, y, z) is bit
 /// `(x * resolution + y) * resolution + z`, least significant bit of each byte first
@@ -141,7 +141,7 @@ impl OccupancyGrid {
     }
 }
 
-/// The solid object as fine cells in its own frame, fixed 256 cells a side.
+/// The solid object as fine cells in its own frame, fixed 256 cells per side.
 ///
 /// Cubic cells of side `pitch`; the lower corner of cell (0, 0, 0) is `origin`, the lower corner of the mesh's box, and
 /// the longest side of the box spans all 256 cells (binvox's convention). Cell (x, y, z) is bit `z % 64` of word

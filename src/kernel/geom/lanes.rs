@@ -53,17 +53,17 @@ pub trait Lanes: Copy {
     fn shr_each(self, a: Self::I, count: Self::I) -> Self::I;
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::M;
     fn eq_i(self, a: Self::I, b: Self::I) -> Self::M;
-    /// Signed 16-bit numbers, two a lane.
+    /// Signed 16-bit numbers, two per lane.
     fn min_i16(self, a: Self::I, b: Self::I) -> Self::I;
-    /// Signed 16-bit numbers, two a lane.
+    /// Signed 16-bit numbers, two per lane.
     fn max_i16(self, a: Self::I, b: Self::I) -> Self::I;
-    /// 16-bit numbers, two a lane.
+    /// 16-bit numbers, two per lane.
     fn sub_i16(self, a: Self::I, b: Self::I) -> Self::I;
-    /// Unsigned 8-bit numbers, four a lane.
+    /// Unsigned 8-bit numbers, four per lane.
     fn min_u8(self, a: Self::I, b: Self::I) -> Self::I;
-    /// Unsigned 8-bit numbers, four a lane.
+    /// Unsigned 8-bit numbers, four per lane.
     fn max_u8(self, a: Self::I, b: Self::I) -> Self::I;
-    /// 8-bit numbers, four a lane.
+    /// 8-bit numbers, four per lane.
     fn sub_u8(self, a: Self::I, b: Self::I) -> Self::I;
 
     fn both(self, a: Self::M, b: Self::M) -> Self::M;

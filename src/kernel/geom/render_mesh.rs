@@ -1,4 +1,4 @@
-//! A mesh laid out for the kernels that run once a view.
+//! A mesh laid out for the kernels that run once per view.
 
 use nalgebra::{Point3, Vector3};
 
@@ -262,7 +262,7 @@ fn reach_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], rows: &[[f32; 4]; 3], e
     }
 }
 
-/// The triangles by the side they face, then along a Morton curve of 10 bits an axis through their centroids.
+/// The triangles by the side they face, then along a Morton curve of 10 bits per axis through their centroids.
 fn cluster_order(mesh: &TriMesh, centre: &Point3<f64>, half_side: f64) -> Vec<u32> {
     let scale = if half_side > 0.0 { 511.0 / half_side } else { 0.0 };
     let mut keys: Vec<u64> = (0..mesh.triangles.len())

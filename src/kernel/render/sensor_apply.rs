@@ -6,7 +6,7 @@ use crate::{
     seed::Stream,
 };
 
-/// Memory of [`SensorModel::apply_with`]; keep one a thread.
+/// Memory of [`SensorModel::apply_with`]; keep one per thread.
 ///
 /// Images of the grown crop; depth and disparities have a border of one pixel without return, so that every pixel has
 /// four neighbours.
@@ -50,7 +50,7 @@ struct Call {
     focal: [f32; 2],
     /// Disparity of the device [px] times depth [m].
     device: f32,
-    /// Device's pixels a pixel of the image.
+    /// Device's pixels per pixel of the image.
     device_per_image: f32,
     jump: f32,
 }

@@ -2,7 +2,7 @@
 
 use crate::geom::{Lanes, OccupancyGrid, SimdLevel, simd_kernel};
 
-/// One byte a cell, 1 = occupied, in C order with a border of one cell all round whose bytes are 1: whatever lies outside
+/// One byte per cell, 1 = occupied, in C order with a border of one cell all round whose bytes are 1: whatever lies outside
 /// the grid falls on the border, so no kernel tests for it. Cell (x, y, z) of the grid is (x + 1, y + 1, z + 1) here.
 #[derive(Default)]
 pub(super) struct Cells {

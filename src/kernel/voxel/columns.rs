@@ -62,7 +62,7 @@ impl Lattice {
     }
 }
 
-/// The crossings of every column of a grid of `SIDE` cells a side (256 at most), bottom to top.
+/// The crossings of every column of a grid of `SIDE` cells per side (256 at most), bottom to top.
 #[derive(Debug)]
 pub(super) struct Columns<const SIDE: usize> {
     /// Column (x, y) owns `packed[starts[x * SIDE + y]..starts[x * SIDE + y + 1]]`.

@@ -53,7 +53,7 @@ pub(super) fn holds(solid: &SolidGrid, point: &Point3<f64>) -> bool {
 /// No surface crosses a run of cells without surface, nor two such cells side by side, so where the mesh is closed one
 /// look decides a whole region.
 /// Such a cell's centre is at least half a cell from the surface; a fine cell's centre is within 0.87 fine cells of it,
-/// so the look is exact from 1.75 fine cells a cell on. Below (a long object seen end-on) crossings along each column
+/// so the look is exact from 1.75 fine cells per cell on. Below (a long object seen end-on) crossings along each column
 /// decide. Where the mesh has holes, every cell is looked up.
 pub(super) fn fill_interior(
     rows: &mut [u128],

@@ -290,7 +290,7 @@ impl<L: Lanes> Batch<L> {
     }
 }
 
-/// Lists the unmarked cells of sixteen triangles' boxes, of up to three cells a side, that the planes meet.
+/// Lists the unmarked cells of sixteen triangles' boxes, of up to three cells per side, that the planes meet.
 #[inline(always)]
 fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells: &Cells, pairs: &mut Pairs) {
     let side = cells.side() as i32;

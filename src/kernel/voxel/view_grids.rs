@@ -31,7 +31,7 @@ pub enum Truth {
     LowerCorners,
 }
 
-/// An object as the kernels of a view want it; made once an object, shared by its views.
+/// An object as the kernels of a view want it; made once per object, shared by its views.
 pub struct SolidObject {
     /// The surface.
     pub render: RenderMesh,

@@ -1,6 +1,6 @@
 //! Colours that keep their meaning: safe for colour-blind eyes, even in lightness.
 
-/// An opaque sRGB colour, 8 bits a channel.
+/// An opaque sRGB colour, 8 bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Colour(pub [u8; 3]);
 

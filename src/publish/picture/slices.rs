@@ -27,7 +27,7 @@ pub const SLICE_COLOURS: SliceColours = SliceColours {
     wrong: Colour([0xc2, 0x2e, 0x86]),
 };
 
-/// Cuts through one cell, `zoom` pixels a cell, with hair lines between cells and marks at the rim where the other two
+/// Cuts through one cell, `zoom` pixels per cell, with hair lines between cells and marks at the rim where the other two
 /// cuts lie.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slices {

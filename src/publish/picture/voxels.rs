@@ -35,7 +35,7 @@ pub struct VoxelPainter {
     right: Vector3<f64>,
     down: Vector3<f64>,
     forward: Vector3<f64>,
-    /// Subpixels a cell.
+    /// Subpixels per cell.
     scale: f64,
     /// Screen coordinates of the picture's middle [cells].
     middle: [f64; 2],

@@ -7,7 +7,7 @@ use sha2::{Digest as _, Sha256};
 use format::dataset::DatasetError;
 use kernel::ids::Digest;
 
-/// The list of digests: a line a file, `<64 hexadecimal digits>  <path>`, sorted by path.
+/// The list of digests: a line per file, `<64 hexadecimal digits>  <path>`, sorted by path.
 pub(crate) const CHECKSUMS: &str = "manifest-sha256.txt";
 
 /// Digests and size of a file.

@@ -50,7 +50,7 @@ pub(super) struct Closing {
 /// Where the hand has come to.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Closed {
-    /// The motors, one a driven joint.
+    /// The motors, one per driven joint.
     pub(super) motors: Vec<Motor>,
     /// Values of all joints.
     pub(super) joints: Vec<f64>,

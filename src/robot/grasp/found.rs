@@ -57,7 +57,7 @@ pub struct Grasp {
     pub turn: Option<Vector3<f64>>,
     /// Amplitudes of the hand's eigengrasps before closing.
     pub amplitudes: Vec<f64>,
-    /// The posture of these amplitudes, one value a driven joint [rad or m].
+    /// The posture of these amplitudes, one value per driven joint [rad or m].
     pub posture: Vec<f64>,
     /// Penetration of the object by the hand in the state that was annealed [m], exact; 0 where it is clear.
     pub penetration: f64,

@@ -27,7 +27,7 @@ const VOLUME_EDGES: usize = 8;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Start {
     pub(super) object_from_approach: IsometryMatrix3<f64>,
-    /// One value a driven joint.
+    /// One value per driven joint.
     pub(super) posture: Vec<f64>,
     /// Amplitudes of the eigengrasps; none where they did not make the posture.
     pub(super) amplitudes: Vec<f64>,

@@ -66,9 +66,9 @@ pub struct ContactPoint {
 /// A space of few numbers in which postures are searched (Ciocarlie and Allen 2009): `origin + sum of amplitude * direction`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Eigengrasps {
-    /// A posture, one value a driven joint.
+    /// A posture, one value per driven joint.
     pub origin: Vec<f64>,
-    /// Directions, each with one value a driven joint; not of unit length.
+    /// Directions, each with one value per driven joint; not of unit length.
     pub directions: Vec<Vec<f64>>,
 }
 
@@ -213,7 +213,7 @@ impl Hand {
     /// The frames of links 1 to n, seen from the base, at values of all joints.
     ///
     /// # Panics
-    /// When there is not one value a joint.
+    /// When there is not one value per joint.
     pub fn link_frames(&self, values: &[f64]) -> Vec<IsometryMatrix3<f64>> {
         let mut frames = vec![IsometryMatrix3::identity(); self.tree().len()];
         self.tree().link_frames(values, &mut frames);

@@ -28,7 +28,7 @@ impl Default for SolverSettings {
 /// Joint values that bring the end effector to a pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// One value a joint [rad or m], within the limits.
+    /// One value per joint [rad or m], within the limits.
     pub q: Vec<f64>,
     /// Remaining error of the position [m].
     pub position: f64,

@@ -30,7 +30,7 @@ pub struct ReachabilityParts {
     pub grid: PoseGrid,
     /// Metric of the distances.
     pub metric: FieldMetric,
-    /// One label a cell, in the order of the grid.
+    /// One label per cell, in the order of the grid.
     pub labels: Vec<PoseLabel>,
     /// Signed distance of each cell, negative inside.
     pub distances: Vec<f32>,
@@ -195,7 +195,7 @@ impl ReachabilityMap {
         self.lookup.metric()
     }
 
-    /// One label a cell, obstacles counted.
+    /// One label per cell, obstacles counted.
     pub fn labels(&self) -> &[PoseLabel] {
         &self.labels
     }

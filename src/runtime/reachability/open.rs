@@ -27,7 +27,7 @@ impl ReachabilityMap {
     }
 
     /// Reads the joint values of all reachable cells out of the shards of the dataset that the map was opened from: 8
-    /// bytes a joint and reachable cell. Does nothing when the map has them.
+    /// bytes per joint and reachable cell. Does nothing when the map has them.
     ///
     /// # Errors
     /// When the dataset is not finished, a shard is missing or damaged, or the labels are those of another map.

@@ -28,7 +28,7 @@ use kernel::{
 };
 use robot::hand::Hand;
 
-/// A hand and a free object, compiled once an object. Shared by threads; each makes its own [`TrialWorker`].
+/// A hand and a free object, compiled once per object. Shared by threads; each makes its own [`TrialWorker`].
 #[derive(Debug)]
 pub struct TrialSim {
     sim: Arc<HandSim>,

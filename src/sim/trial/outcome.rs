@@ -82,7 +82,7 @@ impl Verdict {
 /// Where a trial began.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
-    /// The posture, one value a driven joint [rad or m]: as asked for, or with its fingers backed off.
+    /// The posture, one value per driven joint [rad or m]: as asked for, or with its fingers backed off.
     pub posture: Vec<f64>,
     /// The object, seen from the hand's base: as asked for, with the conditions' errors, and the hand drawn back.
     pub base_from_object: IsometryMatrix3<f64>,
@@ -99,7 +99,7 @@ pub struct Start {
 pub struct Grip {
     /// Values of all joints [rad or m], in the order of the hand's tree.
     pub joints: Vec<f64>,
-    /// The motors, one a driven joint.
+    /// The motors, one per driven joint.
     pub motors: Vec<Motor>,
     /// The object, seen from the hand's base.
     pub base_from_object: IsometryMatrix3<f64>,

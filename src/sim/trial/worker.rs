@@ -53,7 +53,7 @@ impl TrialWorker {
         Self { hand, object, protocol: sim.protocol, set: None, commands }
     }
 
-    /// Tries one grasp: the hand's posture before it closes, one value a driven joint, and the object seen from its base. The
+    /// Tries one grasp: the hand's posture before it closes, one value per driven joint, and the object seen from its base. The
     /// trials before leave no trace.
     ///
     /// # Errors

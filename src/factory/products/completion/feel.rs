@@ -33,7 +33,7 @@ const LOOKS_AWAY: f64 = 0.1;
 /// Largest distance that the palm goes beyond the position that it was sent to [m].
 const BEYOND: f64 = 0.02;
 
-/// A job's hand, read once a thread.
+/// A job's hand, read once per thread.
 pub(super) struct TouchingHand {
     model: HandModel,
     scene: String,

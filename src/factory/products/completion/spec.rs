@@ -327,7 +327,7 @@ pub struct GateSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelsSpec {
-    /// Which cells the camera sees to be free, one more bit a cell: free, surface and unseen can be told apart.
+    /// Which cells the camera sees to be free, one more bit per cell: free, surface and unseen can be told apart.
     pub visibility: bool,
     /// The depth crop.
     pub depth: DepthSpec,

@@ -74,7 +74,7 @@ enum Reached {
 /// The orientations of one position, labelled; keeps its memory from position to position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LabelledPosition {
-    /// One label an orientation.
+    /// One label per orientation.
     pub labels: Vec<PoseLabel>,
     /// Proof behind each label.
     pub proofs: Vec<Proof>,

@@ -21,7 +21,7 @@ pub struct HandTouch {
     pub links: Vec<String>,
     /// Names of its joints.
     pub joints: Vec<String>,
-    /// One row a contact, in their order.
+    /// One row per contact, in their order.
     pub felt: Vec<Felt>,
     /// One row a probe, in their order.
     pub approaches: Vec<Approach>,

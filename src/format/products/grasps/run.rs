@@ -103,7 +103,7 @@ pub struct Grasp {
     pub object_from_base: Pose<Object, HandBase>,
     /// Posture of the pregrasp: opened, but for joints that shape the hand [rad or m].
     pub opening: Vec<f64>,
-    /// Posture before closing [rad or m], one value a driven joint.
+    /// Posture before closing [rad or m], one value per driven joint.
     pub posture: Vec<f64>,
     /// Amplitudes of the eigengrasps in that posture.
     pub amplitudes: Vec<f64>,

@@ -87,7 +87,7 @@ impl HandShape {
     /// The frame of each link, seen from the base, at values of all joints [rad or m].
     ///
     /// # Panics
-    /// When there is not one value a joint.
+    /// When there is not one value per joint.
     pub fn link_frames(&self, values: &[f64]) -> Vec<IsometryMatrix3<f64>> {
         assert_eq!(values.len(), self.joints.len(), "one value a joint");
         let mut frames = vec![IsometryMatrix3::identity()];

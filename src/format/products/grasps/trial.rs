@@ -214,7 +214,7 @@ pub struct GraspTrials {
     pub joints: u32,
     /// Method of the trials.
     pub method: TrialMethod,
-    /// One a kept grasp, in their order.
+    /// One per kept grasp, in their order.
     pub trials: Vec<GraspTrial>,
 }
 

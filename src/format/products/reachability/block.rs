@@ -24,7 +24,7 @@ pub struct ReachabilityBlock {
     pub sample: SampleId,
     /// Joints of the planning group.
     pub joints: u32,
-    /// One label a cell, C order over (roll, pitch, yaw).
+    /// One label per cell, C order over (roll, pitch, yaw).
     pub labels: Vec<PoseLabel>,
     /// Proof behind each label.
     pub proofs: Vec<Proof>,
@@ -91,7 +91,7 @@ impl ReachabilityBlock {
     }
 }
 
-/// One label a byte; there is at least one.
+/// One label per byte; there is at least one.
 pub(super) fn labels(message: &'static str, bytes: &[u8]) -> Result<Vec<PoseLabel>, RecordError> {
     let missing = RecordError::Missing { message, field: "labels" };
     let label = |byte: &u8| {

@@ -60,7 +60,7 @@ impl FieldHeader {
     /// Signed distance of each cell to the border of the reachable set, negative inside, in the order of the grid.
     ///
     /// # Panics
-    /// When there is not one label a cell, or the metric does not fit the grid.
+    /// When there is not one label per cell, or the metric does not fit the grid.
     pub fn distances(&self, labels: &[PoseLabel]) -> Vec<f32> {
         let inside: Vec<bool> = labels.iter().map(|label| *label == PoseLabel::Reachable).collect();
         self.metric.signed_distance(&inside, &self.grid)
@@ -72,7 +72,7 @@ impl FieldHeader {
 pub struct ReachabilityField {
     /// Grid, metric and robot.
     pub header: FieldHeader,
-    /// One label a cell, in the order of the grid.
+    /// One label per cell, in the order of the grid.
     pub labels: Vec<PoseLabel>,
     /// Signed distance of each cell in the unit of the metric, negative inside; infinite where all labels are alike.
     pub distances: Vec<f32>,

@@ -95,7 +95,7 @@ impl AxisLookup {
 }
 
 simd_kernel! {
-    /// Value and gradient of a field of one finite value a cell.
+    /// Value and gradient of a field of one finite value per cell.
     fn look_up(lookup: &AxisLookup, field: &[f32], pose: &[f64; 6], answer: &mut (f64, [f64; 6])) = look_up_body;
 }
 

@@ -17,13 +17,13 @@ use super::AxisGrid;
 
 /// Signed distance [cells] to the contour half-way between cells of different labels, by second-order fast marching.
 ///
-/// `inside` and the result have one value a cell, in the order of the grid; the result is negative inside. All six axes
+/// `inside` and the result have one value per cell, in the order of the grid; the result is negative inside. All six axes
 /// count in cells, and periodic axes wrap. This is `skfmm.distance(0.5 - inside, dx=1, order=2, periodic=...)` of
 /// scikit-fmm, rounded to `f32`; the thesis's files hold the opposite sign. Where no cell has the other label the
 /// distance is infinite (scikit-fmm refuses): +inf everywhere when nothing is inside, -inf when everything is.
 ///
 /// # Panics
-/// When `inside` has not one value a cell.
+/// When `inside` has not one value per cell.
 pub fn signed_distance_thesis(inside: &[bool], grid: &AxisGrid) -> Vec<f32> {
     assert_eq!(inside.len(), grid.cells(), "one label a cell");
     let mut march = March::next_to_contour(inside, grid);

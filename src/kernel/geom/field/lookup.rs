@@ -62,7 +62,7 @@ impl FieldLookup {
     /// value.
     ///
     /// # Panics
-    /// When `field` has not one value a cell.
+    /// When `field` has not one value per cell.
     #[inline]
     pub fn value_and_gradient(&self, field: &[f32], pose: &[f64; 6]) -> (f64, [f64; 6]) {
         match &self.kind {

@@ -1,6 +1,6 @@
 //! Scalar fields over a grid of end-effector poses: the grid, signed distance to the reachable set, lookups.
 //!
-//! A field is a slice of `f32`, one value a cell, shape and order those of its [`PoseGrid`]; negative inside.
+//! A field is a slice of `f32`, one value per cell, shape and order those of its [`PoseGrid`]; negative inside.
 
 mod approach;
 mod axis_grid;

@@ -17,7 +17,7 @@ const LANES: usize = 16;
 /// `rho` [m/rad] mostly [`METRES_PER_RADIAN`](super::METRES_PER_RADIAN). A cell is the box that reaches half a step to
 /// each side of its position, times the ball of rotations about its own that reaches half-way to the nearest other
 /// orientation of the grid; on an evenly divided circle these are the cells of
-/// [`signed_distance_standard`](super::signed_distance_standard). `inside` and the result have one value a cell; negative
+/// [`signed_distance_standard`](super::signed_distance_standard). `inside` and the result have one value per cell; negative
 /// inside. Where no cell has the other label the distance is infinite: +inf everywhere when nothing is inside, -inf when
 /// everything is.
 ///
@@ -25,7 +25,7 @@ const LANES: usize = 16;
 /// order, so the bits are the same on every machine.
 ///
 /// # Panics
-/// When `inside` has not one value a cell or `rho` is not finite and above zero.
+/// When `inside` has not one value per cell or `rho` is not finite and above zero.
 pub fn signed_distance_sphere(inside: &[bool], grid: &SphereGrid, rho: f64) -> Vec<f32> {
     let counts = grid.places().map(|axis| axis.count);
     assert_eq!(inside.len(), counts.iter().product::<usize>() * grid.orientations(), "one label a cell");

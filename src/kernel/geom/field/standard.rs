@@ -15,7 +15,7 @@ const LANES: usize = 16;
 
 /// Signed distance [m] from the centre of each cell to the union of the closed boxes of the cells of the other label.
 ///
-/// `inside` and the result have one value a cell, in the order of the grid; the result is negative inside. A cell's box
+/// `inside` and the result have one value per cell, in the order of the grid; the result is negative inside. A cell's box
 /// reaches half a step to each side of its centre. Lengths are metres on x, y, z and `rho` [m/rad] times radians on roll,
 /// pitch, yaw, the shorter way round on periodic axes. `rho` is mostly [`METRES_PER_RADIAN`]. Where no cell has the
 /// other label the distance is infinite: +inf everywhere when nothing is inside, -inf when everything is.
@@ -24,7 +24,7 @@ const LANES: usize = 16;
 /// distance; sums run in one order and a minimum has no rounding, so the bits are the same on every machine.
 ///
 /// # Panics
-/// When `inside` has not one value a cell or `rho` is not finite and above zero.
+/// When `inside` has not one value per cell or `rho` is not finite and above zero.
 pub fn signed_distance_standard(inside: &[bool], grid: &AxisGrid, rho: f64) -> Vec<f32> {
     assert_eq!(inside.len(), grid.cells(), "one label a cell");
     assert!(rho.is_finite() && rho > 0.0, "rho = {rho} m/rad must be finite and above zero");

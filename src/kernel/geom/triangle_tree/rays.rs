@@ -9,7 +9,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use super::{LEAF, Leaf, NONE, Node, TriangleTree, WIDTH};
 use crate::geom::{SimdLevel, doubles::Doubles, each_of, simd_kernel};
 
-/// Waiting children: three a level; medians of 2^31 triangles make at most 16 levels.
+/// Waiting children: three per level; medians of 2^31 triangles make at most 16 levels.
 const WAITING: usize = 64;
 
 /// A ray with what the tests against boxes and triangles need of it.

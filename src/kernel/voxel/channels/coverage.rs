@@ -14,7 +14,7 @@ const POINTS: usize = 256;
 const GENERATOR: [usize; 3] = [1, 15, 39];
 
 /// A solid with a map of how far each part of it is from the next change: what lies in a uniform region is answered at
-/// once. Build it once an object (262 kB).
+/// once. Build it once per object (262 kB).
 pub struct CoverageBlocks {
     /// Blocks around each block, itself counted, that are all full or all empty as it is; 0 for a mixed block.
     uniform: Vec<u8>,

@@ -9,7 +9,7 @@ use crate::geom::{SolidGrid, TriMesh, TriangleTree};
 /// No neighbour across an edge.
 const NONE: u32 = u32::MAX;
 
-/// A mesh's surface, prepared for closest-point queries. Build it once an object; it copies what it needs.
+/// A mesh's surface, prepared for closest-point queries. Build it once per object; it copies what it needs.
 pub struct Surface {
     vertices: Vec<[f32; 3]>,
     /// Triangles in the order of the tree's leaves.

@@ -100,7 +100,7 @@ pub fn band_colour(band: f64) -> Colour {
 mod tests {
     use super::*;
 
-    /// A value that grows by one a cell to the right: bands are columns, lines stand upright.
+    /// A value that grows by one per cell to the right: bands are columns, lines stand upright.
     #[test]
     fn bands_and_lines_of_a_slope() {
         let plane = Plane { shape: [4, 3], values: (0..12).map(|place| (place / 3) as f64 - 1.5).collect() };

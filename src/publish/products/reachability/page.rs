@@ -80,7 +80,7 @@ impl<'a> ReachabilityPage<'a> {
     }
 }
 
-/// The upright cross-section and one level one as pictures, with where they are; `cell` pixels a position.
+/// The upright cross-section and one level one as pictures, with where they are; `cell` pixels per position.
 pub(crate) fn pictures(field: &ReachabilityField, cell: u32) -> Vec<(String, Picture)> {
     let census = Census::of(field);
     let (upright, levels) = cuts(field, &census);

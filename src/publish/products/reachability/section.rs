@@ -128,7 +128,7 @@ impl Cut {
         PoseGrid::position(grid.place_counts(), place)
     }
 
-    /// The cut as a picture without roses, `cell` pixels a position: green as far as directions are reachable, orange as far
+    /// The cut as a picture without roses, `cell` pixels per position: green as far as directions are reachable, orange as far
     /// as something collides, white as far as nothing leads there.
     pub fn picture(self, grid: &PoseGrid, census: &Census, cell: u32) -> Picture {
         let ([right, up, _], sense) = self.axes();

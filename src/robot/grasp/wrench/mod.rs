@@ -7,7 +7,7 @@
 //!
 //! Epsilon comes from an expanding polytope: a linear programme finds a simplex of wrenches around the origin, and the facet
 //! nearest to the origin is pushed out to its support point until it lies on the hull. Nothing but its surroundings is built,
-//! so that twenty edges a contact cost not twice what eight do. Of class `exact`.
+//! so that twenty edges per contact cost not twice what eight do. Of class `exact`.
 //!
 //! Wrenches are moved by up to [`JOGGLE`], each in its own fixed way, because the edges of one contact lie in a plane and a
 //! facet through them has no unique triangulation. What is thinner than [`FLAT`] counts as flat.

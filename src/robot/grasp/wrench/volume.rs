@@ -29,7 +29,7 @@ impl HullSolver {
         volume(&mut self.forces, set)
     }
 
-    /// Volume of the hull of the wrenches. Its facets grow with the third power of the edges: 8 edges a contact are meant, on
+    /// Volume of the hull of the wrenches. Its facets grow with the third power of the edges: 8 edges per contact are meant, on
     /// kept grasps alone.
     pub fn of_wrenches(&mut self, set: &WrenchSet) -> HullVolume {
         volume(&mut self.wrenches, set)
