@@ -82,7 +82,9 @@ release-small: setup build ## the small release, made anew, and its documents in
 	@git status --short -- $(SMALL)
 
 .PHONY: lint
-lint: mujoco ## formatting, and clippy
+lint: mujoco ## formatting, language of comments and documents, and clippy
+	$(PYTHON) scripts/language.py --self-test
+	$(PYTHON) scripts/language.py
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --workspace --all-targets -- -D warnings
 

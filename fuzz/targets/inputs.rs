@@ -1,4 +1,4 @@
-//! What a user writes or finds: jobs, hands, robots, meshes, grids.
+//! Inputs that a user writes or finds: jobs, hands, robots, meshes, grids.
 
 use std::{fs, path::Path, sync::LazyLock};
 

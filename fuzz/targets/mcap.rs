@@ -15,7 +15,7 @@ const DATA_END: u8 = 0x0f;
 /// Most bytes that a chunk is unpacked to for its checksum.
 const MOST: usize = 1 << 24;
 
-/// The same file with the right checksums of chunks, attachments and summary, as far as records can be told apart.
+/// Returns the file with the right checksums of chunks, attachments and summary, as far as records can be told apart.
 pub fn with_checksums(file: &[u8]) -> Vec<u8> {
     let mut file = file.to_vec();
     let mut at = MAGIC.len();

@@ -1,4 +1,4 @@
-//! What reads bytes from outside, one target each: none may panic, hang, or take memory beyond a bound, whatever the
+//! Readers of bytes from outside, one target each: none may panic, hang, or take memory beyond a bound, whatever the
 //! bytes. The fuzzer feeds them (`make fuzz`); `tests/integrity/fuzz_corpus.rs` replays the kept inputs without it.
 
 mod dataset;

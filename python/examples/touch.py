@@ -1,4 +1,4 @@
-"""What touch adds to sight: how many hidden cells a hand or rays found, and how deep the shape is then known to be.
+"""Gain of touch over sight: how many hidden cells a hand or rays found, and how deep the shape is then known to be.
 
 python python/examples/touch.py datasets/half-shapes
 """

@@ -88,7 +88,7 @@ class NpyExport:
     def __getitem__(self, place: int) -> PairBatch:
         """One pair, as a batch of one."""
         if not -len(self) <= place < len(self):
-            raise IndexError(f"place {place} of {len(self)} samples")
+            raise IndexError(f"index {place} of {len(self)} samples")
         return self.gather([place])
 
     def gather(self, places: Sequence[int] | npt.NDArray[np.int64]) -> PairBatch:

@@ -121,7 +121,7 @@ class Dataset(Generic[S]):
         Raises ``IndexError`` past the end, ``DamagedFile`` where a chunk does not hold what its checksum says.
         """
         if not -len(self) <= place < len(self):
-            raise IndexError(f"place {place} of {len(self)} samples")
+            raise IndexError(f"index {place} of {len(self)} samples")
         index = int(self.indices[place])
         shard = int(np.searchsorted(self._firsts, index, side="right")) - 1
         chunk = int(self._file(shard).chunk_of(index))
@@ -132,7 +132,7 @@ class Dataset(Generic[S]):
         call."""
         asked = np.asarray(places, np.int64)
         if len(asked) and not (-len(self) <= asked.min() and asked.max() < len(self)):
-            raise IndexError(f"places {asked.min()} to {asked.max()} of {len(self)} samples")
+            raise IndexError(f"indices {asked.min()} to {asked.max()} of {len(self)} samples")
         indices = self.indices[asked]
         shards, chunks = self._chunks_of(indices)
         order = np.lexsort((chunks, shards)).tolist()
@@ -250,7 +250,7 @@ class Dataset(Generic[S]):
         return file
 
     def _chunk(self, shard: int, chunk: int) -> dict[int, list[memoryview]]:
-        """As ``_read_chunk``, out of memory where the chunk is still there."""
+        """Messages of a chunk as ``_read_chunk`` reads them, out of memory where the chunk is still there."""
         key = (shard, chunk)
         found = self._cache.get(key)
         if found is not None:

@@ -1,4 +1,4 @@
-"""What can go wrong while a dataset is read. Every error names the file and what to do."""
+"""Errors of reading a dataset. Every error names the file and what to do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What places samples in space: ids, cameras, grids, poses."""
+"""Samples in space: ids, cameras, grids, poses."""
 
 from __future__ import annotations
 

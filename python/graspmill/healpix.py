@@ -15,7 +15,7 @@ Ints = npt.NDArray[np.int64]
 
 
 def _rings(nside: int) -> list[tuple[float, float, int, float]]:
-    """Of each ring, from +z down: height, distance from the axis, count, azimuth of the first direction in steps."""
+    """Rings from +z down: height, distance from the axis, count, azimuth of the first direction in steps."""
     rings = []
     for i in range(1, 4 * nside):
         north = min(i, 4 * nside - i)
@@ -99,7 +99,7 @@ class DirectionMesh:
         self._hints = self._starts()
 
     def around(self, ahead: Floats) -> tuple[Ints, Floats, Floats]:
-        """Of directions (p, 3): the three around each (p, 3), their weights (p, 3), which sum to 1, and how each weight
+        """Neighbours of directions (p, 3): the three around each (p, 3), their weights (p, 3), which sum to 1, and how each weight
         grows as the direction moves (p, 3, 3)."""
         at = self._walk(ahead, self._hint(ahead))
         duals = self._duals[at]

@@ -147,7 +147,7 @@ class PatchSample(Sample):
 
     @property
     def image_colour(self) -> ImageColour:
-        """The same view in colour (channel ``image_colour``)."""
+        """Box of the image in colour (channel ``image_colour``)."""
         message = self.message("image_colour")
         rgb = as_array(message["rgb"], "u1", message["height"], message["width"], 3)
         return ImageColour(message["left"], message["top"], rgb, as_array(message["background"], "u1", 3))

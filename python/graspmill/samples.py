@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What all samples of a dataset share: the channels that are read, by short name."""
+    """Layout that all samples of a dataset share: the channels that are read, by short name."""
 
     channels: dict[str, Channel]
     places: dict[str, int]
@@ -53,7 +53,7 @@ class Sample:
         return f"<{type(self).__name__} {self.index}: {', '.join(self.layout.places)}>"
 
     def copy(self) -> Self:
-        """The same sample without ties to the chunk that it came from, which may be much larger."""
+        """Copies the sample without ties to the chunk that it came from, which may be much larger."""
         return type(self)(self.index, self.layout, [memoryview(bytes(payload)) for payload in self.payloads])
 
     def has(self, channel: str) -> bool:

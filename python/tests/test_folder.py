@@ -1,4 +1,4 @@
-"""What is refused, and whether the error says what to do."""
+"""Refused folders, and whether the error says what to do."""
 
 from __future__ import annotations
 

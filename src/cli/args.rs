@@ -47,13 +47,13 @@ pub enum Command {
     /// Ask a dataset.
     #[command(subcommand)]
     Query(QueryCommand),
-    /// Look at meshes before a job uses them.
+    /// Check meshes before a job uses them.
     #[command(subcommand)]
     Meshes(MeshesCommand),
-    /// Look at a robot before a job uses it.
+    /// Check a robot before a job uses it.
     #[command(subcommand)]
     Robot(RobotCommand),
-    /// Look at a hand before a job uses it.
+    /// Check a hand before a job uses it.
     #[command(subcommand)]
     Hand(HandCommand),
     /// Print the JSON Schema of job files, for editors.
@@ -147,7 +147,7 @@ pub struct SubmitArgs {
     /// Tasks; by default as many as take about half an hour each.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub tasks: Option<u32>,
-    /// Most tasks at a time.
+    /// Maximal count of tasks at a time.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub at_once: Option<u32>,
     /// Processors of a task.
@@ -156,7 +156,7 @@ pub struct SubmitArgs {
     /// Memory of a task [MiB].
     #[arg(long, value_name = "MIB", default_value_t = 4096)]
     pub memory: u32,
-    /// Most time of a task; by default four times what it is expected to take, and an hour at least.
+    /// Maximal time per task; by default four times what it is expected to take, and an hour at least.
     #[arg(long, value_name = "MINUTES", value_parser = clap::value_parser!(u32).range(1..))]
     pub minutes: Option<u32>,
     /// Another option for Slurm (repeatable): `--option=--partition=long`.
@@ -378,7 +378,7 @@ pub struct RobotCheckArgs {
     /// Hold another joint at a value, radians or metres (repeatable); by default where the description has it.
     #[arg(long, value_name = "JOINT=VALUE")]
     pub fixed: Vec<String>,
-    /// Random configurations to look at.
+    /// Random configurations to evaluate.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub samples: u64,
     /// Print JSON.
@@ -396,7 +396,7 @@ pub enum HandCommand {
 pub struct HandCheckArgs {
     /// The hand (MJCF); its table lies beside it, with the same name and `.toml`.
     pub hand: PathBuf,
-    /// Random postures to look at.
+    /// Random postures to evaluate.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub samples: u64,
     /// Draw the hand opened, half closed and closed into this folder; made if absent.

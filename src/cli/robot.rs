@@ -44,7 +44,7 @@ struct JointRow {
     name: String,
     /// `rad` or `m`.
     unit: &'static str,
-    /// `None` for a joint that turns without end.
+    /// `None` for a joint that rotates without limits.
     limits: Option<[f64; 2]>,
 }
 
@@ -116,7 +116,7 @@ fn fixed(arguments: &[String]) -> Result<BTreeMap<String, f64>, Failure> {
     arguments.iter().map(pair).collect()
 }
 
-/// Joint values, uniform within the limits; a joint that turns without end, all round.
+/// Joint values, uniform within the limits; a joint that rotates without limits, all round.
 fn anywhere(group: &PlanningGroup, stream: &mut Stream) -> Vec<f64> {
     let range = |joint: &Joint| joint.limits.map_or([-PI, PI], |limits| [limits.low, limits.high]);
     group.joints().iter().map(range).map(|[low, high]| stream.uniform(low, high)).collect()
@@ -143,7 +143,7 @@ impl Display for Report {
         for joint in &self.joints {
             match joint.limits {
                 Some([low, high]) => writeln!(f, "  {:24} {low} .. {high} {}", joint.name, joint.unit)?,
-                None => writeln!(f, "  {:24} turns without end", joint.name)?,
+                None => writeln!(f, "  {:24} rotates without limits", joint.name)?,
             }
         }
         match &self.no_closed_form {

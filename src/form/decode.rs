@@ -34,7 +34,7 @@ impl Checker {
     /// [`decode`] of a document that has been read.
     ///
     /// # Errors
-    /// As [`decode`].
+    /// Errors of [`decode`].
     pub fn decode<T: DeserializeOwned>(mut self, schema: &Schema, hints: &dyn Hints) -> Result<(T, Self), FormErrors> {
         self.check_schema(schema, hints);
         // The placeholders are for the value alone: the document stays as written.

@@ -89,7 +89,7 @@ impl RobotModel {
     /// checked or not.
     ///
     /// # Errors
-    /// As [`RobotModel::bodies`].
+    /// Errors of [`RobotModel::bodies`].
     #[expect(clippy::type_complexity, reason = "a list of pairs")]
     pub fn pairs(
         &self,

@@ -221,7 +221,7 @@ impl HandWorker {
             return Err(HandError::Posture { posture: posture.to_vec(), ranges });
         }
         if !is_finite(base_from_object) {
-            return Err(HandError::Object { reason: "its place is not finite".into() });
+            return Err(HandError::Object { reason: "its pose is not finite".into() });
         }
         self.place(posture, base_from_object);
         Ok(())
@@ -352,7 +352,7 @@ impl HandWorker {
     /// Steps with the same commands until the hand comes to rest, at most so many.
     ///
     /// # Panics
-    /// As [`HandWorker::step`].
+    /// Panics of [`HandWorker::step`].
     pub fn run(&mut self, commands: &[Command], most_steps: u32) -> Run {
         self.steps_at_rest = 0;
         let mut end = RunEnd::TimedOut;

@@ -35,7 +35,7 @@ impl RobotModel {
     /// A worker for the planning group of these joints; `fixed` as in [`RobotModel::bodies`].
     ///
     /// # Errors
-    /// As [`RobotModel::bodies`].
+    /// Errors of [`RobotModel::bodies`].
     pub fn contact_worker(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<ContactWorker, RobotError> {
         let carried = self.carried(joints, fixed)?;
         let mut data = MjData::new(Arc::clone(&self.model));
@@ -51,7 +51,7 @@ impl RobotModel {
     /// description has each joint, brought within its limits.
     ///
     /// # Errors
-    /// As [`RobotModel::bodies`].
+    /// Errors of [`RobotModel::bodies`].
     pub fn rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Vec<f64>, RobotError> {
         self.rest_of(&self.carried(joints, fixed)?)
     }
@@ -94,7 +94,7 @@ impl RobotModel {
     /// [`RobotModel::bodies`] of a robot that stands free at rest: both for one reading of the meshes.
     ///
     /// # Errors
-    /// As [`RobotModel::check_rest`].
+    /// Errors of [`RobotModel::check_rest`].
     pub fn bodies_at_rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Bodies, RobotError> {
         let carried = self.carried(joints, fixed)?;
         let rest = self.rest_of(&carried)?;
@@ -154,7 +154,7 @@ impl ContactWorker {
     /// find before that does not count.
     ///
     /// # Panics
-    /// As [`ContactWorker::contacts`].
+    /// Panics of [`ContactWorker::contacts`].
     pub fn is_free(&mut self, q: &[f64]) -> bool {
         self.contacts(q).iter().all(|contact| contact.distance > 0.0)
     }

@@ -75,7 +75,7 @@ impl HandModel {
     pub fn check_grasping(&self) -> Result<(), HandError> {
         let missing = match self.hand.eigengrasps() {
             None => Some("eigengrasps, in which its postures are searched: `[eigengrasps]`"),
-            Some(_) if self.hand.contacts().len() < 3 => Some("three places that may touch: `[[contacts]]`"),
+            Some(_) if self.hand.contacts().len() < 3 => Some("three points that may touch: `[[contacts]]`"),
             Some(_) => None,
         };
         match missing {

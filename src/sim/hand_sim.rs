@@ -301,7 +301,7 @@ fn check(object: &[Geometry]) -> Result<(), HandError> {
             return wrong(format!("{:?} has a size that is not above 0", geometry.shape));
         }
         if !is_finite(&geometry.link_from_shape) {
-            return wrong("the place of a shape is not finite".into());
+            return wrong("the pose of a shape is not finite".into());
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! A disk that is full, a limit on the size of files, a folder that may not be written: exit code 74, a clear word, and the
 //! same command goes on once there is room.
 //!
-//! As root a tiny tmpfs of its own (in a namespace of mounts that ends with the test's process) is really full. Without root
+//! For root a tiny tmpfs of its own (in a namespace of mounts that ends with the test's process) is really full. Without root
 //! files may not grow beyond a limit (`ulimit -f`), which is the nearest thing to a full disk that a user has.
 
 use std::{path::Path, process::Command};

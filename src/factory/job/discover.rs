@@ -151,7 +151,7 @@ fn check_entry(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
         if rule.min > rule.max {
             let key = if limits.max.is_some() { "max" } else { "min" };
             let found = format!("{} m to {} m", rule.min, rule.max);
-            checker.invalid(path.key("limits").key(key), "a least size below the greatest", found);
+            checker.invalid(path.key("limits").key(key), "a smallest size below the largest", found);
         }
     }
 }

@@ -99,7 +99,7 @@ pub fn run(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, RunEr
 /// neither read nor cleared away.
 ///
 /// # Errors
-/// As [`run`].
+/// Errors of [`run`].
 pub fn run_share(task: &RunTask, share: Share, context: &RunContext<'_>) -> Result<ShareSummary, RunError> {
     let mark = task.mark();
     if begin_run(task.folder, &mark)? != Begun::Finished {
@@ -122,7 +122,7 @@ pub fn run_share(task: &RunTask, share: Share, context: &RunContext<'_>) -> Resu
 /// Closes a dataset whose shards were made by tasks: checks each, and writes what [`run`] writes in the end. Makes no sample.
 ///
 /// # Errors
-/// As [`run`]; and [`RunError::Gap`] when shards are missing.
+/// Errors of [`run`], and [`RunError::Gap`] when shards are missing.
 pub fn merge(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, RunError> {
     let (mark, product) = (task.mark(), task.job.product());
     let begun = begin_run(task.folder, &mark)?;
@@ -292,7 +292,7 @@ fn store(writer: &mut ShardWriter, index: SampleIndex, made: &MadeSample<'_>) ->
 /// Measures the seconds per sample on one thread, from up to `samples` samples spread over the plan; nothing is written.
 ///
 /// # Errors
-/// As [`run`].
+/// Errors of [`run`].
 pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Cancel) -> Result<PilotRate, RunError> {
     let shorter = job.work.for_pilot();
     let work = shorter.as_deref().unwrap_or(job.work.as_ref()).open(job.seed, level)?;

@@ -142,7 +142,7 @@ impl Twins {
 
 /// Settles faces on the same three vertices.
 ///
-/// Of several that turn the same way one stays; opposite ones cancel in pairs, because a pair encloses nothing. Where
+/// One of several with the same orientation stays; opposite ones cancel in pairs, because a pair encloses nothing. Where
 /// every face of a body has an opposite twin, the body is a two-sided shell instead: one sheet stays.
 pub(super) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
     if edges.twins.is_empty() {

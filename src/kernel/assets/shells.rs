@@ -1,6 +1,6 @@
 //! Shells: pieces of surface connected across edges, which way they turn and how they lie in one another.
 //!
-//! What is mended and what is not:
+//! Repairs, and what is left as it is:
 //! - Inside a shell, faces that disagree with their neighbours are turned to the majority.
 //! - A closed shell that lies in no other one must enclose a positive volume. If it does not, it is turned, **together with
 //!   every shell inside it**: so a mesh that is inside out as a whole comes right, cavities and all, and a shell inside another

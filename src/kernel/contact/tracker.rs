@@ -13,7 +13,7 @@ const KEPT: f64 = 5e-4;
 
 /// The contacts of one solid, step by step: a new search only when the solid has moved so far that it may touch elsewhere.
 ///
-/// What is found depends on the steps before, by less than [`ContactSurface::contacts`] itself leaves open: a run begins with
+/// The result depends on the steps before, by less than [`ContactSurface::contacts`] itself leaves open: a run begins with
 /// [`ContactTracker::forget`].
 pub struct ContactTracker {
     probe: Probe,

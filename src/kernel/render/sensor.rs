@@ -102,13 +102,13 @@ constants! {
     angle_sigma_m: "m", 0.0..=0.1, kinect 0.0001, d435 0.0001,
         "Growth of the axial noise with the angle of incidence: times (theta / (pi/2 - theta))^2 / sqrt(depth in m)";
     lateral_sigma_px: "px", 0.0..=10.0, kinect 0.8, d435 0.8,
-        "Standard deviation of the place of an edge in the image";
+        "Standard deviation of the position of an edge in the image";
     grazing_angle_deg: "deg", 0.0..=180.0, kinect 80.0, d435 80.0,
         "Angle of incidence at which half of the pixels are lost; 180: none are";
     grazing_spread_deg: "deg", 0.0..=90.0, kinect 3.0, d435 3.0,
         "Standard deviation of that angle";
     min_support: "1", 0.0..=1.0, kinect 0.3, d435 0.3,
-        "Least share of the matching window that must see something; below it the pixel is lost";
+        "Smallest share of the matching window that must see something; below it the pixel is lost";
     jump_px: "px", 0.01..=1000.0, kinect 1.0, d435 1.0,
         "Step of disparity between neighbouring pixels from which on they are two surfaces";
     edge_dropout: "1", 0.0..=1.0, kinect 0.5, d435 0.2,

@@ -86,7 +86,7 @@ impl CollisionChecker {
     /// [`CollisionChecker::new`] for a level of instructions: each gives the same answers.
     ///
     /// # Errors
-    /// As there.
+    /// Errors of [`CollisionChecker::new`].
     pub fn with_level(bodies: &Bodies, level: SimdLevel) -> Result<Self, NoSurface> {
         let level = level.usable();
         let used = |place: usize| bodies.pairs.iter().any(|pair| pair.contains(&place));

@@ -73,7 +73,7 @@ pub struct Descent {
 /// [`solve_numeric`], with the end of a descent that leads elsewhere too.
 ///
 /// # Panics
-/// As [`solve_numeric`].
+/// Panics of [`solve_numeric`].
 pub fn descend(
     group: &PlanningGroup,
     target: &Pose<World, EndEffector>,

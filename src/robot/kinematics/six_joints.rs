@@ -1,6 +1,6 @@
 //! Inverse kinematics in closed form for arms of six joints with a spherical wrist: every way to a pose.
 //!
-//! As in [`closed_form`](super::closed_form) joint by joint, with the subproblems of Paden (1986) and Kahan, after the order
+//! Joint by joint as in [`closed_form`](super::closed_form), with the subproblems of Paden (1986) and Kahan, after the order
 //! of Pieper (1968): the second and third axes are parallel, so that the first joint alone brings the wrist's centre to its
 //! distance from the arm's plane; the third brings it to its distance from the second axis, the second to its place.
 

@@ -95,7 +95,7 @@ impl TrialConditions {
             return wrong("a mass", self.mass);
         }
         match self.shift.iter().chain(&self.turn).find(|part| !part.is_finite()) {
-            Some(part) => wrong("a shift or turn", *part),
+            Some(part) => wrong("a shift or rotation", *part),
             None => Ok(()),
         }
     }

@@ -229,7 +229,7 @@ fn truth(checker: &mut Checker, spec: &CompletionSpec) -> Truth {
         (TruthRule::LowerCorners, _) => Truth::LowerCorners,
         (TruthRule::Fraction, Some(fraction)) => Truth::Fraction(fraction),
         (TruthRule::Fraction, None) => {
-            checker.missing("truth.fraction", "the least share of a cell that is solid, above 0 to 1");
+            checker.missing("truth.fraction", "the smallest share of a cell that is solid, above 0 to 1");
             Truth::Fraction(0.5)
         }
     }

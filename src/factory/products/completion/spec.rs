@@ -23,7 +23,7 @@ pub struct CompletionSpec {
     pub objects: Vec<ObjectsSpec>,
     /// Rotations of each object: a named set or a table.
     pub views: ViewsSpec,
-    /// The point that an object is turned about, and that stands at the stated distance.
+    /// The point that an object is rotated about, and that stands at the stated distance.
     #[schemars(extend("examples" = ["box_centre"]))]
     pub pivot: Pivot,
     /// The camera, by numbers or from an MJCF scene.
@@ -138,7 +138,7 @@ pub struct AngleRange {
 pub enum Ends {
     /// The last angle is `to`.
     Closed,
-    /// The last angle is one step before `to`: for a full turn.
+    /// The last angle is one step before `to`: for a full rotation.
     Open,
 }
 
@@ -289,7 +289,7 @@ pub struct GridSpec {
 pub struct TruthSpec {
     /// The rule.
     pub rule: TruthRule,
-    /// With `rule = "fraction"`: least share of the cell that is solid.
+    /// With `rule = "fraction"`: smallest share of the cell that is solid.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.5]), range(max = 1))]
     pub fraction: Option<f64>,
     /// Quirk of the thesis: the 256^3 solid also holds every cell that the surface crosses, as binvox does.
@@ -327,7 +327,7 @@ pub struct GateSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelsSpec {
-    /// Which cells the camera sees to be free, one more bit per cell: free, surface and unseen can be told apart.
+    /// Which cells the camera sees to be free, one more bit per cell: free, surface and unseen can be distinguished.
     pub visibility: bool,
     /// The depth crop.
     pub depth: DepthSpec,

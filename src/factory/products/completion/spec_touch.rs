@@ -10,7 +10,7 @@ use crate::job::spec::HandSpec;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TouchSpec {
-    /// Rays from the object's far side towards the camera, along its optical axis, at random places of the object's box:
+    /// Rays from the object's far side towards the camera, along its optical axis, at random positions of the object's box:
     /// where each meets the object first.
     #[schemars(extend("examples" = [true]))]
     pub random_rays: bool,

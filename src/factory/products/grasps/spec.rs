@@ -8,7 +8,7 @@ use crate::job::spec::{HandSpec, ObjectsSpec, SplitSpec};
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that searches for grasps: from places spread over each object, how can the hand hold it?
+/// A job that searches for grasps: from positions spread over each object, how can the hand hold it?
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GraspsSpec {
     /// Where the objects come from: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,

@@ -166,7 +166,7 @@ fn fault_of(error: &InvalidPoseGrid) -> (String, &'static str) {
         InvalidPoseGrid::NoCells { name } => (format!("poses.{name}.to"), "`to` above `from`"),
         InvalidPoseGrid::NotFinite { name, .. } => (format!("poses.{name}"), "finite positions"),
         InvalidPoseGrid::NotOneTurn { name, .. } | InvalidPoseGrid::WrongUnit { name, .. } => {
-            (format!("poses.{name}"), "cells in a turn")
+            (format!("poses.{name}"), "cells in a full rotation")
         }
         InvalidPoseGrid::TooManyOrientations { .. } => {
             ("poses.directions".to_owned(), "a lower resolution or fewer cells of roll")

@@ -80,13 +80,13 @@ pub struct PosesSpec {
     /// Positions along the frame's z axis.
     #[schemars(extend("examples" = [{ "from": 0.0, "to": 2.0, "step": 0.1 }]))]
     pub z: SpanSpec,
-    /// Cells in a full turn about the target's x axis, the first at -pi.
+    /// Cells in a full rotation about the target's x axis, the first at -pi.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "cells", "examples" = [2]))]
     pub roll: u32,
-    /// Cells in a full turn about the y axis, the first at -pi. With `yaw`, unless `directions` are given.
+    /// Cells in a full rotation about the y axis, the first at -pi. With `yaw`, unless `directions` are given.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "cells", "examples" = [8]))]
     pub pitch: Option<u32>,
-    /// Cells in a full turn about the z axis, the first at -pi. With `pitch`, unless `directions` are given.
+    /// Cells in a full rotation about the z axis, the first at -pi. With `pitch`, unless `directions` are given.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "cells", "examples" = [8]))]
     pub yaw: Option<u32>,
     /// In place of `pitch` and `yaw`: the directions of the target's x axis, spread evenly over the sphere.

@@ -121,7 +121,7 @@ impl HandTouch {
         }
         let mut felt = Vec::with_capacity(contacts.len());
         for ((link, force), gap) in link.iter().copied().zip(forces).zip(gaps) {
-            ranged(MESSAGE, "link", f64::from(link), (link as usize) < links.len(), "a place in links")?;
+            ranged(MESSAGE, "link", f64::from(link), (link as usize) < links.len(), "an index into links")?;
             ranged(MESSAGE, "forces", f64::from(force), force >= 0.0, "0 or positive")?;
             felt.push(Felt { link, force, gap });
         }

@@ -144,7 +144,7 @@ impl TactileContacts {
     /// Reads and checks a payload of a channel of touch: those of hands say what the hand felt, no other does.
     ///
     /// # Errors
-    /// As [`TactileContacts::decode`].
+    /// Errors of [`TactileContacts::decode`].
     pub fn decode_of(channel: Channel, payload: &[u8]) -> Result<Self, RecordError> {
         let read = Self::decode(payload)?;
         match &read.hand {

@@ -270,8 +270,8 @@ impl GraspRun {
         ranged(MESSAGE, "driven", driven as f64, (1..=joints).contains(&driven), "1 to the count of joints")?;
         let steps = run.steps;
         ranged(MESSAGE, "steps", f64::from(steps), (1..=run.asked_steps).contains(&steps), "1 to asked_steps")?;
-        ranged(MESSAGE, "failed", f64::from(run.failed), run.failed <= steps, "at most steps")?;
-        ranged(MESSAGE, "potentials", run.potentials as f64, run.potentials <= run.tries, "at most tries")?;
+        ranged(MESSAGE, "failed", f64::from(run.failed), run.failed <= steps, "no more than steps")?;
+        ranged(MESSAGE, "potentials", run.potentials as f64, run.potentials <= run.tries, "no more than tries")?;
         let course = course(&run)?;
         let mut grasps: Vec<Grasp> = Vec::with_capacity(run.grasps.len());
         for grasp in &run.grasps {
@@ -482,7 +482,7 @@ fn contacts(grasp: &proto::Grasp, links: usize) -> Result<Vec<HeldContact>, Reco
     let triple = |values: &[f64], place: usize| [values[3 * place], values[3 * place + 1], values[3 * place + 2]];
     let mut contacts = Vec::with_capacity(grasp.links.len());
     for (place, link) in grasp.links.iter().copied().enumerate() {
-        ranged(MESSAGE, "grasps.links", f64::from(link), (link as usize) < links, "a place in links")?;
+        ranged(MESSAGE, "grasps.links", f64::from(link), (link as usize) < links, "an index into links")?;
         let (point, normal) = (triple(&grasp.points, place), triple(&grasp.normals, place));
         let length = Vector3::from(normal).norm();
         ranged(MESSAGE, "grasps.normals", length, (length - 1.0).abs() < 1e-9, "of unit length")?;

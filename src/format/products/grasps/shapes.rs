@@ -182,7 +182,7 @@ impl LinkSolid {
 
     fn of(solid: &proto::LinkSolid, links: usize) -> Result<Self, RecordError> {
         let link = solid.link as usize;
-        ranged(HAND, "solids.link", link as f64, link < links, "a place in links")?;
+        ranged(HAND, "solids.link", link as f64, link < links, "an index into links")?;
         let kind = kind(HAND, "solids.kind", &solid.kind, &KINDS)?;
         lengthy(HAND, "solids.size", [3, 1, 2, 2, 0][kind], solid.size.len())?;
         let bad = solid.size.iter().find(|size| !(**size >= 0.0 && size.is_finite()));
@@ -261,7 +261,7 @@ fn places(
 ) -> Result<Vec<[u32; 3]>, RecordError> {
     lengthy(message, field, places.len() / 3 * 3, places.len())?;
     if let Some(beyond) = places.iter().find(|place| **place as usize >= count) {
-        ranged(message, field, f64::from(*beyond), false, "a place among the corners")?;
+        ranged(message, field, f64::from(*beyond), false, "an index of a corner")?;
     }
     Ok(places.as_chunks::<3>().0.to_vec())
 }

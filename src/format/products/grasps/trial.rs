@@ -238,7 +238,7 @@ impl GraspTrials {
         lengthy(MESSAGE, "trials", kept.len(), self.trials.len())?;
         let other = self.trials.iter().zip(kept).find(|(trial, kept)| trial.grasp != **kept);
         let value = other.map_or(0.0, |(trial, _)| f64::from(trial.grasp));
-        ranged(MESSAGE, "trials.grasp", value, other.is_none(), "the places of the kept grasps of the run")
+        ranged(MESSAGE, "trials.grasp", value, other.is_none(), "the indices of the kept grasps of the run")
     }
 
     /// Appends the payload to `out`; equal records give equal bytes.
@@ -393,7 +393,7 @@ impl ClosedHand {
         }
         let mut contacts = Vec::with_capacity(count);
         for (place, link) in links.iter().copied().enumerate() {
-            ranged(MESSAGE, "trials.links", f64::from(link), link as usize <= joints, "a place in links")?;
+            ranged(MESSAGE, "trials.links", f64::from(link), link as usize <= joints, "an index into links")?;
             let of = |field, values: &[f64]| triple(field, &values[3 * place..][..3]);
             let (point, normal) = (of("trials.points", points)?, of("trials.normals", normals)?);
             let length = Vector3::from(normal).norm();

@@ -179,7 +179,7 @@ impl HeatmapPatch {
         let camera = intrinsics(MESSAGE, raw.camera.take())?;
         let camera_from_object = pose(MESSAGE, "camera_from_object", &raw.camera_from_object)?;
         let (types, type_index) = (raw.types.len(), raw.type_index as usize);
-        ranged(MESSAGE, "type_index", type_index as f64, type_index < types, "a place in types")?;
+        ranged(MESSAGE, "type_index", type_index as f64, type_index < types, "an index into types")?;
         let kind = raw.types[type_index];
         ranged(MESSAGE, "type", f64::from(raw.r#type), raw.r#type == kind, "that of types at type_index")?;
         lengthy(MESSAGE, "digits", TYPE_DIGITS, raw.digits.len())?;

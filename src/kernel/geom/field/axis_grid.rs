@@ -242,7 +242,7 @@ impl AxisGrid {
 
     /// Index of the cell nearest to a finite pose, axis by axis: wrapped on periodic axes, clamped on the others.
     ///
-    /// Of the numbers that mean one rotation only those given are looked up.
+    /// Several numbers may mean one rotation: only those given are looked up.
     pub fn nearest(&self, pose: [f64; 6]) -> usize {
         self.index(std::array::from_fn(|k| self.axes[k].nearest(pose[k])))
     }

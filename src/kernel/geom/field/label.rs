@@ -37,7 +37,7 @@ impl PoseLabel {
 pub enum Proof {
     /// A bound leaves no other: too far away, for one.
     Bound = 0,
-    /// The ends of all intervals of solutions were looked at.
+    /// The ends of all intervals of solutions were evaluated.
     IntervalEnds = 1,
     /// A certificate covers whole intervals of solutions.
     Swept = 2,

@@ -50,7 +50,7 @@ impl FieldLookup {
 
     /// Value and gradient of a field at a pose: x, y, z [m], roll, pitch, yaw [rad].
     ///
-    /// Of six axes: multilinear between the 2^6 nearest centres; periodic axes wrap. Of directions: linear between the 8
+    /// On six axes: multilinear between the 2^6 nearest centres; periodic axes wrap. On directions: linear between the 8
     /// nearest positions; between the three directions around the pose's own, weighted as the sides of the triangle that
     /// they span; for each of the three, the pose is swung onto it the shortest way, and the value is linear between the
     /// two nearest rolls. That is continuous and has each cell's value at its centre.

@@ -34,7 +34,7 @@ impl PoseGrid {
     /// A grid of six axes, as [`AxisGrid::new`] says.
     ///
     /// # Errors
-    /// As there.
+    /// Errors of [`AxisGrid::new`].
     pub fn new(axes: [Axis; 6]) -> Result<Self, InvalidPoseGrid> {
         AxisGrid::new(axes).map(Self::Axes)
     }
@@ -42,7 +42,7 @@ impl PoseGrid {
     /// A grid of positions, directions and roll, as [`SphereGrid::new`] says.
     ///
     /// # Errors
-    /// As there.
+    /// Errors of [`SphereGrid::new`].
     pub fn on_sphere(places: [Axis; 3], directions: HealPix, rolls: usize) -> Result<Self, InvalidPoseGrid> {
         SphereGrid::new(places, directions, rolls).map(Self::Sphere)
     }
@@ -141,8 +141,8 @@ impl PoseGrid {
 
     /// Index of the cell nearest to a finite pose; positions are clamped.
     ///
-    /// Of six axes: axis by axis, wrapped on periodic ones; of the numbers that mean one rotation only those given are
-    /// looked up. Of directions: by the angle between the rotations.
+    /// On six axes: axis by axis, wrapped on periodic ones; of the numbers that mean one rotation only those given are
+    /// looked up. On directions: by the angle between the rotations.
     pub fn nearest(&self, pose: [f64; 6]) -> usize {
         match self {
             Self::Axes(grid) => grid.nearest(pose),

@@ -90,7 +90,7 @@ impl Candidates {
         add(of_median, "median count of seen cells");
         add(self.smallest.0.as_ref().map(|best| best.1), "fewest seen cells");
         add(self.largest.0.as_ref().map(|best| best.1), "most seen cells");
-        add(self.cut_off.0.as_ref().map(|best| best.1), "least of the solid inside the grid");
+        add(self.cut_off.0.as_ref().map(|best| best.1), "smallest part of the solid inside the grid");
         add(self.least_seen.0.as_ref().map(|best| best.1), "smallest part of the shape seen");
         add(self.most_seen.0.as_ref().map(|best| best.1), "largest part of the shape seen");
         for (split, best) in &self.of_split {

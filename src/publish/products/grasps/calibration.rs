@@ -120,7 +120,7 @@ impl Calibration {
     /// One line with the scores.
     pub fn in_words(&self) -> String {
         format!(
-            "Brier score {:.4} over {} runs of {} grasps ({:.4} where the grasp's own verdict is told, {:.4} where the share \
+            "Brier score {:.4} over {} runs of {} grasps ({:.4} where the grasp's own verdict is the prediction, {:.4} where the share \
              of all is)",
             self.brier,
             grouped(self.runs),
@@ -143,7 +143,7 @@ impl Calibration {
         let end = SIDE - 12.0;
         let x = |value: f64| MARGIN + value * (end - MARGIN);
         let y = |value: f64| SIDE - MARGIN - value * (SIDE - MARGIN - 12.0);
-        let mut svg = opening("probability of success: told and come true", SIDE, SIDE);
+        let mut svg = opening("probability of success: predicted and come true", SIDE, SIDE);
         for tick in [0.0, 0.25, 0.5, 0.75, 1.0] {
             let _ = write!(
                 svg,
@@ -172,7 +172,7 @@ impl Calibration {
                 svg,
                 concat!(
                     r#"<path class="axis" d="M{0:.1} {1:.1}V{2:.1}"/><circle class="ink-partial" cx="{0:.1}" cy="{3:.1}" r="4">"#,
-                    "<title>told {4:.2}: {5} of {6} runs held</title></circle>"
+                    "<title>predicted {4:.2}: {5} of {6} runs held</title></circle>"
                 ),
                 at,
                 y(low),
@@ -186,7 +186,7 @@ impl Calibration {
         let _ = write!(
             svg,
             concat!(
-                r#"<text class="quiet" x="{:.1}" y="{:.1}" text-anchor="middle">told</text>"#,
+                r#"<text class="quiet" x="{:.1}" y="{:.1}" text-anchor="middle">predicted</text>"#,
                 r#"<text class="quiet" transform="translate(11 {:.1}) rotate(-90)" text-anchor="middle">held</text></svg>"#
             ),
             x(0.5),
@@ -225,6 +225,6 @@ mod tests {
         let found = sums(&[(1.0, 10, 1), (3.0, 10, 3)]).finish().expect("runs");
         assert_eq!(found.bins.iter().map(|bin| (bin.told, bin.held)).collect::<Vec<_>>(), [(0.1, 1), (0.3, 3)]);
         assert!((found.brier_of_share - 0.16).abs() < 1e-12);
-        assert!(found.plot().0.contains("told 0.30: 3 of 10 runs held"));
+        assert!(found.plot().0.contains("predicted 0.30: 3 of 10 runs held"));
     }
 }

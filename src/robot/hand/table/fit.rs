@@ -106,7 +106,7 @@ impl Fit<'_> {
     fn one_driven(&mut self, path: &Path, spec: &DrivenSpec, joint: usize) -> Option<Driven> {
         let limits_of = |joint: usize| self.skeleton.tree.joints()[joint].joint.limits;
         let Some(limits) = limits_of(joint) else {
-            let found = format!("`{}`, which turns without end", spec.joint);
+            let found = format!("`{}`, which rotates without limits", spec.joint);
             let report = self.checker.invalid(path.key("joint"), "a joint with a range", found);
             report.help("give it range=\"LOW HIGH\" in the MJCF");
             return None;

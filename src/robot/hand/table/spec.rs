@@ -81,7 +81,7 @@ pub(super) struct BreakawaySpec {
     pub torque: f64,
 }
 
-/// A place that may touch: a site of the description, or numbers in a body's frame.
+/// A point that may touch: a site of the description, or numbers in a body's frame.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ContactSpec {
