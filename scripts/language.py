@@ -66,7 +66,8 @@ WORDS = (
                 re.IGNORECASE)),
     (re.compile(r"\b[Ll]east\b"),
      re.compile(r"\b([Aa]t|not) least\b|\b[Ll]east (squares|significant)\b|\bleast of all\b")),
-    (re.compile(r"\b[Mm]ost (tasks|samples|views|runs|steps|trials|pairs|points|objects|grasps|time|bytes|threads)\b"), None),
+    (re.compile(r"\b[Mm]ost (tasks|samples|views|runs|steps|trials|pairs|points|objects|grasps|time|bytes|threads)\b"),
+     re.compile(r"\b[Aa]t most \w+")),
     (re.compile(r"\bseen from\b", re.IGNORECASE),
      re.compile(r"\bseen from (above|below|outside|inside|behind|\d+ \w+|\w+ (side|direction|view)s?|the (front|side|camera|robot's right))"
                 r"(?!\w)",
@@ -236,7 +237,7 @@ def self_test():
         (rust, "src/a.rs", "/// Mass of the object [kg].\n/// of which it is made.\n/// Itself it holds nothing.\npub a: f64,"),
         (rust, "src/a.rs", "/// Asset table.\npub a: u32,"),
         (rust, "src/a.rs", "// One value per joint. A shard is a run of samples; it reads a file and holds a row."),
-        (rust, "src/a.rs", 'call("place", "told", "at least one view, at most a file", "grasps.turn");'),
+        (rust, "src/a.rs", 'call("place", "told", "at least one view, at most steps", "grasps.turn");'),
         (rust, "src/a.rs", 'found.expect("it has a place"); const NAME: &str = "graspmill place";'),
         (rust, "src/a.rs", 'fail("{place}: `turn` must be a number");'),
         (rust, "src/a.rs", "#[cfg(test)]\nmod tests {\n    fn a() { fail(\"its place is wrong\"); }\n}"),

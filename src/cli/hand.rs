@@ -40,7 +40,7 @@ struct Report {
     mass: f64,
     links: Vec<String>,
     driven: Vec<DrivenRow>,
-    /// The approach frame in the opened hand, seen from the base: the top three rows of its 4x4 matrix [m].
+    /// The approach frame in the opened hand, expressed in the base frame: the top three rows of its 4x4 matrix [m].
     approach: [f64; 12],
     contacts: Vec<ContactRow>,
     /// The width between the pads, opened and closed [m]; `None` where a width means nothing.
@@ -86,7 +86,7 @@ struct FollowerRow {
 struct ContactRow {
     name: String,
     link: String,
-    /// In the opened hand, seen from the base [m].
+    /// In the opened hand, expressed in the base frame [m].
     point: [f64; 3],
     normal: [f64; 3],
     /// Distance by which it lies outside of its link's surface [m], negative inside.

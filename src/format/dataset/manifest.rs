@@ -187,7 +187,7 @@ impl Manifest {
         folder.join(self.shards[shard].path())
     }
 
-    /// Place of the shard that accounts for a sample index.
+    /// Index of the shard that accounts for a sample index.
     pub fn shard_of(&self, index: u64) -> Option<usize> {
         let place = self.shards.partition_point(|shard| shard.first_sample + shard.samples <= index);
         (place < self.shards.len()).then_some(place)

@@ -111,7 +111,7 @@ impl DatasetReader {
         &self.folder
     }
 
-    /// The ledger of a shard (a place in [`Manifest::shards`]): what became of each of its samples, with digests.
+    /// The ledger of a shard (an index in [`Manifest::shards`]): what became of each of its samples, with digests.
     ///
     /// # Errors
     /// When the shard is missing or damaged.
@@ -119,7 +119,7 @@ impl DatasetReader {
         self.shard(shard)?.ledger()
     }
 
-    /// Place of a sample in the dataset, kept or rejected; `None` when the dataset does not know it.
+    /// Index of a sample in the dataset, kept or rejected; `None` when the dataset does not know it.
     pub fn find(&self, sample: &SampleId) -> Option<SampleIndex> {
         self.table.find(sample)
     }
@@ -270,7 +270,7 @@ impl DatasetReader {
 /// One stored sample, all channels joined; channels are decoded when they are asked for.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Place in the dataset.
+    /// Index in the dataset.
     pub index: SampleIndex,
     /// Which sample.
     pub id: SampleId,

@@ -50,9 +50,9 @@ pub fn list_folder(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
 /// A mesh that is a copy of another one.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct DuplicateOf {
-    /// Place of the copy in the list.
+    /// Index of the copy in the list.
     pub index: usize,
-    /// Place of the first mesh with that geometry.
+    /// Index of the first mesh with that geometry.
     pub of: usize,
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Surface {
     /// Cell of every vertex in `Cells`: x, y, z a byte each; the highest byte is [`NEAR_WALL`] when a wall is within the
     /// tolerance.
     packed: Vec<u32>,
-    /// Place of that cell in `Cells`.
+    /// Index of that cell in `Cells`.
     places: Vec<u32>,
     /// Triangles that ask for an exact test.
     work: Work,

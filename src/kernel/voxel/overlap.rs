@@ -186,7 +186,7 @@ const THIN: f32 = 2e-3;
 
 /// Cells that a triangle meets as far as its box and its plane tell.
 struct Pairs {
-    /// Places in the work list.
+    /// Indices in the work list.
     triangles: [u32; Self::ROOM],
     /// x, y, z in `Cells`, a byte each.
     cells: [u32; Self::ROOM],

@@ -56,7 +56,7 @@ pub enum ExportError {
         /// The object.
         name: String,
     },
-    /// A row of the asset table that does not say how the object's inside was told.
+    /// A row of the asset table that does not say how the object's inside was found.
     #[error("assets.json: `inside` of {name} is {}, expected winding_number or crossings; `verify` the dataset", found.as_deref().unwrap_or("missing"))]
     NoInside {
         /// The object.

@@ -43,7 +43,7 @@ pub struct About {
     pub funding: Option<String>,
     /// Whom to ask.
     pub contact: Option<String>,
-    /// Keepers of the dataset, how errors are mended and told, how long it stays.
+    /// Keepers of the dataset, how errors are mended and reported, how long it stays.
     pub maintenance: Option<String>,
     /// Intended uses.
     #[serde(default)]

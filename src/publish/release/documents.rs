@@ -172,7 +172,7 @@ struct ProductView {
     acquisition: &'static str,
     /// Further ways to read a dataset; `None` where there are none.
     reading: Option<&'static str>,
-    /// Samples that a reader is told to make again.
+    /// Samples that a reader is asked to make again.
     regenerated: u32,
     /// Hugging Face's categories of tasks.
     tasks: Vec<Markup>,

@@ -9,7 +9,7 @@ use kernel::geom::Shape;
 pub struct Geometry {
     /// The shape.
     pub shape: Shape,
-    /// The shape's frame, seen from the frame of the link that carries it.
+    /// The shape's frame, expressed in the frame of the link that carries it.
     pub link_from_shape: IsometryMatrix3<f64>,
 }
 
@@ -31,7 +31,7 @@ pub struct Body {
 pub struct Bodies {
     /// The bodies, in the description's order.
     pub bodies: Vec<Body>,
-    /// Pairs that are checked (places in `bodies`, the lower first), sorted: no two of one link, no parent with its
+    /// Pairs that are checked (indices in `bodies`, the lower first), sorted: no two of one link, no parent with its
     /// child, none that the description excludes.
     pub pairs: Vec<[usize; 2]>,
 }

@@ -32,7 +32,7 @@ pub(super) struct BoxTree {
 struct Block {
     low: [[f32; LANES]; 3],
     high: [[f32; LANES]; 3],
-    /// Places of blocks, or of triangles.
+    /// Indices of blocks, or of triangles.
     below: [u32; LANES],
     holds_triangles: bool,
 }

@@ -114,7 +114,7 @@ impl CollisionChecker {
         self.links.iter().copied()
     }
 
-    /// The two bodies of a pair (places in [`Bodies::bodies`]).
+    /// The two bodies of a pair (indices in [`Bodies::bodies`]).
     pub fn bodies_of(&self, pair: usize) -> [usize; 2] {
         self.pairs[pair].bodies
     }
@@ -124,7 +124,7 @@ impl CollisionChecker {
         self.bodies[body].iter().flat_map(CheckedBody::corners)
     }
 
-    /// Whether one of the pairs given (places in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
+    /// Whether one of the pairs given (indices in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
     /// links in the world, the world itself first (see [`Body::link`]).
     pub fn check(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> Verdict {
         self.hits(pairs, links).next().map_or(Verdict::Free, Verdict::Collides)
@@ -141,7 +141,7 @@ impl CollisionChecker {
         pairs.into_iter().filter(near).filter_map(|pair| self.hit(pair, links))
     }
 
-    /// Whether the two bodies of a pair (its place in [`Bodies::pairs`]) touch.
+    /// Whether the two bodies of a pair (its index in [`Bodies::pairs`]) touch.
     pub fn pair(&self, pair: usize, links: &LinkFrames) -> bool {
         self.check([pair], links) != Verdict::Free
     }
@@ -185,7 +185,7 @@ impl CheckedBody {
         planes.chain(self.curved.iter().flat_map(Curved::corners))
     }
 
-    /// Where this body meets another, whose link's frame is seen from this one's.
+    /// Where this body meets another, whose link's frame is expressed in this one's.
     fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Meeting> {
         let found = |shapes: Shapes| move |near: Point3<f64>| Meeting { shapes, near };
         if let (Some(one), Some(two)) = (&self.solid, &other.solid)

@@ -72,8 +72,8 @@ impl Curved {
         Axis::new(&(self.shape_from_link * here_from_link.inverse()), radius, half, flat)
     }
 
-    /// Where this shape meets another, whose link's frame is seen from this one's link: a point of this one's link in both, or
-    /// nearly. `None` when they are apart.
+    /// Where this shape meets another, whose link's frame is expressed in the frame of this one: a point of this one's
+    /// link in both, or nearly. `None` when they are apart.
     pub fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
         let [one, two] = [self.segment(), other.segment().map(|end| here_from_there * end)];
         let [on_one, on_two] = nearest_points(one, two);
@@ -104,7 +104,7 @@ impl Curved {
         deepest(*here, STEPS, enough, depth).1
     }
 
-    /// Whether one of many triangles touches the shape, whose link's frame is seen from the triangles'.
+    /// Whether one of many triangles touches the shape, whose link's frame is expressed in the triangles'.
     pub fn touches(&self, triangles: &BoxTree, here_from_link: &IsometryMatrix3<f64>) -> bool {
         let Round { radius, half, flat } = self.round;
         let place = here_from_link * self.link_from_shape;

@@ -96,7 +96,7 @@ fn rows(turn: &Matrix3<f64>, shift: &Vector3<f64>, scale: f64) -> [[f32; 4]; 3] 
     })
 }
 
-/// The places of the bits that are set.
+/// Indices of the bits that are set.
 pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
@@ -119,7 +119,7 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// Around z from `-half` to `half` [m], with flat or round ends, in a frame that is seen from another body's.
+    /// Around z from `-half` to `half` [m], with flat or round ends, in a frame that is expressed in another body's.
     pub fn new(shape_from_there: &IsometryMatrix3<f64>, radius: f64, half: f64, flat: bool) -> Self {
         let (turn, shift) = (shape_from_there.rotation.matrix(), shape_from_there.translation.vector);
         let rows = rows(turn, &shift, 1.0);

@@ -29,14 +29,14 @@ pub enum Care {
 
 /// A depth by balls that is not looked for any further [m].
 const ENOUGH: f64 = 0.02;
-/// Triangles of a piece that are held against the other surface together.
+/// Triangles of a piece that are compared with the other surface together.
 const AT_ONCE: usize = 6;
 /// Balls inside a body, at most.
 const INNER_BALLS: usize = 32;
 /// Radius of the smallest of them [m].
 const LEAST_BALL: f64 = 0.004;
 
-/// Blocks that are still to be looked at.
+/// Blocks that are still to be visited.
 struct Open {
     places: [u32; MOST_OPEN],
     count: usize,
@@ -105,7 +105,7 @@ impl Solid {
         self.tree.ball
     }
 
-    /// Where this body and `other`, whose frame is seen from this one's as `here_from_there`, meet: a point of the other's
+    /// Where this body and `other`, whose frame is expressed in this one's as `here_from_there`, meet: a point of the other's
     /// frame near which their surfaces touch, or that lies inside both. `None` when they are apart.
     pub fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
         let [few, all] = &self.points;
@@ -255,7 +255,7 @@ impl Solid {
         self.lattice.climb(self.lattice.cell(start), enough, height)
     }
 
-    /// Where this body and a curved shape, whose link's frame is seen from this one's as `here_from_there`, meet: as
+    /// Where this body and a curved shape, whose link's frame is expressed in this one's as `here_from_there`, meet: as
     /// [`Solid::meets`], but a point of this body's frame.
     pub fn meets_curved(&self, other: &Curved, here_from_there: &IsometryMatrix3<f64>) -> Option<Point3<f64>> {
         let axis = other.axis(here_from_there);

@@ -17,7 +17,7 @@ const DEEPEST: f64 = 1.0 / 256.0;
 /// Balls of a block: the lanes of a kernel.
 pub(super) const LANES: usize = 16;
 /// Blocks that a search has to remember at most. A mesh passes fewer than 16^5 cubes of a 256th, and every level of the
-/// tree leaves no more than fifteen to be looked at later.
+/// tree leaves no more than fifteen to be visited later.
 pub(super) const MOST_OPEN: usize = 5 * LANES;
 
 /// A tree of blocks over the cubes that the surface passes.

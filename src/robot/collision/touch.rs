@@ -11,7 +11,7 @@ pub struct TouchTest {
     bodies: Vec<Carried>,
 }
 
-/// A body's link, and its shapes with their frames seen from the link.
+/// A body's link, and its shapes with their frames expressed in the link's frame.
 type Carried = (usize, Vec<(TouchShape, IsometryMatrix3<f64>)>);
 
 impl TouchTest {
@@ -30,7 +30,7 @@ impl TouchTest {
         Ok(Self { bodies: built.collect::<Result<_, _>>()? })
     }
 
-    /// Whether two bodies (places in [`Bodies::bodies`]) touch, with the links at these frames: `frames[k - 1]` is the world
+    /// Whether two bodies (indices in [`Bodies::bodies`]) touch, with the links at these frames: `frames[k - 1]` is the world
     /// pose of link k's, as `PlanningGroup::link_frames` has it.
     ///
     /// # Panics

@@ -16,14 +16,14 @@ const OPPOSED: f64 = 1e-9;
 pub struct Mount {
     /// The link: 0 is the base, link k what the k-th joint moves, counted from 1.
     pub link: usize,
-    /// The frame, seen from the link's.
+    /// The frame, expressed in the link's.
     pub link_from_frame: IsometryMatrix3<f64>,
 }
 
 /// A joint that a description couples to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
-    /// The joint that follows; places in the tree of joints.
+    /// The joint that follows; indices in the tree of joints.
     pub joint: usize,
     /// The joint that it follows.
     pub follows: usize,
@@ -57,9 +57,9 @@ pub struct ContactPoint {
     pub name: String,
     /// The link that carries it, as in [`Mount`].
     pub link: usize,
-    /// Where, seen from the link [m].
+    /// Where, expressed in the link's frame [m].
     pub point: Point3<f64>,
-    /// Out of the link, towards what the hand holds, seen from the link.
+    /// Out of the link, towards what the hand holds, expressed in the link's frame.
     pub normal: Unit<Vector3<f64>>,
 }
 
@@ -169,7 +169,7 @@ impl Hand {
     }
 
     /// The joints whose values tell the hand's state, as records have them: the driven ones, then those that may go on alone.
-    /// Places in the tree.
+    /// Indices in the tree.
     pub fn told_joints(&self) -> Vec<usize> {
         let alone = self.driven().iter().filter_map(|driven| Some(driven.followers[driven.breakaway?.follower].joint));
         self.driven().iter().map(|driven| driven.joint).chain(alone).collect()
@@ -210,7 +210,7 @@ impl Hand {
         values
     }
 
-    /// The frames of links 1 to n, seen from the base, at values of all joints.
+    /// The frames of links 1 to n, expressed in the base frame, at values of all joints.
     ///
     /// # Panics
     /// When there is not one value per joint.
@@ -220,17 +220,17 @@ impl Hand {
         frames
     }
 
-    /// A frame that a link carries, seen from the base; `frames` as [`Hand::link_frames`] has them.
+    /// A frame that a link carries, expressed in the base frame; `frames` as [`Hand::link_frames`] has them.
     pub fn base_from(&self, mount: &Mount, frames: &[IsometryMatrix3<f64>]) -> IsometryMatrix3<f64> {
         base_from_link(mount.link, frames) * mount.link_from_frame
     }
 
-    /// The approach frame seen from the base.
+    /// The approach frame expressed in the base frame.
     pub fn approach_pose(&self, frames: &[IsometryMatrix3<f64>]) -> Pose<HandBase, Approach> {
         Pose::from_isometry(self.base_from(&self.parts.approach, frames))
     }
 
-    /// Where a contact is and where it looks, seen from the base [m].
+    /// Where a contact is and where it looks, expressed in the base frame [m].
     ///
     /// # Panics
     /// When there is no such contact.

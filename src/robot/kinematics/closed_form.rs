@@ -46,7 +46,7 @@ pub enum NoClosedForm {
         /// Between the axes.
         cosine: f64,
     },
-    /// A joint has limits that are not looked at.
+    /// A joint has limits that are not evaluated.
     #[error("joint {0:?} has limits; the exact test wants it without")]
     Limited(String),
     /// Two axes that have to be parallel are not.

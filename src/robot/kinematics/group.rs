@@ -29,7 +29,7 @@ pub struct Joint {
     pub name: String,
     /// Kind of motion.
     pub kind: JointKind,
-    /// The joint's frame at value 0, seen from the frame that the joint before it moves; its axis goes through the origin.
+    /// The joint's frame at value 0, expressed in the frame that the joint before it moves; its axis goes through the origin.
     pub origin: IsometryMatrix3<f64>,
     /// Direction in the joint's frame.
     pub axis: Unit<Vector3<f64>>,
@@ -78,7 +78,7 @@ pub(super) fn rotation_about(axis: &Vector3<f64>, angle: f64) -> Rotation3<f64> 
 pub struct PlanningGroupParts {
     /// From the world outward.
     pub joints: Vec<Joint>,
-    /// The end effector's frame, seen from the frame that the last joint moves.
+    /// The end effector's frame, expressed in the frame that the last joint moves.
     pub end_effector: IsometryMatrix3<f64>,
 }
 
@@ -144,7 +144,7 @@ impl PlanningGroup {
         &self.parts.joints
     }
 
-    /// The end effector's frame, seen from the frame that the last joint moves.
+    /// The end effector's frame, expressed in the frame that the last joint moves.
     pub fn end_effector(&self) -> &IsometryMatrix3<f64> {
         &self.parts.end_effector
     }

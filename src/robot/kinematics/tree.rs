@@ -7,7 +7,7 @@ use super::group::{InvalidGroup, Joint};
 /// A joint and what it hangs on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeJoint {
-    /// The joint; its origin is seen from the frame of the link that carries it.
+    /// The joint; its origin is expressed in the frame of the link that carries it.
     pub joint: Joint,
     /// The link that carries it: 0 is the base, link k is moved by the k-th joint, counted from 1.
     pub carried_by: usize,
@@ -54,12 +54,12 @@ impl JointTree {
         self.joints.is_empty()
     }
 
-    /// The place of the joint of this name.
+    /// Index of the joint of this name.
     pub fn joint_named(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.joint.name == name)
     }
 
-    /// Forward kinematics: the frames of links 1 to n seen from the base, as they stand after the motion.
+    /// Forward kinematics: the frames of links 1 to n expressed in the base frame, as they stand after the motion.
     ///
     /// # Panics
     /// When `q` or `out` has another length than the tree.

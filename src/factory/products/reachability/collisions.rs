@@ -18,7 +18,7 @@ pub(super) struct Collisions {
     of_the_arm: Vec<usize>,
 }
 
-/// The pair that collided last is looked at first. What it is decides no verdict, but which pair is named, so that it must
+/// The pair that collided last is tested first. What it is decides no verdict, but which pair is named, so that it must
 /// not outlive a sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastPair(Option<usize>);
@@ -75,7 +75,7 @@ impl Collisions {
         }
     }
 
-    /// All pairs but one that touch; each is looked at when it is asked for.
+    /// All pairs but one that touch; each is evaluated when it is asked for.
     pub fn others(&self, links: &[IsometryMatrix3<f64>], but: usize) -> impl Iterator<Item = Hit> {
         let others = self.of_the_arm.iter().copied().filter(move |pair| *pair != but);
         self.checker.hits(others, links)

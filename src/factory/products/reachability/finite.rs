@@ -1,4 +1,4 @@
-//! One pose of an arm with a handful of ways to it: each is looked at.
+//! One pose of an arm with a handful of ways to it: each is evaluated.
 
 use super::collisions::{Collisions, Free, LastPair};
 use kernel::geom::{EndEffector, Pose, PoseLabel, Proof, World};

@@ -34,7 +34,7 @@ enum Arm {
         arm: Box<RedundantArm>,
         /// Orientations that ask the same of the wrist share a place here; their first one's.
         wrists: Vec<Wrist>,
-        /// The place of each orientation.
+        /// Index of each orientation.
         places: Vec<usize>,
     },
     /// A handful, in closed form.

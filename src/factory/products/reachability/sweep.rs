@@ -22,7 +22,7 @@ const SHALLOW: f64 = 0.05;
 const PATIENCE: u32 = 32;
 /// Least interval to both sides that counts as ruled out [rad].
 const NOTHING: f64 = 1e-5;
-/// Configurations that are looked at for one pose, at most; what is left by then is not proved.
+/// Configurations that are evaluated for one pose, at most; what is left by then is not proved.
 const MOST_CHECKS: usize = 1_200;
 
 /// Where MuJoCo decides, configurations stand at most this far apart in the first joint [rad].

@@ -84,7 +84,7 @@ pub struct RunStretch {
 /// A place where the closed hand touches, in `Object`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldContact {
-    /// Which link: a place in [`HandNames::links`].
+    /// Index of the link in [`HandNames::links`].
     pub link: u32,
     /// On the object's surface [m].
     pub point: [f64; 3],
@@ -173,7 +173,7 @@ pub struct GraspRun {
     pub steps: u32,
     /// Number of steps without a legal neighbour.
     pub failed: u32,
-    /// Neighbours that were looked at.
+    /// Neighbours that were evaluated.
     pub tries: u64,
     /// Number of tries whose wrench space was evaluated.
     pub potentials: u64,
@@ -270,8 +270,8 @@ impl GraspRun {
         ranged(MESSAGE, "driven", driven as f64, (1..=joints).contains(&driven), "1 to the count of joints")?;
         let steps = run.steps;
         ranged(MESSAGE, "steps", f64::from(steps), (1..=run.asked_steps).contains(&steps), "1 to asked_steps")?;
-        ranged(MESSAGE, "failed", f64::from(run.failed), run.failed <= steps, "no more than steps")?;
-        ranged(MESSAGE, "potentials", run.potentials as f64, run.potentials <= run.tries, "no more than tries")?;
+        ranged(MESSAGE, "failed", f64::from(run.failed), run.failed <= steps, "at most steps")?;
+        ranged(MESSAGE, "potentials", run.potentials as f64, run.potentials <= run.tries, "at most tries")?;
         let course = course(&run)?;
         let mut grasps: Vec<Grasp> = Vec::with_capacity(run.grasps.len());
         for grasp in &run.grasps {

@@ -84,7 +84,7 @@ impl HandShape {
     /// Full name of the protobuf message.
     pub const SCHEMA: &str = "graspmill.HandShape";
 
-    /// The frame of each link, seen from the base, at values of all joints [rad or m].
+    /// The frame of each link, expressed in the base frame, at values of all joints [rad or m].
     ///
     /// # Panics
     /// When there is not one value per joint.
@@ -246,7 +246,7 @@ fn digest(message: &'static str, field: &'static str, bytes: &[u8]) -> Result<Ob
     Ok(ObjectId(Digest(bytes.try_into().unwrap_or_default())))
 }
 
-/// The place of a name among those that are known.
+/// Index of a name among those that are known.
 fn kind(message: &'static str, field: &'static str, found: &str, known: &[&str]) -> Result<usize, RecordError> {
     let unknown = || RecordError::Name { message, field, found: found.to_owned(), expected: known.join(" or ") };
     known.iter().position(|name| *name == found).ok_or_else(unknown)

@@ -134,7 +134,7 @@ pub struct TrialOutcome {
 /// A contact of the closed hand, in `Object`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PressedContact {
-    /// Which link: a place in [`GraspTrials::links`].
+    /// Index of the link in [`GraspTrials::links`].
     pub link: u32,
     /// On the object's surface [m].
     pub point: [f64; 3],
@@ -175,7 +175,7 @@ pub struct PerturbedTrial {
 /// All trials of one grasp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspTrial {
-    /// Which: a place in [`GraspRun::grasps`](super::GraspRun::grasps).
+    /// Index in [`GraspRun::grasps`](super::GraspRun::grasps).
     pub grasp: u32,
     /// Outcome under the conditions as given.
     pub outcome: TrialOutcome,

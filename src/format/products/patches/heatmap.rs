@@ -19,7 +19,7 @@ pub struct HeatmapPoint {
     pub run: u32,
     /// Rank in that run.
     pub rank: u32,
-    /// Place of its type among the chosen ones.
+    /// Index of its type among the chosen ones.
     pub type_index: u32,
     /// Which point: 0 is the palm, then F0, F1, F2.
     pub point: u32,

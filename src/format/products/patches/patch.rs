@@ -50,7 +50,7 @@ pub struct HeatmapPatch {
     pub run: u32,
     /// Rank in that run.
     pub rank: u32,
-    /// Place of its type in `types`.
+    /// Index of its type in `types`.
     pub type_index: u32,
     /// The chosen types, the most common first.
     pub types: Vec<u32>,
@@ -88,7 +88,7 @@ impl HeatmapPatch {
     /// The type of the grasp.
     ///
     /// # Panics
-    /// When `type_index` is no place in `types`; a decoded record has one.
+    /// When `type_index` is no index in `types`; a decoded record has one.
     pub fn kind(&self) -> u32 {
         self.types[self.type_index as usize]
     }

@@ -122,14 +122,14 @@ struct Element {
 }
 
 impl Element {
-    /// Places of x, y and z among the properties.
+    /// Indices of x, y and z among the properties.
     fn vertex_properties(&self) -> Option<[usize; 3]> {
         let place =
             |name| self.properties.iter().position(|property| property.name == name && property.length.is_none());
         Some([place("x")?, place("y")?, place("z")?])
     }
 
-    /// Place of the list of corners among the properties.
+    /// Index of the list of corners among the properties.
     fn corner_property(&self) -> Option<usize> {
         let names = ["vertex_indices", "vertex_index"];
         self.properties.iter().position(|property| property.length.is_some() && names.contains(&&*property.name))

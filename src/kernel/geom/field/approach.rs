@@ -1,4 +1,4 @@
-//! From where end effectors come, told apart coarsely: for pictures and counts.
+//! From where end effectors come, distinguished coarsely: for pictures and counts.
 
 use nalgebra::Vector3;
 

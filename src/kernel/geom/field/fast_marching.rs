@@ -6,7 +6,7 @@
 //! - a cell next to the contour stands at `1 / sqrt(sum of 1 / crossing^2)` over its axes with a neighbour across;
 //! - cells of exactly equal value are accepted together;
 //! - a trial value is computed anew, and may rise, whenever a cell one or two steps away is accepted;
-//! - quirk: on each axis the lower neighbour is looked at first, and where the upper one is nearer but has no second cell
+//! - quirk: on each axis the lower neighbour is tried first, and where the upper one is nearer but has no second cell
 //!   behind it, the one behind the lower neighbour takes its place.
 //!
 //! Because equal values are accepted together, sums are in a fixed order: last bits decide what is equal.

@@ -5,7 +5,7 @@
 use super::{LEAF, Leaf, NONE, Node, TriangleTree, WIDTH};
 
 impl TriangleTree {
-    /// Place of the triangle nearest to `point` among those with a squared distance below `bound` [m^2], if any.
+    /// Index of the triangle nearest to `point` among those with a squared distance below `bound` [m^2], if any.
     pub fn nearest(&self, point: [f32; 3], mut bound: f32) -> Option<u32> {
         let mut best = None;
         // Three waiting children a level; medians of 2^31 triangles make at most 16 levels.

@@ -35,8 +35,8 @@ pub struct Closest {
     feature: Feature,
 }
 
-/// The triangles that are nearest to any place near one, for many questions from there: a few of them are looked at, where
-/// the tree looks at dozens.
+/// The triangles that are nearest to any place near one, for many questions from there: a few of them are tested, where
+/// the tree tests dozens.
 #[derive(Default)]
 pub(crate) struct Neighbourhood {
     /// Centre of the neighbourhood, in `Object` [m].

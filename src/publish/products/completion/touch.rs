@@ -17,7 +17,7 @@ use kernel::ids::SampleIndex;
 /// Facts of touch, over some of the stored samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TouchFacts {
-    /// Samples looked at, spread evenly over the dataset: all, or [`TouchFacts::MOST`].
+    /// Samples evaluated, spread evenly over the dataset: all, or [`TouchFacts::MOST`].
     pub samples: u64,
     /// One row a kind that is stored, in the order of their channels.
     pub kinds: Vec<TouchKind>,
@@ -92,7 +92,7 @@ impl KindSums {
 }
 
 impl TouchFacts {
-    /// Samples looked at, at most: they have to be read and decoded.
+    /// Samples evaluated, at most: they have to be read and decoded.
     pub const MOST: u64 = 2000;
 
     /// Looks at the samples of a dataset; `None` where no touch is stored.

@@ -11,7 +11,7 @@ use crate::{
 };
 use format::GraspTrial;
 
-/// Edges of the bins of told probabilities; a grasp that held in all its roll-outs is in the last one, alone.
+/// Edges of the bins of predicted probabilities; a grasp that held in all its roll-outs is in the last one, alone.
 const EDGES: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
 
 /// Side and margin of the plot [px].
@@ -25,20 +25,20 @@ pub struct Calibration {
     pub grasps: u64,
     /// Their perturbed runs, each one prediction.
     pub runs: u64,
-    /// Mean of (told - came)^2 over these (Brier 1950).
+    /// Mean of (predicted - came)^2 over these (Brier 1950).
     pub brier: f64,
-    /// Brier score where the share of all runs that held is told for each.
+    /// Brier score where the share of all runs that held is predicted for each.
     pub brier_of_share: f64,
     /// Brier score where the grasp's own trial tells: 1 where it held, else 0.
     pub brier_of_verdict: f64,
-    /// By told probability, lowest first; only those with runs.
+    /// By predicted probability, lowest first; only those with runs.
     pub bins: Vec<ReliabilityBin>,
 }
 
-/// Grasps that were told about the same probability.
+/// Grasps that were predicted about the same probability.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReliabilityBin {
-    /// Mean told probability, over the runs.
+    /// Mean predicted probability, over the runs.
     pub told: f64,
     /// Runs.
     pub runs: u64,
@@ -68,7 +68,7 @@ pub(crate) struct CalibrationSums {
     grasps: u64,
     squares: f64,
     squares_of_verdict: f64,
-    /// By bin: sum of told probabilities, runs, and of them held.
+    /// By bin: sum of predicted probabilities, runs, and of them held.
     bins: [(f64, u64, u64); EDGES.len()],
 }
 

@@ -32,7 +32,7 @@ pub(crate) struct ReachabilityPage<'a> {
     labels: [LabelView; 3],
     robot: RobotView<'a>,
     solver: &'a str,
-    /// Shapes whose collisions count; `None` where collisions are not looked at.
+    /// Shapes whose collisions count; `None` where collisions are not evaluated.
     collisions: Option<&'a str>,
     grid: GridView<'a>,
     field: FieldView<'a>,
