@@ -112,7 +112,7 @@ class GraspSample(Sample):
 
     @property
     def trial_contacts(self) -> Table:
-        """Contacts as ``contacts`` has them, when gravity came on (channel ``trials``); also ``force`` (N, along the normal)."""
+        """Contacts when gravity came on, as ``contacts`` (channel ``trials``); also ``force`` (N, along the normal)."""
         rows: list[Message] = self.message("trials")["trials"]
         return _contacts(rows, [*_CONTACT, ("force", "<f8")])
 

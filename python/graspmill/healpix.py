@@ -99,8 +99,8 @@ class DirectionMesh:
         self._hints = self._starts()
 
     def around(self, ahead: Floats) -> tuple[Ints, Floats, Floats]:
-        """Neighbours of directions (p, 3): the three around each (p, 3), their weights (p, 3), which sum to 1, and how each weight
-        grows as the direction moves (p, 3, 3)."""
+        """Neighbours of directions (p, 3): the three around each (p, 3), their weights (p, 3), which sum to 1, and how each
+        weight grows as the direction moves (p, 3, 3)."""
         at = self._walk(ahead, self._hint(ahead))
         duals = self._duals[at]
         parts = np.einsum("pkc,pc->pk", duals, ahead)

@@ -120,8 +120,8 @@ impl Calibration {
     /// One line with the scores.
     pub fn in_words(&self) -> String {
         format!(
-            "Brier score {:.4} over {} runs of {} grasps ({:.4} where the grasp's own verdict is the prediction, {:.4} where the share \
-             of all is)",
+            "Brier score {:.4} over {} runs of {} grasps ({:.4} where the grasp's own verdict is the \
+             prediction, {:.4} where the share of all is)",
             self.brier,
             grouped(self.runs),
             grouped(self.grasps),
