@@ -243,7 +243,7 @@ fn test_cells_body<L: Lanes>(
 struct Batch<L: Lanes> {
     /// First cell of the box: x, y, z in `Cells`, a byte each.
     first: L::I,
-    /// Cell index along the axis.
+    /// Index of that cell.
     place: L::I,
     /// Cells of the box along each axis, less one.
     span: [L::I; 3],

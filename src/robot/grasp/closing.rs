@@ -20,7 +20,7 @@ pub const TOUCHES: f64 = 1e-5;
 /// Nearer than this [m], distances are exact; farther away a lower bound does.
 const NEAR: f64 = 0.002;
 
-/// Largest further travel of a finger that leaves the object [m].
+/// Largest step of a solid that moves away from the object [m].
 pub(super) const LEAVES: f64 = 1e-4;
 
 /// A finger that has not met the object after so many looks creeps along it, and stays.
