@@ -26,7 +26,7 @@ const FEWEST: usize = 3;
 /// of forces.)
 const EDGES: usize = 8;
 
-/// Tolerance of an epsilon of forces and torques during annealing, at least: closing in on it costs nearly all of its
+/// Tolerance of an epsilon of forces and torques during annealing, at least: closing in on it costs most of its
 /// time.
 const TOLERANCE: f64 = 1e-3;
 

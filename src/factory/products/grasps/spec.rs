@@ -155,7 +155,7 @@ pub struct AnnealingSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EnergySpec {
-    /// Distances of the virtual contacts from the surface, and the angles by which they look past it.
+    /// Distances of the virtual contacts from the surface, and the angles by which their normals point past it.
     Contact,
     /// The potential, -epsilon of the weighted virtual contacts, where it is below 0, else the contact energy.
     ContactAndPotential,
