@@ -24,7 +24,7 @@ pub struct ProductPages {
     pub product: Product,
     /// Sentences about it.
     pub(super) words: ProductWords,
-    /// Its templates.
+    /// Templates of its pages.
     pub(super) templates: &'static PageTemplates,
     /// Passes over a finished dataset.
     pub(super) survey: fn(&DatasetReader) -> Result<Box<dyn Survey>, DatasetError>,

@@ -66,7 +66,7 @@ pub(super) fn page_values(view: &impl Serialize) -> Value {
     Value::from(Serde(view))
 }
 
-/// What reads templates: strict about values that are not there, with the filters that escape.
+/// Reader of templates: strict about values that are not there, with the filters that escape.
 pub(super) fn environment(templates: impl IntoIterator<Item = Template>) -> Environment<'static> {
     let mut environment = Environment::empty();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);

@@ -12,7 +12,7 @@ use super::{
 };
 use kernel::geom::{CameraCv, Intrinsics, Object, Pose};
 
-/// How an object is lit and painted. Colours are shares of full brightness, 0 to 1: red, green, blue.
+/// Lights and paint of an object. Colours are shares of full brightness, 0 to 1: red, green, blue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
     /// Colour of the object.

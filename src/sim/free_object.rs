@@ -5,16 +5,16 @@ use nalgebra::Point3;
 /// An object that moves freely, as compiled: it weighs a kilogram.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeObject {
-    /// Its body.
+    /// Index of its body.
     pub(super) body: usize,
-    /// Its only geom.
+    /// Index of its only geom.
     pub(super) geom: usize,
-    /// Its place and turn among MuJoCo's coordinates.
+    /// Index of its position and rotation among MuJoCo's coordinates.
     pub(super) address: usize,
     /// The first of its six velocities.
     pub(super) dof: usize,
-    /// Its principal moments of inertia [kg m^2].
+    /// Principal moments of inertia [kg m^2].
     pub(super) inertia: [f64; 3],
-    /// Its centre of mass, in `Object` [m].
+    /// Centre of mass, in `Object` [m].
     pub(super) centre: Point3<f64>,
 }

@@ -9,7 +9,7 @@ pub struct FoundMesh {
     pub source: MeshSource,
     /// The package that holds it, if one does.
     pub package: Option<PackageFile>,
-    /// Its mass, when the job knows it.
+    /// Mass, when the job knows it.
     pub mass: Option<KnownMass>,
     /// The content that it must have, when the job pins it.
     pub pinned: Option<ObjectId>,

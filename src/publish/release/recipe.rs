@@ -22,7 +22,7 @@ pub(crate) struct Recipe {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LeftOutFile {
-    /// Its path in the dataset's folder.
+    /// Path in the dataset's folder.
     pub path: String,
     /// BLAKE3 of its content.
     pub blake3: Digest,

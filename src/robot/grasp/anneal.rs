@@ -40,7 +40,7 @@ const WORST: f64 = 1e8;
 /// The hand starts so far from the seed [m].
 const STAND_OFF: f64 = 0.15;
 
-/// What a run counted.
+/// Counts of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Counts {
     steps: u32,

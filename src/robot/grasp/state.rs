@@ -19,7 +19,7 @@ use kernel::geom::{
     simd_kernel,
 };
 
-/// As many as a word has bits for.
+/// Maximal count: the bits of a word.
 const MOST_SOLIDS: usize = u64::BITS as usize;
 
 /// A hand, prepared for annealing: shared by threads.

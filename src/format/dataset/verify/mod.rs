@@ -27,7 +27,7 @@ use kernel::{
     words::NumberClass,
 };
 
-/// Checks a finished dataset; damage is in the report, not an error. Memory: a chunk a thread, 64 bytes a sample and
+/// Checks a finished dataset; damage is in the report, not an error. Memory: one chunk per thread, 64 bytes per sample and
 /// class.
 ///
 /// # Errors

@@ -20,7 +20,7 @@ const CELL_TOLERANCE: f64 = 1e-3;
 /// Probes of one kind of touch, at most.
 const MOST_PROBES: u32 = 1 << 20;
 
-/// What one kind of touch found out about the object of a pair.
+/// Contacts of one kind of touch with the object of a pair.
 ///
 /// For the hot path keep one and refill it: its lists keep their memory.
 #[derive(Clone, Debug, PartialEq)]

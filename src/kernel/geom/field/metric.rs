@@ -1,4 +1,4 @@
-//! What the values of a field count.
+//! Metrics of a field: the quantity that its distances count.
 
 use super::{AxisUnit, PoseGrid};
 

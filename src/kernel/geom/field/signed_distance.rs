@@ -6,7 +6,7 @@ impl FieldMetric {
     /// Signed distance of each cell to the border of the set inside, negative inside.
     ///
     /// # Panics
-    /// When `inside` has not one value a cell, or the metric does not fit the grid.
+    /// When `inside` has not one value per cell, or the metric does not fit the grid.
     pub fn signed_distance(self, inside: &[bool], grid: &PoseGrid) -> Vec<f32> {
         match (self, grid) {
             (Self::Metres { rho }, PoseGrid::Axes(grid)) => signed_distance_standard(inside, grid, rho),
