@@ -10,6 +10,7 @@ use std::{
 use graspmill::{
     assets::{AssetRecord, InsideMethod, MeshRefusal, MeshSource, Repair, duplicates, list_folder, prepare},
     geom::TriMesh,
+    object::PreparedObject,
 };
 use serde::Deserialize;
 
@@ -445,5 +446,35 @@ fn time_to_prepare() {
             })
             .collect();
         println!("{name}: {:.3} ms", 1e3 * times.iter().copied().fold(f64::INFINITY, f64::min));
+    }
+}
+
+#[test]
+fn our_own_meshes_come_out_again_and_are_what_trimesh_says() {
+    let workspace = Workspace::new();
+    let again = workspace.path("meshes");
+    fs::create_dir(&again).expect("a folder");
+    Program::python().arg("meshes/make.py").arg(&again).succeed();
+    let names = ["bottle.stl", "bowl.ply", "bracket.obj", "wedge.off"];
+    let paths = names.map(|name| Path::new("meshes").join(name));
+    for (facts, path) in trimesh_facts(&paths).iter().zip(&paths) {
+        let made = fs::read(again.join(path.file_name().expect("a name"))).expect("a mesh made again");
+        assert_eq!(made, fs::read(path).expect("a mesh"), "{}", path.display());
+        let object = PreparedObject::prepare(&source(path)).expect("a usable mesh");
+        assert!(object.record().warnings.is_empty(), "{:?}", object.record().warnings);
+        assert_agrees(object.record(), facts);
+    }
+    Program::new("meshes").arg("check").arg("meshes").expect_code(0);
+}
+
+#[test]
+fn the_list_of_sources_names_the_hashes_that_are_checked() {
+    let (list, program) = ("meshes/README.md", "scripts/fetch.py");
+    let read = |path| fs::read_to_string(path).expect("a text");
+    let (list, program) = (read(list), read(program));
+    let hashes = list.split('`').filter(|word| word.len() == 64);
+    assert_eq!(hashes.clone().count(), 5);
+    for hash in hashes {
+        assert!(program.contains(hash), "{hash} is not checked by scripts/fetch.py");
     }
 }

@@ -36,7 +36,7 @@ pub use query::{MeshQuery, NoSurface, RayHit, TouchShape};
 pub use render_mesh::RenderMesh;
 pub use rest::{RestingPose, RestingPoses, every_resting_pose};
 pub use shape::{Shape, Triangles};
-pub use simd::{SimdLevel, simd_kernel};
+pub use simd::{SimdLevel, UnknownSimdLevel, simd_kernel};
 pub use spread::farthest_first;
 pub use triangle_tree::{Ray, TriangleTree};
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};

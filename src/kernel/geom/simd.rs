@@ -60,15 +60,20 @@ impl fmt::Display for SimdLevel {
     }
 }
 
-impl FromStr for SimdLevel {
-    type Err = String;
+/// A text that names no SIMD level.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is no SIMD level: scalar, avx2 or avx512")]
+pub struct UnknownSimdLevel(pub String);
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl FromStr for SimdLevel {
+    type Err = UnknownSimdLevel;
+
+    fn from_str(text: &str) -> Result<Self, UnknownSimdLevel> {
         match text {
             "scalar" => Ok(Self::Scalar),
             "avx2" => Ok(Self::Avx2),
             "avx512" => Ok(Self::Avx512),
-            _ => Err(format!("'{text}' is no SIMD level: scalar, avx2 or avx512")),
+            _ => Err(UnknownSimdLevel(text.to_owned())),
         }
     }
 }
