@@ -33,6 +33,7 @@ class Dataset(Generic[S]):
 
     ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
     ``PatchSample``): with it type checkers know what a sample has, and a dataset of another product is refused.
+    ``Sample``, which products without a class of their own have, reads any product by the schemas in its shards.
     ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to
     read, all without it. ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.
 
@@ -80,8 +81,10 @@ class Dataset(Generic[S]):
         cached_chunks: int = 64,
     ) -> None:
         self.folder = Folder(folder)
-        self.kind: type[Any] = kind or KINDS[self.folder.product]
-        self.folder.expect(self.kind.product)
+        # A product without a class of its own is read by its schemas: `Sample.message`.
+        self.kind: type[Any] = kind or KINDS.get(self.folder.product, Sample)
+        if self.kind is not Sample:
+            self.folder.expect(self.kind.product)
         self.channels = self._channels(channels)
         self.cached_chunks = max(1, cached_chunks)
         self._firsts = np.array([shard["first_sample"] for shard in self.folder.manifest["shards"]], np.int64)

@@ -9,7 +9,6 @@ from typing import Any
 from .errors import VERIFY, DamagedFile, DatasetError, UnfinishedDataset, UnknownFormat, WrongProduct
 
 FORMAT_VERSION = 2
-PRODUCTS = ("completion", "reachability", "grasps", "patches")
 SPLITS = ("training", "holdout", "validation", "test")
 
 _KEYS = {
@@ -108,9 +107,6 @@ def _manifest(folder: Path) -> dict[str, Any]:
     missing = sorted(_KEYS - _MAY_BE_ABSENT - set(manifest))
     if missing:
         raise DamagedFile(path, f"keys are missing: {', '.join(missing)}", VERIFY)
-    if manifest["product"] not in PRODUCTS:
-        problem = f"product {manifest['product']!r}, and this package knows {', '.join(PRODUCTS)}"
-        raise UnknownFormat(path, problem, "install the graspmill package of the program that wrote it")
     return manifest
 
 
