@@ -6,6 +6,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use graspmill::format::Product;
+
 /// Crates, each a folder of `src/`, with those that their manifests name. ARCHITECTURE.md shows the same table.
 const CRATES: &[(&str, &[&str])] = &[
     ("kernel", &[]),
@@ -293,11 +295,9 @@ fn no_file_grows_without_a_reason() {
 }
 
 /// Names of products in a text: a constant of one, or a text that is one's name.
-fn products_named(code: &str) -> BTreeSet<&str> {
-    const CONSTANTS: [&str; 4] =
-        ["Product::COMPLETION", "Product::REACHABILITY", "Product::GRASPS", "Product::PATCHES"];
-    const TEXTS: [&str; 4] = ["\"completion\"", "\"reachability\"", "\"grasps\"", "\"patches\""];
-    CONSTANTS.into_iter().chain(TEXTS).filter(|word| code.contains(word)).collect()
+fn products_named(code: &str) -> BTreeSet<String> {
+    let words = |product: Product| [format!("Product::{}", product.name.to_uppercase()), format!("\"{product}\"")];
+    Product::all().flat_map(words).filter(|word| code.contains(word)).collect()
 }
 
 #[test]

@@ -27,7 +27,12 @@ pub struct Program(Command);
 impl Program {
     /// `graspmill VERB`.
     pub fn new(verb: &str) -> Self {
-        let mut program = Self::of_system(env!("CARGO_BIN_EXE_graspmill")).arg(verb);
+        Self::of_build(env!("CARGO_BIN_EXE_graspmill"), verb)
+    }
+
+    /// `PROGRAM VERB`, where the program is another build of graspmill.
+    pub fn of_build(program: impl AsRef<OsStr>, verb: &str) -> Self {
+        let mut program = Self::of_system(program).arg(verb);
         for variable in ENGINE_VARIABLES {
             program.0.env_remove(variable);
         }
