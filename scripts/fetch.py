@@ -435,7 +435,7 @@ def main():
                 say(f"libmujoco {MUJOCO} could not be had: {error}")
                 say(f"remedy: let pip reach an index that holds the package mujoco {MUJOCO} (pip config, PIP_INDEX_URL,")
                 say(f"        PIP_FIND_LINKS), or copy {LIBRARY} from any of its wheels to {deps / 'mujoco' / LIBRARY}")
-                say("        and run this again. Without the simulator: cargo build --release --no-default-features --features factory")
+                say("        and run this again. Readers alone need no simulator: cargo build --release -p graspmill-runtime")
                 return 1
         if "ycb" in what:
             try:
