@@ -40,7 +40,7 @@ def vote(neighbours: np.ndarray, complete: np.ndarray, partners: np.ndarray, cha
 
 
 def exported(program: str, dataset: Path, out: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Of all pairs, test objects' too: partials and completes, packed (pairs, bytes), objects, and which may train."""
+    """Arrays of all pairs, test objects' too: partials and completes, packed (pairs, bytes), objects, and which may train."""
     command = [program, "export", str(dataset), "--to", "npy", "--out", str(out)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     with open(out / "samples.csv", newline="") as table:

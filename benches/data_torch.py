@@ -45,14 +45,14 @@ PEAK_RATE = 1.5e-2
 
 @dataclass(frozen=True)
 class Budget:
-    """What a run may cost."""
+    """Limits of what a run costs."""
 
     views: int
-    """Of each object of the dataset."""
+    """Views of each object of the dataset."""
     built_in: int
     """Built-in shapes beside the scans."""
     test_views: int
-    """Of each test model."""
+    """Views of each test object."""
     steps: int
     """Batches that each network learns from."""
     batch: int = 16
@@ -160,7 +160,7 @@ class Bench:
 
     training: Pairs
     leak: Pairs
-    """Of the test objects and their twins."""
+    """Pairs of the test objects and their twins."""
     test: NeutralPairs
     budget: Budget
 

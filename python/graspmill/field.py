@@ -108,7 +108,7 @@ class ReachabilityField:
         self.frame: str = field["frame"]
         self.profile: str = field["profile"]
         self.unit: str = field["unit"]
-        """Of the distances: ``metres`` or ``cells``."""
+        """Unit of the distances: ``metres`` or ``cells``."""
         self.radian_weight: float = field["radian_weight"]
         self.on_sphere = self.axes[3].unit == "healpix"
         """Whether orientations are directions and rolls in place of roll, pitch and yaw."""

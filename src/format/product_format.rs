@@ -57,6 +57,18 @@ pub struct ChannelFormat {
     pub arrays: &'static [ArrayFormat],
 }
 
+impl ChannelFormat {
+    /// A channel, for rows of tables.
+    pub const fn new(
+        topic: &'static str,
+        message: &'static str,
+        descriptors: &'static [u8],
+        arrays: &'static [ArrayFormat],
+    ) -> Self {
+        Self { topic, message, descriptors, arrays }
+    }
+}
+
 /// One array of a channel's message, in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ArrayFormat {
@@ -66,6 +78,13 @@ pub struct ArrayFormat {
     pub shape: &'static str,
     /// Meaning with unit.
     pub meaning: &'static str,
+}
+
+impl ArrayFormat {
+    /// An array, for rows of tables.
+    pub const fn new(name: &'static str, shape: &'static str, meaning: &'static str) -> Self {
+        Self { name, shape, meaning }
+    }
 }
 
 /// A fact of each sample, kept in tables so that nobody has to read the samples for it.

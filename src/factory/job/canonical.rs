@@ -87,6 +87,11 @@ pub fn keys_of(spec: &impl Serialize) -> toml::Table {
     toml::Table::try_from(spec).expect("keys of a job are plain data in a table")
 }
 
+/// The section `shards` of a job file: samples per shard, under the product's own word for them.
+pub fn shards_section(word: &str, shard_samples: u32) -> (String, toml::Value) {
+    ("shards".to_owned(), toml::Table::from_iter([(word.to_owned(), shard_samples.into())]).into())
+}
+
 impl JobObjects {
     /// Keys of a job file about the objects: `split` and `[[objects]]`, pinned by content.
     pub fn resolved(&self, folder: &Path) -> toml::Table {

@@ -31,7 +31,7 @@ pub mod spec;
 mod split;
 mod text;
 
-pub use canonical::{keys_of, without};
+pub use canonical::{keys_of, shards_section, without};
 pub use checked::{Job, Profile};
 pub use description::pinned_description;
 pub use difference::{InvalidSettings, SettingDifference, setting_differences};

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::{Divided, JobObjects},
+    job::{Divided, JobObjects, shards_section},
     objects::check_hand,
     plan::{JobSplits, SubjectItems},
     work::{OpenWork, Producer, Work, WorkCosts, WorkTables},
@@ -44,7 +44,7 @@ impl Work for CompletionJob {
     fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
         let mut keys = self.keys(Some(folder));
         keys.extend(self.objects.resolved(folder));
-        keys.insert("shards".to_owned(), toml::Table::from_iter([("samples".to_owned(), shard_samples.into())]).into());
+        keys.extend([shards_section("samples", shard_samples)]);
         keys
     }
 

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{Divided, JobObject, JobObjects},
+    job::{Divided, JobObject, JobObjects, shards_section},
     plan::{JobSplits, SubjectItems},
     work::{Closing, MeasuredCosts, OpenWork, Producer, Work, WorkCosts, WorkTables},
 };
@@ -63,7 +63,7 @@ impl Work for GraspJob {
     fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
         let mut keys = self.keys(Some(folder));
         keys.extend(self.objects.resolved(folder));
-        keys.insert("shards".to_owned(), toml::Table::from_iter([("runs".to_owned(), shard_samples.into())]).into());
+        keys.extend([shards_section("runs", shard_samples)]);
         keys
     }
 

@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
+    job::shards_section,
     plan::{JobSplits, SubjectItems},
     work::{Closing, OpenWork, Producer, Work, WorkCosts, WorkTables},
 };
@@ -39,7 +40,7 @@ impl Work for PatchJob {
 
     fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
         let mut keys = self.keys(Some(folder));
-        keys.insert("shards".to_owned(), toml::Table::from_iter([("samples".to_owned(), shard_samples.into())]).into());
+        keys.extend([shards_section("samples", shard_samples)]);
         keys
     }
 

@@ -12,6 +12,7 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
+    job::shards_section,
     plan::{JobSplits, SubjectItems},
     work::{Closing, OpenWork, Producer, Work, WorkCosts, WorkTables},
 };
@@ -30,8 +31,7 @@ impl Work for ReachabilityJob {
 
     fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
         let mut keys = self.keys(Some(folder));
-        let shards = toml::Table::from_iter([("positions".to_owned(), shard_samples.into())]);
-        keys.insert("shards".to_owned(), shards.into());
+        keys.extend([shards_section("positions", shard_samples)]);
         keys
     }
 

@@ -7,19 +7,6 @@ const PAIR_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.
 const TOUCH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/touch.bin"));
 const HAND_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/hand.bin"));
 
-const fn channel(
-    topic: &'static str,
-    message: &'static str,
-    descriptors: &'static [u8],
-    arrays: &'static [ArrayFormat],
-) -> ChannelFormat {
-    ChannelFormat { topic, message, descriptors, arrays }
-}
-
-const fn array(name: &'static str, shape: &'static str, meaning: &'static str) -> ArrayFormat {
-    ArrayFormat { name, shape, meaning }
-}
-
 /// The row of completion in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
     name: "completion",
@@ -37,85 +24,105 @@ pub static FORMAT: ProductFormat = ProductFormat {
 };
 
 const CHANNELS: [ChannelFormat; 10] = [
-    channel(
+    ChannelFormat::new(
         "/completion/pair",
         "graspmill.VoxelPair",
         PAIR_SCHEMAS,
         &[
-            array("partial", "(N, N, N) bits", "cells that hold a point the camera saw"),
-            array("complete", "(N, N, N) bits", "cells of the solid object, same grid, same pose"),
+            ArrayFormat::new("partial", "(N, N, N) bits", "cells that hold a point the camera saw"),
+            ArrayFormat::new("complete", "(N, N, N) bits", "cells of the solid object, same grid, same pose"),
         ],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/visibility",
         "graspmill.Visibility",
         PAIR_SCHEMAS,
-        &[array("free", "(N, N, N) bits", "cells that the camera sees to be free; what is neither is unseen")],
+        &[ArrayFormat::new(
+            "free",
+            "(N, N, N) bits",
+            "cells that the camera sees to be free; what is neither is unseen",
+        )],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/depth",
         "graspmill.Depth",
         PAIR_SCHEMAS,
-        &[array("depth", "(height, width)", "depth along the optical axis [m], no return = NaN; crop of the image")],
+        &[ArrayFormat::new(
+            "depth",
+            "(height, width)",
+            "depth along the optical axis [m], no return = NaN; crop of the image",
+        )],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/cloud",
         "graspmill.Cloud",
         PAIR_SCHEMAS,
-        &[array("cloud", "(n, 3) f32", "the seen points [m]")],
+        &[ArrayFormat::new("cloud", "(n, 3) f32", "the seen points [m]")],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/tsdf",
         "graspmill.Tsdf",
         PAIR_SCHEMAS,
-        &[array("tsdf", "(N, N, N) i16", "signed distance to the surface, seen or not, cut off, negative inside")],
+        &[ArrayFormat::new(
+            "tsdf",
+            "(N, N, N) i16",
+            "signed distance to the surface, seen or not, cut off, negative inside",
+        )],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/coverage",
         "graspmill.Coverage",
         PAIR_SCHEMAS,
-        &[array("coverage", "(N, N, N) u8", "share of each cell that is solid, times 255")],
+        &[ArrayFormat::new("coverage", "(N, N, N) u8", "share of each cell that is solid, times 255")],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/implicit",
         "graspmill.Implicit",
         PAIR_SCHEMAS,
-        &[array("implicit", "points, normals, distances", "samples of the surface and of space [m]")],
+        &[ArrayFormat::new("implicit", "points, normals, distances", "samples of the surface and of space [m]")],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/touch_rays",
         "graspmill.TactileContacts",
         TOUCH_SCHEMAS,
         &[
-            array(
+            ArrayFormat::new(
                 "contacts",
                 "(contacts, ...)",
                 "where rays from behind met the object: point [m], outward normal, distance [m], which ray, seen or not",
             ),
-            array("tactile", "(N, N, N) bits", "cells that hold a contact, same grid"),
+            ArrayFormat::new("tactile", "(N, N, N) bits", "cells that hold a contact, same grid"),
         ],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/touch_exploration",
         "graspmill.HandContacts",
         HAND_SCHEMAS,
         &[
-            array(
+            ArrayFormat::new(
                 "contacts",
                 "(contacts, ...)",
                 "where a hand that felt its way over the hidden side touched: point [m], outward normal, which approach, seen \
              or not; link, force [N], gap [m]",
             ),
-            array("approaches", "(approaches, ...)", "where each ended: pose of the hand, joint values, why it ended"),
+            ArrayFormat::new(
+                "approaches",
+                "(approaches, ...)",
+                "where each ended: pose of the hand, joint values, why it ended",
+            ),
         ],
     ),
-    channel(
+    ChannelFormat::new(
         "/completion/touch_grasp",
         "graspmill.HandContacts",
         HAND_SCHEMAS,
         &[
-            array("contacts", "(contacts, ...)", "where a hand that took hold once touched; as of exploration"),
-            array("approaches", "(1, ...)", "where it ended: pose of the hand, joint values, why it ended"),
+            ArrayFormat::new(
+                "contacts",
+                "(contacts, ...)",
+                "where a hand that took hold once touched; as of exploration",
+            ),
+            ArrayFormat::new("approaches", "(1, ...)", "where it ended: pose of the hand, joint values, why it ended"),
         ],
     ),
 ];

@@ -11,19 +11,6 @@ const IMAGE_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/patch_ima
 const HEATMAP_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/heatmaps.bin"));
 const DEPTH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin"));
 
-const fn channel(
-    topic: &'static str,
-    message: &'static str,
-    descriptors: &'static [u8],
-    arrays: &'static [ArrayFormat],
-) -> ChannelFormat {
-    ChannelFormat { topic, message, descriptors, arrays }
-}
-
-const fn array(name: &'static str, shape: &'static str, meaning: &'static str) -> ArrayFormat {
-    ArrayFormat { name, shape, meaning }
-}
-
 /// The row of patches in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
     name: "patches",
@@ -34,38 +21,42 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subject_meaning: "The object by content, 64 hexadecimal digits.",
     item_meaning: "Number of the grasp of the object.",
     channels: &[
-        channel(
+        ChannelFormat::new(
             "/patches/patch",
             "graspmill.HeatmapPatch",
             PATCH_SCHEMAS,
             &[
-                array("depth", "(4, side, side) f32", "depth around palm and fingertips along the optical axis [m]"),
-                array("points", "(4, ...)", "pixel, position [m] and corner of each patch"),
+                ArrayFormat::new(
+                    "depth",
+                    "(4, side, side) f32",
+                    "depth around palm and fingertips along the optical axis [m]",
+                ),
+                ArrayFormat::new("points", "(4, ...)", "pixel, position [m] and corner of each patch"),
             ],
         ),
-        channel(
+        ChannelFormat::new(
             "/patches/colour",
             "graspmill.PatchColour",
             PATCH_SCHEMAS,
-            &[array("colour", "(4, side, side, 3) u8", "the same patches in colour")],
+            &[ArrayFormat::new("colour", "(4, side, side, 3) u8", "the same patches in colour")],
         ),
-        channel(
+        ChannelFormat::new(
             "/patches/image",
             "graspmill.Depth",
             DEPTH_SCHEMAS,
-            &[array("image", "(height, width)", "depth of the whole image [m]")],
+            &[ArrayFormat::new("image", "(height, width)", "depth of the whole image [m]")],
         ),
-        channel(
+        ChannelFormat::new(
             "/patches/image_colour",
             "graspmill.PatchImageColour",
             IMAGE_SCHEMAS,
-            &[array("image_colour", "(height, width, 3) u8", "the whole image in colour")],
+            &[ArrayFormat::new("image_colour", "(height, width, 3) u8", "the whole image in colour")],
         ),
-        channel(
+        ChannelFormat::new(
             "/patches/heatmap",
             "graspmill.PatchHeatmap",
             HEATMAP_SCHEMAS,
-            &[array(
+            &[ArrayFormat::new(
                 "heatmap",
                 "(points, ...)",
                 "pixel, type and value of palm and fingertips of all grasps from about the same side",
