@@ -107,6 +107,10 @@ fuzz: ## coverage-guided fuzzing of all readers (cargo-fuzz and a nightly toolch
 fuzz-seeds: mujoco ## write the seeds of fuzz/corpus anew
 	GRASPMILL_WRITE_SEEDS=1 $(CARGO) test --release --locked --test integrity seeds_are_written
 
+.PHONY: schemas
+schemas: mujoco ## write the Rust types and descriptors of proto/ anew
+	GRASPMILL_WRITE_SCHEMAS=1 $(CARGO) test --release --locked --test dataset generated_files
+
 .PHONY: bench
 bench: setup robot-fetch ## criterion benches of the kernels
 	$(CARGO) bench --locked

@@ -197,10 +197,9 @@ fn every_dependency_is_named_in_the_code() {
         let mut code = String::new();
         for folder in folders.iter().map(Path::new) {
             let files = if folder.is_dir() { sources(folder) } else { vec![folder.to_owned()] };
-            // Tests stand in the same files; build scripts take the shared one of `proto/`.
+            // Tests stand in the same files.
             files.iter().for_each(|file| code += &fs::read_to_string(file).expect("source is UTF-8"));
         }
-        code += &fs::read_to_string("proto/compile.rs").expect("source is UTF-8");
         for section in ["dependencies", "build-dependencies", "dev-dependencies"] {
             let names = table.get(section).and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::keys);
             for name in names.map(|name| name.replace('-', "_")) {

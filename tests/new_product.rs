@@ -15,6 +15,7 @@ use support::{
     files::{ROOT, read_json, repository_path},
     jobs::NO_SPLIT,
     program::Program,
+    schemas,
     workspace::Workspace,
 };
 
@@ -68,9 +69,17 @@ const TABLES: [(&str, &[(&str, &str)]); 4] = [
     ),
 ];
 
-/// Folders that are the new product's own, and its schema.
-const OWN: [&str; 4] =
-    ["proto/volume.proto", "src/factory/products/volume", "src/format/products/volume", "src/publish/products/volume"];
+/// The types of all schemas, which `make schemas` writes anew.
+const TYPES: &str = "src/format/generated/graspmill.rs";
+
+/// Folders that are the new product's own, its schema and the descriptors that `make schemas` makes of it.
+const OWN: [&str; 5] = [
+    "proto/volume.proto",
+    "src/factory/products/volume",
+    "src/format/generated/volume.bin",
+    "src/format/products/volume",
+    "src/publish/products/volume",
+];
 
 /// Built-in shapes that are measured.
 const NAMES: [&str; 3] = ["box-01", "can-01", "cup-01"];
@@ -124,6 +133,11 @@ fn sources_with_product() -> Files {
         }
         *content = text.into_bytes();
     }
+    let workspace = Workspace::new();
+    for (path, content) in files.iter().filter(|(path, _)| path.starts_with("proto")) {
+        workspace.write(path.to_str().expect("a path in UTF-8"), content);
+    }
+    files.extend(schemas::generate(workspace.folder()));
     files
 }
 
@@ -181,9 +195,9 @@ fn a_new_product_edits_the_tables_alone() {
     let (before, after) = (sources(), sources_with_product());
     let edited: Vec<&Path> =
         before.iter().filter(|(path, content)| after[*path] != **content).map(|(path, _)| path.as_path()).collect();
-    let mut tables = TABLES.map(|(table, _)| Path::new(table));
-    tables.sort();
-    assert_eq!(edited, tables);
+    let mut expected: Vec<&Path> = TABLES.iter().map(|(table, _)| Path::new(table)).chain([Path::new(TYPES)]).collect();
+    expected.sort();
+    assert_eq!(edited, expected);
     for path in after.keys().filter(|path| !before.contains_key(*path)) {
         assert!(OWN.iter().any(|own| path.starts_with(own)), "{} is no file of the product's own", path.display());
     }

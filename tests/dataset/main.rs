@@ -7,5 +7,6 @@ mod golden;
 mod peers;
 mod python_package;
 mod reading;
+mod schemas;
 #[path = "../support/mod.rs"]
 mod support;

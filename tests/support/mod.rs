@@ -10,6 +10,7 @@ pub mod meshes;
 pub mod pairs;
 pub mod program;
 pub mod robots;
+pub mod schemas;
 pub mod shelf;
 pub mod small_dataset;
 pub mod workspace;

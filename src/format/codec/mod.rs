@@ -17,7 +17,7 @@ use kernel::ids::{Digest, ItemId, ObjectId, SampleId};
 
 #[allow(dead_code, reason = "TactileContacts is read as HandContacts, which has its fields")]
 pub(crate) mod proto {
-    include!(concat!(env!("OUT_DIR"), "/graspmill.rs"));
+    include!("../generated/graspmill.rs");
 }
 
 /// The id of a decoded message's sample.

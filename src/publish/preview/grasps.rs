@@ -57,7 +57,7 @@ pub fn write_grasp_preview(reader: &DatasetReader, most: usize) -> Result<PathBu
 }
 
 fn write_messages(file: impl std::io::Write + Seek, scenes: &[SceneUpdate]) -> mcap::McapResult<()> {
-    let mut preview = Preview::create(file, include_bytes!(concat!(env!("OUT_DIR"), "/foxglove_scene.bin")))?;
+    let mut preview = Preview::create(file, include_bytes!("../generated/foxglove_scene.bin"))?;
     for (second, scene) in (0..).zip(scenes) {
         preview.write(second, "/preview/grasp", "foxglove.SceneUpdate", scene)?;
     }

@@ -38,7 +38,7 @@ pub fn write_map_preview(folder: &Path, field: &ReachabilityField) -> Result<Pat
 }
 
 fn write_messages(file: impl std::io::Write + Seek, field: &ReachabilityField) -> mcap::McapResult<()> {
-    let mut preview = Preview::create(file, include_bytes!(concat!(env!("OUT_DIR"), "/foxglove_scene.bin")))?;
+    let mut preview = Preview::create(file, include_bytes!("../generated/foxglove_scene.bin"))?;
     preview.write(0, "/preview/reachable", "foxglove.PointCloud", &cloud(field))?;
     preview.write(0, "/preview/directions", "foxglove.SceneUpdate", &arrows(field))?;
     preview.finish()

@@ -40,11 +40,11 @@ pub enum PreviewError {
 
 #[expect(clippy::enum_variant_names, reason = "Foxglove's names")]
 pub(super) mod foxglove {
-    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
+    include!("../generated/foxglove.rs");
 }
 pub(super) mod google {
     pub mod protobuf {
-        include!(concat!(env!("OUT_DIR"), "/google.protobuf.rs"));
+        include!("../generated/google.protobuf.rs");
     }
 }
 

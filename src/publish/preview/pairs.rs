@@ -72,8 +72,8 @@ fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -
     // Previews without touch carry the schema, and keep the bytes, that they had before there was any.
     let touched = samples.iter().flat_map(|sample| &sample.touch).any(|(_, contacts)| !contacts.is_empty());
     let (plain, scene): (&[u8], &[u8]) = (
-        include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.bin")),
-        include_bytes!(concat!(env!("OUT_DIR"), "/foxglove_scene.bin")),
+        include_bytes!("../generated/foxglove.bin"),
+        include_bytes!("../generated/foxglove_scene.bin"),
     );
     let mut preview = Preview::create(file, if touched { scene } else { plain })?;
     for (second, PreviewSample { pair, depth, touch }) in (0..).zip(samples) {

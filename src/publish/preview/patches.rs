@@ -68,7 +68,7 @@ pub fn write_patch_preview(reader: &DatasetReader, most: usize) -> Result<PathBu
 }
 
 fn write_messages(file: impl std::io::Write + Seek, grasps: &[Seen]) -> mcap::McapResult<()> {
-    let mut preview = Preview::create(file, include_bytes!(concat!(env!("OUT_DIR"), "/foxglove_scene.bin")))?;
+    let mut preview = Preview::create(file, include_bytes!("../generated/foxglove_scene.bin"))?;
     for (second, Seen { patch, colour, image: whole }) in (0..).zip(grasps) {
         let time = Some(Timestamp { seconds: second as i64, nanos: 0 });
         let (camera, side) = (&patch.camera, patch.side);

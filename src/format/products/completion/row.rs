@@ -3,9 +3,9 @@
 use super::facts::FACTS;
 use crate::{ArrayFormat, ChannelFormat, Noun, ProductFormat};
 
-const PAIR_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin"));
-const TOUCH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/touch.bin"));
-const HAND_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/hand.bin"));
+const PAIR_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
+const TOUCH_SCHEMAS: &[u8] = include_bytes!("../../generated/touch.bin");
+const HAND_SCHEMAS: &[u8] = include_bytes!("../../generated/hand.bin");
 
 /// The row of completion in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {

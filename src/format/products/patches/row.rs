@@ -6,10 +6,10 @@ use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
 /// Name of the file of grasp types.
 pub const TYPES: &str = "types.json";
 
-const PATCH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/patches.bin"));
-const IMAGE_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/patch_images.bin"));
-const HEATMAP_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/heatmaps.bin"));
-const DEPTH_SCHEMAS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/graspmill.bin"));
+const PATCH_SCHEMAS: &[u8] = include_bytes!("../../generated/patches.bin");
+const IMAGE_SCHEMAS: &[u8] = include_bytes!("../../generated/patch_images.bin");
+const HEATMAP_SCHEMAS: &[u8] = include_bytes!("../../generated/heatmaps.bin");
+const DEPTH_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
 
 /// The row of patches in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {

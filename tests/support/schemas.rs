@@ -1,0 +1,56 @@
+//! From `proto/` to what the crates keep in their folders `generated/`: Rust types, and the `FileDescriptorSet`s that shards
+//! carry. They are committed, so that a build of the program needs no compiler of schemas.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use prost::Message;
+
+/// The folders, and the stems of the schemas whose files stand in them.
+const FOLDERS: [(&str, fn(&str) -> bool); 2] = [
+    ("src/format/generated", |stem| !stem.starts_with("foxglove")),
+    ("src/publish/generated", |stem| stem.starts_with("foxglove")),
+];
+
+/// All generated files of a repository, by their paths from its root, made from its folder `proto/`.
+pub fn generate(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for (folder, is_wanted) in FOLDERS {
+        generate_into(&root.join("proto"), Path::new(folder), is_wanted, &mut files);
+    }
+    files
+}
+
+/// Each schema becomes `STEM.bin`, with what it imports but without comments and positions, so that rewording a comment or
+/// adding another schema moves no byte of a shard. The types are made from all schemas at once: several share a package.
+fn generate_into(
+    schemas: &Path,
+    folder: &Path,
+    is_wanted: fn(&str) -> bool,
+    files: &mut BTreeMap<PathBuf, Vec<u8>>,
+) {
+    let mut wanted: Vec<PathBuf> =
+        fs::read_dir(schemas).expect("a folder").map(|entry| entry.expect("an entry").path()).collect();
+    wanted.retain(|path| path.file_stem().is_some_and(|stem| is_wanted(&stem.to_string_lossy())));
+    wanted.sort();
+    for schema in &wanted {
+        let mut descriptors = protox::compile([schema], [schemas]).expect("a schema");
+        descriptors.file.iter_mut().for_each(|descriptor| descriptor.source_code_info = None);
+        let name = Path::new(schema.file_stem().expect("a stem")).with_extension("bin");
+        files.insert(folder.join(name), descriptors.encode_to_vec());
+    }
+    let out = tempfile::tempdir().expect("a temporary folder");
+    // The well-known types beside ours: one message of them is no reason for another dependency.
+    prost_build::Config::new()
+        .compile_well_known_types()
+        .out_dir(out.path())
+        .compile_fds(protox::compile(&wanted, [schemas]).expect("schemas"))
+        .expect("types");
+    for entry in fs::read_dir(out.path()).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        files.insert(folder.join(path.file_name().expect("a name")), fs::read(&path).expect("a file"));
+    }
+}
