@@ -51,14 +51,14 @@ fn annealer(model: &HandModel, energy: EnergyKind, space: WrenchSpace) -> Anneal
     Annealer::new(&search, &Annealing { energy, space, ..ANNEALING }, &KEEPING, SimdLevel::detect())
 }
 
-fn places(surface: &ContactSurface, count: u32) -> Vec<IsometryMatrix3<f64>> {
+fn poses(surface: &ContactSurface, count: u32) -> Vec<IsometryMatrix3<f64>> {
     seeds(surface, count, &mut Stream::of_job(1, b"", "seeds"))
 }
 
 fn runs(criterion: &mut Criterion) {
     let (model, (mesh, surface)) = (open_hand(BARRETT), mug());
     let object = ObjectSearch::new(&surface, &mesh).expect("a solid inside");
-    let seeds = places(&surface, SEEDS);
+    let seeds = poses(&surface, SEEDS);
     let mut group = criterion.benchmark_group("annealing");
     group.sample_size(10).measurement_time(Duration::from_secs(3));
     group.throughput(Throughput::Elements(u64::from(STEPS * SEEDS)));
@@ -86,7 +86,7 @@ fn runs(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A grasp's posture before it closes, and the object seen from the hand's base.
+/// A grasp's posture before it closes, and the object expressed in the hand's base frame.
 fn started(model: &HandModel, grasp: &Grasp) -> (Vec<f64>, IsometryMatrix3<f64>) {
     let hand = model.hand();
     let base_from_approach = hand.approach_pose(&hand.link_frames(&hand.posture_values(&grasp.posture)));
@@ -98,7 +98,7 @@ fn trials(criterion: &mut Criterion) {
     let object = ObjectSearch::new(&surface, &mesh).expect("a solid inside");
     let mut annealer = annealer(&model, EnergyKind::ContactAndPotential, WrenchSpace::Force);
     let kept: Vec<_> = (0..)
-        .zip(places(&surface, SEEDS_OF_TRIALS))
+        .zip(poses(&surface, SEEDS_OF_TRIALS))
         .flat_map(|(number, seed)| annealer.run(&object, &seed, &mut Stream::of_job(number, b"", "annealing")).grasps)
         .filter(|grasp| grasp.verdict == GraspVerdict::Kept)
         .take(TRIED)
@@ -112,8 +112,8 @@ fn trials(criterion: &mut Criterion) {
     group.sample_size(10).measurement_time(Duration::from_secs(5)).throughput(Throughput::Elements(kept.len() as u64));
     group.bench_function("lifted", |bench| {
         bench.iter(|| {
-            for (posture, place) in &kept {
-                black_box(worker.run(posture, black_box(place), &conditions).expect("a posture of the hand"));
+            for (posture, pose) in &kept {
+                black_box(worker.run(posture, black_box(pose), &conditions).expect("a posture of the hand"));
             }
         });
     });

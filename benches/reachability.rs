@@ -60,8 +60,8 @@ fn labels(grid: &AxisGrid, radius: f64) -> Vec<bool> {
 /// The grid of jobs/fetch-reachability-sphere.toml, and about a quarter of its cells: those in a ball, not from behind.
 fn on_sphere() -> (PoseGrid, Vec<bool>) {
     let axes = *grid(1).axes();
-    let places = *axes.first_chunk().expect("six axes");
-    let grid = PoseGrid::on_sphere(places, HealPix::new(2).expect("a resolution"), 8).expect("a sound grid");
+    let position_axes = *axes.first_chunk().expect("six axes");
+    let grid = PoseGrid::on_sphere(position_axes, HealPix::new(2).expect("a resolution"), 8).expect("a sound grid");
     let inside = |cell: usize| {
         let pose = Pose::<World, EndEffector>::from_xyz_rpy(grid.pose(cell));
         let away = (pose.translation() - nalgebra::Vector3::new(0.5, 0.0, 0.8)).norm();
@@ -168,9 +168,9 @@ fn obstacles(criterion: &mut Criterion) {
     let pose = Pose::from_xyz_rpy([0.8, 0.1, 0.7, 0.1, 0.2, 0.3]);
     let mut shelf = OccupancyGrid::new(40);
     for cell in 0..64_000 {
-        let place = [cell / 1600, cell / 40 % 40, cell % 40];
-        if place[2] % 10 < 2 || place[1] == 0 {
-            shelf.set(place);
+        let index = [cell / 1600, cell / 40 % 40, cell % 40];
+        if index[2] % 10 < 2 || index[1] == 0 {
+            shelf.set(index);
         }
     }
     let kinds = [

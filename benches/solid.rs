@@ -26,8 +26,8 @@ fn bumpy_ball(rings: usize) -> TriMesh {
     for (ring, step) in (0..=rings).flat_map(|ring| (0..around).map(move |step| (ring, step))) {
         let (polar, azimuth) = (PI * ring as f64 / rings as f64, 2.0 * PI * step as f64 / around as f64);
         let radius = 0.05 * (1.0 + 0.2 * polar.sin().powi(2) * (3.0 * azimuth).sin() * (2.0 * polar).cos());
-        let place = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), 1.5 * polar.cos()];
-        mesh.vertices.push(place.map(|value| (value * radius) as f32));
+        let point = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), 1.5 * polar.cos()];
+        mesh.vertices.push(point.map(|value| (value * radius) as f32));
     }
     let at = |ring: usize, step: usize| (ring * around + step % around) as u32;
     for (ring, step) in (0..rings).flat_map(|ring| (0..around).map(move |step| (ring, step))) {

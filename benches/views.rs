@@ -81,13 +81,13 @@ impl Bench {
         }
     }
 
-    fn place(&mut self) -> GridPlacement {
-        self.grids.place(self.raster.crop(), &self.camera, 40).expect("a view with returns")
+    fn place_grid(&mut self) -> GridPlacement {
+        self.grids.place_grid(self.raster.crop(), &self.camera, 40).expect("a view with returns")
     }
 
     fn pair(&mut self, object: &SolidObject, pose: &Pose<CameraCv, Object>, truth: Truth) {
         self.raster.render(&object.render, &self.camera, pose);
-        let placement = self.place();
+        let placement = self.place_grid();
         self.grids.partial(self.raster.crop(), &self.camera, &placement, false, &mut self.grid);
         black_box(&self.grid);
         self.grids.complete(object, pose, &placement, truth, false, &mut self.grid);
@@ -122,12 +122,12 @@ fn scans_of_16k(criterion: &mut Criterion) {
         .iter()
         .map(|(object, pose)| {
             bench.raster.render(&object.render, &bench.camera, pose);
-            (bench.raster.crop().clone(), bench.place(), *object, *pose)
+            (bench.raster.crop().clone(), bench.place_grid(), *object, *pose)
         })
         .collect();
     group.bench_function("placement", |bencher| {
         average(bencher, &crops, |(crop, ..)| {
-            black_box(bench.grids.place(crop, &bench.camera, 40).expect("a view with returns"));
+            black_box(bench.grids.place_grid(crop, &bench.camera, 40).expect("a view with returns"));
         });
     });
     group.bench_function("partial", |bencher| {

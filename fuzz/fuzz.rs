@@ -10,16 +10,16 @@ use graspmill_fuzz::{TARGETS, Target};
 use libfuzzer_sys::fuzz_target;
 
 /// Most bytes at once: a chunk of a shard is 1 GiB at most.
-const MOST: usize = 1100 << 20;
+const MAX: usize = 1100 << 20;
 
-/// The system's allocator, which ends the program over a block of more than [`MOST`]. libFuzzer's own limit wants a sanitizer.
+/// The system's allocator, which ends the program over a block of more than [`MAX`]. libFuzzer's own limit wants a sanitizer.
 struct Bounded;
 
 #[global_allocator]
 static BOUNDED: Bounded = Bounded;
 
 fn check(bytes: usize) {
-    if bytes > MOST {
+    if bytes > MAX {
         eprintln!("a block of {bytes} bytes is more than {MOST}");
         std::process::abort();
     }

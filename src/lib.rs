@@ -1,6 +1,7 @@
 //! graspmill: a simulation-driven synthetic data factory for robotic grasping.
 //!
-//! This crate is a facade: it gives the crates below `src/` one name. Data flows one way, and so do their dependencies:
+//! This crate is a facade: it gives the crates below `src/` one name. Data flows in one direction, and so do their
+//! dependencies:
 //!
 //! ```text
 //! jobs/*.toml -> factory::job -> factory::plan -> factory::run( factory::products x sim ) -> format -> runtime, publish

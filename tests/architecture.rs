@@ -504,23 +504,23 @@ fn circles(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>) -> BTreeSet<Vec<M
 
 /// The shortest way from a file back to itself.
 fn shortest_circle(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>, start: &ModulePath) -> Vec<ModulePath> {
-    let mut ways = vec![vec![start.clone()]];
+    let mut paths = vec![vec![start.clone()]];
     let mut seen = BTreeSet::new();
     loop {
         let mut longer = Vec::new();
-        for way in ways {
-            for next in graph.get(way.last().expect("a start")).into_iter().flatten() {
-                let way: Vec<ModulePath> = way.iter().chain([next]).cloned().collect();
+        for path in paths {
+            for next in graph.get(path.last().expect("a start")).into_iter().flatten() {
+                let path: Vec<ModulePath> = path.iter().chain([next]).cloned().collect();
                 if next == start {
-                    return way;
+                    return path;
                 }
                 if seen.insert(next.clone()) {
-                    longer.push(way);
+                    longer.push(path);
                 }
             }
         }
         assert!(!longer.is_empty(), "{start:?} stands in no circle");
-        ways = longer;
+        paths = longer;
     }
 }
 
@@ -548,7 +548,7 @@ fn files_stand_in_no_circle() {
         modules.files.keys().map(|module| (module.clone(), modules.used_by(module))).collect();
     let name = |module: &ModulePath| modules.files[module].to_string_lossy().into_owned();
     let in_circles = circles(&graph).into_iter().flatten();
-    let ways = in_circles.map(|file| shortest_circle(&graph, &file).iter().map(name).collect::<Vec<String>>());
-    let wrong: Vec<String> = ways.map(|way| way.join(" -> ")).collect();
+    let paths = in_circles.map(|file| shortest_circle(&graph, &file).iter().map(name).collect::<Vec<String>>());
+    let wrong: Vec<String> = paths.map(|path| path.join(" -> ")).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

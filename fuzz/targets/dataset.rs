@@ -136,18 +136,18 @@ fn put_shard(bytes: &[u8]) {
 
 /// `field.mcap` or `shapes.mcap`, as the first byte says, checksums mended.
 pub fn beside(input: &[u8]) {
-    static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
     let Some((file, bytes)) = input.split_first() else { return };
     let bytes = with_checksums(bytes);
     if file.is_multiple_of(2) {
-        fs::write(PLACE.path().join("field.mcap"), bytes).expect("a file");
-        let _ = read_field(PLACE.path());
+        fs::write(SCRATCH.path().join("field.mcap"), bytes).expect("a file");
+        let _ = read_field(SCRATCH.path());
         return;
     }
-    fs::write(PLACE.path().join("shapes.mcap"), bytes).expect("a file");
-    let Ok(shapes) = Shapes::open(PLACE.path()) else { return };
+    fs::write(SCRATCH.path().join("shapes.mcap"), bytes).expect("a file");
+    let Ok(shapes) = Shapes::open(SCRATCH.path()) else { return };
     let _ = (shapes.hand(), shapes.trial_hand());
-    for place in 0..shapes.objects() {
-        let _ = shapes.object(place);
+    for index in 0..shapes.objects() {
+        let _ = shapes.object(index);
     }
 }

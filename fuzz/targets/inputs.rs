@@ -25,14 +25,14 @@ pub fn scratch() -> tempfile::TempDir {
 /// A job file, or one of a set: read, checked, its mistakes rendered; what needs no mesh is resolved, written back and read
 /// again.
 pub fn job(input: &[u8]) {
-    static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
-        let place = scratch();
-        fs::write(place.path().join("robot.xml"), "<mujoco model='robot'/>").expect("a robot");
-        fs::write(place.path().join("hand.xml"), "<mujoco model='hand'/>").expect("a hand");
-        fs::write(place.path().join("hand.toml"), "").expect("a table");
-        fs::write(place.path().join("part.off"), "OFF\n").expect("a mesh");
-        fs::write(place.path().join("masses.csv"), "name,mass\npart,0.1\n").expect("a table");
-        place
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let folder = scratch();
+        fs::write(folder.path().join("robot.xml"), "<mujoco model='robot'/>").expect("a robot");
+        fs::write(folder.path().join("hand.xml"), "<mujoco model='hand'/>").expect("a hand");
+        fs::write(folder.path().join("hand.toml"), "").expect("a table");
+        fs::write(folder.path().join("part.off"), "OFF\n").expect("a mesh");
+        fs::write(folder.path().join("masses.csv"), "name,mass\npart,0.1\n").expect("a table");
+        folder
     });
     let Ok(text) = std::str::from_utf8(input) else { return };
     // The other folders of this machine are none of the input.
@@ -41,12 +41,12 @@ pub fn job(input: &[u8]) {
     }
     let named = |text: String| JobText {
         label: "job.toml".to_owned(),
-        folder: PLACE.path().to_owned(),
+        folder: SCRATCH.path().to_owned(),
         text,
         overrides: vec![],
     };
     let read = |text: &JobText| {
-        let context = JobContext { packages: PLACE.path().join("packages"), built_in: built_in_names(24).collect() };
+        let context = JobContext { packages: SCRATCH.path().join("packages"), built_in: built_in_names(24).collect() };
         JobDraft::read(text, &context)
     };
     let written = named(text.to_owned());
@@ -66,7 +66,7 @@ pub fn job(input: &[u8]) {
     }
     let Ok(job) = draft.resolve(Vec::new()) else { return };
     let _ = Plan::new(&job.work.subjects(), job.shard_samples);
-    let again = named(job.to_toml(PLACE.path()));
+    let again = named(job.to_toml(SCRATCH.path()));
     let again = read(&again).map_err(|errors| errors.render()).expect("a resolved job reads back");
     let again = again.resolve(Vec::new()).map_err(|errors| errors.render()).expect("and resolves");
     assert_eq!(again.digest(), job.digest(), "a resolved job is the same job");
@@ -83,12 +83,12 @@ pub fn hand(input: &[u8]) {
 
 /// An MJCF file, as far as the program itself reads it: which files it names.
 pub fn description(input: &[u8]) {
-    static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
     // Devices of this machine are none of the input.
     if input.contains(&b'/') && input.windows(2).any(|pair| pair == b"\"/" || pair == b"'/" || pair == b"..") {
         return;
     }
-    let path = PLACE.path().join("robot.xml");
+    let path = SCRATCH.path().join("robot.xml");
     fs::write(&path, input).expect("a file");
     if let Err(error) = Description::read(&path) {
         assert!(!error.to_string().is_empty() && !error.remedy().is_empty());
@@ -97,9 +97,9 @@ pub fn description(input: &[u8]) {
 
 /// A mesh file of the format that the first byte names: read, mended, checked.
 pub fn mesh(input: &[u8]) {
-    static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
     let Some((format, bytes)) = input.split_first() else { return };
-    let path = PLACE.path().join(format!("mesh.{}", MESHES[usize::from(*format) % MESHES.len()]));
+    let path = SCRATCH.path().join(format!("mesh.{}", MESHES[usize::from(*format) % MESHES.len()]));
     fs::write(&path, bytes).expect("a file");
     let raw = read_triangles(&path);
     match prepare(&MeshSource::of_file("mesh", &path)) {

@@ -13,7 +13,7 @@ const ATTACHMENT_INDEX: u8 = 0x0a;
 const DATA_END: u8 = 0x0f;
 
 /// Most bytes that a chunk is unpacked to for its checksum.
-const MOST: usize = 1 << 24;
+const MAX: usize = 1 << 24;
 
 /// Returns the file with the right checksums of chunks, attachments and summary, as far as records can be told apart.
 pub fn with_checksums(file: &[u8]) -> Vec<u8> {
@@ -54,7 +54,7 @@ fn chunk_checksum(body: &[u8]) -> Option<u32> {
     let size = u64::from_le_bytes(body.get(16..24)?.try_into().ok()?);
     let word = u32::from_le_bytes(body.get(28..32)?.try_into().ok()?) as usize;
     let records = body.get(32usize.checked_add(word)?.checked_add(8)?..)?;
-    let size = usize::try_from(size).ok().filter(|size| *size <= MOST)?;
+    let size = usize::try_from(size).ok().filter(|size| *size <= MAX)?;
     let unpacked = zstd::bulk::decompress(records, size).ok()?;
     Some(crc32fast::hash(&unpacked))
 }
@@ -92,8 +92,8 @@ pub fn shard_of(input: &[u8], topics: &[&str]) -> Option<Vec<u8>> {
         body.extend(data);
         body.extend(crc32fast::hash(&body).to_le_bytes());
         record(&mut file, ATTACHMENT, &body);
-        let place = [start as u64, (file.len() - start) as u64, 0, 0, data.len() as u64];
-        attachments.push([place.map(u64::to_le_bytes).concat(), text(name), text(media_type)].concat());
+        let numbers = [start as u64, (file.len() - start) as u64, 0, 0, data.len() as u64];
+        attachments.push([numbers.map(u64::to_le_bytes).concat(), text(name), text(media_type)].concat());
     }
     let chunk_at = file.len();
     let times = times(records);

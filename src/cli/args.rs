@@ -218,8 +218,8 @@ pub struct VerifyArgs {
     /// Seed of the choice of samples to make again.
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
-    /// Where a path of its job is to be found on this machine, for making samples again: `--set hand.scene=scenes/hand.xml`. Content is
-    /// pinned: anything else is refused.
+    /// Where a path of its job is to be found on this machine, for making samples again: `--set hand.scene=scenes/hand.xml`.
+    /// Content is pinned: anything else is refused.
     #[arg(long = "set", value_name = "KEY=PATH", requires = "regenerate")]
     pub set: Vec<String>,
     /// Print JSON.

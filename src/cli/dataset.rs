@@ -1,4 +1,4 @@
-//! Verbs that look at a dataset: status, inspect, report, export, digest.
+//! Verbs that read a dataset: status, inspect, report, export, digest.
 
 use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ReportArgs},
@@ -29,7 +29,7 @@ pub struct Status {
     /// Missing shards as schedulers write arrays: `3,17-19`.
     shards_missing: String,
     shards_bad: Vec<String>,
-    /// Temporary files that somebody writes, as far as locks tell.
+    /// Temporary files that somebody writes, as far as locks show.
     at_work: usize,
     leftovers: usize,
     bytes: u64,

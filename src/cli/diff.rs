@@ -15,7 +15,7 @@ use format::dataset::{DatasetDifference, DatasetReader, ObjectDifference, Reason
 use kernel::ids::{Digest, ObjectId};
 
 /// Settings that are written out for people; the JSON has all.
-const MOST_SETTINGS: usize = 40;
+const MAX_SETTINGS: usize = 40;
 
 /// Differences, for machines.
 #[derive(Serialize)]
@@ -71,12 +71,12 @@ fn text(a: &Path, b: &Path, difference: &DatasetDifference, settings: &[SettingD
         }
     }
     lines.extend(difference.reasons.iter().map(reason_words));
-    lines.extend(settings.iter().take(MOST_SETTINGS).map(|SettingDifference { key, a, b }| {
+    lines.extend(settings.iter().take(MAX_SETTINGS).map(|SettingDifference { key, a, b }| {
         let words = |value: &Option<String>| value.clone().unwrap_or_else(|| "nothing".to_owned());
         format!("setting {key}: {}, {}", words(a), words(b))
     }));
-    if settings.len() > MOST_SETTINGS {
-        lines.push(format!("and {} more settings (--json has all)", settings.len() - MOST_SETTINGS));
+    if settings.len() > MAX_SETTINGS {
+        lines.push(format!("and {} more settings (--json has all)", settings.len() - MAX_SETTINGS));
     }
     lines.extend(objects.iter().map(|(name, object)| object_words(name, object, samples)));
     lines.extend(examples.iter().map(|example| format!("for example {example}")));

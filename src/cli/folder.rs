@@ -10,6 +10,6 @@ use super::exit::{Exit, Failure};
 pub fn refuse_set(folder: &Path) -> Result<(), Failure> {
     let Some(table) = SetTable::read(folder)? else { return Ok(()) };
     let names: Vec<&str> = table.jobs.iter().map(|job| job.name.as_str()).collect();
-    let told = format!("{}: a set of datasets; give one of {} in it", folder.display(), names.join(", "));
-    Err(Failure::message(Exit::BadSpec, told))
+    let message = format!("{}: a set of datasets; give one of {} in it", folder.display(), names.join(", "));
+    Err(Failure::message(Exit::BadSpec, message))
 }

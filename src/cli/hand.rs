@@ -1,4 +1,4 @@
-//! `graspmill hand check`: what a hand's description and its table say, and how the hand looks.
+//! `graspmill hand check`: what a hand's description and its table say, and pictures of the hand.
 
 use std::{
     f64::consts::PI,
@@ -105,7 +105,7 @@ struct Shapes {
     shapes: Vec<(Mount, TouchShape)>,
 }
 
-/// Looks at a hand.
+/// Checks a hand.
 pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
     let model = HandModel::open(&arguments.hand).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let hand = model.hand();
@@ -153,7 +153,7 @@ pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failu
     Ok(Exit::Complete)
 }
 
-/// A motor somewhere on its way; where there is a clutch, as often open as shut.
+/// A motor somewhere in its range; where there is a clutch, as often open as shut.
 fn anywhere(driven: &Driven, stream: &mut Stream) -> Motor {
     let [low, high] = driven.range();
     let motor = Motor::engaged(stream.uniform(low, high));
@@ -161,7 +161,7 @@ fn anywhere(driven: &Driven, stream: &mut Stream) -> Motor {
         Some(_) if stream.uniform(0.0, 1.0) < 0.5 => {
             let stopped = driven.stopped(motor);
             let on = stopped.angle + stream.uniform(0.0, 1.0) * (driven.closed_angle(stopped) - stopped.angle);
-            driven.turned(stopped, on)
+            driven.driven_to(stopped, on)
         }
         _ => motor,
     }
@@ -172,8 +172,8 @@ fn joint_name(hand: &Hand, joint: usize) -> String {
 }
 
 fn driven_row(hand: &Hand, driven: &Driven) -> DrivenRow {
-    let follower = |(place, follower): (usize, &Follower)| {
-        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == place);
+    let follower = |(index, follower): (usize, &Follower)| {
+        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == index);
         FollowerRow {
             joint: joint_name(hand, follower.joint),
             ratio: follower.ratio,
@@ -214,7 +214,7 @@ fn widths(hand: &Hand) -> Option<[f64; 2]> {
 
 fn eigengrasps(hand: &Hand) -> Vec<EigengraspRow> {
     let directions = hand.eigengrasps().map(|grasps| grasps.directions.clone()).unwrap_or_default();
-    let row = |(place, direction)| EigengraspRow { direction, range: hand.amplitude_range(place) };
+    let row = |(index, direction)| EigengraspRow { direction, range: hand.amplitude_range(index) };
     directions.into_iter().enumerate().map(row).collect()
 }
 
@@ -240,7 +240,7 @@ impl Shapes {
             .iter()
             .map(|(mount, shape)| {
                 let colour = COLOURS[if mount.link == 0 { 0 } else { 1 + mount.link % 2 }];
-                Solid { shape, place: hand.base_from(mount, frames), colour }
+                Solid { shape, pose: hand.base_from(mount, frames), colour }
             })
             .collect()
     }
@@ -261,10 +261,10 @@ fn draw(hand: &Hand, shapes: &Shapes, folder: &Path) -> Result<Vec<PathBuf>, Fai
         let frames = hand.link_frames(&hand.posture_values(&posture));
         let mut solids = shapes.placed(hand, &frames);
         solids.extend((0..hand.contacts().len()).map(|contact| {
-            let place = hand.contact_in_base(contact, &frames).0.coords;
+            let point = hand.contact_in_base(contact, &frames).0.coords;
             Solid {
                 shape: &ball,
-                place: IsometryMatrix3::translation(place.x, place.y, place.z),
+                pose: IsometryMatrix3::translation(point.x, point.y, point.z),
                 colour: Colour::COMPLETE,
             }
         }));
@@ -277,7 +277,7 @@ fn draw(hand: &Hand, shapes: &Shapes, folder: &Path) -> Result<Vec<PathBuf>, Fai
 
 /// Three views beside each other on white, all of the same scale.
 fn picture(solids: &[Solid<'_>]) -> Picture {
-    let balls: Vec<_> = solids.iter().map(|solid| solid.shape.ball(&solid.place)).collect();
+    let balls: Vec<_> = solids.iter().map(|solid| solid.shape.ball(&solid.pose)).collect();
     let side = |sign: f64| -> [f64; 3] {
         let end = |axis: usize| {
             let reach = balls.iter().map(|(centre, radius)| sign * centre[axis] + radius);
@@ -290,7 +290,7 @@ fn picture(solids: &[Solid<'_>]) -> Picture {
     let middle = nalgebra::center(&low, &high);
     let views = [(0.0, 0.0), (-0.25 * PI, 0.2 * PI), (0.0, 0.49 * PI)];
     let mut sheet = Picture::filled(SIDE * views.len() as u32, SIDE, [255; 4]);
-    for (place, (azimuth, elevation)) in views.into_iter().enumerate() {
+    for (index, (azimuth, elevation)) in views.into_iter().enumerate() {
         let view = SolidView { azimuth, elevation, middle, extent };
         let drawn = solid_picture(solids, &view, SIDE);
         for row in 0..SIDE {
@@ -299,7 +299,7 @@ fn picture(solids: &[Solid<'_>]) -> Picture {
                 let over = |channel: u8| {
                     ((u32::from(channel) * u32::from(alpha) + 255 * (255 - u32::from(alpha))) / 255) as u8
                 };
-                let target = (row * sheet.width + place as u32 * SIDE + column) as usize;
+                let target = (row * sheet.width + index as u32 * SIDE + column) as usize;
                 sheet.pixels[target] = [over(r), over(g), over(b), 255];
             }
         }

@@ -29,8 +29,8 @@ pub fn text(arguments: &JobArgs) -> Result<JobText, Failure> {
 /// Reads a job of one dataset, prepares its meshes, makes the plan.
 pub fn open_one(text: &JobText, context: &RunContext<'_>) -> Result<OpenJob, Failure> {
     if JobSet::is_one(text) {
-        let told = format!("{}: a set of jobs; only `run` takes sets, give one of its jobs", text.label);
-        return Err(Failure::message(Exit::BadSpec, told));
+        let message = format!("{}: a set of jobs; only `run` takes sets, give one of its jobs", text.label);
+        return Err(Failure::message(Exit::BadSpec, message));
     }
     open(read(text, &BTreeMap::new())?, context)
 }

@@ -89,14 +89,14 @@ pub fn cancel_on_signals() -> Result<Arc<Cancel>, Failure> {
     Ok(cancel)
 }
 
-/// Peak resident memory of this process [bytes], where the system tells.
+/// Peak resident memory of this process [bytes], where the system says.
 pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kibibytes| kibibytes * 1024)
 }
 
-/// Free space of the file system that holds `path` [bytes], where the system tells.
+/// Free space of the file system that holds `path` [bytes], where the system says.
 pub fn free_disk(path: &std::path::Path) -> Option<u64> {
     let facts = rustix::fs::statvfs(path).ok()?;
     Some(facts.f_bavail * facts.f_frsize)

@@ -20,7 +20,7 @@ use factory::{Cancel, RunContext, RunError, job::JobText, run};
 use format::dataset::{layout, listed_shards, read_mark, read_pending};
 use kernel::words::number_ranges;
 
-/// Between two looks at the folder.
+/// Time between two checks of the folder.
 const PAUSE: Duration = Duration::from_secs(2);
 
 /// Closes a dataset whose shards were made by tasks. Its `job.toml` says the rest; the job's own file is not needed.
@@ -33,8 +33,8 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
     wait(folder, Duration::from_secs(60 * u64::from(arguments.wait)), &cancel, printer)?;
     let job_file = folder.join(layout::JOB);
     let text = JobText::open(&job_file, &[]).map_err(|error| {
-        let told = format!("{}: {error}; `run --task` writes it", job_file.display());
-        Failure::message(Exit::Failed, told)
+        let message = format!("{}: {error}; `run --task` writes it", job_file.display());
+        Failure::message(Exit::Failed, message)
     })?;
     let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
     let open = jobs::open(jobs::read(&text, &BTreeMap::new())?, &context)?;
@@ -51,7 +51,7 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
 /// Waits until every shard has its file, by their names alone; says at once what is missing where there is no time to wait.
 fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -> Result<(), Failure> {
     let began = Instant::now();
-    let mut told = String::new();
+    let mut message = String::new();
     loop {
         // `None`: no task has begun.
         let missing = match read_mark(folder)? {
@@ -75,9 +75,9 @@ fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -
             return Err(run_failure(RunError::Interrupted));
         }
         let awaited = missing.map_or("the first task".to_owned(), |(missing, _)| format!("{} shards", missing.len()));
-        if awaited != told {
+        if awaited != message {
             printer.say(&format!("waiting for {awaited}"));
-            told = awaited;
+            message = awaited;
         }
         thread::sleep(PAUSE);
     }

@@ -59,7 +59,7 @@ impl PairRow {
 
 /// Names of a pair's bodies.
 pub fn names(bodies: &Bodies, pair: [usize; 2]) -> [String; 2] {
-    pair.map(|place| bodies.bodies[place].name.clone())
+    pair.map(|index| bodies.bodies[index].name.clone())
 }
 
 /// A body's shapes by kind, as `2 box, 1 mesh`, and the triangles of its meshes.

@@ -14,7 +14,7 @@ impl Printer {
     pub fn result(&self, text: &str) {
         let mut out = io::stdout().lock();
         let end = if text.ends_with('\n') { "" } else { "\n" };
-        // Nobody is left to tell when the pipe is closed.
+        // No reader is left when the pipe is closed.
         let _ = write!(out, "{text}{end}").and_then(|()| out.flush());
     }
 

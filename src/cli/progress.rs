@@ -16,13 +16,13 @@ const PAUSE: Duration = Duration::from_secs(2);
 
 /// A listener of one run.
 pub struct ProgressView {
-    look: Look,
+    display: Display,
     last_line: Mutex<Option<Instant>>,
     /// Product of the samples, once the plan stands.
     product: OnceLock<Product>,
 }
 
-enum Look {
+enum Display {
     Bar(ProgressBar),
     Plain,
     Json,
@@ -32,21 +32,21 @@ enum Look {
 impl ProgressView {
     /// A view in this mode.
     pub fn new(mode: ProgressMode, printer: &Printer) -> Self {
-        let look = match mode {
-            ProgressMode::Auto if printer.watched() => Look::Bar(ProgressBar::no_length()),
-            ProgressMode::Auto | ProgressMode::Plain => Look::Plain,
-            ProgressMode::Json => Look::Json,
-            ProgressMode::None => Look::Silent,
+        let display = match mode {
+            ProgressMode::Auto if printer.watched() => Display::Bar(ProgressBar::no_length()),
+            ProgressMode::Auto | ProgressMode::Plain => Display::Plain,
+            ProgressMode::Json => Display::Json,
+            ProgressMode::None => Display::Silent,
         };
-        Self { look, last_line: Mutex::new(None), product: OnceLock::new() }
+        Self { display, last_line: Mutex::new(None), product: OnceLock::new() }
     }
 
     /// Says which of several runs this is.
     pub fn name(&self, printer: &Printer, name: &str) {
-        match &self.look {
-            Look::Bar(_) | Look::Plain => printer.say(name),
-            Look::Json => printer.say(&serde_json::json!({ "event": "dataset", "name": name }).to_string()),
-            Look::Silent => {}
+        match &self.display {
+            Display::Bar(_) | Display::Plain => printer.say(name),
+            Display::Json => printer.say(&serde_json::json!({ "event": "dataset", "name": name }).to_string()),
+            Display::Silent => {}
         }
     }
 
@@ -56,29 +56,29 @@ impl ProgressView {
             let _ = self.product.set(*product);
         }
         let product = self.product.get().copied();
-        match &self.look {
-            Look::Silent => {}
-            Look::Json => {
+        match &self.display {
+            Display::Silent => {}
+            Display::Json => {
                 if self.due(event)
                     && let Ok(line) = serde_json::to_string(event)
                 {
                     printer.say(&line);
                 }
             }
-            Look::Plain => {
+            Display::Plain => {
                 if self.due(event)
                     && let Some(line) = plain_line(event, product)
                 {
                     printer.say(&line);
                 }
             }
-            Look::Bar(bar) => show_bar(bar, event, product),
+            Display::Bar(bar) => show_bar(bar, event, product),
         }
     }
 
     /// Takes the bar away, so that what follows stands on lines of its own.
     pub fn finish(&self) {
-        if let Look::Bar(bar) = &self.look {
+        if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
         }
     }

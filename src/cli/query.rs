@@ -116,10 +116,10 @@ fn numbers(values: &[f64; 6]) -> String {
 fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
     let wrong = |problem: String| Failure::message(Exit::BadSpec, problem);
     let mut poses = Vec::new();
-    for (place, text) in (1..).zip(&arguments.pose) {
+    for (number, text) in (1..).zip(&arguments.pose) {
         let fields: Vec<&str> = text.split(',').collect();
         let pose =
-            numbers_of(&fields).map_err(|problem| wrong(format!("--pose {text} (number {place}): {problem}")))?;
+            numbers_of(&fields).map_err(|problem| wrong(format!("--pose {text} (number {number}): {problem}")))?;
         poses.push(pose);
     }
     if let Some(path) = &arguments.csv {
@@ -136,10 +136,10 @@ fn poses_of_file(text: &str, path: &Path) -> Result<Vec<[f64; 6]>, String> {
     let lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
     let mut columns: Option<[usize; 6]> = None;
     let mut poses = Vec::new();
-    for (place, (line, content)) in lines.enumerate() {
+    for (number, (line, content)) in lines.enumerate() {
         let fields: Vec<&str> = content.split(',').map(str::trim).collect();
         let at = |problem: String| format!("{}:{line}: {problem}", path.display());
-        if place == 0 && fields.iter().all(|field| field.parse::<f64>().is_err()) {
+        if number == 0 && fields.iter().all(|field| field.parse::<f64>().is_err()) {
             columns = Some(columns_of(&fields).map_err(at)?);
             continue;
         }

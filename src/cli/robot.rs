@@ -57,7 +57,7 @@ struct BodyRow {
     triangles: usize,
 }
 
-/// Looks at a robot.
+/// Checks a robot.
 pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
     let wrong = |error| Failure::new(Exit::BadSpec, error);
     let fixed = fixed(&arguments.fixed)?;

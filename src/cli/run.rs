@@ -67,7 +67,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     show(&arguments.out, &parallelism, &summary, seconds, arguments.json, printer)
 }
 
-/// Tells how a dataset was finished.
+/// Reports how a dataset was finished.
 pub fn show(
     folder: &Path,
     parallelism: &Parallelism,

@@ -160,8 +160,11 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
     let path = folder.join(RECORD);
     let text = fs::read(&path).map_err(|error| {
-        let told = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
-        Failure::message(if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput }, told)
+        let message = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
+        Failure::message(
+            if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput },
+            message,
+        )
     })?;
     let Record { submission } = serde_json::from_slice(&text)
         .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.display())))?;
@@ -206,17 +209,17 @@ fn send(files: &[PathBuf]) -> Result<Sent, Failure> {
 fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
     let output = Command::new("sbatch").arg("--parsable").args(arguments).stdin(Stdio::null()).output();
     let output = output.map_err(|error| {
-        let told =
+        let message =
             format!("sbatch: {error}; the scripts are written, send them where Slurm is, the merge after the tasks");
-        Failure::message(Exit::Failed, told)
+        Failure::message(Exit::Failed, message)
     })?;
     if !output.status.success() {
-        let told = String::from_utf8_lossy(&output.stderr);
-        return Err(Failure::message(Exit::Failed, format!("sbatch: {}", told.trim())));
+        let message = String::from_utf8_lossy(&output.stderr);
+        return Err(Failure::message(Exit::Failed, format!("sbatch: {}", message.trim())));
     }
     // `number;cluster` where there are several clusters.
-    let told = String::from_utf8_lossy(&output.stdout);
-    Ok(told.trim().split(';').next().unwrap_or_default().to_owned())
+    let message = String::from_utf8_lossy(&output.stdout);
+    Ok(message.trim().split(';').next().unwrap_or_default().to_owned())
 }
 
 fn words(report: &SubmitReport, count: usize) -> String {

@@ -39,14 +39,14 @@ struct TaskReport {
     peak_memory_bytes: Option<u64>,
 }
 
-/// Makes one task's share of the shards. Refused meshes are no failure of a task: the merge tells of them.
+/// Makes one task's share of the shards. Refused meshes are no failure of a task: the merge reports them.
 pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Printer) -> Result<Exit, Failure> {
     if JobSet::is_one(text) {
-        let told = format!(
+        let message = format!(
             "{}: the datasets of a set are made one after another; give tasks one of its jobs",
             arguments.job.job.display()
         );
-        return Err(Failure::message(Exit::BadSpec, told));
+        return Err(Failure::message(Exit::BadSpec, message));
     }
     let found = choice.find(&machine::variable).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let TaskFound { task, tasks, from } = &found;

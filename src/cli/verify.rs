@@ -71,7 +71,7 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
     Ok(checked.exit)
 }
 
-/// For verbs that check a dataset: damage to a table without which nothing else can be checked is what was looked for.
+/// For verbs that check a dataset: damage to a table without which nothing else can be checked is the finding.
 pub fn damage(error: DatasetError) -> Failure {
     match &error {
         DatasetError::Invalid { .. } => Failure::new(Exit::Mismatch, error),
@@ -105,7 +105,7 @@ pub fn check<'a>(
         report.problems.push(Problem {
             file: layout::RUN.to_owned(),
             shard: None,
-            place: String::new(),
+            location: String::new(),
             what,
             remedy: "delete it and `run` the job again: finished shards are kept",
         });

@@ -57,7 +57,7 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     /// When one is gone, another one than when the job was resolved, or cannot be worked with.
     fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError>;
 
-    /// Cost of a job that a pilot run would not tell.
+    /// Cost of a job that a pilot run would not show.
     fn costs(&self) -> WorkCosts;
 
     /// Returns the work without the parts that a pilot leaves out because they take long.

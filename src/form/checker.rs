@@ -88,8 +88,8 @@ impl Checker {
         if is_inside || self.is_wrong(&path) {
             return Report(None);
         }
-        let place = self.document.place_of(&path);
-        self.report(FormError { place, key: path.to_string(), problem, help: None }, path)
+        let location = self.document.location_of(&path);
+        self.report(FormError { location, key: path.to_string(), problem, help: None }, path)
     }
 
     /// Reports a value that cannot be used.
@@ -144,7 +144,7 @@ impl Checker {
         FormErrors::new(self.document.name(), self.errors)
     }
 
-    /// Reports a mistake whose place is known.
+    /// Reports a mistake whose location is known.
     pub(super) fn report(&mut self, error: FormError, path: Path) -> Report<'_> {
         self.wrong.insert(path.0);
         self.errors.push(error);
@@ -152,8 +152,8 @@ impl Checker {
     }
 
     pub(super) fn report_at(&mut self, span: &Span, path: &Path, problem: Problem) -> Report<'_> {
-        let place = self.document.place(span);
-        self.report(FormError { place, key: path.to_string(), problem, help: None }, path.clone())
+        let location = self.document.location(span);
+        self.report(FormError { location, key: path.to_string(), problem, help: None }, path.clone())
     }
 }
 

@@ -63,7 +63,7 @@ impl Checker {
         let root = Path::default();
         let problem = Problem::Syntax { message: error.message().to_owned() };
         let help = Some("this is a mistake in the program's own schema".to_owned());
-        self.report(FormError { place: self.document.place_of(&root), key: String::new(), problem, help }, root);
+        self.report(FormError { location: self.document.location_of(&root), key: String::new(), problem, help }, root);
         self.into_errors()
     }
 }

@@ -11,7 +11,7 @@ use super::{
     errors::{FormError, OVERRIDE, Problem},
     path::{Path, Step},
     requirement::Finding,
-    source::{Place, Source},
+    source::{Location, Source},
 };
 
 /// A document and the overrides laid over it.
@@ -72,7 +72,7 @@ impl Document {
         let mut errors = Vec::new();
         for error in syntax {
             let span = Span { source: 0, range: error.span().unwrap_or(0..0) };
-            errors.push(syntax_error(document.place(&span), error.message().trim()));
+            errors.push(syntax_error(document.location(&span), error.message().trim()));
         }
         document.root.value = NodeValue::Table(document.table(table.into_inner(), 0, &mut errors));
         for text in overrides {
@@ -111,18 +111,18 @@ impl Document {
     }
 
     /// Where to point for a path: its value, else the key of the nearest value above that was written.
-    pub fn place_of(&self, path: impl Into<Path>) -> Place {
+    pub fn location_of(&self, path: impl Into<Path>) -> Location {
         let mut node = &self.root;
         for step in &path.into().0 {
             match node.child(step) {
                 Some(child) => node = child,
-                None => return self.place(&node.key_span),
+                None => return self.location(&node.key_span),
             }
         }
-        self.place(&node.span)
+        self.location(&node.span)
     }
 
-    /// The values without their places.
+    /// The values without their locations.
     pub fn to_table(&self) -> toml::Table {
         self.root.to_table()
     }
@@ -131,10 +131,10 @@ impl Document {
         path.0.iter().try_fold(&self.root, |node, step| node.child(step))
     }
 
-    pub(super) fn place(&self, span: &Span) -> Place {
-        let place = self.sources[span.source].place(&span.range);
-        // An override is one line: its number tells which.
-        if span.source > 0 { Place { line: span.source as u32, ..place } } else { place }
+    pub(super) fn location(&self, span: &Span) -> Location {
+        let location = self.sources[span.source].location(&span.range);
+        // An override is one line: its number says which.
+        if span.source > 0 { Location { line: span.source as u32, ..location } } else { location }
     }
 
     fn lay_over(&mut self, text: &str, errors: &mut Vec<FormError>) {
@@ -161,7 +161,7 @@ impl Document {
             }
             failed => {
                 let message = if failed.is_some() { message } else { "expected key=value".to_owned() };
-                errors.push(syntax_error(self.place(&Span { source, range: 0..text.len() }), &message));
+                errors.push(syntax_error(self.location(&Span { source, range: 0..text.len() }), &message));
             }
         }
     }
@@ -185,7 +185,7 @@ impl Document {
                 NodeValue::Integer(i64::from_str_radix(number.as_str(), number.radix()).unwrap_or_else(|_| {
                     let expected = "a whole number from -2^63 to 2^63 - 1".into();
                     let problem = Problem::OutOfRange { expected, found: Finding::Written(number.as_str().to_owned()) };
-                    errors.push(FormError { place: self.place(&span), key: String::new(), problem, help: None });
+                    errors.push(FormError { location: self.location(&span), key: String::new(), problem, help: None });
                     0
                 }))
             }
@@ -204,9 +204,9 @@ impl Document {
     }
 }
 
-fn syntax_error(place: Place, message: &str) -> FormError {
+fn syntax_error(location: Location, message: &str) -> FormError {
     let problem = Problem::Syntax { message: message.to_owned() };
-    FormError { place, key: String::new(), problem, help: None }
+    FormError { location, key: String::new(), problem, help: None }
 }
 
 impl Node {
@@ -253,7 +253,7 @@ impl Node {
         }
     }
 
-    /// The values of a table without their places.
+    /// The values of a table without their locations.
     pub fn to_table(&self) -> toml::Table {
         match &self.value {
             NodeValue::Table(table) => table.iter().map(|(key, node)| (key.clone(), node.to_toml())).collect(),
@@ -261,7 +261,7 @@ impl Node {
         }
     }
 
-    /// The value without its place.
+    /// The value without its location.
     fn to_toml(&self) -> toml::Value {
         match &self.value {
             NodeValue::Boolean(boolean) => toml::Value::Boolean(*boolean),
@@ -296,12 +296,12 @@ mod tests {
     #[test]
     fn values_and_keys_know_their_places() {
         let (document, _) = read("[a]\nb = 1\n", &["a.c=two words"]);
-        let place = |path: &str| document.place_of(path).to_string();
-        assert_eq!(place("a.b"), "a.toml:2:5");
+        let location = |path: &str| document.location_of(path).to_string();
+        assert_eq!(location("a.b"), "a.toml:2:5");
         // Nothing is written there: the key of the nearest table.
-        assert_eq!(place("a.x"), "a.toml:1:2");
+        assert_eq!(location("a.x"), "a.toml:1:2");
         // The first override.
-        assert_eq!(place("a.c"), "--set:1:5");
+        assert_eq!(location("a.c"), "--set:1:5");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer, ser::SerializeStruct};
 
 use super::{
     requirement::{Finding, Requirement},
-    source::Place,
+    source::Location,
 };
 
 /// Label of the texts that are laid over a file.
@@ -14,10 +14,10 @@ pub(super) const OVERRIDE: &str = "--set";
 
 /// One mistake.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{place}: {}{problem}{}", prefix(key), suffix(help))]
+#[error("{location}: {}{problem}{}", prefix(key), suffix(help))]
 pub struct FormError {
     /// Where it stands.
-    pub place: Place,
+    pub location: Location,
     /// The dotted key; empty where there is none.
     pub key: String,
     /// Kind of the mistake, with its values.
@@ -94,7 +94,7 @@ pub enum Problem {
     NotFound {
         /// Kind of the thing.
         what: String,
-        /// Name, and where it was looked for.
+        /// Name, and where it was searched.
         detail: String,
     },
     /// A value of the right type that cannot be used.
@@ -154,15 +154,15 @@ impl Problem {
 }
 
 impl FormError {
-    /// Several lines: the message, the place, the source line with the spot underlined, the remedy.
+    /// Several lines: the message, the location, the source line with the spot underlined, the remedy.
     pub fn render(&self) -> String {
-        let Self { place, key, problem, help } = self;
+        let Self { location, key, problem, help } = self;
         let mut text = format!("error: {}{problem}\n", prefix(key));
-        let gutter = place.line.to_string().len();
-        let _ = writeln!(text, "{:gutter$}--> {place}", "");
+        let gutter = location.line.to_string().len();
+        let _ = writeln!(text, "{:gutter$}--> {location}", "");
         let _ = writeln!(text, "{:gutter$} |", "");
-        let _ = writeln!(text, "{} | {}", place.line, place.text.replace('\t', " "));
-        let spot = " ".repeat(place.lead as usize) + &"^".repeat(place.width as usize);
+        let _ = writeln!(text, "{} | {}", location.line, location.text.replace('\t', " "));
+        let spot = " ".repeat(location.lead as usize) + &"^".repeat(location.width as usize);
         let _ = write!(text, "{:gutter$} | {spot}", "");
         if let Problem::UnknownKey { .. } = problem {
             let _ = write!(text, " expected {}", problem.expected());
@@ -178,9 +178,9 @@ impl FormError {
 impl Serialize for FormError {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut fields = serializer.serialize_struct("FormError", 9)?;
-        fields.serialize_field("file", &self.place.file)?;
-        fields.serialize_field("line", &self.place.line)?;
-        fields.serialize_field("column", &self.place.column)?;
+        fields.serialize_field("file", &self.location.file)?;
+        fields.serialize_field("line", &self.location.line)?;
+        fields.serialize_field("column", &self.location.column)?;
         fields.serialize_field("key", &self.key)?;
         fields.serialize_field("problem", self.problem.code())?;
         fields.serialize_field("message", &self.problem.to_string())?;
@@ -205,7 +205,8 @@ impl FormErrors {
     /// The mistakes in the order of the file, then of the overrides.
     pub(super) fn new(name: &str, mut list: Vec<FormError>) -> Self {
         list.sort_by(|a, b| {
-            let order = |error: &FormError| (error.place.file == OVERRIDE, error.place.line, error.place.column);
+            let order =
+                |error: &FormError| (error.location.file == OVERRIDE, error.location.line, error.location.column);
             order(a).cmp(&order(b)).then_with(|| a.key.cmp(&b.key))
         });
         Self { list, name: name.to_owned() }

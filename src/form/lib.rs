@@ -7,7 +7,7 @@
 //!        v                        v                             v
 //!    Document --------> Checker::check_schema ---> T + Checker::{fail, missing, ...} ---> finish
 //!  keys and values      takes out what does        what types cannot say                 T, or
-//!  with their places    not fit the types                                                FormErrors
+//!  with their locations not fit the types                                                FormErrors
 //! ```
 //!
 //! [`decode`] goes the first two steps for files of one form. A file whose form depends on one of its keys, or whose defaults
@@ -76,5 +76,5 @@ pub use pattern::{fits_name, fits_path, literal_pattern};
 pub use reference::Reference;
 pub use requirement::{Bounds, Finding, Requirement};
 pub use schema::{Schema, schema_of};
-pub use source::{Place, Source};
+pub use source::{Location, Source};
 pub use walk::Hints;

@@ -1,4 +1,4 @@
-//! The way from the root of a document to one of its values.
+//! The path from the root of a document to one of its values.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ pub(super) enum Step {
     Index(usize),
 }
 
-/// The way from the root of a document to a value; shown as `objects[1].meshes."a b".unit`.
+/// The path from the root of a document to a value; shown as `objects[1].meshes."a b".unit`.
 ///
 /// A `&str` becomes the path of its dotted keys, so that most checks name a key as people write it:
 ///

@@ -164,7 +164,7 @@ mod tests {
 
     /// A lamp.
     #[derive(Deserialize, JsonSchema)]
-    #[expect(dead_code, reason = "only its schema is looked at")]
+    #[expect(dead_code, reason = "only its schema is read")]
     struct Lamp {
         /// Position of the
         /// switch.
@@ -182,7 +182,7 @@ mod tests {
 
     /// A bulb.
     #[derive(Deserialize, JsonSchema)]
-    #[expect(dead_code, reason = "only its schema is looked at")]
+    #[expect(dead_code, reason = "only its schema is read")]
     struct Bulb {
         /// Power.
         #[schemars(range(max = 9), extend("x-unit" = "W", "examples" = [4]))]

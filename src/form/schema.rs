@@ -156,7 +156,7 @@ mod tests {
     /// A box.
     #[derive(Deserialize, JsonSchema)]
     #[serde(deny_unknown_fields)]
-    #[expect(dead_code, reason = "only its schema is looked at")]
+    #[expect(dead_code, reason = "only its schema is read")]
     struct Crate {
         /// Sides.
         size: Option<Size>,
@@ -170,7 +170,7 @@ mod tests {
 
     #[derive(Deserialize, JsonSchema)]
     #[serde(deny_unknown_fields)]
-    #[expect(dead_code, reason = "only its schema is looked at")]
+    #[expect(dead_code, reason = "only its schema is read")]
     struct Size {
         /// Width.
         width: f64,

@@ -14,7 +14,7 @@ const LEAD: u32 = 60;
 /// Mark for a part of a line that is not shown.
 const CUT: &str = "...";
 
-/// A text with a label and an index of its lines: finding a place takes the same time anywhere in it.
+/// A text with a label and an index of its lines: finding a location takes the same time anywhere in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     label: String,
@@ -25,9 +25,9 @@ pub struct Source {
     characters: Vec<u32>,
 }
 
-/// A place in a text.
+/// A location in a text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct Location {
     /// Label of the text: the file's name, or `--set`.
     pub file: String,
     /// Line, from 1; for `--set` the number of the override, from 1.
@@ -42,7 +42,7 @@ pub struct Place {
     pub lead: u32,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}:{}", self.file, self.line, self.column)
     }
@@ -63,17 +63,17 @@ impl Source {
         Self { label: label.to_owned(), text: text.to_owned(), line_starts, characters }
     }
 
-    /// The place of some bytes of the text; borders inside a character are moved before it.
-    pub fn place(&self, range: &Range<usize>) -> Place {
+    /// The location of some bytes of the text; borders inside a character are moved before it.
+    pub fn location(&self, range: &Range<usize>) -> Location {
         let start = self.text.floor_char_boundary(range.start);
         let end = self.text.floor_char_boundary(range.end).max(start);
-        // The line: the last one that begins at or before the place.
+        // The line: the last one that begins at or before the location.
         let line = self.line_starts.partition_point(|first| *first <= start);
         let line_start = self.line_starts[line - 1];
         let line_end = self.line_starts.get(line).map_or(self.text.len(), |next| next - 1);
         let [first, column, last] = [line_start, start, end.min(line_end).max(start)].map(|byte| self.count_to(byte));
         let (text, lead) = self.excerpt(line_start..line_end, start);
-        Place {
+        Location {
             file: self.label.clone(),
             line: line as u32,
             column: column - first + 1,
@@ -133,31 +133,31 @@ mod tests {
         let text = format!("a\n\nMüll = \"日本\"\r\n{}\n# {}", "ü = 1\n".repeat(200), "x".repeat(300));
         let source = Source::new("a.toml", &text);
         for start in 0..=text.len() {
-            let place = source.place(&(start..start + 2));
-            assert_eq!((place.line, place.column), counted(&text, start), "byte {start}");
+            let location = source.location(&(start..start + 2));
+            assert_eq!((location.line, location.column), counted(&text, start), "byte {start}");
         }
-        let beyond = source.place(&(text.len() + 5..text.len() + 9));
+        let beyond = source.location(&(text.len() + 5..text.len() + 9));
         assert_eq!((beyond.line, beyond.width), (205, 1));
     }
 
     #[test]
     fn the_line_and_the_width_of_what_is_meant_are_shown() {
         let source = Source::new("a.toml", "a = 1\nb = \"two\nlines\"  \n");
-        let place = source.place(&(10..22));
-        assert_eq!((place.to_string().as_str(), place.text.as_str()), ("a.toml:2:5", "b = \"two"));
-        assert_eq!((place.lead, place.width), (4, 4));
+        let location = source.location(&(10..22));
+        assert_eq!((location.to_string().as_str(), location.text.as_str()), ("a.toml:2:5", "b = \"two"));
+        assert_eq!((location.lead, location.width), (4, 4));
     }
 
     #[test]
     fn of_a_long_line_the_part_around_the_place_is_shown() {
         let text = format!("é{}spot{}", "a".repeat(500), "b".repeat(500));
         let source = Source::new("a.toml", &text);
-        let place = source.place(&(502..506));
-        assert_eq!((place.column, place.width, place.lead), (502, 4, 63));
-        assert_eq!(place.text, format!("...{}spot{}...", "a".repeat(60), "b".repeat(136)));
-        let start = source.place(&(0..2));
+        let location = source.location(&(502..506));
+        assert_eq!((location.column, location.width, location.lead), (502, 4, 63));
+        assert_eq!(location.text, format!("...{}spot{}...", "a".repeat(60), "b".repeat(136)));
+        let start = source.location(&(0..2));
         assert_eq!((start.lead, start.text.chars().count()), (0, 203));
-        let end = source.place(&(1005..1006));
+        let end = source.location(&(1005..1006));
         assert_eq!(end.text, format!("...{}", "b".repeat(61)));
     }
 }

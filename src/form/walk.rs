@@ -101,7 +101,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Reports the keys of a table of which no form knows any: it cannot be told what else is missing.
+    /// Reports the keys of a table of which no form knows any: nothing can be said about what else is missing.
     fn is_of_no_form(&mut self, node: &Node, branches: &[Value], path: &Path) -> bool {
         let NodeValue::Table(table) = &node.value else { return false };
         let forms = branches.iter().filter_map(|branch| branch["properties"].as_object());

@@ -3,7 +3,7 @@
 //! ```text
 //! MeshSource --assets::prepare--> PreparedMesh --> PreparedObject
 //!                                                    |-- solid()            256^3 occupancy
-//!                                                    |-- tree()             triangles by place, for rays
+//!                                                    |-- tree()             triangles by position, for rays
 //!                                                    |-- surface()          signed distances and closest points
 //!                                                    |-- contact_surface()  solid and surface with a distance grid
 //!                                                    |-- mass()             of a homogeneous solid of 1 kg/m^3
@@ -39,7 +39,7 @@ impl PreparedObject {
     /// Reads, checks and repairs a mesh; parts are made later, when they are asked for.
     ///
     /// # Errors
-    /// When the mesh cannot be used; says the file, the place and the remedy.
+    /// When the mesh cannot be used; says the file, the location and the remedy.
     pub fn prepare(source: &MeshSource) -> Result<Self, MeshRefusal> {
         assets::prepare(source).map(Self::from)
     }
@@ -65,7 +65,7 @@ impl PreparedObject {
         Aabb { min: lower, max: lower + Vector3::from(self.record.extents) }
     }
 
-    /// Test that tells solid from empty for this mesh.
+    /// Test that distinguishes solid from empty for this mesh.
     pub fn inside_test(&self) -> InsideTest {
         inside_test(&self.record)
     }
@@ -124,7 +124,7 @@ impl From<PreparedMesh> for PreparedObject {
     }
 }
 
-/// Test that tells solid from empty for an asset.
+/// Test that distinguishes solid from empty for an asset.
 pub fn inside_test(record: &AssetRecord) -> InsideTest {
     match record.inside {
         InsideMethod::Crossings => InsideTest::Crossings,

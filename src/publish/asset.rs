@@ -32,6 +32,6 @@ pub(super) enum AssetUse {
     Copied,
     /// Data made of the shape: grids, depth, images.
     Derived,
-    /// Facts alone: labels of poses, places of contacts.
+    /// Facts alone: labels of poses, positions of contacts.
     Measured,
 }

@@ -73,13 +73,13 @@ const BOTTOM: f64 = 40.0;
 impl Histogram {
     /// The chart as an `<svg>` element.
     pub fn svg(&self) -> Markup {
-        let most = self.y_end.unwrap_or_else(|| self.counts.iter().copied().max().unwrap_or(0)).max(1);
+        let max = self.y_end.unwrap_or_else(|| self.counts.iter().copied().max().unwrap_or(0)).max(1);
         let end = self.start + self.width * self.counts.len() as f64;
-        let scale = Scales::new((self.start, end.max(self.start + self.width)), most as f64);
+        let scale = Scales::new((self.start, end.max(self.start + self.width)), max as f64);
         let mut svg = opening(&self.title, WIDTH, HEIGHT);
         scale.grid(&mut svg, &self.x_label, &self.y_label);
-        for (place, count) in self.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-            let low = self.start + self.width * place as f64;
+        for (index, count) in self.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+            let low = self.start + self.width * index as f64;
             let (left, right) = (scale.x(low), scale.x(low + self.width));
             let top = scale.y(*count as f64).min(scale.y(0.0) - 0.7);
             let gap = if right - left > 3.0 { 1.0 } else { 0.0 };
@@ -130,12 +130,12 @@ pub fn bar_chart(title: &str, bars: &[Bar]) -> Markup {
     const ROW: f64 = 24.0;
     const NAMES: f64 = 168.0;
     let height = ROW * bars.len() as f64 + 4.0;
-    let most = bars.iter().map(|bar| bar.value).max().unwrap_or(0).max(1) as f64;
+    let max = bars.iter().map(|bar| bar.value).max().unwrap_or(0).max(1) as f64;
     let total = bars.iter().map(|bar| bar.value).sum::<u64>().max(1) as f64;
     let mut svg = opening(title, WIDTH, height);
-    for (place, bar) in bars.iter().enumerate() {
-        let y = ROW * place as f64 + 3.0;
-        let length = (bar.value as f64 / most * (WIDTH - NAMES - 110.0)).max(if bar.value > 0 { 1.0 } else { 0.0 });
+    for (index, bar) in bars.iter().enumerate() {
+        let y = ROW * index as f64 + 3.0;
+        let length = (bar.value as f64 / max * (WIDTH - NAMES - 110.0)).max(if bar.value > 0 { 1.0 } else { 0.0 });
         let _ = write!(
             svg,
             concat!(
@@ -176,10 +176,10 @@ pub fn stacked_rows(title: &str, rows: &[StackedRow], whole: u64) -> Markup {
     const ROW: f64 = 18.0;
     const NAMES: f64 = 76.0;
     let sum = |row: &StackedRow| row.parts.iter().map(|(_, count)| count).sum::<u64>();
-    let most = rows.iter().map(sum).max().unwrap_or(0).max(1) as f64;
+    let max = rows.iter().map(sum).max().unwrap_or(0).max(1) as f64;
     let mut svg = opening(title, WIDTH, ROW * rows.len() as f64 + 4.0);
-    for (place, row) in rows.iter().enumerate() {
-        let y = ROW * place as f64 + 2.0;
+    for (index, row) in rows.iter().enumerate() {
+        let y = ROW * index as f64 + 2.0;
         let middle = y + ROW * 0.62;
         let _ = write!(
             svg,
@@ -189,7 +189,7 @@ pub fn stacked_rows(title: &str, rows: &[StackedRow], whole: u64) -> Markup {
         );
         let mut x = NAMES;
         for (class, count) in &row.parts {
-            let width = *count as f64 / most * (WIDTH - NAMES - 110.0);
+            let width = *count as f64 / max * (WIDTH - NAMES - 110.0);
             let height = ROW - 4.0;
             let _ =
                 write!(svg, r#"<rect class="{class}" x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height}"/>"#);
@@ -222,16 +222,16 @@ pub struct Column {
 /// Standing columns side by side, rejected on top of kept; for any count of objects.
 pub fn columns(title: &str, x_label: &str, y_label: &str, bars: &[Column]) -> Markup {
     const WIDE: f64 = 820.0;
-    let most = bars.iter().map(|bar| bar.kept + bar.rejected).max().unwrap_or(0).max(1);
+    let max = bars.iter().map(|bar| bar.kept + bar.rejected).max().unwrap_or(0).max(1);
     let scale =
-        Scales { end: (WIDE - RIGHT, HEIGHT - BOTTOM), ..Scales::new((0.0, bars.len().max(1) as f64), most as f64) };
+        Scales { end: (WIDE - RIGHT, HEIGHT - BOTTOM), ..Scales::new((0.0, bars.len().max(1) as f64), max as f64) };
     let mut svg = opening(title, WIDE, HEIGHT);
     scale.horizontal_lines(&mut svg, y_label);
     // A few objects make no walls.
     let step = (scale.x(1.0) - scale.x(0.0)).min(26.0);
     let width = if step > 3.0 { step - 1.0 } else { step };
-    for (place, bar) in bars.iter().enumerate() {
-        let (x, base, kept) = (LEFT + step * place as f64, scale.y(0.0), scale.y(bar.kept as f64));
+    for (index, bar) in bars.iter().enumerate() {
+        let (x, base, kept) = (LEFT + step * index as f64, scale.y(0.0), scale.y(bar.kept as f64));
         let top = scale.y((bar.kept + bar.rejected) as f64);
         let _ = write!(
             svg,
@@ -266,17 +266,17 @@ pub fn columns(title: &str, x_label: &str, y_label: &str, bars: &[Column]) -> Ma
     Markup(svg)
 }
 
-/// From data to places on a chart.
+/// From data to positions on a chart.
 struct Scales {
     x_range: (f64, f64),
-    y_most: f64,
+    y_max: f64,
     /// Right and lower end of the plot [px].
     end: (f64, f64),
 }
 
 impl Scales {
-    fn new(x_range: (f64, f64), y_most: f64) -> Self {
-        Self { x_range, y_most, end: (WIDTH - RIGHT, HEIGHT - BOTTOM) }
+    fn new(x_range: (f64, f64), y_max: f64) -> Self {
+        Self { x_range, y_max, end: (WIDTH - RIGHT, HEIGHT - BOTTOM) }
     }
 
     fn x(&self, value: f64) -> f64 {
@@ -285,7 +285,7 @@ impl Scales {
     }
 
     fn y(&self, value: f64) -> f64 {
-        self.end.1 - value / self.y_most * (self.end.1 - TOP)
+        self.end.1 - value / self.y_max * (self.end.1 - TOP)
     }
 
     fn grid(&self, svg: &mut String, x_label: &str, y_label: &str) {
@@ -312,7 +312,7 @@ impl Scales {
 
     fn horizontal_lines(&self, svg: &mut String, y_label: &str) {
         // Counts have no halves.
-        for tick in ticks(0.0, self.y_most, 4).into_iter().filter(|tick| *tick == tick.trunc()) {
+        for tick in ticks(0.0, self.y_max, 4).into_iter().filter(|tick| *tick == tick.trunc()) {
             let y = self.y(tick);
             let _ = write!(
                 svg,
@@ -340,18 +340,18 @@ pub(super) fn opening(title: &str, width: f64, height: f64) -> String {
     )
 }
 
-/// The smallest of 1, 2, 5 times a power of ten that is at least `least`.
-pub(super) fn round_step(least: f64) -> f64 {
+/// The smallest of 1, 2, 5 times a power of ten that is at least `min`.
+pub(super) fn round_step(min: f64) -> f64 {
     let mut power = 1e-9;
     while power < 1e15 {
         for factor in [1.0, 2.0, 5.0] {
-            if factor * power >= least * (1.0 - 1e-12) {
+            if factor * power >= min * (1.0 - 1e-12) {
                 return factor * power;
             }
         }
         power *= 10.0;
     }
-    least
+    min
 }
 
 /// Round numbers from `low` to `high`, at most about `count` of them.
@@ -366,8 +366,8 @@ fn ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
 pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             text.push('\u{2009}');
         }
         text.push(digit);
@@ -393,7 +393,7 @@ pub(super) fn short(value: f64) -> String {
     }
 }
 
-/// A share in percent, with enough digits to tell "all" and "none" from "almost".
+/// A share in percent, with enough digits to distinguish "all" and "none" from "almost".
 pub(super) fn percent(share: f64) -> String {
     let value = share * 100.0;
     match value {

@@ -71,7 +71,7 @@ pub fn check_release(folder: &Path) -> Result<Option<ReleaseCheck>, DatasetError
 }
 
 fn problem(file: &str, what: String) -> Problem {
-    Problem { file: file.to_owned(), shard: None, place: String::new(), what, remedy: REMEDY }
+    Problem { file: file.to_owned(), shard: None, location: String::new(), what, remedy: REMEDY }
 }
 
 /// Every file against its digest, and every file of the folder against the list.

@@ -1,4 +1,4 @@
-//! Everything that people look at: facts and reports of datasets, pictures of samples, releases.
+//! Everything for people to read: facts and reports of datasets, pictures of samples, releases.
 //!
 //! All is drawn in plain Rust without a display, and two reports of one dataset have the same bytes. [`make_release`] makes
 //! a release out of a dataset: the same folder with card, datasheet, licences, metadata, provenance and digests;
@@ -42,7 +42,7 @@ pub use products::{
         Calibration, GraspedObject, GraspsInspection, ReliabilityBin, TableFacts, TrialsInspection, inspect_grasps,
     },
     pages_of,
-    patches::{ChosenType, LookedAtObject, PatchesInspection, inspect_patches},
+    patches::{ChosenType, PatchObjectFacts, PatchesInspection, inspect_patches},
     reachability::{AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability},
 };
 pub use release::{
@@ -57,8 +57,8 @@ use crate::preview::PreviewError;
 use format::dataset::DatasetReader;
 use kernel::render::DepthSource;
 
-/// Writes `preview.mcap` into the folder of a finished dataset: a few samples, or a map, in the well-known schemas that Foxglove
-/// and Rerun draw. Depth images that the dataset does not store are taken from the source, where there is one.
+/// Writes `preview.mcap` into the folder of a finished dataset: a few samples, or a map, in the well-known schemas that
+/// Foxglove and Rerun draw. Depth images that the dataset does not store are taken from the source, where there is one.
 ///
 /// # Errors
 /// When the dataset is not finished or damaged, the file cannot be written, or the source fails.

@@ -72,18 +72,18 @@ impl RunNotes {
     /// When the file can't be written.
     pub fn write(&self, folder: &Path) -> Result<(), DatasetError> {
         let text = serde_json::to_string_pretty(self).expect("notes are plain data with text keys") + "\n";
-        write_in_place(&folder.join(NOTES), text.as_bytes())
+        write_atomically(&folder.join(NOTES), text.as_bytes())
     }
 }
 
 /// Writes a file under a temporary name beside it and renames it, so that no reader sees half of it.
-pub(super) fn write_in_place(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
+pub(super) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.tmp", std::process::id()));
     let temporary: PathBuf = path.with_file_name(name);
     let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     written.map_err(|source| {
-        // The rest of a failed write helps nobody; the first error is the one to tell.
+        // The rest of a failed write helps nobody; the first error is the one to report.
         let _ = fs::remove_file(&temporary);
         DatasetError::Io { action: "writing", path: path.to_owned(), source }
     })

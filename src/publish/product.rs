@@ -54,11 +54,11 @@ pub(super) struct ProductWords {
     pub labels: &'static str,
     /// Making of the samples, a sentence.
     pub acquisition: &'static str,
-    /// Further ways to read a dataset; empty where there are none.
+    /// Further methods to read a dataset; empty where there are none.
     pub reading: &'static str,
     /// Parts of each picture of a release, and the meaning of their colours.
     pub legend: &'static str,
-    /// Samples that a reader is told to make again.
+    /// Samples that a reader is advised to regenerate.
     pub regenerated: u32,
     /// Categories of tasks by the names of Hugging Face.
     pub tasks: &'static [&'static str],

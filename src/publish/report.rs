@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{notes::write_in_place, product::Page, products::pages_of};
+use super::{notes::write_atomically, product::Page, products::pages_of};
 use format::dataset::{DatasetError, DatasetReader};
 
 /// A report that was written.
@@ -29,6 +29,6 @@ pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, Datase
     let Page { values, shown } = (pages.survey)(&reader)?.page(&reader)?;
     let html = pages.templates.render_page(&values);
     let path = out.map_or_else(|| folder.join("report.html"), Path::to_owned);
-    write_in_place(&path, html.as_bytes())?;
+    write_atomically(&path, html.as_bytes())?;
     Ok(ReportSummary { path, bytes: html.len() as u64, shown })
 }

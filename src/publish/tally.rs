@@ -73,17 +73,17 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// A tally that tells values apart which differ by `step`.
+    /// A tally that distinguishes values which differ by `step`.
     pub fn with_step(step: f64) -> Self {
         Self { step, counts: Vec::new(), total: 0, sum: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }
     }
 
     pub fn add(&mut self, value: f64) {
-        let place = (value.max(0.0) / self.step + 1e-9) as usize;
-        if place >= self.counts.len() {
-            self.counts.resize(place + 1, 0);
+        let bin = (value.max(0.0) / self.step + 1e-9) as usize;
+        if bin >= self.counts.len() {
+            self.counts.resize(bin + 1, 0);
         }
-        self.counts[place] += 1;
+        self.counts[bin] += 1;
         self.total += 1;
         self.sum += value;
         self.min = self.min.min(value);
@@ -94,10 +94,10 @@ impl Tally {
     pub fn quantile(&self, share: f64) -> f64 {
         let rank = ((self.total as f64 * share).ceil() as u64).max(1);
         let mut seen = 0;
-        for (place, count) in self.counts.iter().enumerate() {
+        for (bin, count) in self.counts.iter().enumerate() {
             seen += u64::from(*count);
             if seen >= rank {
-                return (place as f64 * self.step).clamp(self.min, self.max);
+                return (bin as f64 * self.step).clamp(self.min, self.max);
             }
         }
         0.0
@@ -119,8 +119,8 @@ impl Tally {
 
     /// Values in [low, high).
     pub fn count_between(&self, low: f64, high: f64) -> u64 {
-        let place = |value: f64| ((value / self.step - 1e-9).ceil().max(0.0) as usize).min(self.counts.len());
-        let (from, to) = (place(low), place(high));
+        let bin = |value: f64| ((value / self.step - 1e-9).ceil().max(0.0) as usize).min(self.counts.len());
+        let (from, to) = (bin(low), bin(high));
         self.counts[from.min(to)..to].iter().map(|count| u64::from(*count)).sum()
     }
 

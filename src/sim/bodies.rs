@@ -33,11 +33,11 @@ pub(super) struct Carried {
     /// The group's joints, from the world outward.
     pub(super) chain: Vec<Joint>,
     /// Index in `bodies` of each geom of the model; `None` for geoms that are only drawn.
-    pub(super) place_of_geom: Vec<Option<usize>>,
+    pub(super) body_of_geom: Vec<Option<usize>>,
 }
 
 /// Which link carries what, for some joints of a description.
-pub(super) struct Places {
+pub(super) struct LinkTable {
     /// Link that carries each body of the model (0 stands still, link k is moved by the k-th joint), and the body's
     /// frame expressed in the link's.
     pub(super) of_body: Vec<(usize, IsometryMatrix3<f64>)>,
@@ -85,7 +85,7 @@ impl RobotModel {
         self.carried(joints, fixed).map(|carried| carried.bodies)
     }
 
-    /// All pairs of bodies that move against each other, as places in the list of [`RobotModel::bodies`], and why each is
+    /// All pairs of bodies that move against each other, as indices in the list of [`RobotModel::bodies`], and why each is
     /// checked or not.
     ///
     /// # Errors
@@ -106,33 +106,33 @@ impl RobotModel {
         if !self.model.pair_geom1().is_empty() {
             return Err(RobotError::Pairs { path: self.path.clone() });
         }
-        let places = self.places(joints, fixed)?;
-        if let Some(branch) = (1..places.chain.len()).find(|joint| places.carried_by[*joint] != *joint) {
-            let [joint, before] = [branch, branch - 1].map(|joint| places.chain[joint].name.clone());
+        let links = self.link_table(joints, fixed)?;
+        if let Some(branch) = (1..links.chain.len()).find(|joint| links.carried_by[*joint] != *joint) {
+            let [joint, before] = [branch, branch - 1].map(|joint| links.chain[joint].name.clone());
             return Err(RobotError::Branches { path: self.path.clone(), joint, before });
         }
-        self.carried_at(places)
+        self.carried_at(links)
     }
 
     /// The bodies that links carry; links may branch.
-    pub(super) fn carried_at(&self, places: Places) -> Result<Carried, RobotError> {
+    pub(super) fn carried_at(&self, links: LinkTable) -> Result<Carried, RobotError> {
         let model = &self.model;
-        let Places { of_body: places, chain, .. } = places;
+        let LinkTable { of_body: links, chain, .. } = links;
         let mut meshes = BTreeMap::new();
         let (mut parts, mut bodies) = (Vec::<Part>::new(), Vec::<Body>::new());
-        let mut place_of_geom = vec![None; model.geom_type().len()];
-        for (geom, place_of_geom) in place_of_geom.iter_mut().enumerate() {
+        let mut body_of_geom = vec![None; model.geom_type().len()];
+        for (geom, body_of_geom) in body_of_geom.iter_mut().enumerate() {
             let (contype, conaffinity) = (model.geom_contype()[geom], model.geom_conaffinity()[geom]);
             if contype == 0 && conaffinity == 0 {
                 continue;
             }
             let part = Part { body: index(model.geom_bodyid()[geom]), contype, conaffinity };
-            let (link, link_from_body) = &places[part.body];
+            let (link, link_from_body) = &links[part.body];
             let (shape, body_from_shape) = self.shape(geom, &mut meshes)?;
             let geometry = Geometry { shape, link_from_shape: link_from_body * body_from_shape };
-            let place = parts.iter().position(|known| *known == part);
-            if let Some(place) = place {
-                bodies[place].geometries.push(geometry);
+            let index = parts.iter().position(|known| *known == part);
+            if let Some(index) = index {
+                bodies[index].geometries.push(geometry);
             } else {
                 let mut name = self.body_name(part.body);
                 if parts.iter().any(|known| known.body == part.body) {
@@ -141,19 +141,19 @@ impl RobotModel {
                 bodies.push(Body { name, link: *link, geometries: vec![geometry] });
                 parts.push(part);
             }
-            *place_of_geom = Some(place.unwrap_or(bodies.len() - 1));
+            *body_of_geom = Some(index.unwrap_or(bodies.len() - 1));
         }
         let rules = self.pair_rules(&parts, &bodies);
         let pairs = rules.iter().filter(|(_, rule)| *rule == PairRule::Checked).map(|(pair, _)| *pair).collect();
-        Ok(Carried { bodies: Bodies { bodies, pairs }, rules, chain, place_of_geom })
+        Ok(Carried { bodies: Bodies { bodies, pairs }, rules, chain, body_of_geom })
     }
 
     /// Link that carries each body, and the body's frame expressed in the link's; and the joints named, with what
     /// carries each. Joints may branch.
-    pub(super) fn places(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Places, RobotError> {
+    pub(super) fn link_table(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<LinkTable, RobotError> {
         let model = &self.model;
         let mut found =
-            Places { of_body: vec![(0, IsometryMatrix3::identity())], chain: Vec::new(), carried_by: Vec::new() };
+            LinkTable { of_body: vec![(0, IsometryMatrix3::identity())], chain: Vec::new(), carried_by: Vec::new() };
         // Parents come before their children.
         for body in 1..model.body_parentid().len() {
             let (mut link, mut frame) = found.of_body[index(model.body_parentid()[body])];
@@ -207,7 +207,7 @@ impl RobotModel {
         pairs
     }
 
-    /// A geom's shape, and the shape's frame seen from its body.
+    /// A geom's shape, and the shape's frame expressed in its body's.
     fn shape(
         &self,
         geom: usize,
@@ -228,7 +228,7 @@ impl RobotModel {
                     meshes.insert(mesh, Arc::clone(&read));
                     read
                 };
-                // MuJoCo moves a mesh to its centre and turns it to its axes, and the geom the other way.
+                // MuJoCo moves a mesh to its centre and rotates it to its axes, and the geom back.
                 let file_from_geom = isometry(&model.mesh_pos()[mesh], &model.mesh_quat()[mesh]);
                 Ok((Shape::Mesh(triangles), as_written(body_from_geom * file_from_geom.inverse())))
             }
@@ -287,16 +287,16 @@ impl RobotModel {
     }
 }
 
-/// A placement without what its way through MuJoCo has added: places to a tenth of a picometre, and entries of the
+/// A placement without the rounding that MuJoCo has added: positions to a tenth of a picometre, and entries of the
 /// rotation that are nearly -1, 0 or 1 made so. What MuJoCo adds depends on the machine's mathematics library; the map of
 /// a robot must not.
 fn as_written(placed: IsometryMatrix3<f64>) -> IsometryMatrix3<f64> {
-    let place = placed.translation.vector.map(|metres| (metres * 1e13).round() / 1e13);
-    let turn =
+    let position = placed.translation.vector.map(|metres| (metres * 1e13).round() / 1e13);
+    let rotation =
         placed.rotation.matrix().map(|entry| if (entry - entry.round()).abs() < 1e-14 { entry.round() } else { entry });
     // -0 becomes 0.
     IsometryMatrix3::from_parts(
-        Translation3::from(place.add_scalar(0.0)),
-        Rotation3::from_matrix_unchecked(turn.add_scalar(0.0)),
+        Translation3::from(position.add_scalar(0.0)),
+        Rotation3::from_matrix_unchecked(rotation.add_scalar(0.0)),
     )
 }

@@ -68,9 +68,9 @@ impl Effort {
 pub struct LinkTouch {
     /// The link; 0 is the base.
     pub link: usize,
-    /// On the object's surface, seen from the hand's base [m].
+    /// On the object's surface, expressed in the hand's base frame [m].
     pub point: Point3<f64>,
-    /// Out of the object, seen from the hand's base.
+    /// Out of the object, expressed in the hand's base frame.
     pub normal: Unit<Vector3<f64>>,
     /// From the object to the link [m]: negative where they overlap.
     pub distance: f64,
@@ -131,13 +131,13 @@ pub struct Run {
     pub self_touches: Vec<[usize; 2]>,
 }
 
-/// A motor on its way.
+/// A motor in motion.
 #[derive(Clone, Copy, Debug)]
 struct Drive {
     motor: Motor,
     /// Present speed, with sign.
     speed: f64,
-    /// Which way it turned last: 1, -1, or 0 at the start.
+    /// Last direction: 1, -1, or 0 at the start.
     direction: f64,
     /// For how many steps it has stood: it has arrived and its joints with it, or its torque holds it.
     stood: u32,
@@ -167,10 +167,10 @@ pub struct HandWorker {
     effort: Effort,
     /// For a true mesh.
     collider: Option<TrueMeshCollider>,
-    /// Where the object's slides are told to be, along the axes of its place [m].
+    /// Commands of the object's slides, along the axes of its pose [m].
     pub(super) slid: Vector3<f64>,
-    /// The object's place, seen from the hand's base.
-    pub(super) base_from_place: IsometryMatrix3<f64>,
+    /// The object's pose, expressed in the hand's base frame.
+    pub(super) base_from_mount: IsometryMatrix3<f64>,
     steps: u32,
     /// Where the joints were when one of them moved last.
     stood_at: Vec<f64>,
@@ -195,12 +195,12 @@ impl HandWorker {
             effort: Effort::GRASP,
             collider,
             slid: Vector3::zeros(),
-            base_from_place: IsometryMatrix3::identity(),
+            base_from_mount: IsometryMatrix3::identity(),
             steps: 0,
             stood_at,
             steps_at_rest: 0,
         };
-        worker.place(&worker.sim.hand.opened(), &IsometryMatrix3::identity());
+        worker.set_poses(&worker.sim.hand.opened(), &IsometryMatrix3::identity());
         worker
     }
 
@@ -209,11 +209,11 @@ impl HandWorker {
         &self.sim.hand
     }
 
-    /// A new run: everything as if it were the first, the hand still in a posture, the object at a place seen from the hand's
+    /// A new run: everything as if it were the first, the hand still in a posture, the object at a pose expressed in the hand's
     /// base.
     ///
     /// # Errors
-    /// When the posture has another length or is out of range, or the place is not finite.
+    /// When the posture has another length or is out of range, or the pose is not finite.
     pub fn start(&mut self, posture: &[f64], base_from_object: &IsometryMatrix3<f64>) -> Result<(), HandError> {
         let ranges: Vec<[f64; 2]> = self.sim.hand.driven().iter().map(Driven::range).collect();
         let fits = |(value, [low, high]): (&f64, &[f64; 2])| (low..=high).contains(&value);
@@ -223,11 +223,11 @@ impl HandWorker {
         if !is_finite(base_from_object) {
             return Err(HandError::Object { reason: "its pose is not finite".into() });
         }
-        self.place(posture, base_from_object);
+        self.set_poses(posture, base_from_object);
         Ok(())
     }
 
-    fn place(&mut self, posture: &[f64], base_from_object: &IsometryMatrix3<f64>) {
+    fn set_poses(&mut self, posture: &[f64], base_from_object: &IsometryMatrix3<f64>) {
         self.data.reset();
         (self.steps, self.steps_at_rest) = (0, 0);
         self.drives.clear();
@@ -243,15 +243,15 @@ impl HandWorker {
         self.torques.fill(0.0);
         self.effort = Effort::GRASP;
         self.slid = Vector3::zeros();
-        self.base_from_place = *base_from_object;
+        self.base_from_mount = *base_from_object;
         self.stood_at = self.joints();
-        let (place, turn) = (base_from_object.translation.vector.into(), quaternion(base_from_object));
+        let (position, rotation) = (base_from_object.translation.vector.into(), quaternion(base_from_object));
         match self.sim.hold {
-            Hold::Slides(_) => (self.data.mocap_pos_mut()[0], self.data.mocap_quat_mut()[0]) = (place, turn),
+            Hold::Slides(_) => (self.data.mocap_pos_mut()[0], self.data.mocap_quat_mut()[0]) = (position, rotation),
             Hold::Free(object) => {
                 let coordinates = &mut self.data.qpos_mut()[object.address..][..7];
-                coordinates[..3].copy_from_slice(&place);
-                coordinates[3..].copy_from_slice(&turn);
+                coordinates[..3].copy_from_slice(&position);
+                coordinates[3..].copy_from_slice(&rotation);
             }
         }
         self.collider.iter_mut().for_each(TrueMeshCollider::forget);
@@ -266,7 +266,7 @@ impl HandWorker {
     /// When there is not one value per joint.
     pub fn touches_at(&mut self, joints: &[f64], base_from_object: &IsometryMatrix3<f64>) -> Vec<LinkTouch> {
         assert_eq!(joints.len(), self.sim.servos.len(), "one value a joint");
-        self.place(&self.sim.hand.opened(), base_from_object);
+        self.set_poses(&self.sim.hand.opened(), base_from_object);
         for (servo, value) in self.sim.servos.iter().zip(joints) {
             self.data.qpos_mut()[servo.address] = *value;
         }
@@ -282,16 +282,17 @@ impl HandWorker {
         self.effort = effort;
     }
 
-    /// The object as it lies now, seen from the hand's base.
+    /// The object as it lies now, expressed in the hand's base frame.
     pub fn base_from_object(&self) -> IsometryMatrix3<f64> {
         match self.sim.hold {
             Hold::Slides(slides) => {
                 let slid = slides.map(|slide| self.data.qpos()[slide.address]);
-                self.base_from_place * Translation3::from(slid)
+                self.base_from_mount * Translation3::from(slid)
             }
             Hold::Free(object) => {
-                let [x, y, z, turn @ ..] = std::array::from_fn::<f64, 7, _>(|at| self.data.qpos()[object.address + at]);
-                isometry(&[x, y, z], &turn)
+                let [x, y, z, rotation @ ..] =
+                    std::array::from_fn::<f64, 7, _>(|at| self.data.qpos()[object.address + at]);
+                isometry(&[x, y, z], &rotation)
             }
         }
     }
@@ -306,11 +307,11 @@ impl HandWorker {
     pub fn step(&mut self, commands: &[Command]) -> Result<(), Unstable> {
         assert_eq!(commands.len(), self.drives.len(), "one command a driven joint");
         let sim = Arc::clone(&self.sim);
-        for ((place, driven), command) in sim.hand.driven().iter().enumerate().zip(commands) {
-            let before = self.drives[place];
-            let after = self.turned(driven, before, *command);
+        for ((index, driven), command) in sim.hand.driven().iter().enumerate().zip(commands) {
+            let before = self.drives[index];
+            let after = self.driven_to(driven, before, *command);
             let since_stood = if after.stood > 0 { 0 } else { before.since_stood.saturating_add(1) };
-            self.drives[place] = Drive { since_stood, ..after };
+            self.drives[index] = Drive { since_stood, ..after };
         }
         self.tell_servos();
         for (torque, (servo, wanted)) in self.torques.iter_mut().zip(sim.servos.iter().zip(&self.wanted)) {
@@ -338,8 +339,8 @@ impl HandWorker {
         let at = |joint: usize| self.data.qpos()[self.sim.servos[joint].address];
         let stands = |driven: &Driven| {
             let followers = driven.followers.iter().map(|follower| follower.joint);
-            let least = STANDING * self.effort.speed * driven.speed;
-            followers.chain([driven.joint]).all(|joint| (at(joint) - self.stood_at[joint]).abs() < least)
+            let min = STANDING * self.effort.speed * driven.speed;
+            followers.chain([driven.joint]).all(|joint| (at(joint) - self.stood_at[joint]).abs() < min)
         };
         if self.sim.hand.driven().iter().all(stands) {
             self.steps_at_rest = self.steps_at_rest.saturating_add(1);
@@ -353,10 +354,10 @@ impl HandWorker {
     ///
     /// # Panics
     /// Panics of [`HandWorker::step`].
-    pub fn run(&mut self, commands: &[Command], most_steps: u32) -> Run {
+    pub fn run(&mut self, commands: &[Command], max_steps: u32) -> Run {
         self.steps_at_rest = 0;
         let mut end = RunEnd::TimedOut;
-        for _ in 0..most_steps {
+        for _ in 0..max_steps {
             if let Err(unstable) = self.step(commands) {
                 end = RunEnd::Unstable(unstable);
                 break;
@@ -377,8 +378,8 @@ impl HandWorker {
     }
 
     /// Closes the hand: every joint that closes it until it is closed or stopped.
-    pub fn close(&mut self, most_steps: u32) -> Run {
-        self.run(&vec![Command::Close; self.drives.len()], most_steps)
+    pub fn close(&mut self, max_steps: u32) -> Run {
+        self.run(&vec![Command::Close; self.drives.len()], max_steps)
     }
 
     /// Whether every motor has arrived or is stopped, and nothing has moved for 50 ms.
@@ -409,7 +410,7 @@ impl HandWorker {
     /// Touches that press on the object, in MuJoCo's order.
     pub fn touches(&self) -> Vec<LinkTouch> {
         let mut found = Vec::new();
-        for (place, contact) in self.data.contact().iter().enumerate() {
+        for (index, contact) in self.data.contact().iter().enumerate() {
             let sides = contact.geom.map(|geom| self.link_of(geom));
             let (link, object_first) = match sides {
                 [Some(Some(link)), Some(None)] => (link, false),
@@ -420,7 +421,7 @@ impl HandWorker {
             let along = Vector3::from_column_slice(&contact.frame[..3]);
             let normal = if object_first { along } else { -along };
             let point = Point3::from(contact.pos) - normal * (contact.dist / 2.0);
-            let force = self.data.contact_force(place)[0];
+            let force = self.data.contact_force(index)[0];
             let normal = Unit::new_unchecked(normal);
             found.push(LinkTouch { link, point, normal, distance: contact.dist, force });
         }
@@ -449,7 +450,7 @@ impl HandWorker {
     }
 
     /// Where a motor is after another step, before the joints move.
-    fn turned(&self, driven: &Driven, drive: Drive, command: Command) -> Drive {
+    fn driven_to(&self, driven: &Driven, drive: Drive, command: Command) -> Drive {
         let motor = drive.motor;
         let [low, high] = driven.range();
         let target = match command {
@@ -458,19 +459,19 @@ impl HandWorker {
             Command::Open => driven.opened,
             Command::To(angle) => angle.max(low).min(high),
         };
-        let way = target - motor.angle;
-        let arrived = way == 0.0 || way.is_nan();
+        let left = target - motor.angle;
+        let arrived = left == 0.0 || left.is_nan();
         if arrived && drive.stood >= STEPS_AT_REST {
             return Drive { speed: 0.0, ..drive };
         }
-        let direction = if arrived { drive.direction } else { way.signum() };
+        let direction = if arrived { drive.direction } else { left.signum() };
         let stood = if direction == drive.direction { drive.stood } else { 0 };
         if let Some(angle) = self.stop(driven, Drive { stood, ..drive }, direction) {
-            let motor = driven.turned(motor, angle);
-            // The clutch opens only on the way to the closed hand.
+            let motor = driven.driven_to(motor, angle);
+            // The clutch opens only towards the closed hand.
             let closes = direction == driven.closing_sign();
-            let most = HOLDS * self.effort.torque * driven.torque;
-            let stopped = direction * self.torques[driven.joint] >= most && stood >= STEPS_TO_OPEN;
+            let max = HOLDS * self.effort.torque * driven.torque;
+            let stopped = direction * self.torques[driven.joint] >= max && stood >= STEPS_TO_OPEN;
             let opens =
                 self.effort.clutches && closes && stopped && driven.breakaway.is_some() && motor.released.is_none();
             return if opens {
@@ -486,28 +487,28 @@ impl HandWorker {
         let change = STEP * self.acceleration(driven, motor);
         let speed = (direction * self.effort.speed * driven.speed).max(drive.speed - change).min(drive.speed + change);
         let step = speed * STEP;
-        let arrives = step * direction >= way.abs();
-        let motor = driven.turned(motor, if arrives { target } else { motor.angle + step });
+        let arrives = step * direction >= left.abs();
+        let motor = driven.driven_to(motor, if arrives { target } else { motor.angle + step });
         Drive { motor, speed: if arrives { 0.0 } else { speed }, direction, stood: 0, ..drive }
     }
 
-    /// Where a motor stands that a joint's torque has stopped on its way; `None` while it moves freely.
+    /// Where a motor stands that a joint's torque has stopped in between; `None` while it moves freely.
     ///
     /// A servo that lags while it moves would be wound up by the lag when it is stopped. The motor is put where its spring
     /// holds the torque and no more, until it has stood for a while: from then on its gears hold what they have reached.
-    fn stop(&self, driven: &Driven, Drive { motor, stood, .. }: Drive, way: f64) -> Option<f64> {
+    fn stop(&self, driven: &Driven, Drive { motor, stood, .. }: Drive, left: f64) -> Option<f64> {
         let stops = moved(driven, motor).filter_map(|Moved { joint, rate, torque }| {
             let torque = self.effort.torque * torque;
-            let pushes = self.torques[joint] * way * rate.signum();
+            let pushes = self.torques[joint] * left * rate.signum();
             if pushes >= torque && stood < STEPS_AT_REST {
                 let Servo { stiffness, address, .. } = self.sim.servos[joint];
-                let held = self.data.qpos()[address] + way * rate.signum() * torque / stiffness;
+                let held = self.data.qpos()[address] + left * rate.signum() * torque / stiffness;
                 return Some(motor.angle + (held - self.wanted[joint]) / rate);
             }
             (stood > 0 && pushes >= HOLDS * torque).then_some(motor.angle)
         });
         // Of several the one that holds the motor back most.
-        stops.min_by(|a, b| (way * a).total_cmp(&(way * b)))
+        stops.min_by(|a, b| (left * a).total_cmp(&(left * b)))
     }
 
     /// Largest acceleration of a motor.
@@ -552,8 +553,8 @@ impl HandWorker {
 /// Joints that a motor moves now: with an open clutch one follower alone.
 fn moved(driven: &Driven, motor: Motor) -> impl Iterator<Item = Moved> {
     let own = Moved { joint: driven.joint, rate: 1.0, torque: driven.torque };
-    let followers = driven.followers.iter().enumerate().map(move |(place, follower)| {
-        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == place);
+    let followers = driven.followers.iter().enumerate().map(move |(index, follower)| {
+        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == index);
         let rate = match (alone, motor.released) {
             (Some(breakaway), Some(_)) => breakaway.ratio,
             _ => follower.ratio,
@@ -574,7 +575,7 @@ mod tests {
     use kernel::geom::Shape;
     use robot::collision::Geometry;
 
-    /// Numbers that blow up are told, and the next run is as good as new.
+    /// Numbers that blow up are reported, and the next run is as good as new.
     #[test]
     fn instability_is_caught_and_forgotten() {
         let model =
@@ -582,16 +583,16 @@ mod tests {
                 .expect("the hand");
         let ball = Geometry { shape: Shape::Sphere { radius: 0.03 }, link_from_shape: IsometryMatrix3::identity() };
         let sim = Arc::new(HandSim::new(&model, &[ball]).expect("a simulation"));
-        let place = IsometryMatrix3::translation(0.0, 0.0, 0.13);
+        let pose = IsometryMatrix3::translation(0.0, 0.0, 0.13);
         let close = |worker: &mut HandWorker| {
-            worker.start(&[0.0; 4], &place).expect("a posture");
+            worker.start(&[0.0; 4], &pose).expect("a posture");
             worker.close(3000)
         };
         let mut worker = HandWorker::new(&sim);
         let before = close(&mut worker);
         assert_eq!(before.end, RunEnd::AtRest);
         for (velocity, kind) in [(f64::NAN, Instability::Velocity), (1e12, Instability::Velocity)] {
-            worker.start(&[0.0; 4], &place).expect("a posture");
+            worker.start(&[0.0; 4], &pose).expect("a posture");
             worker.step(&[Command::Close; 4]).expect("stable");
             worker.data.qvel_mut()[1] = velocity;
             let run = worker.close(100);

@@ -14,7 +14,7 @@ use kernel::geom::{CameraCv, Intrinsics, Object, Pose};
 
 /// Lights and paint of an object. Colours are shares of full brightness, 0 to 1: red, green, blue.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub struct Appearance {
     /// Colour of the object.
     pub object: [f32; 3],
     /// Behind it, not lit.
@@ -36,7 +36,7 @@ pub struct Light {
     pub colour: [f32; 3],
 }
 
-impl Default for Look {
+impl Default for Appearance {
     /// A grey object before a darker background, lit from above on two sides.
     fn default() -> Self {
         let light =
@@ -55,12 +55,12 @@ impl Default for Look {
 pub type Window = [u32; 4];
 
 /// Lights and paints a scene that was made for this pose.
-pub(super) fn apply(scene: &mut MjvScene, look: &Look, world_from_object: &nalgebra::Matrix3<f64>) {
-    let mut far = look.lights.iter();
+pub(super) fn apply(scene: &mut MjvScene, appearance: &Appearance, world_from_object: &nalgebra::Matrix3<f64>) {
+    let mut far = appearance.lights.iter();
     for light in scene.lights_mut() {
         (light.castshadow, light.specular) = (0, [0.1; 3]);
         if light.headlight != 0 {
-            (light.ambient, light.diffuse) = (look.ambient, look.headlight);
+            (light.ambient, light.diffuse) = (appearance.ambient, appearance.headlight);
         } else if let Some(Light { direction, colour }) = far.next() {
             let direction = world_from_object * direction.into_inner();
             light.type_ = mjtLightType::mjLIGHT_DIRECTIONAL as i32;
@@ -68,12 +68,12 @@ pub(super) fn apply(scene: &mut MjvScene, look: &Look, world_from_object: &nalge
             (light.ambient, light.diffuse) = ([0.0; 3], *colour);
         }
     }
-    ffi::paint(scene, look.object);
+    ffi::paint(scene, appearance.object);
 }
 
 impl SimWorker {
-    /// Colours by `mjr_render` over EGL in a part of the image, row-major from the top: red, green, blue, each pixel the mean of
-    /// four. Nothing casts a shadow. The model must be one of [`super::SimModel::with_lights`].
+    /// Colours by `mjr_render` over EGL in a part of the image, row-major from the top: red, green, blue, each pixel the mean
+    /// of four. Nothing casts a shadow. The model must be one of [`super::SimModel::with_lights`].
     ///
     /// The OpenGL context is made on the first call.
     ///
@@ -84,13 +84,13 @@ impl SimWorker {
         camera: &Intrinsics,
         camera_from_object: &Pose<CameraCv, Object>,
         [left, top, width, height]: Window,
-        look: &Look,
+        appearance: &Appearance,
         rgb: &mut Vec<[u8; 3]>,
     ) -> Result<(), SimError> {
         let world_from_object = *self.object_in_world(camera_from_object)?.rotation().matrix();
         let pixels = PixelBox { left, top, right: left + width, bottom: top + height };
         rgb.clear();
-        rgb.resize(width as usize * height as usize, look.background);
+        rgb.resize(width as usize * height as usize, appearance.background);
         if rgb.is_empty() {
             return Ok(());
         }
@@ -98,8 +98,8 @@ impl SimWorker {
             Some(view) => self.gl.insert(view),
             None => self.gl.insert(GlView::new()?),
         };
-        let lit = |scene: &mut MjvScene| apply(scene, look, &world_from_object);
-        view.draw_colours(&self.model, &mut self.data, camera, &pixels, lit, look.background, rgb)?;
+        let lit = |scene: &mut MjvScene| apply(scene, appearance, &world_from_object);
+        view.draw_colours(&self.model, &mut self.data, camera, &pixels, lit, appearance.background, rgb)?;
         Ok(())
     }
 }
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn colours_are_those_that_were_asked_for() {
         let dark = Light { direction: Vector3::z_axis(), colour: [0.0; 3] };
-        let look = Look {
+        let appearance = Appearance {
             object: [0.8, 0.4, 0.2],
             background: [10, 20, 30],
             ambient: [1.0; 3],
@@ -158,35 +158,35 @@ mod tests {
             lights: [dark.clone(), dark],
         };
         let (mut worker, mut rgb) = (worker(), Vec::new());
-        worker.gl_colours(&camera(), &before_the_camera(), [280, 200, 80, 80], &look, &mut rgb).expect("EGL");
+        worker.gl_colours(&camera(), &before_the_camera(), [280, 200, 80, 80], &appearance, &mut rgb).expect("EGL");
         // The near side is at 1.99 m: 55.7 px wide around the middle, (40, 40) of the window.
         let apart = |found: [u8; 3], wanted: [u8; 3]| {
             found.iter().zip(wanted).all(|(found, wanted)| found.abs_diff(wanted) <= 26)
         };
         assert!(apart(rgb[40 * 80 + 40], [204, 102, 51]), "{:?}", rgb[40 * 80 + 40]);
-        assert_eq!(rgb[2 * 80 + 2], look.background);
-        let covered = rgb.iter().filter(|pixel| **pixel != look.background).count() as f64;
+        assert_eq!(rgb[2 * 80 + 2], appearance.background);
+        let covered = rgb.iter().filter(|pixel| **pixel != appearance.background).count() as f64;
         assert!((covered.sqrt() - 55.7).abs() < 1.2, "{}", covered.sqrt());
         // The same pixels whatever the window, and again.
         let mut part = Vec::new();
-        worker.gl_colours(&camera(), &before_the_camera(), [310, 230, 20, 10], &look, &mut part).expect("EGL");
+        worker.gl_colours(&camera(), &before_the_camera(), [310, 230, 20, 10], &appearance, &mut part).expect("EGL");
         let same = part.iter().enumerate().all(|(k, pixel)| *pixel == rgb[(30 + k / 20) * 80 + 30 + k % 20]);
         assert!(same);
     }
 
-    /// A light from the left makes a turned plate brighter than one from the right; depth is as it was before.
+    /// A light from the left makes a tilted plate brighter than one from the right; depth is as it was before.
     #[test]
     fn lights_shine_along_their_directions_and_leave_depth_alone() {
         let (mut worker, pose) = (worker(), Pose::from_xyz_rpy([0.0, 0.0, 2.0, 0.0, 0.6, 0.0]));
         let before = worker.gl_depth(&camera(), &pose).expect("EGL").clone();
         let brightness = |worker: &mut SimWorker, x: f64| {
-            // In the camera's frame along x; lights are told in the object's.
+            // In the camera's frame along x; lights are stated in the object's.
             let direction = Unit::new_normalize(pose.rotation().inverse() * Vector3::new(x, 0.0, 1.0));
             let dark = Light { direction, colour: [0.0; 3] };
             let lights = [Light { direction, colour: [0.9; 3] }, dark];
-            let look = Look { ambient: [0.0; 3], headlight: [0.0; 3], lights, ..Look::default() };
+            let appearance = Appearance { ambient: [0.0; 3], headlight: [0.0; 3], lights, ..Appearance::default() };
             let mut rgb = Vec::new();
-            worker.gl_colours(&camera(), &pose, [316, 236, 8, 8], &look, &mut rgb).expect("EGL");
+            worker.gl_colours(&camera(), &pose, [316, 236, 8, 8], &appearance, &mut rgb).expect("EGL");
             rgb.iter().map(|pixel| u32::from(pixel[1])).sum::<u32>()
         };
         let normal = pose.rotation() * -Vector3::z();

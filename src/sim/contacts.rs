@@ -14,7 +14,7 @@ use robot::collision::{Bodies, TouchTest};
 /// Two bodies that MuJoCo finds in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Places in [`Bodies::bodies`], the lower first.
+    /// Indices in [`Bodies::bodies`], the lower first.
     pub bodies: [usize; 2],
     /// Distance of the two [m], by MuJoCo's measure: negative where they overlap.
     pub distance: f64,
@@ -84,7 +84,7 @@ impl RobotModel {
         let mut worker = self.contact_worker(joints, fixed)?;
         match worker.contacts(&rest).into_iter().find(|contact| contact.distance <= 0.0) {
             Some(contact) => {
-                let [first, second] = contact.bodies.map(|place| worker.carried.bodies.bodies[place].name.clone());
+                let [first, second] = contact.bodies.map(|index| worker.carried.bodies.bodies[index].name.clone());
                 Err(RobotError::Rest { path: self.path.clone(), first, second })
             }
             None => Ok(()),
@@ -112,7 +112,7 @@ impl RobotModel {
             .map_err(|source| RobotError::Surface { path: self.path.clone(), source })?;
         match carried.bodies.pairs.iter().find(|pair| test.touches(**pair, &frames)) {
             Some(pair) => {
-                let [first, second] = pair.map(|place| carried.bodies.bodies[place].name.clone());
+                let [first, second] = pair.map(|index| carried.bodies.bodies[index].name.clone());
                 Err(RobotError::Rest { path: self.path.clone(), first, second })
             }
             None => Ok(carried.bodies),
@@ -137,14 +137,13 @@ impl ContactWorker {
         self.data.collision();
         let mut found = BTreeMap::new();
         for contact in self.data.contact() {
-            let place = |side: usize| {
-                usize::try_from(contact.geom[side]).ok().and_then(|geom| self.carried.place_of_geom[geom])
-            };
-            let (Some(one), Some(other)) = (place(0), place(1)) else { continue };
-            let link = |place: usize| self.carried.bodies.bodies[place].link;
+            let index =
+                |side: usize| usize::try_from(contact.geom[side]).ok().and_then(|geom| self.carried.body_of_geom[geom]);
+            let (Some(one), Some(other)) = (index(0), index(1)) else { continue };
+            let link = |index: usize| self.carried.bodies.bodies[index].link;
             if link(one) != link(other) {
-                let least = found.entry([one.min(other), one.max(other)]).or_insert(f64::INFINITY);
-                *least = contact.dist.min(*least);
+                let min = found.entry([one.min(other), one.max(other)]).or_insert(f64::INFINITY);
+                *min = contact.dist.min(*min);
             }
         }
         found.into_iter().map(|(bodies, distance)| Contact { bodies, distance }).collect()

@@ -22,10 +22,10 @@ pub(super) fn pose_from<F: Frame>(position: &[f64; 3], rotation: &[f64; 9]) -> P
     Pose::new(Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rotation)), Vector3::from_column_slice(position))
 }
 
-/// A placement as MuJoCo has it: a place and a rotation by rows.
-pub(super) fn placement(place: &[f64], rows: &[f64]) -> IsometryMatrix3<f64> {
-    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rows));
-    IsometryMatrix3::from_parts(Translation3::from(Vector3::from_column_slice(place)), turn)
+/// A placement as MuJoCo has it: a position and a rotation by rows.
+pub(super) fn placement(position: &[f64], rows: &[f64]) -> IsometryMatrix3<f64> {
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rows));
+    IsometryMatrix3::from_parts(Translation3::from(Vector3::from_column_slice(position)), rotation)
 }
 
 /// A geom that is a solid in closed form: a box, a ball, a capsule or a cylinder.

@@ -14,7 +14,7 @@ use super::{
 use kernel::geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, World};
 
 /// Working memory of one thread that renders an object. It stays on its thread; make one per thread and move it from
-/// object to object with [`SimWorker::turn_to`].
+/// object to object with [`SimWorker::use_model`].
 pub struct SimWorker {
     pub(super) model: Arc<SimModel>,
     pub(super) data: MjData<Arc<MjModel>>,
@@ -24,15 +24,15 @@ pub struct SimWorker {
 }
 
 impl SimWorker {
-    /// A worker that looks at this object.
+    /// A worker that renders this object.
     pub fn new(model: &Arc<SimModel>) -> Self {
         let mut data = MjData::new(Arc::clone(&model.model));
         data.forward();
         Self { model: Arc::clone(model), data, rays: Vec::new(), crop: DepthCrop::default(), gl: None }
     }
 
-    /// Looks at another object from now on; the OpenGL context, where there is one, is kept.
-    pub fn turn_to(&mut self, model: &Arc<SimModel>) {
+    /// Renders another object from now on; the OpenGL context, where there is one, is kept.
+    pub fn use_model(&mut self, model: &Arc<SimModel>) {
         if !Arc::ptr_eq(&self.model, model) {
             let gl = self.gl.take().map(GlView::without_model);
             *self = Self { gl, ..Self::new(model) };
@@ -50,7 +50,7 @@ impl SimWorker {
         camera: &Intrinsics,
         camera_from_object: &Pose<CameraCv, Object>,
     ) -> Result<&DepthCrop, SimError> {
-        self.place(camera_from_object)?;
+        self.set_camera(camera_from_object)?;
         let pixels = self.model.projected_box(camera, camera_from_object);
         let rotation = *self.model.world_from_camera.rotation();
         let from = *self.model.world_from_camera.translation();
@@ -72,7 +72,7 @@ impl SimWorker {
             if depth >= camera.near {
                 *pixel = depth as f32;
             } else if depth >= 0.0 {
-                // Something stands before the near plane: look again from there.
+                // Something stands before the near plane: render again from there.
                 let start: [f64; 3] = std::array::from_fn(|axis| from[axis] + ray[axis] * camera.near);
                 let (_, beyond) = self.data.ray(&start, ray, None, true, None, None);
                 if beyond >= 0.0 {
@@ -94,7 +94,7 @@ impl SimWorker {
         camera: &Intrinsics,
         camera_from_object: &Pose<CameraCv, Object>,
     ) -> Result<&DepthCrop, SimError> {
-        self.place(camera_from_object)?;
+        self.set_camera(camera_from_object)?;
         let pixels = self.model.projected_box(camera, camera_from_object);
         open_crop(&mut self.crop, &pixels);
         if !self.crop.depth.is_empty() {
@@ -121,19 +121,21 @@ impl SimWorker {
         &mut self,
         camera_from_object: &Pose<CameraCv, Object>,
     ) -> Result<Pose<World, Object>, SimError> {
-        self.place(camera_from_object)?;
+        self.set_camera(camera_from_object)?;
         Ok(pose_from(&self.data.xpos()[OBJECT], &self.data.xmat()[OBJECT]))
     }
 
     /// Moves the object's free joint; quaternion order (w first) is MuJoCo's and changes here only.
-    fn place(&mut self, camera_from_object: &Pose<CameraCv, Object>) -> Result<(), SimError> {
+    fn set_camera(&mut self, camera_from_object: &Pose<CameraCv, Object>) -> Result<(), SimError> {
         if camera_from_object.to_rows().iter().any(|x| !x.is_finite()) {
             return Err(SimError::Pose(camera_from_object.to_rows()));
         }
         let world_from_object = self.model.world_from_camera * *camera_from_object;
         let position = world_from_object.translation();
-        let turn = UnitQuaternion::from_rotation_matrix(world_from_object.rotation());
-        self.data.qpos_mut().copy_from_slice(&[position.x, position.y, position.z, turn.w, turn.i, turn.j, turn.k]);
+        let rotation = UnitQuaternion::from_rotation_matrix(world_from_object.rotation());
+        self.data
+            .qpos_mut()
+            .copy_from_slice(&[position.x, position.y, position.z, rotation.w, rotation.i, rotation.j, rotation.k]);
         self.data.kinematics();
         Ok(())
     }
@@ -212,12 +214,12 @@ mod tests {
     fn a_slanted_plane_has_its_closed_form_depth() {
         let camera = job_camera();
         // MuJoCo's planes cannot move: the upper face of a wide box is one that can. Its normal is the box's z axis,
-        // turned to face the camera, then slanted.
+        // rotated to face the camera, then slanted.
         let mut worker = primitive(MjtGeomBase::mjGEOM_BOX, [50.0, 50.0, 1.0]);
-        let turn = rotation_from_rpy(std::f64::consts::PI, 0.0, 0.0) * rotation_from_rpy(0.5, 0.4, 0.0);
+        let rotation = rotation_from_rpy(std::f64::consts::PI, 0.0, 0.0) * rotation_from_rpy(0.5, 0.4, 0.0);
         let point = nalgebra::Vector3::new(0.1, 0.2, 1.5);
-        let normal = turn * nalgebra::Vector3::z();
-        let depth = worker.ray_depth(&camera, &Pose::new(turn, point - normal)).expect("finite").clone();
+        let normal = rotation * nalgebra::Vector3::z();
+        let depth = worker.ray_depth(&camera, &Pose::new(rotation, point - normal)).expect("finite").clone();
         let mut worst = 0.0_f64;
         for row in 0..camera.height {
             for column in 0..camera.width {

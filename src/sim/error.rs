@@ -1,4 +1,4 @@
-//! Errors on the way into MuJoCo.
+//! Errors while a model is handed to MuJoCo.
 
 use std::path::PathBuf;
 
@@ -256,7 +256,7 @@ pub enum HandError {
         /// Part that the hand lacks.
         what: &'static str,
     },
-    /// An object without shapes, or a shape or place that is not a finite one.
+    /// An object without shapes, or a shape or pose that is not a finite one.
     #[error("the object to close on: {reason}")]
     Object {
         /// Problem with the object.

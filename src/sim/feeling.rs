@@ -18,10 +18,10 @@ const SPEED: f64 = 0.01;
 const CLEAR: f64 = 5e-4;
 
 /// Touches of a link that are nearer to each other are one [m].
-const SAME_PLACE: f64 = 0.002;
+const SAME_POINT: f64 = 0.002;
 
-/// Steps in which fingers come to rest, at most: a finger that feels takes 1,700 for its whole way.
-const MOST_STEPS: u32 = 3_000;
+/// Steps in which fingers come to rest, at most: a finger that feels takes 1,700 for its whole range.
+const MAX_STEPS: u32 = 3_000;
 
 /// With which a hand leans on what stopped it [N], how many steps it takes to come to that, and how much of what it leans too
 /// much it gives way to in a step.
@@ -29,13 +29,14 @@ const LEANS: f64 = 1.0;
 const STEPS_TO_EASE: u32 = 60;
 const EASING: f64 = 0.1;
 
-/// A straight way of the opened hand.
+/// A straight movement of the opened hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandApproach {
-    /// The approach frame at the start, seen from the object; z is the way. The hand is clear of the object there.
+    /// The approach frame at the start, expressed in the object's frame; z is the direction of motion. The hand is clear of the
+    /// object there.
     pub object_from_start: IsometryMatrix3<f64>,
-    /// Longest way [m].
-    pub way: f64,
+    /// Longest movement [m].
+    pub distance: f64,
     /// Effort with which the fingers close in the end.
     pub effort: Effort,
 }
@@ -45,7 +46,7 @@ pub struct HandApproach {
 pub enum MoveEnd {
     /// Something touched.
     Touched,
-    /// Nothing did, all the way.
+    /// Nothing did, over the whole movement.
     Free,
     /// The numbers blew up.
     Unstable(Unstable),
@@ -58,7 +59,7 @@ pub enum ApproachEnd {
     AtRest,
     /// The fingers had not come to rest when their steps were used up.
     TimedOut,
-    /// The hand touched nothing all the way.
+    /// The hand touched nothing over the whole movement.
     Missed,
     /// The numbers blew up.
     Unstable,
@@ -71,9 +72,9 @@ pub struct Felt {
     pub end: ApproachEnd,
     /// Steps of 2 ms that were simulated.
     pub steps: u32,
-    /// Distance that the hand had come when it touched first, or all the way [m].
+    /// Distance that the hand had come when it touched first, or the whole movement [m].
     pub travelled: f64,
-    /// The hand's base in the end, seen from the object.
+    /// The hand's base in the end, expressed in the object's frame.
     pub object_from_base: IsometryMatrix3<f64>,
     /// Values of all joints in the end [rad or m], in the order of the hand's tree.
     pub joints: Vec<f64>,
@@ -85,11 +86,11 @@ pub struct Felt {
 impl HandWorker {
     /// Moves the hand along a direction of its base at a speed [m/s], its fingers holding still, until something touches the
     /// object, at most so far [m]: then it stops where it is. (What moves is the object, the other way.)
-    pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, way: f64) -> MoveEnd {
+    pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, distance: f64) -> MoveEnd {
         let hold = vec![Command::Hold; self.sim.hand().driven().len()];
-        let step = self.base_from_place.rotation.inverse() * direction.into_inner() * (-speed * STEP);
+        let step = self.base_from_mount.rotation.inverse() * direction.into_inner() * (-speed * STEP);
         let mut end = MoveEnd::Free;
-        for _ in 0..(way / (speed * STEP)).ceil() as u32 {
+        for _ in 0..(distance / (speed * STEP)).ceil() as u32 {
             self.slid += step;
             if let Err(unstable) = self.step(&hold) {
                 return MoveEnd::Unstable(unstable);
@@ -99,7 +100,7 @@ impl HandWorker {
                 break;
             }
         }
-        // What moves lags behind what it is told.
+        // What moves lags behind its command.
         let slides = self.slides();
         let at = |axis: usize| self.data.qpos()[slides[axis].address];
         self.slid = Vector3::from_fn(|axis, _| at(axis));
@@ -114,7 +115,7 @@ impl HandWorker {
 
     /// Gives way until the hand leans on the object with [`LEANS`] along a direction.
     fn ease(&mut self, direction: &Unit<Vector3<f64>>, hold: &[Command]) -> MoveEnd {
-        let ahead = self.base_from_place.rotation.inverse() * direction.into_inner();
+        let ahead = self.base_from_mount.rotation.inverse() * direction.into_inner();
         let stiffness = self.slides()[0].stiffness;
         for _ in 0..STEPS_TO_EASE {
             let leans: f64 = self.touches().iter().map(|touch| -touch.force * touch.normal.dot(direction)).sum();
@@ -135,25 +136,25 @@ impl HandWorker {
         let opened = hand.opened();
         let frames = hand.link_frames(&hand.posture_values(&opened));
         let base_from_approach = *hand.approach_pose(&frames).isometry();
-        let way = approach.object_from_start.rotation * Vector3::z();
+        let distance = approach.object_from_start.rotation * Vector3::z();
         let start = approach.object_from_start * base_from_approach.inverse();
-        let moved = |by: f64| Translation3::from(way * by) * start;
+        let moved = |by: f64| Translation3::from(distance * by) * start;
         let mut travelled = 0.0;
         while let Some(clearance) = self.sim.clearance_at_least(&frames, &moved(travelled)) {
-            if clearance < CLEAR || travelled >= approach.way {
+            if clearance < CLEAR || travelled >= approach.distance {
                 break;
             }
-            travelled = (travelled + clearance).min(approach.way);
+            travelled = (travelled + clearance).min(approach.distance);
         }
         self.start(&opened, &moved(travelled).inverse())?;
         let ahead = Unit::new_normalize(base_from_approach.rotation * Vector3::z());
         let mut touches = Vec::new();
-        let end = match self.guarded_move(&ahead, SPEED, approach.way - travelled) {
+        let end = match self.guarded_move(&ahead, SPEED, approach.distance - travelled) {
             MoveEnd::Touched => {
                 // What stopped the hand may be let go of when the fingers press.
                 touches = self.presses();
                 self.set_effort(approach.effort);
-                match self.close(MOST_STEPS).end {
+                match self.close(MAX_STEPS).end {
                     RunEnd::AtRest => ApproachEnd::AtRest,
                     RunEnd::TimedOut => ApproachEnd::TimedOut,
                     RunEnd::Unstable(_) => ApproachEnd::Unstable,
@@ -163,7 +164,7 @@ impl HandWorker {
             MoveEnd::Unstable(_) => ApproachEnd::Unstable,
         };
         let object_from_base = self.base_from_object().inverse();
-        let came = (object_from_base.translation.vector - start.translation.vector).dot(&way);
+        let came = (object_from_base.translation.vector - start.translation.vector).dot(&distance);
         match end {
             ApproachEnd::Missed | ApproachEnd::Unstable => touches.clear(),
             _ => {
@@ -190,5 +191,5 @@ impl HandWorker {
 
 /// Whether two touches are one, a moment apart.
 fn is_same(first: &LinkTouch, then: &LinkTouch) -> bool {
-    first.link == then.link && (first.point - then.point).norm() < SAME_PLACE
+    first.link == then.link && (first.point - then.point).norm() < SAME_POINT
 }

@@ -52,8 +52,8 @@ pub(super) fn prepare_library() {
     });
 }
 
-/// Takes the free joints of what stands in the world out of a description, so that it stands still. Keyframes would have another
-/// length; they go to the joints' own values.
+/// Takes the free joints of what stands in the world out of a description, so that it stands still. Keyframes would have
+/// another length; they go to the joints' own values.
 pub(super) fn drop_free_joints(spec: &mut MjSpec) -> Result<(), MjEditError> {
     let mut dropped = false;
     for body in spec.world_body_mut().body_iter_mut() {
@@ -75,8 +75,8 @@ pub(super) fn drop_free_joints(spec: &mut MjSpec) -> Result<(), MjEditError> {
     Ok(())
 }
 
-/// Takes all meshes out of a description that was compiled to this model, whose bodies weigh what they did; `false` where a body
-/// without a name cannot be reached.
+/// Takes all meshes out of a description that was compiled to this model, whose bodies weigh what they did; `false` where a
+/// body without a name cannot be reached.
 pub(super) fn drop_meshes(spec: &mut MjSpec, model: &MjModel) -> Result<bool, MjEditError> {
     for body in 1..model.body_mass().len() {
         let name = model.id_to_name(MjtObjBase::mjOBJ_BODY, body).filter(|name| !name.is_empty());
@@ -106,7 +106,7 @@ pub(super) fn drop_meshes(spec: &mut MjSpec, model: &MjModel) -> Result<bool, Mj
     Ok(true)
 }
 
-/// The geoms that a true mesh is held against, before a mesh in MuJoCo's order.
+/// The geoms that a true mesh is compared with, before a mesh in MuJoCo's order.
 const SOLIDS: [MjtGeomBase; 4] =
     [MjtGeomBase::mjGEOM_SPHERE, MjtGeomBase::mjGEOM_CAPSULE, MjtGeomBase::mjGEOM_CYLINDER, MjtGeomBase::mjGEOM_BOX];
 
@@ -123,7 +123,7 @@ unsafe extern "C" fn collide_with_mesh(
     mesh: c_int,
     margin: f64,
 ) -> c_int {
-    let place = |positions: *const f64, rotations: *const f64, number: usize| {
+    let pose = |positions: *const f64, rotations: *const f64, number: usize| {
         // SAFETY: MuJoCo's arrays have three and nine numbers for each geom and each body.
         #[expect(unsafe_code, reason = "MuJoCo's arrays")]
         unsafe {
@@ -139,8 +139,8 @@ unsafe extern "C" fn collide_with_mesh(
     unsafe {
         let found = with_collider(mesh, |collider| {
             let body = *(*model).geom_bodyid.add(mesh as usize) as usize;
-            let world_from_solid = place((*data).geom_xpos, (*data).geom_xmat, solid as usize);
-            let world_from_object = place((*data).xpos, (*data).xmat, body);
+            let world_from_solid = pose((*data).geom_xpos, (*data).geom_xmat, solid as usize);
+            let world_from_object = pose((*data).xpos, (*data).xmat, body);
             let mut count = 0;
             for contact in collider.contacts(solid, &world_from_solid, &world_from_object, margin) {
                 // From the solid to the mesh.
@@ -154,7 +154,7 @@ unsafe extern "C" fn collide_with_mesh(
         found.unwrap_or_else(|| {
             let kind = (*model).geom_type.add(solid as usize).read();
             let own = SOLIDS.iter().position(|solid| *solid as i32 == kind);
-            let own = own.and_then(|place| OWN_COLLISIONS.get()?[place]);
+            let own = own.and_then(|pose| OWN_COLLISIONS.get()?[pose]);
             own.map_or(0, |own| own(model, data, contacts, solid, mesh, margin))
         })
     }
@@ -169,7 +169,7 @@ pub(super) fn set_object(data: &mut MjData<Box<MjModel>>, object: &FreeObject, [
     model.body_inertia_mut()[object.body] = object.inertia.map(|moment| mass * moment);
     // What is there for rolling counts for contacts of another kind alone.
     model.geom_friction_mut()[object.geom] = [friction, friction * torsion, 1e-4];
-    // SAFETY: 3 and 4 are kinds of contacts that MuJoCo has; it looks at them when it makes a contact, no earlier.
+    // SAFETY: 3 and 4 are kinds of contacts that MuJoCo has; it reads them when it makes a contact, no earlier.
     #[expect(unsafe_code, reason = "other numbers would be none")]
     let kinds = unsafe { model.geom_condim_mut() };
     kinds[object.geom] = if torsion > 0.0 { 4 } else { 3 };
@@ -180,7 +180,7 @@ pub(super) fn set_object(data: &mut MjData<Box<MjModel>>, object: &FreeObject, [
 pub(super) fn libc_version() -> String {
     #[cfg(target_env = "gnu")]
     {
-        #[expect(unsafe_code, reason = "glibc tells its version by a function only")]
+        #[expect(unsafe_code, reason = "glibc gives its version by a function only")]
         unsafe extern "C" {
             safe fn gnu_get_libc_version() -> *const std::ffi::c_char;
         }
@@ -343,16 +343,16 @@ fn displays(egl: &Egl) -> Vec<(String, egl::Display)> {
 
 /// Graphics devices, hardware or software, in EGL's order.
 fn devices(egl: &Egl) -> Vec<*mut c_void> {
-    const MOST: usize = 16;
+    const MAX: usize = 16;
     let Some(query) = egl.get_proc_address("eglQueryDevicesEXT") else { return Vec::new() };
-    let (mut devices, mut count) = ([std::ptr::null_mut(); MOST], 0_i32);
+    let (mut devices, mut count) = ([std::ptr::null_mut(); MAX], 0_i32);
     // SAFETY: EGL_EXT_device_enumeration defines this type; at most MOST devices are written.
     #[expect(unsafe_code, reason = "EGL's extensions are reached through function pointers")]
     let done = unsafe {
         let query: extern "system" fn(i32, *mut *mut c_void, *mut i32) -> egl::Boolean = std::mem::transmute(query);
-        query(MOST as i32, devices.as_mut_ptr(), &raw mut count)
+        query(MAX as i32, devices.as_mut_ptr(), &raw mut count)
     };
-    let count = if done == egl::TRUE { usize::try_from(count).unwrap_or(0).min(MOST) } else { 0 };
+    let count = if done == egl::TRUE { usize::try_from(count).unwrap_or(0).min(MAX) } else { 0 };
     devices[..count].to_vec()
 }
 
@@ -385,7 +385,7 @@ fn open(egl: &Egl, display: egl::Display) -> Result<egl::Context, egl::Error> {
 /// Paints every geom of a scene in one colour.
 pub(super) fn paint(scene: &mut MjvScene, rgb: [f32; 3]) {
     // SAFETY: only colour and shine change, and the renderer takes any numbers for these.
-    #[expect(unsafe_code, reason = "other fields of a geom are places that MuJoCo trusts")]
+    #[expect(unsafe_code, reason = "other fields of a geom are indices that MuJoCo trusts")]
     for geom in unsafe { scene.geoms_mut() } {
         geom.rgba = [rgb[0], rgb[1], rgb[2], 1.0];
         (geom.specular, geom.shininess, geom.emission) = (0.2, 0.3, 0.0);

@@ -193,8 +193,10 @@ fn shrink(samples: &[[u8; 3]], width: usize, rgb: &mut [[u8; 3]]) {
         for (column, pixel) in to.iter_mut().enumerate() {
             *pixel = std::array::from_fn(|channel| {
                 let of_row = |row: usize| (0..each).map(move |k| (row, each * column + k));
-                let sum: u32 =
-                    (0..each).flat_map(of_row).map(|(row, place)| u32::from(from[row * width + place][channel])).sum();
+                let sum: u32 = (0..each)
+                    .flat_map(of_row)
+                    .map(|(row, column)| u32::from(from[row * width + column][channel]))
+                    .sum();
                 ((sum + count / 2) / count) as u8
             });
         }

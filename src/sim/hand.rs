@@ -9,7 +9,7 @@ use std::{
 use mujoco_rs::wrappers::mj_model::{MjtEq, MjtJoint, MjtObjBase};
 
 use super::{
-    bodies::{PairRule, Places},
+    bodies::{LinkTable, PairRule},
     convert::{index, isometry},
     error::{HandError, RobotError},
     ffi::drop_free_joints,
@@ -63,12 +63,12 @@ impl HandModel {
     /// When a mesh can't be read, or a geom is a plane, an ellipsoid, a height field or a distance field.
     #[expect(clippy::type_complexity, reason = "a list of pairs")]
     pub fn bodies(&self) -> Result<(Bodies, Vec<([usize; 2], PairRule)>), RobotError> {
-        let carried = self.robot.carried_at(self.robot.all_places()?)?;
+        let carried = self.robot.carried_at(self.robot.all_links()?)?;
         Ok((carried.bodies, carried.rules))
     }
 
-    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and places that may touch, and what can touch
-    /// is simple.
+    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and contacts that may touch, and what can
+    /// touch is simple.
     ///
     /// # Errors
     /// When it can't.
@@ -114,10 +114,10 @@ impl RobotModel {
     /// When a joint has no name or is a ball or free joint, or a coupling is not linear.
     pub(super) fn skeleton(&self) -> Result<Skeleton, HandError> {
         let model = &self.model;
-        let places = self.all_places()?;
-        let couplings = self.couplings(&places)?;
+        let table = self.all_links()?;
+        let couplings = self.couplings(&table)?;
         let mount = |body: i32, body_from_frame| {
-            let (link, link_from_body) = places.of_body[index(body)];
+            let (link, link_from_body) = table.of_body[index(body)];
             Mount { link, link_from_frame: link_from_body * body_from_frame }
         };
         let named = |kind, count: usize| {
@@ -135,16 +135,16 @@ impl RobotModel {
             .map(|(body, name)| (name.to_owned(), mount(body as i32, nalgebra::IsometryMatrix3::identity())))
             .collect();
         // Of several bodies welded together the first; the world counts where nothing stands on it.
-        let first = |link: usize| (1..places.of_body.len()).find(|body| places.of_body[*body].0 == link).unwrap_or(0);
-        let links = (0..=places.chain.len()).map(|link| self.body_name(first(link))).collect();
-        let joints = places.chain.into_iter().zip(places.carried_by);
+        let first = |link: usize| (1..table.of_body.len()).find(|body| table.of_body[*body].0 == link).unwrap_or(0);
+        let links = (0..=table.chain.len()).map(|link| self.body_name(first(link))).collect();
+        let joints = table.chain.into_iter().zip(table.carried_by);
         let joints = joints.map(|(joint, carried_by)| TreeJoint { joint, carried_by }).collect();
         let tree = JointTree::new(joints).map_err(|source| RobotError::Group { path: self.path.clone(), source })?;
         Ok(Skeleton { name: self.name.clone(), tree, links, couplings, sites, bodies })
     }
 
     /// Every hinge and slide, and which link carries which body.
-    pub(super) fn all_places(&self) -> Result<Places, RobotError> {
+    pub(super) fn all_links(&self) -> Result<LinkTable, RobotError> {
         let count = self.model.jnt_type().len();
         let names: Vec<&str> = (0..count).map(|joint| self.joint_name(joint)).collect();
         for (joint, name) in names.iter().enumerate() {
@@ -159,7 +159,7 @@ impl RobotModel {
             };
             return Err(RobotError::Kind { path: self.path.clone(), joint: (*name).to_owned(), kind });
         }
-        self.places(&names, &BTreeMap::new())
+        self.link_table(&names, &BTreeMap::new())
     }
 
     fn joint_name(&self, joint: usize) -> &str {
@@ -167,7 +167,7 @@ impl RobotModel {
     }
 
     /// Couplings of `<equality><joint>`. MuJoCo's polynomial is about the joints' reference values.
-    fn couplings(&self, places: &Places) -> Result<Vec<Coupling>, HandError> {
+    fn couplings(&self, links: &LinkTable) -> Result<Vec<Coupling>, HandError> {
         let model = &self.model;
         let mut found: Vec<Coupling> = Vec::new();
         for (equality, kind) in model.eq_type().iter().enumerate() {
@@ -201,13 +201,13 @@ impl RobotModel {
                 reason: "follows a joint that itself follows one; couple both to the one that is driven",
             });
         }
-        // From MuJoCo's numbers of joints to places in the tree.
-        let place = |joint: usize| {
-            places.chain.iter().position(|known| known.name == self.joint_name(joint)).expect("every joint is there")
+        // From MuJoCo's numbers of joints to indices in the tree.
+        let index = |joint: usize| {
+            links.chain.iter().position(|known| known.name == self.joint_name(joint)).expect("every joint is there")
         };
         Ok(found
             .into_iter()
-            .map(|coupling| Coupling { joint: place(coupling.joint), follows: place(coupling.follows), ..coupling })
+            .map(|coupling| Coupling { joint: index(coupling.joint), follows: index(coupling.follows), ..coupling })
             .collect())
     }
 }

@@ -1,9 +1,9 @@
 //! A hand and an object, compiled for stepping: one that no hand can push away, or a free one.
 //!
-//! The hand's base is the world. An object that stays is held by slides that can move it against the hand: MuJoCo looks for no
+//! The hand's base is the world. An object that stays is held by slides that can move it against the hand: MuJoCo searches no
 //! contacts between two bodies that have no joint, so that only so the base feels it.
 //!
-//! MuJoCo moves every joint by a position servo; the coupling is in what the servos are told ([`super::closing`]), not in
+//! MuJoCo moves every joint by a position servo; the coupling is in the servos' commands ([`super::closing`]), not in
 //! equality constraints, so that a clutch can open while the simulation runs and the same controls replay in plain MuJoCo.
 //! The description's own actuators are switched off, its couplings taken out.
 
@@ -58,7 +58,7 @@ pub(super) const CONTACT_SOLIMP: [f64; 5] = [0.95, 0.995, 0.0005, 0.5, 2.0];
 const OWN_ACTUATORS: i32 = 30;
 
 /// Where the object is placed, and what hangs there by three slides: the body that the hand closes on.
-const PLACE: &str = "graspmill place";
+const MOUNT: &str = "graspmill place";
 const OBJECT: &str = "graspmill object";
 const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
 
@@ -100,7 +100,7 @@ pub enum NativeContacts {
 /// Support of the object.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Hold {
-    /// Stiff slides under a place.
+    /// Stiff slides under the mount.
     Slides([Servo; 3]),
     /// Nothing.
     Free(FreeObject),
@@ -198,14 +198,14 @@ impl HandSim {
             let probes = TrueMeshCollider::probes(&compiled);
             TrueMesh { surface: Arc::clone(surface), probes }
         });
-        let places = model.robot.all_places()?;
+        let links = model.robot.all_links()?;
         let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
         let hold = match mass {
             Some(mass) => Hold::Free(free_object(&mut compiled, object_body, mass)),
             None => Hold::Slides(SLIDES.map(|name| servo(&compiled, name, slide_stiffness()))),
         };
         // The object's body comes last: the description's bodies keep their numbers.
-        let link_of = |body: &i32| (index(*body) != object_body).then(|| places.of_body[index(*body)].0);
+        let link_of = |body: &i32| (index(*body) != object_body).then(|| links.of_body[index(*body)].0);
         let link_of_geom = compiled.geom_bodyid().iter().map(link_of).collect();
         let touch_sensors = (0..compiled.sensor_type().len())
             .filter(|sensor| compiled.sensor_type()[*sensor] == MjtSensor::mjSENS_TOUCH)
@@ -215,7 +215,7 @@ impl HandSim {
             })
             .collect();
         let solid = |(geom, probe): (usize, &Option<Probe>)| {
-            let (link, link_from_body) = places.of_body.get(index(compiled.geom_bodyid()[geom]))?;
+            let (link, link_from_body) = links.of_body.get(index(compiled.geom_bodyid()[geom]))?;
             let body_from_geom = isometry(&compiled.geom_pos()[geom], &compiled.geom_quat()[geom]);
             Some((Mount { link: *link, link_from_frame: link_from_body * body_from_geom }, (*probe)?))
         };
@@ -307,8 +307,8 @@ fn check(object: &[Geometry]) -> Result<(), HandError> {
     Ok(())
 }
 
-pub(super) fn is_finite(place: &IsometryMatrix3<f64>) -> bool {
-    place.translation.vector.iter().chain(place.rotation.matrix().iter()).all(|number| number.is_finite())
+pub(super) fn is_finite(pose: &IsometryMatrix3<f64>) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.matrix().iter()).all(|number| number.is_finite())
 }
 
 /// Stiffness of each joint's servo, and the joint's inertia at least.
@@ -353,11 +353,11 @@ pub(super) fn servo_of(joint: &str) -> String {
     format!("graspmill {joint}")
 }
 
-/// The place, the object without geoms, and its slides.
+/// The mount, the object without geoms, and its slides.
 fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
-    let place = spec.world_body_mut().add_body();
-    place.with_name(PLACE).set_mocap(true);
-    let object = place.add_body();
+    let mount = spec.world_body_mut().add_body();
+    mount.with_name(MOUNT).set_mocap(true);
+    let object = mount.add_body();
     object.with_name(OBJECT);
     // As a mass, not as armature: from this MuJoCo takes how hard contacts are.
     object.set_mass(SLIDE_MASS);
@@ -450,12 +450,12 @@ fn add_shapes(body: &mut MjsBody, object: &[Geometry]) {
 }
 
 /// MuJoCo's order: w first.
-pub(super) fn quaternion(place: &IsometryMatrix3<f64>) -> [f64; 4] {
-    let turn = UnitQuaternion::from_rotation_matrix(&place.rotation);
-    [turn.w, turn.i, turn.j, turn.k]
+pub(super) fn quaternion(pose: &IsometryMatrix3<f64>) -> [f64; 4] {
+    let rotation = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+    [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
-/// The settings that held most grasps with least penetration; a pyramid for the friction cone, or impratio 1, would turn most
+/// The settings that held most grasps with least penetration; a pyramid for the friction cone, or impratio 1, would let most
 /// labels.
 pub(super) fn set_option(option: &mut MjOption) {
     option.timestep = STEP;
@@ -480,7 +480,7 @@ fn servos(model: &MjModel, hand: &Hand, gains: &[f64]) -> Vec<Servo> {
 fn servo(model: &MjModel, joint: &str, stiffness: f64) -> Servo {
     let id = model.name_to_id(MjtObjBase::mjOBJ_JOINT, joint).expect("the joint is the model's");
     let control = model.name_to_id(MjtObjBase::mjOBJ_ACTUATOR, &servo_of(joint)).expect("added");
-    // MuJoCo has turned the ratio of damping into a gain.
+    // MuJoCo has converted the ratio of damping to a gain.
     let damping = -model.actuator_biasprm()[control][2];
     let [address, dof] = [model.jnt_qposadr()[id], model.jnt_dofadr()[id]].map(index);
     Servo { control, address, dof, stiffness, damping, inertia: model.dof_m0()[dof] }

@@ -2,14 +2,14 @@
 //! of robots planning groups, what can collide, and MuJoCo's contacts, and of hands their description and how they close.
 //!
 //! A [`SimModel`] is one object before the camera of `scenes/single_view.xml`, compiled once and shared; a [`SimWorker`]
-//! is what one thread needs to look at it. Both ways of looking agree with our rasteriser (`tests/depth_oracles.rs`),
+//! is what one thread needs to render it. Both renderers agree with our rasteriser (`tests/depth_oracles.rs`),
 //! and neither is of class `exact`: the compiler's choice of inertial frame and the rays run through the C library's
 //! maths (class `physics`), the renderer's pixels are the driver's (class `colour`).
 //!
 //! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that nothing pushes away, compiled once and
 //! shared, a [`HandWorker`] what one thread needs to move it. The object may be a true mesh: MuJoCo itself collides the convex
-//! hull of one. A [`TrialSim`] is a hand with an object that moves freely, a [`TrialWorker`] closes, lifts and shakes: the physics
-//! label of a grasp. Stepping is of class `physics`.
+//! hull of one. A [`TrialSim`] is a hand with an object that moves freely, a [`TrialWorker`] closes, lifts and shakes: the
+//! physics label of a grasp. Stepping is of class `physics`.
 //!
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
@@ -41,7 +41,7 @@ mod true_mesh;
 
 pub use bodies::PairRule;
 pub use closing::{Command, Effort, HandWorker, Instability, LinkTouch, Run, RunEnd, Unstable};
-pub use colour::{Light, Look, Window};
+pub use colour::{Appearance, Light, Window};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::SimWorker;
 pub use error::{GlError, HandError, RobotError, SceneError, SimError};

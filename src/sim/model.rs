@@ -50,7 +50,8 @@ impl SimModel {
         Self::filled(mesh, inertia, |_| ())
     }
 
-    /// Compiles the scene with the mesh as its object, and with lights, for [`super::SimWorker::gl_colours`]; depth is as without.
+    /// Compiles the scene with the mesh as its object, and with lights, for [`super::SimWorker::gl_colours`]; depth is as
+    /// without.
     ///
     /// # Errors
     /// When MuJoCo cannot use the mesh.
@@ -105,7 +106,7 @@ impl SimModel {
             low = [low[0].min(u), low[1].min(v)];
             high = [high[0].max(u), high[1].max(v)];
         }
-        let clamp = |value: f64, most: u32| value.clamp(0.0, f64::from(most)) as u32;
+        let clamp = |value: f64, max: u32| value.clamp(0.0, f64::from(max)) as u32;
         let left = clamp(low[0].floor() - 1.0, camera.width);
         let top = clamp(low[1].floor() - 1.0, camera.height);
         PixelBox {

@@ -16,7 +16,7 @@ const PINNED: &str = "e5611a62d8cb6d2a84892f3f9f12428212d766db14352a0b0da3a95c96
 pub struct SimFacts {
     /// MuJoCo's version.
     pub version: String,
-    /// The file that the program was linked with at its start; `None` where the system does not tell.
+    /// The file that the program was linked with at its start; `None` where the system does not say.
     pub library: Option<PathBuf>,
     /// blake3 of that file, in hexadecimal: the first part of the label of data of class `physics`.
     pub digest: Option<String>,

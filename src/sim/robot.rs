@@ -39,7 +39,7 @@ pub struct RobotModel {
 pub(super) struct MeshFile {
     /// `None` for a mesh written into the description, or made by MuJoCo.
     pub(super) file: Option<PathBuf>,
-    /// The frame that the file's points are taken into before they are scaled, seen from the file's own.
+    /// The frame that the file's points are taken into before they are scaled, expressed in the file's own.
     pub(super) file_from_reference: IsometryMatrix3<f64>,
     /// By axis.
     pub(super) scale: [f64; 3],
@@ -100,15 +100,15 @@ impl RobotModel {
             body = index(model.body_parentid()[body]);
         }
         bodies.reverse();
-        let on_the_way: Vec<usize> = bodies.iter().flat_map(|body| self.joints_of(*body)).collect();
+        let between: Vec<usize> = bodies.iter().flat_map(|body| self.joints_of(*body)).collect();
         let name_of = |joint: usize| model.id_to_name(MjtObjBase::mjOBJ_JOINT, joint).unwrap_or_default().to_owned();
         for name in joints {
-            if !on_the_way.iter().any(|joint| name_of(*joint) == *name) {
+            if !between.iter().any(|joint| name_of(*joint) == *name) {
                 return Err(RobotError::NotMoved {
                     path: self.path.clone(),
                     joint: (*name).to_owned(),
                     site: site.to_owned(),
-                    moving: on_the_way.into_iter().map(name_of).collect(),
+                    moving: between.into_iter().map(name_of).collect(),
                 });
             }
         }
@@ -178,7 +178,7 @@ impl RobotModel {
         Ok(pose_from(&data.site_xpos()[site], &data.site_xmat()[site]))
     }
 
-    /// From a body's parent to the body: `frame`, that of the parent seen from the link that carries it, becomes that of
+    /// From a body's parent to the body: `frame`, that of the parent expressed in the link that carries it, becomes that of
     /// the body; joints of the group on the way are added to `chain` and become the link.
     pub(super) fn pass_through(
         &self,
@@ -216,7 +216,7 @@ impl RobotModel {
         first..first + count
     }
 
-    /// A joint without its place, and the value at which it has moved nothing.
+    /// A joint without its origin, and the value at which it has moved nothing.
     fn read_joint(&self, id: usize) -> Result<(Joint, f64), RobotError> {
         let model = &self.model;
         let name = model.id_to_name(MjtObjBase::mjOBJ_JOINT, id).unwrap_or_default().to_owned();

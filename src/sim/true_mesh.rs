@@ -1,6 +1,6 @@
 //! True meshes in MuJoCo, which itself collides the convex hull of one.
 //!
-//! The object's geom is a mesh of eight corners, so that MuJoCo looks where its box is; what is found there comes from a
+//! The object's geom is a mesh of eight corners, so that MuJoCo tests where its box is; what is found there comes from a
 //! [`ContactSurface`]. MuJoCo's table of collision functions is one for the process: `ffi` puts ours into it once, and ours
 //! asks what the thread that steps has [lent](ColliderLoan) to it. Whoever lends nothing gets MuJoCo's own contacts.
 
@@ -69,9 +69,9 @@ pub(super) fn add_geom(spec: &mut MjSpec, surface: &ContactSurface, body: impl F
     // As wide as a mesh has to be, at least.
     let half = (bounds.max - bounds.min).map(|side| side.max(1e-3)) / 2.0;
     let centre = bounds.centre();
-    let corner = |place: usize| {
+    let corner = |index: usize| {
         std::array::from_fn::<f32, 3, _>(|axis| {
-            let side = if place >> axis & 1 == 1 { half[axis] } else { -half[axis] };
+            let side = if index >> axis & 1 == 1 { half[axis] } else { -half[axis] };
             (centre[axis] + side) as f32
         })
     };
@@ -204,7 +204,7 @@ mod tests {
         (Arc::clone(&model), MjData::new(model), Some(collider))
     }
 
-    /// Drops a ball at places over the middle of a hollow scan and lets it come to rest; the distance from its surface to the
+    /// Drops a ball at points over the middle of a hollow scan and lets it come to rest; the distance from its surface to the
     /// mesh's at the end, and where it lies.
     fn rests(prepared: &PreparedMesh, radius: f64, drop: Vector3<f64>) -> (f64, Vector3<f64>, f64) {
         let surface = Arc::new(ContactSurface::new(&prepared.mesh, InsideTest::WindingNumber).expect("a surface"));

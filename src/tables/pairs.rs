@@ -181,7 +181,7 @@ fn write_row_group(writer: &mut SerializedFileWriter<File>, rows: &Rows) -> Resu
     let mut poses = rows.poses.iter();
     // Of lists of twelve that are all there: every element is defined, and all but the first go on with a list.
     let defined = vec![1; 12 * rows.indices.len()];
-    let repeated: Vec<i16> = (0..defined.len()).map(|place| i16::from(place % 12 != 0)).collect();
+    let repeated: Vec<i16> = (0..defined.len()).map(|index| i16::from(index % 12 != 0)).collect();
     let mut group = writer.next_row_group()?;
     while let Some(mut column) = group.next_column()? {
         match column.untyped() {

@@ -60,28 +60,28 @@ impl Slurm {
 
     /// State, node and reason of each task of an array, of the queue as it is now, finished ones included.
     fn tasks(&self, array: &str) -> Vec<(u32, String, String)> {
-        let told =
+        let said =
             self.call("squeue", &["--noheader", "--states=all", "--array", "--format=%F %K %T %N", "--jobs", array]);
         let row = |line: &str| {
             let mut words = line.split_whitespace();
             let (_, task) = (words.next()?, words.next()?.parse().ok()?);
             Some((task, words.next()?.to_owned(), words.next().unwrap_or_default().to_owned()))
         };
-        told.lines().filter_map(row).collect()
+        said.lines().filter_map(row).collect()
     }
 
     /// Sends a job; the numbers of its array and of its merge.
     fn submit(&self, submit: Program) -> (String, String) {
-        let told = self.with_conf(submit).succeed().stdout;
-        println!("{told}");
-        let sent = told.lines().find_map(|line| line.strip_prefix("sent: tasks ")).expect("it was sent");
+        let said = self.with_conf(submit).succeed().stdout;
+        println!("{said}");
+        let sent = said.lines().find_map(|line| line.strip_prefix("sent: tasks ")).expect("it was sent");
         let (tasks, merge) = sent.split_once(", then the merge ").expect("a merge");
         (tasks.to_owned(), merge.to_owned())
     }
 
     fn state(&self, job: &str) -> String {
-        let told = self.call("squeue", &["--noheader", "--states=all", "--format=%T %r", "--jobs", job]);
-        told.trim().to_owned()
+        let said = self.call("squeue", &["--noheader", "--states=all", "--format=%T %r", "--jobs", job]);
+        said.trim().to_owned()
     }
 }
 
@@ -163,9 +163,9 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
     let failed: Vec<u32> =
         slurm.tasks(&array).into_iter().filter(|(_, state, _)| state == "FAILED").map(|(task, _, _)| task).collect();
     assert_eq!(failed, [31], "the one that was killed");
-    let told = Program::on("status", &out).succeed().stdout;
-    println!("lost with the node: {lost:?}; failed: {failed:?}\n{told}");
-    assert!(told.contains("submit --retry"), "{told}");
+    let said = Program::on("status", &out).succeed().stdout;
+    println!("lost with the node: {lost:?}; failed: {failed:?}\n{said}");
+    assert!(said.contains("submit --retry"), "{said}");
     wait_for("the merge to be given up", || {
         let state = slurm.state(&merging);
         state.is_empty() || state.starts_with("CANCELLED")

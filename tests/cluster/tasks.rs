@@ -91,7 +91,7 @@ fn every_product_merges_to_the_same_bytes() {
 fn doubt_about_the_task_is_refused_before_anything_is_made() {
     let workspace = write_job(JOB);
     let out = workspace.path("out");
-    for (asked, environment, told) in [
+    for (asked, environment, said) in [
         ("3/3", None, "expected I/N with I from 0 to N - 1"),
         ("env", None, "no engine's variable is set"),
         ("env", Some(("JOB_COMPLETION_INDEX", "1")), "give --task env/N"),
@@ -100,7 +100,7 @@ fn doubt_about_the_task_is_refused_before_anything_is_made() {
         let run = workspace.run_job("job", "out").option("--task", asked);
         let run = environment.into_iter().fold(run, |run, (name, value)| run.env(name, value));
         let talk = run.expect_code(2).stderr;
-        assert!(talk.contains(told), "{asked}: {talk}");
+        assert!(talk.contains(said), "{asked}: {talk}");
     }
     assert!(!out.exists());
     let talk = Program::run_job("jobs/everything-quick.toml", &out).option("--task", "0/2").expect_code(2).stderr;
@@ -116,8 +116,8 @@ fn a_script_of_this_machine_makes_the_dataset() {
     let asked = ["--backend", "local", "--tasks", "4", "--at-once", "2", "--cpus", "1"];
     let printed = submit(&workspace, &out).args(asked).arg("--print").succeed().stdout;
     assert!(printed.starts_with("#!/bin/bash") && !out.exists(), "{printed}");
-    let told = submit(&workspace, &out).args(asked).succeed().stdout;
-    assert!(told.contains("4 of 4 tasks (0-3) for 15 shards"), "{told}");
+    let said = submit(&workspace, &out).args(asked).succeed().stdout;
+    assert!(said.contains("4 of 4 tasks (0-3) for 15 shards"), "{said}");
     let script = out.join("cluster/local.sh");
     assert_eq!(read_text(&script), printed);
     // Ends with the merge's own code: a mesh was refused.
@@ -125,8 +125,8 @@ fn a_script_of_this_machine_makes_the_dataset() {
     run_script();
     assert_same(&plain, &out);
     let retry = || Program::new("submit").arg("--retry").option("--out", &out).succeed().stdout;
-    let told = retry();
-    assert!(told.contains("all 15 shards are there"), "{told}");
+    let said = retry();
+    assert!(said.contains("all 15 shards are there"), "{said}");
     // Two shards are lost, of which one task has both.
     fs::remove_file(out.join("manifest.json")).expect("a manifest");
     for path in list_shards(&out) {
@@ -134,8 +134,8 @@ fn a_script_of_this_machine_makes_the_dataset() {
             fs::remove_file(path).expect("a shard");
         }
     }
-    let told = retry();
-    assert!(told.contains("1 of 4 tasks (2) for 15 shards"), "{told}");
+    let said = retry();
+    assert!(said.contains("1 of 4 tasks (2) for 15 shards"), "{said}");
     // Nothing says any more that a mesh was refused, until a task has read them.
     run_script();
     assert_same(&plain, &out);

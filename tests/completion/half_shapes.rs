@@ -224,7 +224,7 @@ fn touch_tells_apart_what_depth_cannot() {
         let parts: Vec<&str> = row.name.split('-').collect();
         let others = UNSEEN.iter().find(|(front, _)| *front == parts[1]).expect("a front that hides backs").1;
         let object_from_camera = touched.pair.camera_from_object.inverse();
-        let mut told = BTreeMap::new();
+        let mut counts = BTreeMap::new();
         for (channel, touch) in &touched.touch {
             let felt = &touch.hand.as_ref().expect("a hand touched").felt;
             assert!(touch.contacts.len() >= touch.probes as usize, "{} {channel:?}: {touch:?}", row.name);
@@ -235,14 +235,14 @@ fn touch_tells_apart_what_depth_cannot() {
                 assert!(own.is_none_or(|off| off < 1.5e-4), "{} at {point}: {own:?}", row.name);
                 for other in others.iter().filter(|other| **other != parts[2]) {
                     let off = off_back(other, 0.04, &point).is_some_and(|off| off > 0.002);
-                    *told.entry(*other).or_insert(0) += usize::from(off);
+                    *counts.entry(*other).or_insert(0) += usize::from(off);
                 }
                 (all, hidden) = (all + 1, hidden + usize::from(!contact.visible));
                 deepest = deepest.min(felt.gap);
             }
         }
-        println!("{}: contacts off the other backs by more than 2 mm {told:?}", row.name);
-        assert!(told.values().all(|count| *count > 0), "{}: {told:?}", row.name);
+        println!("{}: contacts off the other backs by more than 2 mm {counts:?}", row.name);
+        assert!(counts.values().all(|count| *count > 0), "{}: {counts:?}", row.name);
         partials.entry(parts[1].to_owned()).or_default().push(touched);
     }
     for touched in partials.values() {

@@ -27,7 +27,7 @@ fn write_job() -> Workspace {
     let job = format!(
         "product = \"grasps\"\nname = \"small\"\nseed = 5\n{}\
          objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 3\n\
-         [annealing]\nsteps = 300\nmost_failures = 300\n[shards]\nruns = 2\n",
+         [annealing]\nsteps = 300\nmax_failures = 300\n[shards]\nruns = 2\n",
         barrett_line()
     );
     workspace.write("job.toml", job);
@@ -84,7 +84,7 @@ fn threads_levels_kills_and_shards_change_no_byte() {
 fn samplers_without_a_search_make_datasets() {
     let workspace = write_job();
     let scene = repository_path("scenes/fetch_gripper.xml");
-    for (sampler, keys, most) in
+    for (sampler, keys, max) in
         [("uniform", "grasps = 3\nposes = \"any\"", 3), ("antipodal", "pairs = 100\nbest = 2", 2)]
     {
         let job = format!(
@@ -102,7 +102,7 @@ fn samplers_without_a_search_make_datasets() {
         let reader = open(&workspace, &format!("{sampler}-one"));
         let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
         let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
-        assert!(runs.iter().all(|run| run.method.sampler == sampler && run.grasps.len() <= most));
+        assert!(runs.iter().all(|run| run.method.sampler == sampler && run.grasps.len() <= max));
         assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{sampler}");
     }
     let barrett = format!("hand.scene={}", repository_path(BARRETT).display());
@@ -155,11 +155,11 @@ fn replays_in_plain_mujoco(dataset: &Path) {
     let replay = dataset.join("replay");
     let export = Program::on("export", dataset).args(["--to", "mujoco", "--limit", "8"]);
     assert!(export.option("--out", &replay).succeed().stdout.starts_with("8 grasps in "));
-    let told = Program::python().arg(replay.join("replay.py")).succeed().stdout;
+    let said = Program::python().arg(replay.join("replay.py")).succeed().stdout;
     let agreement = replay.join("agreement.json");
     let found = read_json(&agreement);
     let [replayed, sure, agreed] = ["replayed", "sure", "sure_agreed"].map(|key| found[key].as_u64().expect("a count"));
-    assert!(replayed == 8 && sure >= 4 && sure - agreed <= 1, "{told}");
+    assert!(replayed == 8 && sure >= 4 && sure - agreed <= 1, "{said}");
     assert!(read_report(dataset).contains("Replayed in plain MuJoCo 3.17.0"));
     // An agreement about another dataset does not count.
     let root = Manifest::read(dataset).expect("a dataset").root.hex();

@@ -16,7 +16,7 @@ use graspmill::{
     geom::{CameraCv, Object, Pose, RenderMesh, SimdLevel, TriMesh},
     ids::{ItemId, ObjectId, SampleId},
     render::Rasteriser,
-    sim::{Inertia, Look, SimModel, SimWorker},
+    sim::{Appearance, Inertia, SimModel, SimWorker},
     words::NumberClass,
 };
 use nalgebra::{Point3, Rotation3, Vector3};
@@ -295,8 +295,8 @@ fn the_thesis_projects_with_a_focal_length_of_its_own() {
         assert_eq!(patch.point_focal_length, Some(589.366_454));
         for (point, straight) in patch.points.iter().zip(&straight.points) {
             for (axis, middle) in [320.0, 240.0].into_iter().enumerate() {
-                let told = middle + (straight.pixel[axis] - middle) * 589.366_454 / patch.camera.fx;
-                assert!((point.pixel[axis] - told).abs() < 1e-9);
+                let said = middle + (straight.pixel[axis] - middle) * 589.366_454 / patch.camera.fx;
+                assert!((point.pixel[axis] - said).abs() < 1e-9);
             }
         }
     }
@@ -337,22 +337,22 @@ fn the_second_stage_follows_from_the_first() {
     let resolved = WORKSPACE.read("depth/job.toml");
     assert!(resolved.contains(&format!("root = \"{root}\"")) && resolved.contains("dataset = \"../grasps\""));
     let pinned = format!("grasps.root=\"{root}\"");
-    let told = fail(&[&pinned, "grasps.dataset=grasps-other"]);
-    assert!(told.contains("grasps.root") && told.contains(&other.classes[&NumberClass::Exact].short()), "{told}");
+    let said = fail(&[&pinned, "grasps.dataset=grasps-other"]);
+    assert!(said.contains("grasps.root") && said.contains(&other.classes[&NumberClass::Exact].short()), "{said}");
 }
 
 #[test]
 fn only_finished_datasets_of_grasps_are_looked_at() {
     WORKSPACE.write("unfinished/run.json", WORKSPACE.read("grasps/run.json"));
-    let told = fail(&["grasps.dataset=unfinished"]);
-    assert!(told.contains("grasps.dataset") && told.contains("not finished"), "{told}");
-    let told = fail(&["grasps.dataset=depth"]);
-    assert!(told.contains("a dataset of patches, not of grasps"), "{told}");
-    let told = fail(&["grasps.dataset=nowhere"]);
-    assert!(told.contains("nowhere") && told.contains("make it first"), "{told}");
+    let said = fail(&["grasps.dataset=unfinished"]);
+    assert!(said.contains("grasps.dataset") && said.contains("not finished"), "{said}");
+    let said = fail(&["grasps.dataset=depth"]);
+    assert!(said.contains("a dataset of patches, not of grasps"), "{said}");
+    let said = fail(&["grasps.dataset=nowhere"]);
+    assert!(said.contains("nowhere") && said.contains("make it first"), "{said}");
     let tips = "patches.tips=[\"distal_1_outer\", \"thumb\", \"distal_3_outer\"]";
-    let told = WORKSPACE.run_job("patches", "never-tips").set([tips, "render.colour=false"]).fail().stderr;
-    assert!(told.contains("no contact `thumb`") && told.contains("distal_2_outer"), "{told}");
+    let said = WORKSPACE.run_job("patches", "never-tips").set([tips, "render.colour=false"]).fail().stderr;
+    assert!(said.contains("no contact `thumb`") && said.contains("distal_2_outer"), "{said}");
     assert!(!WORKSPACE.path("never").exists(), "nothing was begun");
 }
 
@@ -380,7 +380,7 @@ fn colours_lie_over_depth() {
     assert_eq!(random.classes[&NumberClass::Exact], depth.classes[&NumberClass::Exact]);
     assert_eq!(run("patches", "random-again", &["--set", "render.randomise=true"]), random);
     let (mut edges, mut pixels) = (0, 0);
-    let background = Look::default().background;
+    let background = Appearance::default().background;
     let (plain, random) = (open("colour"), open("random"));
     let mut backgrounds = BTreeSet::new();
     for sample in plain.iter(Selection::default()) {
@@ -465,9 +465,9 @@ fn viewers_have_a_preview() {
 fn only_colours_need_egl() {
     let without_egl =
         |out: &str| WORKSPACE.run_job("patches", out).env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json");
-    let told = without_egl("no-egl").fail().stderr;
-    assert!(told.contains("colours cannot be drawn") && told.contains("make deps-gl"), "{told}");
-    assert!(told.contains("render.colour = false"), "{told}");
+    let said = without_egl("no-egl").fail().stderr;
+    assert!(said.contains("colours cannot be drawn") && said.contains("make deps-gl"), "{said}");
+    assert!(said.contains("render.colour = false"), "{said}");
     without_egl("no-egl-depth").args(NO_COLOUR).succeed();
     assert_eq!(read_manifest("no-egl-depth"), read_manifest("depth"));
 }

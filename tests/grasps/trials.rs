@@ -21,7 +21,7 @@ use crate::support::{
 };
 
 /// A solid of revolution about z, by (radius, height) from below; the first and the last radius are 0.
-fn turned(profile: &[[f32; 2]]) -> TriMesh {
+fn revolved(profile: &[[f32; 2]]) -> TriMesh {
     const SECTORS: u32 = 64;
     let mut mesh = TriMesh { vertices: vec![[0.0, 0.0, profile[0][1]]], triangles: Vec::new() };
     let inner = &profile[1..profile.len() - 1];
@@ -53,11 +53,11 @@ fn ball(radius: f32) -> TriMesh {
             [radius * sine, -radius * cosine]
         })
         .collect();
-    turned(&profile)
+    revolved(&profile)
 }
 
 fn cylinder(radius: f32, half: f32) -> TriMesh {
-    turned(&[[0.0, -half], [radius, -half], [radius, half], [0.0, half]])
+    revolved(&[[0.0, -half], [radius, -half], [radius, half], [0.0, half]])
 }
 
 fn trials(model: &HandModel, mesh: &TriMesh) -> TrialSim {
@@ -148,9 +148,9 @@ fn lift_and_shake_are_felt() {
     let (mut shaken, mut at_rest) = (gripper(&mesh, vertical), gripper(&mesh, still));
     let at = |mass: f64| TrialConditions { friction: FRICTION, ..TrialConditions::new(mass) };
     let force = at_rest.run(&[0.035], &pinched(), &at(0.2)).expect("a pose").closed.expect("closed").force();
-    let most = 9.81 + 0.02 * (8.0 * std::f64::consts::PI).powi(2);
+    let max = 9.81 + 0.02 * (8.0 * std::f64::consts::PI).powi(2);
     for (factor, slips) in [(0.8, false), (0.95, false), (1.15, true), (1.6, true)] {
-        let conditions = at(factor * FRICTION * force / most);
+        let conditions = at(factor * FRICTION * force / max);
         let rest = at_rest.run(&[0.035], &pinched(), &conditions).expect("a pose");
         let shake = shaken.run(&[0.035], &pinched(), &conditions).expect("a pose");
         println!("{factor}: {:.3} mm at rest, {:.3} mm shaken, {:?}", slipped(&rest), slipped(&shake), shake.verdict);
@@ -180,7 +180,7 @@ fn torsion_holds_what_hangs_aside() {
         })
         .collect();
     profile.extend([[0.01, 0.06], [0.0, 0.06]]);
-    let mut mesh = turned(&profile);
+    let mut mesh = revolved(&profile);
     for corner in &mut mesh.vertices {
         *corner = [-corner[2], -corner[0], corner[1]];
     }
@@ -298,7 +298,8 @@ fn trials_leave_no_trace() {
     });
 }
 
-/// A grasp at random: the opened hand comes along an inward normal, rolled at random, until it touches, and draws back a little.
+/// A grasp at random: the opened hand comes along an inward normal, rolled at random, until it touches, and draws back a
+/// little.
 fn random_grasp(feeler: &mut HandWorker, surface: &ContactSurface, draw: &mut Stream) -> Option<IsometryMatrix3<f64>> {
     let felt = feeler.feel(&random_approach(surface, Effort::FEEL, draw)).expect("a pose");
     let ahead = felt.object_from_base.rotation * Vector3::z();

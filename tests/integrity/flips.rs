@@ -64,9 +64,9 @@ fn name_check(verification: &Verification) -> Option<&'static str> {
     let Verification { code, report, stderr: said } = verification;
     if report.is_null() {
         assert!((*code == 4 || said.contains("format")) && !said.contains("panicked"), "exit code {code}: {said}");
-        let ways = [("seal", "the manifest's seal"), ("manifest-sha256", "the list of digests is none")];
-        let way = ways.iter().find(|(words, _)| said.contains(words));
-        return Some(way.map_or("the manifest is no manifest", |(_, way)| way));
+        let signs = [("seal", "the manifest's seal"), ("manifest-sha256", "the list of digests is none")];
+        let sign = signs.iter().find(|(words, _)| said.contains(words));
+        return Some(sign.map_or("the manifest is no manifest", |(_, sign)| sign));
     }
     let problems = verification.problems();
     if *code == 0 {
@@ -74,15 +74,16 @@ fn name_check(verification: &Verification) -> Option<&'static str> {
         return None;
     }
     assert_eq!(*code, 4, "{problems:?}");
-    let ways = [
+    let signs = [
         ("saved digest", "digest of a file"),
         ("saved SHA-256", "SHA-256 of a file"),
         ("run.json", "run.json against manifest or job"),
         ("cut short", "digest of a file"),
     ];
-    ways.iter()
+    signs
+        .iter()
         .find(|(words, _)| problems.iter().any(|problem| problem.contains(words)))
-        .map(|(_, way)| *way)
+        .map(|(_, sign)| *sign)
         .or(Some("another check"))
 }
 
@@ -120,13 +121,13 @@ fn flip(datasets: &[(&str, PathBuf)], outside_of_it: &[&str], count: u64, seed: 
         }
         let kind = if part.starts_with("shards/") { "shards".to_owned() } else { part };
         match name_check(&found) {
-            Some(way) => *table.entry((kind, way)).or_default() += 1,
+            Some(sign) => *table.entry((kind, sign)).or_default() += 1,
             None => missed.push(format!("{name}/{kind}, bit {bit}")),
         }
     }
     println!("{count} flips over {} files of {} datasets", all.len(), datasets.len());
-    for ((file, way), count) in &table {
-        println!("{file:16} {way:36} {count:5}");
+    for ((file, sign), count) in &table {
+        println!("{file:16} {sign:36} {count:5}");
     }
     for ((file, noted), count) in &outside {
         let what = if *noted { "no part of the dataset: a note" } else { "no part of the dataset: not seen" };

@@ -84,18 +84,18 @@ fn assert_finds_damage(out: &Path) {
     let job = repository_path("jobs/grasps-quick.toml");
     fs::write(&other, format!("product = \"set\"\n[[jobs]]\nname = \"grasps\"\njob = \"{}\"\n", job.display()))
         .expect("a set");
-    let told = Program::run_job(&other, out).expect_code(2).stderr;
-    assert!(told.contains("this is grasps (grasps)"), "{told}");
-    let told = Program::on("inspect", out).finish().stderr;
-    assert!(told.contains("give one of completion, touch, grasps, patches"), "{told}");
+    let said = Program::run_job(&other, out).expect_code(2).stderr;
+    assert!(said.contains("this is grasps (grasps)"), "{said}");
+    let said = Program::on("inspect", out).finish().stderr;
+    assert!(said.contains("give one of completion, touch, grasps, patches"), "{said}");
     let set = read_text(out.join("set.json"));
     let lie = set.replacen("\"bottle-01\"", "\"bottle-02\"", 1);
     fs::write(out.join("set.json"), &lie).expect("a lie");
-    let told = Program::on("verify", out).expect_code(4).stderr;
-    assert!(told.contains("its seal says"), "{told}");
+    let said = Program::on("verify", out).expect_code(4).stderr;
+    assert!(said.contains("its seal says"), "{said}");
     fs::write(out.join("set.json"), unseal(&lie)).expect("a lie");
-    let told = Program::on("verify", out).expect_code(4).stdout;
-    assert!(told.contains("set.json does not say"), "{told}");
+    let said = Program::on("verify", out).expect_code(4).stdout;
+    assert!(said.contains("set.json does not say"), "{said}");
 }
 
 #[test]
@@ -114,6 +114,6 @@ fn one_name_for_two_objects_is_said() {
     let content = SetTable::read(&out).expect("readable").and_then(|table| table.made).expect("a finished set");
     assert_eq!((content.objects.len(), content.differing.len()), (2, 1));
     // Only `run` takes a set.
-    let told = Program::on("estimate", &file).expect_code(2).stderr;
-    assert!(told.contains("only `run` takes sets"), "{told}");
+    let said = Program::on("estimate", &file).expect_code(2).stderr;
+    assert!(said.contains("only `run` takes sets"), "{said}");
 }

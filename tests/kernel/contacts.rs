@@ -83,11 +83,11 @@ fn brought_near(
     let inside = Point3::from(Vector3::from_fn(|axis, _| draw.uniform(bounds.min[axis], bounds.max[axis])));
     let angles = [(); 3].map(|()| draw.uniform(-3.0, 3.0));
     let rotation = rotation_from_rpy(angles[0], angles[1], angles[2]);
-    let way =
+    let direction =
         rotation_from_rpy(draw.uniform(-3.0, 3.0), draw.uniform(-1.5, 1.5), draw.uniform(-3.0, 3.0)) * Vector3::x();
     let mut far = 0.4;
     for _ in 0..200 {
-        let placed = IsometryMatrix3::from_parts(Translation3::from(inside.coords + way * far), rotation);
+        let placed = IsometryMatrix3::from_parts(Translation3::from(inside.coords + direction * far), rotation);
         let apart = peer.distance(shape, &placed);
         if (apart - wanted).abs() < 1e-7 {
             return Some(placed);

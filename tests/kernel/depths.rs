@@ -80,12 +80,12 @@ fn three_ways_to_depth_agree() {
     let scans: Vec<PathBuf> = scan_files().into_iter().step_by(STEP).collect();
     for (number, path) in scans.iter().enumerate() {
         let mesh = read_stl(path);
-        let mut timed = |way: usize, start: Instant| seconds[way] += start.elapsed().as_secs_f64();
+        let mut timed = |method: usize, start: Instant| seconds[method] += start.elapsed().as_secs_f64();
         let start = Instant::now();
         let model = Arc::new(SimModel::new(&mesh, Inertia::Shell).unwrap_or_else(|error| panic!("{path:?}: {error}")));
         timed(0, start);
         let worker = worker.get_or_insert_with(|| SimWorker::new(&model));
-        worker.turn_to(&model);
+        worker.use_model(&model);
         let prepared = RenderMesh::new(&mesh, false);
         for view_number in 0..VIEWS {
             let pose = view(&mesh, number, view_number);

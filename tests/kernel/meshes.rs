@@ -146,7 +146,7 @@ fn join(parts: &[TriMesh]) -> TriMesh {
     all
 }
 
-fn turned(mut mesh: TriMesh, chosen: impl Fn(usize) -> bool) -> TriMesh {
+fn reversed(mut mesh: TriMesh, chosen: impl Fn(usize) -> bool) -> TriMesh {
     let faces = mesh.triangles.iter_mut().enumerate();
     faces.filter(|(index, _)| chosen(*index)).for_each(|(_, face)| face.swap(0, 1));
     mesh
@@ -175,8 +175,8 @@ fn write_broken_surfaces(folder: &Path) {
     stl("fine.stl", &bottle);
     stl("mug in mm.stl", &scaled(built_in_mesh("cup-01@2k"), 1000.0));
     stl("bolt in km.stl", &scaled(bottle.clone(), 1e-3));
-    stl("inside out.stl", &turned(bottle.clone(), |_| true));
-    stl("part flipped.stl", &turned(bottle.clone(), |face| face % 7 == 3));
+    stl("inside out.stl", &reversed(bottle.clone(), |_| true));
+    stl("part flipped.stl", &reversed(bottle.clone(), |face| face % 7 == 3));
     let mut holed = bottle.clone();
     holed.triangles.retain(|face| !face.contains(&0));
     stl("hole.stl", &holed);
@@ -195,9 +195,9 @@ fn write_broken_surfaces(folder: &Path) {
         soup
     };
     stl("soup.stl", &shrunk(&bottle));
-    stl("soup inside out.stl", &shrunk(&turned(bottle.clone(), |_| true)));
-    stl("soup without sense.stl", &shrunk(&turned(bottle.clone(), |face| face * 7919 % 97 % 2 == 0)));
-    stl("two-sided.stl", &join(&[bottle.clone(), turned(bottle.clone(), |_| true)]));
+    stl("soup inside out.stl", &shrunk(&reversed(bottle.clone(), |_| true)));
+    stl("soup without sense.stl", &shrunk(&reversed(bottle.clone(), |face| face * 7919 % 97 % 2 == 0)));
+    stl("two-sided.stl", &join(&[bottle.clone(), reversed(bottle.clone(), |_| true)]));
     let mut doubled = bottle.clone();
     doubled.triangles.extend_from_within(10..15);
     stl("duplicate faces.stl", &doubled);
@@ -221,7 +221,7 @@ fn write_broken_surfaces(folder: &Path) {
     unused.vertices.extend([[5.0, 0.0, 0.0], [f32::NAN; 3]]);
     obj("unused.obj", &unused);
     stl("flat.stl", &sheet(|_, _| 0.03));
-    stl("flat two-sided.stl", &join(&[sheet(|x, y| x + 2.0 * y), turned(sheet(|x, y| x + 2.0 * y), |_| true)]));
+    stl("flat two-sided.stl", &join(&[sheet(|x, y| x + 2.0 * y), reversed(sheet(|x, y| x + 2.0 * y), |_| true)]));
     stl("bent sheet.stl", &sheet(|x, _| 0.5 * x * x));
 }
 
@@ -266,11 +266,11 @@ fn write_broken_files(folder: &Path) {
 fn write_bodies(folder: &Path) {
     let obj = |name: &str, mesh: &TriMesh| write_obj(&folder.join(name), mesh);
     let (outer, inner) = (block([0.0; 3], [0.1; 3]), block([0.03; 3], [0.07; 3]));
-    let hollow = join(&[outer.clone(), turned(inner.clone(), |_| true)]);
+    let hollow = join(&[outer.clone(), reversed(inner.clone(), |_| true)]);
     obj("cavity.obj", &hollow);
-    obj("cavity inside out.obj", &turned(hollow, |_| true));
+    obj("cavity inside out.obj", &reversed(hollow, |_| true));
     obj("solid in solid.obj", &join(&[outer.clone(), inner]));
-    obj("bodies of both windings.obj", &join(&[outer.clone(), turned(block([0.2; 3], [0.3; 3]), |_| true)]));
+    obj("bodies of both windings.obj", &join(&[outer.clone(), reversed(block([0.2; 3], [0.3; 3]), |_| true)]));
     obj("overlap.obj", &join(&[outer.clone(), block([0.05; 3], [0.15; 3])]));
     let pinch = join(&[outer, block([0.1; 3], [0.2; 3])]);
     obj("touching corners.obj", &pinch);
@@ -355,12 +355,12 @@ fn check_bodies(outcomes: &mut Outcomes) {
         assert!(record.watertight && record.inside == InsideMethod::Crossings, "{record:#?}");
         assert!((record.volume - volume).abs() < 1e-8, "{name}: {}", record.volume);
         assert!(record.warnings.iter().any(|text| text.starts_with(warning)), "{name}: {:?}", record.warnings);
-        let turned: &[Repair] = match name {
+        let reversed: &[Repair] = match name {
             "cavity inside out.obj" => &[Repair::InsideOut { count: 24 }],
             "bodies of both windings.obj" => &[Repair::InsideOut { count: 12 }],
             _ => &[],
         };
-        assert_eq!(record.repairs, turned, "{name}");
+        assert_eq!(record.repairs, reversed, "{name}");
     }
 }
 

@@ -272,7 +272,7 @@ fn cost_of_a_view() {
     for name in SensorModel::profiles() {
         let model = SensorModel::profile(name).expect("a profile");
         let mut stream = Stream::of_job(7, b"sensors", "cost");
-        let least = (0..300).map(|_| {
+        let min = (0..300).map(|_| {
             crop.clone_from(&ball);
             let start = std::time::Instant::now();
             model.apply_with(&mut scratch, &default_camera(), &mut crop, &mut stream);
@@ -280,7 +280,7 @@ fn cost_of_a_view() {
         });
         println!(
             "{name}: {:?} a view of 60 x 60 px, {} of {} pixels left",
-            least.min().unwrap_or_default(),
+            min.min().unwrap_or_default(),
             crop.returns(),
             ball.returns()
         );

@@ -112,7 +112,7 @@ fn ball(n: usize) -> TriMesh {
 }
 
 /// A box of sides 1 x 0.8 x 0.6, turned.
-fn turned_box() -> TriMesh {
+fn rotated_box() -> TriMesh {
     let rotation = graspmill::geom::rotation_from_rpy(0.3, -0.7, 1.9);
     let mut mesh = centred_block([0.5, 0.4, 0.3]);
     for vertex in &mut mesh.vertices {
@@ -125,7 +125,7 @@ fn turned_box() -> TriMesh {
 fn volumes_of_ball_box_and_torus_converge_as_the_pitch_falls() {
     let bodies = [
         ("ball", ball(200), 4.0 / 3.0 * PI),
-        ("box", turned_box(), 0.48),
+        ("box", rotated_box(), 0.48),
         ("torus", torus(1.0, 0.4), 2.0 * PI * PI * 0.16),
     ];
     for (name, mesh, exact) in bodies {
@@ -233,9 +233,9 @@ fn soup(mesh: &TriMesh) -> TriMesh {
     TriMesh { vertices, triangles }
 }
 
-fn with_turned_faces(mesh: &TriMesh, turned: f64) -> TriMesh {
+fn with_reversed_faces(mesh: &TriMesh, share_reversed: f64) -> TriMesh {
     let mut mesh = mesh.clone();
-    let faces = mesh.triangles.iter_mut().enumerate().filter(|(face, _)| share(*face) < turned);
+    let faces = mesh.triangles.iter_mut().enumerate().filter(|(face, _)| share(*face) < share_reversed);
     faces.for_each(|(_, triangle)| triangle.swap(0, 1));
     mesh
 }
@@ -297,7 +297,7 @@ fn check_insides(meshes: Vec<(String, TriMesh)>, step: usize) {
 #[test]
 fn insides_of_surfaces_with_holes_are_those_of_libigl() {
     let (mug, banana, cups) = (scan("025_mug"), scan("011_banana"), scan("065-a_cups"));
-    let mut lidless = turned_box();
+    let mut lidless = rotated_box();
     lidless.triangles.truncate(10);
     check_insides(
         vec![
@@ -306,7 +306,7 @@ fn insides_of_surfaces_with_holes_are_those_of_libigl() {
             ("mug_cap".into(), without_cap(&mug, 0, 0.1)),
             ("banana_5_percent".into(), without_random(&banana, 0.05)),
             ("banana_cap".into(), without_cap(&banana, 2, 0.05)),
-            ("banana_turned".into(), with_turned_faces(&banana, 0.1)),
+            ("banana_turned".into(), with_reversed_faces(&banana, 0.1)),
             ("cups_cap".into(), without_cap(&cups, 1, 0.05)),
             ("lidless_box".into(), lidless),
             ("two_balls".into(), two_balls()),
@@ -322,7 +322,7 @@ fn insides_of_surfaces_with_holes_are_those_of_libigl() {
 fn insides_of_many_surfaces_with_holes_are_those_of_libigl() {
     for name in ["003_cracker", "013_apple", "024_bowl", "025_mug", "029_plate", "035_power", "037_scissors", "065-a"] {
         let mesh = scan(name);
-        let mut meshes = vec![("soup".to_owned(), soup(&mesh)), ("turned".to_owned(), with_turned_faces(&mesh, 0.1))];
+        let mut meshes = vec![("soup".to_owned(), soup(&mesh)), ("turned".to_owned(), with_reversed_faces(&mesh, 0.1))];
         for percent in [1, 5, 10] {
             let lost = f64::from(percent) / 100.0;
             meshes.push((format!("{percent}_percent"), without_random(&mesh, lost)));

@@ -138,8 +138,8 @@ fn a_release_stays_a_dataset_and_its_documents_name_it() {
     let subjects = &read_json(out.join("provenance.intoto.json"))["subject"];
     assert_eq!(subjects.as_array().map(Vec::len), Some(1 + 3), "the root and three shards");
     // A folder that holds something stays as it is.
-    let told = release(&data, &out, &workspace.path("about.toml")).expect_code(2).stderr;
-    assert!(told.contains("stands in it"), "{told}");
+    let said = release(&data, &out, &workspace.path("about.toml")).expect_code(2).stderr;
+    assert!(said.contains("stands in it"), "{said}");
 }
 
 #[test]
@@ -155,8 +155,8 @@ fn what_was_changed_is_told() {
     };
     // A document with another word.
     workspace.write("release/DATASHEET.md", workspace.read("release/DATASHEET.md").replace("24", "25"));
-    let told = verify(&out).expect_code(4).text();
-    assert!(told.contains("DATASHEET.md: its content has changed") && !has_right_sums(&out), "{told}");
+    let said = verify(&out).expect_code(4).text();
+    assert!(said.contains("DATASHEET.md: its content has changed") && !has_right_sums(&out), "{said}");
     mend();
     // A file too many, then one too few.
     let more = workspace.write("release/shards.zip", "x");
@@ -175,8 +175,8 @@ fn what_was_changed_is_told() {
         let list = read_text(out.join("manifest-sha256.txt")).replace(&line(&out), &line(&other));
         workspace.write("release/manifest-sha256.txt", list);
         assert!(has_right_sums(&out));
-        let told = verify(&out).expect_code(4).text();
-        assert!(told.contains(name) && told.contains("root"), "{name}: {told}");
+        let said = verify(&out).expect_code(4).text();
+        assert!(said.contains(name) && said.contains("root"), "{name}: {said}");
         mend();
     }
     verify(&out).succeed();
@@ -189,13 +189,13 @@ fn a_damaged_dataset_is_not_released_and_nothing_is_left() {
     let about = workspace.write("about.toml", ABOUT);
     let before = list_names(workspace.folder());
     workspace.write("data/assets.json", workspace.read("data/assets.json").replace("\"bodies\": 1", "\"bodies\": 9"));
-    let told = release(&data, &workspace.path("release"), &about).expect_code(4).text();
-    assert!(told.contains("assets.json") && told.contains("not intact"), "{told}");
+    let said = release(&data, &workspace.path("release"), &about).expect_code(4).text();
+    assert!(said.contains("assets.json") && said.contains("not intact"), "{said}");
     // A release that failed leaves nothing beside the dataset.
     assert_eq!(list_names(workspace.folder()), before);
     fs::remove_file(data.join("manifest.json")).expect("removed");
-    let told = release(&data, &workspace.path("release"), &about).expect_code(1).text();
-    assert!(told.contains("not finished"), "{told}");
+    let said = release(&data, &workspace.path("release"), &about).expect_code(1).text();
+    assert!(said.contains("not finished"), "{said}");
     assert_eq!(list_names(workspace.folder()), before);
 }
 
@@ -205,9 +205,9 @@ fn mistakes_of_the_about_file_are_all_told_with_their_lines() {
     let data = workspace.make_dataset("data", JOB, &[]);
     let about = ABOUT.replace("date = \"2026-11-22\"", "date = \"today\"").replace("keywords", "keyword");
     let about = workspace.write("about.toml", about + "\n[licences]\n\"mug-*\" = \"MIT\"\n");
-    let told = release(&data, &workspace.path("release"), &about).expect_code(2).text();
+    let said = release(&data, &workspace.path("release"), &about).expect_code(2).text();
     for word in ["about.toml:4", "YYYY-MM-DD", "`keywords`", "mug-*", "can-01", "3 errors in"] {
-        assert!(told.contains(word), "'{word}' is not in:\n{told}");
+        assert!(said.contains(word), "'{word}' is not in:\n{said}");
     }
     assert!(!workspace.path("release").exists());
 }
@@ -224,11 +224,11 @@ fn what_has_no_known_licence_is_not_shipped() {
         folder = \"meshes\"\nunit = \"m\"\n";
     let data = workspace.make_dataset("data", job, &[]);
     let (about, out) = (workspace.write("about.toml", ABOUT), workspace.path("release"));
-    let told = release(&data, &out, &about).expect_code(2).text();
+    let said = release(&data, &out, &about).expect_code(2).text();
     for word in ["object found", "its licence is not known", "[licences]", "--recipe", "about.toml"] {
-        assert!(told.contains(word), "'{word}' is not in:\n{told}");
+        assert!(said.contains(word), "'{word}' is not in:\n{said}");
     }
-    assert!(!told.contains("can-01") && !out.exists(), "{told}");
+    assert!(!said.contains("can-01") && !out.exists(), "{said}");
     // A recipe holds none of its data, and is checked as far as it goes.
     release(&data, &out, &about).arg("--recipe").succeed();
     let files = read_tree(&out);
@@ -246,14 +246,14 @@ fn what_has_no_known_licence_is_not_shipped() {
     // With its licence it may go out, and there is nothing to leave out.
     let stated = write_licences(&workspace, "\"fou*\" = \"CC-BY-4.0\"");
     let whole = workspace.path("whole");
-    let told = release(&data, &whole, &stated).arg("--recipe").expect_code(2).text();
-    assert!(told.contains("leave --recipe away"), "{told}");
+    let said = release(&data, &whole, &stated).arg("--recipe").expect_code(2).text();
+    assert!(said.contains("leave --recipe away"), "{said}");
     release(&data, &whole, &stated).succeed();
     verify(&whole).succeed();
     // Not for sale, but the release would be.
     let unsold = write_licences(&workspace, "found = \"CC-BY-NC-4.0\"");
-    let told = release(&data, &workspace.path("sold"), &unsold).expect_code(2).text();
-    assert!(told.contains("CC-BY-NC-4.0 forbids commercial use, the release's licence CC-BY-4.0 allows it"), "{told}");
+    let said = release(&data, &workspace.path("sold"), &unsold).expect_code(2).text();
+    assert!(said.contains("CC-BY-NC-4.0 forbids commercial use, the release's licence CC-BY-4.0 allows it"), "{said}");
 }
 
 /// Grasps carry the meshes themselves: these alone are left out where data made of them may be shipped.
@@ -267,8 +267,8 @@ fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
     let data = workspace.make_dataset("data", &job, &SHORT_SEARCH);
     let terms = "\"box-*\" = { licence = \"for our lab\", redistribute = false, derived = true }";
     let (about, out) = (write_licences(&workspace, terms), workspace.path("release"));
-    let told = release(&data, &out, &about).expect_code(2).text();
-    assert!(told.contains("copies of its shape") && !told.contains("hand"), "the hand is graspmill's own: {told}");
+    let said = release(&data, &out, &about).expect_code(2).text();
+    assert!(said.contains("copies of its shape") && !said.contains("hand"), "the hand is graspmill's own: {said}");
     release(&data, &out, &about).arg("--recipe").succeed();
     let files = read_tree(&out);
     let left = [Path::new("shapes.mcap"), Path::new("preview.mcap")];

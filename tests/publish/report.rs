@@ -46,7 +46,7 @@ fn mug(x: f64, y: f64, z: f64) -> bool {
 #[test]
 fn pictures() {
     let out = Workspace::kept("pictures");
-    let turned = |f: fn(f64, f64, f64) -> bool| {
+    let revolved = |f: fn(f64, f64, f64) -> bool| {
         move |x: f64, y: f64, z: f64| {
             let (x, z) = (0.6 * x + 0.8 * z, -0.8 * x + 0.6 * z);
             let (y, z) = (0.866 * y - 0.5 * z, 0.5 * y + 0.866 * z);
@@ -55,8 +55,8 @@ fn pictures() {
     };
     for (name, grids) in [
         ("sphere", shape(|x, y, z| x * x + y * y + z * z < 16.0 * 16.0)),
-        ("torus", shape(turned(|x, y, z| (x.hypot(y) - 12.0).hypot(z) < 4.5))),
-        ("mug", shape(turned(mug))),
+        ("torus", shape(revolved(|x, y, z| (x.hypot(y) - 12.0).hypot(z) < 4.5))),
+        ("mug", shape(revolved(mug))),
     ] {
         let [partial, complete, free] = grids;
         for (eye_name, eye) in [("front", Eye::CameraSide), ("behind", Eye::Behind)] {

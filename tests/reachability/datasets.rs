@@ -137,9 +137,9 @@ fn mujocos_contacts_decide_where_a_job_says_so() {
     assert_eq!(manifest.platform["mujoco"], "3.17.0", "{:?}", manifest.platform);
     let robot = open_robot(workspace.path("fetch.xml"));
     let mut worker = robot.contact_worker(&FETCH_ARM, &BTreeMap::new()).expect("a worker");
-    let (mut ways, mut apart, mut differ) = (0, 0, 0);
+    let (mut solutions, mut apart, mut differ) = (0, 0, 0);
     let (ours, theirs) = (read_cells(&ours), read_cells(&theirs));
-    for ((label, _, way), (their_label, their_proof, their_way)) in ours.iter().zip(&theirs) {
+    for ((label, _, solution), (their_label, their_proof, their_solution)) in ours.iter().zip(&theirs) {
         let proofs = match their_label {
             PoseLabel::NoSolution => &[Proof::Bound, Proof::IntervalEnds][..],
             PoseLabel::Colliding => &[Proof::Searched],
@@ -148,15 +148,15 @@ fn mujocos_contacts_decide_where_a_job_says_so() {
         assert!(proofs.contains(their_proof), "{their_label:?} by {their_proof:?}");
         // Kinematics is the same.
         assert_eq!(*label == PoseLabel::NoSolution, *their_label == PoseLabel::NoSolution);
-        assert!(their_way.iter().all(|way| worker.is_free(way)));
-        if let Some(way) = way {
-            ways += 1;
-            apart += usize::from(!worker.is_free(way));
+        assert!(their_solution.iter().all(|solution| worker.is_free(solution)));
+        if let Some(solution) = solution {
+            solutions += 1;
+            apart += usize::from(!worker.is_free(solution));
         }
         differ += usize::from(label != their_label);
     }
-    println!("{ways} ways that are free by shapes; {apart} of them are not by MuJoCo; {differ} labels differ");
-    assert!(ways > 1000 && apart * 1000 <= ways && differ * 1000 <= ours.len());
+    println!("{solutions} ways that are free by shapes; {apart} of them are not by MuJoCo; {differ} labels differ");
+    assert!(solutions > 1000 && apart * 1000 <= solutions && differ * 1000 <= ours.len());
 }
 
 /// The poses of a grid in the torso's frame are those of the same grid beside it in the world's.
@@ -183,9 +183,9 @@ fn poses_are_in_the_frame_that_a_job_names() {
         let alike = seen.iter().zip(&plain).filter(|(one, other)| one.0 == other.0).count();
         assert!(seen.len() == plain.len() && alike * 100 >= 99 * seen.len(), "{alike} of {}", seen.len());
         let robot = open_robot(workspace.path("fetch.xml"));
-        for (cell, (_, _, way)) in seen.iter().enumerate() {
-            let Some(way) = way else { continue };
-            let values: Vec<(&str, f64)> = FETCH_ARM.into_iter().zip(way.iter().copied()).collect();
+        for (cell, (_, _, solution)) in seen.iter().enumerate() {
+            let Some(solution) = solution else { continue };
+            let values: Vec<(&str, f64)> = FETCH_ARM.into_iter().zip(solution.iter().copied()).collect();
             let found = robot.site_pose(&header.target, &values).expect("a pose");
             let wanted = Vector3::from_fn(|axis, _| header.grid.pose(cell)[axis] + origin[axis]);
             assert!((found.translation() - wanted).norm() < 1e-6, "cell {cell}");

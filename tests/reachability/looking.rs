@@ -173,7 +173,7 @@ fn a_report_is_one_page_with_every_count_and_every_arrow() {
             .filter(|mark| !mark.contains('a'))
             .count()
     };
-    let [_, ny, nz] = field.header.grid.place_counts();
+    let [_, ny, nz] = field.header.grid.position_counts();
     let middle = field.header.grid.axes()[1].nearest(0.0);
     let mut expected = [0; 3];
     for (position, labels) in field.labels.chunks(approaches.len()).enumerate() {

@@ -131,12 +131,12 @@ impl Cells {
         }
         let cosine = |other: usize| self.rotations[rotation].matrix().dot(self.rotations[other].matrix());
         // Trace 1 + 2 cos 46 degrees.
-        let turned = (0..ROTATIONS).filter(|other| *other != rotation && cosine(*other) > 2.389);
-        found.extend(turned.map(|other| position * ROTATIONS + other));
+        let rotated = (0..ROTATIONS).filter(|other| *other != rotation && cosine(*other) > 2.389);
+        found.extend(rotated.map(|other| position * ROTATIONS + other));
         found
     }
 
-    /// The nearest of random configurations at each cell, those with the least distance [m, 0.25 m a radian] first.
+    /// The nearest of random configurations at each cell, those with the smallest distance [m, 0.25 m a radian] first.
     fn samples(&self, group: &PlanningGroup) -> Vec<Vec<(f64, Vec<f64>)>> {
         let mut near = vec![Vec::new(); ROTATIONS * self.positions.len()];
         let mut stream = Stream::of_job(2, b"", "samples");
@@ -152,9 +152,9 @@ impl Cells {
             let cosine = |index: usize| self.rotations[index].matrix().dot(pose.rotation().matrix());
             let rotation = (0..ROTATIONS).max_by(|a, b| cosine(*a).total_cmp(&cosine(*b))).expect("rotations");
             let angle = ((cosine(rotation) - 1.0) / 2.0).clamp(-1.0, 1.0).acos();
-            let way = (pose.translation() - Vector3::from(self.positions[position])).norm();
+            let distance = (pose.translation() - Vector3::from(self.positions[position])).norm();
             let list = &mut near[position * ROTATIONS + rotation];
-            let apart = way + 0.25 * angle;
+            let apart = distance + 0.25 * angle;
             let index = list.partition_point(|(other, _): &(f64, Vec<f64>)| *other <= apart);
             if index < KEPT {
                 list.insert(index, (apart, q));
@@ -177,7 +177,7 @@ fn at_a_limit(group: &PlanningGroup, q: &[f64]) -> bool {
 struct Counts {
     bounded: usize,
     searched: usize,
-    with_a_way: [usize; 2],
+    with_a_solution: [usize; 2],
     /// Each as often as it counts.
     missed: [usize; 2],
     /// Missed cells to which a sample of forward kinematics leads.
@@ -231,8 +231,8 @@ fn measure(group: &PlanningGroup) -> Counts {
                     let off = max_difference(&group.forward(q), &cells.target(cell));
                     assert!(group.within_limits(q) && off < 1e-8, "cell {cell}: {off:e} m or rad off with {q:?}");
                     reachable[cell] = true;
-                    counts.with_a_way[0] += 1;
-                    counts.with_a_way[1] += usize::from(at_a_limit(group, q));
+                    counts.with_a_solution[0] += 1;
+                    counts.with_a_solution[1] += usize::from(at_a_limit(group, q));
                 }
                 (_, Proof::Bound) => counts.bounded += 1,
                 _ => none.push(cell),
@@ -245,15 +245,14 @@ fn measure(group: &PlanningGroup) -> Counts {
     Stream::of_job(4, b"", "cells").shuffle(&mut far);
     far.truncate(far.len().div_ceil(SHARE));
     counts.searched = near.len() + far.len();
-    let looked_at: Vec<_> = near.iter().map(|cell| (*cell, 1)).chain(far.iter().map(|cell| (*cell, SHARE))).collect();
+    let searched: Vec<_> = near.iter().map(|cell| (*cell, 1)).chain(far.iter().map(|cell| (*cell, SHARE))).collect();
     let samples = cells.samples(group);
-    let found = on_all_threads(looked_at.len(), |index| search(group, &cells, looked_at[index].0, &samples));
-    for ((_, counts_for), (q, by_sample)) in
-        looked_at.iter().zip(found).filter_map(|(cell, found)| Some((cell, found?)))
+    let found = on_all_threads(searched.len(), |index| search(group, &cells, searched[index].0, &samples));
+    for ((_, counts_for), (q, by_sample)) in searched.iter().zip(found).filter_map(|(cell, found)| Some((cell, found?)))
     {
         let at = if at_a_limit(group, &q) { *counts_for } else { 0 };
         counts.by_samples += if by_sample { *counts_for } else { 0 };
-        counts.with_a_way = [counts.with_a_way[0] + counts_for, counts.with_a_way[1] + at];
+        counts.with_a_solution = [counts.with_a_solution[0] + counts_for, counts.with_a_solution[1] + at];
         counts.missed = [counts.missed[0] + counts_for, counts.missed[1] + at];
     }
     counts
@@ -284,7 +283,7 @@ fn the_search_of_an_unknown_arm_misses_less_than_a_thousandth() {
             for seed in [1, 2] {
                 let start = Instant::now();
                 let counts = measure(&arm(joints, links, seed));
-                let Counts { bounded, searched, with_a_way: [all, at], missed: [missed, missed_at], .. } = counts;
+                let Counts { bounded, searched, with_a_solution: [all, at], missed: [missed, missed_at], .. } = counts;
                 let rate = missed as f64 / all as f64;
                 let cells = ROTATIONS * ALONG.iter().product::<usize>() - bounded;
                 println!(

@@ -137,22 +137,22 @@ fn the_closed_form_finds_every_way_to_a_pose() {
     let group = open_robot(FETCH).planning_group(&FETCH_ARM, FETCH_SITE, &BTreeMap::new()).expect("a group");
     let arm = SphericalWristArm::recognise(&group).expect("a closed form");
     let mut stream = Stream::of_job(1, b"robots", "closed form");
-    let (mut worst, mut ways) = (0.0f64, [0; 9]);
+    let (mut worst, mut solutions) = (0.0f64, [0; 9]);
     for _ in 0..20_000 {
         let q = random_values(&group, &mut stream);
         let target = group.forward(&q);
         let found: Vec<_> = arm.branches(&target, q[0]).into_iter().flatten().collect();
-        ways[found.len()] += 1;
-        let away = |way: &[f64; 7]| way.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        solutions[found.len()] += 1;
+        let away = |solution: &[f64; 7]| solution.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let nearest = found.iter().map(away).fold(f64::INFINITY, f64::min);
         assert!(nearest < 1e-5, "{q:?} is {nearest} from the nearest of {found:?}");
-        for way in &found {
-            assert!(group.within_limits(way));
-            worst = worst.max(max_difference(&group.forward(way), &target));
+        for solution in &found {
+            assert!(group.within_limits(solution));
+            worst = worst.max(max_difference(&group.forward(solution), &target));
         }
     }
-    println!("{ways:?} poses with 0 to 8 ways; at most {worst:.1e} off");
-    assert!(worst < 1e-6 && ways[0] == 0 && ways[8] > 0);
+    println!("{solutions:?} poses with 0 to 8 ways; at most {worst:.1e} off");
+    assert!(worst < 1e-6 && solutions[0] == 0 && solutions[8] > 0);
 }
 
 /// The closed form finds every pose that the numeric solver finds: nothing is missed.
@@ -200,18 +200,18 @@ fn the_exact_test_misses_nothing_that_a_dense_search_finds() {
     let (mut both, mut exact_only) = (0, 0);
     for _ in 0..600 {
         let target = grid_pose(stream.below(675_840) as usize);
-        let way = test.find(&target);
-        if let Some(way) = &way {
-            assert!(group.within_limits(way));
-            assert!(max_difference(&group.forward(way), &target) < 1e-6);
+        let solution = test.find(&target);
+        if let Some(solution) = &solution {
+            assert!(group.within_limits(solution));
+            assert!(max_difference(&group.forward(solution), &target) < 1e-6);
         }
         let dense = (0..10_000).any(|step| {
             let first = -1.6056 + 3.2112 * (f64::from(step) + 0.5) / 10_000.0;
             test.arm().branches(&target, first).iter().any(Option::is_some)
         });
-        assert!(way.is_some() || !dense, "{target:?}");
+        assert!(solution.is_some() || !dense, "{target:?}");
         both += u32::from(dense);
-        exact_only += u32::from(way.is_some() && !dense);
+        exact_only += u32::from(solution.is_some() && !dense);
     }
     println!("{both} of 600 reachable, {exact_only} by the exact test alone");
     assert!(both > 60);
@@ -276,15 +276,15 @@ fn six_joints_have_every_way_in_closed_form() {
     for _ in 0..20_000 {
         let q = random_values(&group, &mut stream);
         let target = group.forward(&q);
-        let found = arm.ways(&target);
-        counts[found.ways.len()] += 1;
-        let turned = |a: f64, b: f64| (a - b - 2.0 * PI * ((a - b) / (2.0 * PI)).round()).abs();
-        let away = |way: &[f64; 6]| way.iter().zip(&q).map(|(a, b)| turned(*a, *b)).fold(0.0, f64::max);
-        let nearest = found.ways.iter().map(away).fold(f64::INFINITY, f64::min);
-        assert!(nearest < 1e-5, "{q:?} is {nearest} from the nearest of {:?}", found.ways);
-        for way in &found.ways {
-            assert!(group.within_limits(way));
-            worst = worst.max(max_difference(&group.forward(way), &target));
+        let found = arm.solutions(&target);
+        counts[found.solutions.len()] += 1;
+        let difference = |a: f64, b: f64| (a - b - 2.0 * PI * ((a - b) / (2.0 * PI)).round()).abs();
+        let away = |solution: &[f64; 6]| solution.iter().zip(&q).map(|(a, b)| difference(*a, *b)).fold(0.0, f64::max);
+        let nearest = found.solutions.iter().map(away).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-5, "{q:?} is {nearest} from the nearest of {:?}", found.solutions);
+        for solution in &found.solutions {
+            assert!(group.within_limits(solution));
+            worst = worst.max(max_difference(&group.forward(solution), &target));
         }
     }
     println!("{counts:?} poses with 0 to 8 ways; at most {worst:.1e} off");

@@ -126,8 +126,8 @@ fn rays_and_renderer_see_the_front_of_a_box() {
     let model = Arc::new(SimModel::new(&centred_block([0.1, 0.15, 0.05]), Inertia::Shell).expect("a box"));
     let mut worker = SimWorker::new(&model);
     let ahead = Pose::new(Rotation3::identity(), Vector3::new(0.02, -0.01, 1.0));
-    for way in ["rays", "renderer"] {
-        let depth = match way {
+    for method in ["rays", "renderer"] {
+        let depth = match method {
             "rays" => worker.ray_depth(&camera, &ahead),
             _ => worker.gl_depth(&camera, &ahead),
         }
@@ -141,9 +141,9 @@ fn rays_and_renderer_see_the_front_of_a_box() {
                 let value = depth.at(column, row);
                 if inside {
                     seen += 1;
-                    assert!((value - 0.95).abs() < 2e-7, "{way} ({column}, {row}): {value}");
+                    assert!((value - 0.95).abs() < 2e-7, "{method} ({column}, {row}): {value}");
                 } else {
-                    assert!(value.is_nan(), "{way} ({column}, {row}): {value}");
+                    assert!(value.is_nan(), "{method} ({column}, {row}): {value}");
                 }
             }
         }
@@ -178,23 +178,23 @@ fn workers_move_on_and_threads_share_a_model() {
     let models: Vec<_> = [0.1, 0.05]
         .map(|half| Arc::new(SimModel::new(&centred_block([half, half, half]), Inertia::Shell).expect("a box")))
         .into();
-    let look = |worker: &mut SimWorker| {
+    let render = |worker: &mut SimWorker| {
         let rays = worker.ray_depth(&camera, &ahead).expect("rays").clone();
         let drawn = worker.gl_depth(&camera, &ahead).expect("renderer").clone();
         (format!("{rays:?}"), format!("{drawn:?}"))
     };
-    let alone: Vec<_> = models.iter().map(|model| look(&mut SimWorker::new(model))).collect();
+    let alone: Vec<_> = models.iter().map(|model| render(&mut SimWorker::new(model))).collect();
     std::thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {
                 let mut worker = SimWorker::new(&models[0]);
                 let mut second = SimWorker::new(&models[1]);
-                assert_eq!(look(&mut worker), alone[0]);
-                assert_eq!(look(&mut second), alone[1]);
-                worker.turn_to(&models[1]);
-                assert_eq!(look(&mut worker), alone[1]);
-                worker.turn_to(&models[0]);
-                assert_eq!(look(&mut worker), alone[0]);
+                assert_eq!(render(&mut worker), alone[0]);
+                assert_eq!(render(&mut second), alone[1]);
+                worker.use_model(&models[1]);
+                assert_eq!(render(&mut worker), alone[1]);
+                worker.use_model(&models[0]);
+                assert_eq!(render(&mut worker), alone[0]);
             });
         }
     });

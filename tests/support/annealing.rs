@@ -14,7 +14,7 @@ pub const ANNEALING: Annealing = Annealing {
     frame: SearchFrame::Seed,
     amplitudes: AmplitudeRange::Joints,
     best: 20,
-    most_failures: 100,
+    max_failures: 100,
 };
 
 /// Limits that a grasp has to keep within to be kept.
@@ -25,6 +25,6 @@ pub const KEEPING: Keeping = Keeping {
     space: WrenchSpace::Wrench,
     min_epsilon: 0.01,
     advance: 0.03,
-    most_penetration: 5e-4,
+    max_penetration: 5e-4,
     table: false,
 };

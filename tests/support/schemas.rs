@@ -26,12 +26,7 @@ pub fn generate(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 /// Each schema becomes `STEM.bin`, with what it imports but without comments and positions, so that rewording a comment or
 /// adding another schema moves no byte of a shard. The types are made from all schemas at once: several share a package.
-fn generate_into(
-    schemas: &Path,
-    folder: &Path,
-    is_wanted: fn(&str) -> bool,
-    files: &mut BTreeMap<PathBuf, Vec<u8>>,
-) {
+fn generate_into(schemas: &Path, folder: &Path, is_wanted: fn(&str) -> bool, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
     let mut wanted: Vec<PathBuf> =
         fs::read_dir(schemas).expect("a folder").map(|entry| entry.expect("an entry").path()).collect();
     wanted.retain(|path| path.file_stem().is_some_and(|stem| is_wanted(&stem.to_string_lossy())));

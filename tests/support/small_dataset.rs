@@ -15,7 +15,7 @@ use graspmill::{
 };
 use nalgebra::{Point3, Vector3};
 
-/// A small dataset made by hand: ellipsoids, with a camera that looks along z.
+/// A small dataset made by hand: ellipsoids, with a camera that points along z.
 #[derive(Clone)]
 pub struct SmallDataset {
     pub objects: u64,

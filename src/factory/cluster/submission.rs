@@ -394,12 +394,12 @@ mod tests {
             {
                 let mut submission = submission(Backend::Kubernetes);
                 change(&mut submission, text);
-                let told = submission.files(&[0], Path::new(LOGS)).expect_err(argument).to_string();
-                assert!(told.starts_with(argument) && told.contains(code), "{told}");
+                let message = submission.files(&[0], Path::new(LOGS)).expect_err(argument).to_string();
+                assert!(message.starts_with(argument) && message.contains(code), "{message}");
             }
         }
-        let told = submission(Backend::Local).files(&[0], Path::new("/data\t/logs")).expect_err("logs").to_string();
-        assert!(told.starts_with("--out: "), "{told}");
+        let message = submission(Backend::Local).files(&[0], Path::new("/data\t/logs")).expect_err("logs").to_string();
+        assert!(message.starts_with("--out: "), "{message}");
     }
 
     #[test]

@@ -151,7 +151,7 @@ struct Engine {
 }
 
 enum Count {
-    /// Not told.
+    /// Not stated.
     Untold,
     /// A variable of its own; numbers begin at `first`.
     Variable(&'static str),
@@ -159,8 +159,8 @@ enum Count {
     Span { first: &'static str, last: &'static str, step: &'static str },
 }
 
-/// Slurm, Kubernetes (Indexed Job), AWS Batch, Google Cloud Run jobs, HyperQueue, PBS Professional and OpenPBS, TORQUE, Grid Engine,
-/// LSF, GNU parallel; names as their manuals have them.
+/// Slurm, Kubernetes (Indexed Job), AWS Batch, Google Cloud Run jobs, HyperQueue, PBS Professional and OpenPBS, TORQUE, Grid
+/// Engine, LSF, GNU parallel; names as their manuals have them.
 const ENGINES: &[Engine] = &[
     Engine {
         number: "SLURM_ARRAY_TASK_ID",
@@ -216,23 +216,23 @@ impl Engine {
 
     /// Task and count by the engine's own variables.
     fn counted(&self, number: i64, found: &str, variables: Variables) -> Result<(i64, u32), TaskError> {
-        let untold = |because: String| TaskError::NoCount { found: found.to_owned(), because };
+        let no_count = |because: String| TaskError::NoCount { found: found.to_owned(), because };
         let value = |name: &'static str| -> Result<i64, TaskError> {
-            let value = variables(name).ok_or_else(|| untold(format!(" ({name} is not set)")))?;
+            let value = variables(name).ok_or_else(|| no_count(format!(" ({name} is not set)")))?;
             read(name, &value)
         };
         match &self.count {
-            Count::Untold => Err(untold(String::new())),
+            Count::Untold => Err(no_count(String::new())),
             Count::Variable(name) => Ok((number - i64::from(self.first), u32::try_from(value(name)?).unwrap_or(0))),
             Count::Span { first, last, step } => {
                 let (low, high) = (value(first)?, value(last)?);
                 let step = variables(step).map_or(Ok(1), |value| read(step, &value))?.max(1);
                 let tasks = (high - low) / step + 1;
-                // Slurm tells how many there are: fewer where an array has gaps, as one that sends some tasks again.
+                // Slurm says how many there are: fewer where an array has gaps, as one that sends some tasks again.
                 if let Some(count) = variables("SLURM_ARRAY_TASK_COUNT").filter(|_| self.number.starts_with("SLURM")) {
                     let count = read("SLURM_ARRAY_TASK_COUNT", &count)?;
                     if count != tasks {
-                        return Err(untold(format!(" (an array of {count} with gaps between {low} and {high})")));
+                        return Err(no_count(format!(" (an array of {count} with gaps between {low} and {high})")));
                     }
                 }
                 Ok(((number - low) / step, u32::try_from(tasks).unwrap_or(0)))
@@ -265,7 +265,7 @@ mod tests {
     #[test]
     fn an_argument_says_it() {
         assert_eq!(find("3/32", &[]), Ok((3, 32)));
-        // Nothing else is looked at.
+        // Nothing else is read.
         assert_eq!(find("3/32", &[("SLURM_ARRAY_TASK_ID", "7")]), Ok((3, 32)));
         for wrong in ["32/32", "1", "0/0", "-1/3", "env/0", "env/x", "", "1/2/3"] {
             assert_eq!(find(wrong, &[]), Err(TaskError::Syntax { text: wrong.to_owned() }), "{wrong}");

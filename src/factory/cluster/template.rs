@@ -59,7 +59,7 @@ fn environment() -> Environment<'static> {
 
 /// Writes a value: a whole number as it is, a text as a word of a shell or as a string of YAML.
 fn write(out: &mut Output, state: &mut State, value: &Value) -> Result<(), Error> {
-    let wrong = |told: String| Error::new(ErrorKind::InvalidOperation, told);
+    let wrong = |message: String| Error::new(ErrorKind::InvalidOperation, message);
     let text = match value.kind() {
         ValueKind::String => value.as_str().unwrap_or_default(),
         ValueKind::Number if value.is_integer() => return Ok(out.write_str(&value.to_string())?),

@@ -68,8 +68,8 @@ impl Job {
         JobDigest(self.canonical(&self.work.sample_keys(), Some(&subjects)).digest())
     }
 
-    /// Names what a sample depends on beside its subject and its item: seed and settings of the product. Equal in two jobs whose
-    /// common subjects make the same samples.
+    /// Names what a sample depends on beside its subject and its item: seed and settings of the product. Equal in two jobs
+    /// whose common subjects make the same samples.
     pub fn sample_settings(&self) -> Digest {
         self.canonical(&self.work.sample_keys(), None).digest()
     }

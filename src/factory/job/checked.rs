@@ -21,7 +21,7 @@ pub struct Job {
     pub overrides: Vec<String>,
     /// Seed of every random stream.
     pub seed: u64,
-    /// Things to tell the user: an optional source that is not there, ...
+    /// Notes for the user: an optional source that is not there, ...
     pub notes: Vec<String>,
     /// Samples per shard, at most; a shard is a run of consecutive sample indices.
     pub shard_samples: u32,

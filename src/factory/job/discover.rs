@@ -192,18 +192,18 @@ fn candidates(
         Candidates::default()
     };
     if let Some(wanted) = &entry.folder {
-        let place = tidy(&folder.join(wanted));
-        return Candidates::of_folder(entry, &place)
+        let target = tidy(&folder.join(wanted));
+        return Candidates::of_folder(entry, &target)
             .unwrap_or_else(|error| absent(checker, &path.key("folder"), "folder", error.to_string(), None));
     }
     if let Some(list) = &entry.list {
         let mut found = Vec::new();
         for (index, file) in list.iter().enumerate() {
-            let place = tidy(&folder.join(file));
-            if place.is_file() {
-                found.push(Candidate::file(with_slashes(file), place));
+            let target = tidy(&folder.join(file));
+            if target.is_file() {
+                found.push(Candidate::file(with_slashes(file), target));
             } else {
-                absent(checker, &path.key("list").index(index), "mesh file", place.display().to_string(), None);
+                absent(checker, &path.key("list").index(index), "mesh file", target.display().to_string(), None);
             }
         }
         return Candidates::of(found);
@@ -215,12 +215,12 @@ fn candidates(
             checker.fail(path.key("package"), Problem::NotAChoice { found: name.clone(), choices }).help_if(help);
             return Candidates::default();
         };
-        let place = context.packages.join(package.folder);
-        return match Candidates::of_folder(entry, &place) {
+        let target = context.packages.join(package.folder);
+        return match Candidates::of_folder(entry, &target) {
             Ok(candidates) if !candidates.all.is_empty() => candidates,
             other => {
                 let why = other.err().map_or("no mesh in it".to_owned(), |error| error.error.to_string());
-                let detail = format!("{name}, looked for in {} ({why})", place.display());
+                let detail = format!("{name}, expected in {} ({why})", target.display());
                 absent(checker, &path.key("package"), "package", detail, Some(package.remedy.to_owned()))
             }
         };
@@ -240,23 +240,23 @@ fn rows(
     let mut rows = BTreeMap::new();
     let known: BTreeSet<&str> = names.iter().map(String::as_str).collect();
     if let Some(table) = &entry.table {
-        let place = tidy(&folder.join(table));
-        match fs::read_to_string(&place) {
+        let target = tidy(&folder.join(table));
+        match fs::read_to_string(&target) {
             Ok(text) => {
-                let (read, errors) = mesh_table::read(&place.display().to_string(), &text);
+                let (read, errors) = mesh_table::read(&target.display().to_string(), &text);
                 checker.add_errors(errors);
-                for (name, (row, place)) in read {
+                for (name, (row, location)) in read {
                     // A list may take a few meshes out of a table for many.
                     if entry.list.is_none() && !known.is_empty() && !known.contains(name.as_str()) {
                         let problem = not_in_entry(&name);
                         let help = did_you_mean(&name, known.iter().copied());
-                        checker.add_errors([FormError { place, key: "name".to_owned(), problem, help }]);
+                        checker.add_errors([FormError { location, key: "name".to_owned(), problem, help }]);
                     }
                     rows.insert(name, row);
                 }
             }
             Err(error) => {
-                let detail = format!("{} ({error})", place.display());
+                let detail = format!("{} ({error})", target.display());
                 checker.not_found(path.key("table"), "table", detail);
             }
         }

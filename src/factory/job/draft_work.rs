@@ -13,7 +13,7 @@ pub struct DraftWork {
     pub draws_colours: bool,
     /// Rules that every record of the job obeys, by name, for `verify`.
     pub rules: Vec<&'static str>,
-    /// Things to tell the user.
+    /// Notes for the user.
     pub notes: Vec<String>,
     /// The objects, for a product that has some.
     pub objects: Option<ObjectsDraft>,

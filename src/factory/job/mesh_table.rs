@@ -3,13 +3,13 @@
 use std::{collections::BTreeMap, ops::Range};
 
 use super::spec::{MeshRow, UnitSpec};
-use form::{Bounds, Finding, FormError, Place, Problem, Source, did_you_mean};
+use form::{Bounds, Finding, FormError, Location, Problem, Source, did_you_mean};
 
 const COLUMNS: [&str; 10] =
     ["name", "unit", "scale", "size", "group", "licence", "citation", "mass", "mass_source", "object"];
 
 /// Heaviest object [kg].
-pub(super) const MOST_MASS: f64 = 100.0;
+pub(super) const MAX_MASS: f64 = 100.0;
 
 /// One field and the bytes that it stands on.
 struct Field {
@@ -20,13 +20,13 @@ struct Field {
 /// Reads a table: the first line names the columns, `name` among them; empty fields say nothing. Fields are separated
 /// by commas and may stand in double quotes (RFC 4180); lines that start with `#` are comments.
 ///
-/// Every mistake is in the list, with its place in the table.
-pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Place)>, Vec<FormError>) {
+/// Every mistake is in the list, with its location in the table.
+pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Location)>, Vec<FormError>) {
     let mut rows = BTreeMap::new();
     let mut errors = Vec::new();
     let source = Source::new(file, text);
     let mut report = |range: &Range<usize>, key: &str, problem: Problem, help: Option<String>| {
-        errors.push(FormError { place: source.place(range), key: key.to_owned(), problem, help });
+        errors.push(FormError { location: source.location(range), key: key.to_owned(), problem, help });
     };
     let mut lines = records(text).into_iter();
     let header = lines.next().unwrap_or_default();
@@ -57,8 +57,8 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Place)
                 report(&field.range, &column.text, problem, None);
             }
         }
-        let place = source.place(&record[name_column].range);
-        if rows.insert(name.clone(), (row, place)).is_some() {
+        let location = source.location(&record[name_column].range);
+        if rows.insert(name.clone(), (row, location)).is_some() {
             let found = format!("a second row for `{name}`");
             report(&whole, "name", Problem::Invalid { expected: "one row a mesh".to_owned(), found }, None);
         }
@@ -90,10 +90,10 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
         "licence" => row.licence = Some(text.to_owned()),
         "citation" => row.citation = Some(text.to_owned()),
         "mass" => match text.parse::<f64>() {
-            Ok(mass) if mass > 0.0 && mass <= MOST_MASS => row.mass = Some(mass),
+            Ok(mass) if mass > 0.0 && mass <= MAX_MASS => row.mass = Some(mass),
             _ => {
                 let unit = Some("kg".to_owned());
-                let bounds = Bounds { above: Some(0.0), max: Some(MOST_MASS), unit, ..Bounds::default() };
+                let bounds = Bounds { above: Some(0.0), max: Some(MAX_MASS), unit, ..Bounds::default() };
                 return Err(out_of_range(bounds, text));
             }
         },
@@ -185,7 +185,7 @@ mod tests {
         for wrong in ["0", "-0.1", "nan", "inf", "100.5", "118 g"] {
             let (_, errors) = read("t.csv", &format!("name,mass\nmug,{wrong}\n"));
             let found: Vec<(u32, u32, &str)> =
-                errors.iter().map(|error| (error.place.line, error.place.column, error.problem.code())).collect();
+                errors.iter().map(|error| (error.location.line, error.location.column, error.problem.code())).collect();
             assert_eq!(found, [(2, 5, "out_of_range")], "{wrong}");
         }
     }
@@ -195,7 +195,7 @@ mod tests {
         let text = "name,gruop,unit,scale\nmug,x,metre,0\nmug,x,mm,1\nshort,x\n";
         let (_, errors) = read("t.csv", text);
         let places: Vec<(u32, u32, &str)> =
-            errors.iter().map(|error| (error.place.line, error.place.column, error.problem.code())).collect();
+            errors.iter().map(|error| (error.location.line, error.location.column, error.problem.code())).collect();
         let expected = [
             (1, 6, "unknown_key"),
             (2, 7, "not_a_choice"),

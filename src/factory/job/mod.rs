@@ -6,7 +6,7 @@
 //!
 //! [`JobDraft::read`] decodes the file by the schema of its product, checks it, lists its meshes, and reports every mistake
 //! at once. [`Job::to_toml`] writes a job back with every default filled in; [`Job::digest`] names it.
-//! [`OpenJob`](super::run::OpenJob) goes the whole way with one call.
+//! [`OpenJob`](super::run::OpenJob) does all of it with one call.
 
 mod built_in;
 mod canonical;

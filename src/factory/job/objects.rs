@@ -97,12 +97,12 @@ pub struct ObjectsDraft {
     meshes: Vec<FoundMesh>,
     /// Files that were found but cannot be used.
     refused: Vec<MeshRefusal>,
-    /// The job file, for the places of mistakes.
+    /// The job file, for the locations of mistakes.
     document: Document,
 }
 
 impl ObjectsDraft {
-    /// Checks `split` and `[[objects]]` and lists the meshes, without opening one: the draft, and things to tell the user.
+    /// Checks `split` and `[[objects]]` and lists the meshes, without opening one: the draft, and notes for the user.
     ///
     /// # Errors
     /// Every mistake of the job that has been found so far.
@@ -195,7 +195,7 @@ fn changed(mesh: &FoundMesh, asset: &AssetRecord) -> Option<MeshRefusal> {
         file: origin_of(mesh),
         reason: "changed".to_owned(),
         problem: format!("its content is {}, the job pins {}", asset.object.0.short(), pinned.0.short()),
-        place: None,
+        location: None,
         remedy: "restore the mesh, or take the pin out of the job for a new dataset".to_owned(),
     })
 }
@@ -206,12 +206,12 @@ fn duplicate(mesh: &FoundMesh, first: &str) -> MeshRefusal {
         file: origin_of(mesh),
         reason: "duplicate".to_owned(),
         problem: format!("has the same geometry as `{first}`"),
-        place: None,
+        location: None,
         remedy: "nothing is lost; exclude one of the two to silence this".to_owned(),
     }
 }
 
-/// Turns the patterns of a choice into the names that they fit; each must fit one.
+/// Expands the patterns of a choice to the names that they fit; each must fit one.
 fn name_objects(checker: &mut Checker, key: &str, choice: &mut ObjectChoice, names: &[&str]) {
     let ObjectChoice::Named(patterns) = choice else { return };
     for (index, wanted) in patterns.iter().enumerate() {

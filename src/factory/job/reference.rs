@@ -112,7 +112,7 @@ const ORDER: &[&str] = &[
 pub fn reference(product: &str) -> Option<String> {
     let factory = PRODUCTS.iter().find(|factory| factory.product.name == product);
     let schema = factory.map(|factory| schema::of(factory)).or((product == SET).then(schema::of_sets))?;
-    // The products themselves are told once, with the first one's keys.
+    // The products themselves are listed once, with the first one's keys.
     let keys = Reference { order: ORDER, with_top_choices: product != PRODUCTS[0].product.name };
     Some(format!("# Keys of `product = \"{product}\"`\n\n{}", keys.print(schema)))
 }

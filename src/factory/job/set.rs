@@ -16,7 +16,7 @@ use format::Product;
 /// Value of `product` in a set.
 pub(super) const SET: &str = "set";
 
-/// A set, as written and checked; its jobs are read when their turn comes, since one may need what another makes.
+/// A set, as written and checked; its jobs are read when they are due, since one may need what another makes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JobSet {
     /// Name, for people.
@@ -39,7 +39,7 @@ pub struct SetMember {
 }
 
 impl JobSet {
-    /// Whether a job file says that it is a set; its other mistakes are not looked for.
+    /// Whether a job file says that it is a set; its other mistakes are not searched.
     pub fn is_one(text: &JobText) -> bool {
         product_word(text).is_some_and(|word| word == SET)
     }
@@ -138,7 +138,7 @@ impl Hints for SetHints {
         None
     }
 
-    /// Tells where the name of an input belongs.
+    /// Says where the name of an input belongs.
     fn unknown_key(&self, key: &str) -> Option<String> {
         let mut inputs = PRODUCTS.iter().flat_map(|factory| factory.inputs);
         inputs.any(|input| input.section == key).then(|| format!("write `inputs = {{ {key} = \"NAME\" }}`"))

@@ -33,7 +33,7 @@ impl JobText {
     }
 }
 
-/// Places beyond its own folder that a job may refer to.
+/// Folders beyond its own that a job may refer to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JobContext {
     /// The folder that holds the packages of meshes.

@@ -108,7 +108,7 @@ impl LeakReport {
     }
 }
 
-/// Looks for leaks, in time linear in objects times views; `rows` are in the order of the job's objects.
+/// Searches for leaks, in time linear in objects times views; `rows` are in the order of the job's objects.
 fn leaks(job: &Divided<'_>, twins: &[Vec<usize>], rows: &[ObjectSplit]) -> LeakReport {
     let first_equal = &job.first_equal;
     let distinct = (0..).zip(first_equal).filter(|(view, first)| *view == **first).count() as u32;
@@ -166,15 +166,15 @@ fn unit(key: &Digest) -> f64 {
     (u64::from_be_bytes([a, b, c, d, e, f, g, h]) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Objects that move as one, as lists of places; every object stands in one of them.
+/// Objects that move as one, as lists of indices; every object stands in one of them.
 fn clusters(job: &Divided<'_>, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..job.objects.len()).collect();
-    fn root(parent: &mut [usize], mut place: usize) -> usize {
-        while parent[place] != place {
-            parent[place] = parent[parent[place]];
-            place = parent[place];
+    fn root(parent: &mut [usize], mut index: usize) -> usize {
+        while parent[index] != index {
+            parent[index] = parent[parent[index]];
+            index = parent[index];
         }
-        place
+        index
     }
     let mut join = |a: usize, b: usize| {
         let (a, b) = (root(&mut parent, a), root(&mut parent, b));
@@ -185,15 +185,15 @@ fn clusters(job: &Divided<'_>, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     }
     if job.split.by_group {
         let mut first_of: BTreeMap<&str, usize> = BTreeMap::new();
-        for (place, object) in job.objects.iter().enumerate() {
+        for (index, object) in job.objects.iter().enumerate() {
             if let Some(group) = &object.source.group {
-                join(*first_of.entry(group).or_insert(place), place);
+                join(*first_of.entry(group).or_insert(index), index);
             }
         }
     }
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for place in 0..job.objects.len() {
-        members.entry(root(&mut parent, place)).or_default().push(place);
+    for index in 0..job.objects.len() {
+        members.entry(root(&mut parent, index)).or_default().push(index);
     }
     members.into_values().collect()
 }
@@ -212,8 +212,8 @@ fn model_splits(job: &Divided<'_>, seed: u64, clusters: &[Vec<usize>], notes: &m
         (other, _) => other.clone(),
     };
     let validation = chosen(job, seed, &rest, &choice, "validation", notes);
-    test.iter().for_each(|place| splits[*place] = Split::Test);
-    validation.iter().for_each(|place| splits[*place] = Split::Validation);
+    test.iter().for_each(|index| splits[*index] = Split::Test);
+    validation.iter().for_each(|index| splits[*index] = Split::Validation);
     splits
 }
 
@@ -226,15 +226,15 @@ fn chosen(
     purpose: &str,
     notes: &mut Vec<String>,
 ) -> BTreeSet<usize> {
-    let object_key = |place: &usize| match &job.objects[*place].source.group {
+    let object_key = |index: &usize| match &job.objects[*index].source.group {
         Some(group) if job.split.by_group => key(seed, purpose, group.as_bytes()),
-        _ => key(seed, purpose, &job.objects[*place].id().0.0),
+        _ => key(seed, purpose, &job.objects[*index].id().0.0),
     };
     let mut ranked: Vec<(f64, Digest, &Vec<usize>)> = clusters
         .iter()
         .filter_map(|members| {
-            let least = members.iter().map(object_key).min()?;
-            Some((cluster_unit(&least, members.len()), least, members))
+            let min = members.iter().map(object_key).min()?;
+            Some((cluster_unit(&min, members.len()), min, members))
         })
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -247,7 +247,7 @@ fn chosen(
         }
         ObjectChoice::Count(count) => take_exactly(&ranked, *count as usize, purpose, notes),
         ObjectChoice::Named(names) => {
-            let named = |place: &usize| names.contains(&job.objects[*place].source.name);
+            let named = |index: &usize| names.contains(&job.objects[*index].source.name);
             ranked.iter().map(|(.., members)| *members).filter(|members| members.iter().any(named)).collect()
         }
     };
@@ -289,8 +289,8 @@ fn take_exactly<'a>(
 
 fn training_subsets(job: &Divided<'_>, seed: u64, models: &[Split], notes: &mut Vec<String>) -> Vec<Vec<usize>> {
     let mut ranked: Vec<(Digest, usize)> = (0..models.len())
-        .filter(|place| models[*place] == Split::Training)
-        .map(|place| (key(seed, "subset", &job.objects[place].id().0.0), place))
+        .filter(|index| models[*index] == Split::Training)
+        .map(|index| (key(seed, "subset", &job.objects[index].id().0.0), index))
         .collect();
     ranked.sort();
     let sizes = job.split.training_subsets.iter().map(|size| match size {
@@ -302,7 +302,7 @@ fn training_subsets(job: &Divided<'_>, seed: u64, models: &[Split], notes: &mut 
             if size > ranked.len() {
                 notes.push(format!("a training subset of {size} models: only {} train", ranked.len()));
             }
-            let mut subset: Vec<usize> = ranked.iter().take(size).map(|(_, place)| *place).collect();
+            let mut subset: Vec<usize> = ranked.iter().take(size).map(|(_, index)| *index).collect();
             subset.sort_unstable();
             subset
         })

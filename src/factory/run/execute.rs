@@ -54,7 +54,7 @@ pub struct RunSummary {
     pub product: Product,
     /// Samples made in this run, kept and rejected.
     pub made: u64,
-    /// Time of making them, without looking at meshes and closing the dataset [s].
+    /// Time of making them, without preparing meshes and closing the dataset [s].
     pub seconds: f64,
     /// The finished dataset.
     pub manifest: Manifest,
@@ -346,7 +346,7 @@ pub struct PilotRate {
     pub raw_bytes_per_sample: f64,
 }
 
-/// Counts finished samples over all threads and tells the listener now and then.
+/// Counts finished samples over all threads and informs the listener now and then.
 struct Tally<'a> {
     listener: &'a Listener<'a>,
     began: Instant,
@@ -381,7 +381,7 @@ impl<'a> Tally<'a> {
         (self.listener)(Event::Progress(Progress { made, to_make: self.to_make, kept, rejected, seconds }));
     }
 
-    /// Tells the end; returns the seconds since the beginning.
+    /// Reports the end; returns the seconds since the beginning.
     fn finish(&self) -> f64 {
         self.tell();
         self.began.elapsed().as_secs_f64()

@@ -122,10 +122,10 @@ fn choose(samples: u64, count: u64, seed: u64) -> Vec<SampleIndex> {
     let count = count.min(samples);
     let mut moved: BTreeMap<u64, u64> = BTreeMap::new();
     let mut chosen: Vec<SampleIndex> = (0..count)
-        .map(|turn| {
-            let other = turn + stream.below(samples - turn);
+        .map(|draw| {
+            let other = draw + stream.below(samples - draw);
             let value = moved.get(&other).copied().unwrap_or(other);
-            let here = moved.get(&turn).copied().unwrap_or(turn);
+            let here = moved.get(&draw).copied().unwrap_or(draw);
             moved.insert(other, here);
             SampleIndex(value)
         })

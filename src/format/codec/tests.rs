@@ -24,8 +24,8 @@ proptest! {
             let read = Depth::decode(&payload).unwrap();
             prop_assert_eq!((read.sample, read.coding), (id, coding));
             for (read, depth) in read.crop.depth.iter().zip(&crop.depth) {
-                let most = if coding == DepthCoding::F32 { 0.0 } else { 0.5e-4 + 1e-6 };
-                prop_assert!(read.is_nan() && depth.is_nan() || (read - depth).abs() <= most, "{} {}", read, depth);
+                let max = if coding == DepthCoding::F32 { 0.0 } else { 0.5e-4 + 1e-6 };
+                prop_assert!(read.is_nan() && depth.is_nan() || (read - depth).abs() <= max, "{} {}", read, depth);
             }
             let generated = proto::Depth::decode(payload.as_slice()).unwrap();
             prop_assert_eq!(generated.encode_to_vec(), payload);

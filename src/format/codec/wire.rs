@@ -124,12 +124,12 @@ pub(crate) fn doubles_of(out: &mut Vec<u8>, field: u32, values: impl Iterator<It
 /// A nested message shorter than 128 bytes, so that its length is one byte, known afterwards.
 fn short_message(out: &mut Vec<u8>, field: u32, write: impl FnOnce(&mut Vec<u8>)) {
     key(out, field, LENGTH);
-    let place = out.len();
+    let start = out.len();
     out.push(0);
     write(out);
-    let length = out.len() - place - 1;
+    let length = out.len() - start - 1;
     debug_assert!(length < 128);
-    out[place] = length as u8;
+    out[start] = length as u8;
 }
 
 pub(crate) fn sample(out: &mut Vec<u8>, field: u32, sample: &SampleId) {

@@ -37,7 +37,7 @@ pub struct DatasetDifference {
     pub channels: BTreeMap<String, ChannelCounts>,
     /// Objects whose samples differ, by name; and hands and robots.
     pub objects: BTreeMap<String, ObjectDifference>,
-    /// Some of the samples that differ, by id, at most [`DatasetDifference::MOST`].
+    /// Some of the samples that differ, by id, at most [`DatasetDifference::MAX`].
     pub examples: Vec<String>,
     /// Why: what the two say of themselves.
     pub reasons: Vec<Reason>,
@@ -47,7 +47,7 @@ pub struct DatasetDifference {
 
 impl DatasetDifference {
     /// Samples that are listed.
-    pub const MOST: usize = 20;
+    pub const MAX: usize = 20;
 }
 
 /// Samples that both datasets have.
@@ -241,7 +241,8 @@ impl Pass<'_> {
             return Ok(());
         };
         let ledger = self.b.of(index)?;
-        let Some(other) = index.0.checked_sub(ledger.first.0).and_then(|place| ledger.rows.get(place as usize)) else {
+        let Some(other) = index.0.checked_sub(ledger.first.0).and_then(|position| ledger.rows.get(position as usize))
+        else {
             return Err(unknown(self.b.reader, index));
         };
         let (fate, in_b) = (other.fate.clone(), ledger.channels.clone());
@@ -300,7 +301,7 @@ impl Pass<'_> {
     /// A sample of a subject of dataset `side` differs.
     fn differs(&mut self, subject: &ObjectId, side: usize, example: impl FnOnce() -> String) {
         let name = self.names[side].get(subject).cloned().unwrap_or_else(|| subject.to_string());
-        if self.examples.len() < DatasetDifference::MOST {
+        if self.examples.len() < DatasetDifference::MAX {
             self.examples.push(format!("{name}: {}", example()));
         }
         if let Some(object) = self.objects.get_mut(&name) {
@@ -321,17 +322,17 @@ impl Pass<'_> {
 /// The last few ledgers that were asked for.
 struct Ledgers<'a> {
     reader: &'a DatasetReader,
-    /// By place among the shards, the last one asked for at the end.
+    /// By index among the shards, the last one asked for at the end.
     kept: VecDeque<(usize, Ledger)>,
 }
 
 impl Ledgers<'_> {
     fn of(&mut self, index: SampleIndex) -> Result<&Ledger, DatasetError> {
         let shard = self.reader.manifest().shard_of(index.0).ok_or_else(|| unknown(self.reader, index))?;
-        match self.kept.iter().position(|(place, _)| *place == shard) {
-            Some(place) if place + 1 == self.kept.len() => {}
-            Some(place) => {
-                let ledger = self.kept.remove(place);
+        match self.kept.iter().position(|(kept, _)| *kept == shard) {
+            Some(position) if position + 1 == self.kept.len() => {}
+            Some(position) => {
+                let ledger = self.kept.remove(position);
                 self.kept.extend(ledger);
             }
             None => {

@@ -17,7 +17,7 @@ pub(super) const TEMPORARY: &str = ".tmp";
 
 /// A unique temporary name in the folder of a final one; the file goes when this does, unless it was published.
 ///
-/// The file is locked while it is open, which tells a writer at work from a leftover of a killed one, whatever
+/// The file is locked while it is open, which distinguishes a writer at work from the leftovers of a killed one, whatever
 /// process or machine it ran on.
 pub struct Temporary {
     path: PathBuf,

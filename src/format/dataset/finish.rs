@@ -262,16 +262,16 @@ impl<'a> Pass<'a> {
         if ledger.job != *job {
             return Err(format!("it belongs to job {}, not {}", ledger.job.0.short(), job.0.short()));
         }
-        let place = self.sums.shards.len() as u32;
-        if (&ledger.product, ledger.shard.0, ledger.shards) != (product, place, *shards) {
+        let number = self.sums.shards.len() as u32;
+        if (&ledger.product, ledger.shard.0, ledger.shards) != (product, number, *shards) {
             let Ledger { product, shard, shards, .. } = ledger;
-            return Err(format!("its ledger is of {product} shard {shard} of {shards}, its name says {place}"));
+            return Err(format!("its ledger is of {product} shard {shard} of {shards}, its name says {number}"));
         }
         let first = self.sums.counts.samples;
-        let most = u64::from(*shard_samples).min(samples.saturating_sub(first));
-        if ledger.first.0 != first || !(1..=most).contains(&(ledger.rows.len() as u64)) {
+        let max = u64::from(*shard_samples).min(samples.saturating_sub(first));
+        if ledger.first.0 != first || !(1..=max).contains(&(ledger.rows.len() as u64)) {
             let (found, from) = (ledger.rows.len(), ledger.first);
-            return Err(format!("it accounts for {found} samples from {from}, expected 1 to {most} from {first}"));
+            return Err(format!("it accounts for {found} samples from {from}, expected 1 to {max} from {first}"));
         }
         if !self.sums.shards.is_empty() && ledger.channels != self.channels {
             return Err(format!("it has the channels {:?}, the others {:?}", ledger.channels, self.channels));

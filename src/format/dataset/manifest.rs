@@ -189,8 +189,8 @@ impl Manifest {
 
     /// Index of the shard that accounts for a sample index.
     pub fn shard_of(&self, index: u64) -> Option<usize> {
-        let place = self.shards.partition_point(|shard| shard.first_sample + shard.samples <= index);
-        (place < self.shards.len()).then_some(place)
+        let shard_index = self.shards.partition_point(|shard| shard.first_sample + shard.samples <= index);
+        (shard_index < self.shards.len()).then_some(shard_index)
     }
 
     fn check(&self, path: &Path) -> Result<(), DatasetError> {
@@ -207,22 +207,22 @@ impl Manifest {
         }
         self.check_classes().map_err(|problem| invalid(path, problem))?;
         let mut next = 0;
-        for (place, shard) in self.shards.iter().enumerate() {
+        for (number, shard) in self.shards.iter().enumerate() {
             let named = ShardName::parse(&shard.file);
             let fits = named.is_some_and(|name| {
                 name.product == self.product
-                    && name.shard.0 as usize == place
+                    && name.shard.0 as usize == number
                     && name.shards as usize == self.shards.len()
                     && name.short == shard.digest.short()
             });
             if !fits {
-                return refuse(format!("shard {place} has the file name '{}'", shard.file));
+                return refuse(format!("shard {number} has the file name '{}'", shard.file));
             }
             if shard.first_sample != next || shard.samples == 0 || shard.kept > shard.samples {
-                return refuse(format!("shard {place} begins at sample {}, expected {next}", shard.first_sample));
+                return refuse(format!("shard {number} begins at sample {}, expected {next}", shard.first_sample));
             }
             let Some(end) = shard.first_sample.checked_add(shard.samples) else {
-                return refuse(format!("shard {place} has {} samples", shard.samples));
+                return refuse(format!("shard {number} has {} samples", shard.samples));
             };
             next = end;
         }

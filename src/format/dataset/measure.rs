@@ -36,9 +36,9 @@ fn surface(path: &Path) -> Vec<Point3<f64>> {
     let bytes = fs::read(path).unwrap();
     let mut points = Vec::new();
     for face in bytes[84..].chunks_exact(50) {
-        let number = |place: usize| f32::from_le_bytes(std::array::from_fn(|byte| face[12 + 4 * place + byte]));
+        let number = |index: usize| f32::from_le_bytes(std::array::from_fn(|byte| face[12 + 4 * index + byte]));
         let corner =
-            |place: usize| Point3::from(std::array::from_fn::<f64, 3, _>(|axis| number(3 * place + axis).into()));
+            |index: usize| Point3::from(std::array::from_fn::<f64, 3, _>(|axis| number(3 * index + axis).into()));
         let (a, b, c) = (corner(0), corner(1), corner(2));
         let steps = ((b - a).norm().max((c - a).norm()) / 0.001).ceil().clamp(1.0, 200.0) as u32;
         for i in 0..=steps {
@@ -53,8 +53,8 @@ fn surface(path: &Path) -> Vec<Point3<f64>> {
 
 /// A pair as a camera along +z would make it: nearest point a pixel, solid filled from first to last surface.
 fn pair(points: &[Point3<f64>], sample: SampleId, view: u32) -> (VoxelPair, OccupancyGrid) {
-    let turn = |k: u32, n: u32| f64::from(k) / f64::from(n) * std::f64::consts::TAU;
-    let rotation = rotation_from_rpy(turn(view % 11, 11), turn(view / 11 % 6, 12) - 1.3, turn(view / 66, 11));
+    let angle = |k: u32, n: u32| f64::from(k) / f64::from(n) * std::f64::consts::TAU;
+    let rotation = rotation_from_rpy(angle(view % 11, 11), angle(view / 11 % 6, 12) - 1.3, angle(view / 66, 11));
     let seen: Vec<_> = points.iter().map(|point| rotation * point + Vector3::new(0.0, 0.0, 1.0)).collect();
     let (f, mut nearest) = (554.0, std::collections::BTreeMap::new());
     for point in &seen {

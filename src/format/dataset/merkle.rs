@@ -126,7 +126,7 @@ mod tests {
         let leaves = [Digest::of(b"a"), Digest::of(b"b"), Digest::of(b"c")];
         let root = |order: &[usize]| {
             let mut tree = Tree::default();
-            order.iter().for_each(|place| tree.push(leaves[*place]));
+            order.iter().for_each(|index| tree.push(leaves[*index]));
             tree.root()
         };
         assert_ne!(root(&[0, 1, 2]), root(&[1, 0, 2]));

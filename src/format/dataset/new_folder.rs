@@ -12,12 +12,12 @@ use super::{
     folder::sorted_entries,
 };
 
-/// A folder on its way: filled under a temporary name beside its own, then renamed. It goes when this does, unless it was
+/// A folder in work: filled under a temporary name beside its own, then renamed. It goes when this does, unless it was
 /// published.
 pub struct NewFolder {
     out: PathBuf,
     temporary: PathBuf,
-    /// Locked, which tells a folder on its way from what a killed program left.
+    /// Locked, which distinguishes a folder in work from the leftovers of a killed program.
     _lock: File,
     /// Whether `out` was not there before.
     created: bool,
@@ -55,7 +55,7 @@ impl NewFolder {
         }
         fs::create_dir(&temporary).map_err(DatasetError::io("creating", &temporary))?;
         let lock = File::open(&temporary).map_err(DatasetError::io("opening", &temporary))?;
-        // A file system without locks still works; its leftovers are then taken for folders on their way and stay.
+        // A file system without locks still works; its leftovers are then taken for folders in work and stay.
         let _ = lock.try_lock();
         Ok(Self { out, temporary, _lock: lock, created, published: false })
     }
@@ -83,7 +83,7 @@ impl NewFolder {
 impl Drop for NewFolder {
     fn drop(&mut self) {
         if !self.published {
-            // The first error is the one to tell; what can't be removed bears a temporary name.
+            // The first error is the one to report; what can't be removed bears a temporary name.
             let _ = fs::remove_dir_all(&self.temporary);
             if self.created {
                 let _ = fs::remove_dir(&self.out);

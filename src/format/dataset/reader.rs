@@ -152,7 +152,7 @@ impl DatasetReader {
         if !self.table.kept(index) {
             return Ok(None);
         }
-        let Some((shard, chunk)) = self.place(index)? else { return Ok(None) };
+        let Some((shard, chunk)) = self.chunk_of(index)? else { return Ok(None) };
         let samples = self.samples_of(shard, chunk, |other| other == index)?;
         samples.into_iter().next().map_or_else(
             || Err(invalid(&self.shard(shard)?.path, format!("sample {index} is in the ledger, not in a chunk"))),
@@ -232,7 +232,7 @@ impl DatasetReader {
         Ok(self.shards[shard].get_or_init(|| file))
     }
 
-    fn place(&self, index: SampleIndex) -> Result<Option<(usize, usize)>, DatasetError> {
+    fn chunk_of(&self, index: SampleIndex) -> Result<Option<(usize, usize)>, DatasetError> {
         let Some(shard) = self.manifest.shard_of(index.0) else { return Ok(None) };
         let file = self.shard(shard)?;
         match file.chunk_of(index) {
@@ -379,8 +379,8 @@ impl Shuffle {
             let mut bytes = [0; 8];
             self.0.fill(&mut bytes);
             // Multiply and shift: for fewer than 2^32 items the bias is below 2^-32.
-            let place = (u128::from(u64::from_le_bytes(bytes)) * (last as u128 + 1)) >> 64;
-            items.swap(last, place as usize);
+            let pick = (u128::from(u64::from_le_bytes(bytes)) * (last as u128 + 1)) >> 64;
+            items.swap(last, pick as usize);
         }
     }
 }

@@ -13,15 +13,15 @@ use kernel::{
     words::NumberClass,
 };
 
-/// The channels of each class, sorted by topic as leaves want them: places among the shards' channels.
+/// The channels of each class, sorted by topic as leaves want them: indices among the shards' channels.
 pub(super) struct ClassChannels(BTreeMap<NumberClass, Vec<(&'static str, usize)>>);
 
 impl ClassChannels {
-    /// `main` is there even when no channel is of it, or no shard has told the channels.
+    /// `main` is there even when no channel is of it, or no shard has named the channels.
     pub fn new(channels: &[Channel], main: NumberClass, class_of: impl Fn(Channel) -> NumberClass) -> Self {
         let mut classes = BTreeMap::from([(main, Vec::new())]);
-        for (place, channel) in channels.iter().enumerate() {
-            classes.entry(class_of(*channel)).or_insert_with(Vec::new).push((channel.topic, place));
+        for (index, channel) in channels.iter().enumerate() {
+            classes.entry(class_of(*channel)).or_insert_with(Vec::new).push((channel.topic, index));
         }
         classes.values_mut().for_each(|topics| topics.sort_unstable());
         Self(classes)
@@ -34,7 +34,7 @@ impl ClassChannels {
         }
         let in_order = |topics: &Vec<(&'static str, usize)>| {
             let mut topics = topics.clone();
-            topics.sort_unstable_by_key(|(_, place)| *place);
+            topics.sort_unstable_by_key(|(_, index)| *index);
             topics.into_iter().map(|(topic, _)| topic.to_owned()).collect()
         };
         self.0.iter().map(|(class, topics)| (*class, in_order(topics))).collect()
@@ -73,7 +73,7 @@ impl Leaf {
         };
         let kept = kept.into_iter().flat_map(move |(classes, digests)| {
             classes.iter().map(move |(class, topics)| {
-                let payloads = topics.iter().map(|(topic, place)| (*topic, &digests[*place]));
+                let payloads = topics.iter().map(|(topic, index)| (*topic, &digests[*index]));
                 leaf(Some(*class), merkle::sample_leaf(&row.sample, payloads))
             })
         });
@@ -93,7 +93,7 @@ impl Roots {
     /// Computes the roots over all samples.
     ///
     /// # Errors
-    /// When a sample stands at two places.
+    /// When a sample stands at two indices.
     pub fn new(mut leaves: Vec<Leaf>, channels: &ClassChannels, subjects: &Subjects) -> Result<Self, DatasetError> {
         leaves.sort_unstable();
         let key = |leaf: &Leaf| (leaf.subject, leaf.item, leaf.instance, leaf.camera);

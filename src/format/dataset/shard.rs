@@ -85,7 +85,7 @@ pub struct ShardWriter {
     /// MCAP channel id of each of the header's channels.
     channel_ids: Vec<u16>,
     rows: Vec<LedgerRow>,
-    /// Digests of the sample that is being written, a place per channel.
+    /// Digests of the sample that is being written, an index per channel.
     pending: Vec<Option<Digest>>,
     chunk_bytes: usize,
     chunk_limit: usize,
@@ -153,20 +153,20 @@ impl ShardWriter {
         payload: &[u8],
     ) -> Result<(), DatasetError> {
         self.expect(index)?;
-        let place = self.header.channels.binary_search(&channel);
-        let place = match place {
-            Ok(place) if self.pending[place].is_none() => place,
+        let position = self.header.channels.binary_search(&channel);
+        let position = match position {
+            Ok(position) if self.pending[position].is_none() => position,
             _ => {
                 return Err(self.sequence("each channel of the header once", format!("{} of {sample}", channel.topic)));
             }
         };
         let header = MessageHeader {
-            channel_id: self.channel_ids[place],
+            channel_id: self.channel_ids[position],
             sequence: 0,
             log_time: index.0,
             publish_time: index.0,
         };
-        self.pending[place] = Some(Digest::of(payload));
+        self.pending[position] = Some(Digest::of(payload));
         self.chunk_bytes += payload.len();
         let name = &self.name;
         let writer = self.writer.as_mut().ok_or_else(|| gone(name))?;
@@ -379,7 +379,7 @@ impl Write for HashingFile {
 }
 
 impl Seek for HashingFile {
-    /// Only tells the position: a byte that was hashed is never written again.
+    /// Only reports the position: a byte that was hashed is never written again.
     fn seek(&mut self, target: SeekFrom) -> io::Result<u64> {
         match target {
             SeekFrom::Current(0) => Ok(self.position),

@@ -27,7 +27,7 @@ const FOOTER_BYTES: u64 = 1 + 8 + 8 + 8 + 4 + 8;
 /// Channel id, sequence, log time, publish time.
 pub(crate) const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
 /// No chunk of ours is larger: one that says so is damaged, and must not become an allocation.
-pub(crate) const MOST_CHUNK_BYTES: u64 = 1 << 30;
+pub(crate) const MAX_CHUNK_BYTES: u64 = 1 << 30;
 
 thread_local! {
     /// One context a thread: making it anew costs as much as unpacking half a chunk.
@@ -36,7 +36,7 @@ thread_local! {
 
 /// Where a chunk stands and which samples it holds.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ChunkPlace {
+pub(crate) struct ChunkEntry {
     /// First and last sample index.
     pub samples: (u64, u64),
     offset: u64,
@@ -56,7 +56,7 @@ pub(crate) struct StoredMessage {
 pub(crate) struct ShardFile {
     pub path: PathBuf,
     /// In order of their samples; chunks without messages left out.
-    pub chunks: Vec<ChunkPlace>,
+    pub chunks: Vec<ChunkEntry>,
     /// Channel of each MCAP channel id.
     channels: Vec<(u16, Channel)>,
     /// The attachments of the ledger, in the order of their names.
@@ -96,10 +96,10 @@ impl ShardFile {
             }
         }
         channels.sort_unstable();
-        let mut chunks: Vec<ChunkPlace> = (chunk_indexes.iter())
+        let mut chunks: Vec<ChunkEntry> = (chunk_indexes.iter())
             // A chunk that holds nothing but schemas has no message index.
             .filter(|chunk| !chunk.message_index_offsets.is_empty())
-            .map(|chunk| ChunkPlace {
+            .map(|chunk| ChunkEntry {
                 samples: (chunk.message_start_time, chunk.message_end_time),
                 offset: chunk.chunk_start_offset,
                 length: chunk.chunk_length,
@@ -154,17 +154,17 @@ impl ShardFile {
 
     /// Which chunk holds a sample; `None` when it is not stored.
     pub fn chunk_of(&self, index: SampleIndex) -> Option<usize> {
-        let place = self.chunks.partition_point(|chunk| chunk.samples.1 < index.0);
-        self.chunks.get(place).is_some_and(|chunk| chunk.samples.0 <= index.0).then_some(place)
+        let chunk = self.chunks.partition_point(|chunk| chunk.samples.1 < index.0);
+        self.chunks.get(chunk).is_some_and(|entry| entry.samples.0 <= index.0).then_some(chunk)
     }
 
     /// The messages of a chunk, in order, after its CRC was checked.
     pub fn read_chunk(&self, chunk: usize) -> Result<Vec<StoredMessage>, DatasetError> {
-        let place = self.chunks[chunk];
-        let record = read_at(&self.path, place.offset, place.length)?;
+        let entry = self.chunks[chunk];
+        let record = read_at(&self.path, entry.offset, entry.length)?;
         self.parse_chunk(&record).map_err(|error| {
-            let (first, last) = place.samples;
-            let at = place.offset;
+            let (first, last) = entry.samples;
+            let at = entry.offset;
             invalid(&self.path, format!("chunk {chunk} at byte {at} with samples {first} to {last}: {error}"))
         })
     }
@@ -179,8 +179,8 @@ impl ShardFile {
             }
             let (header, payload) = body.split_at_checked(MESSAGE_HEADER).ok_or(McapError::UnexpectedEoc)?;
             let (id, sequence) = (u16_at(header, 0), u64_at(header, 2) as u32);
-            let place = self.channels.binary_search_by_key(&id, |(id, _)| *id);
-            let channel = self.channels[place.map_err(|_| McapError::UnknownChannel(sequence, id))?].1;
+            let position = self.channels.binary_search_by_key(&id, |(id, _)| *id);
+            let channel = self.channels[position.map_err(|_| McapError::UnknownChannel(sequence, id))?].1;
             messages.push(StoredMessage { index: SampleIndex(u64_at(header, 6)), channel, payload: payload.to_vec() });
         }
         Ok(messages)
@@ -209,7 +209,7 @@ pub(crate) fn unpack(record: &[u8]) -> Result<Vec<u8>, McapError> {
     let Record::Chunk { header, data } = parse(opcode, body)? else {
         return Err(McapError::BadIndex);
     };
-    if header.uncompressed_size > MOST_CHUNK_BYTES {
+    if header.uncompressed_size > MAX_CHUNK_BYTES {
         return Err(McapError::ChunkTooLarge(header.uncompressed_size));
     }
     if header.compression != "zstd" {
@@ -231,12 +231,12 @@ pub(crate) fn unpack(record: &[u8]) -> Result<Vec<u8>, McapError> {
     Ok(unpacked)
 }
 
-fn u16_at(bytes: &[u8], place: usize) -> u16 {
-    u16::from_le_bytes([bytes[place], bytes[place + 1]])
+fn u16_at(bytes: &[u8], offset: usize) -> u16 {
+    u16::from_le_bytes([bytes[offset], bytes[offset + 1]])
 }
 
-fn u64_at(bytes: &[u8], place: usize) -> u64 {
-    u64::from_le_bytes(std::array::from_fn(|byte| bytes[place + byte]))
+fn u64_at(bytes: &[u8], offset: usize) -> u64 {
+    u64::from_le_bytes(std::array::from_fn(|byte| bytes[offset + byte]))
 }
 
 /// The records of a run of MCAP records: opcode and body; a length that does not fit ends with an error.
@@ -262,7 +262,7 @@ pub(crate) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8
     })
 }
 
-/// Parses a record once the lengths inside it fit it: the library takes memory for a text before it looks whether the text is
+/// Parses a record once the lengths inside it fit it: the library takes memory for a text before it checks whether the text is
 /// there, up to 4 GiB for a length that four bytes say.
 pub(crate) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
     // Bytes before the first length, then what follows: texts (or other runs of bytes) and bytes between them.

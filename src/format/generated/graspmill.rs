@@ -330,13 +330,13 @@ pub struct GraspRun {
     pub min_epsilon: f64,
     /// m
     #[prost(double, tag = "25")]
-    pub most_penetration: f64,
+    pub max_penetration: f64,
     /// m: the pregrasp is so far back along the approach, the hand opened
     #[prost(double, tag = "26")]
     pub stand_off: f64,
     /// m: how far the hand could come along its approach before it closed
     #[prost(double, tag = "27")]
-    pub most_advance: f64,
+    pub max_advance: f64,
     /// best first by energy
     #[prost(message, repeated, tag = "28")]
     pub grasps: ::prost::alloc::vec::Vec<Grasp>,
@@ -703,7 +703,7 @@ pub struct PatchColour {
     #[prost(bytes = "vec", tag = "3")]
     pub rgb: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /reachability/block. The poses of one position: one cell an orientation, C order over roll, pitch, yaw (yaw
+/// Topic /reachability/block. The poses of one position: one cell per orientation, C order over roll, pitch, yaw (yaw
 /// varies fastest) or over direction, roll. SampleId.subject is the robot's digest, SampleId.item the position's cell, C
 /// order over x, y, z.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -713,10 +713,10 @@ pub struct ReachabilityBlock {
     /// of the planning group
     #[prost(uint32, tag = "2")]
     pub joints: u32,
-    /// one byte a cell: 0 no solution, 1 every solution collides, 2 reachable
+    /// one byte per cell: 0 no solution, 1 every solution collides, 2 reachable
     #[prost(bytes = "vec", tag = "3")]
     pub labels: ::prost::alloc::vec::Vec<u8>,
-    /// one byte a cell, how the label is known: 0 by a bound, 1 by the ends of intervals,
+    /// one byte per cell, how the label is known: 0 by a bound, 1 by the ends of intervals,
     #[prost(bytes = "vec", tag = "4")]
     pub proofs: ::prost::alloc::vec::Vec<u8>,
     /// 2 by a certificate over a swept interval, 3 searched only, 4 by a witness (label 2)
@@ -780,12 +780,12 @@ pub struct ReachabilityField {
     /// as in ReachabilityBlock
     #[prost(bytes = "vec", tag = "11")]
     pub labels: ::prost::alloc::vec::Vec<u8>,
-    /// f32 little-endian, one a cell
+    /// f32 little-endian, one per cell
     #[prost(bytes = "vec", tag = "12")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
 }
 /// Topic /completion/touch_rays, probes are rays; another kind of touch is another topic. Where the object was touched, in
-/// camera axes: one row a contact, in the order of the probes. Fields from 12 on are left for what hands feel besides.
+/// camera axes: one row per contact, in the order of the probes. Fields from 12 on are left for what hands feel besides.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct TactileContacts {
     #[prost(message, optional, tag = "1")]
@@ -808,7 +808,7 @@ pub struct TactileContacts {
     /// (contacts) f32 little-endian, m: how far the probe came from its start
     #[prost(bytes = "vec", tag = "7")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
-    /// one byte a contact: 1 where nothing stands between it and the camera, else 0
+    /// one byte per contact: 1 where nothing stands between it and the camera, else 0
     #[prost(bytes = "vec", tag = "8")]
     pub visible: ::prost::alloc::vec::Vec<u8>,
     /// cell of the pair's grid of each contact, (x * n + y) * n + z; n^3: outside the grid
@@ -906,7 +906,7 @@ pub struct GraspTrial {
     #[prost(uint32, tag = "12")]
     pub roll_outs_held: u32,
 }
-/// The same grasp under other conditions.
+/// A grasp under perturbed conditions.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PerturbedTrial {
     #[prost(double, tag = "1")]
@@ -923,7 +923,7 @@ pub struct PerturbedTrial {
     #[prost(message, optional, tag = "5")]
     pub outcome: ::core::option::Option<TrialOutcome>,
 }
-/// What one trial came to.
+/// Outcome of one trial.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct TrialOutcome {
     /// 0 held, 1 starts_too_deep, 2 not_touching, 3 one_link, 4 lost_closing, 5 lost_lifting,

@@ -71,7 +71,7 @@ pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> Mesh
         };
         let file = path.display().to_string();
         let reason = "unreadable".to_owned();
-        let refusal = MeshRefusal { file: file.clone(), reason, problem, place: None, remedy: remedy.to_owned() };
+        let refusal = MeshRefusal { file: file.clone(), reason, problem, location: None, remedy: remedy.to_owned() };
         meshes.push(MeshCheckRow { file, record: None, refusal: Some(refusal), duplicate_of: None });
     }
 
@@ -150,8 +150,8 @@ fn write_remarks(f: &mut fmt::Formatter<'_>, row: &MeshCheckRow) -> fmt::Result 
         }
     }
     if let Some(refusal) = &row.refusal {
-        let place = refusal.place.as_ref().map(|place| format!(" ({place})")).unwrap_or_default();
-        remark(f, "problem", &format!("{}{place}", refusal.problem))?;
+        let location = refusal.location.as_ref().map(|location| format!(" ({location})")).unwrap_or_default();
+        remark(f, "problem", &format!("{}{location}", refusal.problem))?;
         remark(f, "remedy", &refusal.remedy)?;
     }
     Ok(())
@@ -205,7 +205,7 @@ mod tests {
         assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
         for part in [
             "  fine\n",
-            "    mended   1 face against its neighbours turned\n",
+            "    mended   1 face against its neighbours reversed\n",
             "    copy     the same triangles as ",
             "    remedy   the file is probably in millimetres: set unit = \"mm\"\n",
             "    problem  no such file\n",

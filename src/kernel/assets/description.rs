@@ -55,7 +55,7 @@ pub struct Description {
     /// The name that it gives itself; MuJoCo's own word for a model without one otherwise.
     pub name: String,
     /// Digest of its text and of all files that it includes or takes meshes, height fields and textures from, in the
-    /// order in which they are named. The place of the files does not count, their names only as they stand in the text.
+    /// order in which they are named. The location of the files does not count, their names only as they stand in the text.
     pub digest: Digest,
 }
 
@@ -131,10 +131,10 @@ impl Walk<'_> {
                 let stripped = file.file_name().filter(|_| self.folders.strip && !is_text).map(Path::new);
                 let named = below.join(stripped.unwrap_or(file));
                 let beside = path.parent().unwrap_or(Path::new("")).join(file);
-                let place = Some(self.main.join(named)).filter(|place| place.exists() || !beside.exists());
-                let place = place.unwrap_or(beside);
-                if self.seen.insert(place.clone()) {
-                    if is_text { self.text(&place, Some(path))? } else { self.bytes(&place, Some(path)).map(drop)? }
+                let file = Some(self.main.join(named)).filter(|file| file.exists() || !beside.exists());
+                let file = file.unwrap_or(beside);
+                if self.seen.insert(file.clone()) {
+                    if is_text { self.text(&file, Some(path))? } else { self.bytes(&file, Some(path)).map(drop)? }
                 }
             }
         }
@@ -194,9 +194,9 @@ fn elements(text: &str) -> Vec<Element<'_>> {
 /// Just behind the `>` that ends a tag; those in quotes are no ends.
 fn end_of_tag(text: &str) -> Option<usize> {
     let mut quote = None;
-    for (place, byte) in text.bytes().enumerate() {
+    for (index, byte) in text.bytes().enumerate() {
         match (quote, byte) {
-            (None, b'>') => return Some(place + 1),
+            (None, b'>') => return Some(index + 1),
             (None, b'"' | b'\'') => quote = Some(byte),
             (Some(open), byte) if open == byte => quote = None,
             _ => {}
@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn a_description_is_named_by_its_text_and_all_files_that_it_names() {
         let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
-        let digest = |place: usize| Description::read(&folders[place].path().join("robot.xml"));
+        let digest = |index: usize| Description::read(&folders[index].path().join("robot.xml"));
         write(folders[0].path(), MAIN, b"a");
         write(folders[1].path(), MAIN, b"a");
         let first = digest(0).unwrap();
@@ -249,7 +249,7 @@ mod tests {
         fs::write(folders[1].path().join("parts/b.stl"), "B").unwrap();
         assert_ne!(digest(1).unwrap(), first, "another mesh of an included file");
         fs::write(folders[1].path().join("parts/b.stl"), "b").unwrap();
-        let hand = |place: usize| Description::of_hand(&folders[place].path().join("robot.xml"));
+        let hand = |index: usize| Description::of_hand(&folders[index].path().join("robot.xml"));
         let error = hand(1).unwrap_err();
         assert!(error.to_string().contains("robot.toml") && error.remedy().contains("docs/hands.md"), "{error}");
         folders.iter().for_each(|folder| fs::write(folder.path().join("robot.toml"), "x = 1").unwrap());

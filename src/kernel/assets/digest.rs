@@ -81,10 +81,10 @@ mod tests {
         let mut other = mesh.clone();
         other.vertices.reverse();
         other.triangles = vec![[0, 2, 1], [2, 3, 1], [0, 1, 3], [3, 2, 0]];
-        let mut turned = mesh.clone();
-        turned.triangles[0].swap(0, 1);
+        let mut flipped = mesh.clone();
+        flipped.triangles[0].swap(0, 1);
         assert_eq!(geometry(&mesh), geometry(&other));
         assert_ne!(object(&mesh), object(&other));
-        assert_ne!(geometry(&mesh), geometry(&turned));
+        assert_ne!(geometry(&mesh), geometry(&flipped));
     }
 }

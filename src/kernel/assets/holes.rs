@@ -1,4 +1,4 @@
-//! Places where a surface is open or touches itself.
+//! Locations where a surface is open or touches itself.
 
 use super::{
     bounds::Bounds,
@@ -39,15 +39,15 @@ pub(super) fn holes(mesh: &TriMesh, edges: &Edges) -> Vec<Hole> {
         (0..edges.partner.len() as u32).filter(|&half| edges.partner[half as usize] == BOUNDARY).collect();
     let mut sets = Sets::new(mesh.vertices.len());
     rim.iter().for_each(|&half| sets.unite(from(faces, half), to(faces, half)));
-    let mut place = vec![u32::MAX; mesh.vertices.len()];
+    let mut hole_of = vec![u32::MAX; mesh.vertices.len()];
     let mut holes: Vec<Hole> = Vec::new();
     for &half in &rim {
-        let place = &mut place[sets.root(from(faces, half)) as usize];
-        if *place == u32::MAX {
-            *place = holes.len() as u32;
+        let number = &mut hole_of[sets.root(from(faces, half)) as usize];
+        if *number == u32::MAX {
+            *number = holes.len() as u32;
             holes.push(Hole { edges: 0, rim: 0.0, bounds: Bounds::EMPTY });
         }
-        let hole = &mut holes[*place as usize];
+        let hole = &mut holes[*number as usize];
         let [a, b] = [from(faces, half), to(faces, half)].map(|vertex| mesh.vertices[vertex as usize]);
         hole.edges += 1;
         hole.rim += libm::sqrt((0..3).map(|axis| f64::from(a[axis]) - f64::from(b[axis])).map(|d| d * d).sum());

@@ -13,15 +13,15 @@ pub(super) fn weld(mesh: TriMesh) -> TriMesh {
 
 /// Drops the vertices that no face uses, keeping the order of the others; returns how many went.
 pub(super) fn drop_unused<P: Copy>(positions: &mut Vec<P>, faces: &mut [[u32; 3]]) -> usize {
-    let mut place = vec![0u32; positions.len()];
+    let mut index_of = vec![0u32; positions.len()];
     for &vertex in faces.iter().flatten() {
-        place[vertex as usize] = 1;
+        index_of[vertex as usize] = 1;
     }
     let before = positions.len();
     let mut kept = 0;
     for vertex in 0..before {
-        if place[vertex] == 1 {
-            place[vertex] = kept as u32;
+        if index_of[vertex] == 1 {
+            index_of[vertex] = kept as u32;
             positions[kept] = positions[vertex];
             kept += 1;
         }
@@ -29,7 +29,7 @@ pub(super) fn drop_unused<P: Copy>(positions: &mut Vec<P>, faces: &mut [[u32; 3]
     if kept < before {
         positions.truncate(kept);
         for vertex in faces.iter_mut().flatten() {
-            *vertex = place[*vertex as usize];
+            *vertex = index_of[*vertex as usize];
         }
     }
     before - kept
@@ -160,11 +160,11 @@ pub(super) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
     let groups: Vec<&[u32]> =
         faces.chunk_by(|&a, &b| corners(a) == corners(b)).filter(|group| group.len() > 1).collect();
 
-    let turns_up = |face: u32| {
+    let faces_up = |face: u32| {
         let [a, b, c] = mesh.triangles[face as usize];
         (a < b) as u8 + (b < c) as u8 + (c < a) as u8 == 2
     };
-    let is_balanced = |group: &[u32]| 2 * group.iter().filter(|&&face| turns_up(face)).count() == group.len();
+    let is_balanced = |group: &[u32]| 2 * group.iter().filter(|&&face| faces_up(face)).count() == group.len();
     let body = bodies(mesh);
     let mut single = vec![false; mesh.vertices.len()];
     let mut balanced = vec![false; mesh.triangles.len()];
@@ -178,7 +178,7 @@ pub(super) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
     let (mut gone, mut sheets, mut lost_area) = (Vec::new(), 0, 0.0);
     for group in groups {
         let is_sheet = !single[body[mesh.triangles[group[0] as usize][0] as usize] as usize];
-        let up = group.iter().filter(|&&face| turns_up(face)).count();
+        let up = group.iter().filter(|&&face| faces_up(face)).count();
         let keep = if is_sheet {
             sheets += group.len() as u32 - 1;
             Some(group[0])
@@ -186,7 +186,7 @@ pub(super) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
             lost_area += area(mesh, group[0]);
             None
         } else {
-            group.iter().copied().find(|&face| turns_up(face) == (2 * up > group.len()))
+            group.iter().copied().find(|&face| faces_up(face) == (2 * up > group.len()))
         };
         gone.extend(group.iter().copied().filter(|&face| Some(face) != keep));
     }

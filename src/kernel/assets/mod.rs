@@ -1,7 +1,8 @@
 //! Object meshes: find, read, make, check, repair, hash.
 //!
-//! [`prepare`] is the one way in: a [`MeshSource`] becomes a [`PreparedMesh`] or a [`MeshRefusal`] with file, place and
-//! remedy. [`read_triangles`] reads a part of a robot as its file has it. [`list_folder`] finds files, [`built_in_names`] names shapes that need none.
+//! [`prepare`] is the only entry: a [`MeshSource`] becomes a [`PreparedMesh`] or a [`MeshRefusal`] with file, location and
+//! remedy. [`read_triangles`] reads a part of a robot as its file has it. [`list_folder`] finds files, [`built_in_names`] names
+//! shapes that need none.
 
 mod bounds;
 mod built_in;

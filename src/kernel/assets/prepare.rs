@@ -1,7 +1,7 @@
 //! From a file or a built-in shape to a mesh that every room can trust.
 //!
 //! In this order: read, drop unused vertices, scale, merge equal positions, drop faces without area, settle faces on the
-//! same three vertices, turn faces and shells, check. Nothing is moved, simplified or filled. The bytes of the result depend
+//! same three vertices, orient faces and shells, check. Nothing is moved, simplified or filled. The bytes of the result depend
 //! on the file's content, the scale rule and this code alone.
 
 use nalgebra::{Matrix3, Vector3};
@@ -19,8 +19,8 @@ use crate::{geom::TriMesh, ids::Digest};
 /// Reads or makes a mesh, scales it to metres, checks, repairs and hashes it.
 ///
 /// # Errors
-/// Says the file, the place and the remedy when the mesh cannot be read, is no solid of a plausible size, or is broken in
-/// a way that cannot be mended without guessing.
+/// Says the file, the location and the remedy when the mesh cannot be read, is no solid of a plausible size, or is broken in
+/// a form that cannot be mended without guessing.
 pub fn prepare(source: &MeshSource) -> Result<PreparedMesh, MeshRefusal> {
     match &source.origin {
         MeshOrigin::File(path) => {
@@ -115,8 +115,8 @@ fn drop_unused(raw: &mut RawMesh) -> Result<usize, Refuse> {
     if !raw.not_finite.is_empty() {
         let mut used = vec![false; raw.positions.len()];
         raw.faces.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
-        if let Some((vertex, place)) = raw.not_finite.iter().find(|(vertex, _)| used[*vertex as usize]) {
-            return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(place));
+        if let Some((vertex, location)) = raw.not_finite.iter().find(|(vertex, _)| used[*vertex as usize]) {
+            return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(location));
         }
     }
     Ok(mend::drop_unused(&mut raw.positions, &mut raw.faces))
@@ -207,8 +207,8 @@ fn check_volume(mesh: &TriMesh, shells: &Shells) -> Result<(), Refuse> {
         let problem = format!("an open sheet: {:.0} % of its area faces one way", 100.0 * shells.openness);
         return Err(Refuse::new("open_sheet", problem, remedy));
     }
-    let least = if is_closed { 1e-7 * side * side * side } else { 1e-3 * shells.area * libm::sqrt(shells.area) };
-    if libm::fabs(shells.volume) < least {
+    let min = if is_closed { 1e-7 * side * side * side } else { 1e-3 * shells.area * libm::sqrt(shells.area) };
+    if libm::fabs(shells.volume) < min {
         let problem = format!(
             "encloses no volume: {:.1} mm3 under {:.0} mm2 of surface in {} pieces",
             1e9 * shells.volume,
@@ -305,13 +305,13 @@ fn warn_of_topology(
 ) {
     let holes = holes::holes(mesh, edges);
     if !holes.is_empty() {
-        let places = holes.iter().take(3).map(|hole| {
+        let locations = holes.iter().take(3).map(|hole| {
             let [x, y, z] = hole.centre();
             format!("{} edges, {} wide at ({x:.4}, {y:.4}, {z:.4})", hole.edges, length(hole.width()))
         });
-        let places = places.collect::<Vec<_>>().join("; ");
+        let locations = locations.collect::<Vec<_>>().join("; ");
         let rest = if holes.len() > 3 { "; ..." } else { "" };
-        warnings.push(format!("{}: {places}{rest}", plural(holes.len(), "hole")));
+        warnings.push(format!("{}: {locations}{rest}", plural(holes.len(), "hole")));
     }
     if !edges.crowded.is_empty() {
         warnings.push(format!("{} shared by three faces or more", plural(edges.crowded.len(), "edge")));

@@ -9,13 +9,13 @@ use super::MeshRefusal;
 pub(super) struct Refuse {
     reason: &'static str,
     problem: String,
-    place: Option<String>,
+    location: Option<String>,
     remedy: String,
 }
 
 impl Refuse {
     pub(super) fn new(reason: &'static str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { reason, problem: problem.into(), place: None, remedy: remedy.into() }
+        Self { reason, problem: problem.into(), location: None, remedy: remedy.into() }
     }
 
     /// A coordinate that is NaN or infinite.
@@ -24,9 +24,9 @@ impl Refuse {
         Self::new("not_finite", format!("the position ({x}, {y}, {z}) is not finite"), remedy)
     }
 
-    /// Adds the place in the file.
-    pub(super) fn at(self, place: impl Into<String>) -> Self {
-        Self { place: Some(place.into()), ..self }
+    /// Adds the location in the file.
+    pub(super) fn at(self, location: impl Into<String>) -> Self {
+        Self { location: Some(location.into()), ..self }
     }
 
     /// Adds the file or the built-in name.
@@ -35,7 +35,7 @@ impl Refuse {
             file: file.to_string(),
             reason: self.reason.to_owned(),
             problem: self.problem,
-            place: self.place,
+            location: self.location,
             remedy: self.remedy,
         }
     }

@@ -1,12 +1,12 @@
-//! Shells: pieces of surface connected across edges, which way they turn and how they lie in one another.
+//! Shells: pieces of surface connected across edges, their orientation and how they lie in one another.
 //!
 //! Repairs, and what is left as it is:
-//! - Inside a shell, faces that disagree with their neighbours are turned to the majority.
-//! - A closed shell that lies in no other one must enclose a positive volume. If it does not, it is turned, **together with
+//! - Inside a shell, faces that disagree with their neighbours are reversed to agree with the majority.
+//! - A closed shell that lies in no other one must enclose a positive volume. If it does not, it is reversed, **together with
 //!   every shell inside it**: so a mesh that is inside out as a whole comes right, cavities and all, and a shell inside another
-//!   keeps its meaning: wound against its container it is a cavity, wound the same way it is a solid inside a solid.
+//!   keeps its meaning: wound against its container it is a cavity, wound alike it is a solid inside a solid.
 //!   A cavity is never "mended" into a solid.
-//! - Open shells cannot be judged one by one (the inner wall of a cup looks inside out on its own), so they turn together
+//! - Open shells cannot be judged one by one (the inner wall of a cup looks inside out on its own), so they are reversed together
 //!   or not at all, by the sign of the volume under all of them.
 
 use nalgebra::{Point3, Vector3};
@@ -35,14 +35,14 @@ pub(super) struct Shell {
     bounds: Bounds,
 }
 
-/// The shells of a mesh, all faces turned as they should be.
+/// The shells of a mesh, all faces oriented.
 pub(super) struct Shells {
     pub(super) shells: Vec<Shell>,
     /// Shell of each face.
     pub(super) of_face: Vec<u32>,
-    /// Faces turned because they disagreed with their neighbours.
+    /// Faces reversed because they disagreed with their neighbours.
     pub(super) flipped: u32,
-    /// Faces turned with their whole shell.
+    /// Faces reversed with their whole shell.
     pub(super) inside_out: u32,
     /// A shell has no consistent winding (a Moebius strip).
     pub(super) mixed: bool,
@@ -60,21 +60,21 @@ pub(super) struct Shells {
     pub(super) openness: f64,
 }
 
-/// Finds the shells and turns the faces of `mesh`.
+/// Finds the shells and orients the faces of `mesh`.
 pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
-    let (of_face, turned, mixed) = flood(&mesh.triangles, edges);
-    let flipped = turned.iter().filter(|&&turned| turned).count() as u32;
+    let (of_face, reversed, mixed) = flood(&mesh.triangles, edges);
+    let flipped = reversed.iter().filter(|&&reversed| reversed).count() as u32;
     if flipped > 0 {
-        turn(&mut mesh.triangles, |face| turned[face]);
+        reverse(&mut mesh.triangles, |face| reversed[face]);
     }
 
     let mut shells = measure(mesh, &of_face);
-    find_open(&mesh.triangles, edges, &of_face, &turned, &mut shells);
+    find_open(&mesh.triangles, edges, &of_face, &reversed, &mut shells);
     let container = containers(mesh, &of_face, &shells);
     let signs = judge(&shells, &container.of_shell);
     let inside_out = shells.iter().zip(&signs).filter(|&(_, &sign)| sign < 0.0).map(|(shell, _)| shell.faces).sum();
     if inside_out > 0 {
-        turn(&mut mesh.triangles, |face| signs[of_face[face] as usize] < 0.0);
+        reverse(&mut mesh.triangles, |face| signs[of_face[face] as usize] < 0.0);
     }
     for (shell, &sign) in shells.iter_mut().zip(&signs) {
         shell.volume *= sign;
@@ -102,11 +102,11 @@ pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
     }
 }
 
-/// Labels the shells, and finds the faces to turn so that neighbours agree; `true` when that is impossible somewhere.
+/// Labels the shells, and finds the faces to reverse so that neighbours agree; `true` when that is impossible somewhere.
 fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, bool) {
     const NONE: u32 = u32::MAX;
     let mut of_face = vec![NONE; faces.len()];
-    let mut turned = vec![false; faces.len()];
+    let mut reversed = vec![false; faces.len()];
     let (mut stack, mut members) = (Vec::new(), Vec::new());
     let (mut shell, mut mixed) = (0, false);
     for seed in 0..faces.len() {
@@ -120,7 +120,7 @@ fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, bool) {
         while let Some(face) = stack.pop() {
             if edges.same_direction > 0 {
                 members.push(face);
-                flips += usize::from(turned[face as usize]);
+                flips += usize::from(reversed[face as usize]);
             }
             for half in 3 * face..3 * face + 3 {
                 let other = edges.partner[half as usize];
@@ -129,25 +129,25 @@ fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, bool) {
                 }
                 let neighbour = other as usize / 3;
                 let disagrees = edges.same_direction > 0 && from(faces, half) == from(faces, other);
-                let wanted = turned[face as usize] ^ disagrees;
+                let wanted = reversed[face as usize] ^ disagrees;
                 if of_face[neighbour] == NONE {
                     of_face[neighbour] = shell;
-                    turned[neighbour] = wanted;
+                    reversed[neighbour] = wanted;
                     stack.push(neighbour as u32);
                 } else {
-                    mixed |= turned[neighbour] != wanted;
+                    mixed |= reversed[neighbour] != wanted;
                 }
             }
         }
         if 2 * flips > members.len() {
-            members.iter().for_each(|&face| turned[face as usize] ^= true);
+            members.iter().for_each(|&face| reversed[face as usize] ^= true);
         }
         shell += 1;
     }
-    (of_face, turned, mixed)
+    (of_face, reversed, mixed)
 }
 
-fn turn(faces: &mut [[u32; 3]], chosen: impl Fn(usize) -> bool) {
+fn reverse(faces: &mut [[u32; 3]], chosen: impl Fn(usize) -> bool) {
     for (index, face) in faces.iter_mut().enumerate() {
         if chosen(index) {
             face.swap(1, 2);
@@ -191,8 +191,8 @@ fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
     shells
 }
 
-/// Marks the shells that have an open edge. `edges` were found before the faces in `turned` were turned.
-fn find_open(faces: &[[u32; 3]], edges: &Edges, of_face: &[u32], turned: &[bool], shells: &mut [Shell]) {
+/// Marks the shells that have an open edge. `edges` were found before the faces in `reversed` were reversed.
+fn find_open(faces: &[[u32; 3]], edges: &Edges, of_face: &[u32], reversed: &[bool], shells: &mut [Shell]) {
     if edges.boundary > 0 {
         for (half, &partner) in edges.partner.iter().enumerate() {
             if partner == BOUNDARY {
@@ -205,7 +205,7 @@ fn find_open(faces: &[[u32; 3]], edges: &Edges, of_face: &[u32], turned: &[bool]
         for &half in crowd {
             let (face, k) = (half as usize / 3, half as usize % 3);
             // Turning a face swaps its corners 1 and 2.
-            let k = if turned[face] { 2 - k } else { k };
+            let k = if reversed[face] { 2 - k } else { k };
             let step = if faces[face][k] < faces[face][NEXT[k]] { 1 } else { -1 };
             match balance.iter_mut().find(|entry| entry.0 == of_face[face]) {
                 Some(entry) => entry.1 += step,
@@ -218,19 +218,19 @@ fn find_open(faces: &[[u32; 3]], edges: &Edges, of_face: &[u32], turned: &[bool]
     }
 }
 
-/// +1 for the shells that stay, -1 for those that turn.
+/// +1 for the shells that stay, -1 for those that are reversed.
 fn judge(shells: &[Shell], container: &[Option<u32>]) -> Vec<f64> {
     let open = volume_of(shells, |shell| !shell.closed);
     let open_area: f64 = shells.iter().filter(|shell| !shell.closed).map(|shell| shell.area).sum();
     // A thousandth of the scale that the area sets: less is no evidence.
-    let turn_open = open < -1e-3 * open_area * libm::sqrt(open_area);
+    let reverse_open = open < -1e-3 * open_area * libm::sqrt(open_area);
     (0..shells.len())
         .map(|mut shell| {
             while let Some(outer) = container[shell] {
                 shell = outer as usize;
             }
-            let turns = if shells[shell].closed { shells[shell].volume < 0.0 } else { turn_open };
-            if turns { -1.0 } else { 1.0 }
+            let reverses = if shells[shell].closed { shells[shell].volume < 0.0 } else { reverse_open };
+            if reverses { -1.0 } else { 1.0 }
         })
         .collect()
 }
@@ -257,7 +257,7 @@ struct Containers {
 /// Face tests that finding the containers may cost; a crowd of parts beyond it counts as overlapping.
 const CONTAINER_BUDGET: u64 = 200_000_000;
 /// More closed shells than this are not compared with one another.
-const MOST_SHELLS: usize = 4096;
+const MAX_SHELLS: usize = 4096;
 
 /// Which closed shell lies in which: boxes first, then crossings of a ray from a few of its vertices.
 fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
@@ -266,7 +266,7 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
     if closed.len() < 2 {
         return found;
     }
-    if closed.len() > MOST_SHELLS {
+    if closed.len() > MAX_SHELLS {
         found.may_overlap = true;
         return found;
     }

@@ -110,7 +110,7 @@ pub struct AssetRecord {
     pub euler: i64,
     /// Every edge has exactly two faces, in opposite directions.
     pub watertight: bool,
-    /// Which way the faces turn, after repair.
+    /// Orientation of the faces, after repair.
     pub winding: Winding,
     /// Enclosed volume [m^3]; meaningful when watertight.
     pub volume: f64,
@@ -134,7 +134,7 @@ pub struct AssetRecord {
     pub group: Option<String>,
 }
 
-/// Which way faces turn.
+/// Orientation of the faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Winding {
@@ -168,14 +168,14 @@ pub enum Repair {
         /// Faces dropped.
         count: u32,
     },
-    /// All faces of a body that was inside out turned.
+    /// All faces of a body that was inside out, reversed.
     InsideOut {
-        /// Faces turned.
+        /// Faces reversed.
         count: u32,
     },
-    /// Faces that disagreed with their neighbours turned.
+    /// Faces that disagreed with their neighbours, reversed.
     FlippedFaces {
-        /// Faces turned.
+        /// Faces reversed.
         count: u32,
     },
     /// Vertices that no face uses dropped.
@@ -196,8 +196,8 @@ impl fmt::Display for Repair {
         let (count, one, what) = match *self {
             Self::DuplicateFaces { count } => (count, "face on the same vertices", "dropped"),
             Self::ZeroAreaFaces { count } => (count, "face without area", "dropped"),
-            Self::InsideOut { count } => (count, "face inside out", "turned"),
-            Self::FlippedFaces { count } => (count, "face against its neighbours", "turned"),
+            Self::InsideOut { count } => (count, "face inside out", "reversed"),
+            Self::FlippedFaces { count } => (count, "face against its neighbours", "reversed"),
             Self::UnusedVertices { count } => (count, "unused vertex", "dropped"),
             Self::TwoSidedShell { count } => (count, "face of a second sheet", "dropped"),
         };
@@ -210,9 +210,9 @@ impl fmt::Display for Repair {
     }
 }
 
-/// A mesh that cannot be used: the file, the place and the remedy.
+/// A mesh that cannot be used: the file, the location and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-#[error("{file}: {problem}{}; {remedy}", place.as_ref().map(|place| format!(" ({place})")).unwrap_or_default())]
+#[error("{file}: {problem}{}; {remedy}", location.as_ref().map(|location| format!(" ({location})")).unwrap_or_default())]
 pub struct MeshRefusal {
     /// File or built-in name.
     pub file: String,
@@ -221,7 +221,7 @@ pub struct MeshRefusal {
     /// Problem, with numbers.
     pub problem: String,
     /// Where in the file: byte, line, face or vertex.
-    pub place: Option<String>,
+    pub location: Option<String>,
     /// Remedy for the problem.
     pub remedy: String,
 }

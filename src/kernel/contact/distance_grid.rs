@@ -24,8 +24,8 @@ pub struct DistanceGrid {
     bounds: Aabb,
 }
 
-/// Distances up to this are exact [m]: beyond it, in the middle of a ball above all, the search for the nearest of many triangles
-/// that are equally near costs most.
+/// Distances up to this are exact [m]: beyond it, in the middle of a ball above all, the search for the nearest of many
+/// triangles that are equally near costs most.
 const EXACT: f64 = 0.016;
 
 /// Bound on the rounding error of distances stored as f32 [m]: they stay below a few metres.
@@ -39,7 +39,7 @@ impl DistanceGrid {
         let counts = bounds.extents().map(|side| ((side + 2.0 * margin) / cell).ceil() as usize + 1);
         let mut values = Vec::with_capacity(counts.iter().product());
         let at = |[x, y, z]: [usize; 3]| origin + Vector3::new(x as f64, y as f64, z as f64) * cell;
-        // Each point is told the nearest triangle of one beside it: the search has little left to do.
+        // Each point starts from the nearest triangle of a neighbour: the search has little left to do.
         let mut column: Option<Closest> = None;
         for x in 0..counts[0] {
             for y in 0..counts[1] {
@@ -66,7 +66,7 @@ impl DistanceGrid {
     /// A lower bound of the signed distance from the surface to a point in `Object` [m].
     pub fn at_least(&self, point: &Point3<f64>) -> f64 {
         let along = (point - self.origin) / self.cell;
-        let mut place = [0; 3];
+        let mut indices = [0; 3];
         let mut apart = 0.0;
         for axis in 0..3 {
             let nearest = along[axis].round();
@@ -75,10 +75,10 @@ impl DistanceGrid {
                 let nearest = point.coords.sup(&self.bounds.min.coords).inf(&self.bounds.max.coords);
                 return (point.coords - nearest).norm();
             }
-            place[axis] = nearest as usize;
+            indices[axis] = nearest as usize;
             apart += (along[axis] - nearest).powi(2);
         }
-        let [x, y, z] = place;
+        let [x, y, z] = indices;
         let value = f64::from(self.values[(x * self.counts[1] + y) * self.counts[2] + z]);
         value - self.cell * apart.sqrt() - ROUNDING
     }
@@ -94,9 +94,9 @@ impl DistanceGrid {
         }
         let part = along - low;
         let first = (low.x as usize * self.counts[1] + low.y as usize) * self.counts[2] + low.z as usize;
-        let value = |place: usize| f64::from(self.values[place]);
-        let row = |place: usize| value(place) * (1.0 - part.z) + value(place + 1) * part.z;
-        let sheet = |place: usize| row(place) * (1.0 - part.y) + row(place + self.counts[2]) * part.y;
+        let value = |index: usize| f64::from(self.values[index]);
+        let row = |index: usize| value(index) * (1.0 - part.z) + value(index + 1) * part.z;
+        let sheet = |index: usize| row(index) * (1.0 - part.y) + row(index + self.counts[2]) * part.y;
         sheet(first) * (1.0 - part.x) + sheet(first + self.counts[1] * self.counts[2]) * part.x
     }
 

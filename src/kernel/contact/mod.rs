@@ -1,6 +1,6 @@
 //! Where solids touch a true mesh: not its convex hull, and not a decomposition.
 //!
-//! A [`ContactSurface`] is a mesh prepared for it. A [`DistanceGrid`] of signed distances tells which parts of a solid may be
+//! A [`ContactSurface`] is a mesh prepared for it. A [`DistanceGrid`] of signed distances says which parts of a solid may be
 //! near the surface; what it leaves is decided by exact closest points. A solid is taken as a core with a thickness (a
 //! capsule as its axis, a box as one that is a little smaller: its edges are rounded), so that the core of one that presses in
 //! stays outside and the direction from the surface to it is well defined.

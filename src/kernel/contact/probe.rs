@@ -8,7 +8,7 @@ use crate::geom::Shape;
 /// outside of what the solid touches.
 pub const EDGE_RADIUS: f64 = 0.001;
 
-/// A solid whose contacts are looked for, in its own frame: all points within `thickness` of a core.
+/// A solid whose contacts are searched, in its own frame: all points within `thickness` of a core.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
     /// Half the sides of the core's box [m].
@@ -27,7 +27,7 @@ impl Probe {
             Shape::Sphere { radius } => Self { half: [0.0; 3], round: false, thickness: *radius },
             Shape::Capsule { radius, half } => Self { half: [0.0, 0.0, *half], round: false, thickness: *radius },
             Shape::Box { half } => {
-                let thickness = half.iter().fold(EDGE_RADIUS, |least, side| least.min(side / 2.0));
+                let thickness = half.iter().fold(EDGE_RADIUS, |min, side| min.min(side / 2.0));
                 Self { half: half.map(|side| side - thickness), round: false, thickness }
             }
             Shape::Cylinder { radius, half } => {
@@ -39,7 +39,7 @@ impl Probe {
         })
     }
 
-    /// From the origin of its frame to its farthest place at most [m].
+    /// From the origin of its frame to its farthest point at most [m].
     pub fn radius(&self) -> f64 {
         self.core_radius() + self.thickness
     }
@@ -50,7 +50,7 @@ impl Probe {
     }
 
     /// Most contacts that it is given: as MuJoCo has room for a pair of geoms.
-    pub fn most_contacts(&self) -> usize {
+    pub fn max_contacts(&self) -> usize {
         match self.half.iter().filter(|side| **side > 0.0).count() {
             0 => 1,
             1 => 2,

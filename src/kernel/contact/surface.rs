@@ -18,22 +18,22 @@ use crate::{
 const CELLS: u32 = 64;
 /// Margin of the distance grid around the mesh's box [m].
 const MARGIN: f64 = 0.012;
-/// A core is cut into pieces no longer than this [m]; each is a place where a contact may be.
+/// A core is cut into pieces no longer than this [m]; each is a point where a contact may be.
 const PIECE: f64 = 0.004;
 /// Contacts of one solid are at least so far apart [m], unless they press in different directions.
 const SEPARATION: f64 = 0.008;
-/// From a piece to its closest place: projections onto the surface and back onto the core, at most.
+/// From a piece to its closest point: projections onto the surface and back onto the core, at most.
 const PROJECTIONS: usize = 24;
 /// Least decrease of the distance per step [m]: a step that gains less ends the iteration.
 const NEARER: f64 = 1e-8;
-/// The surface's triangles are gathered for so much around a place [m], once it moves by less than this share of it at a time.
+/// The surface's triangles are gathered for so much around a point [m], once it moves by less than this share of it at a time.
 const NEARBY: f64 = 2e-4;
 const SLOW: f64 = 0.1;
 /// Distances below which directions are lost [m].
 const SETTLED: f64 = 1e-7;
 /// Distance between two contacts that counts as much as an angle of 60 degrees between their normals [m].
-const TURNED: f64 = 0.05;
-/// Cosine of the least angle between the directions in which one place of a core is pressed.
+const NORMAL_WEIGHT: f64 = 0.05;
+/// Cosine of the smallest angle between the directions in which one point of a core is pressed.
 const OTHER_WALL: f64 = 0.8;
 
 /// A mesh's surface with what makes contacts cheap; built once per object, shared by threads. Of class `exact`.
@@ -46,11 +46,11 @@ pub struct ContactSurface {
 /// Where a solid touches the surface, in `Object`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceContact {
-    /// The place of the solid's surface that touches [m].
+    /// The point of the solid's surface that touches [m].
     pub point: Point3<f64>,
     /// Out of the mesh.
     pub normal: Unit<Vector3<f64>>,
-    /// From the mesh to that place [m], exact: negative where it lies inside.
+    /// From the mesh to that point [m], exact: negative where it lies inside.
     pub distance: f64,
 }
 
@@ -59,9 +59,9 @@ pub struct SurfaceContact {
 pub struct ContactScratch {
     waiting: Vec<Piece>,
     seeds: Vec<Seed>,
-    /// Balls around places of the core in which nothing touches: of those the distance is known.
+    /// Balls around points of the core in which nothing touches: of those the distance is known.
     free: Vec<(Point3<f64>, f64)>,
-    places: Vec<Place>,
+    minima: Vec<Minimum>,
 }
 
 /// A box of the core's frame.
@@ -73,7 +73,7 @@ struct Piece {
 
 /// A piece of the core near which the surface may be, in the probe's frame.
 struct Seed {
-    place: Point3<f64>,
+    point: Point3<f64>,
     /// Distance that the piece reaches from there [m].
     reach: f64,
     /// Lower bound of its signed distance, and about how much that is [m].
@@ -81,15 +81,15 @@ struct Seed {
     about: f64,
 }
 
-/// A place of a core that is nearer to the surface than those around it.
-pub(super) struct Place {
+/// A point of a core that is nearer to the surface than those around it.
+pub(super) struct Minimum {
     /// In the probe's frame.
     core: Point3<f64>,
     pair: Pair,
 }
 
-impl Place {
-    /// Whether another place of the core is so near that it counts as this one.
+impl Minimum {
+    /// Whether another point of the core is so near that it counts as this one.
     fn is_near(&self, other: &Point3<f64>) -> bool {
         (self.core - other).norm_squared() < SEPARATION * SEPARATION
     }
@@ -98,7 +98,7 @@ impl Place {
         &self.pair
     }
 
-    /// Whether two places are so near to each other that they count as one.
+    /// Whether two points are so near to each other that they count as one.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         self.is_near(&other.core)
     }
@@ -208,8 +208,8 @@ impl ContactSurface {
         self.surface.signed_distance(&self.solid, point)
     }
 
-    /// The surface's closest point to a point in `Object`, and the signed distance [m], negative inside; exact. An answer nearby
-    /// makes it faster.
+    /// The surface's closest point to a point in `Object`, and the signed distance [m], negative inside; exact. An answer
+    /// nearby makes it faster.
     pub fn closest(&self, point: &Point3<f64>, hint: Option<&Closest>) -> (Closest, f64) {
         let closest = self.surface.closest_from(point, f64::INFINITY, hint).expect("a mesh has a closest point");
         let distance = closest.distance_squared.sqrt();
@@ -221,9 +221,9 @@ impl ContactSurface {
     /// its outward normal.
     pub fn outward(&self, point: &Point3<f64>) -> (Vector3<f64>, f64) {
         let (closest, distance) = self.closest(point, None);
-        let way =
+        let away =
             if distance.abs() > 1e-6 { (point - closest.point) / distance } else { self.surface.normal(&closest) };
-        (way, distance)
+        (away, distance)
     }
 
     /// The surface point that `share` (0 to 1) of the area comes before and that stands at (u, v), both in 0 to 1, of its
@@ -234,24 +234,24 @@ impl ContactSurface {
 
     /// A lower bound of the distance from the surface to a solid placed in `Object` [m]; below 0 where they may overlap.
     pub fn clearance_at_least(&self, probe: &Probe, object_from_probe: &IsometryMatrix3<f64>) -> f64 {
-        let mut least = f64::INFINITY;
+        let mut min = f64::INFINITY;
         let mut waiting = vec![Piece::whole(probe)];
         while let Some(piece) = waiting.pop() {
             let centre = object_from_probe * Point3::from(piece.centre);
             let bound = self.distances.at_least(&centre) - piece.half.norm() - probe.thickness;
-            if bound >= least {
+            if bound >= min {
                 continue;
             }
             match piece.halves() {
                 Some(halves) => waiting.extend(halves),
-                None => least = bound,
+                None => min = bound,
             }
         }
-        least
+        min
     }
 
-    /// Where a solid placed in `Object` is nearer to the surface than `margin` [m]: the nearest place and the most
-    /// unlike of the others, at most [`Probe::most_contacts`], the nearest first.
+    /// Where a solid placed in `Object` is nearer to the surface than `margin` [m]: the nearest point and the most
+    /// unlike of the others, at most [`Probe::max_contacts`], the nearest first.
     pub fn contacts(
         &self,
         probe: &Probe,
@@ -261,14 +261,14 @@ impl ContactSurface {
         out: &mut Vec<SurfaceContact>,
     ) {
         out.clear();
-        let mut places = std::mem::take(&mut scratch.places);
-        self.search(probe, object_from_probe, margin, scratch, &mut places);
-        let pairs = places.iter().map(|place| &place.pair).enumerate();
+        let mut minima = std::mem::take(&mut scratch.minima);
+        self.search(probe, object_from_probe, margin, scratch, &mut minima);
+        let pairs = minima.iter().map(|minimum| &minimum.pair).enumerate();
         self.list(probe, margin, pairs, |_, point, reach| self.surface.closest(point, reach), out);
-        scratch.places = places;
+        scratch.minima = minima;
     }
 
-    /// All places of a solid's core that stand nearest to the surface among those around them, where the solid is nearer to
+    /// All points of a solid's core that stand nearest to the surface among those around them, where the solid is nearer to
     /// it than `margin` [m]. Every other part of the solid is farther away than what is returned.
     pub(super) fn search(
         &self,
@@ -276,30 +276,30 @@ impl ContactSurface {
         object_from_probe: &IsometryMatrix3<f64>,
         margin: f64,
         scratch: &mut ContactScratch,
-        places: &mut Vec<Place>,
+        minima: &mut Vec<Minimum>,
     ) -> f64 {
         let farther = self.seeds(probe, object_from_probe, margin, scratch);
         let ContactScratch { seeds, free, .. } = scratch;
         free.clear();
-        places.clear();
+        minima.clear();
         let probe_from_object = object_from_probe.inverse();
-        let near = |places: &[Place], place: &Point3<f64>| places.iter().any(|known| known.is_near(place));
-        let most = probe.thickness + margin;
-        for Seed { place, reach, bound, .. } in seeds.iter() {
-            let known = free.iter().any(|(known, radius)| (known - place).norm() + reach < *radius);
-            if known || near(places, place) {
+        let near = |minima: &[Minimum], point: &Point3<f64>| minima.iter().any(|known| known.is_near(point));
+        let max = probe.thickness + margin;
+        for Seed { point, reach, bound, .. } in seeds.iter() {
+            let known = free.iter().any(|(known, radius)| (known - point).norm() + reach < *radius);
+            if known || near(minima, point) {
                 continue;
             }
-            let start = object_from_probe * place;
+            let start = object_from_probe * point;
             // Deep inside, the surface may be out of reach and still matter.
-            let limit = if *bound < 0.0 { f64::INFINITY } else { most + reach };
+            let limit = if *bound < 0.0 { f64::INFINITY } else { max + reach };
             let Some(closest) = self.surface.closest(&start, limit) else { continue };
             let pair = if *bound < 0.0 && self.surface.inside(&self.solid, &start, Some(&closest)) {
                 self.pair_inside(start, closest)
             } else {
                 let distance = closest.distance_squared.sqrt();
-                free.push((*place, distance - most));
-                if distance > most + reach {
+                free.push((*point, distance - max));
+                if distance > max + reach {
                     continue;
                 }
                 self.followed(probe, object_from_probe, &probe_from_object, start, closest, |_, next, closest| {
@@ -307,32 +307,32 @@ impl ContactSurface {
                 })
             };
             let core = probe_from_object * pair.core;
-            if near(places, &core) {
+            if near(minima, &core) {
                 continue;
             }
-            if pair.distance < most {
-                places.push(Place { core, pair });
+            if pair.distance < max {
+                minima.push(Minimum { core, pair });
             } else {
-                free.push((core, pair.distance - most));
+                free.push((core, pair.distance - max));
             }
         }
         farther
     }
 
-    /// Follows a place that a search has found to where it is with the solid placed elsewhere.
+    /// Follows a point that a search has found to where it is with the solid placed elsewhere.
     pub(super) fn follow(
         &self,
         probe: &Probe,
         object_from_probe: &IsometryMatrix3<f64>,
         probe_from_object: &IsometryMatrix3<f64>,
-        place: &mut Place,
+        minimum: &mut Minimum,
         Trail { near, .. }: &mut Trail,
     ) {
-        let start = object_from_probe * place.core;
-        let closest = near.closest(&self.surface, &start, f64::INFINITY, Some(&place.pair.closest));
+        let start = object_from_probe * minimum.core;
+        let closest = near.closest(&self.surface, &start, f64::INFINITY, Some(&minimum.pair.closest));
         let closest = closest.expect("a mesh has a closest point");
         let may_be_inside = self.distances.at_least(&start) < 0.0;
-        place.pair = if may_be_inside && self.surface.inside(&self.solid, &start, Some(&closest)) {
+        minimum.pair = if may_be_inside && self.surface.inside(&self.solid, &start, Some(&closest)) {
             self.pair_inside(start, closest)
         } else {
             self.followed(probe, object_from_probe, probe_from_object, start, closest, |from, next, closest| {
@@ -341,10 +341,10 @@ impl ContactSurface {
                 (!stands).then(|| near.closest(&self.surface, next, f64::INFINITY, Some(closest)))?
             })
         };
-        place.core = probe_from_object * place.pair.core;
+        minimum.core = probe_from_object * minimum.pair.core;
     }
 
-    /// The contacts of pairs that are nearer than `margin`, the nearest first; each with the memory of its place.
+    /// The contacts of pairs that are nearer than `margin`, the nearest first; each with the memory of its point.
     pub(super) fn list_followed<'a>(
         &self,
         probe: &Probe,
@@ -354,11 +354,11 @@ impl ContactSurface {
         out: &mut Vec<SurfaceContact>,
     ) {
         let beyond =
-            |place: usize, point: &Point3<f64>, reach| trails[place].beyond.closest(&self.surface, point, reach, None);
+            |index: usize, point: &Point3<f64>, reach| trails[index].beyond.closest(&self.surface, point, reach, None);
         self.list(probe, margin, pairs, beyond, out);
     }
 
-    /// The contacts of pairs that are nearer than `margin`, the nearest first; `closest` looks for the surface from a place
+    /// The contacts of pairs that are nearer than `margin`, the nearest first; `closest` searches the surface from a point
     /// within a reach.
     fn list<'a>(
         &self,
@@ -368,7 +368,7 @@ impl ContactSurface {
         mut closest: impl FnMut(usize, &Point3<f64>, f64) -> Option<Closest>,
         out: &mut Vec<SurfaceContact>,
     ) {
-        for (place, pair) in pairs {
+        for (index, pair) in pairs {
             let contact = SurfaceContact {
                 point: pair.core - pair.normal * probe.thickness,
                 normal: Unit::new_unchecked(pair.normal),
@@ -376,15 +376,15 @@ impl ContactSurface {
             };
             if contact.distance < margin {
                 out.push(contact);
-                let other = other_wall(probe, pair, |point, reach| closest(place, point, reach));
+                let other = other_wall(probe, pair, |point, reach| closest(index, point, reach));
                 out.extend(other.filter(|other| other.distance < margin));
             }
         }
         out.sort_by(|one, other| one.distance.total_cmp(&other.distance));
-        spread_out(out, probe.most_contacts());
+        spread_out(out, probe.max_contacts());
     }
 
-    /// The places of the core that the distance grid does not rule out, the nearest first; how far the solid is from the
+    /// The points of the core that the distance grid does not rule out, the nearest first; how far the solid is from the
     /// surface elsewhere at least [m].
     fn seeds(
         &self,
@@ -408,11 +408,11 @@ impl ContactSurface {
             match piece.halves() {
                 Some(halves) => waiting.extend(halves),
                 None => {
-                    let place = probe.nearest(&centre);
-                    let seen = object_from_probe * place;
+                    let point = probe.nearest(&centre);
+                    let seen = object_from_probe * point;
                     let (bound, about) = (self.distances.at_least(&seen), self.distances.about(&seen));
                     // Nearest points are nearer to each other than what they are of.
-                    seeds.push(Seed { place, reach: piece.half.norm(), bound, about });
+                    seeds.push(Seed { point, reach: piece.half.norm(), bound, about });
                 }
             }
         }
@@ -420,14 +420,14 @@ impl ContactSurface {
         if seeds.is_empty() { farther } else { farther.min(margin) }
     }
 
-    /// The pair of a place inside the mesh.
+    /// The pair of a point inside the mesh.
     fn pair_inside(&self, core: Point3<f64>, closest: Closest) -> Pair {
         let distance = -closest.distance_squared.sqrt();
         Pair { core, closest, normal: self.away(&core, &closest, distance), distance }
     }
 
-    /// Follows a place of the core, outside of the mesh, to where core and surface are nearest to each other. `look` goes from a
-    /// place of the core with its closest point to the next place.
+    /// Follows a point of the core, outside of the mesh, to where core and surface are nearest to each other. `closest_near`
+    /// goes from a point of the core with its closest point to the next point.
     fn followed(
         &self,
         probe: &Probe,
@@ -435,7 +435,7 @@ impl ContactSurface {
         probe_from_object: &IsometryMatrix3<f64>,
         start: Point3<f64>,
         closest: Closest,
-        mut look: impl FnMut(&Point3<f64>, &Point3<f64>, &Closest) -> Option<Closest>,
+        mut closest_near: impl FnMut(&Point3<f64>, &Point3<f64>, &Closest) -> Option<Closest>,
     ) -> Pair {
         let (mut core, mut closest) = (start, closest);
         // A solid that lies nearly parallel to the surface creeps: as long as it comes nearer it takes longer steps.
@@ -446,8 +446,8 @@ impl ContactSurface {
                 1.0 => next,
                 stretch => object_from_probe * probe.nearest(&(probe_from_object * (core + (next - core) * stretch))),
             };
-            let found = look(&core, &next, &closest);
-            // Where the surface cuts the core there is no way out to be read from it.
+            let found = closest_near(&core, &next, &closest);
+            // Where the surface cuts the core no direction out can be read from it.
             let found = found.filter(|found| found.distance_squared > SETTLED * SETTLED);
             let nearer = found.filter(|found| closest.distance_squared.sqrt() - found.distance_squared.sqrt() > NEARER);
             match nearer {
@@ -463,28 +463,28 @@ impl ContactSurface {
         Pair { core, closest, normal: self.away(&core, &closest, distance), distance }
     }
 
-    /// Direction out of the mesh at the closest point of a place at a signed distance.
-    fn away(&self, place: &Point3<f64>, closest: &Closest, distance: f64) -> Vector3<f64> {
-        if distance.abs() > SETTLED { (place - closest.point) / distance } else { self.surface.normal(closest) }
+    /// Direction out of the mesh at the closest point to a point at a signed distance.
+    fn away(&self, point: &Point3<f64>, closest: &Closest, distance: f64) -> Vector3<f64> {
+        if distance.abs() > SETTLED { (point - closest.point) / distance } else { self.surface.normal(closest) }
     }
 }
 
-/// A ball, or the end of a capsule, may lie in a corner: another part of the surface that the same place of the core is near
-/// to, in another direction. `closest` looks for the surface from a place within a reach.
+/// A ball, or the end of a capsule, may lie in a corner: another part of the surface that the same point of the core is near
+/// to, in another direction. `closest` searches the surface from a point within a reach.
 fn other_wall(
     probe: &Probe,
     pair: &Pair,
     closest: impl FnOnce(&Point3<f64>, f64) -> Option<Closest>,
 ) -> Option<SurfaceContact> {
-    if probe.most_contacts() > 2 || pair.distance <= 0.0 {
+    if probe.max_contacts() > 2 || pair.distance <= 0.0 {
         return None;
     }
     // Seen from farther away from the wall, another one is the nearest.
     let beyond = pair.core + pair.normal * (probe.thickness - pair.distance).abs().max(probe.thickness / 2.0);
     let closest = closest(&beyond, 2.0 * probe.thickness)?;
-    let way = pair.core - closest.point;
-    let distance = way.norm();
-    let normal = way / distance;
+    let away = pair.core - closest.point;
+    let distance = away.norm();
+    let normal = away / distance;
     let other = distance > SETTLED && normal.dot(&pair.normal) < OTHER_WALL;
     other.then(|| SurfaceContact {
         point: pair.core - normal * probe.thickness,
@@ -494,23 +494,23 @@ fn other_wall(
 }
 
 /// Keeps the nearest contact and, of the others, those that lie and press most unlike what is kept; in their order. The nearest
-/// of a flat pad on a flat face are any: pressed at a side of the patch alone, what the pads hold would turn and creep.
-fn spread_out(contacts: &mut Vec<SurfaceContact>, most: usize) {
+/// of a flat pad on a flat face are any: pressed at a side of the patch alone, what the pads hold would rotate and creep.
+fn spread_out(contacts: &mut Vec<SurfaceContact>, max: usize) {
     let unlike = |one: &SurfaceContact, other: &SurfaceContact| {
-        let turned = (one.normal.into_inner() - other.normal.into_inner()).norm_squared();
-        (one.point - other.point).norm_squared() + TURNED * TURNED * turned
+        let between_normals = (one.normal.into_inner() - other.normal.into_inner()).norm_squared();
+        (one.point - other.point).norm_squared() + NORMAL_WEIGHT * NORMAL_WEIGHT * between_normals
     };
-    for kept in 1..most.min(contacts.len()) {
-        let least =
+    for kept in 1..max.min(contacts.len()) {
+        let min =
             |at: usize| contacts[..kept].iter().map(|known| unlike(known, &contacts[at])).fold(f64::INFINITY, f64::min);
         // Of several equally unlike the nearest.
         let next = (kept..contacts.len()).fold((kept, f64::NEG_INFINITY), |best, at| {
-            let least = least(at);
-            if least > best.1 { (at, least) } else { best }
+            let min = min(at);
+            if min > best.1 { (at, min) } else { best }
         });
         contacts[kept..=next.0].rotate_right(1);
     }
-    contacts.truncate(most);
+    contacts.truncate(max);
     contacts.sort_by(|one, other| one.distance.total_cmp(&other.distance));
 }
 

@@ -4,11 +4,11 @@ use nalgebra::IsometryMatrix3;
 
 use super::{
     ContactScratch, ContactSurface, Probe, SurfaceContact,
-    surface::{Place, Trail},
+    surface::{Minimum, Trail},
 };
 
-/// Places that are so near to touching are kept beside those that touch [m]: until the solid has moved by this much, no other
-/// place can.
+/// Points that are so near to touching are kept beside those that touch [m]: until the solid has moved by this much, no other
+/// point can.
 const KEPT: f64 = 5e-4;
 
 /// The contacts of one solid, step by step: a new search only when the solid has moved so far that it may touch elsewhere.
@@ -17,11 +17,11 @@ const KEPT: f64 = 5e-4;
 /// [`ContactTracker::forget`].
 pub struct ContactTracker {
     probe: Probe,
-    /// From the origin of its frame to the farthest place of its core [m].
+    /// From the origin of its frame to the farthest point of its core [m].
     radius: f64,
     remembers: bool,
     searched: Option<Searched>,
-    places: Vec<Place>,
+    minima: Vec<Minimum>,
     /// Cache of the surface around each point; may hold more trails than there are points now, for later ones.
     trails: Vec<Trail>,
 }
@@ -39,7 +39,7 @@ impl ContactTracker {
     /// that are equally near to 1e-8 m.
     pub fn new(probe: Probe, remembers: bool) -> Self {
         let radius = probe.core_radius();
-        Self { probe, radius, remembers, searched: None, places: Vec::new(), trails: Vec::new() }
+        Self { probe, radius, remembers, searched: None, minima: Vec::new(), trails: Vec::new() }
     }
 
     /// Begins again.
@@ -63,26 +63,26 @@ impl ContactTracker {
         });
         if known {
             let probe_from_object = object_from_probe.inverse();
-            for (place, trail) in self.places.iter_mut().zip(&mut self.trails) {
-                surface.follow(&self.probe, object_from_probe, &probe_from_object, place, trail);
+            for (minimum, trail) in self.minima.iter_mut().zip(&mut self.trails) {
+                surface.follow(&self.probe, object_from_probe, &probe_from_object, minimum, trail);
             }
         } else {
             let reach = margin + KEPT;
-            let farther = surface.search(&self.probe, object_from_probe, reach, scratch, &mut self.places);
+            let farther = surface.search(&self.probe, object_from_probe, reach, scratch, &mut self.minima);
             self.searched = Some(Searched { object_from_probe: *object_from_probe, farther });
-            self.trails.resize_with(self.places.len().max(self.trails.len()), || Trail::new(self.remembers));
+            self.trails.resize_with(self.minima.len().max(self.trails.len()), || Trail::new(self.remembers));
         }
-        // Of places that have come to one the first counts.
-        let places = &self.places;
-        let first = |place: usize| places[..place].iter().all(|before| !before.is_same(&places[place]));
-        let pairs = (0..places.len()).filter(|place| first(*place)).map(|place| (place, places[place].pair()));
+        // Of points that have come to one the first counts.
+        let minima = &self.minima;
+        let first = |index: usize| minima[..index].iter().all(|before| !before.is_same(&minima[index]));
+        let pairs = (0..minima.len()).filter(|index| first(*index)).map(|index| (index, minima[index].pair()));
         surface.list_followed(&self.probe, margin, pairs, &mut self.trails, out);
     }
 
     /// Upper bound on the motion of any point of the core between two poses [m].
     fn moved(&self, from: &IsometryMatrix3<f64>, to: &IsometryMatrix3<f64>) -> f64 {
-        let turned = (to.rotation.matrix() - from.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
-        (to.translation.vector - from.translation.vector).norm() + turned * self.radius
+        let angle = (to.rotation.matrix() - from.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
+        (to.translation.vector - from.translation.vector).norm() + angle * self.radius
     }
 }
 
@@ -97,7 +97,7 @@ mod tests {
         voxel::InsideTest,
     };
 
-    /// A finger that slides along a mug and turns, in steps of micrometres with a jump now and then: whoever remembers finds
+    /// A finger that slides along a mug and rotates, in steps of micrometres with a jump now and then: whoever remembers finds
     /// what is found by asking anew each time.
     #[test]
     fn remembering_finds_the_same_contacts() {
@@ -112,9 +112,9 @@ mod tests {
             for step in 0..1200 {
                 let (slow, jumps) = (f64::from(step) * 2e-6, f64::from(step / 300) * 0.003);
                 let aside = bounds.max.x + probe.radius().min(0.0095) - slow / 4.0;
-                let place = Vector3::new(aside, bounds.centre().y + slow, bounds.centre().z + jumps);
-                let turn = IsometryMatrix3::rotation(Vector3::new(slow * 5.0, 0.0, slow * 3.0));
-                let placed = Translation3::from(place) * turn;
+                let position = Vector3::new(aside, bounds.centre().y + slow, bounds.centre().z + jumps);
+                let rotation = IsometryMatrix3::rotation(Vector3::new(slow * 5.0, 0.0, slow * 3.0));
+                let placed = Translation3::from(position) * rotation;
                 let [one, other] = trackers.each_mut().map(|tracker| {
                     let mut found = Vec::new();
                     tracker.contacts(&surface, &placed, 0.0, &mut scratch, &mut found);

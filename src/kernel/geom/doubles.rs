@@ -19,8 +19,8 @@ pub(crate) trait Doubles: Copy {
     fn load(self, from: &[f32; 4]) -> Self::D;
     /// The lower halves of both, and the upper halves: `[a0, a1, b0, b1]` and `[a2, a3, b2, b3]`.
     fn halves(self, a: Self::D, b: Self::D) -> [Self::D; 2];
-    /// The even lanes of both by turns, and the odd ones: `[a0, b0, a2, b2]` and `[a1, b1, a3, b3]`.
-    fn turns(self, a: Self::D, b: Self::D) -> [Self::D; 2];
+    /// The even lanes of both, alternating, and the odd ones: `[a0, b0, a2, b2]` and `[a1, b1, a3, b3]`.
+    fn alternate(self, a: Self::D, b: Self::D) -> [Self::D; 2];
     fn array(self, a: Self::D) -> [f64; 4];
     /// `[table[low], table[low + 1], table[high], table[high + 1]]`.
     ///
@@ -79,7 +79,7 @@ impl Doubles for Scalar {
         [[a[0], a[1], b[0], b[1]], [a[2], a[3], b[2], b[3]]]
     }
     #[inline(always)]
-    fn turns(self, a: [f64; 4], b: [f64; 4]) -> [[f64; 4]; 2] {
+    fn alternate(self, a: [f64; 4], b: [f64; 4]) -> [[f64; 4]; 2] {
         [[a[0], b[0], a[2], b[2]], [a[1], b[1], a[3], b[3]]]
     }
     #[inline(always)]
@@ -153,7 +153,7 @@ mod x86 {
                     unsafe { [_mm256_permute2f128_pd::<0x20>(a, b), _mm256_permute2f128_pd::<0x31>(a, b)] }
                 }
                 #[inline(always)]
-                fn turns(self, a: __m256d, b: __m256d) -> [__m256d; 2] {
+                fn alternate(self, a: __m256d, b: __m256d) -> [__m256d; 2] {
                     unsafe { [_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b)] }
                 }
                 #[inline(always)]

@@ -33,7 +33,7 @@ frames! {
     Object = "object";
     /// Camera, computer-vision axes: x right, y down, +z away from the camera [m].
     CameraCv = "camera_cv";
-    /// Camera, OpenGL and MuJoCo axes: x right, y up, the camera looks along -z [m].
+    /// Camera, OpenGL and MuJoCo axes: x right, y up, the camera points along -z [m].
     CameraGl = "camera_gl";
     /// The frame of a robot that is brought to a pose: the target site of a planning group [m].
     EndEffector = "end_effector";
@@ -166,13 +166,13 @@ pub fn rotation_from_rpy(roll: f64, pitch: f64, yaw: f64) -> Rotation3<f64> {
     ))
 }
 
-/// Axes whose z is `way`, a unit vector, rolled about it [rad].
-pub fn turned_towards(way: &Vector3<f64>, roll: f64) -> Matrix3<f64> {
-    let aside = if way.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
-    let x = way.cross(&aside).normalize();
+/// Axes whose z is `direction`, a unit vector, rolled about it [rad].
+pub fn rotation_towards(direction: &Vector3<f64>, roll: f64) -> Matrix3<f64> {
+    let aside = if direction.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
+    let x = direction.cross(&aside).normalize();
     let (sin, cos) = libm::sincos(roll);
-    let x = x * cos + way.cross(&x) * sin;
-    Matrix3::from_columns(&[x, way.cross(&x), *way])
+    let x = x * cos + direction.cross(&x) * sin;
+    Matrix3::from_columns(&[x, direction.cross(&x), *direction])
 }
 
 #[cfg(test)]

@@ -88,7 +88,7 @@ impl OccupancyGrid {
         self.bits.resize(Self::bytes_for(resolution), 0);
     }
 
-    fn place(&self, [x, y, z]: [u32; 3]) -> (usize, u8) {
+    fn byte_and_mask(&self, [x, y, z]: [u32; 3]) -> (usize, u8) {
         debug_assert!(x < self.resolution && y < self.resolution && z < self.resolution);
         let n = self.resolution as usize;
         let bit = (x as usize * n + y as usize) * n + z as usize;
@@ -97,13 +97,13 @@ impl OccupancyGrid {
 
     /// Whether cell (x, y, z) is occupied.
     pub fn get(&self, cell: [u32; 3]) -> bool {
-        let (byte, mask) = self.place(cell);
+        let (byte, mask) = self.byte_and_mask(cell);
         self.bits[byte] & mask != 0
     }
 
     /// Marks cell (x, y, z) as occupied.
     pub fn set(&mut self, cell: [u32; 3]) {
-        let (byte, mask) = self.place(cell);
+        let (byte, mask) = self.byte_and_mask(cell);
         self.bits[byte] |= mask;
     }
 

@@ -1,8 +1,8 @@
 //! Convex hulls, decided by integers.
 //!
-//! Points are rounded to a lattice of 2^24 steps along the longest side of their box, and every question which side of a plane a
-//! point is on is one of whole numbers: no tolerance, no degenerate case, the same hull everywhere. By quickhull (Barber, Dobkin
-//! and Huhdanpaa 1996, "The quickhull algorithm for convex hulls").
+//! Points are rounded to a lattice of 2^24 steps along the longest side of their box, and every question which side of a plane
+//! a point is on is one of whole numbers: no tolerance, no degenerate case, the same hull everywhere. By quickhull (Barber,
+//! Dobkin and Huhdanpaa 1996, "The quickhull algorithm for convex hulls").
 
 use nalgebra::{Point3, Vector3};
 
@@ -96,17 +96,17 @@ impl Growth {
     /// A tetrahedron, and every point outside with one of its faces; `None` where all lie in a plane.
     fn begin(sites: Vec<Site>) -> Option<Self> {
         let all = || 0..sites.len() as u32;
-        let site = |place: u32| &sites[place as usize];
+        let site = |index: u32| &sites[index as usize];
         let (a, b) = (0, sites.len() as u32 - 1);
         let along = minus(site(b), site(a));
-        let aside = |place: &u32| {
-            let across = cross(&along, &minus(site(*place), site(a)));
+        let aside = |index: &u32| {
+            let across = cross(&along, &minus(site(*index), site(a)));
             dot(&across, &across)
         };
-        let c = all().max_by_key(aside).filter(|place| aside(place) > 0)?;
+        let c = all().max_by_key(aside).filter(|index| aside(index) > 0)?;
         let normal = cross(&along, &minus(site(c), site(a)));
-        let height = |place: &u32| dot(&normal, &minus(site(*place), site(a)));
-        let d = all().max_by_key(|place| height(place).abs()).filter(|place| height(place) != 0)?;
+        let height = |index: &u32| dot(&normal, &minus(site(*index), site(a)));
+        let d = all().max_by_key(|index| height(index).abs()).filter(|index| height(index) != 0)?;
         // So that the fourth corner is behind the first three.
         let [b, c] = if height(&d) > 0 { [c, b] } else { [b, c] };
         let mut growth = Self { sites, faces: Vec::new(), waiting: Vec::new() };
@@ -115,22 +115,22 @@ impl Growth {
         {
             growth.add(corners, neighbours);
         }
-        let points = (0..growth.sites.len() as u32).filter(|place| ![a, b, c, d].contains(place)).collect();
+        let points = (0..growth.sites.len() as u32).filter(|index| ![a, b, c, d].contains(index)).collect();
         growth.share(points, 0..4);
         Some(growth)
     }
 
     fn add(&mut self, corners: [u32; 3], neighbours: [u32; 3]) -> u32 {
-        let [a, b, c] = corners.map(|place| &self.sites[place as usize]);
+        let [a, b, c] = corners.map(|index| &self.sites[index as usize]);
         let normal = cross(&minus(b, a), &minus(c, a));
         self.faces.push(Face { corners, neighbours, normal, outside: Vec::new(), stands: true });
         self.faces.len() as u32 - 1
     }
 
     /// Signed height of a point above a face, in units of the face's normal; 0 in its plane.
-    fn height(&self, face: u32, place: u32) -> i128 {
+    fn height(&self, face: u32, index: u32) -> i128 {
         let Face { normal, corners, .. } = &self.faces[face as usize];
-        dot(normal, &minus(&self.sites[place as usize], &self.sites[corners[0] as usize]))
+        dot(normal, &minus(&self.sites[index as usize], &self.sites[corners[0] as usize]))
     }
 
     /// Gives each point to the first of some faces that sees it; the others are inside.
@@ -184,13 +184,13 @@ impl Growth {
         horizon.retain(|(.., beyond)| self.faces[*beyond as usize].stands);
         horizon.sort_unstable();
         let first = self.faces.len() as u32;
-        let place = |from: u32| horizon.partition_point(|(corner, ..)| *corner < from) as u32;
+        let position_of = |from: u32| horizon.partition_point(|(corner, ..)| *corner < from) as u32;
         let mut before = vec![NONE; horizon.len()];
         for (number, (_, to, _)) in (0..).zip(&horizon) {
-            before[place(*to) as usize] = number;
+            before[position_of(*to) as usize] = number;
         }
         for (number, (from, to, beyond)) in horizon.iter().enumerate() {
-            let new = self.add([*from, *to, apex], [*beyond, first + place(*to), first + before[number]]);
+            let new = self.add([*from, *to, apex], [*beyond, first + position_of(*to), first + before[number]]);
             let Face { corners, neighbours, .. } = &mut self.faces[*beyond as usize];
             let edge = (0..3).find(|edge| corners[*edge] == *to && corners[(*edge + 1) % 3] == *from);
             neighbours[edge.expect("faces beside each other share an edge")] = new;
@@ -245,8 +245,8 @@ impl Growth {
         let (mut corners, mut neighbours) = (Vec::new(), Vec::new());
         let mut at = edges[0].0;
         for _ in 0..edges.len() {
-            let place = edges.partition_point(|(from, ..)| *from < at);
-            let (from, to, beyond) = edges[place];
+            let index = edges.partition_point(|(from, ..)| *from < at);
+            let (from, to, beyond) = edges[index];
             corners.push(from);
             neighbours.push(beyond);
             at = to;
@@ -284,7 +284,7 @@ mod tests {
             }
             for (edge, beyond) in facet.neighbours.iter().enumerate() {
                 let ends = |facet: &Facet, edge: usize| {
-                    [edge, (edge + 1) % facet.corners.len()].map(|place| facet.corners[place])
+                    [edge, (edge + 1) % facet.corners.len()].map(|index| facet.corners[index])
                 };
                 let [from, to] = ends(facet, edge);
                 let other = &hull.facets[*beyond as usize];

@@ -34,8 +34,8 @@ impl DepthCrop {
     /// The smallest crop with the same returns; empty when there are none.
     pub fn trimmed(&self) -> Self {
         let mut bounds: Option<[u32; 4]> = None;
-        for (place, _) in self.depth.iter().enumerate().filter(|(_, depth)| !depth.is_nan()) {
-            let (x, y) = (place as u32 % self.width, place as u32 / self.width);
+        for (index, _) in self.depth.iter().enumerate().filter(|(_, depth)| !depth.is_nan()) {
+            let (x, y) = (index as u32 % self.width, index as u32 / self.width);
             let [x0, y0, x1, y1] = bounds.unwrap_or([x, y, x, y]);
             bounds = Some([x0.min(x), y0.min(y), x1.max(x), y1.max(y)]);
         }

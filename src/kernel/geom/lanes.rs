@@ -335,9 +335,9 @@ impl Lanes for Scalar {
     }
     #[inline(always)]
     fn low_bits(self, bytes: &[u8; 64]) -> u64 {
-        bytes.as_chunks::<8>().0.iter().enumerate().fold(0, |bits, (place, eight)| {
+        bytes.as_chunks::<8>().0.iter().enumerate().fold(0, |bits, (index, eight)| {
             let eight = u64::from_le_bytes(*eight) & 0x0101_0101_0101_0101;
-            bits | eight.wrapping_mul(0x0102_0408_1020_4080) >> 56 << (8 * place)
+            bits | eight.wrapping_mul(0x0102_0408_1020_4080) >> 56 << (8 * index)
         })
     }
 }
@@ -626,7 +626,7 @@ mod x86 {
         }
     }
 
-    /// The places of the set bits, one byte each, become the order of a permutation.
+    /// The indices of the set bits, one byte each, become the order of a permutation.
     ///
     /// # Safety
     /// AVX2 and BMI2 may be used, and 8 numbers may be written.
@@ -634,8 +634,8 @@ mod x86 {
     unsafe fn compress_half(bits: u32, value: __m256i, to: *mut u32) {
         unsafe {
             let chosen = _pdep_u64(u64::from(bits), 0x0101_0101_0101_0101) * 0xff;
-            let places = _pext_u64(0x0706_0504_0302_0100, chosen);
-            let order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(places as i64));
+            let indices = _pext_u64(0x0706_0504_0302_0100, chosen);
+            let order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(indices as i64));
             _mm256_storeu_si256(to.cast(), _mm256_permutevar8x32_epi32(value, order));
         }
     }

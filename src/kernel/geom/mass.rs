@@ -44,8 +44,9 @@ impl MassProperties {
         // A cube's own 1/12 beside what its centre makes.
         let variance: [f64; 3] =
             std::array::from_fn(|axis| sums.squares[axis] as f64 / count - mean[axis] * mean[axis] + 1.0 / 12.0);
-        let mixed =
-            |place: usize, one: usize, other: usize| -(sums.products[place] as f64 / count - mean[one] * mean[other]);
+        let mixed = |product: usize, one: usize, other: usize| {
+            -(sums.products[product] as f64 / count - mean[one] * mean[other])
+        };
         let [xy, xz, yz] = [mixed(0, 0, 1), mixed(1, 0, 2), mixed(2, 1, 2)];
         let [xx, yy, zz] = variance;
         let inertia = Matrix3::new(yy + zz, xy, xz, xy, xx + zz, yz, xz, yz, xx + yy) * (solid.pitch * solid.pitch);

@@ -26,7 +26,8 @@ pub use field::{
     signed_distance_thesis,
 };
 pub use frames::{
-    Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, World, rotation_from_rpy, turned_towards,
+    Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, World, rotation_from_rpy,
+    rotation_towards,
 };
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use image::DepthCrop;

@@ -22,7 +22,7 @@ pub struct RayHit {
     pub distance: f64,
     /// Index of the triangle; of several at one edge or corner, any.
     pub triangle: u32,
-    /// Unit normal of the triangle, turned against the ray.
+    /// Unit normal of the triangle, pointing against the ray.
     pub normal: Unit<Vector3<f64>>,
 }
 
@@ -113,58 +113,59 @@ impl TouchShape {
 
     /// Whether two shapes share a point, each placed in the world [m]. Solids are solid; a mesh is its surface: what
     /// floats inside of one does not touch it.
-    pub fn touches(&self, place: &IsometryMatrix3<f64>, other: &Self, other_place: &IsometryMatrix3<f64>) -> bool {
+    pub fn touches(&self, pose: &IsometryMatrix3<f64>, other: &Self, other_pose: &IsometryMatrix3<f64>) -> bool {
         let reach = self.radius + other.radius;
-        if (place * self.centre - other_place * other.centre).norm_squared() > reach * reach {
+        if (pose * self.centre - other_pose * other.centre).norm_squared() > reach * reach {
             return false;
         }
         // The search goes through the first mesh's triangles and asks the second's tree about each.
         let swap = self.triangles == 0 || other.triangles != 0 && other.triangles < self.triangles;
-        let [(first, first_place), (second, second_place)] =
-            if swap { [(other, other_place), (self, place)] } else { [(self, place), (other, other_place)] };
-        let (first_place, second_place) = (first.placed(first_place), second.placed(second_place));
-        intersection_test(&first_place, &*first.shape, &second_place, &*second.shape)
+        let [(first, first_pose), (second, second_pose)] =
+            if swap { [(other, other_pose), (self, pose)] } else { [(self, pose), (other, other_pose)] };
+        let (first_pose, second_pose) = (first.placed(first_pose), second.placed(second_pose));
+        intersection_test(&first_pose, &*first.shape, &second_pose, &*second.shape)
             .is_ok_and(|found| found.intersecting)
     }
 
     /// Whether a solid, placed in the world, and a triangle [m] share a point.
-    pub fn touches_triangle(&self, place: &IsometryMatrix3<f64>, corners: &[Point3<f64>; 3]) -> bool {
+    pub fn touches_triangle(&self, pose: &IsometryMatrix3<f64>, corners: &[Point3<f64>; 3]) -> bool {
         let [a, b, c] = corners.map(|corner| to_glam(&corner.coords));
-        intersection_test(&self.placed(place), &*self.shape, &ParryPose::IDENTITY, &Triangle::new(a, b, c))
+        intersection_test(&self.placed(pose), &*self.shape, &ParryPose::IDENTITY, &Triangle::new(a, b, c))
             .is_ok_and(|found| found.intersecting)
     }
 
     /// Distance of a point from a solid's surface [m], negative inside; for a mesh, the distance from its surface.
-    pub fn distance(&self, place: &IsometryMatrix3<f64>, point: &Point3<f64>) -> f64 {
-        self.shape.distance_to_point(&self.placed(place), to_glam(&point.coords), false)
+    pub fn distance(&self, pose: &IsometryMatrix3<f64>, point: &Point3<f64>) -> f64 {
+        self.shape.distance_to_point(&self.placed(pose), to_glam(&point.coords), false)
     }
 
     /// Where a ray from outside meets the surface first, at most `reach` away [m]: how far, and the outward normal.
     pub fn first_hit(
         &self,
-        place: &IsometryMatrix3<f64>,
+        pose: &IsometryMatrix3<f64>,
         origin: &Point3<f64>,
         direction: &Unit<Vector3<f64>>,
         reach: f64,
     ) -> Option<(f64, Unit<Vector3<f64>>)> {
         let ray = Ray::new(to_glam(&origin.coords), to_glam(direction));
-        let hit = self.shape.cast_ray_and_get_normal(&self.placed(place), &ray, reach, true)?;
+        let hit = self.shape.cast_ray_and_get_normal(&self.placed(pose), &ray, reach, true)?;
         let normal = Unit::new_normalize(from_glam(hit.normal));
         Some((hit.time_of_impact, if normal.dot(direction) > 0.0 { -normal } else { normal }))
     }
 
     /// A ball around the shape placed in the world: its centre and radius [m].
-    pub fn ball(&self, place: &IsometryMatrix3<f64>) -> (Point3<f64>, f64) {
-        (place * self.centre, self.radius)
+    pub fn ball(&self, pose: &IsometryMatrix3<f64>) -> (Point3<f64>, f64) {
+        (pose * self.centre, self.radius)
     }
 
-    /// A place as parry has it, whose cylinders stand along y.
-    fn placed(&self, place: &IsometryMatrix3<f64>) -> ParryPose {
-        let turn = place.rotation.matrix();
-        let [x, y, z] = [0, 1, 2].map(|axis| Vector::new(turn[(0, axis)], turn[(1, axis)], turn[(2, axis)]));
-        let turn =
+    /// A pose as parry has it, whose cylinders stand along y.
+    fn placed(&self, pose: &IsometryMatrix3<f64>) -> ParryPose {
+        let rotation = pose.rotation.matrix();
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| Vector::new(rotation[(0, axis)], rotation[(1, axis)], rotation[(2, axis)]));
+        let rotation =
             if self.shape.as_cylinder().is_some() { Matrix::from_cols(x, z, -y) } else { Matrix::from_cols(x, y, z) };
-        ParryPose::from_parts(to_glam(&place.translation.vector), Rotation::from_mat3(&turn))
+        ParryPose::from_parts(to_glam(&pose.translation.vector), Rotation::from_mat3(&rotation))
     }
 }
 
@@ -229,7 +230,7 @@ mod tests {
         Shape::Mesh(Arc::new(Triangles { corners: (0..8).map(corner).collect(), triangles }))
     }
 
-    /// Pairs a hair apart and a hair together, by hand: which way each shape points and how long it is.
+    /// Pairs a hair apart and a hair together, by hand: the direction of each shape and how long it is.
     #[test]
     fn shapes_touch_where_they_should() {
         let capsule = Shape::Capsule { radius: 0.1, half: 0.5 };
@@ -237,7 +238,7 @@ mod tests {
         let (ball, cube) = (Shape::Sphere { radius: 0.2 }, Shape::Box { half: [0.1, 0.2, 0.3] });
         let quarter = std::f64::consts::FRAC_PI_2;
         // Along z: a capsule reaches 0.6 m, a cylinder 0.5 m; lying down (about y) along x.
-        for (one, other, towards, turn, reach) in [
+        for (one, other, towards, rotation, reach) in [
             (&capsule, &ball, Vector3::z(), 0.0, 0.8),
             (&cylinder, &ball, Vector3::z(), 0.0, 0.7),
             (&capsule, &ball, Vector3::x(), quarter, 0.8),
@@ -255,7 +256,7 @@ mod tests {
         ] {
             let (a, b) = (TouchShape::new(one).unwrap(), TouchShape::new(other).unwrap());
             let base = at(0.3, -0.2, 0.7, 0.4, 0.5, 0.6);
-            let first = base * at(0.0, 0.0, 0.0, 0.0, turn, 0.0);
+            let first = base * at(0.0, 0.0, 0.0, 0.0, rotation, 0.0);
             for (gap, touch) in [(1e-6, false), (-1e-6, true)] {
                 let step = towards * (reach + gap);
                 let second = base * at(step.x, step.y, step.z, 0.0, 0.0, 0.0);

@@ -53,7 +53,7 @@ impl RenderMesh {
     /// Vertices are filled up to a multiple of this with copies of the last.
     pub(crate) const LANES: usize = 16;
 
-    /// Lays a mesh out. `cull_back_faces` is for closed meshes wound outward: faces turned away are then never drawn.
+    /// Lays a mesh out. `cull_back_faces` is for closed meshes wound outward: faces that point away are then never drawn.
     ///
     /// Vertices that no triangle uses are dropped.
     ///
@@ -129,7 +129,7 @@ impl RenderMesh {
         self.radius
     }
 
-    /// Whether faces that are turned away are skipped.
+    /// Whether faces that point away are skipped.
     pub fn culls_back_faces(&self) -> bool {
         self.cull_back_faces
     }

@@ -26,7 +26,7 @@ pub struct RestingPose {
 pub struct RestingPoses {
     /// Resting poses that are kept, the most likely first.
     pub poses: Vec<RestingPose>,
-    /// Number of the others: less likely than [`LEAST`](Self::LEAST), or after [`MOST`](Self::MOST).
+    /// Number of the others: less likely than [`MIN`](Self::LEAST), or after [`MAX`](Self::MOST).
     pub left_out: u32,
 }
 
@@ -42,11 +42,11 @@ struct Stand {
 
 impl RestingPoses {
     /// Poses that are less likely are left out.
-    pub const LEAST: f64 = 0.01;
+    pub const MIN: f64 = 0.01;
     /// Poses of an object, at most.
-    pub const MOST: usize = 32;
-    /// Poses that turn the object's up by less than this [degrees] count as the most likely of them: facets of one rough or round
-    /// side.
+    pub const MAX: usize = 32;
+    /// Poses whose up directions differ by less than this [degrees] count as the most likely of them: facets of one rough or
+    /// round side.
     pub const ALIKE: f64 = 10.0;
 
     /// Resting poses of a mesh with its centre of mass: the likely ones of [`every_resting_pose`], each with the
@@ -64,8 +64,8 @@ impl RestingPoses {
         let mut poses: Vec<RestingPose> = poses.into_iter().map(|(_, pose)| pose).collect();
         poses.sort_by(|one, other| other.probability.total_cmp(&one.probability));
         let all = poses.len();
-        poses.retain(|pose| pose.probability >= Self::LEAST);
-        poses.truncate(Self::MOST);
+        poses.retain(|pose| pose.probability >= Self::MIN);
+        poses.truncate(Self::MAX);
         Self { left_out: (all - poses.len()) as u32, poses }
     }
 
@@ -77,7 +77,7 @@ impl RestingPoses {
 
 /// Every facet of a mesh's convex hull on which it rests, the most likely first.
 ///
-/// The object is dropped in a random turn and lands on the facet that its centre of mass looks down on: as likely as the
+/// The object is dropped in a random orientation and lands on the facet below its centre of mass: as likely as the
 /// facet's solid angle says, seen from there. Where the centre of mass is not above the facet, the object tips over the edge
 /// nearest to the point below it, without swing, and so on until it stays. Empty where the mesh lies in a plane or the
 /// centre of mass is not inside the hull.
@@ -108,9 +108,9 @@ pub fn every_resting_pose(mesh: &TriMesh, centre: &Point3<f64>) -> Vec<RestingPo
         .filter(|(stand, _)| stand.next.is_none())
         .map(|(stand, facet)| {
             let Stand { height, probability, .. } = *stand;
-            let turn = upright(&-facet.normal);
-            let down = Vector3::new(0.0, 0.0, height) - turn * centre.coords;
-            let world_from_object = Pose::from_isometry(IsometryMatrix3::from_parts(down.into(), turn));
+            let rotation = upright(&-facet.normal);
+            let down = Vector3::new(0.0, 0.0, height) - rotation * centre.coords;
+            let world_from_object = Pose::from_isometry(IsometryMatrix3::from_parts(down.into(), rotation));
             RestingPose { world_from_object, probability, height }
         })
         .collect();
@@ -118,25 +118,25 @@ pub fn every_resting_pose(mesh: &TriMesh, centre: &Point3<f64>) -> Vec<RestingPo
     poses
 }
 
-/// The least turn that brings a direction of unit length up.
+/// The smallest rotation that brings a direction of unit length up.
 fn upright(up: &Vector3<f64>) -> Rotation3<f64> {
     let axis = up.cross(&Vector3::z());
     let cross = axis.cross_matrix();
-    let turn = if up.z > -0.999_999 {
+    let rotation = if up.z > -0.999_999 {
         Matrix3::identity() + cross + cross * cross / (1.0 + up.z)
     } else {
-        // Nearly half a turn: about x, then what is left of it.
+        // Nearly half a revolution: about x, then what is left of it.
         let half = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
         let rest = half * up;
         let cross = rest.cross(&Vector3::z()).cross_matrix();
         (Matrix3::identity() + cross + cross * cross / (1.0 + rest.z)) * half
     };
-    Rotation3::from_matrix_unchecked(turn)
+    Rotation3::from_matrix_unchecked(rotation)
 }
 
 impl ConvexHull {
-    fn at(&self, facet: &Facet, place: usize) -> Point3<f64> {
-        self.corners[facet.corners[place % facet.corners.len()] as usize]
+    fn at(&self, facet: &Facet, index: usize) -> Point3<f64> {
+        self.corners[facet.corners[index % facet.corners.len()] as usize]
     }
 
     /// Height of a point inside above a facet's plane [m].
@@ -146,8 +146,8 @@ impl ConvexHull {
 
     /// Solid angle of a facet as viewed from a point inside [sr] (Van Oosterom and Strackee 1983, equation 8).
     fn solid_angle(&self, facet: &Facet, from: &Point3<f64>) -> f64 {
-        let of_triangle = |place: usize| {
-            let [a, b, c] = [0, place, place + 1].map(|place| self.at(facet, place) - from);
+        let of_triangle = |index: usize| {
+            let [a, b, c] = [0, index, index + 1].map(|index| self.at(facet, index) - from);
             let [a_long, b_long, c_long] = [a, b, c].map(|arm| arm.norm());
             let below = a_long * b_long * c_long + a.dot(&b) * c_long + a.dot(&c) * b_long + b.dot(&c) * a_long;
             2.0 * libm::atan2(a.dot(&b.cross(&c)), below)
@@ -160,8 +160,8 @@ impl ConvexHull {
         let foot = centre + facet.normal * height;
         // Of all edges that it is beyond: how far it is from the edge, and how far beyond.
         let mut nearest: Option<([f64; 2], usize)> = None;
-        for (place, neighbour) in facet.neighbours.iter().enumerate() {
-            let [from, to] = [place, place + 1].map(|place| self.at(facet, place));
+        for (index, neighbour) in facet.neighbours.iter().enumerate() {
+            let [from, to] = [index, index + 1].map(|index| self.at(facet, index));
             let along = to - from;
             let outward = along.cross(&facet.normal).normalize();
             let beyond = outward.dot(&(foot - from));
@@ -216,9 +216,9 @@ mod tests {
         let found = RestingPoses::of(&brick, &Point3::origin());
         let wanted = [of_rectangle(a, b, c), of_rectangle(a, c, b), of_rectangle(b, c, a)];
         assert_eq!((found.poses.len(), found.left_out), (6, 0));
-        for (place, pose) in found.poses.iter().enumerate() {
-            assert!((pose.probability - wanted[place / 2]).abs() < 1e-7, "{pose:?}, {wanted:?}");
-            assert!((pose.height - [c, b, a][place / 2]).abs() < 1e-8);
+        for (index, pose) in found.poses.iter().enumerate() {
+            assert!((pose.probability - wanted[index / 2]).abs() < 1e-7, "{pose:?}, {wanted:?}");
+            assert!((pose.height - [c, b, a][index / 2]).abs() < 1e-8);
             let heights: Vec<f64> = (brick.vertices.iter())
                 .map(|vertex| pose.world_from_object.point(&Point3::from(vertex.map(f64::from))).z)
                 .collect();
@@ -278,12 +278,12 @@ mod tests {
     }
 
     #[test]
-    fn turns_bring_up_what_shall_be_up() {
+    fn rotations_bring_up_what_shall_be_up() {
         for up in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1e-4, 2e-4, -1.0], [0.6, -0.8, 0.0], [0.1, 0.2, -0.3]] {
             let up = Vector3::from(up).normalize();
-            let turn = upright(&up);
-            assert!((turn * up - Vector3::z()).norm() < 1e-12);
-            assert!((turn.matrix() * turn.matrix().transpose() - Matrix3::identity()).amax() < 1e-9, "{up}");
+            let rotation = upright(&up);
+            assert!((rotation * up - Vector3::z()).norm() < 1e-12);
+            assert!((rotation.matrix() * rotation.matrix().transpose() - Matrix3::identity()).amax() < 1e-9, "{up}");
         }
     }
 }

@@ -37,14 +37,16 @@ pub enum Shape {
 
 impl Shape {
     /// Extent of the shape along a direction of unit length, from its frame's origin [m].
-    pub fn reach_along(&self, way: &Vector3<f64>) -> f64 {
+    pub fn reach_along(&self, direction: &Vector3<f64>) -> f64 {
         match self {
-            Self::Box { half } => way.abs().dot(&Vector3::from(*half)),
+            Self::Box { half } => direction.abs().dot(&Vector3::from(*half)),
             Self::Sphere { radius } => *radius,
-            Self::Capsule { radius, half } => radius + half * way.z.abs(),
-            Self::Cylinder { radius, half } => radius * (way.x * way.x + way.y * way.y).sqrt() + half * way.z.abs(),
+            Self::Capsule { radius, half } => radius + half * direction.z.abs(),
+            Self::Cylinder { radius, half } => {
+                radius * (direction.x * direction.x + direction.y * direction.y).sqrt() + half * direction.z.abs()
+            }
             Self::Mesh(mesh) => {
-                mesh.corners.iter().map(|corner| way.dot(&corner.coords)).fold(f64::NEG_INFINITY, f64::max)
+                mesh.corners.iter().map(|corner| direction.dot(&corner.coords)).fold(f64::NEG_INFINITY, f64::max)
             }
         }
     }

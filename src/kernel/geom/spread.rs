@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-/// Places of `count` points of a list, the first one and then always the one farthest from those before; of equals the first.
+/// Indices of `count` points of a list, the first one and then always the one farthest from those before; of equals the first.
 /// Where the points are used up, the first again.
 ///
 /// # Panics
@@ -17,7 +17,7 @@ pub fn farthest_first(points: &[Point3<f64>], count: u32) -> Vec<usize> {
             for (point, apart) in points.iter().zip(&mut apart) {
                 *apart = apart.min((point - points[taken]).norm_squared());
             }
-            next = (0..points.len()).fold(0, |best, place| if apart[place] > apart[best] { place } else { best });
+            next = (0..points.len()).fold(0, |best, index| if apart[index] > apart[best] { index } else { best });
             taken
         })
         .collect()

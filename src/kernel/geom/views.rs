@@ -1,4 +1,4 @@
-//! Which way an object is turned in each view.
+//! The orientation of an object in each view.
 
 use std::{collections::BTreeMap, f64::consts::PI};
 
@@ -34,7 +34,7 @@ pub fn closed_linspace(from: f64, to: f64, count: u32) -> Vec<f64> {
     (0..count).map(|k| if k + 1 == count && k > 0 { to } else { from + (to - from) * f64::from(k) / steps }).collect()
 }
 
-/// `from`, ... in `count` equal steps that end one step before `to`: a full turn without its first angle twice.
+/// `from`, ... in `count` equal steps that end one step before `to`: a full revolution without its first angle twice.
 pub fn open_linspace(from: f64, to: f64, count: u32) -> Vec<f64> {
     (0..count).map(|k| from + (to - from) * f64::from(k) / f64::from(count)).collect()
 }
@@ -51,7 +51,7 @@ impl ViewSet {
         }
     }
 
-    /// The `standard` grid: 11 x 6 x 11 = 726 different rotations; roll and yaw stop one step before the full turn,
+    /// The `standard` grid: 11 x 6 x 11 = 726 different rotations; roll and yaw stop one step before the full revolution,
     /// pitch runs from -75 to 75 degrees.
     pub fn standard() -> Self {
         Self::RollPitchYaw {
@@ -129,16 +129,16 @@ fn matrix_keys(rotation: &Rotation3<f64>) -> Vec<[i32; 9]> {
     // Shifts the borders away from 0, 1/2 and 1, the entries of most rotations in a grid.
     const SHIFT: f64 = 0.347_296_355;
     let mut keys = vec![[0; 9]];
-    for (place, entry) in rotation.matrix().iter().enumerate() {
+    for (index, entry) in rotation.matrix().iter().enumerate() {
         let cell_of = |value: f64| (value / CELL + SHIFT).floor() as i32;
         let (low, high) = (cell_of(entry - SAME), cell_of(entry + SAME));
-        keys.iter_mut().for_each(|key| key[place] = low);
+        keys.iter_mut().for_each(|key| key[index] = low);
         if high != low {
             let others: Vec<_> = keys
                 .iter()
                 .map(|key| {
                     let mut other = *key;
-                    other[place] = high;
+                    other[index] = high;
                     other
                 })
                 .collect();
@@ -157,9 +157,9 @@ pub fn super_fibonacci(index: u32, count: u32) -> Rotation3<f64> {
     const PSI: f64 = 1.533_751_168_755_204_2;
     let s = f64::from(index) + 0.5;
     let t = s / f64::from(count);
-    let turn = 2.0 * PI * s;
+    let angle = 2.0 * PI * s;
     let (inner, outer) = (libm::sqrt(t), libm::sqrt(1.0 - t));
-    let ((sin_a, cos_a), (sin_b, cos_b)) = (libm::sincos(turn / PHI), libm::sincos(turn / PSI));
+    let ((sin_a, cos_a), (sin_b, cos_b)) = (libm::sincos(angle / PHI), libm::sincos(angle / PSI));
     rotation_from_quaternion([outer * cos_b, inner * sin_a, inner * cos_a, outer * sin_b])
 }
 

@@ -55,7 +55,7 @@ fn unpack(packed: u32) -> [i32; 2] {
     [i32::from(packed as i16), (packed as i32) >> 16]
 }
 
-/// Classes of triangles that are drawn sixteen at a time: at most 1, 3 and 7 pixels each way.
+/// Classes of triangles that are drawn sixteen at a time: at most 1, 3 and 7 pixels in each direction.
 pub(super) const SMALL_CLASSES: usize = 3;
 
 /// The class of the others, drawn one by one.
@@ -104,8 +104,8 @@ impl Target {
 
     #[inline(always)]
     fn draw(&mut self, column: i32, row: i32, w: f32) {
-        let place = (row - self.top) as usize * self.width + (column - self.left) as usize;
-        let pixel = &mut self.depth[place];
+        let index = (row - self.top) as usize * self.width + (column - self.left) as usize;
+        let pixel = &mut self.depth[index];
         if w > *pixel {
             *pixel = w;
         }
@@ -214,17 +214,17 @@ fn cull_body<L: Lanes>(
             let y = l.to_float(l.sar_i::<24>(l.shl_i::<16>(normal)));
             let z = l.to_float(l.sar_i::<24>(l.shl_i::<8>(normal)));
             let along = l.add(l.add(l.mul(x, ray_x), l.mul(y, ray_y)), l.mul(z, ray_z));
-            let turned = l.bits(l.lt(away, along));
-            if turned == 0xffff {
+            let faces_away = l.bits(l.lt(away, along));
+            if faces_away == 0xffff {
                 continue;
             }
             let [a, b, c] = each_of!([a, b, c], corner => l.load_i(corner));
-            // SAFETY: a mesh's corners are places of its vertices, and every vertex has been projected.
+            // SAFETY: a mesh's corners are indices of its vertices, and every vertex has been projected.
             let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&projected.packed, corner) });
             let min = l.min_i16(l.min_i16(pa, pb), pc);
             let span = l.sub_i16(l.max_i16(l.max_i16(pa, pb), pc), min);
             let none = l.either(l.eq_i(l.and_i(span, low_half), zero), l.eq_i(l.and_i(span, high_half), zero));
-            let mut left = l.bits(l.not(none)) & !turned;
+            let mut left = l.bits(l.not(none)) & !faces_away;
             for (Survivor { lists, count }, beyond) in out.0.iter_mut().zip(BEYOND) {
                 if left == 0 {
                     break;
@@ -273,7 +273,7 @@ fn fill_small_body<L: Lanes>(
     target: &mut Target,
 ) {
     let Survivor { lists, count } = &mut survivors.0[class];
-    let (count, most) = (*count, 2 << class);
+    let (count, max) = (*count, 2 << class);
     // Fill the last sixteen up with triangles of no pixel.
     for list in lists.iter_mut() {
         list[count..].iter_mut().take(16).for_each(|entry| *entry = 0);
@@ -283,7 +283,7 @@ fn fill_small_body<L: Lanes>(
         let [a, b, c, min, span] = each_of!([0, 1, 2, 3, 4], list => {
             l.load_i(lists[list][start..start + 16].try_into().expect("sixteen"))
         });
-        // SAFETY: a survivor's corners are places of projected vertices; fillers name vertex 0.
+        // SAFETY: a survivor's corners are indices of projected vertices; fillers name vertex 0.
         let [[au, av, aw], [bu, bv, bw], [cu, cv, cw]] = each_of!([a, b, c], corner => unsafe {
             [l.gather(&projected.u, corner), l.gather(&projected.v, corner), l.gather(&projected.w, corner)]
         });
@@ -291,14 +291,14 @@ fn fill_small_body<L: Lanes>(
         let (columns, rows) = (l.and_i(span, l.splat_i(0xffff)), l.shr_i::<16>(span));
         let (to_b, to_c) = (l.sub(bw, aw), l.sub(cw, aw));
         let (varies, flattest) = (l.add(l.abs(to_b), l.abs(to_c)), l.mul(aw, l.splat(STEEP[class])));
-        for dy in 0..most - 1 {
+        for dy in 0..max - 1 {
             let in_row = l.gt_i(rows, l.splat_i(dy));
             if l.bits(in_row) == 0 {
                 break;
             }
             let y = l.to_float(l.add_i(row, l.splat_i(dy)));
             let [ay, by, cy] = each_of!([av, bv, cv], v => l.sub(v, y));
-            for dx in 0..most - 1 {
+            for dx in 0..max - 1 {
                 let active = l.both(in_row, l.gt_i(columns, l.splat_i(dx)));
                 if l.bits(active) == 0 {
                     break;
@@ -311,8 +311,8 @@ fn fill_small_body<L: Lanes>(
                 );
                 let mut area = l.add(l.add(ea, eb), ec);
                 if two_sided {
-                    let turned = l.lt(area, zero);
-                    [ea, eb, ec, area] = each_of!([ea, eb, ec, area], e => l.select(turned, l.sub(zero, e), e));
+                    let faces_away = l.lt(area, zero);
+                    [ea, eb, ec, area] = each_of!([ea, eb, ec, area], e => l.select(faces_away, l.sub(zero, e), e));
                 }
                 let inside = l.both(l.both(l.ge(ea, zero), l.ge(eb, zero)), l.both(l.ge(ec, zero), l.lt(zero, area)));
                 let hits = l.bits(l.both(active, inside));
@@ -424,8 +424,8 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
                 // From the row's first pixel in single precision: the step is small beside the depth itself.
                 let w = l.add(l.splat(plane.at(first, row)), l.mul(steps, slope));
                 let w = l.max(l.min(w, high), low);
-                let place = (row - target.top) as usize * target.width + (first - target.left) as usize;
-                let pixels: &mut [f32; 16] = (&mut target.depth[place..place + 16]).try_into().expect("sixteen");
+                let index = (row - target.top) as usize * target.width + (first - target.left) as usize;
+                let pixels: &mut [f32; 16] = (&mut target.depth[index..index + 16]).try_into().expect("sixteen");
                 let old = l.load(pixels);
                 l.store(l.select(inside, l.max(w, old), old), pixels);
             }

@@ -56,14 +56,14 @@ struct Call {
 }
 
 impl SensorModel {
-    /// Turns a perfect depth crop into what the sensor returns, with memory of its own for the call.
+    /// Converts a perfect depth crop to what the sensor returns, with memory of its own for the call.
     pub fn apply(&self, camera: &Intrinsics, crop: &mut DepthCrop, stream: &mut Stream) {
         self.apply_with(&mut SensorScratch::default(), camera, crop, stream);
     }
 
-    /// Turns a perfect depth crop into what the sensor returns. Class `exact`: a function of its arguments alone.
+    /// Converts a perfect depth crop to what the sensor returns. Class `exact`: a function of its arguments alone.
     ///
-    /// The crop grows by three times `lateral_sigma_px` on each side, inside the image, because edges move both ways.
+    /// The crop grows by three times `lateral_sigma_px` on each side, inside the image, because edges move in both directions.
     /// Where nothing is behind the object there is nothing to match: its shadow and mixed pixels fall on its own
     /// farther parts only, and its outline just moves (see `docs/sensors.md`).
     pub fn apply_with(
@@ -80,7 +80,7 @@ impl SensorModel {
         let call = self.prepare(scratch, camera, crop);
         self.drop_shadows(&call, &scratch.disparity, &mut scratch.matched);
         self.drop_thin(&call, &mut scratch.boxes, &mut scratch.matched);
-        self.look_at_slants(&call, &scratch.depth, &scratch.matched, &mut scratch.slants);
+        self.measure_slants(&call, &scratch.depth, &scratch.matched, &mut scratch.slants);
         let (width, height, window) = (call.width, call.height, self.window_px as usize);
         let SensorScratch { boxes, axial, lateral: [across, down], grazing, .. } = scratch;
         for field in [axial, across, down, grazing] {
@@ -128,8 +128,8 @@ impl SensorModel {
     /// Removes the pixels whose matching window sees too little.
     fn drop_thin(&self, call: &Call, boxes: &mut BoxSum, matched: &mut [f32]) {
         let window = self.window_px as usize;
-        let least = self.min_support * (window * window) as f64;
-        if least <= 1.0 {
+        let min = self.min_support * (window * window) as f64;
+        if min <= 1.0 {
             return;
         }
         let (padded, stride) = boxes.padded(call.width, call.height, window);
@@ -141,7 +141,7 @@ impl SensorModel {
         }
         boxes.sums(call.width, call.height, window, |y, sums| {
             for (disparity, sum) in matched[call.row(y)].iter_mut().zip(sums) {
-                if f64::from(*sum) < least {
+                if f64::from(*sum) < min {
                     *disparity = 0.0;
                 }
             }
@@ -149,7 +149,7 @@ impl SensorModel {
     }
 
     /// Fills the slants of all pixels. No branch and equal slices, so that the compiler takes several pixels at a time.
-    fn look_at_slants(&self, call: &Call, depth: &[f32], matched: &[f32], slants: &mut Slants) {
+    fn measure_slants(&self, call: &Call, depth: &[f32], matched: &[f32], slants: &mut Slants) {
         let width = call.width;
         for image in [&mut slants.angle, &mut slants.spread, &mut slants.at_jump] {
             image.clear();
@@ -161,9 +161,9 @@ impl SensorModel {
         let quantisation = step * step / 12.0;
         for y in 0..call.height {
             let first = call.at(0, y);
-            let places = [first, first - 1, first + 1, first - call.stride, first + call.stride];
-            let [z, z_left, z_right, z_up, z_down] = places.map(|place| &depth[place..][..width]);
-            let [d, d_left, d_right, d_up, d_down] = places.map(|place| &matched[place..][..width]);
+            let starts = [first, first - 1, first + 1, first - call.stride, first + call.stride];
+            let [z, z_left, z_right, z_up, z_down] = starts.map(|start| &depth[start..][..width]);
+            let [d, d_left, d_right, d_up, d_down] = starts.map(|start| &matched[start..][..width]);
             let angles = &mut slants.angle[y * width..][..width];
             let spreads = &mut slants.spread[y * width..][..width];
             let jumps = &mut slants.at_jump[y * width..][..width];
@@ -249,7 +249,7 @@ impl SensorModel {
         }
     }
 
-    /// Turns disparities without noise into returned depths [m], NaN = no return.
+    /// Converts disparities without noise to returned depths [m], NaN = no return.
     fn measure(&self, call: &Call, axial: &[f32], spread: &[f32], out: &mut [f32]) {
         let (step, depth_step) = (self.disparity_step_px as f32, self.depth_step_m as f32);
         let (min, max) = (self.min_range_m as f32, self.max_range_m as f32);
@@ -270,12 +270,12 @@ impl SensorModel {
 }
 
 impl Call {
-    /// Place of a pixel in the images with a border.
+    /// Index of a pixel in the images with a border.
     fn at(&self, x: usize, y: usize) -> usize {
         (y + 1) * self.stride + x + 1
     }
 
-    /// Places of a row in the images with a border.
+    /// Indices of a row in the images with a border.
     fn row(&self, y: usize) -> std::ops::Range<usize> {
         let first = self.at(0, y);
         first..first + self.width

@@ -229,7 +229,7 @@ impl Caps {
     }
 
     /// Whether the winding number, followed without its jumps across the caps, stays within `bound` of its value at
-    /// `point` on all straight ways of length `reach`, the ball of `local`. "No" may be wrong, "yes" is not.
+    /// `point` on all straight paths of length `reach`, the ball of `local`. "No" may be wrong, "yes" is not.
     ///
     /// The gradient of a cap is at most area / (2 pi d^3) (dipoles at distance d), and at most the integral of
     /// 1 / (4 pi d^2) over its rim (the law of Biot and Savart). Inner edges carry no current, so that the second bound
@@ -242,7 +242,7 @@ impl Caps {
             }
             let node = &self.nodes[*cap as usize];
             let gap = (node.centre - point).norm() - node.radius - reach;
-            let outside = (node.slope_by_area(gap) * reach).min(2.0 * node.most(gap));
+            let outside = (node.slope_by_area(gap) * reach).min(2.0 * node.max(gap));
             swing += if outside < 0.1 * bound {
                 outside
             } else {
@@ -348,7 +348,7 @@ impl Node {
 
     /// The winding number, at most, at this distance from the ball that holds everything below: no triangle covers more
     /// of the view than the ball does.
-    fn most(&self, gap: f64) -> f64 {
+    fn max(&self, gap: f64) -> f64 {
         if gap <= 0.0 {
             return f64::INFINITY;
         }
@@ -367,13 +367,13 @@ impl Node {
         let inverse = 1.0 / squared;
         let cube = inverse * inverse.sqrt();
         let along = self.first.dot(to);
-        let turned = self.second * to;
-        let bend = to.dot(&turned);
+        let bent = self.second * to;
+        let bend = to.dot(&bent);
         local.angle += cube * (along + self.second.trace() - 3.0 * inverse * bend);
         // Derivatives by the eye's position are those by `to`, with the sign changed once for each order.
         let fifth = 3.0 * cube * inverse;
         local.gradient -= self.first * cube - to * (fifth * along);
-        local.gradient += (to * (self.second.trace() - 5.0 * inverse * bend) + turned + self.second.tr_mul(to)) * fifth;
+        local.gradient += (to * (self.second.trace() - 5.0 * inverse * bend) + bent + self.second.tr_mul(to)) * fifth;
         let outer = self.first * to.transpose();
         local.hessian += (to * to.transpose() * (5.0 * inverse * along) - outer - outer.transpose()) * fifth;
         local.hessian -= Matrix3::from_diagonal_element(fifth * along);
@@ -393,13 +393,13 @@ impl Node {
 struct HalfAngle {
     re: f64,
     im: f64,
-    /// Full turns that `(re, im)` does not show.
-    turns: f64,
+    /// Full revolutions that `(re, im)` does not show.
+    revolutions: f64,
 }
 
 impl Default for HalfAngle {
     fn default() -> Self {
-        Self { re: 1.0, im: 0.0, turns: 0.0 }
+        Self { re: 1.0, im: 0.0, revolutions: 0.0 }
     }
 }
 
@@ -414,19 +414,19 @@ impl HalfAngle {
             return;
         }
         let (re, im) = (re / size, im / size);
-        // Plus 0 turns -0, which would be the lower side of the cut, into 0.
+        // Adding 0 makes 0 of -0, which would be the lower side of the cut.
         let (new_re, new_im) = (self.re * re - self.im * im, self.re * im + self.im * re + 0.0);
-        // Two angles of one sign whose sum shows the other sign have passed half a turn.
+        // Two angles of one sign whose sum shows the other sign have passed half a revolution.
         match (self.im < 0.0, im < 0.0, new_im < 0.0) {
-            (false, false, true) => self.turns += 1.0,
-            (true, true, false) => self.turns -= 1.0,
+            (false, false, true) => self.revolutions += 1.0,
+            (true, true, false) => self.revolutions -= 1.0,
             _ => {}
         }
         (self.re, self.im) = (new_re, new_im);
     }
 
     fn sum(&self) -> f64 {
-        libm::atan2(self.im, self.re) + 2.0 * PI * self.turns
+        libm::atan2(self.im, self.re) + 2.0 * PI * self.revolutions
     }
 }
 

@@ -24,8 +24,8 @@ impl Cells {
             let side = self.side();
             let border = |index: usize| index == 0 || index == side - 1;
             self.empty = (0..side.pow(3))
-                .map(|place| {
-                    let (x, y, z) = (place / side / side, place / side % side, place % side);
+                .map(|index| {
+                    let (x, y, z) = (index / side / side, index / side % side, index % side);
                     u8::from(border(x) || border(y) || border(z))
                 })
                 .collect();

@@ -10,7 +10,7 @@ use nalgebra::Point3;
 
 use crate::geom::{SolidGrid, TriMesh};
 
-/// A place in ticks.
+/// A point in ticks.
 pub(super) type Ticks = [i32; 3];
 
 const TICK_BITS: u32 = 18;
@@ -18,12 +18,12 @@ const TICK_BITS: u32 = 18;
 /// Ticks a cell.
 pub(super) const TICKS: f64 = (1 << TICK_BITS) as f64;
 
-/// A place in cells.
-pub(super) fn in_cells(place: Ticks) -> [f64; 3] {
-    place.map(|ticks| f64::from(ticks) / TICKS)
+/// A point in cells.
+pub(super) fn in_cells(point: Ticks) -> [f64; 3] {
+    point.map(|ticks| f64::from(ticks) / TICKS)
 }
 
-/// The nearest place in ticks, at most 2^27 off the origin: beyond every grid.
+/// The nearest point in ticks, at most 2^27 off the origin: beyond every grid.
 pub(super) fn in_ticks(cells: [f64; 3]) -> Ticks {
     cells.map(|cells| round((cells * TICKS).clamp(-134_217_728.0, 134_217_728.0)))
 }
@@ -55,10 +55,10 @@ impl Lattice {
     /// Vertices in ticks, shape (vertices, 3).
     pub(super) fn vertices(&self, mesh: &TriMesh) -> Vec<Ticks> {
         let cells_per_metre = SolidGrid::SIDE as f64 / self.longest_side;
-        let place = |vertex: &[f32; 3]| {
+        let point = |vertex: &[f32; 3]| {
             in_ticks(std::array::from_fn(|axis| (f64::from(vertex[axis]) - self.origin[axis]) * cells_per_metre))
         };
-        mesh.vertices.iter().map(place).collect()
+        mesh.vertices.iter().map(point).collect()
     }
 }
 
@@ -68,11 +68,11 @@ pub(super) struct Columns<const SIDE: usize> {
     /// Column (x, y) owns `packed[starts[x * SIDE + y]..starts[x * SIDE + y + 1]]`.
     starts: Vec<u32>,
     /// `2 * cell + leaves`: the first cell (0 to `SIDE`) whose centre is not below the crossing; `leaves` is 1 where the
-    /// winding number falls by one on the way up. Sorted within a column.
+    /// winding number falls by one upwards. Sorted within a column.
     packed: Vec<u16>,
 }
 
-/// One crossing on the way up a column.
+/// One crossing of a column, upwards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Crossing {
     /// The first cell whose centre is not below the crossing, 0 to the grid's side.
@@ -100,9 +100,9 @@ impl<const SIDE: usize> Columns<SIDE> {
         // Filling moves each start to the end of its column, which is the start of the next.
         let mut packed = vec![0u16; found.len()];
         for crossing in &found {
-            let place = &mut starts[(crossing >> 16) as usize];
-            packed[*place as usize] = *crossing as u16;
-            *place += 1;
+            let next = &mut starts[(crossing >> 16) as usize];
+            packed[*next as usize] = *crossing as u16;
+            *next += 1;
         }
         starts.rotate_right(1);
         starts[0] = 0;
@@ -248,7 +248,7 @@ impl Height {
 
     /// The first cell, 0 to the grid's side, whose centre is not below the plane, `x` and `y` columns from the corner.
     fn first_cell_above(&self, x: f64, y: f64) -> u32 {
-        // Plain comparisons: f64::max and min also look for NaN.
+        // Plain comparisons: f64::max and min also test for NaN.
         let height = self.at_corner + x * self.step_x + y * self.step_y;
         let height = if height > self.low { height } else { self.low };
         let height = if height < self.high { height } else { self.high };

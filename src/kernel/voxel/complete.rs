@@ -27,7 +27,7 @@ pub(super) struct Surface {
     /// tolerance.
     packed: Vec<u32>,
     /// Index of that cell in `Cells`.
-    places: Vec<u32>,
+    indices: Vec<u32>,
     /// Triangles that ask for an exact test.
     work: Work,
     /// Triangles that span more than three cells along an axis: indices in `work`.
@@ -76,12 +76,12 @@ impl Surface {
             axis.resize(vertices, 0.0);
         }
         self.packed.resize(vertices, 0);
-        self.places.resize(vertices, 0);
+        self.indices.resize(vertices, 0);
         let to_grid = ToGrid::new(mesh, camera_from_object, placement);
-        place_vertices(level, &mesh.positions, &to_grid, cells.side(), self);
-        for place in &self.places {
-            // SAFETY: places come from indices clamped to the cells and their border.
-            unsafe { *cells.bytes.get_unchecked_mut(*place as usize) = 1 };
+        locate_vertices(level, &mesh.positions, &to_grid, cells.side(), self);
+        for index in &self.indices {
+            // SAFETY: indices come from coordinates clamped to the cells and their border.
+            unsafe { *cells.bytes.get_unchecked_mut(*index as usize) = 1 };
         }
         list_work(level, &mesh.corners, self);
         drop_settled(level, cells, self);
@@ -111,11 +111,11 @@ impl Surface {
 
 simd_kernel! {
     /// Every vertex to the grid.
-    fn place_vertices(positions: &[Vec<f32>; 3], to_grid: &ToGrid, side: usize, out: &mut Surface) = place_vertices_body;
+    fn locate_vertices(positions: &[Vec<f32>; 3], to_grid: &ToGrid, side: usize, out: &mut Surface) = locate_vertices_body;
 }
 
 #[inline(always)]
-fn place_vertices_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], to_grid: &ToGrid, side: usize, out: &mut Surface) {
+fn locate_vertices_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], to_grid: &ToGrid, side: usize, out: &mut Surface) {
     let [to_x, to_y, to_z] = each_of!([0, 1, 2], row => Affine::new(l, to_grid.rows[row]));
     let (zero, one) = (l.splat(0.0), l.splat(1.0));
     let last = l.splat((side - 1) as f32);
@@ -123,11 +123,11 @@ fn place_vertices_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], to_grid: &ToGr
     let side = l.splat_i(side as i32);
     let [x, y, z] = positions.each_ref().map(|axis| axis.as_chunks::<16>().0);
     let [gx, gy, gz] = out.grid.each_mut().map(|axis| axis.as_chunks_mut::<16>().0);
-    let (packed, places) = (out.packed.as_chunks_mut::<16>().0, out.places.as_chunks_mut::<16>().0);
+    let (packed, indices) = (out.packed.as_chunks_mut::<16>().0, out.indices.as_chunks_mut::<16>().0);
     let vertices = x.iter().zip(y).zip(z);
     let (mut lowest, mut highest) = ([l.splat(f32::INFINITY); 3], [l.splat(f32::NEG_INFINITY); 3]);
-    let outputs = gx.iter_mut().zip(gy).zip(gz).zip(packed.iter_mut().zip(places));
-    for (((x, y), z), (((gx, gy), gz), (packed, place))) in vertices.zip(outputs) {
+    let outputs = gx.iter_mut().zip(gy).zip(gz).zip(packed.iter_mut().zip(indices));
+    for (((x, y), z), (((gx, gy), gz), (packed, index))) in vertices.zip(outputs) {
         let (x, y, z) = (l.load(x), l.load(y), l.load(z));
         let g = each_of!([&to_x, &to_y, &to_z], row => row.at(l, x, y, z));
         let mut near = l.lt(one, zero);
@@ -147,7 +147,7 @@ fn place_vertices_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], to_grid: &ToGr
         let wall = l.select(near, l.splat(NEAR_WALL as f32), zero);
         let cell_bytes = l.or_i(l.or_i(cell[0], l.shl_i::<8>(cell[1])), l.shl_i::<16>(cell[2]));
         l.store_i(l.or_i(cell_bytes, l.truncate(wall)), packed);
-        l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], side), cell[1]), side), cell[2]), place);
+        l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], side), cell[1]), side), cell[2]), index);
     }
     let mut lanes = [0.0; 16];
     for axis in 0..3 {
@@ -177,7 +177,7 @@ fn list_work_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], out: &mut Surface) {
     let [a, b, c] = corners.each_ref().map(|corner| corner.as_chunks::<16>().0);
     for ((a, b), c) in a.iter().zip(b).zip(c) {
         let [a, b, c] = each_of!([a, b, c], corner => l.load_i(corner));
-        // SAFETY: a mesh's corners are places of its vertices, and every vertex has been placed.
+        // SAFETY: a mesh's corners are indices of its vertices, and every vertex has been placed.
         let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&out.packed, corner) });
         let max = l.max_u8(l.max_u8(pa, pb), pc);
         let span = l.sub_u8(max, l.min_u8(l.min_u8(pa, pb), pc));
@@ -211,7 +211,7 @@ fn drop_settled_body<L: Lanes>(l: L, cells: &Cells, out: &mut Surface) {
     let mut kept = 0;
     for start in (0..count).step_by(16) {
         let [a, b, c] = each_of!([0, 1, 2], corner => l.load_i(chunk_at(&mut out.work.corners[corner], start)));
-        // SAFETY: the work list holds places of vertices; its end is filled up with vertex 0.
+        // SAFETY: the work list holds indices of vertices; its end is filled up with vertex 0.
         let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&out.packed, corner) });
         let max = l.max_u8(l.max_u8(pa, pb), pc);
         let min = l.min_u8(l.min_u8(pa, pb), pc);
@@ -219,14 +219,14 @@ fn drop_settled_body<L: Lanes>(l: L, cells: &Cells, out: &mut Surface) {
         // At most two cells along x and y, four along z, and no vertex near a wall.
         let narrow = l.eq_i(l.and_i(span, l.splat_i(0xfffc_fefe_u32 as i32)), zero);
         let (x, y, z) = (l.and_i(min, byte), l.and_i(l.shr_i::<8>(min), byte), l.and_i(l.shr_i::<16>(min), byte));
-        let place = l.add_i(l.mul_i(l.add_i(l.mul_i(x, side), y), side), z);
+        let index = l.add_i(l.mul_i(l.add_i(l.mul_i(x, side), y), side), z);
         let step_y = l.mul_i(l.and_i(l.shr_i::<8>(span), l.splat_i(1)), side);
         let step_x = l.mul_i(l.mul_i(l.and_i(span, l.splat_i(1)), side), side);
-        let other = l.add_i(place, step_x);
+        let other = l.add_i(index, step_x);
         // SAFETY: both ends of the box are cells or border; four bytes from the last one lie in the slack.
         let rows = unsafe {
             each_of!(
-                [place, l.add_i(place, step_y), other, l.add_i(other, step_y)],
+                [index, l.add_i(index, step_y), other, l.add_i(other, step_y)],
                 start => l.gather_bytes(&cells.bytes, start)
             )
         };

@@ -92,11 +92,11 @@ impl CornerShell {
             return;
         }
         let mut points = Vec::new();
-        for (place, word) in solid.words.iter().enumerate() {
+        for (index, word) in solid.words.iter().enumerate() {
             let mut word = *word;
             while word != 0 {
-                let z = (place % 4 * 64) as u32 + word.trailing_zeros();
-                points.push((place / 1024) as u32 | ((place / 4 % 256) << 8) as u32 | z << 16);
+                let z = (index % 4 * 64) as u32 + word.trailing_zeros();
+                points.push((index / 1024) as u32 | ((index / 4 % 256) << 8) as u32 | z << 16);
                 word &= word - 1;
             }
         }
@@ -145,11 +145,11 @@ fn mark_corners_body<L: Lanes>(l: L, points: &[u32], rows: &[[f32; 4]; 3], cells
         let [x, y, z] = each_of!([&to_x, &to_y, &to_z], row => {
             l.truncate(l.max(l.min(row.at(l, x, y, z), last), zero))
         });
-        let mut places = [0; 16];
-        l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(x, side), y), side), z), &mut places);
-        for place in places {
+        let mut indices = [0; 16];
+        l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(x, side), y), side), z), &mut indices);
+        for index in indices {
             // SAFETY: every index was clamped to the cells and their border.
-            unsafe { *cells.bytes.get_unchecked_mut(place as usize) = 1 };
+            unsafe { *cells.bytes.get_unchecked_mut(index as usize) = 1 };
         }
     }
 }

@@ -51,9 +51,9 @@ pub(super) fn holds(solid: &SolidGrid, point: &Point3<f64>) -> bool {
 /// Adds to each row of surface cells the cells inside the solid.
 ///
 /// No surface crosses a run of cells without surface, nor two such cells side by side, so where the mesh is closed one
-/// look decides a whole region.
+/// test decides a whole region.
 /// Such a cell's centre is at least half a cell from the surface; a fine cell's centre is within 0.87 fine cells of it,
-/// so the look is exact from 1.75 fine cells per cell on. Below (a long object seen end-on) crossings along each column
+/// so the test is exact from 1.75 fine cells per cell on. Below (a long object seen end-on) crossings along each column
 /// decide. Where the mesh has holes, every cell is looked up.
 pub(super) fn fill_interior(
     rows: &mut [u128],
@@ -75,32 +75,32 @@ pub(super) fn fill_interior(
     let fine = FineFromGrid::new(solid, camera_from_object, placement);
     let all = u128::MAX >> (128 - n);
     if closed {
-        let look = |cell: [usize; 3]| holds(solid, &fine.at(cell.map(|index| index as f64 + 0.5)));
-        fill_runs(rows, n, surface.ends_inside(n), look);
+        let is_inside = |cell: [usize; 3]| holds(solid, &fine.at(cell.map(|index| index as f64 + 0.5)));
+        fill_runs(rows, n, surface.ends_inside(n), is_inside);
         return;
     }
-    for (place, row) in rows.iter_mut().enumerate() {
+    for (index, row) in rows.iter_mut().enumerate() {
         let mut rest = !*row & all;
         while rest != 0 {
             let z = rest.trailing_zeros() as usize;
             rest &= rest - 1;
-            let cell = [place / n, place % n, z].map(|index| index as f64 + 0.5);
+            let cell = [index / n, index % n, z].map(|index| index as f64 + 0.5);
             *row |= u128::from(holds(solid, &fine.at(cell))) << z;
         }
     }
 }
 
 /// Decides the runs of cells without surface along z: as a neighbour in the row before along y or x, whose status is
-/// known, since no surface lies between them; else by one look. `ends` says where the mesh ends inside the grid, so that
+/// known, since no surface lies between them; else by one test. `ends` says where the mesh ends inside the grid, so that
 /// beyond is outside: before x = 0, before y = 0, before z = 0, after the last z.
-fn fill_runs(rows: &mut [u128], n: usize, ends: [bool; 4], look: impl Fn([usize; 3]) -> bool) {
-    if n <= 64 { fill_short_runs(rows, n, ends, look) } else { fill_long_runs(rows, n, ends, look) }
+fn fill_runs(rows: &mut [u128], n: usize, ends: [bool; 4], is_inside: impl Fn([usize; 3]) -> bool) {
+    if n <= 64 { fill_short_runs(rows, n, ends, is_inside) } else { fill_long_runs(rows, n, ends, is_inside) }
 }
 
 /// [`fill_runs`] over numbers of one width: up to 64 cells fit in half the work.
 macro_rules! fill_runs_over {
     ($name:ident, $bits:ident) => {
-        fn $name(rows: &mut [u128], n: usize, ends: [bool; 4], look: impl Fn([usize; 3]) -> bool) {
+        fn $name(rows: &mut [u128], n: usize, ends: [bool; 4], is_inside: impl Fn([usize; 3]) -> bool) {
             const BITS: u32 = $bits::BITS;
             let all = $bits::MAX >> (BITS - n as u32);
             let known = |end: bool| if end { all } else { 0 };
@@ -120,7 +120,7 @@ macro_rules! fill_runs_over {
                         let run = ($bits::MAX >> (BITS - length)) << start;
                         rest &= !run;
                         if run & known_outside == 0
-                            && (run & known_inside != 0 || look([x, y, (start + length / 2) as usize]))
+                            && (run & known_inside != 0 || is_inside([x, y, (start + length / 2) as usize]))
                         {
                             filled |= run;
                         }

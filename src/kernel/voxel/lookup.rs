@@ -32,8 +32,8 @@ fn add_solid_body<L: Lanes>(l: L, words: &[u64], fine: &FineFromGrid, shift: f64
     let (zero, side) = (l.splat(0.0), l.splat(SIDE));
     let last = l.splat(SIDE - 1.0);
     let all = u128::MAX >> (128 - n);
-    for (place, row) in rows.iter_mut().enumerate() {
-        let start = fine.at([(place / n) as f64 + 0.5, (place % n) as f64 + 0.5, 0.5]);
+    for (index, row) in rows.iter_mut().enumerate() {
+        let start = fine.at([(index / n) as f64 + 0.5, (index % n) as f64 + 0.5, 0.5]);
         let mut bits = 0;
         for first in (0..n).step_by(16) {
             let z = l.add(lane, l.splat(first as f32));

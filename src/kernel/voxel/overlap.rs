@@ -1,7 +1,7 @@
 //! Triangles against cells: which boxes, widened by a tolerance, a triangle meets.
 //!
 //! Akenine-Moeller 2001, "Fast 3D triangle-box overlap testing": a triangle and a cube are apart when one of thirteen axes
-//! tells them apart: the triangle's normal, the box axes, and each edge crossed with each box axis.
+//! separates them: the triangle's normal, the box axes, and each edge crossed with each box axis.
 #![expect(unsafe_code, reason = "gathers without checks: the hot path of every view")]
 
 use super::{
@@ -40,8 +40,8 @@ pub(super) fn list_cells(
             let from = (from.max(0.0) as usize).max(low[axis]);
             let to = (to.max(0.0) as usize).min(high[axis]);
             for i in from..=to {
-                let place = i * strides[axis] + j * strides[second] + k * strides[third];
-                if cells.bytes[place] == 0 {
+                let index = i * strides[axis] + j * strides[second] + k * strides[third];
+                if cells.bytes[index] == 0 {
                     open.push((i << (8 * axis) | j << (8 * second) | k << (8 * third)) as u32);
                 }
             }
@@ -96,16 +96,16 @@ impl BoxTest {
         (middle - reach, middle + reach)
     }
 
-    /// The thirteen axes: a cell meets the triangle when no axis tells them apart.
+    /// The thirteen axes: a cell meets the triangle when no axis separates them.
     pub(super) fn separators(&self) -> [Separation; 13] {
         let mut all = [Separation::default(); 13];
         let [a, b, c] = self.corners;
-        let mut places = all.iter_mut();
+        let mut slots = all.iter_mut();
         let mut put = |axis: [f64; 3], reach: f64| {
             let along = [a, b, c].map(|p| axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2]);
             let (low, high) = (along[0].min(along[1]).min(along[2]), along[0].max(along[1]).max(along[2]));
             let middle = (low + high) / 2.0;
-            *places.next().expect("thirteen") = Separation { axis, middle, reach: high - middle + reach };
+            *slots.next().expect("thirteen") = Separation { axis, middle, reach: high - middle + reach };
         };
         put(self.normal, self.reach);
         for axis in 0..3 {
@@ -133,7 +133,7 @@ pub(super) struct Separation {
 }
 
 simd_kernel! {
-    /// Marks those of the listed cells that no axis tells from the triangle.
+    /// Marks those of the listed cells that no axis separates from the triangle.
     pub(super) fn mark_open(separators: &[Separation; 13], open: &mut Vec<u32>, cells: &mut Cells) = mark_open_body;
 }
 
@@ -158,8 +158,8 @@ fn mark_open_body<L: Lanes>(_: L, separators: &[Separation; 13], open: &mut Vec<
         }
         for lane in 0..16 {
             if apart[lane] <= 0.0 {
-                let place = ((open[lane] & 0xff) * side + (open[lane] >> 8 & 0xff)) * side + (open[lane] >> 16);
-                cells.bytes[place as usize] = 1;
+                let index = ((open[lane] & 0xff) * side + (open[lane] >> 8 & 0xff)) * side + (open[lane] >> 16);
+                cells.bytes[index as usize] = 1;
             }
         }
     }
@@ -184,7 +184,7 @@ simd_kernel! {
 /// anything by; so thin a triangle is as good as its edges.
 const THIN: f32 = 2e-3;
 
-/// Cells that a triangle meets as far as its box and its plane tell.
+/// Cells that a triangle meets as far as its box and its plane decide.
 struct Pairs {
     /// Indices in the work list.
     triangles: [u32; Self::ROOM],
@@ -210,7 +210,7 @@ fn test_cells_body<L: Lanes>(
     wide.clear();
     let mut pairs = Pairs { triangles: [0; Pairs::ROOM], cells: [0; Pairs::ROOM], count: 0 };
     for start in (0..work.count).step_by(16) {
-        // SAFETY: the work list holds places of vertices; its end is filled up with vertex 0.
+        // SAFETY: the work list holds indices of vertices; its end is filled up with vertex 0.
         let corners = each_of!([0, 1, 2], corner => unsafe {
             let vertex = l.load_i(chunk_at(&mut work.corners[corner], start));
             [l.gather(&grid[0], vertex), l.gather(&grid[1], vertex), l.gather(&grid[2], vertex)]
@@ -244,7 +244,7 @@ struct Batch<L: Lanes> {
     /// First cell of the box: x, y, z in `Cells`, a byte each.
     first: L::I,
     /// Index of that cell.
-    place: L::I,
+    index: L::I,
     /// Cells of the box along each axis, less one.
     span: [L::I; 3],
     /// Change of the projection on the normal per cell, and the interval in which the plane is met.
@@ -280,7 +280,7 @@ impl<L: Lanes> Batch<L> {
         let longest = l.max(l.max(longest[0], longest[1]), longest[2]);
         Self {
             first: l.or_i(l.or_i(low[0], l.shl_i::<8>(low[1])), l.shl_i::<16>(low[2])),
-            place: l.add_i(l.mul_i(l.add_i(l.mul_i(low[0], side), low[1]), side), low[2]),
+            index: l.add_i(l.mul_i(l.add_i(l.mul_i(low[0], side), low[1]), side), low[2]),
             span: each_of!([0, 1, 2], axis => l.sub_i(high[axis], low[axis])),
             step,
             low: l.sub(along, reach),
@@ -294,7 +294,7 @@ impl<L: Lanes> Batch<L> {
 #[inline(always)]
 fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells: &Cells, pairs: &mut Pairs) {
     let side = cells.side() as i32;
-    let Batch { first, place, span, step, low, high, thin } = batch;
+    let Batch { first, index, span, step, low, high, thin } = batch;
     let lane = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
     let triangles = l.add_i(l.splat_i(start as i32), lane);
     for x in 0..3 {
@@ -309,7 +309,7 @@ fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells:
                 break;
             }
             let at_y = l.add(at_x, l.mul(l.splat(y as f32), step[1]));
-            let row = l.add_i(*place, l.splat_i((x * side + y) * side));
+            let row = l.add_i(*index, l.splat_i((x * side + y) * side));
             // SAFETY: a row past the box lies in the bytes or in their slack, which holds two planes and two rows.
             let marked = unsafe { l.gather_bytes(&cells.bytes, row) };
             for z in 0..3 {
@@ -330,7 +330,7 @@ fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells:
     }
 }
 
-/// Marks the cells of sixteen pairs, those of `lanes`, that no edge crossed with a box axis tells from their triangle.
+/// Marks the cells of sixteen pairs, those of `lanes`, that no edge crossed with a box axis separates from their triangle.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a part of one kernel")]
 fn test_pairs<L: Lanes>(
@@ -348,7 +348,7 @@ fn test_pairs<L: Lanes>(
     let cell = l.load_i(pairs.cells[start..][..16].try_into().expect("sixteen"));
     let cell = [l.and_i(cell, byte), l.and_i(l.shr_i::<8>(cell), byte), l.shr_i::<16>(cell)];
     let triangle = l.load_i(pairs.triangles[start..][..16].try_into().expect("sixteen"));
-    // SAFETY: pairs name entries of the work list, which holds places of vertices; those not set yet name the first one.
+    // SAFETY: pairs name entries of the work list, which holds indices of vertices; those not set yet name the first one.
     let [a, b, c] = each_of!([0, 1, 2], corner => unsafe {
         let vertex = l.gather_i(&work.corners[corner], triangle);
         each_of!([0, 1, 2], axis => {
@@ -363,15 +363,15 @@ fn test_pairs<L: Lanes>(
     });
     let mut hits = l.bits(meets) & lanes;
     let side = l.splat_i(cells.side() as i32);
-    let mut places = [0; 16];
-    l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], side), cell[1]), side), cell[2]), &mut places);
+    let mut indices = [0; 16];
+    l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], side), cell[1]), side), cell[2]), &mut indices);
     while hits != 0 {
-        cells.bytes[places[hits.trailing_zeros() as usize] as usize] = 1;
+        cells.bytes[indices[hits.trailing_zeros() as usize] as usize] = 1;
         hits &= hits - 1;
     }
 }
 
-/// Whether the cross product of edge `p` to `q` and a box axis fails to tell the triangle from a box around the origin;
+/// Whether the cross product of edge `p` to `q` and a box axis fails to separate the triangle from a box around the origin;
 /// `r` is the third corner, all of them without their coordinate along that axis.
 #[inline(always)]
 fn edge_meets<L: Lanes>(l: L, p: [L::F; 2], q: [L::F; 2], r: [L::F; 2], half: L::F) -> L::M {

@@ -30,15 +30,15 @@ fn mark_points_body<L: Lanes>(_: L, crop: &DepthCrop, slopes: &Slopes, placement
     };
     for (line, slope_y) in crop.depth.chunks_exact(crop.width as usize).zip(&slopes.rows) {
         let mut mark = |depths: &[f32; LANES], slopes: &[f64; LANES]| {
-            let mut places = [0_i32; LANES];
+            let mut indices = [0_i32; LANES];
             for lane in 0..LANES {
                 let z = f64::from(depths[lane]);
                 let (x, y) = (index(slopes[lane] * z, 0), index(slope_y * z, 1));
-                places[lane] = (x * side + y) * side + index(z, 2);
+                indices[lane] = (x * side + y) * side + index(z, 2);
             }
-            for place in places {
+            for index in indices {
                 // SAFETY: every index is at least 0 and below `side`.
-                unsafe { *cells.bytes.get_unchecked_mut(place as usize) = 1 };
+                unsafe { *cells.bytes.get_unchecked_mut(index as usize) = 1 };
             }
         };
         let (chunks, rest) = line.as_chunks::<LANES>();

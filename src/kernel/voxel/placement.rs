@@ -1,4 +1,4 @@
-//! From a depth image to the place of the sample's grid.
+//! From a depth image to the position of the sample's grid.
 
 use nalgebra::Point3;
 

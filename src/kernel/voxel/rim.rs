@@ -1,32 +1,33 @@
 //! The rim of a surface: where its holes are, and caps that close them.
 //!
-//! An edge belongs to the rim as often as the triangles that run along it one way outnumber those that run along it the
-//! other way. A surface without a rim is closed and its winding number is a whole number everywhere. Corners are one
+//! An edge belongs to the rim as often as the triangles that run along it in one direction outnumber those in the
+//! other. A surface without a rim is closed and its winding number is a whole number everywhere. Corners are one
 //! when they lie on the same tick, so that a closed soup has no rim.
 
 use super::columns::Ticks;
 
-/// Closed polygons that run against the rim: caps over them close the surface. Empty for a closed surface. Deterministic: it depends on the order of the triangles only through nothing but their positions.
+/// Closed polygons that run against the rim: caps over them close the surface. Empty for a closed surface. Deterministic: it
+/// depends on the order of the triangles only through nothing but their positions.
 pub(super) fn rim_loops(vertices: &[Ticks], triangles: &[[u32; 3]]) -> Vec<Vec<Ticks>> {
-    let (places, place_of) = merge(vertices);
-    let mut next = against_the_rim(triangles, &place_of, places.len());
+    let (points, point_of) = merge(vertices);
+    let mut next = against_the_rim(triangles, &point_of, points.len());
     let mut loops = Vec::new();
-    let mut step_of = vec![usize::MAX; places.len()];
+    let mut step_of = vec![usize::MAX; points.len()];
     let mut path: Vec<u32> = Vec::new();
-    // As many rim edges come to a place as leave it, so that a walk only ends where it began; each time it meets
+    // As many rim edges come to a point as leave it, so that a walk only ends where it began; each time it meets
     // itself, one simple polygon is cut off.
-    for start in 0..places.len() {
-        let mut place = start;
+    for start in 0..points.len() {
+        let mut point = start;
         loop {
-            if step_of[place] != usize::MAX {
-                let polygon = path.split_off(step_of[place]);
+            if step_of[point] != usize::MAX {
+                let polygon = path.split_off(step_of[point]);
                 polygon.iter().for_each(|corner| step_of[*corner as usize] = usize::MAX);
-                loops.push(polygon.iter().map(|corner| places[*corner as usize]).collect());
+                loops.push(polygon.iter().map(|corner| points[*corner as usize]).collect());
             }
-            let Some(target) = next[place].pop() else { break };
-            step_of[place] = path.len();
-            path.push(place as u32);
-            place = target as usize;
+            let Some(target) = next[point].pop() else { break };
+            step_of[point] = path.len();
+            path.push(point as u32);
+            point = target as usize;
         }
     }
     debug_assert!(path.is_empty());
@@ -37,22 +38,22 @@ pub(super) fn rim_loops(vertices: &[Ticks], triangles: &[[u32; 3]]) -> Vec<Vec<T
 fn merge(vertices: &[Ticks]) -> (Vec<Ticks>, Vec<u32>) {
     let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
     order.sort_unstable_by_key(|vertex| vertices[*vertex as usize]);
-    let mut places: Vec<Ticks> = Vec::with_capacity(vertices.len());
-    let mut place_of = vec![0; vertices.len()];
+    let mut points: Vec<Ticks> = Vec::with_capacity(vertices.len());
+    let mut point_of = vec![0; vertices.len()];
     for vertex in order {
-        if places.last() != Some(&vertices[vertex as usize]) {
-            places.push(vertices[vertex as usize]);
+        if points.last() != Some(&vertices[vertex as usize]) {
+            points.push(vertices[vertex as usize]);
         }
-        place_of[vertex as usize] = places.len() as u32 - 1;
+        point_of[vertex as usize] = points.len() as u32 - 1;
     }
-    (places, place_of)
+    (points, point_of)
 }
 
-/// For each place the places that a rim edge leads to, run backwards, once per surplus.
-fn against_the_rim(triangles: &[[u32; 3]], place_of: &[u32], places: usize) -> Vec<Vec<u32>> {
+/// For each point, the points that a rim edge leads to, run backwards, once per surplus.
+fn against_the_rim(triangles: &[[u32; 3]], point_of: &[u32], points: usize) -> Vec<Vec<u32>> {
     let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(3 * triangles.len());
     for triangle in triangles {
-        let corners = triangle.map(|vertex| place_of[vertex as usize]);
+        let corners = triangle.map(|vertex| point_of[vertex as usize]);
         for corner in 0..3 {
             let (a, b) = (corners[corner], corners[(corner + 1) % 3]);
             if a != b {
@@ -61,7 +62,7 @@ fn against_the_rim(triangles: &[[u32; 3]], place_of: &[u32], places: usize) -> V
         }
     }
     edges.sort_unstable();
-    let mut next = vec![Vec::new(); places];
+    let mut next = vec![Vec::new(); points];
     for same in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let surplus: i32 = same.iter().map(|edge| edge.2).sum();
         let (from, to) = if surplus > 0 { (same[0].1, same[0].0) } else { (same[0].0, same[0].1) };
@@ -100,7 +101,7 @@ mod tests {
         assert!(rim_loops(&soup, &triangles).is_empty());
         let loops = rim_loops(&soup, &triangles[..3]);
         assert_eq!(loops.len(), 1);
-        // The cap is wound as the missing face was: it holds the same edges, the same way round.
+        // The cap is wound as the missing face was: it holds the same edges, in the same direction.
         let missing = faces[3].map(|corner| corners[corner]);
         let start = loops[0].iter().position(|corner| *corner == missing[0]).unwrap();
         assert_eq!(std::array::from_fn(|i| loops[0][(start + i) % 3]), missing);

@@ -2,7 +2,7 @@
 //!
 //! A descriptor is the solid on a 32^3 grid along its own principal axes, each axis scaled to its own standard deviation,
 //! so that a knife fills its grid as well as a ball. Where two standard deviations nearly coincide the axes are free to
-//! turn, and fourth moments fix them: they settle along the sides of a box or a cube.
+//! rotation, and fourth moments fix them: they settle along the sides of a box or a cube.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -59,8 +59,8 @@ impl ShapeDescriptor {
             return Self::new(&body, deviations, round, rows);
         }
         let mut points: Vec<V3> = cells(&rows).map(middle).collect();
-        let turn = settle(&mut points, round);
-        let axes = axes * turn.transpose();
+        let rotation = settle(&mut points, round);
+        let axes = axes * rotation.transpose();
         let deviations = V3::from_fn(|axis, _| axes.column(axis).dot(&(body.covariance * axes.column(axis))).sqrt());
         let rows = rows_along(&triangles, &body.centre, &axes, &deviations);
         Self::new(&body, deviations, round, rows)
@@ -83,7 +83,7 @@ impl ShapeDescriptor {
     }
 
     /// Intersection over union of two shapes after they are brought to the same volume, centre and axes: the best of the
-    /// orientations that their axes leave open (4, or up to 24 where axes are free to turn). Mirrored shapes differ.
+    /// orientations that their axes leave open (4, or up to 24 where axes are free to rotate). Mirrored shapes differ.
     ///
     /// The grids are compared with each axis scaled to its own deviation; how far those scales differ is taken off as
     /// between two boxes.
@@ -143,8 +143,8 @@ pub fn twins(shapes: &[ShapeDescriptor], threshold: f64) -> Vec<Vec<usize>> {
     let dice = 2.0 * threshold / (1.0 + threshold);
     let widest = 1.0 / (dice * dice);
     let mut parent: Vec<usize> = (0..shapes.len()).collect();
-    for (place, a) in order.iter().enumerate() {
-        for b in order[place + 1..].iter().take_while(|b| shapes[**b].sorted[0] <= widest * shapes[*a].sorted[0]) {
+    for (index, a) in order.iter().enumerate() {
+        for b in order[index + 1..].iter().take_while(|b| shapes[**b].sorted[0] <= widest * shapes[*a].sorted[0]) {
             let (root_a, root_b) = (root(&mut parent, *a), root(&mut parent, *b));
             if root_a != root_b
                 && shapes[*a].likeness_bound(&shapes[*b]) >= threshold
@@ -189,7 +189,7 @@ const ORDERS: [([usize; 3], bool); 6] = [
     ([2, 0, 1], false),
 ];
 
-/// Whether only axes that are free to turn change places.
+/// Whether only axes that are free to rotate change places.
 fn fits(order: [usize; 3], round: [bool; 2]) -> bool {
     match order {
         [0, 1, 2] => true,
@@ -204,12 +204,12 @@ fn reordered(rows: &[u32], order: [usize; 3]) -> Vec<u32> {
     if order == [0, 1, 2] {
         return rows.to_vec();
     }
-    let mut turned = vec![0; SIDE * SIDE];
+    let mut transposed = vec![0; SIDE * SIDE];
     for cell in cells(rows) {
         let [x, y, z] = order.map(|axis| cell[axis]);
-        turned[x * SIDE + y] |= 1 << z;
+        transposed[x * SIDE + y] |= 1 << z;
     }
-    turned
+    transposed
 }
 
 /// Cells in both grids when the second is flipped along the axes whose bit is set.
@@ -317,15 +317,15 @@ fn rows_along(triangles: &[[V3; 3]], centre: &V3, axes: &Matrix3<f64>, deviation
     rows
 }
 
-/// Turns the points about the axes that are free, so that fourth moments are smallest along the axes: the sides of a
-/// square or a cube. Returns the turn, new from old.
+/// Rotates the points about the axes that are free, so that fourth moments are smallest along the axes: the sides of a
+/// square or a cube. Returns the rotation, new from old.
 fn settle(points: &mut [V3], round: [bool; 2]) -> Matrix3<f64> {
     let (planes, sweeps): (&[[usize; 2]], usize) = match round {
         [true, true] => (&[[0, 1], [1, 2], [0, 2]], 6),
         [true, false] => (&[[0, 1]], 1),
         _ => (&[[1, 2]], 1),
     };
-    let mut turn = Matrix3::identity();
+    let mut rotation = Matrix3::identity();
     for _ in 0..sweeps {
         let mut largest = 0.0f64;
         for [i, j] in planes {
@@ -334,14 +334,14 @@ fn settle(points: &mut [V3], round: [bool; 2]) -> Matrix3<f64> {
             let mut step = Matrix3::identity();
             (step[(*i, *i)], step[(*i, *j)], step[(*j, *i)], step[(*j, *j)]) = (cosine, sine, -sine, cosine);
             points.iter_mut().for_each(|point| *point = step * *point);
-            turn = step * turn;
+            rotation = step * rotation;
             largest = largest.max(angle.abs());
         }
         if largest < 1e-3 {
             break;
         }
     }
-    turn
+    rotation
 }
 
 /// The angle, within 45 degrees for a square, that settles the plane of axes `i` and `j`: by the fourth harmonic, or by
@@ -364,7 +364,7 @@ fn settling_angle(points: &[V3], i: usize, j: usize, thirds: bool) -> f64 {
     if thirds && third_share > fourth_share && third_share > FAINT {
         libm::atan2(third[1], third[0]) / 3.0
     } else if fourth_share > FAINT {
-        // z^4 of the turned points becomes negative and real.
+        // z^4 of the rotated points becomes negative and real.
         libm::atan2(-fourth[1], -fourth[0]) / 4.0
     } else {
         0.0
@@ -380,12 +380,12 @@ mod tests {
     use super::*;
     use crate::geom::rotation_from_rpy;
 
-    fn turned(mesh: &TriMesh, rotation: &Rotation3<f64>, scale: f64) -> TriMesh {
-        let turn = |vertex: &[f32; 3]| {
-            let place = rotation * V3::from(vertex.map(f64::from)) * scale;
-            [place.x as f32 + 0.3, place.y as f32 - 0.1, place.z as f32]
+    fn rotated(mesh: &TriMesh, rotation: &Rotation3<f64>, scale: f64) -> TriMesh {
+        let rotate = |vertex: &[f32; 3]| {
+            let point = rotation * V3::from(vertex.map(f64::from)) * scale;
+            [point.x as f32 + 0.3, point.y as f32 - 0.1, point.z as f32]
         };
-        TriMesh { vertices: mesh.vertices.iter().map(turn).collect(), triangles: mesh.triangles.clone() }
+        TriMesh { vertices: mesh.vertices.iter().map(rotate).collect(), triangles: mesh.triangles.clone() }
     }
 
     /// A prism over a convex polygon that holds the origin, `height` high, closed and wound outward.
@@ -431,8 +431,8 @@ mod tests {
         for (index, mesh) in meshes.iter().enumerate() {
             let original = shape(mesh);
             for (roll, pitch, yaw) in [(0.4, 1.1, -2.0), (2.5, -0.3, 0.9), (-1.2, 0.7, 3.0), (0.1, 0.05, -0.07)] {
-                let likeness = original.likeness(&shape(&turned(mesh, &rotation_from_rpy(roll, pitch, yaw), 0.17)));
-                assert!(likeness > 0.93, "shape {index} turned by {roll} {pitch} {yaw}: {likeness}");
+                let likeness = original.likeness(&shape(&rotated(mesh, &rotation_from_rpy(roll, pitch, yaw), 0.17)));
+                assert!(likeness > 0.93, "shape {index} rotated by {roll} {pitch} {yaw}: {likeness}");
             }
         }
         let shapes: Vec<ShapeDescriptor> = meshes.iter().map(shape).collect();
@@ -466,7 +466,7 @@ mod tests {
     #[test]
     fn groups_are_sorted_and_nothing_is_like_nothing() {
         let flat = TriMesh { vertices: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]] };
-        let small = turned(&cuboid(1.0, 0.7, 0.4), &rotation_from_rpy(1.0, 0.3, 0.2), 0.01);
+        let small = rotated(&cuboid(1.0, 0.7, 0.4), &rotation_from_rpy(1.0, 0.3, 0.2), 0.01);
         let meshes = [
             flat.clone(),
             cuboid(1.0, 0.7, 0.4),

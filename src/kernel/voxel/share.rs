@@ -29,9 +29,9 @@ impl Blocks {
     pub(super) fn new(solid: &SolidGrid) -> Self {
         const BLOCKS: usize = SolidGrid::SIDE / BLOCK;
         let mut counts = vec![0_u16; BLOCKS.pow(3)];
-        for (place, word) in solid.words.iter().enumerate() {
+        for (index, word) in solid.words.iter().enumerate() {
             if *word != 0 {
-                let (x, y, part) = (place / 1024, place / 4 % 256, place % 4);
+                let (x, y, part) = (index / 1024, index / 4 % 256, index % 4);
                 let line = &mut counts[((x / BLOCK) * BLOCKS + y / BLOCK) * BLOCKS + part * 8..][..8];
                 for (count, byte) in line.iter_mut().zip(word.to_le_bytes()) {
                     *count += byte.count_ones() as u16;
@@ -45,8 +45,8 @@ impl Blocks {
             low: [f32::INFINITY; 3],
             high: [f32::NEG_INFINITY; 3],
         };
-        for (place, count) in counts.into_iter().enumerate().filter(|(_, count)| *count > 0) {
-            let first = [place / BLOCKS / BLOCKS, place / BLOCKS % BLOCKS, place % BLOCKS];
+        for (index, count) in counts.into_iter().enumerate().filter(|(_, count)| *count > 0) {
+            let first = [index / BLOCKS / BLOCKS, index / BLOCKS % BLOCKS, index % BLOCKS];
             for axis in 0..3 {
                 let first = (first[axis] * BLOCK) as f32;
                 blocks.first[axis].push(first);
@@ -99,7 +99,7 @@ impl Blocks {
 }
 
 simd_kernel! {
-    /// Counts the solid cells whose centre lies in the grid: whole blocks where they can be told, else cell by cell.
+    /// Counts the solid cells whose centre lies in the grid: whole blocks where they are decided, else cell by cell.
     fn count_inside(blocks: &Blocks, words: &[u64], to_grid: &ToGrid, inside: &mut u64) = count_inside_body;
 }
 
@@ -128,9 +128,9 @@ fn count_inside_body<L: Lanes>(l: L, blocks: &Blocks, words: &[u64], to_grid: &T
         let counts = l.load(counts);
         // Whole numbers below 2^24: exact.
         whole = l.add(whole, l.select(within, counts, zero));
-        let told = l.either(within, l.either(l.either(out_x, out_y), out_z));
+        let decided = l.either(within, l.either(l.either(out_x, out_y), out_z));
         // The fillers at the end lie on the grid's first block: they must not count it again.
-        let mut cut = l.bits(l.both(l.lt(zero, counts), l.not(told)));
+        let mut cut = l.bits(l.both(l.lt(zero, counts), l.not(decided)));
         while cut != 0 {
             let block = cut.trailing_zeros() as usize;
             *inside += count_cells(l, [x[block], y[block], z[block]], [&to_x, &to_y, &to_z], n, words);
@@ -145,7 +145,7 @@ fn count_inside_body<L: Lanes>(l: L, blocks: &Blocks, words: &[u64], to_grid: &T
 /// Solid cells of one block whose centre lies in the grid, two rows along z at a time.
 #[inline(always)]
 fn count_cells<L: Lanes>(l: L, first: [f32; 3], rows: [&Affine<L>; 3], n: L::F, words: &[u64]) -> u64 {
-    let place = first.map(|first| first as usize);
+    let corner = first.map(|first| first as usize);
     let lane = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
     let z = l.add(l.to_float(l.and_i(lane, l.splat_i(7))), l.splat(first[2] + 0.5));
     let second = l.to_float(l.shr_i::<3>(lane));
@@ -153,8 +153,9 @@ fn count_cells<L: Lanes>(l: L, first: [f32; 3], rows: [&Affine<L>; 3], n: L::F, 
     for x in 0..BLOCK {
         let at_x = l.splat(first[0] + x as f32 + 0.5);
         for y in (0..BLOCK).step_by(2) {
-            let byte =
-                |y: usize| words[((place[0] + x) * 256 + place[1] + y) * 4 + place[2] / 64] >> (place[2] % 64) & 0xff;
+            let byte = |y: usize| {
+                words[((corner[0] + x) * 256 + corner[1] + y) * 4 + corner[2] / 64] >> (corner[2] % 64) & 0xff
+            };
             let solid = (byte(y) | byte(y + 1) << 8) as u32;
             if solid == 0 {
                 continue;
@@ -201,9 +202,9 @@ mod tests {
     ) -> (u64, u64, u64) {
         let n = f64::from(placement.resolution);
         let (mut inside, mut doubtful, mut total) = (0, 0, 0);
-        for (place, word) in solid.words.iter().enumerate() {
+        for (index, word) in solid.words.iter().enumerate() {
             for bit in (0..64).filter(|bit| word >> bit & 1 != 0) {
-                let cell = [place / 1024, place / 4 % 256, place % 4 * 64 + bit].map(|index| index as f64 + 0.5);
+                let cell = [index / 1024, index / 4 % 256, index % 4 * 64 + bit].map(|index| index as f64 + 0.5);
                 let point = solid.origin + Vector3::from(cell) * solid.pitch;
                 let at = grid_coordinates(placement, &pose.point(&point));
                 total += 1;
@@ -218,9 +219,10 @@ mod tests {
     fn the_share_is_that_of_counting_cells() {
         let solid = ball_and_corner();
         let blocks = Blocks::new(&solid);
-        for (turn, cell_size, shift) in [(0.0, 0.0054, 0.0), (0.7, 0.003, 0.02), (2.0, 0.002, -0.03), (1.1, 0.001, 0.0)]
+        for (angle, cell_size, shift) in
+            [(0.0, 0.0054, 0.0), (0.7, 0.003, 0.02), (2.0, 0.002, -0.03), (1.1, 0.001, 0.0)]
         {
-            let rotation = Rotation3::from_euler_angles(turn, 0.4 * turn, -turn);
+            let rotation = Rotation3::from_euler_angles(angle, 0.4 * angle, -angle);
             let pose = Pose::new(rotation, Vector3::new(0.0, 0.0, 1.0));
             let placement = GridPlacement { resolution: 40, centre: Point3::new(shift, 0.0, 1.0), cell_size };
             let (inside, doubtful, total) = by_cells(&solid, &pose, &placement, 1e-4);

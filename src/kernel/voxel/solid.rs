@@ -17,7 +17,7 @@ pub enum InsideTest {
     /// a cavity wound inward is empty. Not for surfaces with holes.
     Crossings,
     /// Generalised winding number: for surfaces with holes, soups and mixed winding; inside is 1/2 or more,
-    /// either way round. The same as `Crossings` where the surface is closed.
+    /// in either winding. The same as `Crossings` where the surface is closed.
     WindingNumber,
 }
 

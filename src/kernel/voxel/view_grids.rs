@@ -85,7 +85,12 @@ impl ViewGrids {
     ///
     /// # Errors
     /// When nothing is seen, or one point only.
-    pub fn place(&mut self, crop: &DepthCrop, camera: &Intrinsics, resolution: u32) -> Result<GridPlacement, NoGrid> {
+    pub fn place_grid(
+        &mut self,
+        crop: &DepthCrop,
+        camera: &Intrinsics,
+        resolution: u32,
+    ) -> Result<GridPlacement, NoGrid> {
         place_grid(self.level, crop, camera, &mut self.slopes, resolution)
     }
 
@@ -144,8 +149,8 @@ impl ViewGrids {
         }
         if drop_index_zero {
             let n = placement.resolution as usize;
-            for (place, row) in self.rows.iter_mut().enumerate() {
-                *row = if place < n || place % n == 0 { 0 } else { *row & !1 };
+            for (index, row) in self.rows.iter_mut().enumerate() {
+                *row = if index < n || index % n == 0 { 0 } else { *row & !1 };
             }
         }
         pack_rows(&self.rows, placement.resolution, grid);
@@ -215,8 +220,8 @@ impl ViewGrids {
             });
             points.filter(|point| holds(&object.solid, &fine.at(*point))).count()
         };
-        for (place, row) in self.rows.iter_mut().enumerate() {
-            let (x, y) = (place / n, place % n);
+        for (index, row) in self.rows.iter_mut().enumerate() {
+            let (x, y) = (index / n, index % n);
             for z in 0..n {
                 if self.cells.bytes[((x + 1) * side + y + 1) * side + z + 1] != 0
                     && (inside([x, y, z]) as f64) < share * POINTS.pow(3) as f64

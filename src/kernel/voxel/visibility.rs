@@ -64,7 +64,7 @@ impl FreeTables {
     }
 }
 
-/// One row of a table: place of the pixel of `scaled / z`, clamped to 0..=last, times `step`.
+/// One row of a table: index of the pixel of `scaled / z`, clamped to 0..=last, times `step`.
 struct Line {
     scaled: f64,
     shift: f64,
@@ -80,13 +80,13 @@ simd_kernel! {
 #[inline(always)]
 fn fill_line_body<L: Lanes>(_: L, line: &Line, inverse: &[f64], table: &mut [u32]) {
     let last = f64::from(line.last);
-    for (place, inverse) in table.iter_mut().zip(inverse) {
+    for (offset, inverse) in table.iter_mut().zip(inverse) {
         let pixel = line.scaled * inverse + line.shift;
         // Not negative once clamped, so truncation is floor; NaN becomes the frame.
         let pixel = if pixel > 0.0 { pixel } else { 0.0 };
         let pixel = if pixel < last { pixel } else { last };
         // SAFETY: 0 <= pixel <= 16385.
-        *place = unsafe { pixel.to_int_unchecked::<i32>() } as u32 * line.step;
+        *offset = unsafe { pixel.to_int_unchecked::<i32>() } as u32 * line.step;
     }
 }
 
@@ -107,9 +107,9 @@ fn free_rows_body<L: Lanes>(l: L, tables: &FreeTables, resolution: usize, out: &
             let rows = tables.rows[y * padded..(y + 1) * padded].as_chunks::<16>().0;
             let mut bits = 0;
             for (chunk, ((column, row), depth)) in columns.iter().zip(rows).zip(depths).enumerate() {
-                let place = l.add_i(l.load_i(column), l.load_i(row));
+                let offset = l.add_i(l.load_i(column), l.load_i(row));
                 // SAFETY: columns and rows were clamped to the framed image.
-                let seen = unsafe { l.gather(&tables.framed, place) };
+                let seen = unsafe { l.gather(&tables.framed, offset) };
                 bits |= u128::from(l.bits(l.lt(l.load(depth), seen))) << (16 * chunk);
             }
             *row = bits & mask;

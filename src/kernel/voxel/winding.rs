@@ -7,7 +7,7 @@
 //!
 //! Nearly everywhere m is 0, so that the crossings decide. Where it may not be is found in two steps: blocks in which c
 //! provably stays near one whole number are decided whole; in the rest c is evaluated cell by cell, but only on from the
-//! caps: by expansions, and where their error could turn the verdict, triangle by triangle. Away from the caps c is
+//! caps: by expansions, and where their error could change the verdict, triangle by triangle. Away from the caps c is
 //! harmonic and dies off, so that by the maximum principle every region with m != 0 reaches a cap.
 
 use nalgebra::Vector3;
@@ -29,10 +29,10 @@ const COARSE: usize = 8;
 const FINE: usize = 4;
 
 /// Error bound assumed for the expansions of [`Caps::winding`]: twice the largest error seen, 0.006, on scans with a
-/// tenth of their faces turned round.
+/// tenth of their faces reversed.
 const EXPANSION_ERROR: f64 = 0.012;
 
-/// Marks every cell whose centre has a generalised winding number of at least 1/2, either way round.
+/// Marks every cell whose centre has a generalised winding number of at least 1/2, in either winding.
 pub(super) fn fill_by_winding(vertices: &[Ticks], triangles: &[[u32; 3]], grid: &mut SolidGrid) {
     let corners = || triangles.iter().map(|triangle| triangle.map(|vertex| vertices[vertex as usize]));
     let polygons = rim_loops(vertices, triangles);
@@ -275,8 +275,8 @@ mod tests {
             for step in 0..around {
                 let (polar, azimuth) = (PI * ring as f64 / rings as f64, 2.0 * PI * step as f64 / around as f64);
                 let radius = 1.0 + 0.2 * (3.0 * azimuth).sin() * polar.sin();
-                let place = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
-                mesh.vertices.push(place.map(|value| (value * radius) as f32));
+                let point = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
+                mesh.vertices.push(point.map(|value| (value * radius) as f32));
             }
         }
         let at = |ring: usize, step: usize| (ring * around + step % around) as u32;

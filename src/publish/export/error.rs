@@ -44,7 +44,7 @@ pub enum ExportError {
     /// Grasps that were not tried.
     #[error("this dataset has no trials; run its job with [physics] in it")]
     NoTrials,
-    /// A hand that cannot be told without further files.
+    /// A hand that cannot be described without further files.
     #[error(
         "shapes.mcap has no hand for plain MuJoCo: its description names mesh files, and a body of it has no name; name its \
          bodies"

@@ -93,8 +93,8 @@ fn chosen(
     }
     let count = selection.limit.map_or(all.len(), |limit| usize::try_from(limit).unwrap_or(usize::MAX).min(all.len()));
     let mut chosen = BTreeMap::<_, Vec<_>>::new();
-    for place in 0..count {
-        let (object, tried) = all[(place as u128 * all.len() as u128 / count as u128) as usize];
+    for index in 0..count {
+        let (object, tried) = all[(index as u128 * all.len() as u128 / count as u128) as usize];
         chosen.entry(object).or_default().push(tried);
     }
     Ok(chosen)
@@ -115,10 +115,10 @@ fn object(
     let solid = solid_occupancy(mesh, inside_test(row)?, false);
     let unit = MassProperties::of_solid(&solid).ok_or_else(|| ExportError::NoSolid { name: row.name.clone() })?;
     let (mut grasps, mut method) = (Vec::new(), None);
-    for (index, place) in tried {
+    for (index, trial) in tried {
         let sample = reader.sample(*index)?.ok_or(ExportError::NoTrials)?;
         let (run, mut trials) = (sample.grasp_run()?, trials(&sample)?);
-        let trial = trials.trials.swap_remove(*place);
+        let trial = trials.trials.swap_remove(*trial);
         let grasp = &run.grasps[trial.grasp as usize];
         grasps.push(json!({
             "item": sample.id.item.0,
@@ -137,7 +137,7 @@ fn object(
         method = Some(trials.method);
     }
     let Some(method) = method else { return Ok(()) };
-    let told = json!({
+    let facts = json!({
         "name": row.name,
         "object": row.object.to_string(),
         "mass": method.mass,
@@ -147,7 +147,7 @@ fn object(
         "gravity": method.gravity,
         "grasps": grasps,
     });
-    target.write(&format!("{folder}/grasps.json"), pretty(&told).as_bytes())?;
+    target.write(&format!("{folder}/grasps.json"), pretty(&facts).as_bytes())?;
     let (mut file, path) = target.open(&format!("{folder}/object.obj"))?;
     write_obj(&mut file, mesh).and_then(|()| file.flush()).map_err(ExportError::io("writing", &path))?;
     let [triangles, distances] = scenes(&method, &unit);
@@ -155,8 +155,8 @@ fn object(
     target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
 }
 
-/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram. Small objects have thousands of
-/// triangles near a hand: MuJoCo's own share of memory would not hold what may touch.
+/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram. Small objects have thousands
+/// of triangles near a hand: MuJoCo's own share of memory would not hold what may touch.
 fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
     let body = |assets: &str, geometry: &str| {
         let at = |row, column| method.mass * unit.inertia[(row, column)];

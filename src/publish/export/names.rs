@@ -13,7 +13,7 @@ pub(super) fn object_folders(assets: &[AssetRow]) -> BTreeMap<ObjectId, String> 
     rows.into_iter()
         .map(|row| {
             let name = safe(&row.name);
-            // Some file systems do not tell capitals from small letters.
+            // Some file systems do not distinguish capitals from small letters.
             let name =
                 if taken.insert(name.to_lowercase()) { name } else { format!("{name}_{}", row.object.0.short()) };
             (row.object, name)

@@ -23,7 +23,7 @@ impl Colour {
     pub const COMPLETE: Self = Self([0xe6, 0x9f, 0x00]);
     /// Touched: bluish green of the same set.
     pub const TOUCHED: Self = Self([0x00, 0x9e, 0x73]);
-    /// Where a hand felt its way: sky blue of the same set.
+    /// Contacts of a feeling hand: sky blue of the same set.
     pub const EXPLORED: Self = Self([0x56, 0xb4, 0xe9]);
     /// Where a hand took hold: vermilion of the same set.
     pub const HELD: Self = Self([0xd5, 0x5e, 0x00]);

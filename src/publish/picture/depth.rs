@@ -22,7 +22,7 @@ impl DepthRange {
         Some(Self { near: f64::from(near), far: f64::from(far) })
     }
 
-    /// Place of a depth between near (0) and far (1).
+    /// Position of a depth between near (0) and far (1).
     fn share(self, depth: f64) -> f64 {
         if self.far > self.near { ((depth - self.near) / (self.far - self.near)).clamp(0.0, 1.0) } else { 0.5 }
     }
@@ -33,9 +33,9 @@ impl DepthRange {
 pub fn depth_picture(crop: &DepthCrop, range: DepthRange, zoom: u32) -> Picture {
     let colours = depth_colours();
     let mut picture = Picture::filled(crop.width * zoom, crop.height * zoom, [0; 4]);
-    for (place, depth) in (0u32..).zip(&crop.depth) {
+    for (index, depth) in (0u32..).zip(&crop.depth) {
         if depth.is_finite() {
-            let (column, row) = (place % crop.width * zoom, place / crop.width * zoom);
+            let (column, row) = (index % crop.width * zoom, index / crop.width * zoom);
             let level = (1.0 - range.share(f64::from(*depth))) * 255.0 + 0.5;
             picture.fill(column..column + zoom, row..row + zoom, colours[level as usize].opaque());
         }

@@ -92,13 +92,13 @@ impl Picture {
         for row in 0..picture.height {
             for column in 0..picture.width {
                 let [red, green, blue, alpha] = picture.at(column, row);
-                let place = ((top + row) * self.width + left + column) as usize;
-                let under = self.pixels[place];
+                let index = ((top + row) * self.width + left + column) as usize;
+                let under = self.pixels[index];
                 let over = |above: u8, below: u8| {
                     let alpha = u32::from(alpha);
                     ((u32::from(above) * alpha + u32::from(below) * (255 - alpha) + 127) / 255) as u8
                 };
-                self.pixels[place] = [over(red, under[0]), over(green, under[1]), over(blue, under[2]), 255];
+                self.pixels[index] = [over(red, under[0]), over(green, under[1]), over(blue, under[2]), 255];
             }
         }
     }

@@ -45,7 +45,7 @@ impl Picture {
         format!("data:image/png;base64,{}", base64(&self.to_png()))
     }
 
-    /// Each different pixel with its place, in order; `None` for more than 256.
+    /// Each different pixel with its index, in order; `None` for more than 256.
     fn palette(&self) -> Option<BTreeMap<[u8; 4], u8>> {
         let mut palette = BTreeMap::new();
         for run in self.pixels.chunk_by(|a, b| a == b) {
@@ -54,8 +54,8 @@ impl Picture {
                 return None;
             }
         }
-        for (place, index) in palette.values_mut().zip(0..=255) {
-            *place = index;
+        for (entry, index) in palette.values_mut().zip(0..=255) {
+            *entry = index;
         }
         Some(palette)
     }
@@ -66,10 +66,10 @@ fn base64(bytes: &[u8]) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {
-        let bits = (0..3).fold(0, |bits, place| bits << 8 | u32::from(group.get(place).copied().unwrap_or(0)));
-        for place in 0..4 {
-            let letter = ALPHABET[(bits >> (18 - 6 * place) & 63) as usize];
-            text.push(if place <= group.len() { char::from(letter) } else { '=' });
+        let bits = (0..3).fold(0, |bits, entry| bits << 8 | u32::from(group.get(entry).copied().unwrap_or(0)));
+        for entry in 0..4 {
+            let letter = ALPHABET[(bits >> (18 - 6 * entry) & 63) as usize];
+            text.push(if entry <= group.len() { char::from(letter) } else { '=' });
         }
     }
     text

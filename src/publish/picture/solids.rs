@@ -13,12 +13,12 @@ pub struct Solid<'a> {
     /// The shape.
     pub shape: &'a TouchShape,
     /// Where it is in the world [m].
-    pub place: IsometryMatrix3<f64>,
+    pub pose: IsometryMatrix3<f64>,
     /// Colour in full light.
     pub colour: Colour,
 }
 
-/// From where solids are looked at: from afar, z up.
+/// Viewpoint of a picture of solids: from afar, z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidView {
     /// Where the eye stands: angle about z from the x axis [rad].
@@ -41,10 +41,10 @@ pub fn solid_picture(solids: &[Solid<'_>], view: &SolidView, side: u32) -> Pictu
     let pixel = view.extent / f64::from(fine);
     // Far enough that everything lies before the eye.
     let back = 4.0 * view.extent;
-    let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.place)).collect();
+    let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.pose)).collect();
     let mut colours = vec![None; (fine * fine) as usize];
-    for (place, colour) in colours.iter_mut().enumerate() {
-        let (column, row) = (place as u32 % fine, place as u32 / fine);
+    for (index, colour) in colours.iter_mut().enumerate() {
+        let (column, row) = (index as u32 % fine, index as u32 / fine);
         let across = (f64::from(column) + 0.5) * pixel - view.extent / 2.0;
         let above = view.extent / 2.0 - (f64::from(row) + 0.5) * pixel;
         let from = view.middle + right * across + up * above + to_eye.into_inner() * back;
@@ -53,7 +53,7 @@ pub fn solid_picture(solids: &[Solid<'_>], view: &SolidView, side: u32) -> Pictu
             off.norm_squared() - off.dot(&to_eye).powi(2) <= radius * radius
         });
         let hits = near.filter_map(|(solid, _)| {
-            let (far, normal) = solid.shape.first_hit(&solid.place, &from, &-to_eye, 2.0 * back)?;
+            let (far, normal) = solid.shape.first_hit(&solid.pose, &from, &-to_eye, 2.0 * back)?;
             Some((far, normal, solid.colour))
         });
         let first = hits.min_by(|a, b| a.0.total_cmp(&b.0));
@@ -79,8 +79,8 @@ fn shaded(
 /// Means of the subpixels that something is in.
 fn smooth(fine: &[Option<[u8; 3]>], side: u32) -> Picture {
     let mut picture = Picture::filled(side, side, [255, 255, 255, 0]);
-    for (place, pixel) in picture.pixels.iter_mut().enumerate() {
-        let (column, row) = (place as u32 % side * FINE, place as u32 / side * FINE);
+    for (index, pixel) in picture.pixels.iter_mut().enumerate() {
+        let (column, row) = (index as u32 % side * FINE, index as u32 / side * FINE);
         let subpixels = (0..FINE * FINE).map(|k| fine[((row + k / FINE) * side * FINE + column + k % FINE) as usize]);
         let (mut sum, mut count) = ([0_u32; 3], 0_u32);
         for colour in subpixels.flatten() {
@@ -107,8 +107,8 @@ mod tests {
         let (large, small) = (ball(0.5), ball(0.1));
         let view = SolidView { azimuth: 0.0, elevation: 0.0, middle: Point3::origin(), extent: 2.0 };
         let solid = |shape, x, colour| {
-            let place = IsometryMatrix3::translation(x, 0.0, 0.0);
-            Solid { shape, place, colour }
+            let pose = IsometryMatrix3::translation(x, 0.0, 0.0);
+            Solid { shape, pose, colour }
         };
         let alone = solid_picture(&[solid(&large, 0.0, Colour::PARTIAL)], &view, 64);
         let covered = alone.pixels.iter().filter(|pixel| pixel[3] > 127).count() as f64;

@@ -8,7 +8,7 @@ use kernel::geom::OccupancyGrid;
 /// Subpixels along each side of a pixel.
 const FINE: u32 = 2;
 
-/// From where a grid is looked at.
+/// Viewpoint of a grid's picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Eye {
     /// Near the camera, a step to the right and up: shows what the camera saw.
@@ -18,7 +18,7 @@ pub enum Eye {
 }
 
 impl Eye {
-    /// Angle about the vertical, from the camera's own place towards its right, and angle above [rad].
+    /// Angle about the vertical, from the camera's own position towards its right, and angle above [rad].
     fn angles(self) -> (f64, f64) {
         let (azimuth, elevation): (f64, f64) = match self {
             Self::CameraSide => (38.0, 27.0),
@@ -85,21 +85,21 @@ impl VoxelPainter {
 
     /// Chooses scale and middle so that the occupied cells fill the picture but for a margin.
     fn fit(&mut self, grids: &[&OccupancyGrid]) {
-        let (mut least, mut most) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for cell in grids.iter().flat_map(|grid| grid.cells()) {
             let middle = Vector3::from(cell.map(|index| f64::from(index) + 0.5));
             for (axis, screen) in [self.right, self.down].iter().enumerate() {
                 // Half the extent of a unit cell along a screen axis.
                 let reach = 0.5 * (screen.x.abs() + screen.y.abs() + screen.z.abs());
-                let place = middle.dot(screen);
-                least[axis] = least[axis].min(place - reach);
-                most[axis] = most[axis].max(place + reach);
+                let position = middle.dot(screen);
+                min[axis] = min[axis].min(position - reach);
+                max[axis] = max[axis].max(position + reach);
             }
         }
-        let extent = (most[0] - least[0]).max(most[1] - least[1]);
+        let extent = (max[0] - min[0]).max(max[1] - min[1]);
         if extent > 0.0 {
             self.scale = f64::from(self.side * FINE) * 0.96 / extent;
-            self.middle = [(least[0] + most[0]) / 2.0, (least[1] + most[1]) / 2.0];
+            self.middle = [(min[0] + max[0]) / 2.0, (min[1] + max[1]) / 2.0];
         }
     }
 
@@ -124,14 +124,14 @@ impl VoxelPainter {
         self.draw_cells(&Cells::new(Some(partial), complete, Some(tactile)))
     }
 
-    /// Puts a dot on a picture of this painter at each place on the grid [cells], whatever stands before it.
-    pub fn dot(&self, picture: &mut Picture, Colour(ink): Colour, places: impl Iterator<Item = [f64; 3]>) {
+    /// Puts a dot on a picture of this painter at each position on the grid [cells], whatever stands before it.
+    pub fn dot(&self, picture: &mut Picture, Colour(ink): Colour, points: impl Iterator<Item = [f64; 3]>) {
         let pixels = self.scale / f64::from(FINE);
         let radius = (0.45 * pixels).clamp(2.5, 6.0);
-        for place in places.map(Vector3::from) {
+        for point in points.map(Vector3::from) {
             let half = f64::from(self.side) / 2.0;
-            let x = (place.dot(&self.right) - self.middle[0]) * pixels + half;
-            let y = (place.dot(&self.down) - self.middle[1]) * pixels + half;
+            let x = (point.dot(&self.right) - self.middle[0]) * pixels + half;
+            let y = (point.dot(&self.down) - self.middle[1]) * pixels + half;
             let span = |middle: f64| (middle - radius - 1.0).max(0.0) as u32..(middle + radius + 2.0).max(0.0) as u32;
             for (row, column) in span(y).flat_map(|row| span(x).map(move |column| (row, column))) {
                 let away = (f64::from(column) + 0.5 - x).hypot(f64::from(row) + 0.5 - y);
@@ -148,7 +148,7 @@ impl VoxelPainter {
         let ramps = [Colour::COMPLETE, Colour::PARTIAL, Colour::TOUCHED].map(ramp);
         let mut canvas = Canvas::new(self.side * FINE);
         for face in self.faces_back_to_front(cells) {
-            let fill = cells.fill[cells.place(face.cell)];
+            let fill = cells.fill[cells.index(face.cell)];
             self.paint(&mut canvas, cells, &face, &ramps[usize::from(fill - 1)]);
         }
         canvas.outline(self.scale);
@@ -167,7 +167,7 @@ impl VoxelPainter {
             for y in 0..inner {
                 for z in 0..inner {
                     let cell = [ordered(0, x), ordered(1, y), ordered(2, z)];
-                    if cells.fill[cells.place(cell)] == EMPTY {
+                    if cells.fill[cells.index(cell)] == EMPTY {
                         continue;
                     }
                     for (axis, upper) in towards_eye.into_iter().enumerate() {
@@ -218,9 +218,9 @@ impl VoxelPainter {
                     + (corners[2] * (1.0 - u) + corners[3] * u) * v;
                 let edge = u.min(1.0 - u).min(v).min(1.0 - v) < rim;
                 let shade = light * open * if edge { 1.0 - line } else { 1.0 };
-                let place = (row * canvas.side + column) as usize;
-                canvas.colour[place] = ramp[(shade.clamp(0.0, 1.0) * 255.0 + 0.5) as usize];
-                canvas.distance[place] = (distance + u * along_b + v * along_c) as f32;
+                let index = (row * canvas.side + column) as usize;
+                canvas.colour[index] = ramp[(shade.clamp(0.0, 1.0) * 255.0 + 0.5) as usize];
+                canvas.distance[index] = (distance + u * along_b + v * along_c) as f32;
             }
         }
     }
@@ -265,19 +265,19 @@ impl Cells {
             let Some(grid) = grid else { continue };
             assert_eq!(grid.resolution(), resolution, "grids of one sample share their resolution");
             for cell in grid.cells() {
-                let place = cells.place(cell.map(|index| index as usize + 1));
-                cells.fill[place] = fill;
+                let index = cells.index(cell.map(|index| index as usize + 1));
+                cells.fill[index] = fill;
             }
         }
         cells
     }
 
-    fn place(&self, [x, y, z]: [usize; 3]) -> usize {
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         (x * self.n + y) * self.n + z
     }
 
     fn occupied(&self, cell: [usize; 3]) -> bool {
-        self.fill[self.place(cell)] != EMPTY
+        self.fill[self.index(cell)] != EMPTY
     }
 
     /// Openness of the space above each corner of a side, 0 to 1, corners (0, 0), (1, 0), (0, 1), (1, 1) over the two
@@ -333,9 +333,9 @@ impl Canvas {
         let (side, reach) = (self.side as i64, i64::from(FINE));
         let clearly = (2.2 + 6.0 / scale) as f32;
         let rim: Vec<usize> = (0..side * side)
-            .filter(|place| {
-                let (row, column) = (place / side, place % side);
-                let here = self.distance[*place as usize];
+            .filter(|index| {
+                let (row, column) = (index / side, index % side);
+                let here = self.distance[*index as usize];
                 here.is_finite()
                     && [(0, reach), (0, -reach), (reach, 0), (-reach, 0)].iter().any(|(down, right)| {
                         let (row, column) = (row + down, column + right);
@@ -343,10 +343,10 @@ impl Canvas {
                         !inside || self.distance[(row * side + column) as usize] > here + clearly
                     })
             })
-            .map(|place| place as usize)
+            .map(|index| index as usize)
             .collect();
-        for place in rim {
-            self.colour[place] = self.colour[place].map(|channel| (u32::from(channel) * 9 / 20) as u8);
+        for index in rim {
+            self.colour[index] = self.colour[index].map(|channel| (u32::from(channel) * 9 / 20) as u8);
         }
     }
 
@@ -354,8 +354,8 @@ impl Canvas {
     fn smooth(&self) -> Picture {
         let small = self.side / FINE;
         let mut picture = Picture::filled(small, small, [0; 4]);
-        for (place, pixel) in picture.pixels.iter_mut().enumerate() {
-            let (row, column) = (place as u32 / small * FINE, place as u32 % small * FINE);
+        for (index, pixel) in picture.pixels.iter_mut().enumerate() {
+            let (row, column) = (index as u32 / small * FINE, index as u32 % small * FINE);
             let (mut sum, mut covered) = ([0u32; 3], 0u32);
             for fine in 0..FINE * FINE {
                 let at = ((row + fine / FINE) * self.side + column + fine % FINE) as usize;
@@ -387,12 +387,12 @@ mod tests {
 
     /// Mean column and row of the pixels that pass.
     fn middle(picture: &Picture, passes: impl Fn([u8; 4]) -> bool) -> [f64; 2] {
-        let places: Vec<u32> =
+        let indices: Vec<u32> =
             (0..).zip(&picture.pixels).filter(|(_, pixel)| passes(**pixel)).map(|(at, _)| at).collect();
         let mean = |part: &dyn Fn(u32) -> u32| {
-            places.iter().map(|place| f64::from(part(*place))).sum::<f64>() / places.len() as f64
+            indices.iter().map(|index| f64::from(part(*index))).sum::<f64>() / indices.len() as f64
         };
-        [mean(&|place| place % picture.width), mean(&|place| place / picture.width)]
+        [mean(&|index| index % picture.width), mean(&|index| index / picture.width)]
     }
 
     fn is_blue([r, _, b, a]: [u8; 4]) -> bool {
@@ -419,11 +419,11 @@ mod tests {
     #[test]
     fn right_is_right_and_down_is_down_from_the_camera() {
         let (left_up, right_down) = (grid([[2, 2, 8]]), grid([[12, 12, 8]]));
-        let look = |eye| VoxelPainter::new(160, eye, &[&left_up, &right_down]).draw(Some(&left_up), Some(&right_down));
-        let picture = look(Eye::CameraSide);
+        let draw = |eye| VoxelPainter::new(160, eye, &[&left_up, &right_down]).draw(Some(&left_up), Some(&right_down));
+        let picture = draw(Eye::CameraSide);
         let ([blue_x, blue_y], [orange_x, orange_y]) = (middle(&picture, is_blue), middle(&picture, is_orange));
         assert!(blue_x < orange_x && blue_y < orange_y);
-        let behind = look(Eye::Behind);
+        let behind = draw(Eye::Behind);
         assert!(middle(&behind, is_blue)[0] > middle(&behind, is_orange)[0], "from behind, sides change");
     }
 

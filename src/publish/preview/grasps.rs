@@ -29,21 +29,21 @@ const CONTACT: Color = Color { r: 0.84, g: 0.37, b: 0.0, a: 1.0 };
 /// Length of the arrow of a contact [m].
 const ARROW: f64 = 0.04;
 
-/// Writes `preview.mcap` of a dataset of grasps into its folder: object k at k seconds, for `most` objects spread over the
+/// Writes `preview.mcap` of a dataset of grasps into its folder: object k at k seconds, for `max` objects spread over the
 /// asset table, on `/preview/grasp` its mesh, the closed hand of its best kept grasp, and an arrow out of the object at each
 /// contact; of an object without a kept grasp the state of lowest energy. In the object's frame.
 ///
 /// # Errors
 /// When a shard or the shapes are missing or damaged, or the file can't be written.
-pub fn write_grasp_preview(reader: &DatasetReader, most: usize) -> Result<PathBuf, DatasetError> {
+pub fn write_grasp_preview(reader: &DatasetReader, max: usize) -> Result<PathBuf, DatasetError> {
     let folder = reader.folder();
     let shapes = Shapes::open(folder)?;
     let hand = shapes.hand()?;
     let best = best_grasps(reader)?;
     let mut scenes = Vec::new();
-    let count = shapes.objects().min(most);
-    for place in 0..count {
-        let object = shapes.object(place * shapes.objects() / count)?;
+    let count = shapes.objects().min(max);
+    for index in 0..count {
+        let object = shapes.object(index * shapes.objects() / count)?;
         if let Some((_, grasp)) = best.get(&object.object) {
             scenes.push(scene(scenes.len() as i64, &object, &hand, grasp));
         }
@@ -64,7 +64,7 @@ fn write_messages(file: impl std::io::Write + Seek, scenes: &[SceneUpdate]) -> m
     preview.finish()
 }
 
-/// A grasp with its epsilon (-1 where it is not kept) and its energy, turned so that more is better.
+/// A grasp with its epsilon (-1 where it is not kept) and its energy, negated so that more is better.
 type Ranked = ((f64, f64), Grasp);
 
 /// The best grasp of each object: kept before others, then by epsilon, then by energy; the first of equals.
@@ -118,17 +118,17 @@ fn scene(second: i64, object: &ObjectShape, hand: &HandShape, grasp: &Grasp) -> 
 fn with_hand(mut entity: SceneEntity, hand: &HandShape, grasp: &Grasp) -> SceneEntity {
     let frames = hand.link_frames(&grasp.joints);
     for solid in &hand.solids {
-        let place = grasp.object_from_base.isometry() * frames[solid.link] * solid.link_from_solid;
-        let ball = |entity: &mut SceneEntity, place: &IsometryMatrix3<f64>, radius: f64| {
+        let object_from_solid = grasp.object_from_base.isometry() * frames[solid.link] * solid.link_from_solid;
+        let ball = |entity: &mut SceneEntity, object_from_solid: &IsometryMatrix3<f64>, radius: f64| {
             entity.spheres.push(SpherePrimitive {
-                pose: Some(pose(place)),
+                pose: Some(pose(object_from_solid)),
                 size: Some(size([2.0 * radius; 3])),
                 color: Some(HAND),
             });
         };
         let cylinder = |entity: &mut SceneEntity, radius: f64, half: f64| {
             entity.cylinders.push(CylinderPrimitive {
-                pose: Some(pose(&place)),
+                pose: Some(pose(&object_from_solid)),
                 size: Some(size([2.0 * radius, 2.0 * radius, 2.0 * half])),
                 bottom_scale: 1.0,
                 top_scale: 1.0,
@@ -137,20 +137,20 @@ fn with_hand(mut entity: SceneEntity, hand: &HandShape, grasp: &Grasp) -> SceneE
         };
         match &solid.shape {
             Shape::Box { half } => entity.cubes.push(CubePrimitive {
-                pose: Some(pose(&place)),
+                pose: Some(pose(&object_from_solid)),
                 size: Some(size(half.map(|side| 2.0 * side))),
                 color: Some(HAND),
             }),
-            Shape::Sphere { radius } => ball(&mut entity, &place, *radius),
+            Shape::Sphere { radius } => ball(&mut entity, &object_from_solid, *radius),
             Shape::Cylinder { radius, half } => cylinder(&mut entity, *radius, *half),
             Shape::Capsule { radius, half } => {
                 cylinder(&mut entity, *radius, *half);
                 for end in [-half, *half] {
-                    ball(&mut entity, &(place * IsometryMatrix3::translation(0.0, 0.0, end)), *radius);
+                    ball(&mut entity, &(object_from_solid * IsometryMatrix3::translation(0.0, 0.0, end)), *radius);
                 }
             }
             Shape::Mesh(mesh) => entity.triangles.push(TriangleListPrimitive {
-                pose: Some(pose(&place)),
+                pose: Some(pose(&object_from_solid)),
                 points: mesh.corners.iter().map(|p| foxglove::Point3 { x: p.x, y: p.y, z: p.z }).collect(),
                 color: Some(HAND),
                 indices: mesh.triangles.as_flattened().to_vec(),

@@ -17,9 +17,9 @@ use format::dataset::{DatasetError, Temporary, layout::PREVIEW};
 use kernel::geom::{PoseGrid, PoseLabel, approach_directions};
 
 /// The most positions with arrows along an axis: finer grids show every second, third, ... position.
-const MOST_WITH_ARROWS: usize = 12;
+const MAX_WITH_ARROWS: usize = 12;
 /// The most points; finer grids show every second, third, ... position along each axis.
-const MOST_POINTS: usize = 200_000;
+const MAX_POINTS: usize = 200_000;
 
 /// Writes `preview.mcap` of a reachability dataset into its folder: on `/preview/reachable` a point for each position
 /// with a reachable pose, with the share of its orientations that are reachable and a colour by it (dark blue to yellow),
@@ -46,7 +46,7 @@ fn write_messages(file: impl std::io::Write + Seek, field: &ReachabilityField) -
 
 /// Every how manyth position along each axis, for at most so many.
 fn positions(grid: &PoseGrid, fits: impl Fn([usize; 3]) -> bool) -> impl Iterator<Item = [usize; 3]> {
-    let [nx, ny, nz] = grid.place_counts();
+    let [nx, ny, nz] = grid.position_counts();
     let counts = |stride: usize| [nx, ny, nz].map(|count| count.div_ceil(stride));
     let stride = (1..=nx.max(ny).max(nz)).find(|stride| fits(counts(*stride))).unwrap_or(1);
     let along = move |count: usize| (0..count).step_by(stride);
@@ -54,10 +54,10 @@ fn positions(grid: &PoseGrid, fits: impl Fn([usize; 3]) -> bool) -> impl Iterato
 }
 
 /// The labels of a position, and where it is [m].
-fn labels_at(field: &ReachabilityField, place: [usize; 3]) -> (&[PoseLabel], Vector3<f64>) {
+fn labels_at(field: &ReachabilityField, indices: [usize; 3]) -> (&[PoseLabel], Vector3<f64>) {
     let grid = &field.header.grid;
-    let position = PoseGrid::position(grid.place_counts(), place);
-    (&field.labels[grid.cells_at(place)], grid.centre(position))
+    let position = PoseGrid::position(grid.position_counts(), indices);
+    (&field.labels[grid.cells_at(indices)], grid.centre(position))
 }
 
 fn cloud(field: &ReachabilityField) -> PointCloud {
@@ -68,8 +68,8 @@ fn cloud(field: &ReachabilityField) -> PointCloud {
         .chain(bytes.into_iter().zip(16..).map(|(name, offset)| element(name, offset, Uint8)))
         .collect();
     let mut data = Vec::new();
-    for place in positions(&field.header.grid, |counts| counts.iter().product::<usize>() <= MOST_POINTS) {
-        let (labels, at) = labels_at(field, place);
+    for indices in positions(&field.header.grid, |counts| counts.iter().product::<usize>() <= MAX_POINTS) {
+        let (labels, at) = labels_at(field, indices);
         let reachable = labels.iter().filter(|label| **label == PoseLabel::Reachable).count();
         if reachable > 0 {
             let share = reachable as f64 / labels.len() as f64;
@@ -94,8 +94,8 @@ fn cloud(field: &ReachabilityField) -> PointCloud {
 /// From dark blue (none) over teal to yellow (all), straight lines in sRGB.
 fn colour_of(share: f64) -> [u8; 4] {
     const ENDS: [[f64; 3]; 3] = [[40.0, 50.0, 120.0], [30.0, 150.0, 140.0], [250.0, 225.0, 60.0]];
-    let place = share.clamp(0.0, 1.0) * 2.0;
-    let (from, to, part) = if place < 1.0 { (ENDS[0], ENDS[1], place) } else { (ENDS[1], ENDS[2], place - 1.0) };
+    let scaled = share.clamp(0.0, 1.0) * 2.0;
+    let (from, to, part) = if scaled < 1.0 { (ENDS[0], ENDS[1], scaled) } else { (ENDS[1], ENDS[2], scaled - 1.0) };
     let [r, g, b] = std::array::from_fn(|k| (from[k] + (to[k] - from[k]) * part + 0.5) as u8);
     [r, g, b, 255]
 }
@@ -104,13 +104,13 @@ fn arrows(field: &ReachabilityField) -> SceneUpdate {
     let grid = &field.header.grid;
     let (directions, approaches) = (approach_directions(), grid.approaches());
     let wanted: Vec<[usize; 3]> =
-        positions(grid, |counts| counts.iter().all(|count| *count <= MOST_WITH_ARROWS)).collect();
-    // Arrows of neighbours do not touch: they are a third of the way long.
+        positions(grid, |counts| counts.iter().all(|count| *count <= MAX_WITH_ARROWS)).collect();
+    // Arrows of neighbours do not touch: they are a third of the distance long.
     let apart = wanted.first().zip(wanted.get(1)).map_or(1, |(a, b)| b[2].abs_diff(a[2]).max(1));
-    let length = 0.36 * apart as f64 * grid.places().iter().map(|axis| axis.step).fold(f64::INFINITY, f64::min);
+    let length = 0.36 * apart as f64 * grid.position_axes().iter().map(|axis| axis.step).fold(f64::INFINITY, f64::min);
     let mut arrows = Vec::new();
-    for place in wanted {
-        let (labels, at) = labels_at(field, place);
+    for indices in wanted {
+        let (labels, at) = labels_at(field, indices);
         let mut best = [PoseLabel::NoSolution; 26];
         for (label, approach) in labels.iter().zip(&approaches) {
             let best = &mut best[usize::from(*approach)];

@@ -149,13 +149,13 @@ pub(super) fn arrow(
     length: f64,
     color: Color,
 ) -> ArrowPrimitive {
-    // Straight back: any half turn will do.
-    let turn = UnitQuaternion::rotation_between(&nalgebra::Vector3::x(), direction)
+    // Straight back: any half revolution will do.
+    let rotation = UnitQuaternion::rotation_between(&nalgebra::Vector3::x(), direction)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), std::f64::consts::PI));
-    let (turn, place) = (turn.coords, Vector3 { x: at.x, y: at.y, z: at.z });
-    let orientation = Quaternion { x: turn.x, y: turn.y, z: turn.z, w: turn.w };
+    let (rotation, position) = (rotation.coords, Vector3 { x: at.x, y: at.y, z: at.z });
+    let orientation = Quaternion { x: rotation.x, y: rotation.y, z: rotation.z, w: rotation.w };
     ArrowPrimitive {
-        pose: Some(foxglove::Pose { position: Some(place), orientation: Some(orientation) }),
+        pose: Some(foxglove::Pose { position: Some(position), orientation: Some(orientation) }),
         shaft_length: 0.65 * length,
         shaft_diameter: 0.08 * length,
         head_length: 0.35 * length,

@@ -41,9 +41,9 @@ pub fn preview_samples(reader: &DatasetReader, count: u32) -> Result<Vec<Preview
     let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
     let count = (count as usize).min(kept.len());
     let mut samples = Vec::with_capacity(count);
-    for place in 0..count {
+    for index in 0..count {
         // The middle of each of `count` equal runs.
-        if let Some(sample) = reader.sample(kept[(2 * place + 1) * kept.len() / (2 * count)])? {
+        if let Some(sample) = reader.sample(kept[(2 * index + 1) * kept.len() / (2 * count)])? {
             let touch = sample.touch()?.into_iter().map(|(channel, touch)| (channel, touch.contacts)).collect();
             samples.push(PreviewSample { pair: sample.pair()?, depth: sample.depth()?.map(|depth| depth.crop), touch });
         }
@@ -71,10 +71,8 @@ pub fn write_preview(folder: &Path, samples: &[PreviewSample]) -> Result<PathBuf
 fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -> mcap::McapResult<()> {
     // Previews without touch carry the schema, and keep the bytes, that they had before there was any.
     let touched = samples.iter().flat_map(|sample| &sample.touch).any(|(_, contacts)| !contacts.is_empty());
-    let (plain, scene): (&[u8], &[u8]) = (
-        include_bytes!("../generated/foxglove.bin"),
-        include_bytes!("../generated/foxglove_scene.bin"),
-    );
+    let (plain, scene): (&[u8], &[u8]) =
+        (include_bytes!("../generated/foxglove.bin"), include_bytes!("../generated/foxglove_scene.bin"));
     let mut preview = Preview::create(file, if touched { scene } else { plain })?;
     for (second, PreviewSample { pair, depth, touch }) in (0..).zip(samples) {
         let time = Some(Timestamp { seconds: second as i64, nanos: 0 });

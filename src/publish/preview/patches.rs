@@ -40,21 +40,21 @@ struct Seen {
     image: Option<DepthCrop>,
 }
 
-/// Writes `preview.mcap` of a dataset of patches into its folder: grasp k at k seconds, `most` of them spread over the dataset,
+/// Writes `preview.mcap` of a dataset of patches into its folder: grasp k at k seconds, `max` of them spread over the dataset,
 /// on `/preview/tf` (object -> camera), `/preview/camera`, `/preview/depth` (16 bit, millimetres; the whole image where it is
 /// stored, else the patches in their places), `/preview/palm` to `/preview/f2` (each patch alone), the same with `_colour`
 /// where colours are stored, and `/preview/points`: the four points and an arrow along the approach, in the object's frame.
 ///
 /// # Errors
 /// When a shard is missing or damaged, or the file can't be written.
-pub fn write_patch_preview(reader: &DatasetReader, most: usize) -> Result<PathBuf, DatasetError> {
+pub fn write_patch_preview(reader: &DatasetReader, max: usize) -> Result<PathBuf, DatasetError> {
     let folder = reader.folder();
     let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
-    let count = most.min(kept.len());
+    let count = max.min(kept.len());
     let mut grasps = Vec::with_capacity(count);
-    for place in 0..count {
+    for index in 0..count {
         // The middle of each of `count` equal runs.
-        if let Some(sample) = reader.sample(kept[(2 * place + 1) * kept.len() / (2 * count)])? {
+        if let Some(sample) = reader.sample(kept[(2 * index + 1) * kept.len() / (2 * count)])? {
             let image = sample.patch_image()?.map(|image| image.crop);
             grasps.push(Seen { patch: sample.heatmap_patch()?, colour: sample.patch_colour()?, image });
         }
@@ -80,14 +80,14 @@ fn write_messages(file: impl std::io::Write + Seek, grasps: &[Seen]) -> mcap::Mc
             None => in_patches(patch, column, row),
         });
         preview.write(second, "/preview/depth", "foxglove.RawImage", &depth)?;
-        for (place, topic) in DEPTH.into_iter().enumerate() {
-            let depth = patch.depth_of(place);
+        for (index, topic) in DEPTH.into_iter().enumerate() {
+            let depth = patch.depth_of(index);
             let depth = image(time, [side; 2], |column, row| depth[(row * side + column) as usize]);
             preview.write(second, topic, "foxglove.RawImage", &depth)?;
         }
         if let Some(colour) = colour {
-            for (place, topic) in COLOUR.into_iter().enumerate() {
-                preview.write(second, topic, "foxglove.RawImage", &colours(time, colour, place))?;
+            for (index, topic) in COLOUR.into_iter().enumerate() {
+                preview.write(second, topic, "foxglove.RawImage", &colours(time, colour, index))?;
             }
         }
         preview.write(second, "/preview/points", "foxglove.SceneUpdate", &points(time, patch))?;
@@ -98,21 +98,21 @@ fn write_messages(file: impl std::io::Write + Seek, grasps: &[Seen]) -> mcap::Mc
 /// Depth in a pixel of the image, of the first patch that holds it [m]; NaN in none.
 fn in_patches(patch: &HeatmapPatch, column: u32, row: u32) -> f32 {
     let side = patch.side;
-    let mut depths = patch.points.iter().enumerate().filter_map(|(place, point)| {
+    let mut depths = patch.points.iter().enumerate().filter_map(|(index, point)| {
         let (x, y) = (column.wrapping_sub(point.corner[0]), row.wrapping_sub(point.corner[1]));
-        (x < side && y < side).then(|| patch.depth_of(place)[(y * side + x) as usize])
+        (x < side && y < side).then(|| patch.depth_of(index)[(y * side + x) as usize])
     });
     depths.next().unwrap_or(f32::NAN)
 }
 
-fn colours(time: Option<Timestamp>, colour: &PatchColour, place: usize) -> RawImage {
+fn colours(time: Option<Timestamp>, colour: &PatchColour, index: usize) -> RawImage {
     RawImage {
         timestamp: time,
         width: colour.side,
         height: colour.side,
         encoding: "rgb8".to_owned(),
         step: 3 * colour.side,
-        data: colour.rgb_of(place).as_flattened().to_vec(),
+        data: colour.rgb_of(index).as_flattened().to_vec(),
         frame_id: "camera".to_owned(),
     }
 }

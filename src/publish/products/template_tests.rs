@@ -125,8 +125,8 @@ fn grasp_method(sampler: &str, name: &str) -> (GraspMethod, HandNames) {
         torsion: 0.002,
         space: "wrench".to_owned(),
         min_epsilon: 0.05,
-        most_penetration: 0.001,
-        most_advance: 0.1,
+        max_penetration: 0.001,
+        max_advance: 0.1,
         stand_off: 0.1,
     };
     let joints = vec!["a".to_owned(), "b".to_owned()];
@@ -135,7 +135,7 @@ fn grasp_method(sampler: &str, name: &str) -> (GraspMethod, HandNames) {
 }
 
 fn trials(name: &str, is_full: bool) -> TrialsInspection {
-    let bins = vec![ReliabilityBin { told: 0.5, runs: 4, held: 2 }];
+    let bins = vec![ReliabilityBin { estimate: 0.5, runs: 4, held: 2 }];
     let calibration =
         Calibration { grasps: 2, runs: 4, brier: 0.25, brier_of_share: 0.25, brier_of_verdict: 0.5, bins };
     TrialsInspection {
@@ -225,16 +225,19 @@ fn reachability_page(name: &str, is_directed: bool, is_full: bool) -> Page {
     };
     // So many positions along x that marks stand at every second one.
     let columns = if is_directed { 2 } else { 31 };
-    let places = [("x", columns), ("y", 2), ("z", 2)].map(|(name, count)| axis(name, AxisUnit::Metre, count, false));
-    let turns = ["roll", "pitch", "yaw"].map(|name| axis(name, AxisUnit::Radian, 2, true));
+    let position_axes =
+        [("x", columns), ("y", 2), ("z", 2)].map(|(name, count)| axis(name, AxisUnit::Metre, count, false));
+    let angles = ["roll", "pitch", "yaw"].map(|name| axis(name, AxisUnit::Radian, 2, true));
     let grid = match is_directed {
-        true => PoseGrid::on_sphere(places, HealPix::new(1).expect("a power of two"), 2),
-        false => PoseGrid::new([places[0], places[1], places[2], turns[0], turns[1], turns[2]]),
+        true => PoseGrid::on_sphere(position_axes, HealPix::new(1).expect("a power of two"), 2),
+        false => PoseGrid::new([position_axes[0], position_axes[1], position_axes[2], angles[0], angles[1], angles[2]]),
     };
     let grid = grid.expect("a grid");
     let directions = axis("direction", AxisUnit::HealPix, 12, false);
-    let axes: Vec<Axis> =
-        places.into_iter().chain(if is_directed { vec![directions, turns[0]] } else { turns.into() }).collect();
+    let axes: Vec<Axis> = position_axes
+        .into_iter()
+        .chain(if is_directed { vec![directions, angles[0]] } else { angles.into() })
+        .collect();
     let labels: Vec<PoseLabel> =
         (0..grid.cells()).map(|cell| if is_full { PoseLabel::ALL[cell % 3] } else { PoseLabel::ALL[0] }).collect();
     let field_header = FieldHeader {

@@ -146,7 +146,7 @@ impl About {
     /// Reads an about file; `path` is for messages, `assets` are the names of the dataset's objects, hands and robots.
     ///
     /// # Errors
-    /// Every mistake at once, each with its place and remedy.
+    /// Every mistake at once, each with its location and remedy.
     pub fn read(path: &Path, text: &str, assets: &[&str]) -> Result<Self, FormErrors> {
         let schema = schema_of::<Self>("about file of a graspmill release");
         let (about, mut checker) = decode::<Self>(&path.display().to_string(), text, &[], &schema, &())?;
@@ -227,7 +227,7 @@ pub(super) fn some_of(names: &[&str]) -> String {
 /// Whether a text is a day of the Gregorian calendar.
 fn is_date(text: &str) -> bool {
     let shape = text.len() == 10
-        && text.bytes().enumerate().all(|(place, byte)| match place {
+        && text.bytes().enumerate().all(|(index, byte)| match index {
             4 | 7 => byte == b'-',
             _ => byte.is_ascii_digit(),
         });
@@ -309,7 +309,7 @@ bowl = { licence = "proprietary", redistribute = false, derived = true }
 
     #[test]
     fn every_mistake_is_told_at_its_place() {
-        for (from, to, line, told) in [
+        for (from, to, line, words) in [
             ("keywords", "keyword", 7, "did you mean `keywords`?"),
             ("2026-11-22", "2026-02-29", 4, "YYYY-MM-DD"),
             ("licence = \"CC-BY-4.0\"", "licence = \"free\"", 6, "SPDX"),
@@ -323,8 +323,8 @@ bowl = { licence = "proprietary", redistribute = false, derived = true }
             assert_ne!(text, GOOD);
             let errors = read(&text).expect_err(to);
             let rendered = errors.render();
-            assert!(rendered.contains(told), "{rendered}");
-            assert_eq!(errors.list()[0].place.line, line, "{rendered}");
+            assert!(rendered.contains(words), "{rendered}");
+            assert_eq!(errors.list()[0].location.line, line, "{rendered}");
         }
         let errors = read(&GOOD.replace("title = \"Mugs\"\n", "")).expect_err("a missing key");
         assert!(errors.to_string().contains("title"), "{errors}");

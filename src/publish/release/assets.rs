@@ -32,7 +32,7 @@ pub(super) enum Allowed {
 /// Source of the name of a licence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Told {
+pub(super) enum LicenceSource {
     /// The dataset's asset table.
     Dataset,
     /// The about file.
@@ -60,7 +60,7 @@ pub(super) struct Asset {
     /// Licence, where known.
     pub licence: Option<String>,
     /// Source of that name.
-    pub licence_told_by: Told,
+    pub licence_source: LicenceSource,
     /// Whom to name, and how to cite it.
     pub attribution: Option<String>,
     /// Part of it that stands in the dataset.
@@ -136,11 +136,11 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
     let word = |key: &str| row.facts.get(key).and_then(Value::as_str).map(str::to_owned);
     let known = DESCRIBED.get(&row.object).filter(|_| kind != AssetKind::Object);
     let stated = about.licence_of(&row.name);
-    let (licence, licence_told_by) = match (&stated, word("licence"), known) {
-        (Some(terms), _, _) => (Some(terms.licence.clone()), Told::About),
-        (None, Some(licence), _) => (Some(licence), Told::Dataset),
-        (None, None, Some(known)) => (Some(known.licence.clone()), Told::Graspmill),
-        (None, None, None) => (None, Told::Nobody),
+    let (licence, licence_source) = match (&stated, word("licence"), known) {
+        (Some(terms), _, _) => (Some(terms.licence.clone()), LicenceSource::About),
+        (None, Some(licence), _) => (Some(licence), LicenceSource::Dataset),
+        (None, None, Some(known)) => (Some(known.licence.clone()), LicenceSource::Graspmill),
+        (None, None, None) => (None, LicenceSource::Nobody),
     };
     let attribution = (stated.as_ref().and_then(|terms| terms.attribution.clone()))
         .or_else(|| word("citation"))
@@ -167,7 +167,7 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
         file_blake3: word("file"),
         source,
         licence,
-        licence_told_by,
+        licence_source,
         attribution,
         used,
         may_be_shipped,
@@ -278,7 +278,7 @@ mod tests {
     fn licences_decide_what_may_be_shipped() {
         let free = "CC-BY-4.0";
         let own = "CC-BY-NC-4.0";
-        for (licence, said, release, expected, told) in [
+        for (licence, said, release, expected, words) in [
             ("CC-BY-4.0", [None, None], free, Allowed::Everything, ""),
             ("CC-BY-NC-4.0", [None, None], free, Allowed::Nothing, "forbids commercial use"),
             ("CC-BY-NC-4.0", [None, None], own, Allowed::Everything, ""),
@@ -298,7 +298,7 @@ mod tests {
         ] {
             let (found, because) = allowed(licence, said, release);
             assert_eq!(found, expected, "{licence} {said:?} in {release}: {because:?}");
-            assert!(because.unwrap_or_default().contains(told), "{licence}: {told}");
+            assert!(because.unwrap_or_default().contains(words), "{licence}: {words}");
         }
     }
 }

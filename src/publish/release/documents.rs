@@ -132,7 +132,7 @@ struct AboutView<'a> {
     url: Option<&'a str>,
     doi: Option<&'a str>,
     /// Addresses at which it is found.
-    places: Option<String>,
+    addresses: Option<String>,
     keywords: &'a [String],
     funding: Option<&'a str>,
     contact: Option<&'a str>,
@@ -143,8 +143,8 @@ struct AboutView<'a> {
 
 impl<'a> AboutView<'a> {
     fn of(about: &'a About) -> Self {
-        let places = [about.url.clone(), about.doi.as_ref().map(|doi| format!("https://doi.org/{doi}"))];
-        let places: Vec<String> = places.into_iter().flatten().collect();
+        let addresses = [about.url.clone(), about.doi.as_ref().map(|doi| format!("https://doi.org/{doi}"))];
+        let addresses: Vec<String> = addresses.into_iter().flatten().collect();
         Self {
             title: &about.title,
             version: &about.version,
@@ -154,7 +154,7 @@ impl<'a> AboutView<'a> {
             authors: about.spoken_authors(),
             url: about.url.as_deref(),
             doi: about.doi.as_deref(),
-            places: (!places.is_empty()).then(|| places.join(", ")),
+            addresses: (!addresses.is_empty()).then(|| addresses.join(", ")),
             keywords: &about.keywords,
             funding: about.funding.as_deref(),
             contact: about.contact.as_deref(),
@@ -170,7 +170,7 @@ impl<'a> AboutView<'a> {
 struct ProductView {
     labels: &'static str,
     acquisition: &'static str,
-    /// Further ways to read a dataset; `None` where there are none.
+    /// Further methods to read a dataset; `None` where there are none.
     reading: Option<&'static str>,
     /// Samples that a reader is asked to make again.
     regenerated: u32,

@@ -6,7 +6,7 @@ use minijinja::{Value, value::Serde};
 
 use super::{
     About, Documents, LeftOutFile,
-    assets::{Allowed, Asset, Told},
+    assets::{Allowed, Asset, LicenceSource},
     checksums::FileDigests,
     material::Release,
 };
@@ -125,24 +125,24 @@ impl Example<'_> {
             file_blake3: None,
             source: format!("package {name}"),
             licence: Some("CC-BY-SA-4.0".to_owned()),
-            licence_told_by: Told::Dataset,
+            licence_source: LicenceSource::Dataset,
             attribution: self.is_full.then(|| name.to_owned()),
             used: AssetUse::Derived,
             may_be_shipped: Allowed::Everything,
             because: None,
         };
-        let told_by = |licence_told_by| Asset { licence_told_by, ..free.clone() };
+        let with_source = |licence_source| Asset { licence_source, ..free.clone() };
         let barred = Asset {
             source: "file".to_owned(),
             licence: self.is_full.then(|| name.to_owned()),
             used: AssetUse::Copied,
             may_be_shipped: Allowed::Derived,
             because: Some(format!("{name} is no licence; say `derived = true`")),
-            ..told_by(Told::Nobody)
+            ..with_source(LicenceSource::Nobody)
         };
         let hand = Asset { kind: AssetKind::Hand, used: AssetUse::Measured, ..barred.clone() };
         if self.is_full {
-            vec![free.clone(), told_by(Told::About), told_by(Told::Graspmill), barred, hand]
+            vec![free.clone(), with_source(LicenceSource::About), with_source(LicenceSource::Graspmill), barred, hand]
         } else {
             vec![barred]
         }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{
-    assets::{Allowed, Asset, Told},
+    assets::{Allowed, Asset, LicenceSource},
     material::Release,
     rights,
 };
@@ -28,7 +28,7 @@ pub(super) struct LicenceRow {
     kind: &'static str,
     source: String,
     licence: String,
-    told_by: &'static str,
+    licence_source: &'static str,
     r#use: &'static str,
     /// Part of it that may be shipped.
     may: &'static str,
@@ -43,7 +43,7 @@ impl LicenceRow {
             kind: asset.kind.name(),
             source: asset.source.clone(),
             licence: asset.licence.clone().unwrap_or_else(|| "not known".to_owned()),
-            told_by: told(asset),
+            licence_source: source_name(asset),
             r#use: in_words(asset.used),
             may: may(asset),
             because: asset.because.clone(),
@@ -51,12 +51,12 @@ impl LicenceRow {
     }
 }
 
-fn told(asset: &Asset) -> &'static str {
-    match asset.licence_told_by {
-        Told::Dataset => "the dataset",
-        Told::About => "the authors",
-        Told::Graspmill => "graspmill",
-        Told::Nobody => "nobody",
+fn source_name(asset: &Asset) -> &'static str {
+    match asset.licence_source {
+        LicenceSource::Dataset => "the dataset",
+        LicenceSource::About => "the authors",
+        LicenceSource::Graspmill => "graspmill",
+        LicenceSource::Nobody => "nobody",
     }
 }
 

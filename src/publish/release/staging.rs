@@ -9,7 +9,7 @@ use std::{
 
 use format::dataset::{DatasetError, NewFolder};
 
-/// A release on its way.
+/// A release in work.
 pub(super) struct Staging(NewFolder);
 
 impl Staging {
@@ -25,7 +25,7 @@ impl Staging {
 
     /// Copies a file to `name` inside the folder; where the file system can, without a second copy of its blocks.
     pub fn copy(&self, from: &Path, name: &str) -> Result<(), DatasetError> {
-        let to = self.place_of(name)?;
+        let to = self.path_of(name)?;
         // A copy's error does not say which of the two files it is about.
         File::open(from).map_err(DatasetError::io("reading", from))?;
         fs::copy(from, &to).map_err(DatasetError::io("copying to", &to)).map(|_| ())
@@ -33,7 +33,7 @@ impl Staging {
 
     /// Writes a file `name` inside the folder.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), DatasetError> {
-        let to = self.place_of(name)?;
+        let to = self.path_of(name)?;
         fs::write(&to, content).map_err(DatasetError::io("writing", &to))
     }
 
@@ -46,7 +46,7 @@ impl Staging {
         }
     }
 
-    fn place_of(&self, name: &str) -> Result<PathBuf, DatasetError> {
+    fn path_of(&self, name: &str) -> Result<PathBuf, DatasetError> {
         let path = self.path().join(name);
         let parent = path.parent().unwrap_or(self.path());
         fs::create_dir_all(parent).map_err(DatasetError::io("creating", parent))?;

@@ -46,9 +46,9 @@ impl BoxTree {
         tree
     }
 
-    /// Makes a block over triangles, with all that hangs below; its place.
+    /// Makes a block over triangles, with all that hangs below; its index.
     fn hang(&mut self, triangles: &mut [Triangle]) -> u32 {
-        let place = self.blocks.len();
+        let index = self.blocks.len();
         let size = part_size(triangles.len(), LANES);
         let (low, high) = ([[f32::INFINITY; LANES]; 3], [[f32::NEG_INFINITY; LANES]; 3]);
         self.blocks.push(Block { low, high, below: [0; LANES], holds_triangles: size == 1 });
@@ -60,14 +60,14 @@ impl BoxTree {
             } else {
                 self.hang(part)
             };
-            let block = &mut self.blocks[place];
+            let block = &mut self.blocks[index];
             for axis in 0..3 {
                 block.low[axis][lane] = below_or_at(bounds.low[axis]);
                 block.high[axis][lane] = -below_or_at(-bounds.high[axis]);
             }
             block.below[lane] = below;
         }
-        place as u32
+        index as u32
     }
 
     /// Squared distance from a point to the nearest of the triangles [m^2] where that is less than `limit`, else `limit`: the

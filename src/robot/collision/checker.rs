@@ -89,12 +89,12 @@ impl CollisionChecker {
     /// Errors of [`CollisionChecker::new`].
     pub fn with_level(bodies: &Bodies, level: SimdLevel) -> Result<Self, NoSurface> {
         let level = level.usable();
-        let used = |place: usize| bodies.pairs.iter().any(|pair| pair.contains(&place));
+        let used = |index: usize| bodies.pairs.iter().any(|pair| pair.contains(&index));
         let prepared = bodies.bodies.iter().enumerate();
-        let prepared = prepared.map(|(place, body)| used(place).then(|| CheckedBody::new(body, level)).transpose());
+        let prepared = prepared.map(|(index, body)| used(index).then(|| CheckedBody::new(body, level)).transpose());
         let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
         let pair = |pair: &[usize; 2]| {
-            let reach: f64 = pair.iter().filter_map(|place| prepared[*place].as_ref()).map(|body| body.radius).sum();
+            let reach: f64 = pair.iter().filter_map(|index| prepared[*index].as_ref()).map(|body| body.radius).sum();
             Pair { bodies: *pair, squared_reach: reach * reach }
         };
         Ok(Self {
@@ -148,7 +148,7 @@ impl CollisionChecker {
 
     /// The pair, if it touches.
     fn hit(&self, pair: usize, links: &LinkFrames) -> Option<Hit> {
-        let [first, second] = self.bodies_of(pair).map(|place| self.bodies[place].as_ref());
+        let [first, second] = self.bodies_of(pair).map(|index| self.bodies[index].as_ref());
         let (first, second) = (first?, second?);
         let meeting = first.meets(second, &links[first.link].inv_mul(&links[second.link]))?;
         Some(Hit { pair, meeting })
@@ -158,7 +158,7 @@ impl CollisionChecker {
     /// without the two ceasing to overlap [m]; 0 where only their surfaces are known to touch. `links` are those of the
     /// check. The search ends when more than `enough` is known [m].
     pub fn depth(&self, hit: &Hit, links: &LinkFrames, care: Care, enough: f64) -> f64 {
-        let [first, second] = self.bodies_of(hit.pair).map(|place| self.bodies[place].as_ref());
+        let [first, second] = self.bodies_of(hit.pair).map(|index| self.bodies[index].as_ref());
         let (Some(first), Some(second)) = (first, second) else { return 0.0 };
         let here_from_there = links[first.link].inv_mul(&links[second.link]);
         let depth = first.depth(second, &here_from_there, &hit.meeting, care, enough + MARGIN);
@@ -194,21 +194,21 @@ impl CheckedBody {
             return Some(found(Shapes::Planes)(near));
         }
         if let Some(solid) = &self.solid {
-            for (place, curved) in other.curved.iter().enumerate() {
+            for (index, curved) in other.curved.iter().enumerate() {
                 if self.may_meet(curved, here_from_there)
                     && let Some(near) = solid.meets_curved(curved, here_from_there)
                 {
-                    return Some(found(Shapes::PlanesAndCurved(place))(near));
+                    return Some(found(Shapes::PlanesAndCurved(index))(near));
                 }
             }
         }
         if let (Some(solid), false) = (&other.solid, self.curved.is_empty()) {
             let there_from_here = here_from_there.inverse();
-            for (place, curved) in self.curved.iter().enumerate() {
+            for (index, curved) in self.curved.iter().enumerate() {
                 if other.may_meet(curved, &there_from_here)
                     && let Some(near) = solid.meets_curved(curved, &there_from_here)
                 {
-                    return Some(found(Shapes::CurvedAndPlanes(place))(near));
+                    return Some(found(Shapes::CurvedAndPlanes(index))(near));
                 }
             }
         }
@@ -253,11 +253,11 @@ impl CheckedBody {
 fn triangles_of(body: &Body) -> Vec<Triangle> {
     let mut all = Vec::new();
     for geometry in &body.geometries {
-        let place = |point: Point3<f64>| geometry.link_from_shape * point;
+        let in_link = |point: Point3<f64>| geometry.link_from_shape * point;
         match &geometry.shape {
-            Shape::Box { half } => all.extend(box_triangles(*half).map(|triangle| triangle.map(place))),
+            Shape::Box { half } => all.extend(box_triangles(*half).map(|triangle| triangle.map(in_link))),
             Shape::Mesh(mesh) => all.extend(
-                mesh.triangles.iter().map(|triangle| triangle.map(|corner| place(mesh.corners[corner as usize]))),
+                mesh.triangles.iter().map(|triangle| triangle.map(|corner| in_link(mesh.corners[corner as usize]))),
             ),
             Shape::Sphere { .. } | Shape::Capsule { .. } | Shape::Cylinder { .. } => {}
         }

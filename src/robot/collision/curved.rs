@@ -66,7 +66,7 @@ impl Curved {
         })
     }
 
-    /// The shape's axis with its radius, seen from another body whose frame is `here`.
+    /// The shape's axis with its radius, expressed in another body whose frame is `here`.
     pub fn axis(&self, here_from_link: &IsometryMatrix3<f64>) -> Axis {
         let Round { radius, half, flat } = self.round;
         Axis::new(&(self.shape_from_link * here_from_link.inverse()), radius, half, flat)
@@ -88,8 +88,8 @@ impl Curved {
         if self.signed(&point) < 0.0 && other.signed(&here_from_there.inverse_transform_point(&point)) < 0.0 {
             return Some(point);
         }
-        let place = here_from_there * other.link_from_shape;
-        self.touch.touches(&self.link_from_shape, &other.touch, &place).then_some(point)
+        let pose = here_from_there * other.link_from_shape;
+        self.touch.touches(&self.link_from_shape, &other.touch, &pose).then_some(point)
     }
 
     /// The ends of the axis, in the link's frame.
@@ -107,16 +107,16 @@ impl Curved {
     /// Whether one of many triangles touches the shape, whose link's frame is expressed in the triangles'.
     pub fn touches(&self, triangles: &BoxTree, here_from_link: &IsometryMatrix3<f64>) -> bool {
         let Round { radius, half, flat } = self.round;
-        let place = here_from_link * self.link_from_shape;
-        let axis: Vector3<f64> = place.rotation.matrix().column(2).into();
+        let pose = here_from_link * self.link_from_shape;
+        let axis: Vector3<f64> = pose.rotation.matrix().column(2).into();
         // A flat end is a disc: along a coordinate it reaches as far as its tilt lets it.
         let side = axis.map(|along| {
             let disc = if flat { radius * libm::sqrt((1.0 - along * along).max(0.0)) } else { radius };
             half * along.abs() + disc + 1e-9
         });
-        let centre = Point3::from(place.translation.vector);
+        let centre = Point3::from(pose.translation.vector);
         let around = Bounds { low: centre - side, high: centre + side };
-        triangles.any_near(&around, |triangle| self.touch.touches_triangle(&place, triangle))
+        triangles.any_near(&around, |triangle| self.touch.touches_triangle(&pose, triangle))
     }
 }
 
@@ -135,7 +135,7 @@ fn nearest_points(one: [Point3<f64>; 2], two: [Point3<f64>; 2]) -> [Point3<f64>;
     let ratio = |value: f64, of: f64| if of > 0.0 { (value / of).clamp(0.0, 1.0) } else { 0.0 };
     let s = ratio(ab * bc - ac * bb, aa * bb - ab * ab);
     let t = ratio(ab * s + bc, bb);
-    // Where `t` was cut off, or `b` has no length, the place on the first follows from it.
+    // Where `t` was cut off, or `b` has no length, the point on the first follows from it.
     let s = ratio(ab * t - ac, aa);
     [one[0] + a * s, two[0] + b * t]
 }
@@ -145,7 +145,7 @@ pub(super) const STEPS: [f64; 2] = [0.032, 0.001];
 /// First and last step of a pattern search where the position is known roughly [m].
 pub(super) const FINE_STEPS: [f64; 2] = [0.004, 0.00025];
 
-/// A pattern search for where a depth is greatest, or more than `enough`: the place, and the depth.
+/// A pattern search for where a depth is greatest, or more than `enough`: the point, and the depth.
 pub(super) fn deepest(
     start: Point3<f64>,
     [first, last]: [f64; 2],
@@ -157,8 +157,8 @@ pub(super) fn deepest(
     while step >= last && best.1 <= enough {
         let mut next = best;
         for axis in 0..3 {
-            for way in [step, -step] {
-                let point = best.0 + Vector3::ith(axis, way);
+            for offset in [step, -step] {
+                let point = best.0 + Vector3::ith(axis, offset);
                 let found = depth(&point);
                 if found > next.1 {
                     next = (point, found);

@@ -26,7 +26,7 @@ pub(super) struct Lattice {
     spacing: f64,
     inverse_spacing: f64,
     counts: [usize; 3],
-    /// Distance to the surface [m], negative where no way leads out of the mesh. C order over x, y, z.
+    /// Distance to the surface [m], negative where no path leads out of the mesh. C order over x, y, z.
     distances: Vec<f32>,
 }
 
@@ -63,8 +63,8 @@ impl Lattice {
             let mut limit = at_row;
             for z in 0..self.counts[2] {
                 let nearest = boxes.squared_distance_within(&self.point([x, y, z]), limit * limit).sqrt();
-                let place = self.place([x, y, z]);
-                self.distances[place] = nearest as f32;
+                let index = self.index([x, y, z]);
+                self.distances[index] = nearest as f32;
                 limit = nearest + self.spacing + ROUNDING;
                 if z == 0 {
                     at_row = limit;
@@ -73,28 +73,28 @@ impl Lattice {
         }
     }
 
-    /// Turns the sign of every point that cannot be reached from the box's faces: from a point to its neighbour leads a way
+    /// Reverses the sign of every point that cannot be reached from the box's faces: from a point to its neighbour leads a path
     /// when the balls of free space around both overlap, so that no gap narrower than the spacing lets anything in. Points
-    /// so near the surface that no way leads to them are on the side of a neighbour in sight, outside if both sides are.
+    /// so near the surface that no path leads to them are on the side of a neighbour in sight, outside if both sides are.
     fn find_inside(&mut self, boxes: &BoxTree) {
         let free = |a: usize, b: usize| {
             f64::from(self.distances[a]) + f64::from(self.distances[b]) > self.spacing + 2.0 * ROUNDING
         };
         let in_sight = |a: usize, b: usize| !boxes.crosses(&self.point(self.cell_of(a)), &self.point(self.cell_of(b)));
         // A point of the outermost layer is outside when its ball of free space sticks out of the box.
-        let sticks_out = |place: usize| {
-            let cell = self.cell_of(place);
+        let sticks_out = |index: usize| {
+            let cell = self.cell_of(index);
             let point = self.point(cell);
             let to_face = (0..3).map(|axis| (point[axis] - self.low[axis]).min(self.high[axis] - point[axis]));
             let outermost = (0..3).any(|axis| cell[axis] == 0 || cell[axis] + 1 == self.counts[axis]);
-            outermost && f64::from(self.distances[place]) > to_face.fold(f64::INFINITY, f64::min) + ROUNDING
+            outermost && f64::from(self.distances[index]) > to_face.fold(f64::INFINITY, f64::min) + ROUNDING
         };
-        let places = 0..self.distances.len();
-        let mut outside: Vec<bool> = places.clone().map(sticks_out).collect();
+        let indices = 0..self.distances.len();
+        let mut outside: Vec<bool> = indices.clone().map(sticks_out).collect();
         self.flood(&mut outside, free);
         // What was not reached may be outside all the same, but not with a ball of a whole spacing around it.
-        let deep = |place: usize| f64::from(self.distances[place]) > self.spacing + ROUNDING && !outside[place];
-        let mut inside: Vec<bool> = places.map(deep).collect();
+        let deep = |index: usize| f64::from(self.distances[index]) > self.spacing + ROUNDING && !outside[index];
+        let mut inside: Vec<bool> = indices.map(deep).collect();
         self.flood(&mut inside, free);
         self.flood(&mut outside, |a, b| !inside[b] && in_sight(a, b));
         self.flood(&mut inside, |a, b| !outside[b] && in_sight(a, b));
@@ -105,17 +105,17 @@ impl Lattice {
         }
     }
 
-    /// Reaches from all that is reached every neighbour to which a way leads, and so on.
+    /// Reaches from all that is reached every neighbour to which a path leads, and so on.
     fn flood(&self, reached: &mut [bool], leads: impl Fn(usize, usize) -> bool) {
         let strides = [self.counts[1] * self.counts[2], self.counts[2], 1];
-        let mut open: Vec<usize> = (0..reached.len()).filter(|place| reached[*place]).collect();
-        while let Some(place) = open.pop() {
-            let cell = self.cell_of(place);
+        let mut open: Vec<usize> = (0..reached.len()).filter(|index| reached[*index]).collect();
+        while let Some(index) = open.pop() {
+            let cell = self.cell_of(index);
             for axis in 0..3 {
-                let before = (cell[axis] > 0).then(|| place - strides[axis]);
-                let after = (cell[axis] + 1 < self.counts[axis]).then(|| place + strides[axis]);
+                let before = (cell[axis] > 0).then(|| index - strides[axis]);
+                let after = (cell[axis] + 1 < self.counts[axis]).then(|| index + strides[axis]);
                 for next in before.into_iter().chain(after) {
-                    if !reached[next] && leads(place, next) {
+                    if !reached[next] && leads(index, next) {
                         reached[next] = true;
                         open.push(next);
                     }
@@ -124,16 +124,16 @@ impl Lattice {
         }
     }
 
-    fn cell_of(&self, place: usize) -> [usize; 3] {
+    fn cell_of(&self, index: usize) -> [usize; 3] {
         let [_, ny, nz] = self.counts;
-        [place / (ny * nz), place / nz % ny, place % nz]
+        [index / (ny * nz), index / nz % ny, index % nz]
     }
 
     fn point(&self, cell: [usize; 3]) -> Point3<f64> {
         self.low + Vector3::from(cell.map(|index| index as f64 * self.spacing))
     }
 
-    fn place(&self, [x, y, z]: [usize; 3]) -> usize {
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         (x * self.counts[1] + y) * self.counts[2] + z
     }
 
@@ -143,7 +143,7 @@ impl Lattice {
         let mut distances = Vec::with_capacity(counts.iter().product());
         for x in 0..counts[0] {
             for y in 0..counts[1] {
-                let row = (0..counts[2]).map(|z| self.distances[self.place([x * step, y * step, z * step])]);
+                let row = (0..counts[2]).map(|z| self.distances[self.index([x * step, y * step, z * step])]);
                 distances.extend(row);
             }
         }
@@ -168,7 +168,7 @@ impl Lattice {
     #[inline]
     fn nearest(&self, point: &Point3<f64>) -> (f64, f64) {
         let cell = self.cell(point);
-        let stored = f64::from(self.distances[self.place(cell)]);
+        let stored = f64::from(self.distances[self.index(cell)]);
         let beside = self.steps(point) - Vector3::from(cell.map(|index| index as f64));
         (stored, beside.norm() * self.spacing + ROUNDING)
     }
@@ -192,7 +192,7 @@ impl Lattice {
         let near = move |axis: usize| cell[axis].saturating_sub(2)..(cell[axis] + 3).min(self.counts[axis]);
         near(0)
             .flat_map(move |x| near(1).flat_map(move |y| near(2).map(move |z| [x, y, z])))
-            .filter(|cell| self.distances[self.place(*cell)] < 0.0)
+            .filter(|cell| self.distances[self.index(*cell)] < 0.0)
             .map(|cell| self.point(cell))
     }
 
@@ -213,7 +213,7 @@ impl Lattice {
     ) -> (f64, Point3<f64>) {
         let at = |cell: [usize; 3]| {
             let point = self.point(cell);
-            (height(&point, f64::from(self.distances[self.place(cell)]) + ROUNDING), point)
+            (height(&point, f64::from(self.distances[self.index(cell)]) + ROUNDING), point)
         };
         let mut best = at(cell);
         while best.0 <= enough {
@@ -241,6 +241,6 @@ impl Lattice {
     /// Every lattice point that is known to be inside, with its depth [m].
     pub fn inside(&self) -> impl Iterator<Item = (Point3<f64>, f64)> {
         let negative = self.distances.iter().enumerate().filter(|(_, distance)| **distance < 0.0);
-        negative.map(|(place, distance)| (self.point(self.cell_of(place)), -f64::from(*distance) - ROUNDING))
+        negative.map(|(index, distance)| (self.point(self.cell_of(index)), -f64::from(*distance) - ROUNDING))
     }
 }

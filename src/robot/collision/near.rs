@@ -26,7 +26,7 @@ pub(super) struct Points {
     rounding: f32,
 }
 
-/// Where the balls of another body are, seen from a lattice.
+/// Where the balls of another body are, expressed in a lattice's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
     /// Rows from the other body's coordinates [m] to steps.
@@ -81,18 +81,18 @@ impl Points {
         View { rows, scale, slack: self.rounding + 2e-6 * (largest * self.inverse_spacing) as f32 }
     }
 
-    /// Looks at the balls of a block.
-    pub fn look(&self, level: SimdLevel, view: &View, block: &Block) -> Found {
-        let Found { near, inside, reaching } = look(level, self, view, block);
+    /// Tests the balls of a block.
+    pub fn test_block(&self, level: SimdLevel, view: &View, block: &Block) -> Found {
+        let Found { near, inside, reaching } = test_block(level, self, view, block);
         let held = block.held();
         Found { near: near & held, inside: inside & held, reaching: reaching & held }
     }
 }
 
 /// Rows of a rotation with a shift at their ends, for a kernel in units of which `scale` are a metre.
-fn rows(turn: &Matrix3<f64>, shift: &Vector3<f64>, scale: f64) -> [[f32; 4]; 3] {
+fn rows(rotation: &Matrix3<f64>, shift: &Vector3<f64>, scale: f64) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|axis| {
-        [turn[(axis, 0)], turn[(axis, 1)], turn[(axis, 2)], shift[axis]].map(|value| (value * scale) as f32)
+        [rotation[(axis, 0)], rotation[(axis, 1)], rotation[(axis, 2)], shift[axis]].map(|value| (value * scale) as f32)
     })
 }
 
@@ -121,12 +121,12 @@ pub(super) struct Axis {
 impl Axis {
     /// Around z from `-half` to `half` [m], with flat or round ends, in a frame that is expressed in another body's.
     pub fn new(shape_from_there: &IsometryMatrix3<f64>, radius: f64, half: f64, flat: bool) -> Self {
-        let (turn, shift) = (shape_from_there.rotation.matrix(), shape_from_there.translation.vector);
-        let rows = rows(turn, &shift, 1.0);
+        let (rotation, shift) = (shape_from_there.rotation.matrix(), shape_from_there.translation.vector);
+        let rows = rows(rotation, &shift, 1.0);
         // As in `Points::view`; a ball that matters is no farther than the shape is long.
         let slack = 2e-6 * (2.0 * shift.norm() + radius + half);
         let end = if flat { half } else { half + radius };
-        // A flat end has no part of a ball around it: what is beside it is told by `end` alone.
+        // A flat end has no part of a ball around it: what is beside it follows from `end` alone.
         let half = if flat { f64::INFINITY } else { half };
         Self { rows, radius: radius as f32, half: half as f32, end: end as f32, slack: slack as f32 }
     }
@@ -155,7 +155,7 @@ fn around_axis<L: Lanes>(l: L, axis: &Axis, block: &Block) -> u32 {
 }
 
 simd_kernel! {
-    fn look(points: &Points, view: &View, block: &Block) -> Found = balls;
+    fn test_block(points: &Points, view: &View, block: &Block) -> Found = balls;
 }
 
 /// A ball is clear of the surface when the lattice point nearest to its centre has so large a distance that what lies
@@ -165,18 +165,18 @@ fn balls<L: Lanes>(l: L, points: &Points, view: &View, block: &Block) -> Found {
     const { assert!(LANES == 16) };
     let [x, y, z] = each_of!([0, 1, 2], axis => l.load(&block.centres[axis]));
     let (zero, half) = (l.splat(0.0), l.splat(0.5));
-    let place = each_of!([0, 1, 2], axis => Affine::new(l, view.rows[axis]).at(l, x, y, z));
+    let point = each_of!([0, 1, 2], axis => Affine::new(l, view.rows[axis]).at(l, x, y, z));
     let cell = each_of!([0, 1, 2], axis => {
         let last = l.splat((points.counts[axis] - 1) as f32);
-        l.truncate(l.min(l.max(l.add(place[axis], half), zero), last))
+        l.truncate(l.min(l.max(l.add(point[axis], half), zero), last))
     });
     let beside = each_of!([0, 1, 2], axis => {
-        let beside = l.sub(place[axis], l.to_float(cell[axis]));
+        let beside = l.sub(point[axis], l.to_float(cell[axis]));
         l.mul(beside, beside)
     });
     let beyond = each_of!([0, 1, 2], axis => {
-        let after = l.sub(place[axis], l.splat(points.sides[axis]));
-        let beyond = l.max(l.max(l.sub(zero, place[axis]), after), zero);
+        let after = l.sub(point[axis], l.splat(points.sides[axis]));
+        let beyond = l.max(l.max(l.sub(zero, point[axis]), after), zero);
         l.mul(beyond, beyond)
     });
     let [_, ny, nz] = points.counts.map(|count| l.splat_i(count as i32));
@@ -220,7 +220,7 @@ mod tests {
         for x in 0..counts[0] {
             for y in 0..counts[1] {
                 for z in 0..counts[2] {
-                    distances.push(signed(&(Point3::from([x, y, z].map(|place| place as f64 * spacing)))) as f32);
+                    distances.push(signed(&(Point3::from([x, y, z].map(|point| point as f64 * spacing)))) as f32);
                 }
             }
         }
@@ -244,13 +244,13 @@ mod tests {
             for _ in 0..2000 {
                 let balls = balls(&mut draw, 0.3);
                 let block = &Block::of_balls(&balls)[0];
-                let turn = Rotation3::from_euler_angles(draw.uniform(-3.0, 3.0), draw.uniform(-1.5, 1.5), 0.4);
+                let rotation = Rotation3::from_euler_angles(draw.uniform(-3.0, 3.0), draw.uniform(-1.5, 1.5), 0.4);
                 let shift = Vector3::new(draw.uniform(-0.2, 0.5), draw.uniform(-0.2, 0.4), draw.uniform(-0.2, 0.6));
-                let here_from_there = IsometryMatrix3::from_parts(shift.into(), turn);
+                let here_from_there = IsometryMatrix3::from_parts(shift.into(), rotation);
                 let view = points.view(&here_from_there, &(Point3::origin(), 0.7));
-                let found = points.look(SimdLevel::Scalar, &view, block);
+                let found = points.test_block(SimdLevel::Scalar, &view, block);
                 for level in SimdLevel::available() {
-                    assert_eq!(points.look(level, &view, block), found, "{level}");
+                    assert_eq!(points.test_block(level, &view, block), found, "{level}");
                 }
                 for (lane, (centre, radius)) in balls.iter().enumerate() {
                     let distance = signed(&(here_from_there * centre));
@@ -276,16 +276,16 @@ mod tests {
         for round in 0..2000 {
             let flat = round % 2 == 0;
             let (radius, half) = (draw.uniform(0.02, 0.2), draw.uniform(0.0, 0.3));
-            let turn = Rotation3::from_euler_angles(draw.uniform(-3.0, 3.0), draw.uniform(-1.5, 1.5), 0.4);
-            let place = IsometryMatrix3::from_parts(Vector3::new(0.1, draw.uniform(-0.2, 0.2), 0.0).into(), turn);
-            let (axis, balls) = (Axis::new(&place, radius, half, flat), balls(&mut draw, 0.5));
+            let rotation = Rotation3::from_euler_angles(draw.uniform(-3.0, 3.0), draw.uniform(-1.5, 1.5), 0.4);
+            let pose = IsometryMatrix3::from_parts(Vector3::new(0.1, draw.uniform(-0.2, 0.2), 0.0).into(), rotation);
+            let (axis, balls) = (Axis::new(&pose, radius, half, flat), balls(&mut draw, 0.5));
             let block = &Block::of_balls(&balls)[0];
             let near = axis.near(SimdLevel::Scalar, block);
             for level in SimdLevel::available() {
                 assert_eq!(axis.near(level, block), near, "{level}");
             }
             for (lane, (centre, own)) in balls.iter().enumerate() {
-                let point = place * centre;
+                let point = pose * centre;
                 let (side, up) = (point.xy().coords.norm(), point.z.abs() - half);
                 // By how much a ball misses what is asked: a round shape, or a slab and a cylinder around it.
                 let missed = if flat { up.max(side - radius) } else { side.hypot(up.max(0.0)) - radius } - own;
@@ -302,6 +302,6 @@ mod tests {
         assert!(matches!(block.below[0], Below::Leaf(_)) && block.count == 1);
         let points = lattice(0.01);
         let view = points.view(&IsometryMatrix3::identity(), &(Point3::origin(), 1.0));
-        assert_eq!(points.look(SimdLevel::detect(), &view, block), Found { near: 0, inside: 1, reaching: 1 });
+        assert_eq!(points.test_block(SimdLevel::detect(), &view, block), Found { near: 0, inside: 1, reaching: 1 });
     }
 }

@@ -10,7 +10,7 @@ use super::{
     lattice::Lattice,
     near::{Points, View, lanes},
     parts::Bounds,
-    surface_tree::{Below, Block, Leaf, MOST_OPEN, SurfaceTree},
+    surface_tree::{Below, Block, Leaf, MAX_OPEN, SurfaceTree},
     triangle::{self, Triangle},
 };
 use kernel::geom::{NoSurface, SimdLevel};
@@ -27,35 +27,35 @@ pub enum Care {
     Long,
 }
 
-/// A depth by balls that is not looked for any further [m].
+/// A depth by balls below which no better one is searched [m].
 const ENOUGH: f64 = 0.02;
 /// Triangles of a piece that are compared with the other surface together.
 const AT_ONCE: usize = 6;
 /// Balls inside a body, at most.
 const INNER_BALLS: usize = 32;
 /// Radius of the smallest of them [m].
-const LEAST_BALL: f64 = 0.004;
+const MIN_BALL: f64 = 0.004;
 
 /// Blocks that are still to be visited.
 struct Open {
-    places: [u32; MOST_OPEN],
+    indices: [u32; MAX_OPEN],
     count: usize,
 }
 
 impl Open {
     /// With the root, if there is one.
     fn new(tree: &SurfaceTree) -> Self {
-        Self { places: [0; MOST_OPEN], count: usize::from(!tree.blocks.is_empty()) }
+        Self { indices: [0; MAX_OPEN], count: usize::from(!tree.blocks.is_empty()) }
     }
 
-    fn push(&mut self, place: u32) {
-        self.places[self.count] = place;
+    fn push(&mut self, index: u32) {
+        self.indices[self.count] = index;
         self.count += 1;
     }
 
     fn pop(&mut self) -> Option<u32> {
         self.count = self.count.checked_sub(1)?;
-        Some(self.places[self.count])
+        Some(self.indices[self.count])
     }
 }
 
@@ -112,16 +112,16 @@ impl Solid {
         let views = [few.view(here_from_there, &other.tree.ball), all.view(here_from_there, &other.tree.ball)];
         let mut open = Open::new(&other.tree);
         let mut balls_tried = false;
-        while let Some(place) = open.pop() {
-            let block = &other.tree.blocks[place as usize];
-            let mut found = few.look(self.level, &views[0], block);
+        while let Some(index) = open.pop() {
+            let block = &other.tree.blocks[index as usize];
+            let mut found = few.test_block(self.level, &views[0], block);
             if found.near != 0 {
-                found = all.look(self.level, &views[1], block);
+                found = all.test_block(self.level, &views[1], block);
             }
             if let Some(lane) = lanes(found.inside).next() {
                 return Some(block.centre(lane));
             }
-            // What reaches inside is looked at first: there the surfaces are likely to touch.
+            // What reaches inside is tested first: there the surfaces are likely to touch.
             let (likely, others) = (found.near & found.reaching, found.near & !found.reaching);
             for lane in lanes(likely).chain(lanes(others)) {
                 let Below::Leaf(leaf) = block.below[lane] else { continue };
@@ -142,7 +142,7 @@ impl Solid {
             }
         }
         // Of surfaces that don't touch a part may still be inside the other body: of this one's in the other, or, too near to
-        // this one's surface to be told from it so far, of the other's in this one.
+        // this one's surface to be distinguished from it so far, of the other's in this one.
         let there_from_here = here_from_there.inverse();
         let own = self.shells.iter().map(|corner| there_from_here * corner).find(|corner| other.holds(corner));
         let held = || other.shells.iter().find(|corner| self.holds(&(here_from_there * *corner))).copied();
@@ -152,7 +152,7 @@ impl Solid {
     /// The centre of a ball inside the other body that reaches inside this one.
     fn reached_by_balls(&self, other: &Self, view: &View) -> Option<Point3<f64>> {
         other.inner_blocks.iter().find_map(|block| {
-            let found = self.points[1].look(self.level, view, block);
+            let found = self.points[1].test_block(self.level, view, block);
             lanes(found.reaching).next().map(|lane| block.centre(lane))
         })
     }
@@ -162,11 +162,11 @@ impl Solid {
         // What lies outside of this ball is another leaf's.
         let (centre, side) = (here_from_there * leaf.centre, Vector3::repeat(leaf.radius));
         let piece = Bounds { low: centre - side, high: centre + side };
-        other.tree.triangles(leaf).chunks(AT_ONCE).any(|places| {
+        other.tree.triangles(leaf).chunks(AT_ONCE).any(|triangles_here| {
             let mut moved = [([Point3::origin(); 3], piece); AT_ONCE];
             let mut count = 0;
-            for place in places {
-                let triangle = other.triangles[*place as usize].map(|corner| here_from_there * corner);
+            for index in triangles_here {
+                let triangle = other.triangles[*index as usize].map(|corner| here_from_there * corner);
                 let bounds = triangle::bounds(&triangle);
                 if bounds.meets(&piece) {
                     moved[count] = (triangle, bounds.shared(&piece));
@@ -215,8 +215,8 @@ impl Solid {
 
     /// Distance to the surface [m], exact: what the lattice says of it keeps the search short.
     fn distance(&self, point: &Point3<f64>) -> f64 {
-        let most = self.lattice.distance_at_most(point);
-        self.boxes.squared_distance_within(point, most * most).sqrt()
+        let max = self.lattice.distance_at_most(point);
+        self.boxes.squared_distance_within(point, max * max).sqrt()
     }
 
     /// Whether a point is inside.
@@ -261,8 +261,8 @@ impl Solid {
         let axis = other.axis(here_from_there);
         let mut open = Open::new(&self.tree);
         let mut near = None;
-        while let (Some(place), None) = (open.pop(), near) {
-            let block = &self.tree.blocks[place as usize];
+        while let (Some(index), None) = (open.pop(), near) {
+            let block = &self.tree.blocks[index as usize];
             for lane in lanes(axis.near(self.level, block)) {
                 match block.below[lane] {
                     Below::Block(below) => open.push(below),
@@ -306,9 +306,9 @@ impl Solid {
         let there_from_here = here_from_there.inverse();
         let bound = |point: &Point3<f64>| -self.lattice.bounds(point).1 - other.signed(&(there_from_here * point));
         let depth = |point: &Point3<f64>| -self.signed_at_most(point) - other.signed(&(there_from_here * point));
-        let (point, least) = deepest(*here, STEPS, enough, bound);
+        let (point, min) = deepest(*here, STEPS, enough, bound);
         match care {
-            _ if least > enough => least,
+            _ if min > enough => min,
             Care::Short => depth(&point),
             Care::Long => deepest(point, FINE_STEPS, enough, depth).1,
         }
@@ -323,7 +323,7 @@ impl Solid {
 
 /// Balls of the inside, each time the largest whose centre is not inside one already taken.
 fn inner_balls(lattice: &Lattice) -> Vec<(Point3<f64>, f64)> {
-    let mut points: Vec<_> = lattice.inside().filter(|(_, depth)| *depth >= LEAST_BALL).collect();
+    let mut points: Vec<_> = lattice.inside().filter(|(_, depth)| *depth >= MIN_BALL).collect();
     let mut balls = Vec::new();
     while balls.len() < INNER_BALLS {
         let Some((centre, radius)) =
@@ -341,8 +341,8 @@ fn inner_balls(lattice: &Lattice) -> Vec<(Point3<f64>, f64)> {
 fn shells(triangles: &[Triangle]) -> Vec<Point3<f64>> {
     let key = |corner: &Point3<f64>| [corner.x, corner.y, corner.z].map(|value| (value + 0.0).to_bits());
     let mut at_corner: BTreeMap<_, Vec<usize>> = BTreeMap::new();
-    for (place, triangle) in triangles.iter().enumerate() {
-        triangle.iter().for_each(|corner| at_corner.entry(key(corner)).or_default().push(place));
+    for (index, triangle) in triangles.iter().enumerate() {
+        triangle.iter().for_each(|corner| at_corner.entry(key(corner)).or_default().push(index));
     }
     let (mut found, mut seen) = (Vec::new(), vec![false; triangles.len()]);
     for first in 0..triangles.len() {
@@ -351,9 +351,9 @@ fn shells(triangles: &[Triangle]) -> Vec<Point3<f64>> {
         }
         found.push(triangles[first][0]);
         let mut open = vec![first];
-        while let Some(place) = open.pop() {
-            if !std::mem::replace(&mut seen[place], true) {
-                let beside = triangles[place].iter().filter_map(|corner| at_corner.remove(&key(corner)));
+        while let Some(index) = open.pop() {
+            if !std::mem::replace(&mut seen[index], true) {
+                let beside = triangles[index].iter().filter_map(|corner| at_corner.remove(&key(corner)));
                 open.extend(beside.flatten());
             }
         }

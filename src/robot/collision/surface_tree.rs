@@ -18,7 +18,7 @@ const DEEPEST: f64 = 1.0 / 256.0;
 pub(super) const LANES: usize = 16;
 /// Blocks that a search has to remember at most. A mesh passes fewer than 16^5 cubes of a 256th, and every level of the
 /// tree leaves no more than fifteen to be visited later.
-pub(super) const MOST_OPEN: usize = 5 * LANES;
+pub(super) const MAX_OPEN: usize = 5 * LANES;
 
 /// A tree of blocks over the cubes that the surface passes.
 #[derive(Clone, Debug)]
@@ -88,9 +88,9 @@ impl SurfaceTree {
         tree
     }
 
-    /// Makes a block over pieces, with all that hangs below; its place.
+    /// Makes a block over pieces, with all that hangs below; its index.
     fn hang(&mut self, pieces: &mut [Piece]) -> u32 {
-        let place = self.blocks.len();
+        let index = self.blocks.len();
         self.blocks.push(Block::empty());
         let bounds_of = |piece: &Piece| piece.bounds;
         let size = part_size(pieces.len(), LANES);
@@ -106,9 +106,9 @@ impl SurfaceTree {
                 [piece] => Below::Leaf(self.leaf(piece, centre, radius)),
                 _ => Below::Block(self.hang(pieces)),
             };
-            self.blocks[place].put(lane, &centre, radius, below);
+            self.blocks[index].put(lane, &centre, radius, below);
         }
-        place as u32
+        index as u32
     }
 
     fn leaf(&mut self, piece: &Piece, centre: Point3<f64>, radius: f64) -> u32 {
@@ -170,8 +170,8 @@ fn cut(triangles: &[Triangle], mesh: Bounds, cube: Cube, near: &[u32], leaf: f64
         }
         let bounds = mesh.shared(&whole);
         let (centre, radius) = bounds.ball();
-        let inside = |place: &&u32| {
-            let triangle = &triangles[**place as usize];
+        let inside = |index: &&u32| {
+            let triangle = &triangles[**index as usize];
             triangle::bounds(triangle).meets(&whole) && squared_distance(&centre, triangle) <= radius * radius
         };
         let near: Vec<u32> = near.iter().filter(inside).copied().collect();

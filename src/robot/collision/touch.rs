@@ -1,4 +1,4 @@
-//! Which bodies touch, shape by shape: the plain way, for a robot's check and as a second opinion.
+//! Which bodies touch, shape by shape: without shortcuts, for a robot's check and as a second opinion.
 
 use nalgebra::IsometryMatrix3;
 
@@ -34,21 +34,24 @@ impl TouchTest {
     /// pose of link k's, as `PlanningGroup::link_frames` has it.
     ///
     /// # Panics
-    /// When a place or a link is out of range.
+    /// When a pose or a link is out of range.
     pub fn touches(&self, pair: [usize; 2], frames: &[IsometryMatrix3<f64>]) -> bool {
-        let [first, second] = pair.map(|place| &self.bodies[place]);
+        let [first, second] = pair.map(|index| &self.bodies[index]);
         let world_from_link = |link: usize| if link == 0 { IsometryMatrix3::identity() } else { frames[link - 1] };
         let (first_link, second_link) = (world_from_link(first.0), world_from_link(second.0));
         first.1.iter().any(|(one, link_from_one)| {
-            let place = first_link * link_from_one;
-            second.1.iter().any(|(two, link_from_two)| one.touches(&place, two, &(second_link * link_from_two)))
+            let second_from_first = first_link * link_from_one;
+            second
+                .1
+                .iter()
+                .any(|(two, link_from_two)| one.touches(&second_from_first, two, &(second_link * link_from_two)))
         })
     }
 
     /// In how many of the configurations (values of the group's joints) each pair touches.
     ///
     /// # Panics
-    /// When a place, or the length of a configuration, does not fit.
+    /// When a pose, or the length of a configuration, does not fit.
     pub fn count(
         &self,
         group: &PlanningGroup,

@@ -88,16 +88,16 @@ pub(super) fn touch(first: &Triangle, second: &Triangle) -> bool {
 /// Whether a segment passes through a triangle, or nearly: what passes an edge within rounding counts.
 pub(super) fn may_cross(from: &Point3<f64>, to: &Point3<f64>, [a, b, c]: &Triangle) -> bool {
     // Relative to one end: the numbers stay small where the triangle is near.
-    let (way, corners) = (to - from, [a, b, c].map(|corner| corner - from));
+    let (edge, corners) = (to - from, [a, b, c].map(|corner| corner - from));
     let [a, b, c] = corners;
     let normal = (b - a).cross(&(c - a));
-    let (here, there) = (-normal.dot(&a), normal.dot(&(way - a)));
-    let slack = 1e-12 * normal.norm() * (way.norm() + a.norm());
+    let (here, there) = (-normal.dot(&a), normal.dot(&(edge - a)));
+    let slack = 1e-12 * normal.norm() * (edge.norm() + a.norm());
     if here.min(there) > slack || here.max(there) < -slack {
         return false;
     }
-    let sides = [(a, b), (b, c), (c, a)].map(|(one, two)| way.dot(&one.cross(&two)));
-    let slack = 1e-12 * way.norm() * (a.norm_squared() + b.norm_squared() + c.norm_squared());
+    let sides = [(a, b), (b, c), (c, a)].map(|(one, two)| edge.dot(&one.cross(&two)));
+    let slack = 1e-12 * edge.norm() * (a.norm_squared() + b.norm_squared() + c.norm_squared());
     sides.iter().all(|side| *side >= -slack) || sides.iter().all(|side| *side <= slack)
 }
 

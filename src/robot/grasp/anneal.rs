@@ -1,5 +1,5 @@
-//! Simulated annealing in the space of place, turn and eigengrasps (Ciocarlie, Goldfeder and Allen 2007; Ingber 1989; thesis,
-//! 4.2 and 7.3).
+//! Simulated annealing in the space of position, rotation and eigengrasps (Ciocarlie, Goldfeder and Allen 2007; Ingber 1989;
+//! thesis, 4.2 and 7.3).
 
 use std::sync::Arc;
 
@@ -9,11 +9,11 @@ use super::{
     best::{BestList, Candidate},
     energy::{Potential, contact_energy},
     found::{Grasp, GraspRun, Stretch},
+    frame::Frame,
     object::ObjectSearch,
-    place::Place,
     rate::{Rating, Start},
     settings::{Annealing, EnergyKind, Keeping, SearchFrame},
-    state::{HandSearch, StateScratch, legal, look},
+    state::{HandSearch, StateScratch, evaluate_contacts, is_feasible},
     variables::{Variables, search_from_approach},
     wrench::EpsilonLimits,
 };
@@ -31,7 +31,7 @@ const ENERGY_SCALE: f64 = 1e-6;
 /// An error of an energy by this share of the temperature is not felt.
 const UNFELT: f64 = 0.1;
 
-/// Neighbours that are looked at in a step.
+/// Neighbours that are evaluated per step.
 const TRIES: u32 = 11;
 
 /// So that the first legal state is taken.
@@ -128,11 +128,11 @@ impl Annealer {
         };
         let start = object_from_seed * IsometryMatrix3::translation(0.0, 0.0, -STAND_OFF);
         let amplitudes = vec![0.0; self.variables.count() - 6];
-        let start = Place::of(&(object_from_search.inverse() * start));
+        let start = Frame::of(&(object_from_search.inverse() * start));
         let mut state = self.variables.state_at(&start, &amplitudes);
-        let object_from_search = Place::of(&object_from_search);
+        let object_from_search = Frame::of(&object_from_search);
         let base_from_approach = self.hand.base_from_approach.isometry();
-        let approach_from_base = Place::of(&base_from_approach.inverse());
+        let approach_from_base = Frame::of(&base_from_approach.inverse());
         let mut energy = WORST;
         let mut counts = Counts::default();
         let mut sums = [(0.0, 0u32); STRETCHES];
@@ -150,7 +150,8 @@ impl Annealer {
                 let object_from_approach = object_from_search.times(&search_from_approach(&next));
                 let object_from_base = object_from_approach.times(&approach_from_base);
                 let amplitudes = self.variables.amplitudes(&next);
-                if legal(self.level, &self.hand, &object.field, &object_from_base, amplitudes, &mut self.scratch) {
+                if is_feasible(self.level, &self.hand, &object.field, &object_from_base, amplitudes, &mut self.scratch)
+                {
                     found = Some((next, object_from_approach));
                     break;
                 }
@@ -158,7 +159,7 @@ impl Annealer {
             let Some((next, object_from_approach)) = found else {
                 counts.failed += 1;
                 failures += 1;
-                if failures == self.settings.most_failures {
+                if failures == self.settings.max_failures {
                     break;
                 }
                 continue;
@@ -170,7 +171,7 @@ impl Annealer {
             } else {
                 energy - libm::log(stream.unit()) * temperature / ENERGY_SCALE
             };
-            look(self.level, &self.hand, &object.field, &mut self.scratch);
+            evaluate_contacts(self.level, &self.hand, &object.field, &mut self.scratch);
             let rated = self.energy(object, temperature, limit, &mut counts);
             if rated < limit {
                 (state, energy) = (next, rated);

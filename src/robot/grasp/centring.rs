@@ -1,22 +1,23 @@
 //! Centring: a gripper whose one motor slides two pads towards each other gives way until both hold the object.
 //!
-//! Closing by kinematics stops the motor when the first pad meets the object. A real gripper goes on: it pushes the object, or its
-//! arm gives way, until the other pad is there as well, and squeezed between the two the object turns to where it is narrowest.
+//! Closing by kinematics stops the motor when the first pad meets the object. A real gripper goes on: it pushes the object, or
+//! its arm gives way, until the other pad is there as well, and squeezed between the two the object rotates to where it is
+//! narrowest.
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
-use super::closing::{Closed, Closing, LEAVES, MOST_LOOKS, TOUCHES};
+use super::closing::{Closed, Closing, LEAVES, MAX_STEPS_OF_CLOSING, TOUCHES};
 use crate::hand::Motor;
 use kernel::contact::ContactSurface;
 
 /// Share of a motion along a surface above which it presses into the surface.
 const PRESSES: f64 = 1e-6;
 
-/// The first and the least turn of a squeezed object [rad]: by the least a pad 60 mm long is off by less than what touches.
-const TURNS: [f64; 2] = [0.04, 2e-4];
+/// First and smallest rotation of a squeezed object [rad]: by the smallest, a pad 60 mm long is off by less than what touches.
+const STEPS: [f64; 2] = [0.04, 2e-4];
 
-/// Turns that are tried, and how far they lead in all [rad].
-const MOST_TURNS: u32 = 60;
+/// Rotations that are tried, and how far they lead in all [rad].
+const MAX_STEPS: u32 = 60;
 const FARTHEST: f64 = 0.35;
 
 /// Distances by which the hand backs off where its palm is in the way [m]: the first that lets both pads touch counts.
@@ -37,46 +38,46 @@ pub(super) struct Centred {
 }
 
 impl Closing {
-    /// Closes a hand with a line between its pads, and gives way until both touch and the width is least of those around. `None`
-    /// for another hand, and where both sides never touch, or the hand in its posture would be in the object by more than
-    /// `most_overlap` [m].
+    /// Closes a hand with a line between its pads, and gives way until both touch and the width is least of those around.
+    /// `None` for another hand, and where both sides never touch, or the hand in its posture would be in the object by more
+    /// than `max_overlap` [m].
     pub(super) fn centred(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
-        most_overlap: f64,
+        max_overlap: f64,
     ) -> Option<Centred> {
         let (_, line) = self.line?;
-        let mut best = self.gripped(surface, object_from_base, posture, most_overlap)?;
-        let mut turn = TURNS[0];
-        for _ in 0..MOST_TURNS {
-            let Some(next) = best.turned(&line, turn) else { break };
-            let turned = (object_from_base.rotation.inverse() * next.rotation).matrix().trace();
-            let next = Some(next).filter(|_| turned > 1.0 + 2.0 * libm::cos(FARTHEST));
-            let next = next.and_then(|next| self.gripped(surface, &next, posture, most_overlap));
+        let mut best = self.gripped(surface, object_from_base, posture, max_overlap)?;
+        let mut step = STEPS[0];
+        for _ in 0..MAX_STEPS {
+            let Some(next) = best.rotated(&line, step) else { break };
+            let trace = (object_from_base.rotation.inverse() * next.rotation).matrix().trace();
+            let next = Some(next).filter(|_| trace > 1.0 + 2.0 * libm::cos(FARTHEST));
+            let next = next.and_then(|next| self.gripped(surface, &next, posture, max_overlap));
             match next.filter(|next| next.width < best.width - NARROWER) {
                 Some(next) => best = next,
-                None if turn < TURNS[1] => break,
-                None => turn /= 2.0,
+                None if step < STEPS[1] => break,
+                None => step /= 2.0,
             }
         }
         Some(best)
     }
 
-    /// Closes the hand, and gives way along the line between its pads until both touch; where they do not, from a little farther
-    /// back along its approach.
+    /// Closes the hand, and gives way along the line between its pads until both touch; where they do not, from a little
+    /// farther back along its approach.
     fn gripped(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
-        most_overlap: f64,
+        max_overlap: f64,
     ) -> Option<Centred> {
         let frames = self.hand.link_frames(&self.hand.posture_values(posture));
         let back = self.hand.approach_pose(&frames).isometry().rotation * -Vector3::z();
         let there = |retreat: &f64| object_from_base * Translation3::from(back * *retreat);
-        RETREATS.iter().map(there).find_map(|there| self.gripped_at(surface, &there, posture, most_overlap))
+        RETREATS.iter().map(there).find_map(|there| self.gripped_at(surface, &there, posture, max_overlap))
     }
 
     /// Grip for one pose of the hand.
@@ -85,26 +86,26 @@ impl Closing {
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
-        most_overlap: f64,
+        max_overlap: f64,
     ) -> Option<Centred> {
-        let (place, line) = self.line?;
+        let (index, line) = self.line?;
         let mut closed = self.close(surface, object_from_base, posture);
         let mut object_from_base = *object_from_base;
         let sides = self.pressing(surface, &object_from_base, &closed, &line);
         if let [side] = sides[..] {
-            let (sign, before) = (self.hand.driven()[place].closing_sign(), closed.motors[place]);
-            let left = (self.hand.driven()[place].closed_angle(before) - before.angle) * sign;
+            let (sign, before) = (self.hand.driven()[index].closing_sign(), closed.motors[index]);
+            let left = (self.hand.driven()[index].closed_angle(before) - before.angle) * sign;
             let gone = self.gone(surface, &object_from_base, &closed.joints, &line, side, left.max(0.0));
             let start: Vec<Motor> = posture.iter().copied().map(Motor::engaged).collect();
-            closed.motors[place].angle += sign * gone;
+            closed.motors[index].angle += sign * gone;
             self.part(&start, &mut closed.motors);
             self.hand.joint_values(&closed.motors, &mut closed.joints);
-            let gone = (closed.motors[place].angle - before.angle) * sign;
+            let gone = (closed.motors[index].angle - before.angle) * sign;
             object_from_base *= Translation3::from(line * (-side * gone));
         }
         let held = self.held(surface, &object_from_base, &closed)?;
         let opened = self.hand.posture_values(posture);
-        let overlaps = self.penetration(surface, &object_from_base, &opened) > most_overlap;
+        let overlaps = self.penetration(surface, &object_from_base, &opened) > max_overlap;
         let width = self.hand.width(&self.hand.link_frames(&closed.joints))?;
         (!overlaps).then_some(Centred { closed, object_from_base, width, held })
     }
@@ -146,7 +147,7 @@ impl Closing {
         sides
     }
 
-    /// Distance that the motor goes on, `most` at most, while the link of one side stays on the object and the rest
+    /// Distance that the motor goes on, `max` at most, while the link of one side stays on the object and the rest
     /// comes along, until something else meets the object.
     fn gone(
         &mut self,
@@ -155,24 +156,24 @@ impl Closing {
         joints: &[f64],
         line: &Vector3<f64>,
         side: f64,
-        most: f64,
+        max: f64,
     ) -> f64 {
         let frames = self.hand.link_frames(joints);
         let speed = line.norm();
         let mut gone = 0.0;
-        for _ in 0..MOST_LOOKS {
-            let mut step = most - gone;
+        for _ in 0..MAX_STEPS_OF_CLOSING {
+            let mut step = max - gone;
             for solid in 0..self.probes.len() {
                 // Against the object, in units of the pads' speed: 0 for what stays, 1 for the base, 2 for the other side.
                 let share = self.sides[solid] - side;
                 if share == 0.0 {
                     continue;
                 }
-                let way = object_from_base.rotation * line * share;
-                let moved = Translation3::from(way * gone) * object_from_base;
+                let travel = object_from_base.rotation * line * share;
+                let moved = Translation3::from(travel * gone) * object_from_base;
                 let mut distance = self.distance(surface, &moved, &frames, solid);
                 if distance <= TOUCHES {
-                    if self.comes(&way) {
+                    if self.comes(&travel) {
                         return gone;
                     }
                     distance = LEAVES;
@@ -180,30 +181,30 @@ impl Closing {
                 step = step.min((distance - TOUCHES / 2.0) / (share.abs() * speed));
             }
             gone += step;
-            if gone >= most {
+            if gone >= max {
                 break;
             }
         }
-        gone.min(most)
+        gone.min(max)
     }
 
-    /// Whether a way in `Object` leads into the object where the solid touches that was looked at last.
-    fn comes(&self, way: &Vector3<f64>) -> bool {
-        let least = PRESSES * way.norm();
-        self.found.iter().any(|contact| contact.distance <= TOUCHES && contact.normal.dot(way) < -least)
+    /// Whether a direction in `Object` leads into the object where the solid that was tested last touches it.
+    fn comes(&self, travel: &Vector3<f64>) -> bool {
+        let min = PRESSES * travel.norm();
+        self.found.iter().any(|contact| contact.distance <= TOUCHES && contact.normal.dot(travel) < -min)
     }
 }
 
 impl Centred {
-    /// Where the base is once the object has turned between the pads by an angle, the way that their forces turn it; `None` where
-    /// these stand against each other.
-    fn turned(&self, line: &Vector3<f64>, angle: f64) -> Option<IsometryMatrix3<f64>> {
+    /// Where the base is once the object has rotated between the pads by an angle, in the direction of their torque; `None`
+    /// where these stand against each other.
+    fn rotated(&self, line: &Vector3<f64>, angle: f64) -> Option<IsometryMatrix3<f64>> {
         let [first, second] = self.held;
         let across = (second - first).cross(&(self.object_from_base.rotation * line));
         let axis = Unit::try_new(across, line.norm() * TOUCHES / 10.0)?;
         let middle = nalgebra::center(&first, &second).coords;
-        let turn = Rotation3::from_axis_angle(&axis, angle);
-        let about = Translation3::from(middle) * turn * Translation3::from(-middle);
+        let step = Rotation3::from_axis_angle(&axis, angle);
+        let about = Translation3::from(middle) * step * Translation3::from(-middle);
         Some(about * self.object_from_base)
     }
 }

@@ -6,9 +6,9 @@ use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
 use super::{
     found::GraspContact,
+    frame::Frame,
     meeting::overlap,
     motion::{motor_at, moves, reach, velocities, velocity},
-    place::Place,
     solids::HandSolids,
 };
 use crate::hand::{Hand, Motor};
@@ -23,10 +23,10 @@ const NEAR: f64 = 0.002;
 /// Largest step of a solid that moves away from the object [m].
 pub(super) const LEAVES: f64 = 1e-4;
 
-/// A finger that has not met the object after so many looks creeps along it, and stays.
-pub(super) const MOST_LOOKS: u32 = 1000;
+/// A finger that has not met the object after so many steps creeps along it, and stays.
+pub(super) const MAX_STEPS_OF_CLOSING: u32 = 1000;
 
-/// Between looks whether links meet each other, motors turn by this at most [rad], or slide by a hundredth of it [m].
+/// Largest step of a motor between two tests for contact between links [rad]; a slide moves by a hundredth of it [m].
 const STRIDE: f64 = 0.01;
 
 /// A hand and what of it can touch.
@@ -39,7 +39,7 @@ pub(super) struct Closing {
     reaches: Vec<Vec<[f64; 2]>>,
     /// Motors that close the hand, those together that move the same solids: fingers.
     groups: Vec<Vec<usize>>,
-    /// Closing line of a gripper: its motor, and the first pad's way per unit of it, expressed in the base frame.
+    /// Closing line of a gripper: its motor, and the first pad's displacement per unit of it, expressed in the base frame.
     pub(super) line: Option<(usize, Vector3<f64>)>,
     /// Side of each solid: 1 where it moves as the first pad does, -1 as the second one, 0 as the base.
     pub(super) sides: Vec<f64>,
@@ -93,23 +93,24 @@ impl Closing {
     }
 
     /// Distance that the hand can come along a direction in `Object`, its joints still, until it meets the object [m]:
-    /// 0 where it does not within `most`.
+    /// 0 where it does not within `max`.
     pub(super) fn advance(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
         joints: &[f64],
-        way: &Vector3<f64>,
-        most: f64,
+        direction: &Vector3<f64>,
+        max: f64,
     ) -> f64 {
         let frames = self.hand.link_frames(joints);
         let mut come = 0.0;
-        for _ in 0..MOST_LOOKS {
-            let moved = Translation3::from(way * come) * object_from_base;
+        for _ in 0..MAX_STEPS_OF_CLOSING {
+            let moved = Translation3::from(direction * come) * object_from_base;
             let mut nearest = f64::INFINITY;
             for solid in 0..self.probes.len() {
                 let distance = self.distance(surface, &moved, &frames, solid);
-                let comes = |contact: &SurfaceContact| contact.distance <= TOUCHES && contact.normal.dot(way) < 0.0;
+                let comes =
+                    |contact: &SurfaceContact| contact.distance <= TOUCHES && contact.normal.dot(direction) < 0.0;
                 let leaves = distance <= TOUCHES && !self.found.iter().any(comes);
                 nearest = nearest.min(if leaves { LEAVES } else { distance });
             }
@@ -117,7 +118,7 @@ impl Closing {
                 return come;
             }
             come += nearest - TOUCHES / 2.0;
-            if come > most {
+            if come > max {
                 break;
             }
         }
@@ -138,8 +139,8 @@ impl Closing {
         let mut ends = start.clone();
         for group in self.groups.clone() {
             let mut motors = start.clone();
-            self.turn(surface, object_from_base, &mut motors, &group);
-            group.iter().for_each(|place| ends[*place] = motors[*place]);
+            self.close_group(surface, object_from_base, &mut motors, &group);
+            group.iter().for_each(|index| ends[*index] = motors[*index]);
         }
         self.part(&start, &mut ends);
         let mut joints = vec![0.0; hand.tree().len()];
@@ -172,8 +173,8 @@ impl Closing {
         contacts
     }
 
-    /// Turns a group of motors together, each at its speed, until something that it moves meets the object.
-    fn turn(
+    /// Drives a group of motors together, each at its speed, until something that it moves meets the object.
+    fn close_group(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
@@ -181,14 +182,14 @@ impl Closing {
         group: &[usize],
     ) {
         let hand = Arc::clone(&self.hand);
-        let left = |place: usize, motor: Motor| {
-            let driven = &hand.driven()[place];
+        let left = |index: usize, motor: Motor| {
+            let driven = &hand.driven()[index];
             (driven.closed_angle(motor) - motor.angle) * driven.closing_sign()
         };
         let mut going = group.to_vec();
         let mut joints = vec![0.0; hand.tree().len()];
-        for _ in 0..MOST_LOOKS {
-            going.retain(|place| left(*place, motors[*place]) > 0.0);
+        for _ in 0..MAX_STEPS_OF_CLOSING {
+            going.retain(|index| left(*index, motors[*index]) > 0.0);
             if going.is_empty() {
                 break;
             }
@@ -196,9 +197,9 @@ impl Closing {
             let frames = hand.link_frames(&joints);
             let (mut time, mut met) = (f64::INFINITY, Vec::new());
             for solid in 0..self.probes.len() {
-                let speed_of = |place: &usize| {
-                    let after = usize::from(motors[*place].released.is_some());
-                    self.reaches[solid][*place][after] * hand.driven()[*place].speed
+                let speed_of = |index: &usize| {
+                    let after = usize::from(motors[*index].released.is_some());
+                    self.reaches[solid][*index][after] * hand.driven()[*index].speed
                 };
                 let speed: f64 = going.iter().map(speed_of).sum();
                 if speed == 0.0 {
@@ -207,25 +208,25 @@ impl Closing {
                 let mut distance = self.distance(surface, object_from_base, &frames, solid);
                 if distance <= TOUCHES {
                     let link = self.solids.solids[solid].link;
-                    let presses = |place: &usize| self.presses(object_from_base, &frames, motors[*place], *place, link);
-                    met.extend(going.iter().copied().filter(presses).map(|place| (place, link)));
+                    let presses = |index: &usize| self.presses(object_from_base, &frames, motors[*index], *index, link);
+                    met.extend(going.iter().copied().filter(presses).map(|index| (index, link)));
                     distance = LEAVES;
                 }
                 time = time.min((distance - TOUCHES / 2.0) / speed);
             }
-            for (place, link) in &met {
-                let (driven, motor) = (&hand.driven()[*place], motors[*place]);
+            for (index, link) in &met {
+                let (driven, motor) = (&hand.driven()[*index], motors[*index]);
                 if *link == driven.joint + 1 && driven.breakaway.is_some() && motor.released.is_none() {
-                    motors[*place] = driven.stopped(motor);
+                    motors[*index] = driven.stopped(motor);
                 } else if !(*link == driven.joint + 1 && driven.breakaway.is_some()) {
-                    going.retain(|going| going != place);
+                    going.retain(|going| going != index);
                 }
             }
             if met.is_empty() {
-                for place in &going {
-                    let (driven, motor) = (&hand.driven()[*place], motors[*place]);
-                    let step = (time * driven.speed).min(left(*place, motor));
-                    motors[*place] = driven.turned(motor, motor.angle + driven.closing_sign() * step);
+                for index in &going {
+                    let (driven, motor) = (&hand.driven()[*index], motors[*index]);
+                    let step = (time * driven.speed).min(left(*index, motor));
+                    motors[*index] = driven.driven_to(motor, motor.angle + driven.closing_sign() * step);
                 }
             }
         }
@@ -237,11 +238,11 @@ impl Closing {
         object_from_base: &IsometryMatrix3<f64>,
         frames: &[IsometryMatrix3<f64>],
         motor: Motor,
-        place: usize,
+        index: usize,
         link: usize,
     ) -> bool {
         let hand = &self.hand;
-        let velocities = velocities(hand, frames, motor, &hand.driven()[place]);
+        let velocities = velocities(hand, frames, motor, &hand.driven()[index]);
         self.found.iter().filter(|contact| contact.distance <= TOUCHES).any(|contact| {
             let at = object_from_base.inverse() * contact.point;
             let normal = object_from_base.rotation.inverse() * contact.normal.into_inner();
@@ -285,41 +286,41 @@ impl Closing {
     pub(super) fn part(&self, start: &[Motor], ends: &mut [Motor]) {
         let hand = &self.hand;
         let mut joints = vec![0.0; hand.tree().len()];
-        let mut places = vec![Place::identity(); hand.tree().len() + 1];
+        let mut frames = vec![Frame::identity(); hand.tree().len() + 1];
         let mut meets = |motors: &[Motor]| {
             hand.joint_values(motors, &mut joints);
-            for (place, frame) in places[1..].iter_mut().zip(hand.link_frames(&joints)) {
-                *place = Place::of(&frame);
+            for (into, frame) in frames[1..].iter_mut().zip(hand.link_frames(&joints)) {
+                *into = Frame::of(&frame);
             }
             let meet = |pair: &&[usize; 2]| {
                 let [one, other] = pair.map(|solid| &self.solids.solids[solid]);
-                overlap(one, other, &places)
+                overlap(one, other, &frames)
             };
             self.solids.pairs.iter().find(meet).map(|pair| pair.map(|solid| self.solids.solids[solid].link))
         };
-        let speed = |place: usize| hand.driven()[place].speed;
+        let speed = |index: usize| hand.driven()[index].speed;
         let fastest = (0..start.len()).map(speed).fold(0.0, f64::max);
-        let longest = (0..start.len()).map(|place| (ends[place].angle - start[place].angle).abs() / speed(place));
-        let looks = (longest.fold(0.0, f64::max) * fastest / STRIDE).ceil() as u32;
+        let longest = (0..start.len()).map(|index| (ends[index].angle - start[index].angle).abs() / speed(index));
+        let steps = (longest.fold(0.0, f64::max) * fastest / STRIDE).ceil() as u32;
         let mut now = start.to_vec();
-        for look in 1..=looks {
+        for step in 1..=steps {
             let before = now.clone();
-            for (place, driven) in hand.driven().iter().enumerate() {
-                let way = f64::from(look) * STRIDE / fastest * speed(place);
-                now[place] = motor_at(start[place], ends[place], driven, way);
+            for (index, driven) in hand.driven().iter().enumerate() {
+                let distance = f64::from(step) * STRIDE / fastest * speed(index);
+                now[index] = motor_at(start[index], ends[index], driven, distance);
             }
-            // Each meeting stops the motors of both links; what remains is looked at again.
+            // Each meeting stops the motors of both links; what remains is tested again.
             while let Some(links) = meets(&now) {
                 let stopped: Vec<usize> = (0..now.len())
-                    .filter(|place| now[*place] != before[*place])
-                    .filter(|place| links.iter().any(|link| moves(hand, *link, &hand.driven()[*place])))
+                    .filter(|index| now[*index] != before[*index])
+                    .filter(|index| links.iter().any(|link| moves(hand, *link, &hand.driven()[*index])))
                     .collect();
                 if stopped.is_empty() {
                     break;
                 }
-                for place in stopped {
-                    now[place] = before[place];
-                    ends[place] = before[place];
+                for index in stopped {
+                    now[index] = before[index];
+                    ends[index] = before[index];
                 }
             }
         }
@@ -329,13 +330,13 @@ impl Closing {
 /// Motors that close a hand, grouped by the solids that they move.
 fn groups(hand: &Hand, reaches: &[Vec<[f64; 2]>]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    let closes = |place: &usize| hand.driven()[*place].closing_sign() != 0.0;
-    for place in (0..hand.driven().len()).filter(closes) {
+    let closes = |index: &usize| hand.driven()[*index].closing_sign() != 0.0;
+    for index in (0..hand.driven().len()).filter(closes) {
         let shares = |group: &Vec<usize>| {
-            group.iter().any(|other| reaches.iter().any(|of| of[place][0] > 0.0 && of[*other][0] > 0.0))
+            group.iter().any(|other| reaches.iter().any(|of| of[index][0] > 0.0 && of[*other][0] > 0.0))
         };
         let (mut joined, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(shares);
-        joined.push(vec![place]);
+        joined.push(vec![index]);
         groups = apart;
         groups.push(joined.concat());
     }

@@ -14,9 +14,9 @@ use kernel::geom::SimdLevel;
 /// Weighs 1 - cos against millimetres in the contact energy.
 const ANGLE_WEIGHT: f64 = 50.0;
 
-/// A virtual contact farther from the surface [mm] or looking farther past it has no weight.
+/// A virtual contact farther from the surface [mm] or pointing farther past it has no weight.
 const FARTHEST: f64 = 50.0;
-const LEAST_COS: f64 = 0.7;
+const MIN_COS: f64 = 0.7;
 
 /// Contacts that weigh more count; fewer of them make no wrench space.
 const COUNTS: f64 = 0.25;
@@ -42,7 +42,7 @@ pub(super) fn contact_energy(contacts: &[VirtualContact]) -> f64 {
 /// Weight of a virtual contact: 2 on the surface, falling to 0 at 50 mm.
 fn weight(contact: &VirtualContact) -> f64 {
     let distance = 1e3 * f64::from(contact.distance).abs();
-    if contact.cos < LEAST_COS as f32 || distance > FARTHEST {
+    if contact.cos < MIN_COS as f32 || distance > FARTHEST {
         return 0.0;
     }
     libm::cos(PI * distance / FARTHEST) + 1.0

@@ -1,4 +1,4 @@
-//! Signed distances to an object as annealing reads them: between the points of a lattice, sixteen places at a time.
+//! Signed distances to an object as annealing reads them: between the points of a lattice, sixteen points at a time.
 
 use nalgebra::{Point3, Vector3};
 
@@ -23,7 +23,7 @@ const BAND: f64 = 0.012;
 /// Signed distance to an object's surface around it, negative inside.
 ///
 /// Against exact distances its error is that of trilinear interpolation between points that are a 128th of the padded box's
-/// longest side apart (1.9 mm for a mug): some hundredths of a millimetre at smooth places, up to half a cell at edges and
+/// longest side apart (1.9 mm for a mug): some hundredths of a millimetre at smooth points, up to half a cell at edges and
 /// in the middle of thin walls, where the direction to the surface jumps as well. What is kept is rated anew with exact
 /// distances. Of class `exact`.
 pub struct DistanceField {
@@ -40,11 +40,11 @@ pub struct DistanceField {
     blocks: Vec<u32>,
 }
 
-/// Distance and direction at sixteen places.
+/// Distance and direction at sixteen points.
 pub(super) struct Near<L: Lanes> {
     /// Signed [m].
     pub(super) distance: L::F,
-    /// Away from the surface's closest place outside, towards it inside; a unit vector.
+    /// Away from the surface's closest point outside, towards it inside; a unit vector.
     pub(super) outward: [L::F; 3],
 }
 
@@ -91,38 +91,38 @@ impl DistanceField {
         self.values.len()
     }
 
-    /// Lower and upper bounds of [`DistanceField::distance`] at sixteen places, for a quarter of its work.
+    /// Lower and upper bounds of [`DistanceField::distance`] at sixteen points, for a quarter of its work.
     #[inline(always)]
-    pub(super) fn bounds<L: Lanes>(&self, l: L, place: [L::F; 3]) -> [L::F; 2] {
+    pub(super) fn bounds<L: Lanes>(&self, l: L, point: [L::F; 3]) -> [L::F; 2] {
         let inverse = l.splat(1.0 / (self.cell * BLOCK as f32));
         let [x, y, z]: [L::I; 3] = each_of!([0, 1, 2], axis => {
-            let along = l.mul(l.sub(place[axis], l.splat(self.origin[axis])), inverse);
+            let along = l.mul(l.sub(point[axis], l.splat(self.origin[axis])), inverse);
             l.truncate(l.min(l.max(along, l.splat(0.0)), l.splat((self.block_counts[axis] - 1) as f32)))
         });
         let row = l.add_i(l.mul_i(x, l.splat_i(self.block_counts[1])), y);
         let index = l.add_i(l.mul_i(row, l.splat_i(self.block_counts[2])), z);
-        // SAFETY: the places were held inside the blocks.
-        #[expect(unsafe_code, reason = "gathers from places that were held inside the table")]
+        // SAFETY: the points were held inside the blocks.
+        #[expect(unsafe_code, reason = "gathers from indices that were held inside the table")]
         let pair = unsafe { l.gather_i(&self.blocks, index) };
         let step = l.splat(self.step);
         let [low, high] = [l.sar_i::<16>(l.shl_i::<16>(pair)), l.sar_i::<16>(pair)];
         [l.mul(l.to_float(low), step), l.mul(l.to_float(high), step)]
     }
 
-    /// Signed distance at sixteen places in `Object` [m]; beyond the lattice that of its nearest place, which is less.
+    /// Signed distance at sixteen points in `Object` [m]; beyond the lattice that of its nearest point, which is less.
     #[inline(always)]
-    pub(super) fn distance<L: Lanes>(&self, l: L, place: [L::F; 3]) -> L::F {
-        let cell = self.cell(l, place);
+    pub(super) fn distance<L: Lanes>(&self, l: L, point: [L::F; 3]) -> L::F {
+        let cell = self.cell(l, point);
         let [x, y, z] = cell.shares;
         let [a, b, c, d] = each_of!([0, 1, 2, 3], edge => mixed(l, cell.ends[edge][0], cell.ends[edge][1], z));
         l.mul(mixed(l, mixed(l, a, b, y), mixed(l, c, d, y), x), l.splat(self.step))
     }
 
-    /// Distance and direction at sixteen places in `Object` [m]. Beyond the lattice: from where the lattice's nearest place has
+    /// Distance and direction at sixteen points in `Object` [m]. Beyond the lattice: from where the lattice's nearest point has
     /// the surface.
     #[inline(always)]
-    pub(super) fn near<L: Lanes>(&self, l: L, place: [L::F; 3]) -> Near<L> {
-        let Cell { ends, shares: [fx, fy, fz], beyond } = self.cell(l, place);
+    pub(super) fn near<L: Lanes>(&self, l: L, point: [L::F; 3]) -> Near<L> {
+        let Cell { ends, shares: [fx, fy, fz], beyond } = self.cell(l, point);
         let [a, b, c, d] = each_of!([0, 1, 2, 3], edge => mixed(l, ends[edge][0], ends[edge][1], fz));
         let [da, db, dc, dd] = each_of!([0, 1, 2, 3], edge => l.sub(ends[edge][1], ends[edge][0]));
         let (lower, upper) = (mixed(l, a, b, fy), mixed(l, c, d, fy));
@@ -137,20 +137,20 @@ impl DistanceField {
         if l.bits(outside) == 0 {
             return Near { distance, outward };
         }
-        let way: [L::F; 3] = each_of!([0, 1, 2], axis => l.add(beyond[axis], l.mul(outward[axis], distance)));
-        let (straight, far) = unit(l, way);
+        let offset: [L::F; 3] = each_of!([0, 1, 2], axis => l.add(beyond[axis], l.mul(outward[axis], distance)));
+        let (straight, far) = unit(l, offset);
         Near {
             distance: l.select(outside, far, distance),
             outward: each_of!([0, 1, 2], axis => l.select(outside, straight[axis], outward[axis])),
         }
     }
 
-    /// The cells of the lattice that sixteen places lie in, or are nearest to.
+    /// The cells of the lattice that sixteen points lie in, or are nearest to.
     #[inline(always)]
-    fn cell<L: Lanes>(&self, l: L, place: [L::F; 3]) -> Cell<L> {
+    fn cell<L: Lanes>(&self, l: L, point: [L::F; 3]) -> Cell<L> {
         let inverse = l.splat(1.0 / self.cell);
         let along: [L::F; 3] =
-            each_of!([0, 1, 2], axis => l.mul(l.sub(place[axis], l.splat(self.origin[axis])), inverse));
+            each_of!([0, 1, 2], axis => l.mul(l.sub(point[axis], l.splat(self.origin[axis])), inverse));
         let held: [L::F; 3] = each_of!([0, 1, 2], axis =>
             l.min(l.max(along[axis], l.splat(0.0)), l.splat((self.counts[axis] - 1) as f32)));
         // The last cell ends where the lattice does.
@@ -162,7 +162,7 @@ impl DistanceField {
         let (next_y, next_x) = (2 * self.counts[2], 2 * self.counts[1] * self.counts[2]);
         let ends: [[L::F; 2]; 4] = each_of!([0, next_y, next_x, next_x + next_y], offset => {
             // SAFETY: the cell's corners are points of the lattice.
-            #[expect(unsafe_code, reason = "gathers from places that were held inside the lattice")]
+            #[expect(unsafe_code, reason = "gathers from indices that were held inside the lattice")]
             let pair = unsafe { l.gather_bytes(&self.values, l.add_i(first, l.splat_i(offset))) };
             [l.to_float(l.sar_i::<16>(l.shl_i::<16>(pair))), l.to_float(l.sar_i::<16>(pair))]
         });
@@ -180,7 +180,7 @@ fn mixed<L: Lanes>(l: L, a: L::F, b: L::F, share: L::F) -> L::F {
     l.add(a, l.mul(share, l.sub(b, a)))
 }
 
-/// A vector turned into one of unit length, and how long it was.
+/// A vector scaled to unit length, and how long it was.
 #[inline(always)]
 fn unit<L: Lanes>(l: L, of: [L::F; 3]) -> ([L::F; 3], L::F) {
     let length = l.sqrt(l.add(l.add(l.mul(of[0], of[0]), l.mul(of[1], of[1])), l.mul(of[2], of[2])));
@@ -198,16 +198,16 @@ fn blocks(steps: &[i16], counts: [usize; 3]) -> ([usize; 3], Vec<u32>) {
     for x in 0..block_counts[0] {
         for y in 0..block_counts[1] {
             for z in 0..block_counts[2] {
-                let (mut least, mut largest) = (i16::MAX, i16::MIN);
+                let (mut min, mut largest) = (i16::MAX, i16::MIN);
                 for x in around(x, counts[0]) {
                     for y in around(y, counts[1]) {
                         let row = (x * counts[1] + y) * counts[2];
                         for z in around(z, counts[2]) {
-                            (least, largest) = (least.min(steps[row + z]), largest.max(steps[row + z]));
+                            (min, largest) = (min.min(steps[row + z]), largest.max(steps[row + z]));
                         }
                     }
                 }
-                blocks.push(u32::from(least as u16) | u32::from(largest as u16) << 16);
+                blocks.push(u32::from(min as u16) | u32::from(largest as u16) << 16);
             }
         }
     }
@@ -216,17 +216,17 @@ fn blocks(steps: &[i16], counts: [usize; 3]) -> ([usize; 3], Vec<u32>) {
 
 /// Signed distances at the points of a lattice [m].
 fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: [usize; 3]) -> Vec<f64> {
-    let place = |x: usize, y: usize, z: usize| (x * counts[1] + y) * counts[2] + z;
+    let point = |x: usize, y: usize, z: usize| (x * counts[1] + y) * counts[2] + z;
     let at = |x: usize, y: usize, z: usize| origin + Vector3::new(x as f64, y as f64, z as f64) * cell;
     let mut values = vec![f64::NAN; counts.iter().product()];
-    // Each point is told the nearest triangle of one beside it: the search has little left to do.
+    // Each point starts from the nearest triangle of a neighbour: the search has little left to do.
     let mut hint = None;
     for x in (0..counts[0]).step_by(COARSE) {
         for y in (0..counts[1]).step_by(COARSE) {
             for z in (0..counts[2]).step_by(COARSE) {
                 let (closest, distance) = surface.closest(&at(x, y, z), hint.as_ref());
                 hint = Some(closest);
-                values[place(x, y, z)] = distance;
+                values[point(x, y, z)] = distance;
             }
         }
     }
@@ -243,9 +243,9 @@ fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: 
                 let [xs, ys, zs] = [x, y, z].map(ends);
                 let mut mean = 0.0;
                 for corner in 0..8 {
-                    mean += coarse[place(xs[corner & 1], ys[corner >> 1 & 1], zs[corner >> 2])] / 8.0;
+                    mean += coarse[point(xs[corner & 1], ys[corner >> 1 & 1], zs[corner >> 2])] / 8.0;
                 }
-                values[place(x, y, z)] = if mean.abs() > BAND {
+                values[point(x, y, z)] = if mean.abs() > BAND {
                     mean
                 } else {
                     let (closest, distance) = surface.closest(&at(x, y, z), hint.as_ref());
@@ -277,7 +277,7 @@ mod tests {
         let field = DistanceField::new(&surface);
         let bounds = surface.bounds();
         let mut draw = Stream::of_job(1, b"", "field");
-        let (mut near, mut all, mut turned) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut near, mut all, mut angles) = (Vec::new(), Vec::new(), Vec::new());
         while near.len() < 5_000 {
             // The lattice ends 60 mm from the box.
             let point = Point3::from_slice(&std::array::from_fn::<_, 3, _>(|axis| {
@@ -299,7 +299,7 @@ mod tests {
             }
             if exact > 1e-4 {
                 let outward = Vector3::from(found.outward.map(|part| f64::from(part[0])));
-                turned.push(outward.angle(&(point - closest)).to_degrees());
+                angles.push(outward.angle(&(point - closest)).to_degrees());
             }
         }
         let at = |list: &mut Vec<f64>, share: f64| {
@@ -316,10 +316,10 @@ mod tests {
             1e3 * at(&mut all, 0.5),
             1e3 * at(&mut all, 0.99),
             1e3 * at(&mut all, 1.0),
-            at(&mut turned, 0.5),
-            at(&mut turned, 0.95),
+            at(&mut angles, 0.5),
+            at(&mut angles, 0.95),
         );
         assert!(at(&mut near, 0.5) < 0.03 * cell && at(&mut near, 0.99) < 0.4 * cell && at(&mut near, 1.0) < cell);
-        assert!(at(&mut all, 0.99) < 0.4 * cell && at(&mut turned, 0.5) < 4.0);
+        assert!(at(&mut all, 0.99) < 0.4 * cell && at(&mut angles, 0.5) < 4.0);
     }
 }

@@ -10,15 +10,15 @@ use kernel::words::{GraspVerdict, STRETCHES};
 pub struct Energies {
     /// Energy that the annealing minimised, recomputed with exact distances.
     pub total: f64,
-    /// The contact energy: mean over the virtual contacts of |distance| [mm] and 50 (1 - cos) of how far each looks past the
-    /// surface.
+    /// The contact energy: mean over the virtual contacts of |distance| [mm] and 50 (1 - cos) of the angle by which each points
+    /// past the surface.
     pub contact: f64,
     /// The potential: -epsilon of the wrench space of the virtual contacts, weighted by their distance; 1 where fewer than
     /// three of them count. Not scaled.
     pub potential: f64,
 }
 
-/// A place where the closed hand touches.
+/// A point where the closed hand touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GraspContact {
     /// The link; 0 is the base.
@@ -45,10 +45,10 @@ pub struct Quality {
 /// One state of the best list, closed and rated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grasp {
-    /// The approach frame seen from the object: origin on the palm, z towards the object [m]. Here the hand closes.
+    /// The approach frame expressed in the object's frame: origin on the palm, z towards the object [m]. Here the hand closes.
     pub object_from_approach: IsometryMatrix3<f64>,
     /// Distance that the hand came along its approach until it met the object, from the state that was annealed [m]; 0
-    /// where it does not meet it on its way.
+    /// where it does not meet it.
     pub advance: f64,
     /// Translation by which a gripper gave way so that both pads hold the object, expressed in its approach frame
     /// before that [m]; `None` where it did not.
@@ -91,13 +91,14 @@ pub struct Stretch {
 /// Result of one run of annealing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspRun {
-    /// Where the search began: the seed's frame seen from the object; its origin is on the surface, z is the inward normal.
+    /// Where the search began: the seed's frame expressed in the object's frame; its origin is on the surface, z is the inward
+    /// normal.
     pub object_from_seed: IsometryMatrix3<f64>,
     /// Steps of the run, at most the job's: a seed may be given up.
     pub steps: u32,
     /// Steps that found no legal neighbour.
     pub failed: u32,
-    /// Neighbours that were looked at.
+    /// Neighbours that were evaluated.
     pub tries: u64,
     /// Neighbours whose wrench space was evaluated.
     pub potentials: u64,

@@ -43,12 +43,12 @@ impl KindDigits {
         })
     }
 
-    /// The type of a closed hand, `sum of bin_i 5^i`: below 390,625. `joints` are all values in the tree's order, `turn` is
-    /// that of the approach frame seen from the object.
-    pub fn kind(&self, joints: &[f64], turn: &Matrix3<f64>) -> u32 {
+    /// The type of a closed hand, `sum of bin_i 5^i`: below 390,625. `joints` are all values in the tree's order, `rotation` is
+    /// that of the approach frame expressed in the object's frame.
+    pub fn kind(&self, joints: &[f64], rotation: &Matrix3<f64>) -> u32 {
         let fingers = self.joints.iter().map(|(joint, range)| bin(joints[*joint], *range));
-        let digits = fingers.chain([bin(wrist_roll(turn), [-PI, PI])]);
-        digits.zip(0..).map(|(digit, place)| digit * TYPE_BINS.pow(place)).sum()
+        let digits = fingers.chain([bin(wrist_roll(rotation), [-PI, PI])]);
+        digits.zip(0..).map(|(digit, exponent)| digit * TYPE_BINS.pow(exponent)).sum()
     }
 }
 
@@ -57,16 +57,16 @@ fn bin(value: f64, [low, high]: [f64; 2]) -> u32 {
     share.floor().clamp(0.0, f64::from(TYPE_BINS - 1)) as u32
 }
 
-/// Roll of the hand about its approach against a camera that looks along it, upright [rad], from -pi to pi: the angle from
+/// Roll of the hand about its approach against a camera that points along it, upright [rad], from -pi to pi: the angle from
 /// the camera's x axis (to the right) to the approach frame's. Up is the object's z axis, or its x axis where the approach is
 /// within 5 degrees of that.
-pub fn wrist_roll(turn: &Matrix3<f64>) -> f64 {
-    let [right, down] = camera_axes(&turn.column(2).into_owned());
-    let x = turn.column(0);
+pub fn wrist_roll(rotation: &Matrix3<f64>) -> f64 {
+    let [right, down] = camera_axes(&rotation.column(2).into_owned());
+    let x = rotation.column(0);
     libm::atan2(x.dot(&down), x.dot(&right))
 }
 
-/// The axes to the right and down of an upright camera that looks along a direction, in the same frame.
+/// The axes to the right and down of an upright camera that points along a direction, in the same frame.
 pub fn camera_axes(sight: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let up = if sight.z.abs() > libm::cos(NEARLY_UP) { Vector3::x() } else { Vector3::z() };
     let right = sight.cross(&up).normalize();
@@ -86,14 +86,14 @@ mod tests {
 
     #[test]
     fn roll_is_against_an_upright_camera() {
-        // Looking along y with z up, right is x.
+        // With the camera along y and z up, right is x.
         let [right, down] = camera_axes(&Vector3::y());
         assert_eq!((right, down), (Vector3::x(), -Vector3::z()));
         for roll in [-2.5, -0.3, 0.0, 1.2, 3.0] {
             let (sin, cos) = libm::sincos(roll);
             let x = right * cos + down * sin;
-            let turn = Matrix3::from_columns(&[x, Vector3::y().cross(&x), Vector3::y()]);
-            assert!((wrist_roll(&turn) - roll).abs() < 1e-12);
+            let rotation = Matrix3::from_columns(&[x, Vector3::y().cross(&x), Vector3::y()]);
+            assert!((wrist_roll(&rotation) - roll).abs() < 1e-12);
         }
         // Straight down.
         let [right, down] = camera_axes(&-Vector3::z());

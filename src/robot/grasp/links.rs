@@ -2,11 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{numbers::sines, place::Place, unsearchable::UnsearchableHand};
+use super::{frame::Frame, numbers::sines, unsearchable::UnsearchableHand};
 use crate::{hand::Hand, kinematics::JointKind};
 
 /// Most joints of a hand that is annealed.
-pub(super) const MOST_JOINTS: usize = 24;
+pub(super) const MAX_JOINTS: usize = 24;
 
 /// A joint with all that does not change worked out.
 struct Joint {
@@ -15,8 +15,8 @@ struct Joint {
     driven: usize,
     ratio: f64,
     offset: f64,
-    turns: bool,
-    /// The turn is `fixed + cos * with_cos + sin * with_sin` (Rodrigues' formula).
+    revolute: bool,
+    /// The rotation is `fixed + cos * with_cos + sin * with_sin` (Rodrigues' formula).
     fixed: Matrix3<f64>,
     with_cos: Matrix3<f64>,
     with_sin: Matrix3<f64>,
@@ -37,30 +37,30 @@ impl Links {
     pub(super) fn new(hand: &Hand) -> Result<Self, UnsearchableHand> {
         let grasps = hand.eigengrasps().ok_or(UnsearchableHand::NoEigengrasps)?;
         let tree = hand.tree().joints();
-        if tree.len() > MOST_JOINTS {
-            return Err(UnsearchableHand::TooManyJoints { count: tree.len(), most: MOST_JOINTS });
+        if tree.len() > MAX_JOINTS {
+            return Err(UnsearchableHand::TooManyJoints { count: tree.len(), max: MAX_JOINTS });
         }
         let mut moved_by = vec![(0, 1.0, 0.0); tree.len()];
-        for (place, driven) in hand.driven().iter().enumerate() {
-            moved_by[driven.joint] = (place, 1.0, 0.0);
+        for (index, driven) in hand.driven().iter().enumerate() {
+            moved_by[driven.joint] = (index, 1.0, 0.0);
             for follower in &driven.followers {
-                moved_by[follower.joint] = (place, follower.ratio, follower.offset);
+                moved_by[follower.joint] = (index, follower.ratio, follower.offset);
             }
         }
-        let joint = |(place, joint): (usize, &crate::kinematics::TreeJoint)| {
-            let (driven, ratio, offset) = moved_by[place];
+        let joint = |(index, joint): (usize, &crate::kinematics::TreeJoint)| {
+            let (driven, ratio, offset) = moved_by[index];
             let axis = joint.joint.axis.into_inner();
-            let turn = joint.joint.origin.rotation.matrix();
-            let turns = joint.joint.kind != JointKind::Prismatic;
+            let rotation = joint.joint.origin.rotation.matrix();
+            let revolute = joint.joint.kind != JointKind::Prismatic;
             let along_axis = axis * axis.transpose();
-            let [fixed, with_cos, with_sin] = if turns {
-                [turn * along_axis, turn * (Matrix3::identity() - along_axis), turn * axis.cross_matrix()]
+            let [fixed, with_cos, with_sin] = if revolute {
+                [rotation * along_axis, rotation * (Matrix3::identity() - along_axis), rotation * axis.cross_matrix()]
             } else {
-                [*turn, Matrix3::zeros(), Matrix3::zeros()]
+                [*rotation, Matrix3::zeros(), Matrix3::zeros()]
             };
-            let (at, along) = (joint.joint.origin.translation.vector, turn * axis);
+            let (at, along) = (joint.joint.origin.translation.vector, rotation * axis);
             let carried_by = joint.carried_by;
-            Joint { carried_by, driven, ratio, offset, turns, fixed, with_cos, with_sin, at, along }
+            Joint { carried_by, driven, ratio, offset, revolute, fixed, with_cos, with_sin, at, along }
         };
         Ok(Self {
             joints: tree.iter().enumerate().map(joint).collect(),
@@ -77,14 +77,14 @@ impl Links {
 
     /// Values of all joints for amplitudes; the rest of the array stays.
     #[inline(always)]
-    pub(super) fn values(&self, amplitudes: &[f64], values: &mut [f64; MOST_JOINTS]) {
-        let mut driven = [0.0; MOST_JOINTS];
-        for (place, value) in driven.iter_mut().enumerate().take(self.origin.len()) {
-            let mut sum = self.origin[place];
+    pub(super) fn values(&self, amplitudes: &[f64], values: &mut [f64; MAX_JOINTS]) {
+        let mut driven = [0.0; MAX_JOINTS];
+        for (index, value) in driven.iter_mut().enumerate().take(self.origin.len()) {
+            let mut sum = self.origin[index];
             for (amplitude, direction) in amplitudes.iter().zip(&self.directions) {
-                sum += amplitude * direction[place];
+                sum += amplitude * direction[index];
             }
-            let [low, high] = self.ranges[place];
+            let [low, high] = self.ranges[index];
             *value = sum.max(low).min(high);
         }
         for (value, joint) in values.iter_mut().zip(&self.joints) {
@@ -92,21 +92,21 @@ impl Links {
         }
     }
 
-    /// Places of all links at values of all joints, seen from the frame in which the base is at `base`.
+    /// Poses of all links at values of all joints, expressed in the frame in which the base is at `base`.
     #[inline(always)]
-    pub(super) fn places(&self, base: &Place, values: &[f64; MOST_JOINTS], places: &mut [Place]) {
-        places[0] = *base;
+    pub(super) fn link_frames(&self, base: &Frame, values: &[f64; MAX_JOINTS], frames: &mut [Frame]) {
+        frames[0] = *base;
         for (chunk, joints) in self.joints.chunks(8).enumerate() {
             let angles: &[f64; 8] = values[8 * chunk..8 * chunk + 8].try_into().expect("a multiple of eight");
             let [sin, cos] = sines(angles);
             for (lane, joint) in joints.iter().enumerate() {
-                let own = if joint.turns {
-                    let turn = joint.fixed + joint.with_cos * cos[lane] + joint.with_sin * sin[lane];
-                    Place { turn, at: joint.at }
+                let own = if joint.revolute {
+                    let rotation = joint.fixed + joint.with_cos * cos[lane] + joint.with_sin * sin[lane];
+                    Frame { rotation, origin: joint.at }
                 } else {
-                    Place { turn: joint.fixed, at: joint.at + joint.along * angles[lane] }
+                    Frame { rotation: joint.fixed, origin: joint.at + joint.along * angles[lane] }
                 };
-                places[8 * chunk + lane + 1] = places[joint.carried_by].times(&own);
+                frames[8 * chunk + lane + 1] = frames[joint.carried_by].times(&own);
             }
         }
     }

@@ -3,9 +3,9 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    links::{Links, MOST_JOINTS},
+    frame::Frame,
+    links::{Links, MAX_JOINTS},
     motion::reach,
-    place::Place,
     solids::{ALLOWED_OVERLAP, Balls, HandSolids, LANES, SPACING, Solid, distance_to},
 };
 use crate::hand::{Driven, Hand};
@@ -28,8 +28,8 @@ struct Filling<'a> {
     solids: &'a HandSolids,
     /// Largest motion of each solid per unit of each amplitude [m].
     speeds: Vec<Vec<f64>>,
-    values: [f64; MOST_JOINTS],
-    places: Vec<Place>,
+    values: [f64; MAX_JOINTS],
+    frames: Vec<Frame>,
 }
 
 impl ClearPostures {
@@ -41,19 +41,20 @@ impl ClearPostures {
         let count = if side == 0 { 0 } else { side.pow(ranges.len() as u32) };
         let mut table = Self { ranges, side, clear: vec![false; count] };
         if count > 0 {
-            let speed = |solid: &Solid, way: &Vec<f64>| {
+            let speed = |solid: &Solid, direction: &Vec<f64>| {
                 let of = |(driven, step): (&Driven, &f64)| {
                     step.abs() * reach(hand, solid.link, solid.centre, solid.reach, driven)[0]
                 };
-                hand.driven().iter().zip(way).map(of).sum::<f64>()
+                hand.driven().iter().zip(direction).map(of).sum::<f64>()
             };
-            let speeds = solids.solids.iter().map(|solid| directions.iter().map(|way| speed(solid, way)).collect());
+            let speeds =
+                solids.solids.iter().map(|solid| directions.iter().map(|direction| speed(solid, direction)).collect());
             let mut filling = Filling {
                 links,
                 solids,
                 speeds: speeds.collect(),
-                values: [0.0; MOST_JOINTS],
-                places: vec![Place::identity(); links.count()],
+                values: [0.0; MAX_JOINTS],
+                frames: vec![Frame::identity(); links.count()],
             };
             let first = vec![0; table.ranges.len()];
             table.fill(&mut filling, &solids.pairs, &first, side);
@@ -83,12 +84,12 @@ impl ClearPostures {
 
     /// Notes that a block of cells is clear.
     fn mark(&mut self, first: &[usize], side: usize) {
-        for place in 0..side.pow(first.len() as u32) {
+        for number in 0..side.pow(first.len() as u32) {
             let cell = first
                 .iter()
                 .enumerate()
                 .rev()
-                .fold(0, |cell, (axis, first)| cell * self.side + first + place / side.pow(axis as u32) % side);
+                .fold(0, |cell, (axis, first)| cell * self.side + first + number / side.pow(axis as u32) % side);
             self.clear[cell] = true;
         }
     }
@@ -115,28 +116,28 @@ impl Filling<'_> {
     /// Pairs that may meet where each amplitude is off by up to so much.
     fn near(&mut self, pairs: &[[usize; 2]], amplitudes: &[f64], halves: &[f64]) -> Vec<[usize; 2]> {
         self.links.values(amplitudes, &mut self.values);
-        self.links.places(&Place::identity(), &self.values, &mut self.places);
+        self.links.link_frames(&Frame::identity(), &self.values, &mut self.frames);
         let moves = |solid: usize| self.speeds[solid].iter().zip(halves).map(|(speed, half)| speed * half).sum::<f64>();
         let may_meet = |[one, other]: &&[usize; 2]| {
             let solids = &self.solids.solids;
-            apart_at_least(&solids[*one], &solids[*other], &self.places) <= moves(*one) + moves(*other)
+            apart_at_least(&solids[*one], &solids[*other], &self.frames) <= moves(*one) + moves(*other)
         };
         pairs.iter().filter(may_meet).copied().collect()
     }
 }
 
 /// A lower bound of how far two solids are from each other [m].
-fn apart_at_least(one: &Solid, other: &Solid, places: &[Place]) -> f64 {
-    let [a, b] = [one, other].map(|solid| places[solid.link].point(&solid.centre.coords));
+fn apart_at_least(one: &Solid, other: &Solid, frames: &[Frame]) -> f64 {
+    let [a, b] = [one, other].map(|solid| frames[solid.link].point(&solid.centre.coords));
     let around = (a - b).norm() - one.reach - other.reach;
     if around > SPACING {
         return around;
     }
-    if let (Some((p, q, r)), Some((s, t, u))) = (axis(one, places), axis(other, places)) {
+    if let (Some((p, q, r)), Some((s, t, u))) = (axis(one, frames), axis(other, frames)) {
         return segments_apart_squared(p, q, s, t).sqrt() - r - u;
     }
-    // No place of a solid is farther from its balls than they from each other.
-    let (balls, solid, solid_from_balls) = balls_against(one, other, places);
+    // No point of a solid is farther from its balls than they from each other.
+    let (balls, solid, solid_from_balls) = balls_against(one, other, frames);
     let each = balls.balls.iter().flat_map(|block| (0..LANES).map(move |lane| (block, lane)));
     let distances = each.map(|(block, lane)| ball_apart(solid, &solid_from_balls, block, lane));
     distances.fold(f64::INFINITY, f64::min) - SPACING
@@ -144,7 +145,7 @@ fn apart_at_least(one: &Solid, other: &Solid, places: &[Place]) -> f64 {
 
 /// Distance of a ball of one solid from another solid [m].
 #[inline(always)]
-fn ball_apart(solid: &Solid, solid_from_balls: &Place, block: &Balls, lane: usize) -> f64 {
+fn ball_apart(solid: &Solid, solid_from_balls: &Frame, block: &Balls, lane: usize) -> f64 {
     let centre = Vector3::new(block.x[lane], block.y[lane], block.z[lane]).map(f64::from);
     distance_to(&solid.shape, &Point3::from(solid_from_balls.point(&centre))) - f64::from(block.radius[lane])
 }
@@ -152,26 +153,26 @@ fn ball_apart(solid: &Solid, solid_from_balls: &Place, block: &Balls, lane: usiz
 /// Two solids in order: the one whose balls are evaluated, the other, and the frame of the balls' link expressed in the
 /// other's own.
 #[inline(always)]
-fn balls_against<'a>(one: &'a Solid, other: &'a Solid, places: &[Place]) -> (&'a Solid, &'a Solid, Place) {
+fn balls_against<'a>(one: &'a Solid, other: &'a Solid, frames: &[Frame]) -> (&'a Solid, &'a Solid, Frame) {
     // Capsules are made of the fewest.
     let (balls, solid) = if one.balls.len() <= other.balls.len() { (one, other) } else { (other, one) };
-    let shape_from_link = places[solid.link].times(&Place::of(&solid.link_from_shape)).inverse();
-    (balls, solid, shape_from_link.times(&places[balls.link]))
+    let shape_from_link = frames[solid.link].times(&Frame::of(&solid.link_from_shape)).inverse();
+    (balls, solid, shape_from_link.times(&frames[balls.link]))
 }
 
 /// Whether two solids of the hand overlap by more than is allowed.
-pub(super) fn overlap(one: &Solid, other: &Solid, places: &[Place]) -> bool {
-    let [a, b] = [one, other].map(|solid| places[solid.link].point(&solid.centre.coords));
-    let most = one.reach + other.reach;
-    if (a - b).norm_squared() > most * most {
+pub(super) fn overlap(one: &Solid, other: &Solid, frames: &[Frame]) -> bool {
+    let [a, b] = [one, other].map(|solid| frames[solid.link].point(&solid.centre.coords));
+    let max = one.reach + other.reach;
+    if (a - b).norm_squared() > max * max {
         return false;
     }
-    let [one_axis, other_axis] = [one, other].map(|solid| axis(solid, places));
+    let [one_axis, other_axis] = [one, other].map(|solid| axis(solid, frames));
     if let (Some((p, q, r)), Some((s, t, u))) = (one_axis, other_axis) {
-        let least = r + u - ALLOWED_OVERLAP;
-        return segments_apart_squared(p, q, s, t) < least * least;
+        let min = r + u - ALLOWED_OVERLAP;
+        return segments_apart_squared(p, q, s, t) < min * min;
     }
-    let (balls, solid, solid_from_balls) = balls_against(one, other, places);
+    let (balls, solid, solid_from_balls) = balls_against(one, other, frames);
     let middle = Point3::from(solid_from_balls.point(&balls.centre.coords));
     if distance_to(&solid.shape, &middle) > balls.reach {
         return false;
@@ -184,13 +185,13 @@ pub(super) fn overlap(one: &Solid, other: &Solid, places: &[Place]) -> bool {
 }
 
 /// Both ends and the radius of a capsule or ball.
-fn axis(solid: &Solid, places: &[Place]) -> Option<(Vector3<f64>, Vector3<f64>, f64)> {
+fn axis(solid: &Solid, frames: &[Frame]) -> Option<(Vector3<f64>, Vector3<f64>, f64)> {
     let (half, radius) = match solid.shape {
         Shape::Capsule { radius, half } => (half, radius),
         Shape::Sphere { radius } => (0.0, radius),
         _ => return None,
     };
-    let end = |z: f64| places[solid.link].point(&(solid.link_from_shape * Point3::new(0.0, 0.0, z)).coords);
+    let end = |z: f64| frames[solid.link].point(&(solid.link_from_shape * Point3::new(0.0, 0.0, z)).coords);
     Some((end(-half), end(half), radius))
 }
 

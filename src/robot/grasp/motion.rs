@@ -7,13 +7,13 @@ use crate::{
     kinematics::JointKind,
 };
 
-/// A motor on its way from start to end after it has turned so far.
-pub(super) fn motor_at(start: Motor, end: Motor, driven: &Driven, way: f64) -> Motor {
+/// A motor between start and end, after it has moved by an angle.
+pub(super) fn motor_at(start: Motor, end: Motor, driven: &Driven, distance: f64) -> Motor {
     let whole = end.angle - start.angle;
-    if way >= whole.abs() {
+    if distance >= whole.abs() {
         return end;
     }
-    let angle = start.angle + way * whole.signum();
+    let angle = start.angle + distance * whole.signum();
     let opened = end.released.filter(|left| (angle - left) * driven.closing_sign() > 0.0);
     Motor { angle, released: opened }
 }

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_2_PI, LOG2_E};
 /// Added and taken away, it rounds to a whole number, which stands in the lowest bits meanwhile.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// A quarter turn in two parts; the first has so few digits that a small multiple of it is exact.
+/// A quarter of a revolution in two parts; the first has so few digits that a small multiple of it is exact.
 const QUARTER: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
 
 /// ln 2 likewise.
@@ -29,13 +29,13 @@ const FACTORIALS: [f64; 17] = {
 #[inline(always)]
 pub(super) fn sines<const N: usize>(angles: &[f64; N]) -> [[f64; N]; 2] {
     let mut out = [[0.0; N]; 2];
-    for place in 0..N {
-        let angle = angles[place];
+    for lane in 0..N {
+        let angle = angles[lane];
         let rounded = angle * FRAC_2_PI + ROUND;
-        let (quarters, turns) = (rounded.to_bits(), rounded - ROUND);
-        let rest = angle - turns * QUARTER[0] - turns * QUARTER[1];
+        let (quarters, count) = (rounded.to_bits(), rounded - ROUND);
+        let rest = angle - count * QUARTER[0] - count * QUARTER[1];
         let square = rest * rest;
-        // Taylor's series: below an eighth of a turn the next terms are less than rounding.
+        // Taylor's series: below an eighth of a revolution the next terms are less than rounding.
         let mut sin = FACTORIALS[15];
         sin = FACTORIALS[13] - sin * square;
         sin = FACTORIALS[11] - sin * square;
@@ -55,10 +55,10 @@ pub(super) fn sines<const N: usize>(angles: &[f64; N]) -> [[f64; N]; 2] {
         cos = 1.0 - cos * square;
         let swapped = quarters & 1 == 1;
         let (a, b) = if swapped { (cos, sin) } else { (sin, cos) };
-        // Of the sine in the second half turn, of the cosine in the second and third quarter.
-        let (turned, turned_too) = ((quarters & 2) << 62, (quarters.wrapping_add(1) & 2) << 62);
-        out[0][place] = f64::from_bits(a.to_bits() ^ turned);
-        out[1][place] = f64::from_bits(b.to_bits() ^ turned_too);
+        // Of the sine in the second half of a revolution, of the cosine in the second and third quarter.
+        let (sign_of_sin, sign_of_cos) = ((quarters & 2) << 62, (quarters.wrapping_add(1) & 2) << 62);
+        out[0][lane] = f64::from_bits(a.to_bits() ^ sign_of_sin);
+        out[1][lane] = f64::from_bits(b.to_bits() ^ sign_of_cos);
     }
     out
 }
@@ -67,8 +67,8 @@ pub(super) fn sines<const N: usize>(angles: &[f64; N]) -> [[f64; N]; 2] {
 #[inline(always)]
 pub(super) fn exponentials<const N: usize>(numbers: &[f64; N]) -> [f64; N] {
     let mut out = [0.0; N];
-    for place in 0..N {
-        let number = numbers[place];
+    for lane in 0..N {
+        let number = numbers[lane];
         let rounded = number * LOG2_E + ROUND;
         let doublings = rounded - ROUND;
         let rest = number - doublings * LN_2[0] - doublings * LN_2[1];
@@ -79,7 +79,7 @@ pub(super) fn exponentials<const N: usize>(numbers: &[f64; N]) -> [f64; N] {
             sum = FACTORIALS[term] + sum * rest;
         }
         // The lowest bits hold the count of doublings, which goes into the exponent.
-        out[place] = f64::from_bits(sum.to_bits().wrapping_add(rounded.to_bits() << 52));
+        out[lane] = f64::from_bits(sum.to_bits().wrapping_add(rounded.to_bits() << 52));
     }
     out
 }

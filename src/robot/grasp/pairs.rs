@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use kernel::{contact::ContactSurface, geom::turned_towards, seed::Stream};
+use kernel::{contact::ContactSurface, geom::rotation_towards, seed::Stream};
 
 /// Two points that are nearer make no pair [m].
-const LEAST: f64 = 0.001;
+const MIN: f64 = 0.001;
 
 /// A ray is out of the object where it is so near to the surface [m].
 const OUT: f64 = 1e-5;
@@ -15,10 +15,10 @@ const OUT: f64 = 1e-5;
 /// Along the surface a ray goes on by so much [m].
 const CREEPS: f64 = 1e-4;
 
-/// Looks along a ray.
-const MOST_LOOKS: u32 = 1000;
+/// Searches along a ray.
+const MAX_STEPS: u32 = 1000;
 
-/// Two points of a surface that see each other, or look away from each other through the object, within the friction cones of
+/// Two points of a surface that face each other, or face away from each other through the object, within the friction cones of
 /// both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pair {
@@ -32,20 +32,20 @@ impl Pair {
     pub(super) fn draw(surface: &ContactSurface, friction: f64, stream: &mut Stream) -> Option<Self> {
         let [share, u, v, tilt, side, choice] = [(); 6].map(|()| stream.unit());
         let (first, out) = surface.point_at(share, u, v)?;
-        let axes: Matrix3<f64> = turned_towards(&-out, 0.0);
+        let axes: Matrix3<f64> = rotation_towards(&-out, 0.0);
         let (sin, cos) = libm::sincos(TAU * side);
         // Uniform over the disc that the cone cuts out of a plane.
         let across = (axes.column(0) * cos + axes.column(1) * sin) * (friction * tilt.sqrt());
-        let way = (across - out).normalize();
-        let exits = exits(surface, &first, &way);
+        let inward = (across - out).normalize();
+        let exits = exits(surface, &first, &inward);
         let second = *exits.get((choice * exits.len() as f64) as usize)?;
         let (out, _) = surface.outward(&second);
-        let least = 1.0 / (1.0 + friction * friction).sqrt();
-        (out.dot(&way) >= least).then_some(Self { first, second })
+        let min = 1.0 / (1.0 + friction * friction).sqrt();
+        (out.dot(&inward) >= min).then_some(Self { first, second })
     }
 
     /// From the first to the second, of unit length.
-    pub(super) fn way(&self) -> Vector3<f64> {
+    pub(super) fn inward(&self) -> Vector3<f64> {
         (self.second - self.first).normalize()
     }
 
@@ -60,12 +60,12 @@ impl Pair {
 }
 
 /// Where a ray leaves the object, from a point on.
-fn exits(surface: &ContactSurface, from: &Point3<f64>, way: &Vector3<f64>) -> Vec<Point3<f64>> {
+fn exits(surface: &ContactSurface, from: &Point3<f64>, inward: &Vector3<f64>) -> Vec<Point3<f64>> {
     let bounds = surface.bounds();
     let reach = (bounds.max - bounds.min).norm();
-    let (mut along, mut was_inside, mut exits) = (LEAST, false, Vec::new());
-    for _ in 0..MOST_LOOKS {
-        let at = from + way * along;
+    let (mut along, mut was_inside, mut exits) = (MIN, false, Vec::new());
+    for _ in 0..MAX_STEPS {
+        let at = from + inward * along;
         let distance = surface.signed_distance(&at);
         let inside = distance < -OUT;
         if was_inside && !inside {

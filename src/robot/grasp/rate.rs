@@ -8,9 +8,9 @@ use super::{
     closing::Closing,
     energy::{Potential, contact_energy},
     found::{Energies, Grasp, GraspContact, Quality},
+    frame::Frame,
     kind::KindDigits,
     object::ObjectSearch,
-    place::Place,
     settings::{Annealing, EnergyKind, Keeping, WrenchSpace},
     state::{HandSearch, VirtualContact},
     table::TableWatch,
@@ -94,23 +94,23 @@ impl Rating {
             verdict: GraspVerdict::Penetrates,
             clearances: Vec::new(),
         };
-        if penetration > self.keeping.most_penetration {
+        if penetration > self.keeping.max_penetration {
             return grasp;
         }
-        let way = object_from_approach.rotation * Vector3::z();
-        let most = self.keeping.advance;
-        grasp.advance = self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &way, most);
-        let advanced = Translation3::from(way * grasp.advance);
+        let direction = object_from_approach.rotation * Vector3::z();
+        let max = self.keeping.advance;
+        grasp.advance = self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &direction, max);
+        let advanced = Translation3::from(direction * grasp.advance);
         grasp.object_from_approach = advanced * object_from_approach;
         let mut object_from_base = advanced * object_from_base;
-        let most = self.keeping.most_penetration;
-        let closed = match self.closing.centred(&object.surface, &object_from_base, &grasp.posture, most) {
+        let max = self.keeping.max_penetration;
+        let closed = match self.closing.centred(&object.surface, &object_from_base, &grasp.posture, max) {
             Some(centred) => {
                 let base_from_approach = hand.approach_pose(&frames);
                 let object_from_approach = centred.object_from_base * base_from_approach.isometry();
-                let moved = Place::of(&(grasp.object_from_approach.inverse() * object_from_approach));
-                let (axis, angle) = axis_and_angle(&moved.turn);
-                (grasp.shift, grasp.turn) = (Some(moved.at), Some(axis * angle));
+                let moved = Frame::of(&(grasp.object_from_approach.inverse() * object_from_approach));
+                let (axis, angle) = axis_and_angle(&moved.rotation);
+                (grasp.shift, grasp.turn) = (Some(moved.origin), Some(axis * angle));
                 (grasp.object_from_approach, object_from_base) = (object_from_approach, centred.object_from_base);
                 centred.closed
             }
@@ -121,8 +121,9 @@ impl Rating {
         grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
         let turn = *grasp.object_from_approach.rotation.matrix();
         grasp.kind = self.kind.as_ref().map(|digits| digits.kind(&grasp.joints, &turn));
-        let (resting, way) = (&object.resting().poses, grasp.object_from_approach.rotation * Vector3::z());
-        grasp.clearances = self.table.clearances(resting, &object_from_base, &way, &grasp.posture, &closed.motors);
+        let (resting, direction) = (&object.resting().poses, grasp.object_from_approach.rotation * Vector3::z());
+        grasp.clearances =
+            self.table.clearances(resting, &object_from_base, &direction, &grasp.posture, &closed.motors);
         grasp.verdict = self.verdict(&grasp);
         grasp
     }
@@ -170,7 +171,7 @@ impl Rating {
     }
 }
 
-/// A virtual contact at a place in `Object`, with the surface's exact closest point.
+/// A virtual contact at a point in `Object`, with the surface's exact closest point.
 fn virtual_contact(surface: &ContactSurface, point: Point3<f64>, normal: Unit<Vector3<f64>>) -> VirtualContact {
     let (outward, distance) = surface.outward(&point);
     VirtualContact {

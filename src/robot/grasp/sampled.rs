@@ -1,5 +1,5 @@
-//! Grasps that no search was for: approaches all round an axis, as a planner of the thesis has them (7.4.1), and pads on opposite
-//! sides of the object. For comparison with annealing, and where many plain grasps are wanted.
+//! Grasps that no search was for: approaches all round an axis, as a planner of the thesis has them (7.4.1), and pads on
+//! opposite sides of the object. For comparison with annealing, and where many plain grasps are wanted.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -9,10 +9,10 @@ use super::{
     best::BestList,
     closing::Closing,
     found::{Grasp, GraspRun, Stretch},
+    frame::Frame,
     kind::camera_axes,
     object::ObjectSearch,
     pairs::Pair,
-    place::Place,
     rate::{Rating, Start},
     settings::{Annealing, Antipodal, Keeping, Uniform},
     solids::ALLOWED_OVERLAP,
@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{hand::Hand, kinematics::JointKind};
 use kernel::{
-    geom::{SimdLevel, turned_towards},
+    geom::{SimdLevel, rotation_towards},
     seed::Stream,
     words::STRETCHES,
 };
@@ -58,39 +58,39 @@ impl GraspSampler {
     ) -> GraspRun {
         let mut tally = Tally::new(uniform.grasps);
         let mut grasps = Vec::new();
-        for place in 0..uniform.grasps {
-            let (sin, cos) = libm::sincos(TAU * f64::from(place) / f64::from(uniform.grasps));
+        for index in 0..uniform.grasps {
+            let (sin, cos) = libm::sincos(TAU * f64::from(index) / f64::from(uniform.grasps));
             let sight = Vector3::new(-cos, -sin, 0.0);
             let [right, down] = camera_axes(&sight);
-            let (sin, cos) = libm::sincos(uniform.rolls.of(place));
+            let (sin, cos) = libm::sincos(uniform.rolls.of(index));
             let x = right * cos + down * sin;
-            let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, sight.cross(&x), sight]));
-            let frame_from_approach = IsometryMatrix3::from_parts(Translation3::identity(), turn);
+            let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, sight.cross(&x), sight]));
+            let frame_from_approach = IsometryMatrix3::from_parts(Translation3::identity(), rotation);
             let start = self.come(object, &(object_from_frame * frame_from_approach));
             let grasp = self.rating.started(object, start);
-            tally.count(place, Some(grasp.energies.total));
+            tally.count(index, Some(grasp.energies.total));
             grasps.push(grasp);
         }
         tally.run(object_from_frame, grasps)
     }
 
     /// Comes along an approach from afar with the opened hand until it meets the object, or the approach frame is where it was
-    /// to come to, and closes there but for the last bit of each motor's way.
+    /// to come to, and closes there but for the last part of each motor's range.
     fn come(&mut self, object: &ObjectSearch, object_from_approach: &IsometryMatrix3<f64>) -> Start {
         let hand = Arc::clone(&self.hand);
         let opened = preshape(&hand);
         let joints = hand.posture_values(&opened);
         let approach_from_base = hand.approach_pose(&hand.link_frames(&joints)).isometry().inverse();
-        let way = object_from_approach.rotation * Vector3::z();
+        let direction = object_from_approach.rotation * Vector3::z();
         // From where a ball that holds the hand is outside of one that holds the object.
         let aside = (object_from_approach.translation.vector - object.middle.coords).norm();
         let far = object.radius + aside + self.reach(&joints);
-        let outside = Translation3::from(way * -far) * object_from_approach * approach_from_base;
-        let come = match self.closing.advance(&object.surface, &outside, &joints, &way, far) {
+        let outside = Translation3::from(direction * -far) * object_from_approach * approach_from_base;
+        let come = match self.closing.advance(&object.surface, &outside, &joints, &direction, far) {
             0.0 => far,
             come => come,
         };
-        let object_from_approach = Translation3::from(way * (come - far)) * object_from_approach;
+        let object_from_approach = Translation3::from(direction * (come - far)) * object_from_approach;
         let closed = self.closing.close(&object.surface, &(object_from_approach * approach_from_base), &opened);
         let before = hand.driven().iter().zip(&closed.motors).zip(&opened).map(|((driven, motor), opened)| {
             let slides = hand.tree().joints()[driven.joint].joint.kind == JointKind::Prismatic;
@@ -112,7 +112,7 @@ impl GraspSampler {
         self.closing.solids.solids.iter().map(far).fold(0.0, f64::max)
     }
 
-    /// A run over pairs of points on opposite sides of an object, drawn over all its surface: the best of the places of the
+    /// A run over pairs of points on opposite sides of an object, drawn over all its surface: the best of the points of the
     /// pads by energy, no two alike.
     ///
     /// # Panics
@@ -122,16 +122,16 @@ impl GraspSampler {
         self.best = BestList::new(antipodal.best as usize);
         self.best.clear(object.radius);
         let mut tally = Tally::new(antipodal.pairs);
-        for place in 0..antipodal.pairs {
+        for index in 0..antipodal.pairs {
             let pair = Pair::draw(&object.surface, antipodal.friction, stream);
             let roll = stream.uniform(0.0, TAU);
             let start = pair.and_then(|pair| self.on_pair(object, &pads, &pair, roll));
             let energy = start.as_ref().map(|start| self.rating.energies_of(object, start).total);
-            tally.count(place, energy);
+            tally.count(index, energy);
             if let Some((start, energy)) = start.zip(energy) {
                 let mut state = State::default();
-                state[0] = start.posture[pads.place];
-                self.best.offer(energy, &Place::of(&start.object_from_approach), &state);
+                state[0] = start.posture[pads.index];
+                self.best.offer(energy, &Frame::of(&start.object_from_approach), &state);
             }
         }
         let start = |candidate: &super::best::Candidate| Start {
@@ -150,8 +150,8 @@ impl GraspSampler {
         let posture = pads.posture(&hand, pads.value(pair.length() + 2.0 * BEFORE[1])?);
         let joints = hand.posture_values(&posture);
         let base_from_pads = pads.base_from_pads(&hand, &hand.link_frames(&joints));
-        let turn = Rotation3::from_matrix_unchecked(turned_towards(&pair.way(), roll));
-        let object_from_pads = IsometryMatrix3::from_parts(Translation3::from(pair.middle()), turn);
+        let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&pair.inward(), roll));
+        let object_from_pads = IsometryMatrix3::from_parts(Translation3::from(pair.middle()), rotation);
         let object_from_base = object_from_pads * base_from_pads.inverse();
         let deep = self.closing.penetration(&object.surface, &object_from_base, &joints);
         let object_from_approach = object_from_base * hand.approach_pose(&hand.link_frames(&joints)).isometry();
@@ -172,8 +172,8 @@ fn preshape(hand: &Hand) -> Vec<f64> {
 /// The two pads of a gripper.
 struct Pads {
     /// Index of the motor.
-    place: usize,
-    /// The first pad's way for a unit of the motor, seen from the base.
+    index: usize,
+    /// Displacement of the first pad per unit of the motor, expressed in the base frame.
     line: Vector3<f64>,
     /// The motor's opened and closed value, and the width of the opened hand [m].
     opened: f64,
@@ -185,36 +185,37 @@ struct Pads {
 impl Pads {
     fn new(hand: &Hand) -> Option<Self> {
         let line = hand.closing_line()?;
-        let place = hand.driven().iter().position(|driven| driven.closing_sign() != 0.0)?;
-        let driven = &hand.driven()[place];
+        let index = hand.driven().iter().position(|driven| driven.closing_sign() != 0.0)?;
+        let driven = &hand.driven()[index];
         let widest = hand.width(&hand.link_frames(&hand.posture_values(&hand.opened())))?;
         let links = hand.pads()?.map(|contact| hand.contacts()[contact].link);
-        Some(Self { place, line, opened: driven.opened, closed: driven.closed?, widest, links })
+        Some(Self { index, line, opened: driven.opened, closed: driven.closed?, widest, links })
     }
 
     /// The motor's value at a width; `None` where the pads do not go.
     fn value(&self, width: f64) -> Option<f64> {
-        let turn = (self.widest - width) / (2.0 * self.line.norm());
-        let most = self.closed - self.opened;
-        (0.0..=most.abs()).contains(&turn).then(|| self.opened + most.signum() * turn)
+        let rotation = (self.widest - width) / (2.0 * self.line.norm());
+        let max = self.closed - self.opened;
+        (0.0..=max.abs()).contains(&rotation).then(|| self.opened + max.signum() * rotation)
     }
 
     fn posture(&self, hand: &Hand, value: f64) -> Vec<f64> {
         let mut posture = preshape(hand);
-        posture[self.place] = value;
+        posture[self.index] = value;
         posture
     }
 
-    /// A frame half way between the pads, its z along the first one's way; the middle of a pad is that of its contacts.
+    /// A frame half way between the pads, its z along the first one's direction of motion; the middle of a pad is that of its
+    /// contacts.
     fn base_from_pads(&self, hand: &Hand, frames: &[IsometryMatrix3<f64>]) -> IsometryMatrix3<f64> {
         let middle = |link: usize| {
             let on_it = (0..hand.contacts().len()).filter(|contact| hand.contacts()[*contact].link == link);
-            let places: Vec<_> = on_it.map(|contact| hand.contact_in_base(contact, frames).0.coords).collect();
-            places.iter().sum::<Vector3<f64>>() / places.len() as f64
+            let points: Vec<_> = on_it.map(|contact| hand.contact_in_base(contact, frames).0.coords).collect();
+            points.iter().sum::<Vector3<f64>>() / points.len() as f64
         };
         let [first, second] = self.links.map(middle);
-        let turn = Rotation3::from_matrix_unchecked(turned_towards(&self.line.normalize(), 0.0));
-        IsometryMatrix3::from_parts(Translation3::from((first + second) / 2.0), turn)
+        let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&self.line.normalize(), 0.0));
+        IsometryMatrix3::from_parts(Translation3::from((first + second) / 2.0), rotation)
     }
 }
 
@@ -230,9 +231,9 @@ impl Tally {
         Self { steps, failed: 0, stretches: [(0, 0.0); STRETCHES] }
     }
 
-    /// Step `place` came to a state of this energy, or to none.
-    fn count(&mut self, place: u32, energy: Option<f64>) {
-        let stretch = &mut self.stretches[(u64::from(place) * STRETCHES as u64 / u64::from(self.steps)) as usize];
+    /// Step `index` came to a state of this energy, or to none.
+    fn count(&mut self, index: u32, energy: Option<f64>) {
+        let stretch = &mut self.stretches[(u64::from(index) * STRETCHES as u64 / u64::from(self.steps)) as usize];
         match energy {
             Some(energy) => *stretch = (stretch.0 + 1, stretch.1 + energy),
             None => self.failed += 1,
@@ -256,8 +257,8 @@ impl Tally {
 
 /// Frames that runs go round: z is the axis.
 ///
-/// Upright ones stand in the middle of the object's box one above the other, spread evenly over its height, each turned on by the
-/// same part of the angle between two grasps. Else the axis has any direction, through the middle of the box.
+/// Upright ones stand in the middle of the object's box one above the other, spread evenly over its height, each rotated on by
+/// the same part of the angle between two grasps. Else the axis has any direction, through the middle of the box.
 pub fn axes(
     surface: &kernel::contact::ContactSurface,
     uniform: &Uniform,
@@ -270,15 +271,15 @@ pub fn axes(
         let along = (f64::from(run) + 0.5) / f64::from(runs);
         if uniform.upright {
             let height = bounds.min.z + (bounds.max.z - bounds.min.z) * along;
-            let turned = TAU * f64::from(run) / f64::from(runs) / f64::from(uniform.grasps);
-            let turn = Rotation3::from_matrix_unchecked(about_z(turned));
-            return IsometryMatrix3::from_parts(Translation3::new(middle.x, middle.y, height), turn);
+            let azimuth = TAU * f64::from(run) / f64::from(runs) / f64::from(uniform.grasps);
+            let rotation = Rotation3::from_matrix_unchecked(about_z(azimuth));
+            return IsometryMatrix3::from_parts(Translation3::new(middle.x, middle.y, height), rotation);
         }
         let z = stream.uniform(-1.0, 1.0);
         let (sin, cos) = libm::sincos(stream.uniform(0.0, TAU));
         let across = (1.0 - z * z).max(0.0).sqrt();
-        let turn = turned_towards(&Vector3::new(across * cos, across * sin, z), stream.uniform(0.0, TAU));
-        IsometryMatrix3::from_parts(Translation3::from(middle.coords), Rotation3::from_matrix_unchecked(turn))
+        let rotation = rotation_towards(&Vector3::new(across * cos, across * sin, z), stream.uniform(0.0, TAU));
+        IsometryMatrix3::from_parts(Translation3::from(middle.coords), Rotation3::from_matrix_unchecked(rotation))
     };
     (0..runs).map(one).collect()
 }

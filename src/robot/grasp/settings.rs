@@ -18,7 +18,7 @@ pub enum WrenchSpace {
     Wrench,
 }
 
-/// The frame in which place and turn of the hand are searched.
+/// The frame in which position and rotation of the hand are searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SearchFrame {
     /// The seed's: origin on the surface, z along the inward normal.
@@ -61,7 +61,7 @@ pub struct Annealing {
     /// Length of the best list.
     pub best: u32,
     /// A seed is given up after so many steps in a row without a legal neighbour.
-    pub most_failures: u32,
+    pub max_failures: u32,
 }
 
 /// Which grasps are kept, and by which contact model.
@@ -81,7 +81,7 @@ pub struct Keeping {
     /// Largest distance that the hand may come along its approach before it closes, until it meets the object [m].
     pub advance: f64,
     /// Deepest overlap of hand and true mesh before closing [m].
-    pub most_penetration: f64,
+    pub max_penetration: f64,
     /// Whether a grasp is kept only where the hand stays above the table in one of the object's resting poses at least.
     pub table: bool,
 }
@@ -102,7 +102,7 @@ pub enum Sampler {
 pub struct Uniform {
     /// Grasps of a run, at least 1.
     pub grasps: u32,
-    /// Rolls of the hand about its approach, which grasps take in turn.
+    /// Rolls of the hand about its approach, which grasps take one after another.
     pub rolls: Rolls,
     /// Whether the axis is the object's z axis, at a height of its own in each run; else it has any direction.
     pub upright: bool,

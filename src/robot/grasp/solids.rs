@@ -1,4 +1,4 @@
-//! The solids of a hand, as annealing looks whether they are in the object or in each other.
+//! The solids of a hand, as annealing tests them for overlap with the object and with each other.
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
@@ -6,14 +6,14 @@ use super::unsearchable::UnsearchableHand;
 use crate::collision::Bodies;
 use kernel::{contact::EDGE_RADIUS, geom::Shape};
 
-/// Between the places at which a solid is looked at [m]: of a capsule as thick as a finger a sharp corner comes 0.2 mm deep
+/// Spacing of the points at which a solid is tested [m]: of a capsule as thick as a finger a sharp corner comes 0.2 mm deep
 /// between two of them.
 pub(super) const SPACING: f64 = 0.004;
 
 /// Overlap of hand and object, or of two links, that is still legal [m].
 pub const ALLOWED_OVERLAP: f64 = 1e-4;
 
-/// Solids, balls or virtual contacts that a kernel looks at together.
+/// Solids, balls or virtual contacts that a kernel tests together.
 pub(super) const LANES: usize = 16;
 
 /// Sixteen balls in the frame of a link [m]; of fewer the last one is repeated.
@@ -113,8 +113,8 @@ impl Balls {
 /// Balls that lie together: centres and radii [m].
 type Piece = Vec<(Point3<f64>, f64)>;
 
-/// Balls in a shape, its own frame, in groups of at most sixteen that lie together. Edges of boxes and cylinders are rounded, as
-/// those of [`Probe`](kernel::contact::Probe)s are. `None` for a mesh.
+/// Balls in a shape, its own frame, in groups of at most sixteen that lie together. Edges of boxes and cylinders are rounded,
+/// as those of [`Probe`](kernel::contact::Probe)s are. `None` for a mesh.
 fn pieces(shape: &Shape) -> Option<Vec<Piece>> {
     Some(match shape {
         Shape::Sphere { radius } => vec![vec![(Point3::origin(), *radius)]],
@@ -123,18 +123,18 @@ fn pieces(shape: &Shape) -> Option<Vec<Piece>> {
             axis.chunks(16).map(<[_]>::to_vec).collect()
         }
         Shape::Box { half } => {
-            let inset = half.iter().fold(EDGE_RADIUS, |least, side| least.min(side / 2.0));
+            let inset = half.iter().fold(EDGE_RADIUS, |min, side| min.min(side / 2.0));
             let core = half.map(|side| side - inset);
             let mut patches = Vec::new();
             for axis in 0..3 {
                 let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
                 for side in [-core[axis], core[axis]] {
-                    let place = |a: f64, b: f64| {
+                    let point = |a: f64, b: f64| {
                         let mut at = Point3::origin();
                         (at[axis], at[u], at[v]) = (side, a, b);
                         at
                     };
-                    patches.extend(patch(core[u], core[v], inset, place));
+                    patches.extend(patch(core[u], core[v], inset, point));
                 }
             }
             patches
@@ -168,10 +168,10 @@ fn along(half: f64) -> impl Iterator<Item = f64> + Clone {
 }
 
 /// A rectangle of balls of one radius, four by four together.
-fn patch(half_u: f64, half_v: f64, radius: f64, place: impl Fn(f64, f64) -> Point3<f64>) -> Vec<Piece> {
+fn patch(half_u: f64, half_v: f64, radius: f64, point: impl Fn(f64, f64) -> Point3<f64>) -> Vec<Piece> {
     let [us, vs]: [Vec<f64>; 2] = [along(half_u).collect(), along(half_v).collect()];
     let square = |us: &[f64], vs: &[f64]| {
-        us.iter().flat_map(|u| vs.iter().map(|v| (place(*u, *v), radius)).collect::<Vec<_>>()).collect()
+        us.iter().flat_map(|u| vs.iter().map(|v| (point(*u, *v), radius)).collect::<Vec<_>>()).collect()
     };
     us.chunks(4).flat_map(|us| vs.chunks(4).map(|vs| square(us, vs)).collect::<Vec<_>>()).collect()
 }

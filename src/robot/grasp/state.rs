@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 
 use super::{
     field::DistanceField,
-    links::{Links, MOST_JOINTS},
+    frame::Frame,
+    links::{Links, MAX_JOINTS},
     meeting::{ClearPostures, overlap},
-    place::Place,
     solids::{ALLOWED_OVERLAP, Balls, HandSolids, LANES, Solid},
     unsearchable::UnsearchableHand,
     variables::check_amplitudes,
@@ -20,7 +20,7 @@ use kernel::geom::{
 };
 
 /// Maximal count: the bits of a word.
-const MOST_SOLIDS: usize = u64::BITS as usize;
+const MAX_SOLIDS: usize = u64::BITS as usize;
 
 /// A hand, prepared for annealing: shared by threads.
 pub struct HandSearch {
@@ -31,7 +31,7 @@ pub struct HandSearch {
     middles: Vec<Middles>,
     /// Virtual contacts.
     contacts: Vec<Virtual>,
-    pub(super) base_from_approach: Place,
+    pub(super) base_from_approach: Frame,
     clear: ClearPostures,
 }
 
@@ -50,9 +50,9 @@ struct Virtual {
 
 /// Memory for one state after another.
 pub(super) struct StateScratch {
-    pub(super) values: [f64; MOST_JOINTS],
+    pub(super) values: [f64; MAX_JOINTS],
     /// Pose of each link, expressed in the object's frame.
-    pub(super) places: Vec<Place>,
+    pub(super) frames: Vec<Frame>,
     /// The solids, those first that were illegal last.
     order: Vec<usize>,
     pairs: Vec<usize>,
@@ -86,8 +86,8 @@ impl HandSearch {
         }
         let mut solids = HandSolids::new(bodies)?;
         let count = solids.solids.len();
-        if count > MOST_SOLIDS {
-            return Err(UnsearchableHand::TooManyShapes { count, most: MOST_SOLIDS });
+        if count > MAX_SOLIDS {
+            return Err(UnsearchableHand::TooManyShapes { count, max: MAX_SOLIDS });
         }
         // The order of the pairs is that of the links.
         solids.pairs.sort_unstable();
@@ -102,7 +102,7 @@ impl HandSearch {
             normal: contact.normal.into_inner(),
         };
         let contacts = hand.contacts().iter().map(contact).collect();
-        let base_from_approach = Place::of(&approach.link_from_frame);
+        let base_from_approach = Frame::of(&approach.link_from_frame);
         let clear = ClearPostures::new(hand, &links, &solids);
         let hand = Arc::clone(hand);
         Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear })
@@ -110,8 +110,8 @@ impl HandSearch {
 
     pub(super) fn scratch(&self) -> StateScratch {
         StateScratch {
-            values: [0.0; MOST_JOINTS],
-            places: vec![Place::identity(); self.links.count()],
+            values: [0.0; MAX_JOINTS],
+            frames: vec![Frame::identity(); self.links.count()],
             order: (0..self.solids.solids.len()).collect(),
             pairs: (0..self.solids.pairs.len()).collect(),
             contacts: vec![VirtualContact::default(); self.contacts.len()],
@@ -120,17 +120,17 @@ impl HandSearch {
 
     /// Places the links for a base in `Object` and amplitudes.
     #[inline(always)]
-    fn place(&self, object_from_base: &Place, amplitudes: &[f64], scratch: &mut StateScratch) {
+    fn set_frames(&self, object_from_base: &Frame, amplitudes: &[f64], scratch: &mut StateScratch) {
         self.links.values(amplitudes, &mut scratch.values);
-        self.links.places(object_from_base, &scratch.values, &mut scratch.places);
+        self.links.link_frames(object_from_base, &scratch.values, &mut scratch.frames);
     }
 
     /// Whether no two links overlap that may not.
     fn is_clear_of_itself(&self, scratch: &mut StateScratch) -> bool {
-        let StateScratch { places, pairs, .. } = scratch;
+        let StateScratch { frames, pairs, .. } = scratch;
         let hit = pairs.iter().position(|pair| {
             let [one, other] = self.solids.pairs[*pair].map(|solid| &self.solids.solids[solid]);
-            overlap(one, other, places)
+            overlap(one, other, frames)
         });
         // Most likely the next one is stopped by the same.
         hit.inspect(|hit| pairs[..=*hit].rotate_right(1)).is_none()
@@ -142,50 +142,50 @@ fn lanes(solids: &[Solid], of: impl Fn(&Solid) -> f32) -> [f32; LANES] {
 }
 
 simd_kernel! {
-    /// Places a state's links and looks whether it is legal.
-    pub(super) fn legal(
-        hand: &HandSearch, field: &DistanceField, object_from_base: &Place, amplitudes: &[f64], scratch: &mut StateScratch,
-    ) -> bool = legal_body;
+    /// Sets the frames of a state's links and checks whether it is feasible.
+    pub(super) fn is_feasible(
+        hand: &HandSearch, field: &DistanceField, object_from_base: &Frame, amplitudes: &[f64], scratch: &mut StateScratch,
+    ) -> bool = is_feasible_body;
 }
 
 #[inline(always)]
-fn legal_body<L: Lanes>(
+fn is_feasible_body<L: Lanes>(
     l: L,
     hand: &HandSearch,
     field: &DistanceField,
-    object_from_base: &Place,
+    object_from_base: &Frame,
     amplitudes: &[f64],
     scratch: &mut StateScratch,
 ) -> bool {
-    hand.place(object_from_base, amplitudes, scratch);
+    hand.set_frames(object_from_base, amplitudes, scratch);
     let solids = &hand.solids.solids;
     let mut near = 0u64;
     for (block, middles) in hand.middles.iter().enumerate() {
         let mut at = [[0.0f32; LANES]; 3];
         for lane in 0..LANES {
             let solid = &solids[(LANES * block + lane).min(solids.len() - 1)];
-            let place = scratch.places[solid.link].point(&solid.centre.coords);
+            let point = scratch.frames[solid.link].point(&solid.centre.coords);
             for axis in 0..3 {
-                at[axis][lane] = place[axis] as f32;
+                at[axis][lane] = point[axis] as f32;
             }
         }
-        let place: [L::F; 3] = each_of!([0, 1, 2], axis => l.load(&at[axis]));
+        let point: [L::F; 3] = each_of!([0, 1, 2], axis => l.load(&at[axis]));
         let (inner, reach) = (l.load(&middles.inner), l.load(&middles.reach));
-        let [low, high] = field.bounds(l, place);
+        let [low, high] = field.bounds(l, point);
         if l.bits(l.lt(high, inner)) != 0 {
             return false;
         }
-        if l.bits(l.lt(low, inner)) != 0 && l.bits(l.lt(field.distance(l, place), inner)) != 0 {
+        if l.bits(l.lt(low, inner)) != 0 && l.bits(l.lt(field.distance(l, point), inner)) != 0 {
             return false;
         }
         near |= u64::from(l.bits(l.lt(low, reach))) << (LANES * block);
     }
     // Lanes past the last solid repeat it.
-    let StateScratch { places, order, .. } = scratch;
-    for turn in 0..order.len() {
-        let solid = order[turn];
-        if near >> solid & 1 == 1 && !is_clear(l, &solids[solid], field, &places[solids[solid].link]) {
-            order[..=turn].rotate_right(1);
+    let StateScratch { frames, order, .. } = scratch;
+    for rank in 0..order.len() {
+        let solid = order[rank];
+        if near >> solid & 1 == 1 && !is_clear(l, &solids[solid], field, &frames[solids[solid].link]) {
+            order[..=rank].rotate_right(1);
             return false;
         }
     }
@@ -194,8 +194,8 @@ fn legal_body<L: Lanes>(
 
 /// Whether a solid overlaps the object by no more than is allowed.
 #[inline(always)]
-fn is_clear<L: Lanes>(l: L, solid: &Solid, field: &DistanceField, place: &Place) -> bool {
-    let rows: [Affine<L>; 3] = each_of!([0, 1, 2], axis => Affine::new(l, row(place, axis)));
+fn is_clear<L: Lanes>(l: L, solid: &Solid, field: &DistanceField, frame: &Frame) -> bool {
+    let rows: [Affine<L>; 3] = each_of!([0, 1, 2], axis => Affine::new(l, row(frame, axis)));
     for (block, covers) in solid.covers.iter().enumerate() {
         let [low, _] = field.bounds(l, placed(l, &rows, covers));
         let mut near = l.bits(l.lt(low, l.load(&covers.radius)));
@@ -214,9 +214,9 @@ fn is_clear<L: Lanes>(l: L, solid: &Solid, field: &DistanceField, place: &Place)
 }
 
 #[inline(always)]
-fn row(place: &Place, axis: usize) -> [f32; 4] {
-    let turn = &place.turn;
-    [turn[(axis, 0)] as f32, turn[(axis, 1)] as f32, turn[(axis, 2)] as f32, place.at[axis] as f32]
+fn row(frame: &Frame, axis: usize) -> [f32; 4] {
+    let rotation = &frame.rotation;
+    [rotation[(axis, 0)] as f32, rotation[(axis, 1)] as f32, rotation[(axis, 2)] as f32, frame.origin[axis] as f32]
 }
 
 #[inline(always)]
@@ -227,19 +227,19 @@ fn placed<L: Lanes>(l: L, rows: &[Affine<L>; 3], balls: &Balls) -> [L::F; 3] {
 
 simd_kernel! {
     /// Distances and angles of the virtual contacts of the state that was placed last.
-    pub(super) fn look(hand: &HandSearch, field: &DistanceField, scratch: &mut StateScratch) = look_body;
+    pub(super) fn evaluate_contacts(hand: &HandSearch, field: &DistanceField, scratch: &mut StateScratch) = evaluate_contacts_body;
 }
 
 #[inline(always)]
-fn look_body<L: Lanes>(l: L, hand: &HandSearch, field: &DistanceField, scratch: &mut StateScratch) {
-    let StateScratch { places, contacts, .. } = scratch;
+fn evaluate_contacts_body<L: Lanes>(l: L, hand: &HandSearch, field: &DistanceField, scratch: &mut StateScratch) {
+    let StateScratch { frames, contacts, .. } = scratch;
     for (first, contacts) in (0..).step_by(LANES).zip(contacts.chunks_mut(LANES)) {
         let mut at = [[0.0f32; LANES]; 3];
         let mut normals = [[0.0f32; LANES]; 3];
         for lane in 0..contacts.len() {
             let Virtual { link, point, normal } = &hand.contacts[first + lane];
-            let place = &places[*link];
-            let (point, normal) = (place.point(point), place.turn * normal);
+            let frame = &frames[*link];
+            let (point, normal) = (frame.point(point), frame.rotation * normal);
             for axis in 0..3 {
                 at[axis][lane] = point[axis] as f32;
                 normals[axis][lane] = normal[axis] as f32;

@@ -1,4 +1,5 @@
-//! Whether a hand can take hold of an object that rests on a table: how far it stays above it on its way and while it closes.
+//! Whether a hand can take hold of an object that rests on a table: how far it stays above it on its approach and while it
+//! closes.
 
 use std::sync::Arc;
 
@@ -14,14 +15,14 @@ use kernel::geom::{RestingPose, Shape};
 /// The hand comes so far along its approach, from the pregrasp to where it closes [m].
 pub const STAND_OFF: f64 = 0.1;
 
-/// Between two looks the joints that carry a link turn by so much in all, at most [rad]: an arc of radius r goes below the lower
-/// of its ends by r STEP^2 / 8, a quarter of a millimetre at the tip of a long finger.
+/// Between two evaluations the joints that carry a link rotate by at most this in sum [rad]: an arc of radius r goes below the
+/// lower of its ends by r STEP^2 / 8, a quarter of a millimetre at the tip of a long finger.
 const STEP: f64 = 0.1;
 
 /// A slide of so much counts as a radian [m].
 const SLIDE: f64 = 0.1;
 
-/// The lowest place of a hand over the table [m], below 0 under it, of the same grasp in two ways.
+/// The lowest point of a hand over the table [m], below 0 under it, of one grasp with two postures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableClearance {
     /// The hand comes in the posture of the grasp, and closes.
@@ -34,15 +35,15 @@ pub struct TableClearance {
 pub(super) struct TableWatch {
     hand: Arc<Hand>,
     solids: HandSolids,
-    /// Motors turn by so much between two looks, each in its time, at most [s].
+    /// Motors move by so much between two evaluations, each in its time, at most [s].
     pause: f64,
 }
 
-/// A table seen from the hand's base: the height of a place is `offset` and its share along `up`.
+/// A table expressed in the hand's base frame: the height of a point is `offset` and its share along `up`.
 struct Table {
     up: Vector3<f64>,
     offset: f64,
-    /// The lowest place so far [m].
+    /// The lowest point so far [m].
     lowest: f64,
 }
 
@@ -54,13 +55,13 @@ impl TableWatch {
         Self { hand: Arc::clone(hand), solids: solids.clone(), pause: STEP / fastest }
     }
 
-    /// For each pose of the object: the lowest place of the hand on its way along `way`, in `Object` and of unit length, to where
-    /// it closes, and until it is closed as `closed`.
+    /// For each pose of the object: the lowest point of the hand on its path along `direction`, in `Object` and of unit length,
+    /// to where it closes, and until it is closed as `closed`.
     pub(super) fn clearances(
         &self,
         resting: &[RestingPose],
         object_from_base: &IsometryMatrix3<f64>,
-        way: &Vector3<f64>,
+        direction: &Vector3<f64>,
         posture: &[f64],
         closed: &[Motor],
     ) -> Vec<TableClearance> {
@@ -72,20 +73,20 @@ impl TableWatch {
         self.watch(&shaped, closed, &mut while_closing);
         self.watch(&opened, &shaped, &mut while_shaping);
         (0..resting.len())
-            .map(|place| {
-                // A straight way is lowest at one of its ends.
-                let back = -STAND_OFF * (resting[place].world_from_object.rotation() * way).z;
+            .map(|index| {
+                // A straight path is lowest at one of its ends.
+                let back = -STAND_OFF * (resting[index].world_from_object.rotation() * direction).z;
                 let come = |lowest: f64| lowest + back.min(0.0);
-                let closing = while_closing[place].lowest;
+                let closing = while_closing[index].lowest;
                 TableClearance {
-                    shaped: closing.min(come(while_shaped[place].lowest)),
-                    opened: closing.min(come(while_shaping[place].lowest)),
+                    shaped: closing.min(come(while_shaped[index].lowest)),
+                    opened: closing.min(come(while_shaping[index].lowest)),
                 }
             })
             .collect()
     }
 
-    /// Turns motors from start to end, all at once, each at its speed until it is there, and looks how low the hand comes.
+    /// Drives all motors from start to end at once, each at its speed, and measures how low the hand comes.
     fn watch(&self, start: &[Motor], end: &[Motor], tables: &mut [Table]) {
         let hand = &self.hand;
         let mut joints = vec![0.0; hand.tree().len()];
@@ -106,22 +107,22 @@ impl TableWatch {
                     Some(frame) => frame * solid.link_from_shape,
                     None => solid.link_from_shape,
                 };
-                tables.iter_mut().for_each(|table| table.look(&solid.shape, &base_from_shape));
+                tables.iter_mut().for_each(|table| table.lower(&solid.shape, &base_from_shape));
             }
             before = Some(frames);
         }
     }
 
-    /// When to look: often enough, and wherever a motor stops or a clutch opens.
+    /// Times of evaluation: often enough, and wherever a motor stops or a clutch opens.
     fn times(&self, start: &[Motor], end: &[Motor]) -> Vec<f64> {
         let mut times = vec![0.0];
         for (driven, (start, end)) in self.hand.driven().iter().zip(start.iter().zip(end)) {
-            let turns = std::iter::once(end.angle).chain(end.released);
-            times.extend(turns.map(|angle| (angle - start.angle).abs() / driven.speed));
+            let angles = std::iter::once(end.angle).chain(end.released);
+            times.extend(angles.map(|angle| (angle - start.angle).abs() / driven.speed));
         }
         let last = times.iter().copied().fold(0.0, f64::max);
-        let looks = (last / self.pause).ceil() as u32;
-        times.extend((1..looks).map(|look| last * f64::from(look) / f64::from(looks)));
+        let steps = (last / self.pause).ceil() as u32;
+        times.extend((1..steps).map(|lower| last * f64::from(lower) / f64::from(steps)));
         times.sort_by(f64::total_cmp);
         times.dedup();
         times
@@ -135,7 +136,7 @@ impl Table {
         Self { up, offset: world_from_base.translation.vector.z, lowest: f64::INFINITY }
     }
 
-    fn look(&mut self, shape: &Shape, base_from_shape: &IsometryMatrix3<f64>) {
+    fn lower(&mut self, shape: &Shape, base_from_shape: &IsometryMatrix3<f64>) {
         let down = base_from_shape.rotation.inverse() * -self.up;
         let middle = self.offset + self.up.dot(&base_from_shape.translation.vector);
         self.lowest = self.lowest.min(middle - shape.reach_along(&down));
@@ -145,9 +146,9 @@ impl Table {
 /// Summed speed of the joints that the motor moves and that carry a link [rad/s]; slides count by [`SLIDE`].
 fn rate(hand: &Hand, link: usize, driven: &Driven) -> f64 {
     let after =
-        |place: usize| driven.breakaway.filter(|breakaway| breakaway.follower == place).map(|known| known.ratio);
+        |index: usize| driven.breakaway.filter(|breakaway| breakaway.follower == index).map(|known| known.ratio);
     let followers = (driven.followers.iter().enumerate())
-        .map(|(place, follower)| (follower.joint, follower.ratio.abs().max(after(place).unwrap_or(0.0).abs())));
+        .map(|(index, follower)| (follower.joint, follower.ratio.abs().max(after(index).unwrap_or(0.0).abs())));
     let moved: Vec<(usize, f64)> = std::iter::once((driven.joint, 1.0)).chain(followers).collect();
     let (mut link, mut sum) = (link, 0.0);
     while link > 0 {

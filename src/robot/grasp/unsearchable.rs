@@ -7,31 +7,31 @@ pub enum UnsearchableHand {
     #[error("it has no eigengrasps: give its table `[eigengrasps]`")]
     NoEigengrasps,
     /// More of them than a state has room for.
-    #[error("it has {count} eigengrasps, more than {most}: give its table fewer")]
+    #[error("it has {count} eigengrasps, more than {max}: give its table fewer")]
     TooManyEigengrasps {
         /// Count that was found.
         count: usize,
         /// Largest count that there is room for.
-        most: usize,
+        max: usize,
     },
     /// More joints than there is room for.
-    #[error("it has {count} joints, more than {most}")]
+    #[error("it has {count} joints, more than {max}")]
     TooManyJoints {
         /// Count that was found.
         count: usize,
         /// Largest count that there is room for.
-        most: usize,
+        max: usize,
     },
     /// The approach frame has to stand still against the base.
     #[error("its approach frame moves with a joint: put it on the base")]
     MovingApproach,
     /// More shapes than there is room for.
-    #[error("it has {count} shapes that can touch, more than {most}: put one in the place of several")]
+    #[error("it has {count} shapes that can touch, more than {max}: put one in the place of several")]
     TooManyShapes {
         /// Count that was found.
         count: usize,
         /// Largest count that there is room for.
-        most: usize,
+        max: usize,
     },
     /// A part of it is a mesh.
     #[error("a shape of {body} is a mesh: put boxes, balls, capsules or cylinders in its place")]

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
+    frame::Frame,
     numbers::{exponentials, sines},
-    place::Place,
     settings::{AmplitudeRange, Annealing},
     unsearchable::UnsearchableHand,
 };
@@ -14,17 +14,17 @@ use crate::hand::Hand;
 use kernel::seed::Stream;
 
 /// Most numbers of a state.
-pub(super) const MOST: usize = 16;
+pub(super) const MAX: usize = 16;
 
 /// Number of variables of the pose.
 const OF_POSE: usize = 6;
 
 /// A variable that is out of range so often in a row stays as it was.
-const MOST_DRAWS: u32 = 100;
+const MAX_DRAWS: u32 = 100;
 
-/// Place x, y, z of the approach frame in the search frame [m]; its turn about an axis at polar angle theta and azimuth phi, by
-/// an angle [rad]; amplitudes. What is left of the array is 0.
-pub(super) type State = [f64; MOST];
+/// Position x, y, z of the approach frame in the search frame [m]; its rotation about an axis at polar angle theta and azimuth
+/// phi, by an angle [rad]; amplitudes. What is left of the array is 0.
+pub(super) type State = [f64; MAX];
 
 /// One variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +44,8 @@ pub(super) struct Variables {
 /// Whether a state has room for a hand's eigengrasps.
 pub(super) fn check_amplitudes(hand: &Hand) -> Result<(), UnsearchableHand> {
     let count = hand.eigengrasps().map_or(0, |grasps| grasps.directions.len());
-    let most = MOST - OF_POSE;
-    if count > most { Err(UnsearchableHand::TooManyEigengrasps { count, most }) } else { Ok(()) }
+    let max = MAX - OF_POSE;
+    if count > max { Err(UnsearchableHand::TooManyEigengrasps { count, max }) } else { Ok(()) }
 }
 
 impl Variables {
@@ -64,7 +64,7 @@ impl Variables {
         variables.extend((0..amplitudes).map(|direction| {
             let range = match settings.amplitudes {
                 AmplitudeRange::Joints => hand.amplitude_range(direction),
-                AmplitudeRange::Clamped(most) => [-most, most],
+                AmplitudeRange::Clamped(max) => [-max, max],
             };
             along(range, (range[1] - range[0]) / 4.0)
         }));
@@ -75,24 +75,24 @@ impl Variables {
     /// uniform (Ingber 1989). `log_span` is ln(1 + 1 / temperature).
     #[inline(always)]
     pub(super) fn neighbour(&self, from: &State, temperature: f64, log_span: f64, stream: &mut Stream) -> State {
-        let mut draws = [0.0; MOST];
+        let mut draws = [0.0; MAX];
         for draw in draws.iter_mut().take(self.variables.len()) {
             *draw = 2.0 * stream.unit() - 1.0;
         }
-        let mut to = [0.0; MOST];
+        let mut to = [0.0; MAX];
         let steps = steps(&draws, temperature, log_span);
-        for (place, variable) in self.variables.iter().enumerate() {
-            let mut step = steps[place];
+        for (index, variable) in self.variables.iter().enumerate() {
+            let mut step = steps[index];
             let mut drawn = 0;
-            to[place] = loop {
-                let value = variable.brought(from[place] + step * variable.jump);
+            to[index] = loop {
+                let value = variable.brought(from[index] + step * variable.jump);
                 let [low, high] = variable.range;
                 if (low..=high).contains(&value) {
                     break value;
                 }
                 drawn += 1;
-                if drawn == MOST_DRAWS {
-                    break from[place];
+                if drawn == MAX_DRAWS {
+                    break from[index];
                 }
                 [step] = self::steps(&[2.0 * stream.unit() - 1.0], temperature, log_span);
             };
@@ -101,16 +101,16 @@ impl Variables {
     }
 
     /// The state that places the approach frame there, with these amplitudes, all brought within range.
-    pub(super) fn state_at(&self, search_from_approach: &Place, amplitudes: &[f64]) -> State {
-        let (axis, angle) = axis_and_angle(&search_from_approach.turn);
+    pub(super) fn state_at(&self, search_from_approach: &Frame, amplitudes: &[f64]) -> State {
+        let (axis, angle) = axis_and_angle(&search_from_approach.rotation);
         let theta = libm::acos(axis.z.clamp(-1.0, 1.0));
         let phi = if axis.x == 0.0 && axis.y == 0.0 { 0.0 } else { libm::atan2(axis.y, axis.x) };
-        let at = search_from_approach.at;
+        let at = search_from_approach.origin;
         let numbers = [at.x, at.y, at.z, theta, phi, angle];
-        let mut state = [0.0; MOST];
-        for (place, number) in numbers.iter().chain(amplitudes).enumerate() {
-            let [low, high] = self.variables[place].range;
-            state[place] = number.max(low).min(high);
+        let mut state = [0.0; MAX];
+        for (index, number) in numbers.iter().chain(amplitudes).enumerate() {
+            let [low, high] = self.variables[index].range;
+            state[index] = number.max(low).min(high);
         }
         state
     }
@@ -141,24 +141,24 @@ impl Variable {
 #[inline(always)]
 fn steps<const N: usize>(draws: &[f64; N], temperature: f64, log_span: f64) -> [f64; N] {
     let mut spans = [0.0; N];
-    for place in 0..N {
-        spans[place] = draws[place].abs() * log_span;
+    for index in 0..N {
+        spans[index] = draws[index].abs() * log_span;
     }
     let powers = exponentials(&spans);
     let mut out = [0.0; N];
-    for place in 0..N {
-        out[place] = ((powers[place] - 1.0) * temperature).copysign(draws[place]);
+    for index in 0..N {
+        out[index] = ((powers[index] - 1.0) * temperature).copysign(draws[index]);
     }
     out
 }
 
 /// Where a state has the approach frame.
 #[inline(always)]
-pub(super) fn search_from_approach(state: &State) -> Place {
+pub(super) fn search_from_approach(state: &State) -> Frame {
     let [[s_theta, s_phi, s, _], [c_theta, c_phi, c, _]] = sines(&[state[3], state[4], state[5], 0.0]);
     let axis = Vector3::new(s_theta * c_phi, s_theta * s_phi, c_theta);
     let scaled = axis * (1.0 - c);
-    let turn = Matrix3::new(
+    let rotation = Matrix3::new(
         axis.x * scaled.x + c,
         axis.x * scaled.y - s * axis.z,
         axis.x * scaled.z + s * axis.y,
@@ -169,13 +169,17 @@ pub(super) fn search_from_approach(state: &State) -> Place {
         axis.z * scaled.y + s * axis.x,
         axis.z * scaled.z + c,
     );
-    Place { turn, at: Vector3::new(state[0], state[1], state[2]) }
+    Frame { rotation, origin: Vector3::new(state[0], state[1], state[2]) }
 }
 
-/// Unit axis and angle from 0 to pi of a turn; of no turn the z axis.
-pub(super) fn axis_and_angle(turn: &Matrix3<f64>) -> (Vector3<f64>, f64) {
-    let twice = Vector3::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]);
-    let (sin, cos) = (twice.norm() / 2.0, (turn.trace() - 1.0) / 2.0);
+/// Unit axis and angle from 0 to pi of a rotation; the z axis for the identity.
+pub(super) fn axis_and_angle(rotation: &Matrix3<f64>) -> (Vector3<f64>, f64) {
+    let twice = Vector3::new(
+        rotation[(2, 1)] - rotation[(1, 2)],
+        rotation[(0, 2)] - rotation[(2, 0)],
+        rotation[(1, 0)] - rotation[(0, 1)],
+    );
+    let (sin, cos) = (twice.norm() / 2.0, (rotation.trace() - 1.0) / 2.0);
     let angle = libm::atan2(sin, cos);
     if sin > 1e-6 {
         return (twice / (2.0 * sin), angle);
@@ -183,8 +187,8 @@ pub(super) fn axis_and_angle(turn: &Matrix3<f64>) -> (Vector3<f64>, f64) {
     if cos > 0.0 {
         return (Vector3::z(), 0.0);
     }
-    // Half a turn: the axis is in the symmetric part, (turn + 1) / 2 = axis axis^T.
-    let squares = (turn + Matrix3::identity()) / 2.0;
+    // Half a revolution: the axis is in the symmetric part, (rotation + 1) / 2 = axis axis^T.
+    let squares = (rotation + Matrix3::identity()) / 2.0;
     let largest = (0..3).fold(0, |best, axis| if squares[(axis, axis)] > squares[(best, best)] { axis } else { best });
     (squares.column(largest).normalize(), angle)
 }
@@ -197,18 +201,18 @@ mod tests {
     fn axis_and_angle_come_back() {
         let mut stream = Stream::of_job(5, b"", "turns");
         for _ in 0..1000 {
-            let mut state = [0.0; MOST];
+            let mut state = [0.0; MAX];
             state[3] = stream.uniform(0.0, PI);
             state[4] = stream.uniform(-PI, PI);
             state[5] = stream.uniform(0.0, PI);
-            let place = search_from_approach(&state);
-            let (axis, angle) = axis_and_angle(&place.turn);
+            let frame = search_from_approach(&state);
+            let (axis, angle) = axis_and_angle(&frame.rotation);
             let truth = nalgebra::Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(axis), angle);
-            assert!((truth.matrix() - place.turn).norm() < 1e-9);
+            assert!((truth.matrix() - frame.rotation).norm() < 1e-9);
         }
         for half in [Vector3::x(), Vector3::y(), Vector3::new(0.6, 0.0, 0.8)] {
-            let turn = half * half.transpose() * 2.0 - Matrix3::identity();
-            let (axis, angle) = axis_and_angle(&turn);
+            let rotation = half * half.transpose() * 2.0 - Matrix3::identity();
+            let (axis, angle) = axis_and_angle(&rotation);
             assert!((axis.dot(&half).abs() - 1.0).abs() < 1e-9 && (angle - PI).abs() < 1e-9);
         }
     }

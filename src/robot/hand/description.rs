@@ -8,7 +8,7 @@ use super::{Driven, Motor};
 use crate::kinematics::{JointKind, JointTree, TreeJoint};
 use kernel::geom::{Approach, HandBase, Pose};
 
-/// Two ways are opposite whose sum is shorter than this share of one.
+/// Two directions are opposite when their sum is shorter than this share of one.
 const OPPOSED: f64 = 1e-9;
 
 /// A frame that a link carries.
@@ -50,7 +50,7 @@ pub struct Skeleton {
     pub bodies: BTreeMap<String, Mount>,
 }
 
-/// A place on the hand that may touch: a virtual contact, on the surface of a link.
+/// A point on the hand that may touch: a virtual contact, on the surface of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPoint {
     /// Name of the contact.
@@ -103,8 +103,8 @@ impl Hand {
     /// From parts that fit.
     ///
     /// # Panics
-    /// When a joint is moved by no motor or by two, a place is out of range, or a list has another length than the driven
-    /// joints. The table's reader says so with a place.
+    /// When a joint is moved by no motor or by two, an index is out of range, or a list has another length than the driven
+    /// joints. The table's reader says so with the location.
     pub fn new(parts: HandParts) -> Self {
         let joints = parts.tree.len();
         let mut moved = vec![0; joints];
@@ -153,7 +153,7 @@ impl Hand {
         self.parts.eigengrasps.as_ref()
     }
 
-    /// The frame that a grasp is told in.
+    /// The frame in which a grasp is stated.
     pub fn approach(&self) -> &Mount {
         &self.parts.approach
     }
@@ -168,9 +168,9 @@ impl Hand {
         self.driven().iter().map(|driven| driven.closed.unwrap_or(driven.opened)).collect()
     }
 
-    /// The joints whose values tell the hand's state, as records have them: the driven ones, then those that may go on alone.
+    /// The joints whose values define the hand's state, as records have them: the driven ones, then those that may go on alone.
     /// Indices in the tree.
-    pub fn told_joints(&self) -> Vec<usize> {
+    pub fn commanded_joints(&self) -> Vec<usize> {
         let alone = self.driven().iter().filter_map(|driven| Some(driven.followers[driven.breakaway?.follower].joint));
         self.driven().iter().map(|driven| driven.joint).chain(alone).collect()
     }
@@ -183,8 +183,8 @@ impl Hand {
         assert_eq!((motors.len(), out.len()), (self.driven().len(), self.tree().len()), "one motor a driven joint");
         for (driven, motor) in self.driven().iter().zip(motors) {
             out[driven.joint] = driven.value(*motor);
-            for (place, follower) in driven.followers.iter().enumerate() {
-                out[follower.joint] = driven.follower_value(place, *motor);
+            for (index, follower) in driven.followers.iter().enumerate() {
+                out[follower.joint] = driven.follower_value(index, *motor);
             }
         }
     }
@@ -230,7 +230,7 @@ impl Hand {
         Pose::from_isometry(self.base_from(&self.parts.approach, frames))
     }
 
-    /// Where a contact is and where it looks, expressed in the base frame [m].
+    /// Position and outward direction of a contact, expressed in the base frame [m].
     ///
     /// # Panics
     /// When there is no such contact.
@@ -257,15 +257,15 @@ impl Hand {
     }
 
     /// Motion of the first pad per unit of the motor that closes a gripper, expressed in the base frame: the other goes
-    /// as far the opposite way. Of a hand with a width whose two pads slide towards each other, carried by nothing else
-    /// that moves, both by the only motor that closes it, and with no link that it moves another way; `None` of every
-    /// other.
+    /// as far in the opposite direction. Of a hand with a width whose two pads slide towards each other, carried by nothing
+    /// else that moves, both by the only motor that closes it, and with no link that it moves in another direction; `None` of
+    /// every other.
     pub fn closing_line(&self) -> Option<Vector3<f64>> {
         let pads = self.parts.width?.map(|contact| self.contacts()[contact].link);
         let line = self.slid(pads[0])?;
         let opposed = |link: usize, with: f64| {
-            let off = |way: Vector3<f64>| (way - line * with).norm();
-            self.slid(link).is_some_and(|way| off(way) < OPPOSED * line.norm())
+            let off = |direction: Vector3<f64>| (direction - line * with).norm();
+            self.slid(link).is_some_and(|direction| off(direction) < OPPOSED * line.norm())
         };
         let one_of_them = |link: usize| [1.0, 0.0, -1.0].iter().any(|with| opposed(link, *with));
         let links = 0..self.links().len();
@@ -284,7 +284,7 @@ impl Hand {
     fn slid(&self, link: usize) -> Option<Vector3<f64>> {
         let mut closing = self.driven().iter().filter(|driven| driven.closing_sign() != 0.0);
         let (Some(driven), None) = (closing.next(), closing.next()) else { return None };
-        let mut way = Vector3::zeros();
+        let mut direction = Vector3::zeros();
         let mut link = link;
         while link > 0 {
             let TreeJoint { joint, carried_by } = &self.tree().joints()[link - 1];
@@ -293,11 +293,11 @@ impl Hand {
             if joint.kind != JointKind::Prismatic {
                 return None;
             }
-            // What carries it only slides: the turn of its frame is that of its origin.
-            way = joint.origin.rotation * (way + joint.axis.into_inner() * (rate * driven.closing_sign()));
+            // What carries it only slides: its frame is rotated as its origin is.
+            direction = joint.origin.rotation * (direction + joint.axis.into_inner() * (rate * driven.closing_sign()));
             link = *carried_by;
         }
-        Some(way)
+        Some(direction)
     }
 
     /// The range in which every driven joint stays within its own along an eigengrasp, the other amplitudes at 0.
@@ -321,10 +321,10 @@ impl Hand {
     pub fn posture_of(&self, amplitudes: &[f64]) -> Vec<f64> {
         let grasps = self.eigengrasps().expect("a hand with eigengrasps");
         assert_eq!(amplitudes.len(), grasps.directions.len(), "one amplitude an eigengrasp");
-        let value = |(place, driven): (usize, &Driven)| {
-            let steps = amplitudes.iter().zip(&grasps.directions).map(|(amplitude, step)| amplitude * step[place]);
+        let value = |(index, driven): (usize, &Driven)| {
+            let steps = amplitudes.iter().zip(&grasps.directions).map(|(amplitude, step)| amplitude * step[index]);
             let [low, high] = driven.range();
-            (grasps.origin[place] + steps.sum::<f64>()).max(low).min(high)
+            (grasps.origin[index] + steps.sum::<f64>()).max(low).min(high)
         };
         self.driven().iter().enumerate().map(value).collect()
     }

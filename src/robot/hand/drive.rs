@@ -67,7 +67,7 @@ impl Motor {
 }
 
 impl Driven {
-    /// Which way closing goes: 1, -1, or 0 for a joint that does not close the hand.
+    /// Sign of the closing direction: 1, -1, or 0 for a joint that does not close the hand.
     pub fn closing_sign(&self) -> f64 {
         match self.closed {
             Some(closed) if closed != self.opened => (closed - self.opened).signum(),
@@ -113,9 +113,9 @@ impl Driven {
         }
     }
 
-    /// The motor turned to an angle. An open clutch shuts when the motor comes back to where it left the joint.
+    /// The motor driven to an angle. An open clutch shuts when the motor comes back to where it left the joint.
     #[must_use]
-    pub fn turned(&self, motor: Motor, angle: f64) -> Motor {
+    pub fn driven_to(&self, motor: Motor, angle: f64) -> Motor {
         let released = motor.released.filter(|left| self.closing_sign() * (angle - left) > 0.0);
         Motor { angle, released }
     }
@@ -166,9 +166,9 @@ mod tests {
         let (gear, tip_gear) = (125.0, 375.0);
         for left in [0.0, 0.4, 1.1] {
             for past in [0.0, 0.1, 0.3] {
-                let turns = gear * (left + past);
-                let motor = Motor { angle: turns / gear, released: Some(left) };
-                let theirs = turns * (1.0 / gear + 1.0 / tip_gear) - left;
+                let motor_angle = gear * (left + past);
+                let motor = Motor { angle: motor_angle / gear, released: Some(left) };
+                let theirs = motor_angle * (1.0 / gear + 1.0 / tip_gear) - left;
                 assert_eq!(finger.value(motor), left);
                 assert!((finger.follower_value(0, motor) - theirs).abs() < 1e-15);
                 // The fingertip's angle to the palm goes on as if nothing had happened.
@@ -186,13 +186,13 @@ mod tests {
         let finger = finger();
         let stopped = finger.stopped(Motor::engaged(0.6));
         assert_eq!(stopped, Motor { angle: 0.6, released: Some(0.6) });
-        let on = finger.turned(stopped, 0.8);
+        let on = finger.driven_to(stopped, 0.8);
         assert_eq!((on.released, finger.value(on)), (Some(0.6), 0.6));
-        // A second stop does not move the place.
+        // A second stop does not move the position.
         assert_eq!(finger.stopped(on), on);
-        let back = finger.turned(on, 0.6);
+        let back = finger.driven_to(on, 0.6);
         assert_eq!((back.released, finger.follower_value(0, back)), (None, 0.6 / 3.0));
-        assert_eq!(finger.turned(back, 0.2), Motor::engaged(0.2));
+        assert_eq!(finger.driven_to(back, 0.2), Motor::engaged(0.2));
     }
 
     /// The fingertip ends at its stop, whichever way the joint left it.
@@ -224,7 +224,7 @@ mod tests {
         let stopped = finger.stopped(Motor::engaged(1.0));
         assert_eq!(finger.follower_value(0, stopped), 0.5);
         let end = finger.closed_angle(stopped);
-        assert!((finger.follower_value(0, finger.turned(stopped, end)) - 1.5).abs() < 1e-15 && end < 1.0);
-        assert_eq!(finger.turned(stopped, 1.1).released, None);
+        assert!((finger.follower_value(0, finger.driven_to(stopped, end)) - 1.5).abs() < 1e-15 && end < 1.0);
+        assert_eq!(finger.driven_to(stopped, 1.1).released, None);
     }
 }

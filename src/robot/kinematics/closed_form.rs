@@ -2,7 +2,7 @@
 //!
 //! The arm is taken as a product of exponentials (Brockett 1984) and undone joint by joint with the subproblems of Paden
 //! (1986) and Kahan: with the first joint given, the second brings the elbow to its distance from the wrist's centre
-//! (subproblem 3), the third and fourth bring the wrist's centre to its place (subproblem 2), the fifth and sixth the last
+//! (subproblem 3), the third and fourth bring the wrist's centre to its position (subproblem 2), the fifth and sixth the last
 //! axis to its direction (subproblem 2), the seventh the rest (subproblem 1).
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
@@ -29,12 +29,12 @@ pub enum NoClosedForm {
     #[error("joint {0:?} slides; the closed form is for revolute joints")]
     Slides(String),
     /// Axes that have to meet pass each other.
-    #[error("the axes of {names} pass each other by {gap:.1e} m; the closed form wants them to meet at the {place}")]
+    #[error("the axes of {names} pass each other by {gap:.1e} m; the closed form wants them to meet at the {crossing}")]
     Apart {
         /// The joints.
         names: String,
         /// Where they should meet.
-        place: &'static str,
+        crossing: &'static str,
         /// By how much they miss [m].
         gap: f64,
     },
@@ -81,7 +81,7 @@ impl Line {
         group.joints().iter().map(line).collect()
     }
 
-    /// The motion of the world by a turn about this axis.
+    /// The motion of the world by a rotation about this axis.
     pub fn motion(&self, value: f64) -> IsometryMatrix3<f64> {
         let rotation = rotation_about(&self.along, value);
         IsometryMatrix3::from_parts((self.through.coords - rotation * self.through.coords).into(), rotation)
@@ -103,10 +103,10 @@ pub struct SphericalWristArm {
 }
 
 impl SphericalWristArm {
-    /// Looks at the axes with all joints at 0.
+    /// Analyses the axes with all joints at 0.
     ///
     /// # Errors
-    /// Says which axes are in the way of a closed form.
+    /// Names the axes that prevent a closed form.
     pub fn recognise(group: &PlanningGroup) -> Result<Self, NoClosedForm> {
         if group.len() != 7 {
             return Err(NoClosedForm::Count(group.len()));
@@ -116,7 +116,7 @@ impl SphericalWristArm {
         }
         let lines = Line::of_group(group);
         let lines: [Line; 7] = std::array::from_fn(|joint| lines[joint]);
-        let meet = |joints: &[usize], place| meeting_point(group, &lines, joints, place);
+        let meet = |joints: &[usize], crossing| meeting_point(group, &lines, joints, crossing);
         let elbow = meet(&[2, 3], "elbow")?;
         let wrist = meet(&[4, 5, 6], "wrist")?;
         let end_effector_from_world = group.forward(&[0.0; 7]).isometry().inverse();
@@ -131,8 +131,8 @@ impl SphericalWristArm {
     }
 
     /// Where the axes of these joints meet, with all joints at 0.
-    pub(super) fn meet(&self, joints: &[usize], place: &'static str) -> Result<Point3<f64>, NoClosedForm> {
-        meeting_point(&self.group, &self.lines, joints, place)
+    pub(super) fn meet(&self, joints: &[usize], crossing: &'static str) -> Result<Point3<f64>, NoClosedForm> {
+        meeting_point(&self.group, &self.lines, joints, crossing)
     }
 
     pub(super) fn elbow(&self) -> Point3<f64> {
@@ -163,9 +163,9 @@ impl SphericalWristArm {
     }
 
     /// Every set of joint values within the limits whose first is `first` [rad] and that brings the end effector to
-    /// `target`, up to whole turns. Joints without limits come out within (-pi, pi].
+    /// `target`, up to whole revolutions. Joints without limits come out within (-pi, pi].
     ///
-    /// Sets of one place in the array hang together as `first` changes. Where a whole family of values does it, as with
+    /// Sets of one index in the array hang together as `first` changes. Where a whole family of values does it, as with
     /// aligned roll axes, one of the family is found.
     pub fn branches(&self, target: &Pose<World, EndEffector>, first: f64) -> [Option<[f64; 7]>; BRANCHES] {
         let mut found = [None; BRANCHES];
@@ -173,8 +173,8 @@ impl SphericalWristArm {
             target,
             first,
             |_| true,
-            |branch, way| {
-                found[branch] = Some(way);
+            |branch, solution| {
+                found[branch] = Some(solution);
                 None::<()>
             },
         );
@@ -189,17 +189,17 @@ impl SphericalWristArm {
         first: f64,
         mut found: impl FnMut([f64; 7]) -> Option<T>,
     ) -> Option<T> {
-        self.visit(target, first, |_| true, |_, way| found(way))
+        self.visit(target, first, |_| true, |_, solution| found(solution))
     }
 
-    /// One of [`SphericalWristArm::branches`], by its place.
+    /// One of [`SphericalWristArm::branches`], by its index.
     pub fn branch(&self, target: &Pose<World, EndEffector>, first: f64, branch: usize) -> Option<[f64; 7]> {
-        // Each bit of the place is one choice.
+        // Each bit of the index is one choice.
         let wanted = |bit: (usize, usize)| branch & bit.0 == bit.1;
-        self.visit(target, first, wanted, |place, way| (place == branch).then_some(way))
+        self.visit(target, first, wanted, |index, solution| (index == branch).then_some(solution))
     }
 
-    /// Visits, by their places, the branches whose choices are wanted (a bit of the place, and its value there), until one
+    /// Visits, by their indices, the branches whose choices are wanted (a bit of the index, and its value there), until one
     /// visit comes back with something.
     fn visit<T>(
         &self,
@@ -214,21 +214,21 @@ impl SphericalWristArm {
         let rest = self.motion(0, -first) * whole;
         let wrist = rest * self.wrist;
         let reach = (self.wrist - self.elbow).norm();
-        for (place, second) in distances(&self.lines[1], &self.elbow, &wrist, reach).into_iter().enumerate() {
-            let Some(second) = second.filter(|_| wanted((4, 4 * place))) else { continue };
+        for (elbow_index, second) in distances(&self.lines[1], &self.elbow, &wrist, reach).into_iter().enumerate() {
+            let Some(second) = second.filter(|_| wanted((4, 4 * elbow_index))) else { continue };
             let Some(second) = self.settle(1, second) else { continue };
             let after_second = self.motion(1, -second) * rest;
             let wrist = after_second * self.wrist;
             let pairs = meetings(&self.lines[2], &self.lines[3], &self.elbow, &self.wrist, &wrist);
-            for (pair_place, pair) in pairs.into_iter().enumerate() {
-                let Some([third, fourth]) = pair.filter(|_| wanted((2, 2 * pair_place))) else { continue };
+            for (pair_index, pair) in pairs.into_iter().enumerate() {
+                let Some([third, fourth]) = pair.filter(|_| wanted((2, 2 * pair_index))) else { continue };
                 let [Some(third), Some(fourth)] = [self.settle(2, third), self.settle(3, fourth)] else { continue };
-                let turn = self.motion(3, -fourth) * self.motion(2, -third) * after_second;
-                let wrists = self.solve_wrist(&turn);
-                for (wrist_place, wrist) in wrists.into_iter().enumerate() {
+                let isometry = self.motion(3, -fourth) * self.motion(2, -third) * after_second;
+                let wrists = self.solve_wrist(&isometry);
+                for (wrist_index, wrist) in wrists.into_iter().enumerate() {
                     let Some([fifth, sixth, seventh]) = wrist else { continue };
-                    let way = [first, second, third, fourth, fifth, sixth, seventh];
-                    let result = visit(4 * place + 2 * pair_place + wrist_place, way);
+                    let solution = [first, second, third, fourth, fifth, sixth, seventh];
+                    let result = visit(4 * elbow_index + 2 * pair_index + wrist_index, solution);
                     if result.is_some() {
                         return result;
                     }
@@ -239,13 +239,13 @@ impl SphericalWristArm {
     }
 
     /// The last three joints: a rotation about the wrist's centre.
-    fn solve_wrist(&self, turn: &IsometryMatrix3<f64>) -> [Option<[f64; 3]>; 2] {
+    fn solve_wrist(&self, isometry: &IsometryMatrix3<f64>) -> [Option<[f64; 3]>; 2] {
         let ahead = self.wrist + self.lines[6].along;
-        meetings(&self.lines[4], &self.lines[5], &self.wrist, &ahead, &(turn * ahead)).map(|pair| {
+        meetings(&self.lines[4], &self.lines[5], &self.wrist, &ahead, &(isometry * ahead)).map(|pair| {
             let [fifth, sixth] = pair?;
             let (fifth, sixth) = (self.settle(4, fifth)?, self.settle(5, sixth)?);
-            let last = self.motion(5, -sixth) * self.motion(4, -fifth) * turn;
-            // Any point off the last axis shows how far it has turned.
+            let last = self.motion(5, -sixth) * self.motion(4, -fifth) * isometry;
+            // Any point off the last axis shows how far it has rotated.
             let aside = self.wrist + perpendicular(&self.lines[6].along);
             let seventh = angle(&self.lines[6].along, &(aside - self.wrist), &(last * aside - self.wrist));
             Some([fifth, sixth, self.settle(6, seventh)?])
@@ -267,15 +267,15 @@ impl SphericalWristArm {
     }
 }
 
-/// The value, moved by whole turns into the joint's limits, where that is possible.
+/// The value, moved by whole revolutions into the joint's limits, where that is possible.
 pub(super) fn settle(group: &PlanningGroup, joint: usize, value: f64) -> Option<f64> {
-    const TURN: f64 = 2.0 * std::f64::consts::PI;
-    let within = value - TURN * ((value - std::f64::consts::PI) / TURN).ceil();
+    const FULL_TURN: f64 = 2.0 * std::f64::consts::PI;
+    let within = value - FULL_TURN * ((value - std::f64::consts::PI) / FULL_TURN).ceil();
     match group.joints()[joint].limits {
         None => Some(within),
-        Some(limits) => {
-            [within, within - TURN, within + TURN].into_iter().find(|value| (limits.low..=limits.high).contains(value))
-        }
+        Some(limits) => [within, within - FULL_TURN, within + FULL_TURN]
+            .into_iter()
+            .find(|value| (limits.low..=limits.high).contains(value)),
     }
 }
 
@@ -284,7 +284,7 @@ pub(super) fn meeting_point(
     group: &PlanningGroup,
     lines: &[Line],
     joints: &[usize],
-    place: &'static str,
+    crossing: &'static str,
 ) -> Result<Point3<f64>, NoClosedForm> {
     let names = || joints.iter().map(|joint| group.joints()[*joint].name.as_str()).collect::<Vec<_>>().join(", ");
     let [a, b] = [&lines[joints[0]], &lines[joints[1]]];
@@ -298,7 +298,7 @@ pub(super) fn meeting_point(
     let point = nalgebra::center(&on_a, &on_b);
     let gap = joints.iter().map(|joint| (point - lines[*joint].through).cross(&lines[*joint].along).norm());
     let gap = gap.fold(0.0, f64::max);
-    if gap > MEETING { Err(NoClosedForm::Apart { names: names(), place, gap }) } else { Ok(point) }
+    if gap > MEETING { Err(NoClosedForm::Apart { names: names(), crossing, gap }) } else { Ok(point) }
 }
 
 /// Any unit vector across another.
@@ -307,13 +307,13 @@ pub(super) fn perpendicular(along: &Vector3<f64>) -> Vector3<f64> {
     along.cross(&Vector3::ith(axis, 1.0)).normalize()
 }
 
-/// Subproblem 1: by how much `from` has to turn about `axis` to lie in the half-plane of `to` [rad].
+/// Subproblem 1: the angle by which `from` has to rotate about `axis` to lie in the half-plane of `to` [rad].
 pub(super) fn angle(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
     let (from, to) = (from - axis * axis.dot(from), to - axis * axis.dot(to));
     libm::atan2(axis.dot(&from.cross(&to)), from.dot(&to))
 }
 
-/// Subproblem 3: turns about a line that bring `moved` to a distance from `still`.
+/// Subproblem 3: rotations about a line that bring `moved` to a distance from `still`.
 pub(super) fn distances(line: &Line, moved: &Point3<f64>, still: &Point3<f64>, distance: f64) -> [Option<f64>; 2] {
     let across = |point: &Point3<f64>| {
         let to = point - line.through;
@@ -335,7 +335,7 @@ pub(super) fn distances(line: &Line, moved: &Point3<f64>, still: &Point3<f64>, d
     [Some(middle - half), (half > 0.0).then_some(middle + half)]
 }
 
-/// Subproblem 2: turns about two lines that meet in `centre` which, the second first, bring `moved` to `goal`.
+/// Subproblem 2: rotations about two lines that meet in `centre` which, the second first, bring `moved` to `goal`.
 pub(super) fn meetings(
     outer: &Line,
     inner: &Line,

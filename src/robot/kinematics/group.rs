@@ -33,7 +33,7 @@ pub struct Joint {
     pub origin: IsometryMatrix3<f64>,
     /// Direction in the joint's frame.
     pub axis: Unit<Vector3<f64>>,
-    /// `None` for a revolute joint that turns without end.
+    /// `None` for a continuous joint.
     pub limits: Option<JointLimits>,
 }
 
@@ -197,7 +197,7 @@ impl PlanningGroup {
     }
 
     /// Forward kinematics and the geometric Jacobian, shape (6, joints): how the end effector's origin moves [m] (rows 0
-    /// to 2) and how it turns [rad] (rows 3 to 5) a unit of each joint, both in world axes.
+    /// to 2) and how it rotates [rad] (rows 3 to 5) per unit of each joint, both in world axes.
     ///
     /// # Panics
     /// When `q` has another length than the group.
@@ -224,12 +224,12 @@ impl PlanningGroup {
         let end = frame * self.parts.end_effector;
         for (joint, column) in self.joints().iter().zip(columns) {
             let (through, axis) = (column.fixed_rows::<3>(0).into_owned(), column.fixed_rows::<3>(3).into_owned());
-            let (moves, turns) = match joint.kind {
+            let (moves, rotates) = match joint.kind {
                 JointKind::Revolute => (axis.cross(&(end.translation.vector - through)), axis),
                 JointKind::Prismatic => (axis, Vector3::zeros()),
             };
             column.fixed_rows_mut::<3>(0).copy_from(&moves);
-            column.fixed_rows_mut::<3>(3).copy_from(&turns);
+            column.fixed_rows_mut::<3>(3).copy_from(&rotates);
         }
         Pose::from_isometry(end)
     }

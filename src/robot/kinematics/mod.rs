@@ -11,9 +11,9 @@ mod tree;
 
 pub use closed_form::{BRANCHES, NoClosedForm, SphericalWristArm};
 pub use group::{InvalidGroup, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
-pub use numeric::{Descent, MOST_JOINTS, Solution, SolverSettings, descend, solve_numeric};
+pub use numeric::{Descent, MAX_JOINTS, Solution, SolverSettings, descend, solve_numeric};
 pub use reach::{SelfMotion, Wrist};
 pub use recognise::ClosedForm;
-pub use six_joints::{SixJointArm, Ways};
+pub use six_joints::{SixJointArm, Solutions};
 pub use travel::{Extents, Stance, Travel};
 pub use tree::{JointTree, TreeJoint};

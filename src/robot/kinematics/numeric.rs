@@ -40,13 +40,13 @@ pub struct Solution {
 const SLOW: f64 = 1e-5;
 
 /// Most joints of a group that is solved: the solver works on the stack.
-pub const MOST_JOINTS: usize = 16;
+pub const MAX_JOINTS: usize = 16;
 
-/// Looks for joint values within the limits that bring the end effector to `target`, from one start. `None` when the
+/// Searches for joint values within the limits that bring the end effector to `target`, from one start. `None` when the
 /// descent ends elsewhere: another start may still find a solution.
 ///
 /// # Panics
-/// When `start` has another length than the group, or the group more than [`MOST_JOINTS`] joints.
+/// When `start` has another length than the group, or the group more than [`MAX_JOINTS`] joints.
 pub fn solve_numeric(
     group: &PlanningGroup,
     target: &Pose<World, EndEffector>,
@@ -61,7 +61,7 @@ pub fn solve_numeric(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Descent {
     /// Joint values within the limits; those beyond the group's count are 0.
-    pub q: [f64; MOST_JOINTS],
+    pub q: [f64; MAX_JOINTS],
     /// Remaining error of the position [m].
     pub position: f64,
     /// Remaining error of the orientation [rad].
@@ -81,10 +81,10 @@ pub fn descend(
     settings: &SolverSettings,
 ) -> Descent {
     let count = group.len();
-    let mut q = [0.0; MOST_JOINTS];
+    let mut q = [0.0; MAX_JOINTS];
     q[..count].copy_from_slice(start);
     clamp(group, &mut q[..count]);
-    let mut columns = [Vector6::zeros(); MOST_JOINTS];
+    let mut columns = [Vector6::zeros(); MAX_JOINTS];
     let mut next_columns = columns;
     let mut error = pose_error(&group.forward_and_columns(&q[..count], &mut columns[..count]), target);
     let mut damping = 1e-3;
@@ -140,7 +140,7 @@ fn step(
     error: &Vector6<f64>,
     damping: f64,
 ) -> Option<()> {
-    let mut moves = [true; MOST_JOINTS];
+    let mut moves = [true; MAX_JOINTS];
     loop {
         // J^T (J J^T + damping)^-1 e: the same as the normal equations', six by six.
         let mut square = Matrix6::identity() * damping;
@@ -150,10 +150,10 @@ fn step(
         let weights = square.cholesky()?.solve(error);
         let mut held = false;
         for (joint, limits) in
-            group.joints().iter().enumerate().filter_map(|(place, joint)| Some((place, joint.limits?)))
+            group.joints().iter().enumerate().filter_map(|(index, joint)| Some((index, joint.limits?)))
         {
-            let way = columns[joint].dot(&weights);
-            let beyond = (q[joint] <= limits.low && way < 0.0) || (q[joint] >= limits.high && way > 0.0);
+            let offset = columns[joint].dot(&weights);
+            let beyond = (q[joint] <= limits.low && offset < 0.0) || (q[joint] >= limits.high && offset > 0.0);
             if moves[joint] && beyond {
                 moves[joint] = false;
                 held = true;
@@ -170,11 +170,11 @@ fn step(
     }
 }
 
-/// From a pose to a target: the way of the origin [m], then the rotation vector [rad], in world axes.
+/// From a pose to a target: the displacement of the origin [m], then the rotation vector [rad], in world axes.
 fn pose_error(pose: &Pose<World, EndEffector>, target: &Pose<World, EndEffector>) -> Vector6<f64> {
-    let way = target.translation() - pose.translation();
-    let turn = rotation_vector(&(target.rotation() * pose.rotation().inverse()));
-    Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z)
+    let offset = target.translation() - pose.translation();
+    let rotation = rotation_vector(&(target.rotation() * pose.rotation().inverse()));
+    Vector6::new(offset.x, offset.y, offset.z, rotation.x, rotation.y, rotation.z)
 }
 
 /// Axis times angle, 0 to pi, of a rotation; `libm`, so the same bits everywhere.
@@ -189,7 +189,7 @@ fn rotation_vector(rotation: &Rotation3<f64>) -> Vector3<f64> {
     if cosine > 0.0 {
         return twice_sine * 0.5;
     }
-    // Half a turn: the axis is that of the largest column of R + 1.
+    // Half a revolution: the axis is that of the largest column of R + 1.
     let sum = m + Matrix3::identity();
     let column = (0..3).fold(0, |best, next| if sum[(next, next)] > sum[(best, best)] { next } else { best });
     sum.column(column).normalize() * angle

@@ -1,6 +1,6 @@
 //! The self-motion of an arm whose pose leaves one joint free: which values of its first joint allow a pose, exactly.
 //!
-//! Along the first joint a way to a pose can only appear or end where something is at its limit: the second, fourth or
+//! Along the first joint a solution of a pose can only appear or end where something is at its limit: the second, fourth or
 //! sixth joint, the elbow's circle about the second axis touching the sphere around the wrist's centre, or the first joint
 //! itself. All of these are roots of trigonometric polynomials of degree two at most. Between two neighbouring ones nothing
 //! changes, so that one value between them decides, however close they lie.
@@ -13,7 +13,7 @@ use super::{
 };
 use kernel::geom::{EndEffector, Pose, World};
 
-pub(super) const TURN: f64 = 2.0 * std::f64::consts::PI;
+pub(super) const FULL_TURN: f64 = 2.0 * std::f64::consts::PI;
 
 /// Demand of a pose on an arm without limits in its last joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,8 @@ pub struct SelfMotion {
     /// range; below -1 without limits.
     lift_middle: [f64; 2],
     lift_cosine: f64,
-    /// The upper arm (outward, axis) with the second joint at 0, and how it turns from outward to the axis with it, 1 or -1.
+    /// The upper arm (outward, axis) with the second joint at 0, and the sense in which it rotates from outward to the axis, 1
+    /// or -1.
     pub(super) lift_start: [f64; 2],
     pub(super) lift_sense: f64,
     /// Directions of the upper arm (outward, axis) with the second joint at its limits.
@@ -60,22 +61,22 @@ pub struct SelfMotion {
 #[derive(Clone, Debug, PartialEq)]
 struct FirstJoint {
     limits: JointLimits,
-    /// Cosine and sine of its middle, and the cosine of half its range; below -1 where it turns all the way round.
+    /// Cosine and sine of its middle, and the cosine of half its range; below -1 where it is continuous.
     middle: [f64; 2],
     cosine: f64,
 }
 
 impl SelfMotion {
-    /// Looks at the axes with all joints at 0.
+    /// Analyses the axes with all joints at 0.
     ///
     /// # Errors
-    /// Says which axes are in the way: beside what [`SphericalWristArm`] asks for, the first two axes must be at right
+    /// Names the axes that prevent it: beside what [`SphericalWristArm`] asks for, the first two axes must be at right
     /// angles, the elbow in the first axis's plane across the second, the third axis through shoulder and elbow, the fifth
     /// through elbow and wrist, and the third, fifth and seventh joints without limits.
     pub fn new(group: &PlanningGroup) -> Result<Self, NoClosedForm> {
         let arm = SphericalWristArm::recognise(group)?;
         let name = |joint: usize| group.joints()[joint].name.clone();
-        let apart = |names: String, place, gap| Err(NoClosedForm::Apart { names, place, gap });
+        let apart = |names: String, crossing, gap| Err(NoClosedForm::Apart { names, crossing, gap });
         let shoulder = arm.meet(&[1, 2], "shoulder")?;
         let (elbow, wrist) = (arm.elbow(), arm.wrist());
         // The third axis passes shoulder and elbow by now.
@@ -110,7 +111,7 @@ impl SelfMotion {
             Some(limits) => (lift(0.5 * (limits.low + limits.high)), cosine_of_half(limits)),
             None => ([1.0, 0.0], -2.0),
         };
-        let first = limits(0).unwrap_or(JointLimits { low: -0.5 * TURN, high: 0.5 * TURN });
+        let first = limits(0).unwrap_or(JointLimits { low: -0.5 * FULL_TURN, high: 0.5 * FULL_TURN });
         let (sin, cos) = libm::sincos(0.5 * (first.low + first.high));
         for (joints, along) in [([2, 3], elbow - shoulder), ([3, 4], wrist - elbow)] {
             let cosine = arm.along(3).dot(&along.normalize()).abs();
@@ -161,7 +162,7 @@ impl SelfMotion {
         if quick.is_none() {
             self.end_points(&wrist, &mut ends);
         }
-        // The middles first: a way there keeps from its limits.
+        // The middles first: a solution there keeps from its limits.
         let middles = ends.windows(2).filter(|pair| pair[1] > pair[0]).map(|pair| 0.5 * (pair[0] + pair[1]));
         let values = quick.into_iter().chain(middles).chain(ends.iter().copied());
         values.into_iter().find_map(|first| self.arm.find_branch(target, first, Some))
@@ -215,15 +216,15 @@ impl SelfMotion {
             return None;
         }
         let (c, s) = (flat.x / radius, flat.y / radius);
-        let turned = BESIDE.map(|[cos, sin]| [c * cos - s * sin, s * cos + c * sin]);
-        let found = turned.into_iter().find(|first| {
+        let rotated = BESIDE.map(|[cos, sin]| [c * cos - s * sin, s * cos + c * sin]);
+        let found = rotated.into_iter().find(|first| {
             let length = first[0] * first[0] + first[1] * first[1];
             let inside = first[0] * self.first.middle[0] + first[1] * self.first.middle[1];
             inside > self.first.cosine + 1e-9 && (length - 1.0).abs() < 1e-5 && self.allows(&flat, &wrist.ahead, *first)
         })?;
         let value = libm::atan2(found[1], found[0]);
         let limits = &self.first.limits;
-        let value = value - TURN * ((value - limits.low) / TURN).floor();
+        let value = value - FULL_TURN * ((value - limits.low) / FULL_TURN).floor();
         (value <= limits.high).then_some(value)
     }
 
@@ -262,10 +263,10 @@ impl SelfMotion {
         ends.clear();
         ends.extend([low, high]);
         let mut put = |value: f64| {
-            let mut value = value - TURN * ((value - low) / TURN).floor();
+            let mut value = value - FULL_TURN * ((value - low) / FULL_TURN).floor();
             while value < high {
                 ends.push(value);
-                value += TURN;
+                value += FULL_TURN;
             }
         };
         let flat = self.flat(wrist);
@@ -326,8 +327,8 @@ impl SelfMotion {
             all.0[2],
         ];
         let torus = Quadratic::square(level).plus(&sum, -4.0 * self.offset * self.offset);
-        for turn in torus.angles() {
-            let (sin, cos) = libm::sincos(turn);
+        for angle in torus.angles() {
+            let (sin, cos) = libm::sincos(angle);
             let at = |part: [f64; 3]| part[0] + part[1] * cos + part[2] * sin;
             let angle = libm::atan2(at(y), at(x));
             // The elbow may stand beyond the first axis.
@@ -339,18 +340,18 @@ impl SelfMotion {
 
 fn cosine_of_half(limits: JointLimits) -> f64 {
     let half = 0.5 * (limits.high - limits.low);
-    if half >= 0.5 * TURN { -2.0 } else { libm::cos(half) }
+    if half >= 0.5 * FULL_TURN { -2.0 } else { libm::cos(half) }
 }
 
 /// Least and greatest value of a + b cos + c sin within limits.
 fn range_of_sinusoid(value: impl Fn(f64) -> f64, limits: Option<JointLimits>) -> [f64; 2] {
-    let quarter = 0.25 * TURN;
+    let quarter = 0.25 * FULL_TURN;
     let (start, quarter_on, half_on) = (value(0.0), value(quarter), value(2.0 * quarter));
     let (middle, b) = (0.5 * (start + half_on), 0.5 * (start - half_on));
     let c = quarter_on - middle;
     let (top, swing) = (libm::atan2(c, b), libm::hypot(b, c));
     let Some(JointLimits { low, high }) = limits else { return [middle - swing, middle + swing] };
-    let holds = |angle: f64| angle + TURN * ((low - angle) / TURN).ceil() <= high;
+    let holds = |angle: f64| angle + FULL_TURN * ((low - angle) / FULL_TURN).ceil() <= high;
     let (at_low, at_high) = (value(low), value(high));
     [
         if holds(top + 2.0 * quarter) { middle - swing } else { at_low.min(at_high) },
@@ -378,8 +379,8 @@ impl Quadratic {
             [c0 + c1 + c3, 2.0 * c2 + 2.0 * c4, 2.0 * c0 - 2.0 * c3 + 4.0 * c5, 2.0 * c2 - 2.0 * c4, c0 - c1 + c3];
         let mut reversed = polynomial;
         reversed.reverse();
-        let near = roots_and_turns(&polynomial).into_iter().map(|t| 2.0 * libm::atan(t));
-        let far = roots_and_turns(&reversed).into_iter().map(|t| std::f64::consts::PI - 2.0 * libm::atan(t));
+        let near = roots_and_extrema(&polynomial).into_iter().map(|t| 2.0 * libm::atan(t));
+        let far = roots_and_extrema(&reversed).into_iter().map(|t| std::f64::consts::PI - 2.0 * libm::atan(t));
         near.chain(far).collect()
     }
 }
@@ -388,12 +389,12 @@ impl Quadratic {
 const DEGREE: usize = 4;
 
 /// Roots of a polynomial (lowest power first) in -1 to 1, its turning points there, and both ends.
-fn roots_and_turns(polynomial: &[f64]) -> Vec<f64> {
+fn roots_and_extrema(polynomial: &[f64]) -> Vec<f64> {
     let mut slope: [f64; DEGREE] = std::array::from_fn(|power| (power + 1) as f64);
     let slope = &mut slope[..polynomial.len() - 1];
     slope.iter_mut().zip(&polynomial[1..]).for_each(|(power, factor)| *power *= factor);
     let mut points = if slope.len() > 1 {
-        roots_and_turns(slope)
+        roots_and_extrema(slope)
     } else {
         // Room for the roots of this and of all slopes above.
         let mut ends = Vec::with_capacity(2 + DEGREE * (DEGREE + 1) / 2);

@@ -2,20 +2,20 @@
 
 use super::{NoClosedForm, PlanningGroup, SelfMotion, SixJointArm};
 
-/// A closed form of inverse kinematics that misses no way to a pose.
+/// A closed form of inverse kinematics that misses no solution of a pose.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClosedForm {
-    /// Seven joints: ways are curves over the first one.
+    /// Seven joints: solutions are curves over the first one.
     Seven(Box<SelfMotion>),
-    /// Six joints: ways are a handful.
+    /// Six joints: a handful of solutions.
     Six(Box<SixJointArm>),
 }
 
 impl ClosedForm {
-    /// Looks at the axes with all joints at 0.
+    /// Analyses the axes with all joints at 0.
     ///
     /// # Errors
-    /// Says which axes are in the way of a closed form.
+    /// Names the axes that prevent a closed form.
     pub fn recognise(group: &PlanningGroup) -> Result<Self, NoClosedForm> {
         if group.len() == 6 {
             return SixJointArm::recognise(group).map(|arm| Self::Six(Box::new(arm)));

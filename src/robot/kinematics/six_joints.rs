@@ -1,8 +1,8 @@
-//! Inverse kinematics in closed form for arms of six joints with a spherical wrist: every way to a pose.
+//! Inverse kinematics in closed form for arms of six joints with a spherical wrist: every solution of a pose.
 //!
 //! Joint by joint as in [`closed_form`](super::closed_form), with the subproblems of Paden (1986) and Kahan, after the order
 //! of Pieper (1968): the second and third axes are parallel, so that the first joint alone brings the wrist's centre to its
-//! distance from the arm's plane; the third brings it to its distance from the second axis, the second to its place.
+//! distance from the arm's plane; the third brings it to its distance from the second axis, the second to its position.
 
 use nalgebra::{IsometryMatrix3, Point3};
 
@@ -22,11 +22,11 @@ pub struct SixJointArm {
     end_effector_from_world: IsometryMatrix3<f64>,
 }
 
-/// Every way to a pose.
+/// All solutions of a pose.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Ways {
-    /// Joint values within the limits; those that differ by whole turns of a joint alone stand once.
-    pub ways: Vec<[f64; 6]>,
+pub struct Solutions {
+    /// Joint values within the limits; those that differ by whole revolutions alone are listed once.
+    pub solutions: Vec<[f64; 6]>,
     /// Whether one of them belongs to a family, of which it is one member: two axes of the wrist are aligned.
     pub singular: bool,
 }
@@ -35,10 +35,10 @@ pub struct Ways {
 const ALIGNED: f64 = 1e-9;
 
 impl SixJointArm {
-    /// Looks at the axes with all joints at 0.
+    /// Analyses the axes with all joints at 0.
     ///
     /// # Errors
-    /// Says which axes are in the way of a closed form.
+    /// Names the axes that prevent a closed form.
     pub fn recognise(group: &PlanningGroup) -> Result<Self, NoClosedForm> {
         if group.len() != 6 {
             return Err(NoClosedForm::Count(group.len()));
@@ -66,15 +66,15 @@ impl SixJointArm {
         &self.group
     }
 
-    /// Every way that brings the end effector to `target`.
-    pub fn ways(&self, target: &Pose<World, EndEffector>) -> Ways {
-        let mut found = Ways::default();
+    /// Every solution that brings the end effector to `target`.
+    pub fn solutions(&self, target: &Pose<World, EndEffector>) -> Solutions {
+        let mut found = Solutions::default();
         let whole = target.isometry() * self.end_effector_from_world;
-        let place = whole * self.wrist;
+        let wrist = whole * self.wrist;
         let [one, two, three] = [&self.lines[0], &self.lines[1], &self.lines[2]];
         // A point of the second axis beside the wrist: whatever the second and third joints do, the two stay level.
         let level = two.through + two.along * two.along.dot(&(self.wrist - two.through));
-        for first in self.level_turns(&place).into_iter().flatten() {
+        for first in self.level_angles(&wrist).into_iter().flatten() {
             let Some(first) = settle(&self.group, 0, first) else { continue };
             let rest = one.motion(-first) * whole;
             let to = rest * self.wrist;
@@ -83,17 +83,17 @@ impl SixJointArm {
                 let bent = three.motion(third) * self.wrist;
                 let second = angle(&two.along, &(bent - level), &(to - level));
                 let Some(second) = settle(&self.group, 1, second) else { continue };
-                let turn = three.motion(-third) * two.motion(-second) * rest;
-                self.wrists(&turn, [first, second, third], &mut found);
+                let rotation = three.motion(-third) * two.motion(-second) * rest;
+                self.wrists(&rotation, [first, second, third], &mut found);
             }
         }
         found
     }
 
-    /// Turns of the first joint that bring the wrist's centre from its home to the level of a place: a cos + b sin = c.
-    fn level_turns(&self, place: &Point3<f64>) -> [Option<f64>; 2] {
+    /// Angles of the first joint that bring the wrist's centre from its home to the level of a position: a cos + b sin = c.
+    fn level_angles(&self, wrist: &Point3<f64>) -> [Option<f64>; 2] {
         let [one, two] = [&self.lines[0], &self.lines[1]];
-        let to = place - one.through;
+        let to = wrist - one.through;
         let along = one.along * one.along.dot(&to);
         let level = two.along.dot(&(self.wrist - one.through)) - two.along.dot(&along);
         let (a, b) = (two.along.dot(&(to - along)), -two.along.dot(&one.along.cross(&to)));
@@ -105,19 +105,19 @@ impl SixJointArm {
         [Some(middle - half), (half > 0.0).then_some(middle + half)]
     }
 
-    fn wrists(&self, turn: &IsometryMatrix3<f64>, [first, second, third]: [f64; 3], found: &mut Ways) {
+    fn wrists(&self, isometry: &IsometryMatrix3<f64>, [first, second, third]: [f64; 3], found: &mut Solutions) {
         let last = self.lines[5].along;
         let ahead = self.wrist + last;
-        let pairs = meetings(&self.lines[3], &self.lines[4], &self.wrist, &ahead, &(turn * ahead));
+        let pairs = meetings(&self.lines[3], &self.lines[4], &self.wrist, &ahead, &(isometry * ahead));
         for [fourth, fifth] in pairs.into_iter().flatten() {
             let bent = self.lines[4].motion(fifth).rotation * last;
             found.singular |= bent.cross(&self.lines[3].along).norm() < ALIGNED;
-            let bare = self.lines[4].motion(-fifth) * self.lines[3].motion(-fourth) * turn;
+            let bare = self.lines[4].motion(-fifth) * self.lines[3].motion(-fourth) * isometry;
             let aside = self.wrist + perpendicular(&last);
             let sixth = angle(&last, &(aside - self.wrist), &(bare * aside - self.wrist));
             let settled = [(3, fourth), (4, fifth), (5, sixth)].map(|(joint, value)| settle(&self.group, joint, value));
             if let [Some(fourth), Some(fifth), Some(sixth)] = settled {
-                found.ways.push([first, second, third, fourth, fifth, sixth]);
+                found.solutions.push([first, second, third, fourth, fifth, sixth]);
             }
         }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
-use super::reach::{SelfMotion, TURN, Wrist};
+use super::reach::{FULL_TURN, SelfMotion, Wrist};
 
 /// Bounds on the distances of a body's points from the axes that its arm rotates about [m]; the body hangs on one link.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,24 +81,24 @@ impl Stance<'_> {
         let first = (high - q[0]).max(q[0] - low);
         // The wrist's coordinate along the arm's plane, from the shoulder: its range, and now.
         let along = |value: f64| radius * libm::cos(value - middle) - offset;
-        let (mut least, mut most) = (along(low).min(along(high)), along(low).max(along(high)));
-        let passes = |angle: f64| angle + TURN * ((low - angle) / TURN).ceil() <= high;
+        let (mut min, mut max) = (along(low).min(along(high)), along(low).max(along(high)));
+        let passes = |angle: f64| angle + FULL_TURN * ((low - angle) / FULL_TURN).ceil() <= high;
         if passes(middle) {
-            most = radius - offset;
+            max = radius - offset;
         }
         if passes(middle + PI) {
-            least = -radius - offset;
+            min = -radius - offset;
         }
-        let second = self.motion.second_travel(&q, &self.flat, [least, along(q[0]), most]);
+        let second = self.motion.second_travel(&q, &self.flat, [min, along(q[0]), max]);
         // The elbow, and with it the forearm, whose other end rests.
         let elbow = self.elbow_out.abs() * first + upper * second.min(2.0);
         let chord = (0.5 * elbow / fore).min(1.0);
         let tilt = 2.0 * libm::asin(chord);
-        let turned = first + second;
-        // A unit vector across two others turns by this much when they change by so much together.
+        let sum = first + second;
+        // A unit vector across two others rotates by this much when they change by so much together.
         let across = |change: f64, sine: f64| if change < sine { libm::asin(change / sine) } else { PI };
-        let third = across(turned * fore + elbow, self.bend * fore);
-        let elbow_twist = (tilt + across(turned.min(2.0) + tilt, self.bend)).min(2.0 * PI);
+        let third = across(sum * fore + elbow, self.bend * fore);
+        let elbow_twist = (tilt + across(sum.min(2.0) + tilt, self.bend)).min(2.0 * PI);
         let last = across(tilt, self.last_bend);
         Travel {
             first,
@@ -119,7 +119,7 @@ impl SelfMotion {
     /// frame; links count from 1, 0 is the world (see `PlanningGroup::link_frames`).
     pub fn extents(&self, link: usize, points: impl Iterator<Item = Point3<f64>>) -> Extents {
         let mut extents = Extents { link, ..Extents::default() };
-        let Some(place) = link.checked_sub(1) else { return extents };
+        let Some(index) = link.checked_sub(1) else { return extents };
         let mut frames = [IsometryMatrix3::identity(); 7];
         self.arm.group().link_frames(&[0.0; 7], &mut frames);
         let (elbow, wrist) = (self.arm.elbow(), self.arm.wrist());
@@ -127,7 +127,7 @@ impl SelfMotion {
             (point - through).cross(&along.normalize()).norm()
         };
         for point in points {
-            let point = frames[place] * point;
+            let point = frames[index] * point;
             let Extents { first_axis, shoulder, second_axis, upper_arm, elbow: to_elbow, .. } = &mut extents;
             *first_axis = first_axis.max(self.arm.distance(0, &point));
             *shoulder = shoulder.max((point - self.shoulder).norm());
@@ -172,10 +172,10 @@ impl SelfMotion {
 
     /// Bound on the motion of the second joint from its value while the wrist's coordinate along the arm's plane goes
     /// from the first of three values to the last [rad]. The upper arm lies beside the direction to the wrist by an
-    /// angle that the law of cosines gives; both are monotonic in the coordinate but for one place.
-    fn second_travel(&self, q: &[f64; 7], wrist: &Vector3<f64>, [least, now, most]: [f64; 3]) -> f64 {
+    /// angle that the law of cosines gives; both are monotonic in the coordinate but for one point.
+    fn second_travel(&self, q: &[f64; 7], wrist: &Vector3<f64>, [min, now, max]: [f64; 3]) -> f64 {
         let up = wrist.z;
-        if up.abs() < 1e-9 && least <= 0.0 && most >= 0.0 {
+        if up.abs() < 1e-9 && min <= 0.0 && max >= 0.0 {
             return f64::INFINITY;
         }
         let square = |value: f64| value * value;
@@ -183,13 +183,13 @@ impl SelfMotion {
             - square(self.offset);
         let cosine = |along: f64| (constant - 2.0 * self.offset * along) / (2.0 * self.upper * libm::hypot(along, up));
         let beside = |along: f64| libm::acos(cosine(along).clamp(-1.0, 1.0));
-        let (mut narrow, mut wide) = (beside(least).min(beside(most)), beside(least).max(beside(most)));
+        let (mut narrow, mut wide) = (beside(min).min(beside(max)), beside(min).max(beside(max)));
         let turning = -2.0 * self.offset * square(up) / constant;
-        if turning > least && turning < most {
+        if turning > min && turning < max {
             (narrow, wide) = (narrow.min(beside(turning)), wide.max(beside(turning)));
         }
         let to_wrist = |along: f64| libm::atan2(up, along);
-        let (a, b) = (to_wrist(least), to_wrist(most));
+        let (a, b) = (to_wrist(min), to_wrist(max));
         let (from, to) = (a.min(b), a.max(b));
         let [out, high] = self.lift_direction(q[1]);
         let mut best = f64::INFINITY;
@@ -197,9 +197,9 @@ impl SelfMotion {
             let angle = to_wrist(now) + side * beside(now);
             let (sin, cos) = libm::sincos(angle);
             if libm::hypot(sin - high, cos - out) < 1e-5 {
-                let (least, most) = if side > 0.0 { (from + narrow, to + wide) } else { (from - wide, to - narrow) };
+                let (min, max) = if side > 0.0 { (from + narrow, to + wide) } else { (from - wide, to - narrow) };
                 // With both sides alike, the arm may go on on either.
-                let reach = (most - angle).max(angle - least);
+                let reach = (max - angle).max(angle - min);
                 best = if best.is_finite() { best.max(reach) } else { reach };
             }
         }

@@ -32,8 +32,8 @@ impl JointTree {
         if joints.is_empty() {
             return Err(InvalidGroup::NoJoint);
         }
-        for (place, joint) in joints.iter().enumerate() {
-            assert!(joint.carried_by <= place, "joint {:?} comes before its link", joint.joint.name);
+        for (index, joint) in joints.iter().enumerate() {
+            assert!(joint.carried_by <= index, "joint {:?} comes before its link", joint.joint.name);
             joint.joint.check()?;
         }
         Ok(Self { joints })
@@ -65,9 +65,9 @@ impl JointTree {
     /// When `q` or `out` has another length than the tree.
     pub fn link_frames(&self, q: &[f64], out: &mut [IsometryMatrix3<f64>]) {
         assert_eq!((q.len(), out.len()), (self.len(), self.len()), "one value and one frame a joint");
-        for (place, (joint, value)) in self.joints.iter().zip(q).enumerate() {
+        for (index, (joint, value)) in self.joints.iter().zip(q).enumerate() {
             let moved = joint.joint.origin * joint.joint.motion(*value);
-            out[place] = match joint.carried_by {
+            out[index] = match joint.carried_by {
                 0 => moved,
                 link => out[link - 1] * moved,
             };

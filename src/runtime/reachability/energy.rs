@@ -3,7 +3,7 @@
 /// Which numbers are put together how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EnergyForm {
-    /// Potential + 0.1 d for stable grasps within reach, contact + 10 d for all others: it falls all the way from far
+    /// Potential + 0.1 d for stable grasps within reach, contact + 10 d for all others: it falls monotonically from far
     /// outside to deep inside.
     Falling,
     /// Formula as printed: -0.1, 1 and -10 before a value that is negative inside. Those factors fit a field that is

@@ -85,7 +85,7 @@ pub struct NearestCell<'a> {
     pub witness: Option<&'a [f64]>,
 }
 
-/// A pose and its place in a ranking.
+/// A pose and its rank in a ranking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ranked {
     /// Which of the poses given.
@@ -230,11 +230,11 @@ impl ReachabilityMap {
     pub fn is_in_grid(&self, pose: &[f64; 6]) -> bool {
         let axes = match self.grid() {
             PoseGrid::Axes(grid) => &grid.axes()[..],
-            PoseGrid::Sphere(grid) => &grid.places()[..],
+            PoseGrid::Sphere(grid) => &grid.position_axes()[..],
         };
         let inside = axes.iter().zip(pose).all(|(axis, coordinate)| {
-            let place = (coordinate - axis.first) / axis.step;
-            axis.periodic || (-0.5..=axis.count as f64 - 0.5).contains(&place)
+            let steps = (coordinate - axis.first) / axis.step;
+            axis.periodic || (-0.5..=axis.count as f64 - 0.5).contains(&steps)
         });
         inside && pose.iter().all(|coordinate| coordinate.is_finite())
     }
@@ -258,8 +258,8 @@ impl ReachabilityMap {
         let witnesses = self.witnesses.as_ref().filter(|_| self.is_clear(cell))?;
         let first = cell / STRIDE * STRIDE;
         let near = self.clear_labels()[first..cell].iter().filter(|label| **label == PoseLabel::Reachable).count();
-        let (place, joints) = (self.reachable_before[cell / STRIDE] as usize + near, self.robot.joints.len());
-        Some(&witnesses[place * joints..(place + 1) * joints])
+        let (row, joints) = (self.reachable_before[cell / STRIDE] as usize + near, self.robot.joints.len());
+        Some(&witnesses[row * joints..(row + 1) * joints])
     }
 
     /// Poses by the field's value there, the deepest inside first; equal ones stay in order, those without a value last.
@@ -321,8 +321,8 @@ impl ReachabilityMap {
     /// Takes an obstacle away: labels and distances are, to the byte, as if it had never been there. `false` when there is
     /// no such obstacle.
     pub fn remove(&mut self, obstacle: ObstacleId) -> bool {
-        let Some(place) = self.obstacles.iter().position(|(id, _)| *id == obstacle) else { return false };
-        self.obstacles.remove(place);
+        let Some(position) = self.obstacles.iter().position(|(id, _)| *id == obstacle) else { return false };
+        self.obstacles.remove(position);
         self.renew();
         true
     }
@@ -377,7 +377,7 @@ impl ReachabilityMap {
     /// The cells, reachable without obstacles, at which a ball touches the obstacle, in order.
     fn touching(&self, obstacle: &Obstacle, balls: &[Ball]) -> Vec<u32> {
         let (grid, angles, bounds) = (self.grid(), self.grid().orientations(), obstacle.bounds());
-        let counts = grid.place_counts();
+        let counts = grid.position_counts();
         let mut touched = vec![false; grid.positions()];
         let (mut positions, mut blocked) = (Vec::new(), Vec::new());
         for (rotation, alike) in &self.rotations {
@@ -385,18 +385,19 @@ impl ReachabilityMap {
                 let away = rotation * centre.coords;
                 // Positions at which the ball may reach the obstacle's box, a little more for rounding.
                 let [xs, ys, zs] = [0, 1, 2].map(|k| {
-                    let (axis, reach) = (&grid.places()[k], radius + 1e-9);
-                    let place = |world: f64| (world - away[k] - axis.first) / axis.step;
-                    let first = place(bounds.min[k] - reach).ceil().max(0.0) as usize;
-                    first..(place(bounds.max[k] + reach).floor() + 1.0).clamp(0.0, axis.count as f64) as usize
+                    let (axis, reach) = (&grid.position_axes()[k], radius + 1e-9);
+                    let steps = |world: f64| (world - away[k] - axis.first) / axis.step;
+                    let first = steps(bounds.min[k] - reach).ceil().max(0.0) as usize;
+                    first..(steps(bounds.max[k] + reach).floor() + 1.0).clamp(0.0, axis.count as f64) as usize
                 });
-                let centre = |k: usize, index: usize| grid.places()[k].centre(index);
+                let centre = |k: usize, index: usize| grid.position_axes()[k].centre(index);
                 for x in xs {
                     for y in ys.clone() {
                         for z in zs.clone() {
                             let position = PoseGrid::position(counts, [x, y, z]);
-                            let place = Point3::from(Vector3::new(centre(0, x), centre(1, y), centre(2, z)) + away);
-                            if !touched[position] && obstacle.touches(&place, *radius) {
+                            let centre_of_ball =
+                                Point3::from(Vector3::new(centre(0, x), centre(1, y), centre(2, z)) + away);
+                            if !touched[position] && obstacle.touches(&centre_of_ball, *radius) {
                                 touched[position] = true;
                                 positions.push(position);
                             }

@@ -1,4 +1,4 @@
-//! Queries of a grasp planner: how far inside the reachable set a pose is, which way leads deeper, and what an obstacle
+//! Queries of a grasp planner: how far inside the reachable set a pose is, which direction leads deeper, and what an obstacle
 //! changes.
 
 mod energy;

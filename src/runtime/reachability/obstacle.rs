@@ -38,8 +38,8 @@ impl EndEffectorVolume {
         let side: [f64; 3] = std::array::from_fn(|k| 2.0 * half[k] / counts[k] as f64);
         let radius = 0.5 * Vector3::from(side).norm();
         for index in 0..counts.iter().product() {
-            let place = [index / counts[2] / counts[1], index / counts[2] % counts[1], index % counts[2]];
-            let centre: [f64; 3] = std::array::from_fn(|k| (place[k] as f64 + 0.5) * side[k] - half[k]);
+            let indices = [index / counts[2] / counts[1], index / counts[2] % counts[1], index % counts[2]];
+            let centre: [f64; 3] = std::array::from_fn(|k| (indices[k] as f64 + 0.5) * side[k] - half[k]);
             self.balls.push(Ball { centre: pose.point(&Point3::from(centre)), radius });
         }
         self
@@ -189,10 +189,10 @@ impl Occupied {
         let n = grid.resolution();
         let (mut low, mut high) = ([u32::MAX; 3], [0; 3]);
         let mut inside = vec![false; (n as usize).pow(3)];
-        for place in grid.cells() {
-            low = std::array::from_fn(|k| low[k].min(place[k]));
-            high = std::array::from_fn(|k| high[k].max(place[k]));
-            inside[((place[0] * n + place[1]) * n + place[2]) as usize] = true;
+        for cell in grid.cells() {
+            low = std::array::from_fn(|k| low[k].min(cell[k]));
+            high = std::array::from_fn(|k| high[k].max(cell[k]));
+            inside[((cell[0] * n + cell[1]) * n + cell[2]) as usize] = true;
         }
         // A grid of poses of which only the positions differ: the same distances.
         let axis = |k: usize| {
@@ -212,14 +212,14 @@ impl Occupied {
     }
 
     fn bounds(&self) -> Aabb {
-        let corner = |place: [u32; 3], by: f64| Point3::from(place.map(|index| (f64::from(index) + by) * self.cell));
+        let corner = |cell: [u32; 3], by: f64| Point3::from(cell.map(|index| (f64::from(index) + by) * self.cell));
         Aabb { min: corner(self.low, 0.0), max: corner(self.high, 1.0) }
     }
 
     fn touches(&self, centre: &Point3<f64>, radius: f64) -> bool {
         let n = self.grid.resolution();
-        let place = |coordinate: f64| ((coordinate / self.cell).max(0.0) as u32).min(n - 1);
-        let nearest: [u32; 3] = std::array::from_fn(|k| place(centre[k]));
+        let index_of = |coordinate: f64| ((coordinate / self.cell).max(0.0) as u32).min(n - 1);
+        let nearest: [u32; 3] = std::array::from_fn(|k| index_of(centre[k]));
         let middle = Point3::from(nearest.map(|index| (f64::from(index) + 0.5) * self.cell));
         // From the middle of a cell to the centre the clearance changes by no more than their distance.
         let clearance = f64::from(self.clearance[((nearest[0] * n + nearest[1]) * n + nearest[2]) as usize]);
@@ -231,7 +231,7 @@ impl Occupied {
             return true;
         }
         let (from, to) = (centre.map(|value| value - radius), centre.map(|value| value + radius));
-        let range = |k: usize| place(from[k])..=place(to[k]);
+        let range = |k: usize| index_of(from[k])..=index_of(to[k]);
         range(0).any(|x| {
             range(1).any(|y| range(2).any(|z| self.grid.get([x, y, z]) && self.cell_within([x, y, z], centre, radius)))
         })

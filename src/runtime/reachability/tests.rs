@@ -30,7 +30,7 @@ fn grid(angles: [usize; 3]) -> PoseGrid {
 
 /// Grid of the same positions with directions and roll.
 fn on_sphere(nside: u32, rolls: usize) -> PoseGrid {
-    PoseGrid::on_sphere(*grid([1, 1, 1]).places(), HealPix::new(nside).unwrap(), rolls).unwrap()
+    PoseGrid::on_sphere(*grid([1, 1, 1]).position_axes(), HealPix::new(nside).unwrap(), rolls).unwrap()
 }
 
 /// Reachable within a ball, but not from behind: the same for all cells that mean one pose.
@@ -69,7 +69,7 @@ fn hand() -> EndEffectorVolume {
         .with_capsule([Point3::new(0.0, 0.0, 0.0), Point3::new(0.0, 0.0, -0.06)], 0.02)
 }
 
-fn turned(at: [f64; 3], angles: [f64; 3]) -> Pose<World, Object> {
+fn pose_at(at: [f64; 3], angles: [f64; 3]) -> Pose<World, Object> {
     Pose::from_xyz_rpy([at[0], at[1], at[2], angles[0], angles[1], angles[2]])
 }
 
@@ -97,7 +97,7 @@ fn parts_that_do_not_fit_are_refused() {
 fn both_ways_to_write_a_pose_have_one_value() {
     let grid = grid([2, 8, 8]);
     let mut map = ReachabilityMap::new(parts(&grid, METRES)).unwrap();
-    let thing = Obstacle::cuboid(&turned([0.5, 0.05, 0.3], [0.3, 0.2, 0.1]), [0.06, 0.1, 0.05]).unwrap();
+    let thing = Obstacle::cuboid(&pose_at([0.5, 0.05, 0.3], [0.3, 0.2, 0.1]), [0.06, 0.1, 0.05]).unwrap();
     for round in 0..2 {
         for cell in 0..grid.cells() {
             let [x, y, z, roll, pitch, yaw] = grid.pose(cell);
@@ -130,8 +130,8 @@ fn both_ways_to_write_a_pose_have_one_value() {
 #[test]
 fn looking_straight_down_is_one_pose_however_it_is_written() {
     let map = ReachabilityMap::new(parts(&grid([2, 8, 8]), METRES)).unwrap();
-    for turn in [-FRAC_PI_2, 0.0, FRAC_PI_4, 2.0 * FRAC_PI_4] {
-        let pose = [0.4, 0.05, 0.2, 0.0, FRAC_PI_2, turn];
+    for angle in [-FRAC_PI_2, 0.0, FRAC_PI_4, 2.0 * FRAC_PI_4] {
+        let pose = [0.4, 0.05, 0.2, 0.0, FRAC_PI_2, angle];
         let written = Pose::<World, EndEffector>::from_xyz_rpy(pose).xyz_rpy();
         assert!((map.distance(&pose) - map.distance(&written)).abs() < 1e-9);
     }
@@ -235,7 +235,7 @@ fn the_arm_counts_where_every_witness_touches() {
     let arm = |joints: &[f64], balls: &mut Vec<Ball>| {
         balls.push(Ball { centre: Point3::new(joints[0], joints[1], joints[2] + 0.3), radius: 0.02 });
     };
-    let plate = Obstacle::cuboid(&turned([0.0, 0.0, 0.5], [0.0; 3]), [0.31, 1.0, 0.03]).unwrap();
+    let plate = Obstacle::cuboid(&pose_at([0.0, 0.0, 0.5], [0.0; 3]), [0.31, 1.0, 0.03]).unwrap();
     let point = EndEffectorVolume::new(vec![Ball { centre: Point3::origin(), radius: 0.0 }]);
     map.add_obstacle(&plate, &point);
     assert_eq!(bits(&map), before, "only the arm would touch");
@@ -253,10 +253,10 @@ fn the_arm_counts_where_every_witness_touches() {
 
 #[test]
 fn obstacles_that_are_none_are_refused() {
-    let pose = turned([0.0; 3], [0.0; 3]);
+    let pose = pose_at([0.0; 3], [0.0; 3]);
     assert!(matches!(Obstacle::cuboid(&pose, [0.1, -0.1, 0.1]), Err(InvalidObstacle::Length { .. })));
     assert!(matches!(
-        Obstacle::cuboid(&turned([f64::NAN; 3], [0.0; 3]), [0.1; 3]),
+        Obstacle::cuboid(&pose_at([f64::NAN; 3], [0.0; 3]), [0.1; 3]),
         Err(InvalidObstacle::Length { .. })
     ));
     assert!(matches!(Obstacle::box_of(&[]), Err(InvalidObstacle::Empty)));
@@ -297,7 +297,7 @@ fn box_mesh(half: [f64; 3]) -> TriMesh {
     TriMesh { vertices: (0..8).map(corner).collect(), triangles }
 }
 
-fn places() -> impl Strategy<Value = [f64; 3]> {
+fn points() -> impl Strategy<Value = [f64; 3]> {
     [0.0..0.8, -0.5..0.5, -0.1..0.6]
 }
 
@@ -315,7 +315,7 @@ proptest! {
     #[test]
     fn boxes_are_as_from_scratch(
         directed in any::<bool>(),
-        boxes in vec((places(), [-3.0..3.0, -1.5..1.5, -3.0..3.0], [0.01..0.2, 0.01..0.2, 0.01..0.2]), 1..4),
+        boxes in vec((points(), [-3.0..3.0, -1.5..1.5, -3.0..3.0], [0.01..0.2, 0.01..0.2, 0.01..0.2]), 1..4),
         cells in any::<bool>(),
         remove in any::<prop::sample::Index>(),
     ) {
@@ -336,7 +336,7 @@ proptest! {
             let distances = field(&grid, &labels, metric);
             (labels, distances.iter().map(|distance| distance.to_bits()).collect::<Vec<_>>())
         };
-        let mut boxes: Vec<_> = boxes.into_iter().map(|(at, angles, half)| (turned(at, angles), half)).collect();
+        let mut boxes: Vec<_> = boxes.into_iter().map(|(at, angles, half)| (pose_at(at, angles), half)).collect();
         let mut states = vec![bits(&map)];
         let mut ids = Vec::new();
         for count in 1..=boxes.len() {
@@ -366,12 +366,12 @@ proptest! {
         angles in [-3.0..3.0, -1.5..1.5, -3.0..3.0],
     ) {
         let (cell, mut grid) = (0.05, OccupancyGrid::new(9));
-        occupied.iter().for_each(|place| grid.set(*place));
-        let pose = turned([0.1, 0.2, -0.1], angles);
+        occupied.iter().for_each(|cell| grid.set(*cell));
+        let pose = pose_at([0.1, 0.2, -0.1], angles);
         let obstacle = Obstacle::occupancy(&pose, &grid, cell).unwrap();
         for centre in centres.into_iter().map(Point3::from) {
-            let touched = occupied.iter().any(|place| {
-                let middle = Point3::from(place.map(|index| (f64::from(index) + 0.5) * cell));
+            let touched = occupied.iter().any(|indices| {
+                let middle = Point3::from(indices.map(|index| (f64::from(index) + 0.5) * cell));
                 let local = Pose::<Object, Object>::new(Rotation3::identity(), middle.coords);
                 touches_box(&(pose * local), [cell / 2.0; 3], centre, radius)
             });
@@ -385,9 +385,9 @@ proptest! {
 
     /// A mesh of a box against the box, for balls that are not swallowed.
     #[test]
-    fn the_mesh_of_a_box_is_its_surface(at in places(), angles in [-3.0..3.0, -1.5..1.5, -3.0..3.0], centre in places(), radius in 0.0..0.3) {
+    fn the_mesh_of_a_box_is_its_surface(at in points(), angles in [-3.0..3.0, -1.5..1.5, -3.0..3.0], centre in points(), radius in 0.0..0.3) {
         let half = [0.125, 0.0625, 0.25];
-        let pose = turned(at, angles);
+        let pose = pose_at(at, angles);
         let mesh = Obstacle::mesh(&pose, &box_mesh(half)).unwrap();
         let solid = Obstacle::cuboid(&pose, half).unwrap();
         let centre = Point3::from(centre);

@@ -73,14 +73,14 @@ impl TrialConditions {
         Self { friction, mass, shift, turn, backs_off: true, ..*self }
     }
 
-    /// Where the object stands that a grasp has at a place; `centre` is its centre of mass.
+    /// Where the object stands that a grasp has at a pose; `centre` is its centre of mass.
     pub(super) fn placed(&self, base_from_object: &IsometryMatrix3<f64>, centre: &Point3<f64>) -> IsometryMatrix3<f64> {
         if self.shift == Vector3::zeros() && self.turn == Vector3::zeros() {
             return *base_from_object;
         }
         let pivot = Translation3::from((base_from_object * centre).coords);
-        let turned = Rotation3::from_scaled_axis(self.turn);
-        Translation3::from(self.shift) * pivot * turned * pivot.inverse() * base_from_object
+        let rotation = Rotation3::from_scaled_axis(self.turn);
+        Translation3::from(self.shift) * pivot * rotation * pivot.inverse() * base_from_object
     }
 
     pub(super) fn check(&self) -> Result<(), HandError> {
@@ -124,7 +124,7 @@ impl TrialSpread {
 pub enum WhileClosing {
     /// Nothing: fingers push it about.
     Free,
-    /// The object moves as in syrup: it gives way to what pushes it, and stands as soon as nothing does.
+    /// The object moves as in syrup: it yields to what pushes it, and stands as soon as nothing does.
     Damped,
     /// The object stays where it is until the hand has closed.
     Still,
@@ -133,7 +133,7 @@ pub enum WhileClosing {
 /// Protocol of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialProtocol {
-    /// Deepest start [m]; 0.98 mm at most, which is as deep as is told of boxes.
+    /// Deepest start [m]; 0.98 mm at most, as deep as boxes are reported.
     pub start_depth: f64,
     /// Longest closing, without gravity [s]; it ends before, when the hand is at rest.
     pub closing: f64,
@@ -214,7 +214,7 @@ impl TrialProtocol {
 mod tests {
     use super::*;
 
-    /// Summed up twice, the accelerations make the ways that the protocol tells.
+    /// Summed up twice, the accelerations make the displacements that the protocol states.
     #[test]
     fn accelerations_make_the_ways() {
         let protocol = TrialProtocol::STANDARD;
@@ -225,8 +225,8 @@ mod tests {
             fastest = fastest.max(speed);
         }
         assert!((at - 0.1).abs() < 1e-5 && speed.abs() < 1e-6 && (fastest - 0.1875).abs() < 1e-4, "{at} {speed}");
-        let turns = protocol.frequencies.map(|frequency| std::f64::consts::TAU * frequency);
-        let (mut speed, mut at) = (Vector3::from(turns) * 0.02, Vector3::zeros());
+        let angular_speeds = protocol.frequencies.map(|frequency| std::f64::consts::TAU * frequency);
+        let (mut speed, mut at) = (Vector3::from(angular_speeds) * 0.02, Vector3::zeros());
         let mut farthest = Vector3::<f64>::zeros();
         for step in 0..10_000 {
             speed += protocol.shaking((f64::from(step) + 0.5) * 1e-4) * 1e-4;
@@ -253,12 +253,12 @@ mod tests {
             assert!((found / wanted - 1.0).abs() < 0.05, "{found} {wanted}");
         }
         assert!(made.iter().all(|one| one.backs_off && one.check().is_ok()));
-        // Turned about the centre of mass alone, that stays.
+        // A rotation about the centre of mass leaves it in place.
         let centre = Point3::new(0.1, 0.2, -0.1);
-        let place = IsometryMatrix3::new(Vector3::new(0.3, 0.1, 0.2), Vector3::new(0.4, -1.0, 0.3));
-        let turned = TrialConditions { shift: Vector3::zeros(), ..made[0] }.placed(&place, &centre);
-        assert!((turned * centre - place * centre).norm() < 1e-15);
-        assert!((turned.rotation.angle_to(&place.rotation) - made[0].turn.norm()).abs() < 1e-9);
+        let pose = IsometryMatrix3::new(Vector3::new(0.3, 0.1, 0.2), Vector3::new(0.4, -1.0, 0.3));
+        let moved = TrialConditions { shift: Vector3::zeros(), ..made[0] }.placed(&pose, &centre);
+        assert!((moved * centre - pose * centre).norm() < 1e-15);
+        assert!((moved.rotation.angle_to(&pose.rotation) - made[0].turn.norm()).abs() < 1e-9);
     }
 
     #[test]

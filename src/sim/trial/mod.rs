@@ -1,7 +1,7 @@
 //! Physics labels: a grasp closed on a free object, lifted and shaken.
 //!
 //! The hand's base is the world, so that a move of the hand is a field of acceleration: what is at rest in a hand that speeds
-//! up by `a` feels `g - a`. For moves without turns this is exact, for the object and for the links of the hand alike, and each
+//! up by `a` feels `g - a`. For translations this is exact, for the object and for the links of the hand alike, and each
 //! worker has a model of its own whose gravity it may set. A speed that stays the same is not felt, so that the shake may
 //! begin at its full speed: its acceleration begins and ends at 0.
 

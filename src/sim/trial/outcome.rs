@@ -35,7 +35,7 @@ pub enum Verdict {
     NotTouching,
     /// The closed hand touches it with one link.
     OneLink,
-    /// The object went too far, or turned too far.
+    /// The object moved or rotated too far.
     Lost {
         /// When.
         phase: Phase,
@@ -84,11 +84,11 @@ impl Verdict {
 pub struct Start {
     /// The posture, one value per driven joint [rad or m]: as asked for, or with its fingers backed off.
     pub posture: Vec<f64>,
-    /// The object, seen from the hand's base: as asked for, with the conditions' errors, and the hand drawn back.
+    /// The object, expressed in the hand's base frame: as asked for, with the conditions' errors, and the hand drawn back.
     pub base_from_object: IsometryMatrix3<f64>,
     /// Penetration of the object by the hand [m], 0 where it is clear; by exact distances from the true mesh.
     pub penetration: f64,
-    /// Share of their way from closed to opened that the fingers have backed off, 0 to 1.
+    /// Share of their range from closed to opened that the fingers have backed off, 0 to 1.
     pub opened_by: f64,
     /// Distance that the hand has drawn back along its approach [m].
     pub drawn_back: f64,
@@ -101,7 +101,7 @@ pub struct Grip {
     pub joints: Vec<f64>,
     /// The motors, one per driven joint.
     pub motors: Vec<Motor>,
-    /// The object, seen from the hand's base.
+    /// The object, expressed in the hand's base frame.
     pub base_from_object: IsometryMatrix3<f64>,
     /// Touches that press on the object, expressed in the base frame of the hand.
     pub touches: Vec<LinkTouch>,

@@ -127,7 +127,7 @@ pub fn plain_hand(model: &HandModel, protocol: &TrialProtocol) -> Result<Option<
             steps_at_rest: STEPS_AT_REST,
             standing: STANDING,
         },
-        protocol: told(protocol),
+        protocol: stated(protocol),
     };
     let drive = serde_json::to_string_pretty(&drive).expect("plain data with text keys") + "\n";
     Ok(Some(PlainHand { mjcf: mjcf.map_err(refused)?, drive }))
@@ -135,8 +135,8 @@ pub fn plain_hand(model: &HandModel, protocol: &TrialProtocol) -> Result<Option<
 
 fn motor<'h>(hand: &'h Hand, driven: &'h Driven) -> MotorText<'h> {
     let name_of = |joint: usize| hand.tree().joints()[joint].joint.name.as_str();
-    let follower = |(place, Follower { joint, ratio, offset, limits }): (usize, &Follower)| {
-        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == place);
+    let follower = |(index, Follower { joint, ratio, offset, limits }): (usize, &Follower)| {
+        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == index);
         FollowerText {
             joint: name_of(*joint),
             servo: servo_of(name_of(*joint)),
@@ -158,7 +158,7 @@ fn motor<'h>(hand: &'h Hand, driven: &'h Driven) -> MotorText<'h> {
     }
 }
 
-fn told(protocol: &TrialProtocol) -> Protocol {
+fn stated(protocol: &TrialProtocol) -> Protocol {
     let TrialProtocol { start_depth, closing, settling, effort, lift, lift_time, shake, .. } = *protocol;
     let TrialProtocol { frequencies, shake_time, turned_time, lost_distance, lost_angle, .. } = *protocol;
     Protocol {

@@ -22,11 +22,11 @@ const GRAVITY: f64 = 9.81;
 /// A hand that backs off is clear of the object when it is no deeper than this [m].
 const CLEAR: f64 = 1e-4;
 
-/// Steps of backing off: share of their way that fingers open per step, distance that a hand draws back per step, and
+/// Steps of backing off: share of their range that fingers open per step, distance that a hand draws back per step, and
 /// in all [m].
 const OPENS: f64 = 0.02;
 const DRAWS_BACK: f64 = 5e-4;
-const MOST_BACK: f64 = 0.005;
+const MAX_BACK: f64 = 0.005;
 
 /// Distance beyond which an object that closing pushed away has left the hand [m].
 const PUSHED_AWAY: f64 = 0.1;
@@ -53,8 +53,8 @@ impl TrialWorker {
         Self { hand, object, protocol: sim.protocol, set: None, commands }
     }
 
-    /// Tries one grasp: the hand's posture before it closes, one value per driven joint, and the object seen from its base. The
-    /// trials before leave no trace.
+    /// Tries one grasp: the hand's posture before it closes, one value per driven joint, and the object expressed in its base
+    /// frame. The trials before leave no trace.
     ///
     /// # Errors
     /// When the posture does not fit the hand, or a number is not finite or out of range. What goes wrong in the trial itself
@@ -67,8 +67,8 @@ impl TrialWorker {
     ) -> Result<Outcome, HandError> {
         conditions.check()?;
         self.set_object(conditions, self.closing_mass(conditions));
-        let place = conditions.placed(base_from_object, &self.object.centre);
-        let start = self.seat(posture, &place, conditions.backs_off)?;
+        let pose = conditions.placed(base_from_object, &self.object.centre);
+        let start = self.seat(posture, &pose, conditions.backs_off)?;
         let mut outcome = Outcome {
             verdict: Verdict::Held,
             start,
@@ -154,7 +154,7 @@ impl TrialWorker {
     ) -> Result<Start, HandError> {
         self.hand.start(posture, base_from_object)?;
         self.hand.set_effort(self.protocol.effort);
-        let (mut posture, mut place) = (posture.to_vec(), *base_from_object);
+        let (mut posture, mut pose) = (posture.to_vec(), *base_from_object);
         let (mut opened_by, mut drawn_back) = (0.0, 0.0);
         let mut deepest = self.depths();
         if backs_off && deepest.iter().any(|depth| *depth > self.deepest_start()) {
@@ -166,27 +166,27 @@ impl TrialWorker {
                 if fingers > CLEAR && opened_by < 1.0 {
                     opened_by = f64::min(opened_by + OPENS, 1.0);
                     for (value, driven) in posture.iter_mut().zip(hand.driven()) {
-                        let way = driven.opened - driven.closed.unwrap_or(driven.opened);
+                        let range = driven.opened - driven.closed.unwrap_or(driven.opened);
                         let [one, other] = [*value, driven.opened];
                         let within = [one.min(other), one.max(other)];
-                        *value = (*value + OPENS * way).max(within[0]).min(within[1]);
+                        *value = (*value + OPENS * range).max(within[0]).min(within[1]);
                     }
-                } else if base.max(fingers) > CLEAR && drawn_back < MOST_BACK {
+                } else if base.max(fingers) > CLEAR && drawn_back < MAX_BACK {
                     drawn_back += DRAWS_BACK;
-                    place = Translation3::from(back) * place;
+                    pose = Translation3::from(back) * pose;
                 } else {
                     break;
                 }
-                self.hand.start(&posture, &place)?;
+                self.hand.start(&posture, &pose)?;
                 self.hand.set_effort(self.protocol.effort);
                 deepest = self.depths();
             }
         }
         let penetration = deepest[0].max(deepest[1]);
-        Ok(Start { posture, base_from_object: place, penetration, opened_by, drawn_back })
+        Ok(Start { posture, base_from_object: pose, penetration, opened_by, drawn_back })
     }
 
-    /// The deepest start that is none too deep [m]. A box or a cylinder whose core is cut by the surface is told to be as deep as
+    /// The deepest start that is none too deep [m]. A box or a cylinder whose core is cut by the surface is reported as deep as
     /// its edges are rounded, or a little less, however deep it is: so much is too deep whatever the protocol says.
     fn deepest_start(&self) -> f64 {
         self.protocol.start_depth.min(0.98 * EDGE_RADIUS)
@@ -250,16 +250,16 @@ impl TrialWorker {
             return;
         }
         if self.protocol.while_closing == WhileClosing::Still {
-            let place = &outcome.start.base_from_object;
+            let pose = &outcome.start.base_from_object;
             let coordinates = &mut self.hand.data.qpos_mut()[address..][..7];
-            coordinates[..3].copy_from_slice(place.translation.vector.as_slice());
-            coordinates[3..].copy_from_slice(&quaternion(place));
+            coordinates[..3].copy_from_slice(pose.translation.vector.as_slice());
+            coordinates[3..].copy_from_slice(&quaternion(pose));
         }
         self.hand.data.qvel_mut()[dof..][..6].fill(0.0);
     }
 
-    /// One phase under a field of acceleration in the hand's base [m/s^2], told by the time since it began; the object may not
-    /// leave where it was at `reference`.
+    /// One phase under a field of acceleration in the hand's base [m/s^2], as a function of the time since it began; the object
+    /// may not leave where it was at `reference`.
     fn carry(
         &mut self,
         outcome: &mut Outcome,
@@ -276,14 +276,14 @@ impl TrialWorker {
             let now = self.hand.base_from_object();
             let moved = (now * self.object.centre - origin).norm();
             outcome.farthest = outcome.farthest.max(moved);
-            if moved > self.protocol.lost_distance || turned(reference, &now) > self.protocol.lost_angle {
+            if moved > self.protocol.lost_distance || angle_between(reference, &now) > self.protocol.lost_angle {
                 return Err(self.lost(phase));
             }
         }
         let now = self.hand.base_from_object();
         let moved = (now * self.object.centre - before * self.object.centre).norm();
         let rate = if time > 0.0 { moved / time } else { 0.0 };
-        outcome.slips.push(Slip { phase, moved, turned: turned(&before, &now), rate });
+        outcome.slips.push(Slip { phase, moved, turned: angle_between(&before, &now), rate });
         Ok(())
     }
 
@@ -295,7 +295,7 @@ impl TrialWorker {
         Verdict::Lost { phase, time: f64::from(self.hand.steps()) * STEP }
     }
 
-    /// The object's centre of mass, seen from the hand's base.
+    /// The object's centre of mass, expressed in the hand's base frame.
     fn centre(&self) -> Point3<f64> {
         self.hand.base_from_object() * self.object.centre
     }
@@ -322,7 +322,7 @@ fn steps_in(time: f64) -> u32 {
 }
 
 /// The angle between two placements [rad].
-fn turned(one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>) -> f64 {
+fn angle_between(one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>) -> f64 {
     // By the chord: good for small angles as well.
     let chord = (one.rotation.matrix() - other.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
     2.0 * libm::asin((chord / 2.0).min(1.0))

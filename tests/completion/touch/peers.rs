@@ -18,12 +18,12 @@ fn check(views: u32, scans: &str, min_rays: f64) {
     let (rays, contacts) = (number_at(&facts, "/rays"), number_at(&facts, "/contacts"));
     assert!(rays >= min_rays && contacts > 0.3 * rays);
     // A ray along a silhouette may fall on either side of it.
-    for (key, most) in [("/hits_unlike_mujoco", 1e-4), ("/hits_unlike_embree", 1e-3)] {
-        assert!(number_at(&facts, key) <= most * rays, "{key}");
+    for (key, max) in [("/hits_unlike_mujoco", 1e-4), ("/hits_unlike_embree", 1e-3)] {
+        assert!(number_at(&facts, key) <= max * rays, "{key}");
     }
     // Embree works in single precision.
-    for (key, most) in [("/mujoco/p999", 1e-6), ("/embree/p999", 1e-5), ("/mesh/max", 1e-5), ("/unit/max", 1e-6)] {
-        assert!(number_at(&facts, key) <= most, "{key}: {}", number_at(&facts, key));
+    for (key, max) in [("/mujoco/p999", 1e-6), ("/embree/p999", 1e-5), ("/mesh/max", 1e-5), ("/unit/max", 1e-6)] {
+        assert!(number_at(&facts, key) <= max, "{key}: {}", number_at(&facts, key));
     }
     for key in ["/normal_mujoco/p999", "/normal_embree/p999"] {
         assert!(number_at(&facts, key) <= 1e-5, "{key}: {}", number_at(&facts, key));

@@ -13,7 +13,7 @@ use super::{QUICK, Searcher, THESIS, annealed};
 struct VirtualContact {
     normal: Vector3<f64>,
     distance: f64,
-    way: Vector3<f64>,
+    direction: Vector3<f64>,
 }
 
 /// The virtual contacts of a grasp.
@@ -26,7 +26,7 @@ fn contacts(searcher: &Searcher, query: &MeshQuery, grasp: &Grasp) -> Vec<Virtua
         let (point, normal) = (object_from_base * point, object_from_base.rotation * normal.into_inner());
         let closest = query.closest_point(&point);
         let distance = (point - closest).norm().copysign(searcher.surface.signed_distance(&point));
-        VirtualContact { normal, distance, way: (closest - point) / distance }
+        VirtualContact { normal, distance, direction: (closest - point) / distance }
     };
     (0..hand.contacts().len()).map(contact).collect()
 }
@@ -42,8 +42,10 @@ fn contact_energies_are_what_the_formula_says() {
             if contacts.iter().any(|seen| seen.distance.abs() < 1e-5) {
                 continue;
             }
-            let sum: f64 =
-                contacts.iter().map(|seen| 1e3 * seen.distance.abs() + 50.0 * (1.0 - seen.normal.dot(&seen.way))).sum();
+            let sum: f64 = contacts
+                .iter()
+                .map(|seen| 1e3 * seen.distance.abs() + 50.0 * (1.0 - seen.normal.dot(&seen.direction)))
+                .sum();
             let energy = sum / 16.0;
             // A point that two parts of the surface are equally near to has two directions.
             assert!((energy - grasp.energies.contact).abs() < 2e-3, "{energy} {:?}", grasp.energies);
@@ -64,9 +66,9 @@ fn potentials_are_below_every_support_of_their_forces() {
     for grasp in searcher.runs(&settings, 4).iter().flat_map(|run| &run.grasps) {
         let counted: Vec<_> = contacts(&searcher, &query, grasp)
             .into_iter()
-            .filter_map(|VirtualContact { normal, distance, way }| {
+            .filter_map(|VirtualContact { normal, distance, direction }| {
                 let millimetres = 1e3 * distance.abs();
-                let near = normal.dot(&way) >= 0.7 && millimetres <= 50.0;
+                let near = normal.dot(&direction) >= 0.7 && millimetres <= 50.0;
                 let weight = (std::f64::consts::PI * millimetres / 50.0).cos() + 1.0;
                 (near && weight > 0.25).then_some((normal, weight))
             })
@@ -85,7 +87,7 @@ fn potentials_are_below_every_support_of_their_forces() {
             counted.iter().map(of).fold(f64::NEG_INFINITY, f64::max)
         };
         let directions = 4000;
-        let least = |friction: f64| {
+        let min = |friction: f64| {
             let each = (0..directions).map(|index| {
                 let z = 1.0 - (2.0 * f64::from(index) + 1.0) / f64::from(directions);
                 let (sin, cos) = (f64::from(index) * 2.399_963_229_728_653).sin_cos();
@@ -95,7 +97,7 @@ fn potentials_are_below_every_support_of_their_forces() {
             each.fold(f64::INFINITY, f64::min).max(0.0)
         };
         let epsilon = -grasp.energies.potential;
-        let (upper, lower) = (least(0.2), least(0.2 * (std::f64::consts::PI / 8.0).cos()));
+        let (upper, lower) = (min(0.2), min(0.2 * (std::f64::consts::PI / 8.0).cos()));
         // Between directions the least support is lower by up to 1 % of the largest weight.
         assert!(epsilon <= upper + 1e-6 && epsilon >= lower - 0.08, "{epsilon} not in {lower}..{upper}");
         if epsilon > 0.0 {

@@ -1,4 +1,5 @@
-//! Grippers give way until both pads hold the object, and grasps that no search was for: against the geometry of boxes and cans.
+//! Grippers give way until both pads hold the object, and grasps that no search was for: against the geometry of boxes and
+//! cans.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -25,7 +26,8 @@ fn uniform(grasps: u32, rolls: &[f64]) -> Uniform {
     Uniform { grasps, rolls: Rolls(rolls.to_vec()), upright: true }
 }
 
-/// A box that lies a centimetre aside and turned by four degrees comes to lie flat between the pads: their distance is its side.
+/// A box that lies a centimetre aside and turned by four degrees comes to lie flat between the pads: their distance is its
+/// side.
 #[test]
 fn pads_come_to_lie_flat_on_a_box() {
     for scene in [FETCH_GRIPPER, "scenes/panda_hand.xml", GRIPPER] {
@@ -50,8 +52,8 @@ fn pads_come_to_lie_flat_on_a_box() {
             let width = searcher.hand.width(&searcher.hand.link_frames(&grasp.joints)).expect("a gripper");
             println!("{scene}: {width} of {}, {:?} {:?}", size[side], grasp.shift, grasp.turn);
             assert!((width - size[side]).abs() < 5e-5, "{scene}: {width} m between pads, {} m wide", size[side]);
-            let turned = grasp.turn.expect("it was off").norm();
-            assert!((turned - off).abs() < 5e-4, "{scene}: turned by {turned}");
+            let angle = grasp.turn.expect("it was off").norm();
+            assert!((angle - off).abs() < 5e-4, "{scene}: turned by {angle}");
             // The middle between the pads is that of the box.
             let aside = (grasp.object_from_approach.translation.vector - middle)[side];
             assert!(aside.abs() < 5e-5, "{scene}: {aside} m off the middle");
@@ -77,10 +79,12 @@ fn hands_without_a_line_between_pads_stay() {
     // All round the axis, at right angles to it, in equal steps, the palm on its way to it.
     let mut angles: Vec<f64> = Vec::new();
     for grasp in &run.grasps {
-        let way = grasp.object_from_approach.rotation * Vector3::z();
+        let direction = grasp.object_from_approach.rotation * Vector3::z();
         let position = grasp.object_from_approach.translation.vector - frame.translation.vector;
-        assert!(way.z.abs() < 1e-12 && position.cross(&way).norm() < 1e-9 && position.dot(&way) < 1e-9);
-        angles.push(way.y.atan2(way.x).rem_euclid(TAU));
+        assert!(
+            direction.z.abs() < 1e-12 && position.cross(&direction).norm() < 1e-9 && position.dot(&direction) < 1e-9
+        );
+        angles.push(direction.y.atan2(direction.x).rem_euclid(TAU));
         assert!(grasp.penetration < 1e-4, "{}", grasp.penetration);
     }
     angles.sort_by(f64::total_cmp);

@@ -56,8 +56,8 @@ fn best_lists_are_sorted_and_hold_no_duplicates() {
             for other in &run.grasps[..index] {
                 let between = annealed(other).inverse() * annealed(one);
                 let apart = between.translation.vector.norm() / radius;
-                let turned = between.rotation.angle() / (2.0 * std::f64::consts::PI);
-                assert!(apart.max(turned) > 0.2 - 1e-9, "{apart} {turned}");
+                let angle = between.rotation.angle() / (2.0 * std::f64::consts::PI);
+                assert!(apart.max(angle) > 0.2 - 1e-9, "{apart} {angle}");
             }
         }
     }

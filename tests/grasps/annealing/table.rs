@@ -70,8 +70,8 @@ fn check(searcher: &Searcher, grasp: &Grasp) -> [u32; 2] {
     let hand = &searcher.hand;
     let (bodies, _) = searcher.model.bodies().expect("its bodies");
     let here = object_from_base(hand, grasp);
-    let way = grasp.object_from_approach.rotation * Vector3::z();
-    let back = Translation3::from(way * -STAND_OFF) * here;
+    let direction = grasp.object_from_approach.rotation * Vector3::z();
+    let back = Translation3::from(direction * -STAND_OFF) * here;
     let shaped = hand.posture_values(&grasp.posture);
     let opened = hand.posture_values(&hand.opening(&grasp.posture));
     let resting = &searcher.object.resting().poses;

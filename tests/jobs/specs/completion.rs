@@ -1,4 +1,4 @@
-//! Jobs for completion: defaults, profiles, mistakes with their places, and digests.
+//! Jobs for completion: defaults, profiles, mistakes with their locations, and digests.
 
 use std::path::Path;
 
@@ -77,7 +77,7 @@ depth = "u8"
 fn a_file_with_many_mistakes_shows_them_all_with_their_places() {
     let errors = read(TEN_MISTAKES, &["gate.min_overlap=2", "views=thesiss"]).expect_err("mistakes");
     let list: Vec<(u32, &str, &str)> =
-        errors.list().iter().map(|error| (error.place.line, error.key.as_str(), error.problem.code())).collect();
+        errors.list().iter().map(|error| (error.location.line, error.key.as_str(), error.problem.code())).collect();
     let expected = [
         (1, "nmae", "unknown_key"),
         (2, "seed", "out_of_range"),

@@ -56,7 +56,7 @@ fn sets_name_jobs_that_are_there() {
 
 #[test]
 fn every_mistake_of_a_set_is_said() {
-    let told = |text: &str| {
+    let said = |text: &str| {
         let text = JobText { label: "t.toml".into(), folder: "jobs".into(), text: text.into(), overrides: Vec::new() };
         assert!(JobSet::is_one(&text));
         JobSet::read(&text).expect_err("mistakes").render()
@@ -66,19 +66,19 @@ fn every_mistake_of_a_set_is_said() {
         format!("[[jobs]]\nname = \"{name}\"\njob = \"patches-quick.toml\"\ninputs = {{ grasps = \"{grasps}\" }}\n")
     };
     let head = "product = \"set\"\n";
-    let both = told(&format!("{head}{}{grasps}{grasps}", patches("../up", "grasp")));
+    let both = said(&format!("{head}{}{grasps}{grasps}", patches("../up", "grasp")));
     for words in ["jobs[0].name", "small letters", "`grasp` among the jobs further up", "a name that no other job has"]
     {
         assert!(both.contains(words), "{words}: {both}");
     }
     assert!(both.contains("3 errors"), "{both}");
-    let missing = told(&format!("{head}[[jobs]]\nname = \"a\"\njob = \"nowhere.toml\"\nsets = []\n"));
+    let missing = said(&format!("{head}[[jobs]]\nname = \"a\"\njob = \"nowhere.toml\"\nsets = []\n"));
     assert!(missing.contains("nowhere.toml") && missing.contains("did you mean `set`?"), "{missing}");
-    let wrong = told(&format!("{head}{grasps}inputs = {{ grasps = \"grasps\" }}\n"));
+    let wrong = said(&format!("{head}{grasps}inputs = {{ grasps = \"grasps\" }}\n"));
     assert!(wrong.contains("a job of product grasps reads no dataset in its section `grasps`"), "{wrong}");
-    let nested = told(&format!("{head}[[jobs]]\nname = \"a\"\njob = \"ycb-everything.toml\"\n"));
+    let nested = said(&format!("{head}[[jobs]]\nname = \"a\"\njob = \"ycb-everything.toml\"\n"));
     assert!(nested.contains("name its jobs here instead"), "{nested}");
-    assert!(told(&format!("{head}jobs = []\n")).contains("at least 1"));
+    assert!(said(&format!("{head}jobs = []\n")).contains("at least 1"));
 }
 
 /// The jobs whose meshes `make test` fetches.

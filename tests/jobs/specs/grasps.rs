@@ -1,4 +1,4 @@
-//! Jobs for grasps: defaults of both profiles, mistakes with their places, and digests.
+//! Jobs for grasps: defaults of both profiles, mistakes with their locations, and digests.
 
 use std::path::Path;
 
@@ -40,7 +40,7 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     assert_eq!((annealing.steps, annealing.energy), (5_000, EnergyKind::ContactAndPotential));
     assert_eq!((annealing.space, annealing.frame), (WrenchSpace::Wrench, SearchFrame::Seed));
     assert_eq!((annealing.potential_scale, annealing.whole_schedule, annealing.descent), (100.0, true, false));
-    assert_eq!((annealing.amplitudes, annealing.best, annealing.most_failures), (AmplitudeRange::Joints, 20, 100));
+    assert_eq!((annealing.amplitudes, annealing.best, annealing.max_failures), (AmplitudeRange::Joints, 20, 100));
     assert_eq!((annealing.friction, keeping.friction, keeping.edges, keeping.torsion), (0.2, 0.5, 16, None));
     assert_eq!((keeping.space, keeping.min_epsilon, keeping.advance), (WrenchSpace::Wrench, 0.01, 0.03));
 
@@ -92,7 +92,7 @@ fn mistakes_are_shown_at_once_with_their_places() {
         (&["grasps.sampler=uniform", "uniform.rolls=[nan]"], "uniform.rolls[0]", "a number"),
         (&["uniform.grasps=50"], "uniform", "settings of another sampler"),
         (&["grasps.sampler=antipodal", "uniform={poses=\"any\"}"], "uniform", "settings of another sampler"),
-        (&["annealing.steps=50", "annealing.most_failures=60"], "annealing.most_failures", "no seed is ever given up"),
+        (&["annealing.steps=50", "annealing.max_failures=60"], "annealing.max_failures", "no seed is ever given up"),
         (&["annealing.amplitudes={clamped=0.0}"], "annealing.amplitudes.clamped", "above 0"),
         (&["keep.torsion=0"], "keep.torsion", "above 0"),
         (&["hand.scene=../scenes/barrett_bh8_280.toml"], "hand.scene", "the hand's MJCF file"),
@@ -110,7 +110,7 @@ fn mistakes_are_shown_at_once_with_their_places() {
         assert!(errors.list().iter().any(|error| error.key == key), "{key}\n{}", errors.render());
     }
     // A short run needs no word about when it gives up.
-    assert_eq!(work(&job(&["annealing.steps=50"])).settings.annealing.most_failures, 100);
+    assert_eq!(work(&job(&["annealing.steps=50"])).settings.annealing.max_failures, 100);
     let said = read("product = \"grasp\"\n", &[]).expect_err("a misspelt product").render();
     assert!(said.contains("did you mean `grasps`?") && said.contains("objects"), "{said}");
 }
@@ -163,14 +163,14 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "annealing.frame=object",
         "annealing.amplitudes={clamped=4.0}",
         "annealing.best=10",
-        "annealing.most_failures=10",
+        "annealing.max_failures=10",
         "keep.friction=0.2",
         "keep.edges=8",
         "keep.torsion=0.002",
         "keep.space=force",
         "keep.min_epsilon=0.0",
         "keep.advance=0.0",
-        "keep.most_penetration=0.001",
+        "keep.max_penetration=0.001",
         "keep.table=true",
         "hand.scene=../scenes/parallel_gripper.xml",
         "physics={}",

@@ -1,4 +1,4 @@
-//! Touch by hands: kinds of touch, hands, and mistakes with their places.
+//! Touch by hands: kinds of touch, hands, and mistakes with their locations.
 
 use std::{fs, path::Path};
 

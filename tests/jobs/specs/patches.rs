@@ -1,4 +1,4 @@
-//! Jobs for patches: defaults of both profiles, mistakes with their places, and digests.
+//! Jobs for patches: defaults of both profiles, mistakes with their locations, and digests.
 
 use std::{
     path::{Path, PathBuf},
@@ -122,8 +122,8 @@ impl MadeUpGrasps {
                 torsion: 0.0,
                 space: WRENCH.to_owned(),
                 min_epsilon: 0.01,
-                most_penetration: 5e-4,
-                most_advance: 0.03,
+                max_penetration: 5e-4,
+                max_advance: 0.03,
                 stand_off: 0.1,
             },
             grasps,
@@ -306,21 +306,21 @@ fn mistakes_are_told_with_their_places() {
         (&["objects=[]".to_owned()], "objects", "unknown key"),
     ] {
         let overrides: Vec<&str> = overrides.iter().map(String::as_str).collect();
-        let told = mistakes(&overrides);
-        assert!(told.contains(key) && told.contains(words), "{told}");
+        let said = mistakes(&overrides);
+        assert!(said.contains(key) && said.contains(words), "{said}");
     }
-    let told = read("product = \"patches\"\n", &[]).expect_err("grasps and hand are missing").render();
-    assert!(told.contains("dataset") && told.contains("hand"), "{told}");
+    let said = read("product = \"patches\"\n", &[]).expect_err("grasps and hand are missing").render();
+    assert!(said.contains("dataset") && said.contains("hand"), "{said}");
     let workspace = Workspace::new();
-    let told = read(&text(workspace.folder()), &[]).expect_err("no dataset").render();
-    assert!(told.contains("grasps.dataset") && told.contains("is not finished"), "{told}");
-    let told = |grasps: MadeUpGrasps| {
+    let said = read(&text(workspace.folder()), &[]).expect_err("no dataset").render();
+    assert!(said.contains("grasps.dataset") && said.contains("is not finished"), "{said}");
+    let said = |grasps: MadeUpGrasps| {
         let workspace = Workspace::new();
         grasps.write(workspace.folder());
         read(&text(workspace.folder()), &[]).expect_err("a mistake").render()
     };
-    let untyped = told(MadeUpGrasps { with_types: false, ..MadeUpGrasps::new() });
+    let untyped = said(MadeUpGrasps { with_types: false, ..MadeUpGrasps::new() });
     assert!(untyped.contains("kept grasp that has a type"), "{untyped}");
-    let stranger = told(MadeUpGrasps { hand: ObjectId(Digest([1; 32])), ..MadeUpGrasps::new() });
+    let stranger = said(MadeUpGrasps { hand: ObjectId(Digest([1; 32])), ..MadeUpGrasps::new() });
     assert!(stranger.contains("hand of the grasps"), "{stranger}");
 }

@@ -1,4 +1,4 @@
-//! Reachability jobs: defaults, grids, and mistakes with their places.
+//! Reachability jobs: defaults, grids, and mistakes with their locations.
 
 use std::{f64::consts::PI, path::Path};
 
@@ -51,7 +51,7 @@ fn work(job: &Job) -> &ReachabilityJob {
 
 fn mistakes(text: &str, overrides: &[&str]) -> Vec<(u32, String, &'static str)> {
     let errors = read(text, overrides).expect_err("mistakes");
-    errors.list().iter().map(|error| (error.place.line, error.key.clone(), error.problem.code())).collect()
+    errors.list().iter().map(|error| (error.location.line, error.key.clone(), error.problem.code())).collect()
 }
 
 #[test]
@@ -226,14 +226,14 @@ fn what_is_missing_or_too_much_is_said() {
 
 #[test]
 fn faults_of_the_robot_stand_at_their_keys() {
-    for (right, wrong, place) in [
+    for (right, wrong, location) in [
         ("elbow_flex_joint", "elbow_flex_jnt", (5, "robot.joints[3]")),
         (FETCH_SITE, "wrist_rol_link", (6, "robot.target")),
     ] {
         let text = fetch().replace(&format!("\"{right}\""), &format!("\"{wrong}\""));
         let errors = read(&text, &[]).expect_err("a fault");
-        let found: Vec<_> = errors.list().iter().map(|error| (error.place.line, error.key.as_str())).collect();
-        assert_eq!(found, [place]);
+        let found: Vec<_> = errors.list().iter().map(|error| (error.location.line, error.key.as_str())).collect();
+        assert_eq!(found, [location]);
         let said = errors.render();
         for part in [format!("did you mean `{right}`?"), "scenes/fetch.xml".to_owned()] {
             assert!(said.contains(&part), "{part} is not in\n{said}");

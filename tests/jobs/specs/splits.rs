@@ -228,7 +228,7 @@ fn copies_are_refused_and_meshes_that_fail_do_not_stop_the_others() {
             file: source.name.clone(),
             reason: "truncated".to_owned(),
             problem: "ends early".to_owned(),
-            place: None,
+            location: None,
             remedy: "fetch it again".to_owned(),
         }),
         _ => Ok(asset(&source.name)),

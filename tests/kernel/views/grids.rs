@@ -45,7 +45,7 @@ fn partial_lies_in_complete_on_every_scan() {
         for view in 0..24 {
             let pose = pose(view, centre, [1.0, 0.5, 1.7][view % 3]);
             let crop = raster.render(&object.render, &camera, &pose);
-            let Ok(placement) = grids.place(crop, &camera, [40, 40, 64, 128][view % 4]) else { continue };
+            let Ok(placement) = grids.place_grid(crop, &camera, [40, 40, 64, 128][view % 4]) else { continue };
             grids.partial(crop, &camera, &placement, false, &mut partial);
             grids.complete(&object, &pose, &placement, Truth::AnyOverlap, false, &mut complete);
             assert!(partial.count() > 0);
@@ -68,7 +68,7 @@ fn every_level_gives_the_same_grids() {
             let crop = Rasteriser::new(SimdLevel::Scalar).render(&objects[0].render, &camera, &pose).clone();
             let make = |level| {
                 let mut grids = ViewGrids::new(level);
-                let placement = grids.place(&crop, &camera, [40, 33, 128, 64][view % 4]).expect("something seen");
+                let placement = grids.place_grid(&crop, &camera, [40, 33, 128, 64][view % 4]).expect("something seen");
                 let mut all = [const { Vec::new() }; 6];
                 let mut grid = OccupancyGrid::default();
                 let mut partial = OccupancyGrid::default();
@@ -110,7 +110,7 @@ fn placement_partial_and_free_follow_their_definitions() {
                 .collect();
             let low = points.iter().fold(points[0], |a, b| a.inf(b));
             let high = points.iter().fold(points[0], |a, b| a.sup(b));
-            let placement = grids.place(&crop, &camera, 40).expect("something seen");
+            let placement = grids.place_grid(&crop, &camera, 40).expect("something seen");
             assert_eq!(placement.centre, nalgebra::center(&low, &high), "{name} view {view}");
             assert_eq!(placement.cell_size, (high - low).max() / 32.0);
 
@@ -156,11 +156,11 @@ fn placement_partial_and_free_follow_their_definitions() {
 #[test]
 fn a_view_of_nothing_or_one_pixel_has_no_grid() {
     let mut grids = ViewGrids::new(SimdLevel::detect());
-    assert_eq!(grids.place(&DepthCrop::default(), &default_camera(), 40), Err(NoGrid::NothingSeen));
+    assert_eq!(grids.place_grid(&DepthCrop::default(), &default_camera(), 40), Err(NoGrid::NothingSeen));
     let mut crop = DepthCrop { left: 3, top: 4, width: 2, height: 1, depth: vec![f32::NAN, f32::NAN] };
-    assert_eq!(grids.place(&crop, &default_camera(), 40), Err(NoGrid::NothingSeen));
+    assert_eq!(grids.place_grid(&crop, &default_camera(), 40), Err(NoGrid::NothingSeen));
     crop.depth[1] = 1.0;
-    assert_eq!(grids.place(&crop, &default_camera(), 40), Err(NoGrid::NoExtent));
+    assert_eq!(grids.place_grid(&crop, &default_camera(), 40), Err(NoGrid::NoExtent));
 }
 
 /// Signed volume of the tetrahedra over the faces around a point over the full solid angle (van Oosterom and Strackee
@@ -207,7 +207,7 @@ fn complete_is_every_cell_that_meets_the_solid() {
             let resolution = if mesh.triangles.len() > 1000 { 24 } else { 40 };
             let pose = pose(view, centre, 1.0);
             let crop = Rasteriser::new(SimdLevel::detect()).render(&object.render, &camera, &pose).clone();
-            let placement = grids.place(&crop, &camera, resolution).expect("something seen");
+            let placement = grids.place_grid(&crop, &camera, resolution).expect("something seen");
             let mut complete = OccupancyGrid::default();
             grids.complete(&object, &pose, &placement, Truth::AnyOverlap, false, &mut complete);
             let faces: Vec<[Point3<f64>; 3]> = (0..mesh.triangles.len())
@@ -269,7 +269,7 @@ fn lower_corners_are_those_of_every_solid_cell() {
         for view in [1, 2, 7, 8] {
             let pose = pose(view, centre, 1.0);
             let crop = Rasteriser::new(SimdLevel::detect()).render(&object.render, &camera, &pose).clone();
-            let placement = grids.place(&crop, &camera, 40).expect("something seen");
+            let placement = grids.place_grid(&crop, &camera, 40).expect("something seen");
             let mut complete = OccupancyGrid::default();
             grids.complete(&object, &pose, &placement, Truth::LowerCorners, true, &mut complete);
             let expected = corners(&object, &pose, &placement);
@@ -312,7 +312,7 @@ fn centre_and_fraction_bracket_the_solid() {
     for view in [6, 7] {
         let pose = pose(view, Point3::origin(), 1.0);
         let crop = Rasteriser::new(SimdLevel::detect()).render(&object.render, &camera, &pose).clone();
-        let placement = grids.place(&crop, &camera, 40).expect("something seen");
+        let placement = grids.place_grid(&crop, &camera, 40).expect("something seen");
         let volume = |grid: &OccupancyGrid| f64::from(grid.count()) * placement.cell_size.powi(3);
         // The grid ends before the sphere's back does.
         let whole = 4.0 / 3.0 * std::f64::consts::PI * f64::powi(radius, 3);

@@ -38,7 +38,7 @@ fn the_frustum_has_the_grid_worked_by_hand() {
 
     // Those pixels see x and y up to 138.5 / f * 0.2 = 0.0499655 m: the longest side is 0.0999310 m, and 0.8 of 40 cells
     // are 32, so that a cell has 0.0031228 m. The middle of the seen box lies on the axis at depth 0.2.
-    let placement = grids.place(crop, &camera, 40).expect("a grid");
+    let placement = grids.place_grid(crop, &camera, 40).expect("a grid");
     let seen = 138.5 / (320.0 / (1.047_f64 / 2.0).tan()) * 0.2;
     assert!(
         (placement.cell_size - 2.0 * seen / 32.0).abs() < 1e-9 && (placement.cell_size - 0.003_122_84).abs() < 1e-8

@@ -103,19 +103,19 @@ fn every_witness_of_the_mesh_fetch_holds() {
     assert!(cells.iter().all(|cell| map.labels[*cell] == PoseLabel::Reachable) && cells.len() == counts[2]);
     let witnesses: Vec<[f64; 7]> = cells.iter().filter_map(|cell| map.witnesses[*cell]).collect();
     let answer = ask_coal(&bodies, &witnesses);
-    let (mut off, mut turned) = (0.0f64, 0.0f64);
+    let (mut off, mut angle) = (0.0f64, 0.0f64);
     for ((cell, q), pose) in cells.iter().zip(&witnesses).zip(&answer.poses) {
         assert!(group.within_limits(q), "{cell}: {q:?}");
         let target = map.target(*cell);
         off = off.max((target.translation() - Vector3::from_row_slice(&pose[..3])).norm());
         // |R - S| = 2 sqrt 2 sin(angle / 2)
         let apart = target.rotation().matrix() - Matrix3::from_row_slice(&pose[3..]);
-        turned = turned.max(2.0 * (apart.norm() / 8f64.sqrt()).asin());
+        angle = angle.max(2.0 * (apart.norm() / 8f64.sqrt()).asin());
     }
     let collide = answer.collides.iter().filter(|collides| **collides).count();
-    println!("{} witnesses: at most {off:.1e} m and {turned:.1e} rad off; {collide} collide", witnesses.len());
+    println!("{} witnesses: at most {off:.1e} m and {angle:.1e} rad off; {collide} collide", witnesses.len());
     println!("coal: {}", answer.facts);
-    assert!(off < 1e-6 && turned < 1e-6 && collide == 0);
+    assert!(off < 1e-6 && angle < 1e-6 && collide == 0);
     assert!((103_000..103_700).contains(&counts[2]) && (119_050..119_150).contains(&(counts[1] + counts[2])));
 }
 

@@ -20,7 +20,7 @@ fn surface(mesh: &TriMesh) -> Arc<ContactSurface> {
     Arc::new(ContactSurface::new(mesh, InsideTest::Crossings).expect("a surface"))
 }
 
-fn least_by_link(touches: &[LinkTouch], links: usize) -> Vec<f64> {
+fn min_by_link(touches: &[LinkTouch], links: usize) -> Vec<f64> {
     (0..links)
         .map(|link| {
             let own = touches.iter().filter(|touch| touch.link == link);
@@ -33,7 +33,7 @@ fn least_by_link(touches: &[LinkTouch], links: usize) -> Vec<f64> {
 /// towards the base and away from it.
 fn pushed(model: &HandModel, felt: &Felt) -> Vec<(bool, bool, Vec<f64>, IsometryMatrix3<f64>)> {
     let hand = model.hand();
-    let turned = |by: f64| {
+    let rotated = |by: f64| {
         let mut joints = felt.joints.clone();
         for driven in hand.driven().iter().filter(|driven| driven.closed.is_some()) {
             joints[driven.joint] += by * driven.closing_sign();
@@ -43,8 +43,8 @@ fn pushed(model: &HandModel, felt: &Felt) -> Vec<(bool, bool, Vec<f64>, Isometry
     let ahead = felt.object_from_base.rotation * (hand.approach().link_from_frame.rotation * Vector3::z());
     let moved = |by: f64| (Translation3::from(ahead * by) * felt.object_from_base).inverse();
     vec![
-        (true, false, turned(0.006), moved(0.0)),
-        (false, false, turned(-0.006), moved(0.0)),
+        (true, false, rotated(0.006), moved(0.0)),
+        (false, false, rotated(-0.006), moved(0.0)),
         (true, true, felt.joints.clone(), moved(3e-4)),
         (false, true, felt.joints.clone(), moved(-3e-4)),
     ]
@@ -58,7 +58,7 @@ fn closings_touch_what_mujocos_own_field_touches() {
     let mut draw = Stream::of_job(1, b"", "feeling");
     let (mut agree, mut differ, mut apart, mut deepest) = (0, 0, Vec::new(), Vec::new());
     let mut ends = std::collections::BTreeMap::new();
-    let (mut own_time, mut native_time, mut looks, mut steps) = (0.0, 0.0, 0, 0);
+    let (mut own_time, mut native_time, mut counted, mut steps) = (0.0, 0.0, 0, 0);
     for name in ["mug-01", "bowl-01", "can-01", "kettle-01"] {
         let mesh = built_in_mesh(name);
         let surface = surface(&mesh);
@@ -87,10 +87,10 @@ fn closings_touch_what_mujocos_own_field_touches() {
                 let ours = worker.touches_at(&joints, &base_from_object);
                 let began = Instant::now();
                 let theirs = native.touches_at(&joints, &base_from_object);
-                looks += 1;
+                counted += 1;
                 native_time += began.elapsed().as_secs_f64();
                 let links = model.hand().links().len();
-                let (ours, theirs) = (least_by_link(&ours, links), least_by_link(&theirs, links));
+                let (ours, theirs) = (min_by_link(&ours, links), min_by_link(&theirs, links));
                 for link in (0..links).filter(|link| (*link == 0) == of_base) {
                     let (own, their) = (ours[link], theirs[link]);
                     if own.is_finite() == their.is_finite() {
@@ -115,14 +115,14 @@ fn closings_touch_what_mujocos_own_field_touches() {
     println!("{ends:?}; of {} verdicts {differ} differ, {:.1} %", agree + differ, 100.0 * share);
     let (median, _, worst) = sorted(apart);
     println!("distances differ by {:.0} um in the median, {:.0} um at worst", 1e6 * median, 1e6 * worst);
-    let (middle, most, worst_depth) = sorted(deepest);
-    println!("penetration: median {:.1}, 99 % {:.1}, worst {:.1} um", 1e6 * middle, 1e6 * most, 1e6 * worst_depth);
+    let (middle, max, worst_depth) = sorted(deepest);
+    println!("penetration: median {:.1}, 99 % {:.1}, worst {:.1} um", 1e6 * middle, 1e6 * max, 1e6 * worst_depth);
     println!(
         "{:.1} ms per approach of {:.0} steps, {:.1} us per step; a step with the native field {:.1} ms",
         1e3 * own_time / 200.0,
         f64::from(steps) / 200.0,
         1e6 * own_time / f64::from(steps),
-        1e3 * native_time / f64::from(looks)
+        1e3 * native_time / f64::from(counted)
     );
     assert_eq!(ends.get("AtRest"), Some(&200), "{ends:?}");
     assert!(share < 0.04 && median < 1e-4 && worst_depth < 5e-4);
@@ -136,12 +136,12 @@ fn what_is_felt_does_not_depend_on_what_was_felt_before() {
     let surface = surface(&mesh);
     let sim = Arc::new(HandSim::with_mesh(&model, &surface).expect("a simulation"));
     let mut draw = Stream::of_job(2, b"", "feeling");
-    let ways: Vec<HandApproach> = (0..4).map(|_| random_approach(&surface, Effort::FEEL, &mut draw)).collect();
+    let approaches: Vec<HandApproach> = (0..4).map(|_| random_approach(&surface, Effort::FEEL, &mut draw)).collect();
     let mut worker = HandWorker::new(&sim);
-    let first: Vec<Felt> = ways.iter().map(|way| worker.feel(way).expect("a pose")).collect();
-    for (way, felt) in ways.iter().zip(&first).rev() {
-        assert_eq!(&worker.feel(way).expect("a pose"), felt);
-        assert_eq!(&HandWorker::new(&sim).feel(way).expect("a pose"), felt);
+    let first: Vec<Felt> = approaches.iter().map(|approach| worker.feel(approach).expect("a pose")).collect();
+    for (approach, felt) in approaches.iter().zip(&first).rev() {
+        assert_eq!(&worker.feel(approach).expect("a pose"), felt);
+        assert_eq!(&HandWorker::new(&sim).feel(approach).expect("a pose"), felt);
     }
     assert!(first.iter().any(|felt| felt.touches.len() > 1), "{first:?}");
 }
@@ -154,9 +154,10 @@ fn a_hand_that_passes_by_misses() {
     let sim = Arc::new(HandSim::with_mesh(&model, &surface).expect("a simulation"));
     let mut worker = HandWorker::new(&sim);
     let start = IsometryMatrix3::translation(1.0, 0.0, -0.3);
-    let felt = worker.feel(&HandApproach { object_from_start: start, way: 0.5, effort: Effort::FEEL }).expect("a pose");
+    let felt =
+        worker.feel(&HandApproach { object_from_start: start, distance: 0.5, effort: Effort::FEEL }).expect("a pose");
     assert_eq!((felt.end, felt.touches.len()), (ApproachEnd::Missed, 0));
     assert!((felt.travelled - 0.5).abs() < 0.02, "{}", felt.travelled);
     let nowhere = IsometryMatrix3::translation(f64::NAN, 0.0, 0.0);
-    assert!(worker.feel(&HandApproach { object_from_start: nowhere, way: 0.5, effort: Effort::FEEL }).is_err());
+    assert!(worker.feel(&HandApproach { object_from_start: nowhere, distance: 0.5, effort: Effort::FEEL }).is_err());
 }

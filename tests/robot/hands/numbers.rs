@@ -151,10 +151,10 @@ fn couplings_are_a_third_and_after_breakaway_four_thirds() {
     assert_eq!(value(&values, "proximal_2"), 0.9);
     assert!((value(&values, "distal_2") - (0.3 + 0.2 * 4.0 / 3.0)).abs() < 1e-15);
     // Seven values tell the state: the mirrored spread joint says nothing new.
-    let told: Vec<&str> =
-        hand.told_joints().into_iter().map(|joint| hand.tree().joints()[joint].joint.name.as_str()).collect();
+    let commanded: Vec<&str> =
+        hand.commanded_joints().into_iter().map(|joint| hand.tree().joints()[joint].joint.name.as_str()).collect();
     let seven = ["spread_1", "proximal_1", "proximal_2", "proximal_3", "distal_1", "distal_2", "distal_3"];
-    assert_eq!(told, seven);
+    assert_eq!(commanded, seven);
 }
 
 /// Fingers 1 and 2 are mirror images at every spread: together at +y, opposite each other, beside finger 3. The parts are the
@@ -299,7 +299,7 @@ fn eigengrasps_stay_within_the_joints() {
 fn a_parallel_gripper_has_a_width() {
     let model = open_hand(GRIPPER);
     let hand = model.hand();
-    assert_eq!((hand.driven().len(), hand.tree().len(), hand.told_joints()), (1, 2, vec![0]));
+    assert_eq!((hand.driven().len(), hand.tree().len(), hand.commanded_joints()), (1, 2, vec![0]));
     assert_eq!(hand.amplitude_range(0), [-0.02, 0.02]);
     // The left pad goes to the right one, which comes as fast.
     let line = hand.closing_line().expect("a gripper");
@@ -338,8 +338,8 @@ fn the_description_alone_is_a_coupled_hand() {
     assert!(ranges.iter().all(|[low, high]| *low == 0.0 && *high > 2.4));
 }
 
-/// The Allegro hand of a package (`make hands`), which floats there: sixteen motors, contacts on its boxes, and a thumb that stands
-/// against the fingers.
+/// The Allegro hand of a package (`make hands`), which floats there: sixteen motors, contacts on its boxes, and a thumb that
+/// stands against the fingers.
 #[test]
 #[ignore = "needs `make hands`"]
 fn the_packaged_allegro_hand_is_read() {

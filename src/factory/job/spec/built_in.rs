@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum BuiltInSpec {
-    /// The first so many of the series, families in turn.
+    /// The first so many of the series, one family after another.
     Count(#[schemars(range(min = 1, max = 100_000))] u32),
     /// By name: `FAMILY-NN`, `FAMILY-NN@16k` for at least 16,000 triangles, `half-FRONT-BACK` (100 mm) or
     /// `half-FRONT-BACK-80mm`; with `*` and `?`, those of the default set and of the nine half-shapes of 100 mm.

@@ -7,7 +7,7 @@ use crate::ProduceError;
 use kernel::geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, TriMesh};
 use sim::{Inertia, SimError, SimModel, SimWorker};
 
-/// One thread's way to depth.
+/// One thread's source of depth.
 pub(super) enum DepthSource {
     /// The z-buffer; it shares the view's vertices with the complete grid, so the worker calls it itself.
     Raster,
@@ -15,7 +15,7 @@ pub(super) enum DepthSource {
     Sim {
         /// `mujoco-ray` or `mujoco-gl`.
         renderer: Renderer,
-        /// Looks at one object after the other.
+        /// Renders one object after the other.
         worker: Option<Box<SimWorker>>,
     },
 }
@@ -35,7 +35,7 @@ impl DepthSource {
         }
     }
 
-    /// Compiles an object's scene where MuJoCo looks.
+    /// Compiles an object's scene where MuJoCo renders.
     pub(super) fn model(&self, mesh: &TriMesh) -> Result<SimObject, ProduceError> {
         match self {
             Self::Raster => Ok(SimObject::default()),
@@ -47,7 +47,7 @@ impl DepthSource {
     }
 
     /// Depth by MuJoCo; the raster is not asked here.
-    pub(super) fn look(
+    pub(super) fn render(
         &mut self,
         object: &SimObject,
         camera: &Intrinsics,
@@ -56,7 +56,7 @@ impl DepthSource {
     ) -> Result<(), ProduceError> {
         if let (Self::Sim { renderer, worker }, Some(model)) = (self, &object.model) {
             let worker = worker.get_or_insert_with(|| Box::new(SimWorker::new(model)));
-            worker.turn_to(model);
+            worker.use_model(model);
             let seen = match renderer {
                 Renderer::MujocoGl => worker.gl_depth(camera, camera_from_object),
                 Renderer::MujocoRay | Renderer::Raster => worker.ray_depth(camera, camera_from_object),

@@ -1,7 +1,7 @@
 //! Touch by a hand (thesis ch. 6): it explores what the camera did not see, or takes hold once from the side.
 //!
-//! An exploration goes to places spread over the hidden surface that look away from the camera. The opened hand comes along
-//! the place's inward normal, its palm ahead, at a random roll; it stops where it touches first, and each finger curls until
+//! An exploration goes to points spread over the hidden surface that face away from the camera. The opened hand comes along
+//! the point's inward normal, its palm ahead, at a random roll; it stops where it touches first, and each finger curls until
 //! it has its own contact or its limit. The tactile grasp comes along the image plane to the
 //! middle of the object's box, the fingers closing across the optical axis, and closes with all its force.
 
@@ -17,7 +17,7 @@ use crate::{ProduceError, job::JobHand};
 use format::{Approach, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair};
 use kernel::{
     contact::ContactSurface,
-    geom::{CameraCv, Object, Pose, farthest_first, turned_towards},
+    geom::{CameraCv, Object, Pose, farthest_first, rotation_towards},
     object::PreparedObject,
     seed::Stream,
 };
@@ -26,9 +26,9 @@ use sim::{ApproachEnd, Effort, HandApproach, HandModel, HandSim, HandWorker};
 /// Points of the surface that are drawn to choose from.
 const DRAWN: u32 = 256;
 
-/// Cosine of the least angle between the way from the camera and the normal of a place that is gone to, so that the hand comes
-/// from behind.
-const LOOKS_AWAY: f64 = 0.1;
+/// Cosine of the smallest angle between the direction from the camera and the normal of a point that is gone to, so that the
+/// hand comes from behind.
+const FACES_AWAY: f64 = 0.1;
 
 /// Largest distance that the palm goes beyond the position that it was sent to [m].
 const BEYOND: f64 = 0.02;
@@ -75,16 +75,16 @@ pub(super) struct HandOnObject {
     surface: Arc<ContactSurface>,
     /// The middle of the object's box, in `Object`.
     centre: Point3<f64>,
-    /// So far from any place of the object the opened hand is clear of it [m].
+    /// So far from any point of the object the opened hand is clear of it [m].
     far: f64,
     scene: String,
 }
 
-/// A way of the hand in the camera's axes.
-struct Way {
+/// A movement of the hand towards a target, expressed in camera axes.
+struct PlannedTouch {
     target: Point3<f64>,
-    /// Columns are the axes of the approach frame; z is the way.
-    turn: Matrix3<f64>,
+    /// Columns are the axes of the approach frame; z is the direction of motion.
+    rotation: Matrix3<f64>,
     effort: Effort,
 }
 
@@ -93,7 +93,7 @@ impl HandOnObject {
     /// the quirk of the pair's grids: a contact in a cell with index 0 on any axis counts as outside.
     ///
     /// # Errors
-    /// When a place is not finite.
+    /// When a point is not finite.
     pub fn touch(
         &mut self,
         channel: Channel,
@@ -103,7 +103,7 @@ impl HandOnObject {
         drop_index_zero: bool,
         stream: impl FnOnce(&str) -> Stream,
     ) -> Result<TactileContacts, ProduceError> {
-        let ways = match channel {
+        let plan = match channel {
             Channel::TOUCH_GRASP => vec![self.grasp(&pair.camera_from_object, &mut stream("tactile grasp"))],
             _ => self.exploration(by_hand.exploration.unwrap_or(0), pair, seen, &mut stream("exploration")),
         };
@@ -112,14 +112,14 @@ impl HandOnObject {
         let (name, links) = (hand.name().to_owned(), hand.links().to_vec());
         let mut by_hand = HandTouch { hand: name, links, joints, ..HandTouch::default() };
         let mut out = TactileContacts::none(pair.sample);
-        (out.resolution, out.probes) = (pair.grid.resolution, ways.len() as u32);
-        for (probe, way) in ways.iter().enumerate() {
-            let start = way.target - way.turn.column(2) * self.far;
-            let turn = Rotation3::from_matrix_unchecked(way.turn);
-            let camera_from_start = IsometryMatrix3::from_parts(Translation3::from(start), turn);
+        (out.resolution, out.probes) = (pair.grid.resolution, plan.len() as u32);
+        for (probe, planned) in plan.iter().enumerate() {
+            let start = planned.target - planned.rotation.column(2) * self.far;
+            let rotation = Rotation3::from_matrix_unchecked(planned.rotation);
+            let camera_from_start = IsometryMatrix3::from_parts(Translation3::from(start), rotation);
             let camera_from_object = pair.camera_from_object.isometry();
             let object_from_start = camera_from_object.inv_mul(&camera_from_start);
-            let approach = HandApproach { object_from_start, way: self.far + BEYOND, effort: way.effort };
+            let approach = HandApproach { object_from_start, distance: self.far + BEYOND, effort: planned.effort };
             let felt = self.worker.feel(&approach).map_err(|error| ProduceError::unusable(&self.scene, error))?;
             if felt.touches.is_empty() {
                 out.misses.push(single(&start));
@@ -149,8 +149,14 @@ impl HandOnObject {
         Ok(out)
     }
 
-    /// Ways to places spread over the hidden surface, each as far from those before as can be.
-    fn exploration(&self, count: u32, pair: &VoxelPair, seen: &SeenSurface<'_>, stream: &mut Stream) -> Vec<Way> {
+    /// Movements to points spread over the hidden surface, each as far from those before as can be.
+    fn exploration(
+        &self,
+        count: u32,
+        pair: &VoxelPair,
+        seen: &SeenSurface<'_>,
+        stream: &mut Stream,
+    ) -> Vec<PlannedTouch> {
         let camera_from_object = &pair.camera_from_object;
         let mut hidden: Vec<(Point3<f64>, Vector3<f64>)> = Vec::new();
         for _ in 0..DRAWN {
@@ -158,7 +164,7 @@ impl HandOnObject {
             let Some((point, normal)) = self.surface.point_at(share, u, v) else { continue };
             let (point, normal) = (camera_from_object.point(&point), camera_from_object.rotation() * normal);
             let away = point.coords.normalize();
-            if normal.dot(&away) > LOOKS_AWAY && !seen.sees(&point, &Unit::new_unchecked(normal)) {
+            if normal.dot(&away) > FACES_AWAY && !seen.sees(&point, &Unit::new_unchecked(normal)) {
                 hidden.push((point, normal));
             }
         }
@@ -167,23 +173,23 @@ impl HandOnObject {
             let centre = camera_from_object.point(&self.centre);
             hidden.push((centre, centre.coords.normalize()));
         }
-        let places: Vec<Point3<f64>> = hidden.iter().map(|(place, _)| *place).collect();
-        farthest_first(&places, count)
+        let points: Vec<Point3<f64>> = hidden.iter().map(|(point, _)| *point).collect();
+        farthest_first(&points, count)
             .into_iter()
             .map(|taken| {
                 let (target, out) = hidden[taken];
                 let roll = stream.uniform(-PI, PI);
-                Way { target, turn: turned_towards(&-out, roll), effort: Effort::FEEL }
+                PlannedTouch { target, rotation: rotation_towards(&-out, roll), effort: Effort::FEEL }
             })
             .collect()
     }
 
-    /// A way along the image plane.
-    fn grasp(&self, camera_from_object: &Pose<CameraCv, Object>, stream: &mut Stream) -> Way {
+    /// A movement along the image plane.
+    fn grasp(&self, camera_from_object: &Pose<CameraCv, Object>, stream: &mut Stream) -> PlannedTouch {
         let (sin, cos) = libm::sincos(stream.uniform(-PI, PI));
-        let (way, across) = (Vector3::new(cos, sin, 0.0), Vector3::z());
-        let turn = Matrix3::from_columns(&[across.cross(&way), across, way]);
-        Way { target: camera_from_object.point(&self.centre), turn, effort: Effort::GRASP }
+        let (approach, across) = (Vector3::new(cos, sin, 0.0), Vector3::z());
+        let rotation = Matrix3::from_columns(&[across.cross(&approach), across, approach]);
+        PlannedTouch { target: camera_from_object.point(&self.centre), rotation, effort: Effort::GRASP }
     }
 }
 

@@ -20,7 +20,7 @@ pub struct TouchSpec {
     /// With `random_rays`: what a ray meets.
     #[schemars(extend("examples" = ["mesh"]))]
     pub ray_target: RayTarget,
-    /// A hand feels its way over what the camera did not see: guarded moves, each of which ends where the hand comes to
+    /// A hand explores what the camera did not see: guarded moves, each of which ends where the hand comes to
     /// rest on the object, or when it has missed it.
     #[schemars(extend("examples" = [true]))]
     pub exploration: bool,

@@ -2,7 +2,7 @@
 //! camera did not see (thesis ch. 6).
 //!
 //! With [`RayTarget::Mesh`] a ray starts on the far side of the object's box in the camera's axes, anywhere over that side
-//! with equal chance, and meets the mesh. With [`RayTarget::Cells`], the thesis's way, it runs along a column of the
+//! with equal chance, and meets the mesh. With [`RayTarget::Cells`], as in the thesis, it runs along a column of the
 //! complete grid, drawn with equal chance and with replacement, from the last cell towards the camera, and stops at the
 //! lower corner of the first occupied cell.
 
@@ -148,7 +148,7 @@ impl SeenSurface<'_> {
         }
     }
 
-    /// Whether the camera sees a point of the surface, both in `CameraCv`: what looks away on a closed surface it does not.
+    /// Whether the camera sees a point of the surface, both in `CameraCv`: it does not see what faces away on a closed surface.
     pub fn sees(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> bool {
         // A ray that enters a closed surface has to leave it before it comes to the camera.
         !(self.closed && normal.dot(&point.coords) > 0.0) && self.is_visible(point)
@@ -156,10 +156,10 @@ impl SeenSurface<'_> {
 
     /// Whether no surface stands between the camera and a point in `CameraCv`.
     fn is_visible(&self, point: &Point3<f64>) -> bool {
-        let way = self.object_from_camera.rotation() * -point.coords;
-        let length = way.norm();
-        let start = self.object_from_camera.point(point) + way * (CLEARANCE / length);
-        let ray = Ray::new(&start, &Unit::new_unchecked(way / length));
+        let towards_camera = self.object_from_camera.rotation() * -point.coords;
+        let length = towards_camera.norm();
+        let start = self.object_from_camera.point(point) + towards_camera * (CLEARANCE / length);
+        let ray = Ray::new(&start, &Unit::new_unchecked(towards_camera / length));
         !self.surface.tree.blocks(self.surface.level, &ray, length - CLEARANCE)
     }
 }

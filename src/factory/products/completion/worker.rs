@@ -188,7 +188,7 @@ impl ViewScratch<'_> {
                 let seen = self.rasteriser.render(&object.kernel.render, &settings.camera, &pair.camera_from_object);
                 self.crop.clone_from(seen);
             }
-            source => source.look(&object.sim, &settings.camera, &pair.camera_from_object, &mut self.crop)?,
+            source => source.render(&object.sim, &settings.camera, &pair.camera_from_object, &mut self.crop)?,
         }
         if let Some(sensor) = &settings.sensor {
             let mut stream = Stream::of_sample(self.seed, sample, "sensor");
@@ -196,7 +196,7 @@ impl ViewScratch<'_> {
         }
 
         let (grids, drop_zero) = (&mut self.grids, settings.drop_index_zero);
-        pair.grid = grids.place(&self.crop, &settings.camera, settings.resolution)?;
+        pair.grid = grids.place_grid(&self.crop, &settings.camera, settings.resolution)?;
         grids.partial(&self.crop, &settings.camera, &pair.grid, drop_zero, &mut pair.partial);
         pair.partial_cells = pair.partial.count();
         if pair.partial_cells < settings.gate.min_partial_cells {

@@ -74,15 +74,11 @@ fn annealing(checker: &mut Checker, spec: &AnnealingSpec) -> Annealing {
         let other = "annealing.energy = \"contact\"";
         checker.contradiction("annealing.potential_scale", other, "the contact energy has no potential to scale");
     }
-    if spec.most_failures > spec.steps && checker.has("annealing.most_failures") {
+    if spec.max_failures > spec.steps && checker.has("annealing.max_failures") {
         let expected = format!("at most as many as annealing.steps = {}", spec.steps);
-        checker.invalid(
-            "annealing.most_failures",
-            expected,
-            format!("{}: no seed is ever given up", spec.most_failures),
-        );
+        checker.invalid("annealing.max_failures", expected, format!("{}: no seed is ever given up", spec.max_failures));
     }
-    let &AnnealingSpec { steps, friction, potential_scale, whole_schedule, descent, best, most_failures, .. } = spec;
+    let &AnnealingSpec { steps, friction, potential_scale, whole_schedule, descent, best, max_failures, .. } = spec;
     Annealing {
         steps,
         energy: match spec.energy {
@@ -103,13 +99,13 @@ fn annealing(checker: &mut Checker, spec: &AnnealingSpec) -> Annealing {
             AmplitudesSpec::Clamped(range) => AmplitudeRange::Clamped(range.clamped),
         },
         best,
-        most_failures,
+        max_failures,
     }
 }
 
 fn keeping(spec: &KeepSpec) -> Keeping {
-    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, most_penetration, table, .. } = spec;
-    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, most_penetration, table }
+    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, max_penetration, table, .. } = spec;
+    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, max_penetration, table }
 }
 
 fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {

@@ -20,7 +20,7 @@ pub(super) const SEARCH_KEYS: [&str; 7] = [
     "annealing.frame",
     "annealing.amplitudes",
     "annealing.best",
-    "annealing.most_failures",
+    "annealing.max_failures",
 ];
 
 impl GraspJob {
@@ -70,9 +70,9 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
         }
     };
     spec.annealing = annealing_spec(annealing);
-    let &Keeping { friction, edges, torsion, space, min_epsilon, advance, most_penetration, table } = keeping;
+    let &Keeping { friction, edges, torsion, space, min_epsilon, advance, max_penetration, table } = keeping;
     let space = space_spec(space);
-    spec.keep = KeepSpec { friction, edges, torsion, space, min_epsilon, advance, most_penetration, table };
+    spec.keep = KeepSpec { friction, edges, torsion, space, min_epsilon, advance, max_penetration, table };
     spec.physics = physics.map(|physics| {
         let Physics { friction, mass, perturbed, roll_out_share, roll_outs, six_directions } = physics;
         PhysicsSpec {
@@ -99,7 +99,7 @@ fn annealing_spec(annealing: &Annealing) -> AnnealingSpec {
         frame,
         amplitudes,
         best,
-        most_failures,
+        max_failures,
     } = annealing;
     AnnealingSpec {
         steps,
@@ -121,7 +121,7 @@ fn annealing_spec(annealing: &Annealing) -> AnnealingSpec {
             AmplitudeRange::Clamped(clamped) => AmplitudesSpec::Clamped(ClampedAmplitudes { clamped }),
         },
         best,
-        most_failures,
+        max_failures,
     }
 }
 

@@ -35,8 +35,8 @@ pub(super) fn method(settings: &GraspSettings) -> GraspMethod {
         torsion: keeping.torsion.unwrap_or(0.0),
         space: space(keeping.space),
         min_epsilon: keeping.min_epsilon,
-        most_penetration: keeping.most_penetration,
-        most_advance: keeping.advance,
+        max_penetration: keeping.max_penetration,
+        max_advance: keeping.advance,
         stand_off: STAND_OFF,
     }
 }

@@ -1,4 +1,4 @@
-//! Where searches begin: places spread evenly over an object's surface.
+//! Where searches begin: points spread evenly over an object's surface.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
 use kernel::{
     contact::ContactSurface,
-    geom::{farthest_first, turned_towards},
+    geom::{farthest_first, rotation_towards},
     seed::Stream,
 };
 
@@ -15,17 +15,17 @@ const DRAWN: (u32, u32) = (8, 1024);
 
 /// So many frames expressed in the object's frame: origin on the surface, z along the inward normal, a random roll about it.
 ///
-/// Points are drawn uniformly by area; each place is the one of them that is farthest from those before, so that the first
+/// Points are drawn uniformly by area; each point is the one of them that is farthest from those before, so that the first
 /// few seeds are spread, too.
 pub fn seeds(surface: &ContactSurface, count: u32, stream: &mut Stream) -> Vec<IsometryMatrix3<f64>> {
     let points = drawn(surface, (DRAWN.0 * count).max(DRAWN.1), stream);
-    let places: Vec<Point3<f64>> = points.iter().map(|(place, _)| *place).collect();
-    farthest_first(&places, count)
+    let starts: Vec<Point3<f64>> = points.iter().map(|(point, _)| *point).collect();
+    farthest_first(&starts, count)
         .into_iter()
         .map(|taken| {
-            let (place, out) = points[taken];
-            let turn = Rotation3::from_matrix_unchecked(turned_towards(&-out, stream.uniform(-PI, PI)));
-            IsometryMatrix3::from_parts(Translation3::from(place), turn)
+            let (point, out) = points[taken];
+            let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&-out, stream.uniform(-PI, PI)));
+            IsometryMatrix3::from_parts(Translation3::from(point), rotation)
         })
         .collect()
 }
@@ -65,8 +65,8 @@ mod tests {
         ContactSurface::new(&prepared.mesh, inside_test(&prepared.record)).expect("it has a surface")
     }
 
-    fn least_distance(places: &[Vector3<f64>]) -> f64 {
-        let pairs = places.iter().enumerate().flat_map(|(k, a)| places[..k].iter().map(move |b| (a - b).norm()));
+    fn min_distance(starts: &[Vector3<f64>]) -> f64 {
+        let pairs = starts.iter().enumerate().flat_map(|(k, a)| starts[..k].iter().map(move |b| (a - b).norm()));
         pairs.fold(f64::INFINITY, f64::min)
     }
 
@@ -77,9 +77,9 @@ mod tests {
         let made = seeds(&surface, 20, &mut stream("grasp seeds"));
         assert_eq!(made, seeds(&surface, 20, &mut stream("grasp seeds")), "the same every time");
         assert_ne!(made, seeds(&surface, 20, &mut stream("another")));
-        let places: Vec<_> = made.iter().map(|seed| seed.translation.vector).collect();
+        let starts: Vec<_> = made.iter().map(|seed| seed.translation.vector).collect();
         let random: Vec<_> = drawn(&surface, 20, &mut stream("random")).iter().map(|(point, _)| point.coords).collect();
-        let (even, random) = (least_distance(&places), least_distance(&random));
+        let (even, random) = (min_distance(&starts), min_distance(&random));
         assert!(even > 3.0 * random, "{even} m apart, random points {random} m");
         for seed in &made {
             assert!(surface.signed_distance(&seed.translation.vector.into()).abs() < 1e-6);

@@ -73,8 +73,8 @@ pub enum SamplerSpec {
     Antipodal,
 }
 
-/// Approaches all round an axis, at right angles to it, spread evenly: the opened hand comes from afar until it meets the object
-/// or its approach frame is on the axis, and closes there.
+/// Approaches all round an axis, at right angles to it, spread evenly: the opened hand comes from afar until it meets the
+/// object or its approach frame is on the axis, and closes there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UniformSpec {
@@ -84,8 +84,8 @@ pub struct UniformSpec {
     /// The axis of each run.
     #[schemars(extend("examples" = ["any"]))]
     pub poses: PosesSpec,
-    /// Rolls of the hand about its approach, which the grasps of a run take in turn. At 0 the approach frame's x axis is at right
-    /// angles to the axis, to the right along the approach.
+    /// Rolls of the hand about its approach, which the grasps of a run take one after another. At 0 the approach frame's x axis
+    /// is at right angles to the axis, to the right along the approach.
     #[schemars(length(min = 1, max = 1000), extend("x-unit" = "rad", "examples" = [[0.0]]))]
     pub rolls: Vec<f64>,
 }
@@ -96,7 +96,7 @@ pub struct UniformSpec {
 pub enum PosesSpec {
     /// The object's z axis, through the middle of its box; each run at a height of its own, spread evenly.
     Upright,
-    /// Any direction, drawn for each run, through the middle of the box: the object's z axis as it is turned to any pose.
+    /// Any direction, drawn for each run, through the middle of the box: the object's z axis under any rotation.
     Any,
 }
 
@@ -148,7 +148,7 @@ pub struct AnnealingSpec {
     pub best: u32,
     /// A seed is given up after so many steps in a row without a legal neighbour.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
-    pub most_failures: u32,
+    pub max_failures: u32,
 }
 
 /// Energy that annealing minimises.
@@ -233,9 +233,9 @@ pub struct KeepSpec {
     pub advance: f64,
     /// Deepest overlap of hand and mesh before closing.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
-    pub most_penetration: f64,
-    /// Keeps only what a hand can do to an object on a table: in one pose at least in which the object rests there, the hand stays
-    /// above it while it comes over 10 cm and closes.
+    pub max_penetration: f64,
+    /// Keeps only what a hand can do to an object on a table: in one pose at least in which the object rests there, the hand
+    /// stays above it while it comes over 10 cm and closes.
     #[schemars(extend("examples" = [true]))]
     pub table: bool,
 }
@@ -315,7 +315,8 @@ pub enum AutoMass {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GravitySpec {
-    /// Gravity along -z of the object's mesh; the hand lifts it by 10 cm in 1 s and shakes it by 20 mm at 2, 3 and 4 Hz for 1 s.
+    /// Gravity along -z of the object's mesh; the hand lifts it by 10 cm in 1 s and shakes it by 20 mm at 2, 3 and 4 Hz for 1
+    /// s.
     #[default]
     Lifted,
     /// Gravity along -z, z, -y, y, -x and x, half a second each.

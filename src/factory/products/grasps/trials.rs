@@ -72,7 +72,7 @@ impl Trials {
         Ok(Self { model, scene: name, settings, seed, object: None, record })
     }
 
-    /// Turns to an object; `known` is what the job knows of its mass.
+    /// Switches to an object; `known` is what the job knows of its mass.
     ///
     /// # Errors
     /// When it has no solid inside, or MuJoCo refuses the hand.
@@ -105,10 +105,10 @@ impl Trials {
         let mut draws = Draws::new(*seed, &run.sample);
         record.sample = run.sample;
         record.trials.clear();
-        for (place, grasp) in (0..).zip(&run.grasps) {
+        for (index, grasp) in (0..).zip(&run.grasps) {
             if grasp.verdict == GraspVerdict::Kept {
                 let trial = object
-                    .grasp(place, grasp, settings, &mut draws)
+                    .grasp(index, grasp, settings, &mut draws)
                     .map_err(|error| ProduceError::unusable(scene.as_str(), error))?;
                 record.trials.push(trial);
             }
@@ -136,7 +136,7 @@ impl Draws {
 impl TriedObject {
     fn grasp(
         &mut self,
-        place: u32,
+        index: u32,
         grasp: &Grasp,
         settings: &Physics,
         draws: &mut Draws,
@@ -164,7 +164,7 @@ impl TriedObject {
             }
         }
         let closed = outcome.closed.as_ref().map(closed_hand);
-        Ok(GraspTrial { grasp: place, outcome: recorded(&outcome), closed, perturbed, roll_outs })
+        Ok(GraspTrial { grasp: index, outcome: recorded(&outcome), closed, perturbed, roll_outs })
     }
 }
 

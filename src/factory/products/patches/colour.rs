@@ -8,7 +8,7 @@ use super::settings::PatchColours;
 use crate::{Cause, ProduceError, SampleWriter};
 use format::{Channel, HeatmapPatch, PatchColour, PatchImageColour, PatchPoint};
 use kernel::{geom::TriMesh, seed::Stream};
-use sim::{Inertia, Light, Look, SimModel, SimWorker, gl_facts};
+use sim::{Appearance, Inertia, Light, SimModel, SimWorker, gl_facts};
 
 /// Whether colours can be drawn here.
 ///
@@ -22,7 +22,7 @@ pub fn check_colours() -> Result<(), ProduceError> {
 pub(super) struct ColourView {
     settings: PatchColours,
     seed: u64,
-    /// The object, and who looks at it: made with the first object, turned to the others.
+    /// The object and its renderer: made with the first object, reused for the others.
     worker: Option<Box<SimWorker>>,
     window: Vec<[u8; 3]>,
     record: PatchColour,
@@ -47,26 +47,32 @@ impl ColourView {
         Self { settings, seed, worker: None, window: Vec::new(), record, image }
     }
 
-    /// Turns to an object.
-    pub fn turn_to(&mut self, mesh: &TriMesh) -> Result<(), ProduceError> {
+    /// Switches to an object.
+    pub fn use_mesh(&mut self, mesh: &TriMesh) -> Result<(), ProduceError> {
         let model = Arc::new(SimModel::with_lights(mesh, Inertia::Shell).map_err(failed)?);
-        self.worker.get_or_insert_with(|| Box::new(SimWorker::new(&model))).turn_to(&model);
+        self.worker.get_or_insert_with(|| Box::new(SimWorker::new(&model))).use_model(&model);
         Ok(())
     }
 
     /// Draws the smallest window that holds all patches, and cuts them out.
-    pub fn look(&mut self, patch: &HeatmapPatch, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
-        let worker = self.worker.as_mut().expect("an object is loaded before it is looked at");
+    pub fn render(&mut self, patch: &HeatmapPatch, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
+        let worker = self.worker.as_mut().expect("an object is loaded before it is rendered");
         let low = |axis: usize| patch.points.iter().map(|point| point.corner[axis]).min().unwrap_or(0);
         let high = |axis: usize| patch.points.iter().map(|point| point.corner[axis]).max().unwrap_or(0);
         let (left, top) = (low(0), low(1));
         let (width, height) = (high(0) - left + patch.side, high(1) - top + patch.side);
-        let look = match self.settings.randomise {
-            true => random_look(&mut Stream::of_sample(self.seed, &patch.sample, "colours")),
-            false => Look::default(),
+        let appearance = match self.settings.randomise {
+            true => random_appearance(&mut Stream::of_sample(self.seed, &patch.sample, "colours")),
+            false => Appearance::default(),
         };
         worker
-            .gl_colours(&patch.camera, &patch.camera_from_object, [left, top, width, height], &look, &mut self.window)
+            .gl_colours(
+                &patch.camera,
+                &patch.camera_from_object,
+                [left, top, width, height],
+                &appearance,
+                &mut self.window,
+            )
             .map_err(failed)?;
         self.record.sample = patch.sample;
         self.record.rgb.clear();
@@ -83,9 +89,9 @@ impl ColourView {
         if let (Some(image), Some(payload)) = (&mut self.image, out.payload(Channel::PATCH_IMAGE_COLOUR)) {
             let whole = [0, 0, patch.camera.width, patch.camera.height];
             worker
-                .gl_colours(&patch.camera, &patch.camera_from_object, whole, &look, &mut self.window)
+                .gl_colours(&patch.camera, &patch.camera_from_object, whole, &appearance, &mut self.window)
                 .map_err(failed)?;
-            (image.sample, image.background) = (patch.sample, look.background);
+            (image.sample, image.background) = (patch.sample, appearance.background);
             image.take(&self.window, patch.camera.width);
             image.encode(payload);
         }
@@ -98,7 +104,7 @@ fn failed(cause: impl Into<Cause>) -> ProduceError {
 }
 
 /// Lights from above, of any brightness, and colours of object and background.
-fn random_look(stream: &mut Stream) -> Look {
+fn random_appearance(stream: &mut Stream) -> Appearance {
     let mut colour = |low: f64, high: f64| [(); 3].map(|()| stream.uniform(low, high) as f32);
     let object = colour(0.15, 0.95);
     let background = colour(0.0, 255.0).map(|level| level as u8);
@@ -113,5 +119,5 @@ fn random_look(stream: &mut Stream) -> Look {
         Light { direction: Unit::new_normalize(Vector3::new(level * cos, level * sin, -down)), colour }
     };
     let lights = [light(), light()];
-    Look { object, background, ambient: [ambient as f32; 3], headlight: [headlight as f32; 3], lights }
+    Appearance { object, background, ambient: [ambient as f32; 3], headlight: [headlight as f32; 3], lights }
 }

@@ -1,4 +1,4 @@
-//! The places of a closed hand that patches lie around.
+//! The points of a closed hand that patches lie around.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use sim::HandModel;
 /// A job's hand, read once for all threads.
 pub struct PatchHand {
     hand: Arc<Hand>,
-    /// Places of F0, F1 and F2 among its contacts.
+    /// Points of F0, F1 and F2 among its contacts.
     tips: [usize; PATCH_POINTS - 1],
     /// Names of the points in its description.
     names: [String; PATCH_POINTS],
@@ -46,16 +46,16 @@ impl PatchHand {
     /// # Errors
     /// When it has no such contact.
     pub fn new(hand: &Arc<Hand>, tips: &[String; PATCH_POINTS - 1]) -> Result<Self, NoFingertip> {
-        let mut places = [0; PATCH_POINTS - 1];
-        for (place, tip) in places.iter_mut().zip(tips) {
+        let mut vertices = [0; PATCH_POINTS - 1];
+        for (vertex, tip) in vertices.iter_mut().zip(tips) {
             let found = hand.contacts().iter().position(|contact| contact.name == *tip);
-            *place = found.ok_or_else(|| {
+            *vertex = found.ok_or_else(|| {
                 let present = hand.contacts().iter().map(|contact| contact.name.clone()).collect();
                 NoFingertip { tip: tip.clone(), present }
             })?;
         }
         let [a, b, c] = tips.clone();
-        Ok(Self { hand: Arc::clone(hand), tips: places, names: ["approach".to_owned(), a, b, c] })
+        Ok(Self { hand: Arc::clone(hand), tips: vertices, names: ["approach".to_owned(), a, b, c] })
     }
 
     /// The hand's name.
@@ -74,7 +74,8 @@ impl PatchHand {
     /// When the grasp is of a hand with another count of joints.
     pub fn points(&self, grasp: &ChosenGrasp) -> [Point3<f64>; PATCH_POINTS] {
         let frames = self.hand.link_frames(&grasp.joints);
-        let tip = |place: usize| grasp.object_from_base.point(&self.hand.contact_in_base(self.tips[place], &frames).0);
+        let tip =
+            |vertex: usize| grasp.object_from_base.point(&self.hand.contact_in_base(self.tips[vertex], &frames).0);
         let palm = Point3::from(*grasp.object_from_approach.translation());
         [palm, tip(0), tip(1), tip(2)]
     }

@@ -15,7 +15,7 @@ use kernel::{
 /// Heatmap maker of one thread.
 pub(super) struct HeatView {
     /// Cosine of the largest angle between an approach and the camera's axis.
-    least: f64,
+    min: f64,
     /// The grasps of the object that was loaded last.
     grasps: Vec<SeenGrasp>,
     record: PatchHeatmap,
@@ -37,11 +37,11 @@ impl HeatView {
         let Intrinsics { width, height, .. } = job.settings.camera;
         let types = job.grasps.types.chosen.len() as u32;
         let record = PatchHeatmap { sample, width, height, types, angle, points: Vec::new() };
-        Self { least: libm::cos(angle), grasps: Vec::new(), record }
+        Self { min: libm::cos(angle), grasps: Vec::new(), record }
     }
 
-    /// Turns to an object.
-    pub fn turn_to(&mut self, object: &GraspedObject, job: &PatchJob, hand: &PatchHand) {
+    /// Switches to an object.
+    pub fn use_object(&mut self, object: &GraspedObject, job: &PatchJob, hand: &PatchHand) {
         let seen = object.grasps.iter().map(|grasp| SeenGrasp {
             run: grasp.run,
             rank: grasp.rank,
@@ -55,14 +55,14 @@ impl HeatView {
     }
 
     /// The points in the image of a grasp, the `own` one of the object's.
-    pub fn look(&mut self, patch: &HeatmapPatch, own: usize, settings: &PatchSettings, payload: &mut Vec<u8>) {
+    pub fn evaluate(&mut self, patch: &HeatmapPatch, own: usize, settings: &PatchSettings, payload: &mut Vec<u8>) {
         let axis = self.grasps[own].approach;
         let camera = settings.projection();
         self.record.sample = patch.sample;
         self.record.points.clear();
-        for (place, grasp) in self.grasps.iter().enumerate() {
-            // Rounding must not lose the grasp that looks.
-            if place != own && grasp.approach.dot(&axis) < self.least {
+        for (index, grasp) in self.grasps.iter().enumerate() {
+            // Rounding must not lose the patch's own grasp.
+            if index != own && grasp.approach.dot(&axis) < self.min {
                 continue;
             }
             for (point, at) in (0..).zip(&grasp.points) {

@@ -131,7 +131,7 @@ impl PatchSettings {
 pub enum PatchLabel {
     /// -epsilon of the closed hand: below 0, so that a grasp is better than none.
     Epsilon,
-    /// Quirk of the thesis: the energy that annealing minimised. It may be above 0, where no grasp looks better than one.
+    /// Quirk of the thesis: the energy that annealing minimised. It may be above 0, where no grasp is labelled better than one.
     Energy,
 }
 

@@ -22,7 +22,7 @@ pub struct PatchesSpec {
     pub hand: Option<HandSpec>,
     /// The patches and their labels.
     pub patches: PatchSpec,
-    /// The camera. It looks along the approach at the centre of the object's box; up is the object's z axis, or its x axis
+    /// The camera. It points along the approach at the centre of the object's box; up is the object's z axis, or its x axis
     /// where the approach is within 5 degrees of that.
     pub camera: PatchCameraSpec,
     /// The images.
@@ -89,8 +89,8 @@ pub struct PatchCameraSpec {
     /// Nothing nearer than this along the optical axis is seen.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0))]
     pub near: f64,
-    /// Quirk of the thesis: points of the hand are projected with this focal length and not with that of the images, so that patches
-    /// lie off their points, the further the nearer to the border (6 % for 640 px and 1.047 rad).
+    /// Quirk of the thesis: points of the hand are projected with this focal length and not with that of the images, so that
+    /// patches lie off their points, the further the nearer to the border (6 % for 640 px and 1.047 rad).
     #[schemars(extend("x-unit" = "px", "exclusiveMinimum" = 0))]
     pub point_focal_length: Option<f64>,
 }
@@ -111,8 +111,8 @@ pub struct RenderSpec {
 pub struct PatchImagesSpec {
     /// The depth image that the patches are cut out of; with `render.colour` the same image in colour, too.
     pub full: bool,
-    /// Truth for heatmaps over that image: palm and fingertips of all grasps of the object, of the chosen types, that come from about
-    /// where the camera stands.
+    /// Truth for heatmaps over that image: palm and fingertips of all grasps of the object, of the chosen types, that come from
+    /// about where the camera stands.
     pub heatmaps: bool,
     /// With `heatmaps`: how far their approaches are from the camera's axis, at most.
     #[schemars(range(min = 0, max = std::f64::consts::PI), extend("x-unit" = "rad"))]

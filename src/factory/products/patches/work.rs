@@ -99,7 +99,7 @@ impl Work for PatchJob {
     }
 }
 
-/// Splits of the grasps, with held-out runs turned into held-out patches.
+/// Splits of the grasps, with held-out patches for held-out runs.
 fn splits(grasps: &FoundGrasps) -> SplitTable {
     let row = |object: &GraspedObject| ObjectSplit {
         object: object.id,

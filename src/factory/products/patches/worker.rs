@@ -1,4 +1,4 @@
-//! The producer of patches for one thread: loads an object's mesh, then looks at its grasps one by one.
+//! The producer of patches for one thread: loads an object's mesh, then renders its grasps one by one.
 
 use nalgebra::Point3;
 
@@ -6,8 +6,8 @@ use super::{
     colour::ColourView,
     hand::PatchHand,
     heat::HeatView,
-    look::{camera_from_object, corner},
     settings::{ChosenGrasp, GraspedObject, PatchJob},
+    viewpoint::{camera_from_object, corner},
 };
 use crate::{ProduceError, SampleWriter, work::Producer};
 use format::{
@@ -79,14 +79,14 @@ impl<'j> PatchWorker<'j> {
         }
     }
 
-    fn prepare(&mut self, place: usize) -> Result<RenderMesh, ProduceError> {
-        let object = &self.job.grasps.objects[place];
+    fn prepare(&mut self, index: usize) -> Result<RenderMesh, ProduceError> {
+        let object = &self.job.grasps.objects[index];
         let unusable = |problem: String| ProduceError::unusable(&object.name, problem);
         // Objects of the job are sorted by content, as those of the shapes are.
-        if place >= self.shapes.objects() {
+        if index >= self.shapes.objects() {
             return Err(unusable(format!("shapes.mcap of the grasps has {} objects", self.shapes.objects())));
         }
-        let mesh = self.shapes.object(place)?.mesh;
+        let mesh = self.shapes.object(index)?.mesh;
         let (found, expected) = (object_id(&mesh), object.id);
         if found != expected {
             return Err(ProduceError::Changed { name: object.name.clone(), found, expected });
@@ -95,10 +95,10 @@ impl<'j> PatchWorker<'j> {
             return Err(unusable(format!("its grasps are not of a hand with {} joints", self.hand.joints())));
         }
         if let Some(colours) = &mut self.colours {
-            colours.turn_to(&mesh)?;
+            colours.use_mesh(&mesh)?;
         }
         if let Some(heat) = &mut self.heat {
-            heat.turn_to(object, self.job, self.hand);
+            heat.use_object(object, self.job, self.hand);
         }
         // Both sides of a face are seen: nobody says here whether the mesh is closed.
         Ok(RenderMesh::new(&mesh, false))
@@ -119,22 +119,22 @@ impl<'j> PatchWorker<'j> {
         record.camera_from_object = pose;
         let points = self.hand.points(grasp);
         let projection = settings.projection();
-        for (place, (point, record)) in points.iter().zip(&mut record.points).enumerate() {
+        for (index, (point, record)) in points.iter().zip(&mut record.points).enumerate() {
             let seen = pose.point(point);
             if seen.z < settings.camera.near {
-                return Err((place, format!("{:.3} m before the camera", seen.z)));
+                return Err((index, format!("{:.3} m before the camera", seen.z)));
             }
             let (u, v) = projection.project(&seen);
             let corners =
                 (corner(u, settings.side, settings.camera.width), corner(v, settings.side, settings.camera.height));
-            let (Some(left), Some(top)) = corners else { return Err((place, format!("at ({u:.1}, {v:.1}) px"))) };
+            let (Some(left), Some(top)) = corners else { return Err((index, format!("at ({u:.1}, {v:.1}) px"))) };
             (record.point, record.pixel, record.corner) = (point.coords.into(), [u, v], [left, top]);
         }
         Ok(())
     }
 
     /// The depth of the patches, cut out of the image.
-    fn look(&mut self, mesh: &RenderMesh, image: Option<&mut Vec<u8>>) {
+    fn render(&mut self, mesh: &RenderMesh, image: Option<&mut Vec<u8>>) {
         let record = &mut self.record;
         let crop = self.rasteriser.render(mesh, &record.camera, &record.camera_from_object);
         record.depth.clear();
@@ -150,25 +150,25 @@ impl<'j> PatchWorker<'j> {
 
     fn make(
         &mut self,
-        place: usize,
+        index: usize,
         mesh: &RenderMesh,
         item: ItemId,
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
-        let object = &self.job.grasps.objects[place];
+        let object = &self.job.grasps.objects[index];
         if let Err((point, detail)) = self.fill(object, item, &mesh.centre()) {
             let facts = self.facts(&object.grasps[item.0 as usize]);
             return out.reject(self.record.sample, facts, OUT_OF_FRAME[point], &detail);
         }
-        self.look(mesh, out.payload(Channel::PATCH_IMAGE));
+        self.render(mesh, out.payload(Channel::PATCH_IMAGE));
         if let Some(payload) = out.payload(Channel::PATCH) {
             self.record.encode(payload);
         }
         if let (Some(heat), Some(payload)) = (&mut self.heat, out.payload(Channel::PATCH_HEATMAP)) {
-            heat.look(&self.record, item.0 as usize, &self.job.settings, payload);
+            heat.evaluate(&self.record, item.0 as usize, &self.job.settings, payload);
         }
         if let Some(colours) = &mut self.colours {
-            colours.look(&self.record, out)?;
+            colours.render(&self.record, out)?;
         }
         out.keep(self.record.sample, self.record.facts())
     }
@@ -194,7 +194,7 @@ impl Producer for PatchWorker<'_> {
     }
 
     fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
-        if self.loaded.as_ref().is_none_or(|(place, _)| *place != subject) {
+        if self.loaded.as_ref().is_none_or(|(index, _)| *index != subject) {
             // The memory of the one before goes first.
             self.loaded = None;
             self.loaded = Some((subject, self.prepare(subject)?));
@@ -203,7 +203,7 @@ impl Producer for PatchWorker<'_> {
     }
 
     fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
-        let (index, mesh) = self.loaded.take().expect("an object is loaded before its grasps are looked at");
+        let (index, mesh) = self.loaded.take().expect("an object is loaded before its grasps are rendered");
         let made = self.make(index, &mesh, item, out);
         self.loaded = Some((index, mesh));
         made

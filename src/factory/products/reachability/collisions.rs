@@ -49,7 +49,7 @@ impl Collisions {
         links
     }
 
-    /// Whether the hand touches what stands still, with the end effector at a pose: then every way there collides.
+    /// Whether the hand touches what stands still, with the end effector at a pose: then every solution there collides.
     pub fn hand_collides(&self, target: &Pose<World, EndEffector>) -> bool {
         let mut links = vec![IsometryMatrix3::identity(); self.group.len() + 1];
         links[self.group.len()] = target.isometry() * self.group.end_effector().inverse();

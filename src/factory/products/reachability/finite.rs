@@ -1,4 +1,4 @@
-//! One pose of an arm with a handful of ways to it: each is evaluated.
+//! One pose of an arm with a handful of solutions: each is evaluated.
 
 use super::collisions::{Collisions, Free, LastPair};
 use kernel::geom::{EndEffector, Pose, PoseLabel, Proof, World};
@@ -23,20 +23,22 @@ impl FiniteArm {
         mut contacts: Option<Free>,
         witness: &mut Vec<f64>,
     ) -> (PoseLabel, Proof) {
-        let found = self.arm.ways(target);
+        let found = self.arm.solutions(target);
         // Of a family only one member was seen.
         let proof = if found.singular { Proof::Searched } else { Proof::IntervalEnds };
-        if found.ways.is_empty() {
+        if found.solutions.is_empty() {
             return (PoseLabel::NoSolution, proof);
         }
-        let free = found.ways.iter().find(|way| match (&mut contacts, &self.collisions) {
-            (Some(free), _) => free(way.as_slice()),
-            (None, Some(collisions)) => collisions.check_all(&collisions.links(way.as_slice()), last) == Verdict::Free,
+        let free = found.solutions.iter().find(|solution| match (&mut contacts, &self.collisions) {
+            (Some(free), _) => free(solution.as_slice()),
+            (None, Some(collisions)) => {
+                collisions.check_all(&collisions.links(solution.as_slice()), last) == Verdict::Free
+            }
             (None, None) => true,
         });
         match free {
-            Some(way) => {
-                witness.extend(way);
+            Some(solution) => {
+                witness.extend(solution);
                 (PoseLabel::Reachable, Proof::Witness)
             }
             None => (PoseLabel::Colliding, proof),

@@ -40,7 +40,7 @@ fn robot_spec(robot: &Robot, folder: Option<&Path>) -> RobotSpec {
 }
 
 fn poses_spec(poses: &PoseGrid) -> PosesSpec {
-    let [x, y, z] = (*poses.places()).map(span);
+    let [x, y, z] = (*poses.position_axes()).map(span);
     match poses {
         PoseGrid::Axes(grid) => {
             let [.., roll, pitch, yaw] = grid.axes().map(|axis| axis.count as u32);

@@ -27,15 +27,15 @@ pub struct PoseLabeller {
     contacts: Option<Contacts>,
 }
 
-/// Method that finds ways to a pose.
+/// Method that finds solutions of a pose.
 enum Arm {
     /// On curves, in closed form.
     Redundant {
         arm: Box<RedundantArm>,
-        /// Orientations that ask the same of the wrist share a place here; their first one's.
+        /// Orientations that ask the same of the wrist share an index here; their first one's.
         wrists: Vec<Wrist>,
         /// Index of each orientation.
-        places: Vec<usize>,
+        wrist_of: Vec<usize>,
     },
     /// A handful, in closed form.
     Finite(Box<FiniteArm>),
@@ -104,7 +104,7 @@ impl PoseLabeller {
     pub fn new(job: &ReachabilityJob, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
         let read = read_robot(&job.robot, job.collisions);
         let (group, bodies, contacts) = read.map_err(|error| ProduceError::unusable(&job.robot.name, error))?;
-        let rotations: Vec<_> = (0..job.poses.orientations()).map(|place| job.poses.rotation(place)).collect();
+        let rotations: Vec<_> = (0..job.poses.orientations()).map(|index| job.poses.rotation(index)).collect();
         let labeller =
             Self::of_parts(&group, bodies.as_ref().map(|bodies| (bodies, level)), &rotations, job.solver, seed);
         let scene = || job.robot.scene.display().to_string();
@@ -125,15 +125,15 @@ impl PoseLabeller {
     ) -> Result<Self, NoLabeller> {
         let collisions = bodies.map(|(bodies, level)| Collisions::new(group, bodies, level)).transpose()?;
         let mut orientations: Vec<Orientation> = Vec::with_capacity(rotations.len());
-        for (place, rotation) in rotations.iter().enumerate() {
+        for (index, rotation) in rotations.iter().enumerate() {
             let same = |other: &Orientation| (other.rotation.matrix() - rotation.matrix()).amax() < SAME;
-            let twin = orientations.iter().position(same).unwrap_or(place);
+            let twin = orientations.iter().position(same).unwrap_or(index);
             orientations.push(Orientation { rotation: *rotation, twin });
         }
         let arm = match closed_form(group, solver)? {
             Some(ClosedForm::Seven(motion)) => {
-                let (wrists, places) = wrists(&motion, rotations);
-                Arm::Redundant { arm: Box::new(RedundantArm::new(*motion, collisions)), wrists, places }
+                let (wrists, wrist_of) = wrists(&motion, rotations);
+                Arm::Redundant { arm: Box::new(RedundantArm::new(*motion, collisions)), wrists, wrist_of }
             }
             Some(ClosedForm::Six(arm)) => Arm::Finite(Box::new(FiniteArm::new(*arm, collisions))),
             None => Arm::Searched(Box::new(SearchedArm::new(group, collisions, seed))),
@@ -164,12 +164,12 @@ impl PoseLabeller {
             scratch.free = Some(contacts.worker());
         }
         scratch.begins.clear();
-        for (place, orientation) in self.orientations.iter().enumerate() {
+        for (index, orientation) in self.orientations.iter().enumerate() {
             scratch.begins.push(witnesses.len());
-            if orientation.twin < place {
+            if orientation.twin < index {
                 labels.push(labels[orientation.twin]);
                 proofs.push(proofs[orientation.twin]);
-                if labels[place] == PoseLabel::Reachable {
+                if labels[index] == PoseLabel::Reachable {
                     let from = scratch.begins[orientation.twin];
                     witnesses.extend_from_within(from..from + self.joints);
                 }
@@ -178,11 +178,11 @@ impl PoseLabeller {
             let target: Pose<World, EndEffector> = Pose::new(orientation.rotation, position);
             let free: Option<Free> = scratch.free.as_mut().map(|free| &mut **free as Free);
             let (label, proof) = match &self.arm {
-                Arm::Redundant { arm, wrists, places } => match scratch.reached[places[place]] {
+                Arm::Redundant { arm, wrists, wrist_of } => match scratch.reached[wrist_of[index]] {
                     Reached::TooFar => (PoseLabel::NoSolution, Proof::Bound),
                     Reached::No => (PoseLabel::NoSolution, Proof::IntervalEnds),
                     Reached::Yes(first) => {
-                        let wrist = placed(&wrists[places[place]], position);
+                        let wrist = placed(&wrists[wrist_of[index]], position);
                         match free {
                             Some(free) => {
                                 arm.solve_in_steps(&target, &wrist, first, free, &mut scratch.sweep.ends, witnesses)
@@ -214,7 +214,7 @@ fn placed(wrist: &Wrist, position: Vector3<f64>) -> Wrist {
 /// Demands of the rotations on the wrist at the origin, each once, and the index of each rotation among them.
 fn wrists(motion: &SelfMotion, rotations: &[Rotation3<f64>]) -> (Vec<Wrist>, Vec<usize>) {
     let mut wrists: Vec<Wrist> = Vec::new();
-    let place = |rotation: &Rotation3<f64>| {
+    let index = |rotation: &Rotation3<f64>| {
         let wrist = motion.wrist(&Pose::new(*rotation, Vector3::zeros()));
         let alike =
             |other: &Wrist| (other.centre - wrist.centre).amax() < SAME && (other.ahead - wrist.ahead).amax() < SAME;
@@ -223,8 +223,8 @@ fn wrists(motion: &SelfMotion, rotations: &[Rotation3<f64>]) -> (Vec<Wrist>, Vec
             wrists.len() - 1
         })
     };
-    let places = rotations.iter().map(place).collect();
-    (wrists, places)
+    let wrist_of = rotations.iter().map(index).collect();
+    (wrists, wrist_of)
 }
 
 /// The closed form that a job asks for; `None` for the numeric solver.

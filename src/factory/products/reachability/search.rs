@@ -11,7 +11,7 @@ use kernel::{
 };
 use robot::{
     collision::Verdict,
-    kinematics::{JointKind, MOST_JOINTS, PlanningGroup, SolverSettings, descend},
+    kinematics::{JointKind, MAX_JOINTS, PlanningGroup, SolverSettings, descend},
 };
 
 /// Configurations whose poses are known.
@@ -24,7 +24,7 @@ const METRES_PER_RADIAN: f32 = 0.25;
 const NEAR_STARTS: usize = 12;
 const FAR_STARTS: usize = 20;
 /// Where no descent ended nearer than this [m, rad together], no more are tried. Of some 60 poses of random arms whose first
-/// way came later than that, none had its best end farther than 0.064.
+/// solution came later than that, none had its best end farther than 0.064.
 const HOPELESS: f64 = 0.15;
 /// Starts beside the best ends: how many ends, how often, and how far away [rad or m].
 const ENDS: usize = 4;
@@ -33,7 +33,7 @@ const BESIDE: f64 = 0.4;
 /// More starts near the pose and anywhere.
 const MORE_NEAR_STARTS: usize = 36;
 const MORE_FAR_STARTS: usize = 40;
-/// Starts anywhere, once ways were found but all collide, or where a descent ended as near as this [m, rad together].
+/// Starts anywhere, once solutions were found but all collide, or where a descent ended as near as this [m, rad together].
 const LAST_STARTS: usize = 120;
 const CLOSE: f64 = 0.05;
 /// Steps of a descent: those that lead to the pose hardly ever take more.
@@ -52,7 +52,7 @@ pub(super) struct SearchedArm {
     begins: Vec<usize>,
     /// Starts of the descent for every pose.
     starts: Vec<Vec<f64>>,
-    /// Ways from an end of a descent to a start beside it.
+    /// Offsets from an end of a descent to a start beside it.
     beside: Vec<Vec<f64>>,
     /// From the first joint to the end effector, at most [m].
     length: f64,
@@ -105,7 +105,7 @@ impl SearchedArm {
         known.sort_by_cached_key(|known| cell(&known.position));
         let mut begins = vec![0; counts.iter().product::<usize>() + 1];
         known.iter().for_each(|known| begins[cell(&known.position) + 1] += 1);
-        (1..begins.len()).for_each(|place| begins[place] += begins[place - 1]);
+        (1..begins.len()).for_each(|index| begins[index] += begins[index - 1]);
         let length = length(group);
         Self { group: group.clone(), collisions, known, values, low, counts, begins, starts, beside, length }
     }
@@ -123,9 +123,9 @@ impl SearchedArm {
             return (PoseLabel::NoSolution, Proof::Bound);
         }
         let mut search =
-            Search { arm: self, target, near: self.near(target), place: 0, ends: Vec::new(), found: false };
+            Search { arm: self, target, near: self.near(target), index: 0, ends: Vec::new(), found: false };
         if self.collisions.as_ref().is_some_and(|collisions| collisions.hand_collides(target)) {
-            // Whether there is a way at all is asked: none is free.
+            // Only the existence of a solution is asked: none is free.
             return match search.next() {
                 Some(_) => (PoseLabel::Colliding, Proof::Swept),
                 None => (PoseLabel::NoSolution, Proof::Searched),
@@ -164,16 +164,16 @@ impl SearchedArm {
                 let row = (x * self.counts[1] + y) * self.counts[2];
                 let cells = range(2);
                 for known in &self.known[self.begins[row + cells.start()]..self.begins[row + cells.end() + 1]] {
-                    let way = [0, 1, 2].map(|axis| known.position[axis] - position[axis]);
-                    let apart = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+                    let offset = [0, 1, 2].map(|axis| known.position[axis] - position[axis]);
+                    let apart = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
                     // Twice the sine of half the angle between the rotations, squared.
                     let [a, b] = [&known.rotation, &rotation];
                     let cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-                    let turn = 4.0 * (1.0 - cosine * cosine);
-                    let apart = apart + METRES_PER_RADIAN * METRES_PER_RADIAN * turn;
+                    let angle_squared = 4.0 * (1.0 - cosine * cosine);
+                    let apart = apart + METRES_PER_RADIAN * METRES_PER_RADIAN * angle_squared;
                     if best.len() < COUNT || apart < best[COUNT - 1].0 {
-                        let place = best.partition_point(|(other, _)| *other <= apart);
-                        best.insert(place, (apart, known.q));
+                        let index = best.partition_point(|(other, _)| *other <= apart);
+                        best.insert(index, (apart, known.q));
                         best.truncate(COUNT);
                     }
                 }
@@ -189,94 +189,94 @@ fn single(pose: &Pose<World, EndEffector>) -> ([f32; 3], [f32; 4]) {
     ((*pose.translation()).map(|value| value as f32).into(), rotation.map(|value| value as f32).into())
 }
 
-/// The ways to one pose, one descent after the other. How long it goes on depends on what it has seen: not long where no
+/// The solutions of one pose, one descent after the other. How long it goes on depends on what it has seen: not long where no
 /// descent ended near the pose.
 struct Search<'a> {
     arm: &'a SearchedArm,
     target: &'a Pose<World, EndEffector>,
     near: Vec<u32>,
     /// Starts tried.
-    place: usize,
-    /// The best ends [m, rad together] that are no way, best first.
-    ends: Vec<(f64, [f64; MOST_JOINTS])>,
+    index: usize,
+    /// The best ends [m, rad together] that are no solutions, best first.
+    ends: Vec<(f64, [f64; MAX_JOINTS])>,
     found: bool,
 }
 
 impl Search<'_> {
-    /// The start of that place; `None` when enough were tried.
-    fn start(&self, place: usize) -> Option<[f64; MOST_JOINTS]> {
+    /// The start of that index; `None` when enough were tried.
+    fn start(&self, index: usize) -> Option<[f64; MAX_JOINTS]> {
         let arm = self.arm;
         let (near, more_near) = self.near.split_at(NEAR_STARTS.min(self.near.len()));
         let (far, more_far) = arm.starts.split_at(FAR_STARTS);
-        let mut start = [0.0; MOST_JOINTS];
-        let mut place = place;
-        let mut known = |places: &[u32], place: usize| {
-            let begins = places[place] as usize;
+        let mut start = [0.0; MAX_JOINTS];
+        let mut index = index;
+        let mut known = |begins_of: &[u32], index: usize| {
+            let begins = begins_of[index] as usize;
             let values = &arm.values[begins..begins + arm.group.len()];
             start.iter_mut().zip(values).for_each(|(to, from)| *to = f64::from(*from));
             Some(start)
         };
         // Each stage takes its places off.
-        if place < near.len() {
-            return known(near, place);
+        if index < near.len() {
+            return known(near, index);
         }
-        place -= near.len();
-        if place < FAR_STARTS {
-            return Some(padded(&far[place]));
+        index -= near.len();
+        if index < FAR_STARTS {
+            return Some(padded(&far[index]));
         }
-        place -= FAR_STARTS;
+        index -= FAR_STARTS;
         let off = if self.found { 0.0 } else { self.ends.first().map_or(f64::INFINITY, |(off, _)| *off) };
         if off > HOPELESS {
             return None;
         }
-        if place < more_near.len() {
-            return known(more_near, place);
+        if index < more_near.len() {
+            return known(more_near, index);
         }
-        place -= more_near.len();
-        if place < BESIDE_STARTS && !self.ends.is_empty() {
-            let (_, end) = &self.ends[place % self.ends.len()];
-            let beside = padded(&arm.beside[place]);
+        index -= more_near.len();
+        if index < BESIDE_STARTS && !self.ends.is_empty() {
+            let (_, end) = &self.ends[index % self.ends.len()];
+            let beside = padded(&arm.beside[index]);
             return Some(std::array::from_fn(|joint| end[joint] + beside[joint]));
         }
-        place = place.saturating_sub(BESIDE_STARTS);
-        if place >= MORE_FAR_STARTS && off > CLOSE {
+        index = index.saturating_sub(BESIDE_STARTS);
+        if index >= MORE_FAR_STARTS && off > CLOSE {
             return None;
         }
-        more_far.get(place).map(|values| padded(values))
+        more_far.get(index).map(|values| padded(values))
     }
 }
 
 impl Iterator for Search<'_> {
-    type Item = [f64; MOST_JOINTS];
+    type Item = [f64; MAX_JOINTS];
 
     fn next(&mut self) -> Option<Self::Item> {
         let settings = SolverSettings { steps: STEPS, ..SolverSettings::default() };
         loop {
-            let start = self.start(self.place)?;
-            self.place += 1;
+            let start = self.start(self.index)?;
+            self.index += 1;
             let end = descend(&self.arm.group, self.target, &start[..self.arm.group.len()], &settings);
             if end.solved {
                 self.found = true;
                 return Some(end.q);
             }
             let off = end.position + end.orientation;
-            let place = self.ends.partition_point(|(other, _)| *other <= off);
-            if place < ENDS {
-                self.ends.insert(place, (off, end.q));
+            let index = self.ends.partition_point(|(other, _)| *other <= off);
+            if index < ENDS {
+                self.ends.insert(index, (off, end.q));
                 self.ends.truncate(ENDS);
             }
         }
     }
 }
 
-fn padded(values: &[f64]) -> [f64; MOST_JOINTS] {
+fn padded(values: &[f64]) -> [f64; MAX_JOINTS] {
     std::array::from_fn(|joint| values.get(joint).copied().unwrap_or(0.0))
 }
 
 /// From the first joint's origin to the end effector, at most [m]: all links in one line.
 fn length(group: &PlanningGroup) -> f64 {
-    let links = group.joints().iter().enumerate().map(|(place, joint)| {
-        let link = if place == 0 { 0.0 } else { joint.origin.translation.vector.norm() };
+    let links = group.joints().iter().enumerate().map(|(index, joint)| {
+        let link = if index == 0 { 0.0 } else { joint.origin.translation.vector.norm() };
         let slide = match (joint.kind, joint.limits) {
             (JointKind::Prismatic, Some(limits)) => limits.low.abs().max(limits.high.abs()),
             _ => 0.0,

@@ -1,6 +1,6 @@
-//! One pose of an arm that keeps a joint free: is there a way to it without a collision?
+//! One pose of an arm that keeps a joint free: does it have a solution without collision?
 //!
-//! The ways to a pose form curves over the first joint, one a branch of the closed form. Each is cut at its middle: a
+//! The solutions of a pose form curves over the first joint, one per branch of the closed form. Each is cut at its middle: a
 //! configuration there that collides by some depth rules out all of the curve around it on which the two bodies cannot
 //! have come apart, since neither has moved far enough; the rest is cut again. A configuration that does not collide ends
 //! the search.
@@ -16,14 +16,14 @@ use robot::{
 
 /// Pieces of a curve that are shorter are not cut again [rad]: nothing is proved of them.
 const SHORTEST: f64 = 1e-3;
-/// In pieces shorter than this the deepest pair is looked for, in longer ones the first is good enough [rad].
+/// In pieces shorter than this the deepest pair is searched, in longer ones the first is good enough [rad].
 const SHALLOW: f64 = 0.05;
 /// Number of vain careful searches for a depth before they are left off for the pose.
 const PATIENCE: u32 = 32;
 /// Least interval to both sides that counts as ruled out [rad].
 const NOTHING: f64 = 1e-5;
 /// Configurations that are evaluated for one pose, at most; what is left by then is not proved.
-const MOST_CHECKS: usize = 1_200;
+const MAX_CHECKS: usize = 1_200;
 
 /// Where MuJoCo decides, configurations stand at most this far apart in the first joint [rad].
 const STEP: f64 = 0.02;
@@ -46,7 +46,7 @@ pub(super) struct SweepScratch {
 /// Hopes that are left for one pose.
 struct Hope {
     /// Whether all of it can be ruled out: not where two surfaces only touch and no other pair overlaps. Then nothing
-    /// around is ever proved, and all that is left is to look for a way.
+    /// around is ever proved, and all that is left is to search for a solution.
     provable: bool,
     /// Number of careful searches that may still find nothing.
     patience: u32,
@@ -100,7 +100,7 @@ impl RedundantArm {
         &self.motion
     }
 
-    /// Looks for a way to a pose that has one with the first joint at `first`; `ends` is scratch.
+    /// Searches for a solution of a pose that has one with the first joint at `first`; `ends` is scratch.
     pub fn solve(
         &self,
         target: &Pose<World, EndEffector>,
@@ -116,8 +116,8 @@ impl RedundantArm {
             (PoseLabel::Reachable, Proof::Witness)
         };
         let Some(collisions) = &self.collisions else {
-            let way = arm.find_branch(target, first, Some);
-            return way.map_or((PoseLabel::NoSolution, Proof::Searched), reachable);
+            let solution = arm.find_branch(target, first, Some);
+            return solution.map_or((PoseLabel::NoSolution, Proof::Searched), reachable);
         };
         if collisions.hand_collides(target) {
             return (PoseLabel::Colliding, Proof::Swept);
@@ -142,7 +142,7 @@ impl RedundantArm {
         while let Some(piece) = pieces.pop() {
             let Piece { low, high, branch } = piece;
             checks += 1;
-            if checks > MOST_CHECKS {
+            if checks > MAX_CHECKS {
                 return (PoseLabel::Colliding, Proof::Searched);
             }
             let Some(q) = arm.branch(target, piece.middle(), branch) else {
@@ -168,7 +168,7 @@ impl RedundantArm {
     }
 
     /// [`RedundantArm::solve`] by a verdict that knows no depth: nothing is proved between the configurations that are
-    /// looked at, one every [`STEP`] of the first joint on every branch, and one at least in each of its intervals.
+    /// evaluated, one every [`STEP`] of the first joint on every branch, and one at least in each of its intervals.
     pub fn solve_in_steps(
         &self,
         target: &Pose<World, EndEffector>,
@@ -182,7 +182,7 @@ impl RedundantArm {
         let steps = ends.windows(2).flat_map(|pair| {
             let [low, wide] = [pair[0], pair[1] - pair[0]];
             let count = libm::ceil(wide / STEP) as usize;
-            (0..count).map(move |place| low + wide * (place as f64 + 0.5) / count as f64)
+            (0..count).map(move |index| low + wide * (index as f64 + 0.5) / count as f64)
         });
         let mut found = false;
         for value in [first].into_iter().chain(steps) {
@@ -194,7 +194,7 @@ impl RedundantArm {
                 }
             }
         }
-        // Without a way: a single value of the first joint, lost to rounding.
+        // Without a solution: a single value of the first joint, lost to rounding.
         if found { (PoseLabel::Colliding, Proof::Searched) } else { (PoseLabel::NoSolution, Proof::IntervalEnds) }
     }
 }

@@ -48,8 +48,8 @@ pub struct Problem {
     pub file: String,
     /// Which shard, when it is one.
     pub shard: Option<ShardId>,
-    /// Place in the file: chunk, sample, channel; empty for the file as a whole.
-    pub place: String,
+    /// Location in the file: chunk, sample, channel; empty for the file as a whole.
+    pub location: String,
     /// The problem in words, with numbers.
     pub what: String,
     /// The remedy.
@@ -58,11 +58,11 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { file, place, what, remedy, .. } = self;
-        if place.is_empty() {
+        let Self { file, location, what, remedy, .. } = self;
+        if location.is_empty() {
             write!(f, "{file}: {what}; {remedy}")
         } else {
-            write!(f, "{file}: {place}: {what}; {remedy}")
+            write!(f, "{file}: {location}: {what}; {remedy}")
         }
     }
 }
@@ -82,7 +82,7 @@ pub struct VerifyReport {
     pub payloads: u64,
     /// Shards without a problem.
     pub intact_shards: u32,
-    /// Everything that is wrong, in order of files and places; at most [`VerifyReport::MOST`] a shard.
+    /// Everything that is wrong, in order of files and locations; at most [`VerifyReport::MAX`] a shard.
     pub problems: Vec<Problem>,
     /// Things that are no damage: leftovers of killed runs, files set aside.
     pub notes: Vec<String>,
@@ -90,7 +90,7 @@ pub struct VerifyReport {
 
 impl VerifyReport {
     /// Problems listed of one shard; a count of the others follows.
-    pub const MOST: usize = 20;
+    pub const MAX: usize = 20;
 
     /// Nothing is wrong.
     pub fn is_intact(&self) -> bool {
@@ -100,5 +100,5 @@ impl VerifyReport {
 
 /// A problem of a file as a whole.
 pub(super) fn whole(file: &str, what: String, remedy: &'static str) -> Problem {
-    Problem { file: file.to_owned(), shard: None, place: String::new(), what, remedy }
+    Problem { file: file.to_owned(), shard: None, location: String::new(), what, remedy }
 }

@@ -129,19 +129,19 @@ struct Findings {
 }
 
 impl Findings {
-    fn push(&mut self, place: String, what: String) {
-        if self.problems.len() == VerifyReport::MOST {
+    fn push(&mut self, location: String, what: String) {
+        if self.problems.len() == VerifyReport::MAX {
             self.more += 1;
             return;
         }
         let (file, shard) = (self.file.clone(), Some(self.shard));
-        self.problems.push(Problem { file, shard, place, what, remedy: REMAKE });
+        self.problems.push(Problem { file, shard, location, what, remedy: REMAKE });
     }
 
     fn end(mut self) -> Vec<Problem> {
         if self.more > 0 {
             let (file, shard, what) = (self.file, Some(self.shard), format!("and {} more problems", self.more));
-            self.problems.push(Problem { file, shard, place: String::new(), what, remedy: REMAKE });
+            self.problems.push(Problem { file, shard, location: String::new(), what, remedy: REMAKE });
         }
         self.problems
     }
@@ -191,7 +191,7 @@ fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: 
                     while let Some((row, channel, _)) =
                         expected.next_if(|(row, channel, _)| (row.index, *channel) < (message.index, message.channel))
                     {
-                        findings.push(place(row.index, channel), "the message is missing".to_owned());
+                        findings.push(location(row.index, channel), "the message is missing".to_owned());
                     }
                     let fits = |(row, channel, _): &(&LedgerRow, Channel, Digest)| {
                         (row.index, *channel) == (message.index, message.channel)
@@ -202,7 +202,7 @@ fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: 
                             check_payload(context, row, &message, &digest, checker.as_mut(), findings);
                         }
                         None => findings.push(
-                            place(message.index, message.channel),
+                            location(message.index, message.channel),
                             "a message that the ledger does not know, or out of order".to_owned(),
                         ),
                     }
@@ -217,12 +217,12 @@ fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: 
         }
     }
     for (row, channel, _) in expected {
-        findings.push(place(row.index, channel), "the message is missing".to_owned());
+        findings.push(location(row.index, channel), "the message is missing".to_owned());
     }
     payloads
 }
 
-fn place(index: SampleIndex, channel: Channel) -> String {
+fn location(index: SampleIndex, channel: Channel) -> String {
     format!("sample {index}, {}", channel.topic)
 }
 
@@ -234,7 +234,7 @@ fn check_payload(
     checker: &mut dyn CheckSample,
     findings: &mut Findings,
 ) {
-    let at = || place(message.index, message.channel);
+    let at = || location(message.index, message.channel);
     let calculated = Digest::of(&message.payload);
     if calculated != *digest {
         findings.push(at(), format!("payload digest: saved {}, calculated {}", digest.short(), calculated.short()));

@@ -207,9 +207,9 @@ impl<'a> RowChecks<'a> {
         }
     }
 
-    fn push(&mut self, file: &str, place: String, what: String) {
-        if self.found.iter().filter(|problem| problem.file == file).count() < VerifyReport::MOST {
-            self.found.push(Problem { place, ..whole(file, what, REWRITE) });
+    fn push(&mut self, file: &str, location: String, what: String) {
+        if self.found.iter().filter(|problem| problem.file == file).count() < VerifyReport::MAX {
+            self.found.push(Problem { location, ..whole(file, what, REWRITE) });
         }
     }
 

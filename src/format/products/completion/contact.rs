@@ -1,6 +1,6 @@
 //! One contact of something with an object.
 
-/// One place where something touched the object, in `CameraCv`.
+/// One point where something touched the object, in `CameraCv`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TouchContact {
     /// Which probe, counted from 0: of random rays the ray, of a hand its approach.

@@ -30,7 +30,7 @@ pub struct HandTouch {
 /// Measurement of a hand at one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Felt {
-    /// Which link touched: a place in [`HandTouch::links`].
+    /// Which link touched: an index in [`HandTouch::links`].
     pub link: u32,
     /// Force along the contact's normal [N], 0 or positive.
     pub force: f32,
@@ -136,15 +136,15 @@ impl HandTouch {
         let wild = joint_values.iter().find(|value| !value.is_finite());
         ranged(MESSAGE, "joint_values", wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
         let mut approaches = Vec::with_capacity(count);
-        for (place, byte) in ends.iter().enumerate() {
+        for (index, byte) in ends.iter().enumerate() {
             let end = ApproachEnd::from_byte(*byte).ok_or(RecordError::Range {
                 message: MESSAGE,
                 field: "ends",
                 value: f64::from(*byte),
                 allowed: "0 to 3",
             })?;
-            let camera_from_hand = pose(MESSAGE, "camera_from_hand", &poses[12 * place..][..12])?;
-            let joints = joint_values[joints.len() * place..][..joints.len()].to_vec();
+            let camera_from_hand = pose(MESSAGE, "camera_from_hand", &poses[12 * index..][..12])?;
+            let joints = joint_values[joints.len() * index..][..joints.len()].to_vec();
             approaches.push(Approach { camera_from_hand, joints, end });
         }
         let barren = contacts.iter().find(|contact| !approaches[contact.probe as usize].end.has_contacts());

@@ -149,7 +149,7 @@ proptest! {
     }
 
     #[test]
-    fn touch_that_contradicts_itself_or_its_pair_is_refused(touch in touch(), place in any::<prop::sample::Index>()) {
+    fn touch_that_contradicts_itself_or_its_pair_is_refused(touch in touch(), index in any::<prop::sample::Index>()) {
         let mut payload = Vec::new();
         touch.encode(&mut payload);
         let generated = proto::TactileContacts::decode(payload.as_slice()).unwrap();
@@ -168,21 +168,21 @@ proptest! {
         }
         let count = touch.contacts.len();
         prop_assume!(count > 0);
-        let place = place.index(count);
+        let index = index.index(count);
         let lies: [fn(&mut proto::TactileContacts, usize); 5] = [
-            |touch, place| touch.normals[12 * place..12 * place + 4].copy_from_slice(&2f32.to_le_bytes()),
-            |touch, place| touch.distances[4 * place..4 * place + 4].copy_from_slice(&(-1f32).to_le_bytes()),
-            |touch, place| touch.probe[place] = touch.probes,
-            |touch, place| touch.visible[place] = 2,
-            |touch, place| touch.cells[place] = 344,
+            |touch, index| touch.normals[12 * index..12 * index + 4].copy_from_slice(&2f32.to_le_bytes()),
+            |touch, index| touch.distances[4 * index..4 * index + 4].copy_from_slice(&(-1f32).to_le_bytes()),
+            |touch, index| touch.probe[index] = touch.probes,
+            |touch, index| touch.visible[index] = 2,
+            |touch, index| touch.cells[index] = 344,
         ];
         for (number, lie) in lies.into_iter().enumerate() {
             let mut lying = generated.clone();
-            lie(&mut lying, place);
-            prop_assert!(TactileContacts::decode(&lying.encode_to_vec()).is_err(), "lie {number} at {place}");
+            lie(&mut lying, index);
+            prop_assert!(TactileContacts::decode(&lying.encode_to_vec()).is_err(), "lie {number} at {index}");
         }
         let mut moved = touch.clone();
-        let cell = &mut moved.contacts[place].cell;
+        let cell = &mut moved.contacts[index].cell;
         *cell = match *cell {
             // Two cells on, or from outside into the middle.
             Some([x, y, z]) => Some([(x + 2) % 7, y, z]),
@@ -214,7 +214,7 @@ proptest! {
     }
 
     #[test]
-    fn touch_by_a_hand_that_contradicts_itself_is_refused(touch in hand_touch(), place in any::<prop::sample::Index>()) {
+    fn touch_by_a_hand_that_contradicts_itself_is_refused(touch in hand_touch(), index in any::<prop::sample::Index>()) {
         let mut payload = Vec::new();
         touch.encode(&mut payload);
         let generated = proto::HandContacts::decode(payload.as_slice()).unwrap();
@@ -223,7 +223,7 @@ proptest! {
             lie(&mut lying);
             TactileContacts::decode(&lying.encode_to_vec()).is_err()
         };
-        let approach = place.index(touch.probes as usize);
+        let approach = index.index(touch.probes as usize);
         let lies: [&dyn Fn(&mut proto::HandContacts); 11] = [
             &|touch| touch.links.clear(),
             &|touch| touch.joints.push("third".to_owned()),
@@ -242,11 +242,11 @@ proptest! {
         }
         let count = touch.contacts.len();
         prop_assume!(count > 0);
-        let place = place.index(count);
-        let barren = touch.contacts[place].probe as usize;
-        let float = |bytes: &mut Vec<u8>, value: f32| bytes[4 * place..][..4].copy_from_slice(&value.to_le_bytes());
+        let index = index.index(count);
+        let barren = touch.contacts[index].probe as usize;
+        let float = |bytes: &mut Vec<u8>, value: f32| bytes[4 * index..][..4].copy_from_slice(&value.to_le_bytes());
         let lies: [&dyn Fn(&mut proto::HandContacts); 6] = [
-            &|touch| touch.link[place] = 3,
+            &|touch| touch.link[index] = 3,
             &|touch| float(&mut touch.forces, -1e-3),
             &|touch| float(&mut touch.forces, f32::INFINITY),
             &|touch| float(&mut touch.gaps, f32::NAN),
@@ -254,20 +254,20 @@ proptest! {
             &|touch| touch.ends[barren] = ApproachEnd::Unstable as u8,
         ];
         for (number, lie) in lies.into_iter().enumerate() {
-            prop_assert!(refused(lie), "lie {} at {}", number, place);
+            prop_assert!(refused(lie), "lie {} at {}", number, index);
         }
     }
 
     #[test]
-    fn a_damaged_pair_is_an_error_or_another_record(mut pair in pair(), place in any::<prop::sample::Index>(), bit in 0..8) {
+    fn a_damaged_pair_is_an_error_or_another_record(mut pair in pair(), index in any::<prop::sample::Index>(), bit in 0..8) {
         // Larger numbers take five bytes, and the format has readers ignore the last one's upper bits.
         for number in [&mut pair.sample.instance, &mut pair.sample.item.0, &mut pair.sample.camera] {
             *number &= 0x0fff_ffff;
         }
         let mut payload = Vec::new();
         pair.encode(&mut payload);
-        let place = place.index(payload.len());
-        payload[place] ^= 1u8 << bit;
+        let index = index.index(payload.len());
+        payload[index] ^= 1u8 << bit;
         if let Ok(other) = VoxelPair::decode(&payload) {
             prop_assert_ne!(other, pair);
         }

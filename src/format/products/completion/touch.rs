@@ -18,7 +18,7 @@ const MESSAGE: &str = "TactileContacts";
 /// Distance that a contact may stand outside its cell [cells]: positions are kept in single precision.
 const CELL_TOLERANCE: f64 = 1e-3;
 /// Probes of one kind of touch, at most.
-const MOST_PROBES: u32 = 1 << 20;
+const MAX_PROBES: u32 = 1 << 20;
 
 /// Contacts of one kind of touch with the object of a pair.
 ///
@@ -93,7 +93,7 @@ impl TactileContacts {
         let sample = sample_from_proto(MESSAGE, touch.sample.take())?;
         let n = resolution(MESSAGE, touch.resolution)?;
         let probes = touch.probes;
-        ranged(MESSAGE, "probes", f64::from(probes), (1..=MOST_PROBES).contains(&probes), "1 to 1048576")?;
+        ranged(MESSAGE, "probes", f64::from(probes), (1..=MAX_PROBES).contains(&probes), "1 to 1048576")?;
         let positions = triples(MESSAGE, "positions", &touch.positions)?;
         let normals = triples(MESSAGE, "normals", &touch.normals)?;
         let distances = floats(MESSAGE, "distances", &touch.distances, 1)?;
@@ -108,23 +108,23 @@ impl TactileContacts {
         }
         let mut contacts = Vec::with_capacity(positions.len());
         let mut touching = 0;
-        for (place, position) in positions.into_iter().enumerate() {
-            let (probe, number) = (touch.probe[place], touch.cells[place]);
-            let before = place.checked_sub(1).map(|before| touch.probe[before]);
+        for (index, position) in positions.into_iter().enumerate() {
+            let (probe, number) = (touch.probe[index], touch.cells[index]);
+            let before = index.checked_sub(1).map(|before| touch.probe[before]);
             let ascends = probe < probes && before.is_none_or(|before| before <= probe);
             ranged(MESSAGE, "probe", f64::from(probe), ascends, "below the count of probes, and ascend")?;
             touching += usize::from(before != Some(probe));
-            let length = Vector3::from(normals[place].map(f64::from)).norm();
+            let length = Vector3::from(normals[index].map(f64::from)).norm();
             ranged(MESSAGE, "normals", length, (length - 1.0).abs() < 1e-5, "of unit length")?;
-            let distance = distances[place];
+            let distance = distances[index];
             ranged(MESSAGE, "distances", f64::from(distance), distance >= 0.0, "0 or positive")?;
-            let visible = touch.visible[place];
+            let visible = touch.visible[index];
             ranged(MESSAGE, "visible", f64::from(visible), visible < 2, "0 or 1")?;
             ranged(MESSAGE, "cells", f64::from(number), number <= n.pow(3), "a cell, or their count for none")?;
             contacts.push(TouchContact {
                 probe,
                 position,
-                normal: normals[place],
+                normal: normals[index],
                 distance,
                 visible: visible == 1,
                 cell: (number < n.pow(3)).then(|| [number / n / n, number / n % n, number % n]),
@@ -166,7 +166,7 @@ impl TactileContacts {
         let grid = &pair.grid;
         let (n, found) = (grid.resolution, self.resolution);
         ranged(MESSAGE, "resolution", f64::from(found), found == n, "that of the pair")?;
-        for (place, contact) in self.contacts.iter().enumerate() {
+        for (index, contact) in self.contacts.iter().enumerate() {
             let at = grid.coordinates_of(contact.position.map(f64::from));
             let fits = match contact.cell {
                 Some(cell) => at.iter().zip(cell).all(|(at, index)| {
@@ -175,7 +175,7 @@ impl TactileContacts {
                 }),
                 None => at.iter().any(|at| *at < 1.0 + CELL_TOLERANCE || *at > f64::from(n) - CELL_TOLERANCE),
             };
-            ranged(MESSAGE, "cells", place as f64, fits, "rows of contacts that stand in the cell they name")?;
+            ranged(MESSAGE, "cells", index as f64, fits, "rows of contacts that stand in the cell they name")?;
         }
         Ok(())
     }

@@ -50,9 +50,9 @@ pub struct GraspMethod {
     /// Least epsilon in that space of a grasp that is kept.
     pub min_epsilon: f64,
     /// Deepest overlap of hand and mesh before closing [m].
-    pub most_penetration: f64,
+    pub max_penetration: f64,
     /// Largest distance that the hand could come along its approach before it closed [m].
-    pub most_advance: f64,
+    pub max_advance: f64,
     /// Distance of the pregrasp back along the approach [m].
     pub stand_off: f64,
 }
@@ -81,7 +81,7 @@ pub struct RunStretch {
     pub mean_energy: f64,
 }
 
-/// A place where the closed hand touches, in `Object`.
+/// A point where the closed hand touches, in `Object`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldContact {
     /// Index of the link in [`HandNames::links`].
@@ -140,9 +140,9 @@ pub struct Grasp {
     pub width: Option<f64>,
     /// Whether it is kept.
     pub verdict: GraspVerdict,
-    /// For each pose of [`GraspRun::resting_poses`], the lowest place of the hand over the table [m], below 0 under it: while it comes in
-    /// its posture and closes; and while it comes opened, takes on that posture, and closes. None where the verdict is
-    /// [`GraspVerdict::Penetrates`]: such a hand was not closed.
+    /// For each pose of [`GraspRun::resting_poses`], the lowest point of the hand over the table [m], below 0 under it: while
+    /// it comes in its posture and closes; and while it comes opened, takes on that posture, and closes. None where the verdict
+    /// is [`GraspVerdict::Penetrates`]: such a hand was not closed.
     pub clearances: Vec<[f64; 2]>,
 }
 
@@ -303,7 +303,7 @@ fn course(run: &proto::GraspRun) -> Result<[RunStretch; STRETCHES], RecordError>
     if let Some(value) = run.mean_energy.iter().find(|value| value.is_infinite()) {
         ranged(MESSAGE, "mean_energy", *value, false, "finite or NaN")?;
     }
-    Ok(std::array::from_fn(|place| RunStretch { accepted: run.accepted[place], mean_energy: run.mean_energy[place] }))
+    Ok(std::array::from_fn(|index| RunStretch { accepted: run.accepted[index], mean_energy: run.mean_energy[index] }))
 }
 
 impl GraspMethod {
@@ -319,9 +319,9 @@ impl GraspMethod {
         wire::double(out, 22, self.torsion);
         wire::bytes(out, 23, self.space.as_bytes());
         wire::double(out, 24, self.min_epsilon);
-        wire::double(out, 25, self.most_penetration);
+        wire::double(out, 25, self.max_penetration);
         wire::double(out, 26, self.stand_off);
-        wire::double(out, 27, self.most_advance);
+        wire::double(out, 27, self.max_advance);
     }
 
     fn of(run: &proto::GraspRun) -> Result<Self, RecordError> {
@@ -344,8 +344,8 @@ impl GraspMethod {
         for (field, value) in [
             ("torsion", torsion),
             ("min_epsilon", run.min_epsilon),
-            ("most_penetration", run.most_penetration),
-            ("most_advance", run.most_advance),
+            ("max_penetration", run.max_penetration),
+            ("max_advance", run.max_advance),
             ("stand_off", run.stand_off),
         ] {
             ranged(MESSAGE, field, value, value >= 0.0 && value.is_finite(), "0 or positive, and finite")?;
@@ -363,8 +363,8 @@ impl GraspMethod {
             torsion,
             space: run.space.clone(),
             min_epsilon: run.min_epsilon,
-            most_penetration: run.most_penetration,
-            most_advance: run.most_advance,
+            max_penetration: run.max_penetration,
+            max_advance: run.max_advance,
             stand_off: run.stand_off,
         })
     }
@@ -479,14 +479,14 @@ impl Grasp {
 
 /// The contacts of a grasp whose lengths have been checked.
 fn contacts(grasp: &proto::Grasp, links: usize) -> Result<Vec<HeldContact>, RecordError> {
-    let triple = |values: &[f64], place: usize| [values[3 * place], values[3 * place + 1], values[3 * place + 2]];
+    let triple = |values: &[f64], index: usize| [values[3 * index], values[3 * index + 1], values[3 * index + 2]];
     let mut contacts = Vec::with_capacity(grasp.links.len());
-    for (place, link) in grasp.links.iter().copied().enumerate() {
+    for (index, link) in grasp.links.iter().copied().enumerate() {
         ranged(MESSAGE, "grasps.links", f64::from(link), (link as usize) < links, "an index into links")?;
-        let (point, normal) = (triple(&grasp.points, place), triple(&grasp.normals, place));
+        let (point, normal) = (triple(&grasp.points, index), triple(&grasp.normals, index));
         let length = Vector3::from(normal).norm();
         ranged(MESSAGE, "grasps.normals", length, (length - 1.0).abs() < 1e-9, "of unit length")?;
-        contacts.push(HeldContact { link, point, normal, distance: grasp.distances[place] });
+        contacts.push(HeldContact { link, point, normal, distance: grasp.distances[index] });
     }
     Ok(contacts)
 }

@@ -96,8 +96,8 @@ fn run() -> impl Strategy<Value = GraspRun> {
                     torsion: if soft { 0.1 } else { 0.0 },
                     space: FORCE.to_owned(),
                     min_epsilon: 0.01,
-                    most_penetration: 5e-4,
-                    most_advance: 0.03,
+                    max_penetration: 5e-4,
+                    max_advance: 0.03,
                     stand_off: 0.1,
                 },
                 grasps,
@@ -183,10 +183,10 @@ proptest! {
                 run.grasps.push(better);
             },
         ];
-        for (place, lie) in lies.into_iter().enumerate() {
+        for (number, lie) in lies.into_iter().enumerate() {
             let mut lying = generated.clone();
             lie(&mut lying);
-            prop_assert!(GraspRun::decode(&lying.encode_to_vec()).is_err(), "lie {place}");
+            prop_assert!(GraspRun::decode(&lying.encode_to_vec()).is_err(), "lie {number}");
         }
     }
 
@@ -212,10 +212,10 @@ fn shapes_read_back_and_have_the_generated_encoders_bytes() {
         |hand| hand.solids[1].size.push(0.1),
         |hand| hand.solids[4].triangles[0] = 3,
     ];
-    for (place, lie) in lies.into_iter().enumerate() {
+    for (number, lie) in lies.into_iter().enumerate() {
         let mut lying = generated.clone();
         lie(&mut lying);
-        assert!(HandShape::decode(&lying.encode_to_vec()).is_err(), "lie {place}");
+        assert!(HandShape::decode(&lying.encode_to_vec()).is_err(), "lie {number}");
     }
     let vertices = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mesh = TriMesh { vertices, triangles: vec![[0, 1, 2]] };
@@ -227,7 +227,7 @@ fn shapes_read_back_and_have_the_generated_encoders_bytes() {
     assert_eq!(generated.encode_to_vec(), payload);
 }
 
-/// A hinge by a quarter turn, then a slide along what was x.
+/// A hinge by a quarter of a revolution, then a slide along what was x.
 #[test]
 fn links_go_where_the_joints_bring_them() {
     let frames = hand().link_frames(&[std::f64::consts::FRAC_PI_2, 0.5]);

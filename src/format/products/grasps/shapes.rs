@@ -38,7 +38,7 @@ pub struct HandShape {
 pub struct HandJoint {
     /// Name of the joint.
     pub name: String,
-    /// Whether it slides; else it turns.
+    /// Whether it is prismatic; else it is revolute.
     pub slides: bool,
     /// The link that carries it.
     pub carried_by: usize,
@@ -127,16 +127,16 @@ impl HandShape {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When a length or place does not fit, a number is not finite, a pose is no rigid motion, or a kind is unknown.
+    /// When a length or index does not fit, a number is not finite, a pose is no rigid motion, or a kind is unknown.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let hand = proto::HandShape::decode(payload).map_err(broken(HAND))?;
         let id = digest(HAND, "digest", &hand.digest)?;
         lengthy(HAND, "links", hand.joints.len() + 1, hand.links.len())?;
         let links = hand.links.len();
-        let joints = hand.joints.iter().enumerate().map(|(place, joint)| {
+        let joints = hand.joints.iter().enumerate().map(|(index, joint)| {
             let slides = kind(HAND, "joints.kind", &joint.kind, &["revolute", "prismatic"])? == 1;
             let carried_by = joint.carried_by as usize;
-            ranged(HAND, "joints.carried_by", carried_by as f64, carried_by <= place, "a link before its own")?;
+            ranged(HAND, "joints.carried_by", carried_by as f64, carried_by <= index, "a link before its own")?;
             lengthy(HAND, "joints.axis", 3, joint.axis.len())?;
             let axis = Vector3::from_column_slice(&joint.axis);
             ranged(HAND, "joints.axis", axis.norm(), (axis.norm() - 1.0).abs() < 1e-9, "of unit length")?;
@@ -175,8 +175,8 @@ impl LinkSolid {
         wire::doubles(out, 4, &rows(&self.link_from_solid));
         if let Shape::Mesh(mesh) = &self.shape {
             wire::doubles_of(out, 5, mesh.corners.iter().flat_map(|corner| [corner.x, corner.y, corner.z]));
-            let places: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
-            wire::uint32s(out, 6, places.iter().copied());
+            let indices: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+            wire::uint32s(out, 6, indices.iter().copied());
         }
     }
 
@@ -187,7 +187,7 @@ impl LinkSolid {
         lengthy(HAND, "solids.size", [3, 1, 2, 2, 0][kind], solid.size.len())?;
         let bad = solid.size.iter().find(|size| !(**size >= 0.0 && size.is_finite()));
         ranged(HAND, "solids.size", bad.copied().unwrap_or_default(), bad.is_none(), "0 or positive, and finite")?;
-        let size = |place: usize| solid.size[place];
+        let size = |index: usize| solid.size[index];
         let shape = match kind {
             0 => Shape::Box { half: [size(0), size(1), size(2)] },
             1 => Shape::Sphere { radius: size(0) },
@@ -199,7 +199,7 @@ impl LinkSolid {
                 let count = solid.corners.len() / 3;
                 lengthy(HAND, "solids.corners", 3 * count, solid.corners.len())?;
                 let corners = solid.corners.chunks_exact(3).map(Point3::from_slice).collect();
-                let triangles = places(HAND, "solids.triangles", &solid.triangles, count)?;
+                let triangles = indices(HAND, "solids.triangles", &solid.triangles, count)?;
                 Shape::Mesh(Arc::new(Triangles { corners, triangles }))
             }
         };
@@ -223,12 +223,12 @@ impl ObjectShape {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When a length or place does not fit, or a number is not finite.
+    /// When a length or index does not fit, or a number is not finite.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let shape = proto::ObjectShape::decode(payload).map_err(broken(OBJECT))?;
         let object = digest(OBJECT, "object", &shape.object)?;
         let vertices = triples(OBJECT, "vertices", &shape.vertices)?;
-        let triangles = places(OBJECT, "triangles", &shape.triangles, vertices.len())?;
+        let triangles = indices(OBJECT, "triangles", &shape.triangles, vertices.len())?;
         Ok(Self { object, mesh: TriMesh { vertices, triangles } })
     }
 }
@@ -253,15 +253,15 @@ fn kind(message: &'static str, field: &'static str, found: &str, known: &[&str])
 }
 
 /// Three places each, all below `count`.
-fn places(
+fn indices(
     message: &'static str,
     field: &'static str,
-    places: &[u32],
+    indices: &[u32],
     count: usize,
 ) -> Result<Vec<[u32; 3]>, RecordError> {
-    lengthy(message, field, places.len() / 3 * 3, places.len())?;
-    if let Some(beyond) = places.iter().find(|place| **place as usize >= count) {
+    lengthy(message, field, indices.len() / 3 * 3, indices.len())?;
+    if let Some(beyond) = indices.iter().find(|index| **index as usize >= count) {
         ranged(message, field, f64::from(*beyond), false, "an index of a corner")?;
     }
-    Ok(places.as_chunks::<3>().0.to_vec())
+    Ok(indices.as_chunks::<3>().0.to_vec())
 }

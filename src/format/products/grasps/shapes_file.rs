@@ -166,18 +166,18 @@ impl Shapes {
                     chunks.push((chunk.message_start_time, (chunk.chunk_start_offset, chunk.chunk_length)));
                 }
                 Record::AttachmentIndex(index) => {
-                    if let Some(place) = TRIAL_HAND.iter().position(|(name, _)| *name == index.name) {
-                        trial_hand[place] = Some((index.offset, index.length, index.data_size));
+                    if let Some(position) = TRIAL_HAND.iter().position(|(name, _)| *name == index.name) {
+                        trial_hand[position] = Some((index.offset, index.length, index.data_size));
                     }
                 }
                 _ => {}
             }
         }
         chunks.sort_unstable();
-        if chunks.iter().zip(0..).any(|((time, _), place)| *time != place) || chunks.is_empty() {
+        if chunks.iter().zip(0..).any(|((time, _), position)| *time != position) || chunks.is_empty() {
             return Err(damaged(&path, "its messages are not numbered from 0".to_owned()));
         }
-        Ok(Self { path, chunks: chunks.into_iter().map(|(_, place)| place).collect(), trial_hand })
+        Ok(Self { path, chunks: chunks.into_iter().map(|(_, position)| position).collect(), trial_hand })
     }
 
     /// The hand.
@@ -214,8 +214,8 @@ impl Shapes {
     ///
     /// # Panics
     /// When there are not so many.
-    pub fn object(&self, place: usize) -> Result<ObjectShape, DatasetError> {
-        ObjectShape::decode(&self.payload(place + 1)?).map_err(|error| self.broken(&error))
+    pub fn object(&self, index: usize) -> Result<ObjectShape, DatasetError> {
+        ObjectShape::decode(&self.payload(index + 1)?).map_err(|error| self.broken(&error))
     }
 
     /// Holds the shapes against the asset table: its hand, and its objects in order of their content.
@@ -228,18 +228,18 @@ impl Shapes {
             let what = format!("it has {} objects, the asset table {}", self.objects(), objects.len());
             return Err(damaged(&self.path, what));
         }
-        for (place, expected) in objects.iter().enumerate() {
-            let found = self.object(place)?.object;
+        for (index, expected) in objects.iter().enumerate() {
+            let found = self.object(index)?.object;
             if found != *expected {
                 let (found, expected) = (found.0.short(), expected.0.short());
-                return Err(damaged(&self.path, format!("object {place} is {found}, the asset table has {expected}")));
+                return Err(damaged(&self.path, format!("object {index} is {found}, the asset table has {expected}")));
             }
         }
         Ok(())
     }
 
-    fn payload(&self, place: usize) -> Result<Vec<u8>, DatasetError> {
-        let (offset, length) = self.chunks[place];
+    fn payload(&self, index: usize) -> Result<Vec<u8>, DatasetError> {
+        let (offset, length) = self.chunks[index];
         let record = read_at(&self.path, offset, length)?;
         let unpacked = unpack(&record).map_err(failed(&self.path))?;
         for record in records(&unpacked) {
@@ -248,7 +248,7 @@ impl Shapes {
                 return Ok(body[MESSAGE_HEADER..].to_vec());
             }
         }
-        Err(damaged(&self.path, format!("chunk {place} holds no message")))
+        Err(damaged(&self.path, format!("chunk {index} holds no message")))
     }
 
     fn broken(&self, error: &RecordError) -> DatasetError {

@@ -98,7 +98,7 @@ pub struct TrialMethod {
     pub mass_source: String,
     /// Gravity: `lifted` (a lift and a shake) or `six` (directions, one after another).
     pub gravity: String,
-    /// Standard deviations of perturbed runs: of the logarithms of friction and mass, of place [m] and turn [rad].
+    /// Standard deviations of perturbed runs: of the logarithms of friction and mass, of position [m] and rotation [rad].
     pub spreads: [f64; 4],
 }
 
@@ -123,7 +123,7 @@ pub struct TrialOutcome {
     pub force: f64,
     /// Links that touched in the end.
     pub links: u32,
-    /// Share of their way that the fingers backed off before it began, 0 to 1.
+    /// Share of their range that the fingers backed off before it began, 0 to 1.
     pub opened_by: f64,
     /// Distance that the hand drew back [m].
     pub drawn_back: f64,
@@ -233,7 +233,7 @@ impl GraspTrials {
         }
     }
 
-    /// `Err` unless there is one trial a kept grasp of the run; `kept` are the places of these.
+    /// `Err` unless there is one trial per kept grasp of the run; `kept` are the indices of these.
     pub(super) fn check_beside(&self, kept: &[u32]) -> Result<(), RecordError> {
         lengthy(MESSAGE, "trials", kept.len(), self.trials.len())?;
         let other = self.trials.iter().zip(kept).find(|(trial, kept)| trial.grasp != **kept);
@@ -392,13 +392,13 @@ impl ClosedHand {
             finite(field, values)?;
         }
         let mut contacts = Vec::with_capacity(count);
-        for (place, link) in links.iter().copied().enumerate() {
+        for (index, link) in links.iter().copied().enumerate() {
             ranged(MESSAGE, "trials.links", f64::from(link), link as usize <= joints, "an index into links")?;
-            let of = |field, values: &[f64]| triple(field, &values[3 * place..][..3]);
+            let of = |field, values: &[f64]| triple(field, &values[3 * index..][..3]);
             let (point, normal) = (of("trials.points", points)?, of("trials.normals", normals)?);
             let length = Vector3::from(normal).norm();
             ranged(MESSAGE, "trials.normals", length, (length - 1.0).abs() < 1e-9, "of unit length")?;
-            contacts.push(PressedContact { link, point, normal, distance: distances[place], force: forces[place] });
+            contacts.push(PressedContact { link, point, normal, distance: distances[index], force: forces[index] });
         }
         let object_from_base = pose(MESSAGE, "trials.object_from_base", &trial.object_from_base)?;
         Ok(Some(Self { joints: values.clone(), object_from_base, contacts }))

@@ -100,10 +100,10 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
         |trials| trials.trials[1].outcome.as_mut().unwrap().verdict = 10,
         |trials| trials.trials[0].perturbed[0].shift.push(0.0),
     ];
-    for (place, lie) in lies.into_iter().enumerate() {
+    for (number, lie) in lies.into_iter().enumerate() {
         let mut lying = generated.clone();
         lie(&mut lying);
-        assert!(GraspTrials::decode(&lying.encode_to_vec()).is_err(), "lie {place}");
+        assert!(GraspTrials::decode(&lying.encode_to_vec()).is_err(), "lie {number}");
     }
     assert!(trials().check_beside(&[1, 4]).is_ok());
     assert!(trials().check_beside(&[1]).is_err() && trials().check_beside(&[1, 3]).is_err());

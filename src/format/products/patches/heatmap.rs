@@ -32,7 +32,7 @@ pub struct HeatmapPoint {
 /// The points of all grasps of an object, of the chosen types, that come from about where the camera of one of them stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchHeatmap {
-    /// Which sample: that of the [`HeatmapPatch`] whose camera looks.
+    /// Which sample: that of the [`HeatmapPatch`] with the same camera.
     pub sample: SampleId,
     /// Width of the image [px].
     pub width: u32,
@@ -83,7 +83,8 @@ impl PatchHeatmap {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range, a point lies outside the image, or points are out of order.
+    /// When lengths do not fit each other, a number is out of range, a point lies outside the image, or points are out of
+    /// order.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let raw = proto::PatchHeatmap::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample)?;
@@ -101,15 +102,15 @@ impl PatchHeatmap {
         }
         lengthy(MESSAGE, "pixels", 2 * count, raw.pixels.len())?;
         let mut points: Vec<HeatmapPoint> = Vec::with_capacity(count);
-        for (place, value) in values.into_iter().enumerate() {
-            let (type_index, point) = (raw.type_indices[place], raw.points[place]);
+        for (index, value) in values.into_iter().enumerate() {
+            let (type_index, point) = (raw.type_indices[index], raw.points[index]);
             ranged(MESSAGE, "type_indices", f64::from(type_index), type_index < raw.types, "below types")?;
             ranged(MESSAGE, "points", f64::from(point), point < PATCH_POINTS as u32, "0 to 3")?;
-            let pixel = [raw.pixels[2 * place], raw.pixels[2 * place + 1]];
+            let pixel = [raw.pixels[2 * index], raw.pixels[2 * index + 1]];
             for (pixel, side) in pixel.into_iter().zip([raw.width, raw.height]) {
                 ranged(MESSAGE, "pixels", pixel, (0.0..f64::from(side)).contains(&pixel), "inside the image")?;
             }
-            let next = HeatmapPoint { run: raw.runs[place], rank: raw.ranks[place], type_index, point, pixel, value };
+            let next = HeatmapPoint { run: raw.runs[index], rank: raw.ranks[index], type_index, point, pixel, value };
             let key = |point: &HeatmapPoint| (point.run, point.rank, point.point);
             let sorted = points.last().is_none_or(|last| key(last) < key(&next));
             ranged(MESSAGE, "runs", f64::from(next.run), sorted, "sorted by run, rank and point")?;
@@ -118,7 +119,7 @@ impl PatchHeatmap {
         Ok(Self { sample, width: raw.width, height: raw.height, types: raw.types, angle: raw.angle, points })
     }
 
-    /// Checks that the grasp of `patch`, whose camera looks, is among them as it stands there.
+    /// Checks that the grasp of `patch`, whose camera it is, is among them as it stands there.
     ///
     /// # Errors
     /// When it is not, or the image is another.
@@ -127,19 +128,19 @@ impl PatchHeatmap {
         ranged(MESSAGE, "width", f64::from(self.width), self.width == camera.width, "the camera's")?;
         ranged(MESSAGE, "height", f64::from(self.height), self.height == camera.height, "the camera's")?;
         ranged(MESSAGE, "types", f64::from(self.types), self.types == types, "as many as the patch has")?;
-        for (place, point) in (0..).zip(&patch.points) {
+        for (index, point) in (0..).zip(&patch.points) {
             let own = HeatmapPoint {
                 run: patch.run,
                 rank: patch.rank,
                 type_index: patch.type_index,
-                point: place,
+                point: index,
                 pixel: point.pixel,
                 value: patch.value,
             };
             ranged(
                 MESSAGE,
                 "points",
-                f64::from(place),
+                f64::from(index),
                 self.points.contains(&own),
                 "with those of the patch's own grasp",
             )?;

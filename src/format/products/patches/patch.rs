@@ -25,7 +25,7 @@ pub const POINT_NAMES: [&str; PATCH_POINTS] = ["palm", "F0", "F1", "F2"];
 /// Values that a label may be: -epsilon, or the energy.
 const LABELS: [&str; 2] = ["epsilon", "energy"];
 
-/// A place on a hand, and the patch around it.
+/// A point on a hand, and the patch around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchPoint {
     /// Name in the hand's description: the approach frame, or a contact.
@@ -42,7 +42,7 @@ pub struct PatchPoint {
 /// 4).
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatmapPatch {
-    /// Which sample: the object, and the grasp's place among those of the chosen types as its view.
+    /// Which sample: the object, and the grasp's index among those of the chosen types as its item.
     pub sample: SampleId,
     /// Root digest of the exact numbers of the dataset that holds the grasp.
     pub grasps: Digest,
@@ -115,8 +115,8 @@ impl HeatmapPatch {
         let DepthCrop { left, top, width, height, .. } = image.crop;
         ranged(IMAGE, "width", f64::from(width), left + width <= self.camera.width, "inside the image")?;
         ranged(IMAGE, "height", f64::from(height), top + height <= self.camera.height, "inside the image")?;
-        for (place, PatchPoint { corner: [left, top], .. }) in self.points.iter().enumerate() {
-            for (k, depth) in (0..).zip(self.depth_of(place)) {
+        for (index, PatchPoint { corner: [left, top], .. }) in self.points.iter().enumerate() {
+            for (k, depth) in (0..).zip(self.depth_of(index)) {
                 let whole = image.crop.at(left + k % self.side, top + k / self.side);
                 let same = whole.to_bits() == depth.to_bits() || whole.is_nan() && depth.is_nan();
                 ranged(IMAGE, "data", f64::from(whole), same, "that of the patch around each point")?;
@@ -242,12 +242,12 @@ fn value_of(raw: &proto::HeatmapPatch) -> Result<f32, RecordError> {
     let each = PATCH_POINTS * raw.types.len();
     lengthy(MESSAGE, "labels", 4 * PATCH_POINTS * each, raw.labels.len())?;
     let labels = singles(&raw.labels);
-    let place = PATCH_POINTS * raw.type_index as usize;
-    let value = labels[place];
+    let index = PATCH_POINTS * raw.type_index as usize;
+    let value = labels[index];
     ranged(MESSAGE, "labels", f64::from(value), value.is_finite(), "finite")?;
     for (point, row) in labels.chunks_exact(each).enumerate() {
         for (entry, label) in row.iter().enumerate() {
-            let expected = if entry == place + point { value } else { 0.0 };
+            let expected = if entry == index + point { value } else { 0.0 };
             let same = label.to_bits() == expected.to_bits();
             ranged(
                 MESSAGE,
@@ -258,8 +258,8 @@ fn value_of(raw: &proto::HeatmapPatch) -> Result<f32, RecordError> {
             )?;
         }
     }
-    let told = if raw.label == LABELS[0] { -raw.epsilon } else { raw.energy } as f32;
-    ranged(MESSAGE, "labels", f64::from(value), value == told, "what label says")?;
+    let stated = if raw.label == LABELS[0] { -raw.epsilon } else { raw.energy } as f32;
+    ranged(MESSAGE, "labels", f64::from(value), value == stated, "what label says")?;
     Ok(value)
 }
 
@@ -274,23 +274,23 @@ fn points(
     lengthy(MESSAGE, "corners", 2 * PATCH_POINTS, raw.corners.len())?;
     ranged(MESSAGE, "side", f64::from(raw.side), (1..=1024).contains(&raw.side), "1 to 1024")?;
     let side = raw.side;
-    let points: [PatchPoint; PATCH_POINTS] = std::array::from_fn(|place| PatchPoint {
-        name: raw.names[place].clone(),
-        point: std::array::from_fn(|axis| raw.points[3 * place + axis]),
-        pixel: std::array::from_fn(|axis| raw.pixels[2 * place + axis]),
-        corner: std::array::from_fn(|axis| raw.corners[2 * place + axis]),
+    let points: [PatchPoint; PATCH_POINTS] = std::array::from_fn(|index| PatchPoint {
+        name: raw.names[index].clone(),
+        point: std::array::from_fn(|axis| raw.points[3 * index + axis]),
+        pixel: std::array::from_fn(|axis| raw.pixels[2 * index + axis]),
+        corner: std::array::from_fn(|axis| raw.corners[2 * index + axis]),
     });
     for PatchPoint { point, pixel, corner, .. } in &points {
         let seen = camera_from_object.point(&(*point).into());
         ranged(MESSAGE, "points", seen.z, seen.z >= camera.near, "in front of the camera")?;
         let (u, v) = camera.project(&seen);
-        for ((pixel, told), (corner, most)) in
+        for ((pixel, stated), (corner, max)) in
             pixel.iter().zip([u, v]).zip(corner.iter().zip([camera.width, camera.height]))
         {
-            ranged(MESSAGE, "pixels", *pixel, (pixel - told).abs() < 1e-6, "the projections of points")?;
+            ranged(MESSAGE, "pixels", *pixel, (pixel - stated).abs() < 1e-6, "the projections of points")?;
             let middle = f64::from(*corner) + f64::from(side) / 2.0;
             ranged(MESSAGE, "corners", f64::from(*corner), (middle - pixel).abs() <= 0.5 + 1e-6, "around its pixel")?;
-            let inside = corner.checked_add(side).is_some_and(|end| end <= most);
+            let inside = corner.checked_add(side).is_some_and(|end| end <= max);
             ranged(MESSAGE, "corners", f64::from(*corner), inside, "inside the image")?;
         }
     }

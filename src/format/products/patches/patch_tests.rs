@@ -11,12 +11,12 @@ use kernel::{
 };
 
 fn patch() -> impl Strategy<Value = HeatmapPatch> {
-    let place = (any::<[u8; 32]>(), 0..9u32, 0..9u32, 0..3u32);
+    let key = (any::<[u8; 32]>(), 0..9u32, 0..9u32, 0..3u32);
     let point = (prop::array::uniform3(-0.1..0.1f64), "[a-z_]{0,9}");
     let points = prop::collection::vec(point, PATCH_POINTS);
     let numbers = (-9.0..9.0f64, 0.0..0.5f64, any::<bool>(), prop::array::uniform6(-3.0..3.0f64), 4..9u32);
     let depth = prop::collection::vec(prop_oneof![Just(f32::NAN), 1.0..3.0f32], 8 * 8 * PATCH_POINTS);
-    (place, points, numbers, depth).prop_map(|((digest, run, rank, type_index), points, numbers, mut depth)| {
+    (key, points, numbers, depth).prop_map(|((digest, run, rank, type_index), points, numbers, mut depth)| {
         let (energy, epsilon, quirk, approach, side) = numbers;
         let camera = Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("a camera");
         let point_focal_length = quirk.then_some(589.366_454);
@@ -73,9 +73,9 @@ proptest! {
         for point in 0..PATCH_POINTS {
             let labels = again.labels(point);
             prop_assert_eq!(labels.len(), 12);
-            let place = 4 * patch.type_index as usize + point;
+            let index = 4 * patch.type_index as usize + point;
             let mut expected = vec![0.0; 12];
-            expected[place] = patch.value;
+            expected[index] = patch.value;
             prop_assert_eq!(labels, expected);
         }
         let checked = (checks_of(Product::PATCHES).samples)().check(Channel::PATCH, &bytes).expect("a record");
@@ -85,7 +85,7 @@ proptest! {
 
     #[test]
     fn colours_come_back(side in 1..9u32, level in any::<u8>()) {
-        let rgb = (0..PATCH_POINTS as u32 * side * side).map(|place| [place as u8, level, 7]).collect();
+        let rgb = (0..PATCH_POINTS as u32 * side * side).map(|index| [index as u8, level, 7]).collect();
         let colour = PatchColour { sample: SampleId::of_object(ObjectId(Digest([1; 32])), ItemId(2)), side, rgb };
         let mut bytes = Vec::new();
         colour.encode(&mut bytes);
@@ -179,9 +179,9 @@ fn what_contradicts_itself_is_no_patch() {
         ("point_focal_length", |raw| raw.point_focal_length = -1.0),
         ("depth", |raw| raw.depth[..4].copy_from_slice(&(-1.0f32).to_le_bytes())),
         ("labels", |raw| {
-            // The palm's label in another place as well.
-            let place = 4 * ((4 * raw.type_index as usize + 5) % 12);
-            raw.labels[place..place + 4].copy_from_slice(&0.5f32.to_le_bytes());
+            // The palm's label at another point as well.
+            let index = 4 * ((4 * raw.type_index as usize + 5) % 12);
+            raw.labels[index..index + 4].copy_from_slice(&0.5f32.to_le_bytes());
         }),
         ("labels", |raw| (raw.epsilon, raw.energy) = (raw.epsilon + 1.0, raw.energy + 1.0)),
     ];

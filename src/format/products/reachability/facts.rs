@@ -16,7 +16,8 @@ const fn count(name: &'static str, meaning: &'static str) -> FactFormat {
     FactFormat { name, kind: FactKind::Count, topic: None, meaning }
 }
 
-/// Columns of the facts: labels in the order of [`PoseLabel::ALL`], proofs in the order of [`Proof::ALL`](kernel::geom::Proof::ALL).
+/// Columns of the facts: labels in the order of [`PoseLabel::ALL`], proofs in the order of
+/// [`Proof::ALL`](kernel::geom::Proof::ALL).
 pub(super) const FACTS: [FactFormat; 8] = [
     count("no_solution", "Poses that no joint values reach."),
     count("colliding", "Poses that are reached with a collision alone."),

@@ -158,14 +158,14 @@ fn grid(axes: &[proto::FieldAxis]) -> Result<PoseGrid, RecordError> {
     };
     if axes.len() == ON_SPHERE.len() {
         let [x, y, z, direction, roll] = std::array::from_fn(|k| axis(k, ON_SPHERE[k]));
-        let (places, direction, roll) = ([x?, y?, z?], direction?, roll?);
+        let (position_axes, direction, roll) = ([x?, y?, z?], direction?, roll?);
         let count = direction.count;
         let allowed = "12 n^2 directions in ring order, n from 1 to 16";
         let other = RecordError::Range { message: MESSAGE, field: "axes.count", value: count as f64, allowed };
         let directions = HealPix::of_count(count).ok_or(other)?;
-        let grid = PoseGrid::on_sphere(places, directions, roll.count).map_err(invalid)?;
+        let grid = PoseGrid::on_sphere(position_axes, directions, roll.count).map_err(invalid)?;
         // Directions count from 0 by 1, rolls all round from -pi: nothing else is such a grid.
-        let same = grid.axes()[3..] == [direction, roll] && places.iter().all(|axis| !axis.periodic);
+        let same = grid.axes()[3..] == [direction, roll] && position_axes.iter().all(|axis| !axis.periodic);
         ranged(
             MESSAGE,
             "axes.first",

@@ -22,7 +22,7 @@ use crate::dataset::{
     durable::Temporary,
     error::{REMAKE, REWRITE},
     shard::{LIBRARY, ZSTD_LEVEL},
-    shard_file::{MESSAGE_HEADER, MOST_CHUNK_BYTES, ShardFile, invalid, parse, read_at, read_summary, records, unpack},
+    shard_file::{MAX_CHUNK_BYTES, MESSAGE_HEADER, ShardFile, invalid, parse, read_at, read_summary, records, unpack},
 };
 use kernel::{
     geom::{PoseGrid, PoseLabel},
@@ -30,7 +30,7 @@ use kernel::{
 };
 
 /// Reads the field of a finished reachability dataset. It proves itself by its checksum and its own rules; whether it is
-/// what the manifest says is `verify`'s to tell.
+/// what the manifest says is checked by `verify`.
 ///
 /// # Errors
 /// When the dataset has no field, or it is damaged.
@@ -63,8 +63,8 @@ pub fn write_field(
     field.encode(&mut payload);
     drop(field);
     let (file, temporary) = Temporary::create(folder, FIELD)?;
-    if payload.len() as u64 > MOST_CHUNK_BYTES / 2 {
-        let problem = format!("a field of {} bytes, {} at most", payload.len(), MOST_CHUNK_BYTES / 2);
+    if payload.len() as u64 > MAX_CHUNK_BYTES / 2 {
+        let problem = format!("a field of {} bytes, {} at most", payload.len(), MAX_CHUNK_BYTES / 2);
         return Err(DatasetError::Invalid { path: folder.join(FIELD), problem, remedy: "take larger steps" });
     }
     let mut buffer = BufWriter::new(&file);
@@ -162,17 +162,17 @@ fn read_payload(path: &Path) -> Result<Vec<u8>, DatasetError> {
         error => damaged(path, error.to_string()),
     };
     let summary = read_summary(&file, bytes).map_err(failed)?;
-    let (mut place, mut topic) = (None, None);
+    let (mut only, mut topic) = (None, None);
     for record in records(&summary) {
         match record.and_then(|(opcode, body)| parse(opcode, body)).map_err(failed)? {
-            Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => place = Some(chunk),
+            Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => only = Some(chunk),
             Record::Channel(channel) => topic = Some(channel.topic),
             _ => {}
         }
     }
-    let place = place.filter(|_| topic.as_deref() == Some(ReachabilityField::TOPIC));
-    let place = place.ok_or_else(|| damaged(path, format!("it has no message on {}", ReachabilityField::TOPIC)))?;
-    let record = read_at(path, place.chunk_start_offset, place.chunk_length)?;
+    let chunk = only.filter(|_| topic.as_deref() == Some(ReachabilityField::TOPIC));
+    let chunk = chunk.ok_or_else(|| damaged(path, format!("it has no message on {}", ReachabilityField::TOPIC)))?;
+    let record = read_at(path, chunk.chunk_start_offset, chunk.chunk_length)?;
     let unpacked = unpack(&record).map_err(failed)?;
     drop(record);
     for record in records(&unpacked) {

@@ -31,12 +31,13 @@ fn block() -> impl Strategy<Value = ReachabilityBlock> {
 
 /// A grid of 2 x 1 x 3 x 1 x 2 x 4 poses.
 fn field_header(thesis: bool, robot: String) -> FieldHeader {
-    let place = |name, count| Axis { name, unit: AxisUnit::Metre, first: -0.1, step: 0.1, count, periodic: false };
-    let turn = |name, count: usize| {
+    let metres = |name, count| Axis { name, unit: AxisUnit::Metre, first: -0.1, step: 0.1, count, periodic: false };
+    let radians = |name, count: usize| {
         let step = std::f64::consts::TAU / count as f64;
         Axis { name, unit: AxisUnit::Radian, first: -std::f64::consts::PI, step, count, periodic: true }
     };
-    let axes = [place("x", 2), place("y", 1), place("z", 3), turn("roll", 1), turn("pitch", 2), turn("yaw", 4)];
+    let axes =
+        [metres("x", 2), metres("y", 1), metres("z", 3), radians("roll", 1), radians("pitch", 2), radians("yaw", 4)];
     FieldHeader {
         grid: PoseGrid::new(axes).unwrap(),
         metric: if thesis { FieldMetric::Cells } else { FieldMetric::Metres { rho: 0.127 } },
@@ -67,22 +68,22 @@ proptest! {
     }
 
     #[test]
-    fn a_block_that_contradicts_itself_is_refused(mut block in block(), place in any::<prop::sample::Index>()) {
-        let place = place.index(block.labels.len());
+    fn a_block_that_contradicts_itself_is_refused(mut block in block(), index in any::<prop::sample::Index>()) {
+        let index = index.index(block.labels.len());
         let changes: [fn(&mut ReachabilityBlock, usize); 4] = [
-            |block, place| block.labels[place] = PoseLabel::ALL[(block.labels[place] as usize + 2) % 3],
+            |block, index| block.labels[index] = PoseLabel::ALL[(block.labels[index] as usize + 2) % 3],
             |block, _| block.witnesses.push(0.0),
             |block, _| _ = block.proofs.pop(),
             |block, _| block.joints = 0,
         ];
         let was = block.clone();
         for change in changes {
-            change(&mut block, place);
+            change(&mut block, index);
             let mut payload = Vec::new();
             block.encode(&mut payload);
             // From "no solution" to "colliding" both stay possible.
             let both_are_out_of_reach = block.labels != was.labels
-                && [block.labels[place], was.labels[place]].iter().all(|label| *label != PoseLabel::Reachable);
+                && [block.labels[index], was.labels[index]].iter().all(|label| *label != PoseLabel::Reachable);
             prop_assert!(ReachabilityBlock::decode(&payload).is_err() || both_are_out_of_reach);
             block.clone_from(&was);
         }
@@ -120,9 +121,9 @@ proptest! {
     #[test]
     fn a_field_over_directions_reads_back_and_lies_are_found(labels in prop::collection::vec(0..3u8, 48)) {
         let labels: Vec<PoseLabel> = labels.into_iter().filter_map(PoseLabel::from_byte).collect();
-        let places = *field_header(false, String::new()).grid.places();
-        let places = places.map(|axis| kernel::geom::Axis { count: 1, ..axis });
-        let grid = PoseGrid::on_sphere(places, HealPix::new(1).unwrap(), 4).unwrap();
+        let position_axes = *field_header(false, String::new()).grid.position_axes();
+        let position_axes = position_axes.map(|axis| kernel::geom::Axis { count: 1, ..axis });
+        let grid = PoseGrid::on_sphere(position_axes, HealPix::new(1).unwrap(), 4).unwrap();
         let header = FieldHeader { grid, ..field_header(false, "arm".to_owned()) };
         let field = ReachabilityField { distances: header.distances(&labels), header, labels };
         let mut payload = Vec::new();
@@ -140,10 +141,10 @@ proptest! {
             |field| field.axes[0].periodic = true,
             |field| _ = field.axes.pop(),
         ];
-        for (place, lie) in lies.into_iter().enumerate() {
+        for (index, lie) in lies.into_iter().enumerate() {
             let mut lying = generated.clone();
             lie(&mut lying);
-            prop_assert!(ReachabilityField::decode(&lying.encode_to_vec()).is_err(), "lie {place}");
+            prop_assert!(ReachabilityField::decode(&lying.encode_to_vec()).is_err(), "lie {index}");
         }
     }
 }

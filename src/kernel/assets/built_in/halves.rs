@@ -1,4 +1,4 @@
-//! The conjoined half-shapes of thesis ch. 6: a camera in front cannot tell some backs apart, touch can.
+//! The conjoined half-shapes of thesis ch. 6: a camera in front cannot distinguish some backs, touch can.
 
 use std::{
     f64::consts::{PI, TAU},
@@ -11,7 +11,7 @@ use super::surface::Surface;
 
 /// A conjoined half-shape: two halves of one size, joined in the plane x = 0 about the origin.
 ///
-/// The front half lies at x < 0, towards a head-on camera that looks along +x. The size is the diameter of a sphere, the
+/// The front half lies at x < 0, towards a head-on camera that points along +x. The size is the diameter of a sphere, the
 /// side of a cube, the diagonal of a diamond (an octahedron), so all have one box. Written `half-FRONT-BACK` at
 /// 100 mm, or with its size, `half-FRONT-BACK-80mm`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ impl HalfShape {
     pub(super) fn surface(self, triangles: usize) -> Surface {
         let Self { front, back, millimetres } = self;
         let radius = f64::from(millimetres.unwrap_or(Self::DEFAULT_MILLIMETRES)) / 1000.0 / 2.0;
-        // A column every 1/columns of a turn, a multiple of 8 so that the corners of cube and diamond are hit.
+        // A column every 1/columns of a revolution, a multiple of 8 so that the corners of cube and diamond are hit.
         let columns = libm::ceil(libm::sqrt(triangles as f64) / 8.0) as usize * 8;
         let rows = triangles.div_ceil(4 * columns) + 1;
         let directions: Vec<(f64, f64)> = (0..columns).map(|column| direction(column, columns)).collect();
@@ -152,7 +152,7 @@ impl Half {
 
     /// Whether a head-on camera sees nothing of `back` behind this half: its rim, where it is widest, is nowhere wider.
     fn hides(self, back: Self) -> bool {
-        // Rims that differ do so at an eighth of a turn, where the corners are.
+        // Rims that differ do so at an eighth of a revolution, where the corners are.
         EIGHTHS.into_iter().all(|direction| back.reach(direction) < self.reach(direction) + 1e-12)
     }
 
@@ -193,7 +193,7 @@ impl Half {
     }
 }
 
-/// sin and cos of the eighths of a turn.
+/// sin and cos of the eighths of a revolution.
 const EIGHTHS: [(f64, f64); 8] = {
     const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
     [
@@ -208,7 +208,7 @@ const EIGHTHS: [(f64, f64); 8] = {
     ]
 };
 
-/// sin and cos of a column, exact at the eighths of a turn where the corners are.
+/// sin and cos of a column, exact at the eighths of a revolution where the corners are.
 fn direction(column: usize, columns: usize) -> (f64, f64) {
     match (8 * column).is_multiple_of(columns) {
         true => EIGHTHS[8 * column / columns],

@@ -1,4 +1,4 @@
-//! Shapes turned on a lathe: a profile around the z axis.
+//! Solids of revolution: a profile around the z axis.
 
 use std::f64::consts::{PI, TAU};
 
@@ -67,10 +67,10 @@ impl Profile {
         self
     }
 
-    /// Turns the profile, which must have come back to the axis, into at least so many triangles.
-    fn turn(self, triangles: usize) -> Surface {
+    /// Revolves the profile, which must have come back to the axis, into at least so many triangles.
+    fn revolve(self, triangles: usize) -> Surface {
         let sampled = self.sample(triangles);
-        turn_points(&sampled.points, sampled.columns, &[]).surface
+        revolve_points(&sampled.points, sampled.columns, &[]).surface
     }
 
     /// Chooses rows and columns so that the cells are nearly square and make at least so many triangles.
@@ -93,14 +93,14 @@ impl Profile {
         Sampled { points, columns, rows_of_curve }
     }
 
-    /// Area of the turned surface [m^2].
+    /// Area of the surface of revolution [m^2].
     pub(super) fn area(&self) -> f64 {
         let steps = self.curves.iter().flat_map(|curve| curve.windows(2));
         PI * steps.map(|step| distance(step[0], step[1]) * (step[0][0] + step[1][0])).sum::<f64>()
     }
 }
 
-/// A profile cut into rows, ready to be turned.
+/// A profile cut into rows, ready to be revolved.
 pub(super) struct Sampled {
     /// Points (radius, height) [m]; the first and the last lie on the axis.
     pub(super) points: Vec<[f64; 2]>,
@@ -109,7 +109,7 @@ pub(super) struct Sampled {
     pub(super) rows_of_curve: Vec<std::ops::Range<usize>>,
 }
 
-/// Cells of a turned surface that are left open, for a handle to go on from.
+/// Cells of a surface of revolution that are left open, for a handle to go on from.
 pub(super) struct Patch {
     /// Rows of cells; row r lies between points r and r + 1.
     pub(super) rows: std::ops::Range<usize>,
@@ -136,39 +136,39 @@ impl Sampled {
     }
 }
 
-/// A turned surface and the rows of its vertices.
-pub(super) struct Turned {
+/// A surface of revolution and the rows of its vertices.
+pub(super) struct Revolved {
     pub(super) surface: Surface,
     rows: Vec<Vec<u32>>,
     columns: usize,
 }
 
-impl Turned {
-    /// The rim of a patch, counter-clockwise seen from outside: vertices, and their place in the patch, -1 to 1 to the right
-    /// and upwards.
+impl Revolved {
+    /// The rim of a patch, counter-clockwise seen from outside: vertices, and their positions in the patch, -1 to 1 to the
+    /// right and upwards.
     pub(super) fn rim(&self, patch: &Patch) -> Vec<(u32, [f64; 2])> {
         let (height, width) = (patch.rows.len(), 2 * patch.half_width);
         let bottom = (0..width).map(|i| (i, 0));
         let right = (0..height).map(|j| (width, j));
         let top = (1..=width).rev().map(|i| (i, height));
         let left = (1..=height).rev().map(|j| (0, j));
-        let place = |(i, j): (usize, usize)| {
+        let point = |(i, j): (usize, usize)| {
             let column = (patch.column + self.columns - patch.half_width + i) % self.columns;
             let share = [2.0 * i as f64 / width as f64 - 1.0, 2.0 * j as f64 / height as f64 - 1.0];
             (self.rows[patch.rows.start + j][column], share)
         };
-        bottom.chain(right).chain(top).chain(left).map(place).collect()
+        bottom.chain(right).chain(top).chain(left).map(point).collect()
     }
 }
 
 /// The surface of a polygonal profile, without the patches: first and last point on the axis, the others off it.
-pub(super) fn turn_points(points: &[[f64; 2]], columns: usize, patches: &[Patch]) -> Turned {
+pub(super) fn revolve_points(points: &[[f64; 2]], columns: usize, patches: &[Patch]) -> Revolved {
     let mut surface = Surface::default();
     let directions: Vec<(f64, f64)> =
         (0..columns).map(|column| libm::sincos(TAU * column as f64 / columns as f64)).collect();
     let mut rows: Vec<Vec<u32>> = Vec::with_capacity(points.len());
-    for (place, &[radius, height]) in points.iter().enumerate() {
-        let row = if place == 0 || place == points.len() - 1 {
+    for (index, &[radius, height]) in points.iter().enumerate() {
+        let row = if index == 0 || index == points.len() - 1 {
             surface.row([[0.0, 0.0, height]])
         } else {
             surface.row(directions.iter().map(|&(sin, cos)| [radius * cos, radius * sin, height]))
@@ -183,7 +183,7 @@ pub(super) fn turn_points(points: &[[f64; 2]], columns: usize, patches: &[Patch]
             })
         });
     }
-    Turned { surface, rows, columns }
+    Revolved { surface, rows, columns }
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -195,14 +195,14 @@ fn length(curve: &[[f64; 2]]) -> f64 {
 }
 
 /// The point so far along a polyline.
-fn along(curve: &[[f64; 2]], mut way: f64) -> [f64; 2] {
+fn along(curve: &[[f64; 2]], mut arc: f64) -> [f64; 2] {
     for step in curve.windows(2) {
         let length = distance(step[0], step[1]);
-        if way < length {
-            let t = way / length;
+        if arc < length {
+            let t = arc / length;
             return [step[0][0] + t * (step[1][0] - step[0][0]), step[0][1] + t * (step[1][1] - step[0][1])];
         }
-        way -= length;
+        arc -= length;
     }
     *curve.last().expect("a curve has points")
 }
@@ -220,7 +220,7 @@ pub(super) fn can(draw: &mut Stream, triangles: usize) -> Surface {
         .line(radius - rim, height)
         .line(radius - rim, height - recess)
         .line(0.0, height - recess)
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 /// A closed bottle: body, shoulder, neck, cap.
@@ -241,7 +241,7 @@ pub(super) fn bottle(draw: &mut Stream, triangles: usize) -> Surface {
         .line(cap, top + 0.3 * (height - top))
         .line(cap, height)
         .line(0.0, height)
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 /// A hollow bowl on a foot.
@@ -258,7 +258,7 @@ pub(super) fn bowl(draw: &mut Stream, triangles: usize) -> Surface {
         .arc([radius - wall / 2.0, height - wall / 2.0], PI)
         .curve(&[[foot + belly * (radius - foot) - 1.25 * wall, 0.42 * height + 0.5 * wall], [foot, 1.5 * wall]])
         .line(0.0, 1.5 * wall)
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 /// A tumbler: a straight or flared hollow cup.
@@ -273,7 +273,7 @@ pub(super) fn cup(draw: &mut Stream, triangles: usize) -> Surface {
         .arc([radius - wall / 2.0, height - wall / 2.0], PI)
         .line(base - wall, floor)
         .line(0.0, floor)
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 /// An apple, a pear, a lemon: round, with a dent or a neck.
@@ -291,7 +291,7 @@ pub(super) fn fruit(draw: &mut Stream, triangles: usize) -> Surface {
             [0.3 * shoulder, height],
             [0.0, height - dent],
         ])
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 /// A glass with a stem.
@@ -309,7 +309,7 @@ pub(super) fn goblet(draw: &mut Stream, triangles: usize) -> Surface {
         .curve(&[[radius, rise + 0.45 * depth], [mouth, top - wall / 2.0]])
         .arc([mouth - wall / 2.0, top - wall / 2.0], PI)
         .curve(&[[radius - wall, rise + 0.45 * depth], [0.0, rise + 2.5 * wall]])
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 /// A hollow vase with a belly and a lip.
@@ -326,7 +326,7 @@ pub(super) fn vase(draw: &mut Stream, triangles: usize) -> Surface {
         .arc([lip - wall / 2.0, height - wall / 2.0], PI)
         .curve(&[[neck - wall, throat], [radius - wall, belly], [foot - wall, 2.0 * wall]])
         .line(0.0, 2.0 * wall)
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 /// A screwdriver, standing on its tip: shaft, collar, grip.
@@ -342,14 +342,14 @@ pub(super) fn screwdriver(draw: &mut Stream, triangles: usize) -> Surface {
         .line(0.6 * grip, length)
         .curve(&[[waist, length + 0.12 * height], [grip, length + 0.55 * height], [0.9 * grip, top - 0.3 * grip]])
         .curve(&[[0.6 * grip, top - 0.05 * grip], [0.0, top]])
-        .turn(triangles)
+        .revolve(triangles)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Sum of frustums over a regular polygon: exact for what `turn_points` makes.
+    /// Sum of frustums over a regular polygon: exact for what `revolve_points` makes.
     fn closed_form(points: &[[f64; 2]], columns: usize) -> f64 {
         let circle = columns as f64 / 2.0 * (TAU / columns as f64).sin();
         let frustum = |s: &[[f64; 2]]| {
@@ -363,7 +363,7 @@ mod tests {
     fn a_turned_profile_has_the_volume_of_its_frustums() {
         let hollow = [[0.0, 0.0], [0.03, 0.0], [0.04, 0.1], [0.037, 0.1], [0.027, 0.005], [0.0, 0.005]];
         for columns in [12, 64] {
-            let surface = turn_points(&hollow, columns, &[]).surface;
+            let surface = revolve_points(&hollow, columns, &[]).surface;
             let volume: f64 = surface
                 .faces
                 .iter()

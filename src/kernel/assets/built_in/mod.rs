@@ -2,7 +2,8 @@
 //!
 //! A name says everything: `can-03` is the third can, `can-03@16k` the same can in at least 16,000 triangles. Every shape is a
 //! single watertight surface in metres, z up, standing on z = 0 with its main axis on z; half-shapes ([`HalfShape`]) stand
-//! around the origin instead. The numbers of a shape are drawn from its own stream, so that asking for more shapes changes none.
+//! around the origin instead. The numbers of a shape are drawn from its own stream, so that asking for more shapes changes
+//! none.
 
 mod halves;
 mod lathe;
@@ -23,12 +24,12 @@ const DEFAULT_TRIANGLES: usize = 6_000;
 /// Fewest and most triangles that a name may ask for.
 const TRIANGLES: std::ops::RangeInclusive<usize> = 500..=4_000_000;
 
-/// Names of the first `count` household shapes: families in turn, so that any number is a mixture.
+/// Names of the first `count` household shapes: one family after another, so that any number is a mixture.
 ///
 /// The half-shapes ([`HalfShape`]) are apart.
 pub fn built_in_names(count: usize) -> impl Iterator<Item = String> {
-    (0..count).map(|place| {
-        let (number, family) = (place / FAMILIES.len(), &FAMILIES[place % FAMILIES.len()]);
+    (0..count).map(|index| {
+        let (number, family) = (index / FAMILIES.len(), &FAMILIES[index % FAMILIES.len()]);
         format!("{}-{:02}", family.name, number + 1)
     })
 }

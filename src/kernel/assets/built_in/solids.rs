@@ -24,11 +24,11 @@ fn sized_cuboid(sides: [f64; 3], triangles: usize) -> Surface {
     for (axis, positive) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let corner = |i: usize, j: usize| {
-            let mut place = [0.0; 3];
-            place[axis] = if positive { sides[axis] } else { 0.0 };
-            place[u] = sides[u] * (i as f64 / cells[u] as f64);
-            place[v] = sides[v] * (j as f64 / cells[v] as f64);
-            [place[0] - x / 2.0, place[1] - y / 2.0, place[2]]
+            let mut corner = [0.0; 3];
+            corner[axis] = if positive { sides[axis] } else { 0.0 };
+            corner[u] = sides[u] * (i as f64 / cells[u] as f64);
+            corner[v] = sides[v] * (j as f64 / cells[v] as f64);
+            [corner[0] - x / 2.0, corner[1] - y / 2.0, corner[2]]
         };
         let start = surface.positions.len();
         surface

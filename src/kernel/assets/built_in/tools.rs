@@ -1,9 +1,9 @@
-//! Things with handles: turned bodies with tubes growing out of them, each a single surface.
+//! Things with handles: solids of revolution with tubes growing out of them, each a single surface.
 
 use std::f64::consts::PI;
 
 use super::{
-    lathe::{Profile, Sampled, turn_points},
+    lathe::{Profile, Sampled, revolve_points},
     surface::Surface,
     tube::{Tube, rounded, towards_end},
 };
@@ -22,7 +22,7 @@ fn sections(wanted: usize, faces: usize, columns: usize) -> usize {
     wanted.saturating_sub(faces).div_ceil(2 * columns).max(6)
 }
 
-/// Triangles for a turned body, given the area of what grows out of it.
+/// Triangles for a solid of revolution, given the area of what grows out of it.
 fn body_share(triangles: usize, profile: &Profile, handle_area: f64) -> usize {
     let area = profile.area();
     libm::ceil(triangles as f64 * area / (area + handle_area)) as usize
@@ -58,16 +58,16 @@ fn handled(sampled: &Sampled, curve: usize, [low, high]: [f64; 2], handle: [f64;
     below.rows = start..start + above.rows.len();
     let ([top_x, top_z], [end_x, end_z]) = (radius_at(sampled, &above.rows), radius_at(sampled, &below.rows));
     let patches = [above, below];
-    let mut turned = turn_points(&sampled.points, sampled.columns, &patches);
-    let [from, to] = [&patches[0], &patches[1]].map(|patch| turned.rim(patch));
+    let mut revolved = revolve_points(&sampled.points, sampled.columns, &patches);
+    let [from, to] = [&patches[0], &patches[1]].map(|patch| revolved.rim(patch));
     let path = |u: f64| {
         let (sin, cos) = libm::sincos(PI * u);
         let down = (1.0 - cos) / 2.0;
         [top_x + (end_x - top_x) * down + reach * sin, top_z + (end_z - top_z) * down]
     };
-    let sections = sections(triangles, turned.surface.faces.len(), from.len());
-    Tube { path: &path, radii: &|_| [width, thick], sections, azimuth: FRONT }.bridge(&mut turned, &from, &to);
-    turned.surface
+    let sections = sections(triangles, revolved.surface.faces.len(), from.len());
+    Tube { path: &path, radii: &|_| [width, thick], sections, azimuth: FRONT }.bridge(&mut revolved, &from, &to);
+    revolved.surface
 }
 
 /// A straight or bent stick out of a patch on a curve of the profile, rounded at its end.
@@ -96,7 +96,7 @@ impl Stick {
     }
 }
 
-/// Turns a profile and grows sticks out of it; all get a like share of the triangles that are left.
+/// Revolves a profile and grows sticks out of it; all get a like share of the triangles that are left.
 fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface {
     let sampled = profile.sample(body_share(triangles, profile, sticks.iter().map(Stick::area).sum()));
     let column = |stick: &Stick| if stick.azimuth.1 > 0.0 { 0 } else { sampled.columns / 2 };
@@ -104,11 +104,11 @@ fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface
         .iter()
         .map(|stick| sampled.patch(stick.curve, stick.height, column(stick), 0.9 * (stick.root[0] + stick.root[1])))
         .collect();
-    let mut turned = turn_points(&sampled.points, sampled.columns, &patches);
-    let missing = triangles.saturating_sub(turned.surface.faces.len());
+    let mut revolved = revolve_points(&sampled.points, sampled.columns, &patches);
+    let missing = triangles.saturating_sub(revolved.surface.faces.len());
     for (stick, patch) in sticks.iter().zip(&patches) {
         let [x, z] = radius_at(&sampled, &patch.rows);
-        let rim = turned.rim(patch);
+        let rim = revolved.rim(patch);
         // Straight out at first, so that the root stands square on the wall; then the rise sets in.
         let path = |u: f64| {
             let u = towards_end(u);
@@ -123,9 +123,9 @@ fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface
             })
         };
         let sections = (missing / sticks.len()).div_ceil(2 * rim.len()).max(8);
-        Tube { path: &path, radii: &radii, sections, azimuth: stick.azimuth }.attach(&mut turned, &rim);
+        Tube { path: &path, radii: &radii, sections, azimuth: stick.azimuth }.attach(&mut revolved, &rim);
     }
-    turned.surface
+    revolved.surface
 }
 
 /// A frying pan.
@@ -216,7 +216,7 @@ pub(super) fn kettle(draw: &mut Stream, triangles: usize) -> Surface {
     with_sticks(&profile, &sticks, triangles)
 }
 
-/// A hammer, standing on the end of its handle: a turned head across, the handle growing out of its side.
+/// A hammer, standing on the end of its handle: a revolved head across, the handle growing out of its side.
 pub(super) fn hammer(draw: &mut Stream, triangles: usize) -> Surface {
     let radius = draw.uniform(0.012, 0.019);
     let length = radius * draw.uniform(4.2, 6.5);
@@ -244,7 +244,7 @@ pub(super) fn hammer(draw: &mut Stream, triangles: usize) -> Surface {
     };
     let bottom = handle.reach + radius;
     let mut surface = with_sticks(&profile, &[handle], triangles);
-    // A quarter turn around y: the handle from +x to -z.
+    // A quarter of a revolution about y: the handle from +x to -z.
     for [x, _, z] in &mut surface.positions {
         (*x, *z) = (*z - length / 2.0, bottom - *x);
     }

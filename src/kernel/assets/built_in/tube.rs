@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{lathe::Turned, surface::Surface};
+use super::{lathe::Revolved, surface::Surface};
 
 /// A tube in a half-plane that holds the z axis.
 pub(super) struct Tube<'a> {
@@ -20,10 +20,10 @@ impl Tube<'_> {
     fn point(&self, u: f64, (sin, cos): (f64, f64)) -> [f64; 3] {
         let ([x, z], [tx, tz]) = ((self.path)(u), self.tangent(u));
         let [width, thickness] = (self.radii)(u);
-        // The normal in the half-plane: the tangent turned a quarter to the left, up where the tube leaves the axis.
+        // The normal in the half-plane: the tangent rotated by a right angle to the left, up where the tube leaves the axis.
         let (x, y, z) = (x - tz * thickness * sin, width * cos, z + tx * thickness * sin);
-        let (turn_sin, turn_cos) = self.azimuth;
-        [x * turn_cos - y * turn_sin, x * turn_sin + y * turn_cos, z]
+        let (azimuth_sin, azimuth_cos) = self.azimuth;
+        [x * azimuth_cos - y * azimuth_sin, x * azimuth_sin + y * azimuth_cos, z]
     }
 
     fn tangent(&self, u: f64) -> [f64; 2] {
@@ -64,27 +64,27 @@ impl Tube<'_> {
     }
 
     /// Grows from the rim of a patch to a tip.
-    pub(super) fn attach(&self, turned: &mut Turned, rim: &[(u32, [f64; 2])]) {
+    pub(super) fn attach(&self, revolved: &mut Revolved, rim: &[(u32, [f64; 2])]) {
         let start = rim.iter().map(|(vertex, _)| *vertex).collect();
-        let last = self.grow(&mut turned.surface, start, &directions(rim));
-        let tip: Vec<u32> = turned.surface.row([self.tip(1.0)]).collect();
-        turned.surface.join(&last, &tip);
+        let last = self.grow(&mut revolved.surface, start, &directions(rim));
+        let tip: Vec<u32> = revolved.surface.row([self.tip(1.0)]).collect();
+        revolved.surface.join(&last, &tip);
     }
 
     /// Grows from the rim of one patch to the rim of another of the same size, arriving upside down.
-    pub(super) fn bridge(&self, turned: &mut Turned, from: &[(u32, [f64; 2])], to: &[(u32, [f64; 2])]) {
+    pub(super) fn bridge(&self, revolved: &mut Revolved, from: &[(u32, [f64; 2])], to: &[(u32, [f64; 2])]) {
         let start = from.iter().map(|(vertex, _)| *vertex).collect();
-        let last = self.grow(&mut turned.surface, start, &directions(from));
+        let last = self.grow(&mut revolved.surface, start, &directions(from));
         let opposite = |&(_, [right, up]): &(u32, [f64; 2])| {
-            let off = |place: [f64; 2]| libm::fabs(place[0] - right) + libm::fabs(place[1] + up);
+            let off = |point: [f64; 2]| libm::fabs(point[0] - right) + libm::fabs(point[1] + up);
             to.iter().min_by(|a, b| off(a.1).total_cmp(&off(b.1))).map_or(0, |(vertex, _)| *vertex)
         };
         let end: Vec<u32> = from.iter().map(opposite).collect();
-        turned.surface.join(&last, &end);
+        revolved.surface.join(&last, &end);
     }
 }
 
-/// Directions of a round section through the places of a square rim, as (sin, cos).
+/// Directions of a round section through the points of a square rim, as (sin, cos).
 fn directions(rim: &[(u32, [f64; 2])]) -> Vec<(f64, f64)> {
     rim.iter()
         .map(|&(_, [right, up])| {

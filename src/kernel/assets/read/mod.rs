@@ -32,8 +32,8 @@ pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
 /// When the file can't be read, or holds a position that is not finite.
 pub fn read_triangles(path: &Path) -> Result<Triangles, MeshRefusal> {
     let (_, raw) = read(path)?;
-    if let Some((vertex, place)) = raw.not_finite.first() {
-        return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(place).about(path.display()));
+    if let Some((vertex, location)) = raw.not_finite.first() {
+        return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(location).about(path.display()));
     }
     Ok(Triangles { corners: raw.positions.into_iter().map(Into::into).collect(), triangles: raw.faces })
 }

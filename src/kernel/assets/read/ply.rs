@@ -124,9 +124,9 @@ struct Element {
 impl Element {
     /// Indices of x, y and z among the properties.
     fn vertex_properties(&self) -> Option<[usize; 3]> {
-        let place =
+        let column =
             |name| self.properties.iter().position(|property| property.name == name && property.length.is_none());
-        Some([place("x")?, place("y")?, place("z")?])
+        Some([column("x")?, column("y")?, column("z")?])
     }
 
     /// Index of the list of corners among the properties.
@@ -215,7 +215,7 @@ impl<'a> Body<'a> {
         Self { bytes, form: header.form, at: header.end, lines, words: &[], line: header.line }
     }
 
-    fn place(&self) -> String {
+    fn location(&self) -> String {
         if self.form == Form::Text { format!("line {}", self.line) } else { format!("byte {}", self.at) }
     }
 
@@ -251,26 +251,26 @@ impl<'a> Body<'a> {
     fn ends_in(&self, element: &Element, row: u64) -> Refuse {
         let problem =
             format!("the header declares {} of element {}, the file ends after {row}", element.count, element.name);
-        Refuse::new("truncated", problem, "copy or export it again").at(self.place())
+        Refuse::new("truncated", problem, "copy or export it again").at(self.location())
     }
 
     fn vertex(&mut self, builder: &mut Builder, element: &Element, axes: [usize; 3], row: u64) -> Result<(), Refuse> {
         let mut position = [0.0; 3];
-        let mut place = String::new();
+        let mut location = String::new();
         for (index, property) in element.properties.iter().enumerate() {
             if property.length.is_some() {
                 self.skip(std::slice::from_ref(property), element, row)?;
                 continue;
             }
             let value = self.value(property.item, element, row)?;
-            if let Some(axis) = axes.iter().position(|&place| place == index) {
+            if let Some(axis) = axes.iter().position(|&location| location == index) {
                 position[axis] = value;
                 if !value.is_finite() {
-                    place = self.place();
+                    location = self.location();
                 }
             }
         }
-        builder.vertex(position, || format!("vertex {}, {place}", row + 1));
+        builder.vertex(position, || format!("vertex {}, {location}", row + 1));
         Ok(())
     }
 
@@ -282,7 +282,7 @@ impl<'a> Body<'a> {
             }
             for _ in 0..self.length(property, element, row)? {
                 let corner = self.value(property.item, element, row)?;
-                builder.corner(corner as i64, || format!("face {}, {}", row + 1, self.place()))?;
+                builder.corner(corner as i64, || format!("face {}, {}", row + 1, self.location()))?;
             }
             builder.end_polygon();
         }
@@ -299,7 +299,7 @@ impl<'a> Body<'a> {
             return Ok(length as u64);
         }
         let problem = format!("a list of {} of element {} has {length} items", property.name, element.name);
-        Err(Refuse::new("syntax", problem, AGAIN).at(self.place()))
+        Err(Refuse::new("syntax", problem, AGAIN).at(self.location()))
     }
 
     fn skip(&mut self, properties: &[Property], element: &Element, row: u64) -> Result<(), Refuse> {

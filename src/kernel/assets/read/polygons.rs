@@ -30,22 +30,23 @@ impl Builder {
         self.mesh.notes.push(note);
     }
 
-    pub(super) fn vertex(&mut self, position: [f64; 3], place: impl FnOnce() -> String) {
+    pub(super) fn vertex(&mut self, position: [f64; 3], location: impl FnOnce() -> String) {
         if !position.iter().all(|coordinate| coordinate.is_finite()) {
-            // A scan may have a NaN for every missing pixel: those beyond the first thousand lose their place, not their count.
-            let place = if self.mesh.not_finite.len() < 1000 { place() } else { String::new() };
-            self.mesh.not_finite.push((self.mesh.positions.len() as u32, place));
+            // A scan may have a NaN for every missing pixel: those beyond the first thousand lose their location, not their
+            // count.
+            let location = if self.mesh.not_finite.len() < 1000 { location() } else { String::new() };
+            self.mesh.not_finite.push((self.mesh.positions.len() as u32, location));
         }
         self.mesh.positions.push(position);
     }
 
     /// Adds a corner to the polygon under way; `index` counts from 0 and is checked when all vertices are known.
-    pub(super) fn corner(&mut self, index: i64, place: impl FnOnce() -> String) -> Result<(), Refuse> {
+    pub(super) fn corner(&mut self, index: i64, location: impl FnOnce() -> String) -> Result<(), Refuse> {
         let Ok(corner) = u32::try_from(index) else {
-            return Err(out_of_range(index, self.vertices(), place()));
+            return Err(out_of_range(index, self.vertices(), location()));
         };
         if self.highest.as_ref().is_none_or(|(highest, _)| *highest < corner) && corner as usize >= self.vertices() {
-            self.highest = Some((corner, place()));
+            self.highest = Some((corner, location()));
         }
         self.corners.push(corner);
         Ok(())
@@ -64,10 +65,10 @@ impl Builder {
 
     /// Checks the corners and cuts the polygons into triangles.
     pub(super) fn finish(mut self) -> Result<RawMesh, Refuse> {
-        if let Some((highest, place)) =
+        if let Some((highest, location)) =
             self.highest.filter(|(highest, _)| *highest as usize >= self.mesh.positions.len())
         {
-            return Err(out_of_range(i64::from(highest), self.mesh.positions.len(), place));
+            return Err(out_of_range(i64::from(highest), self.mesh.positions.len(), location));
         }
         if self.degenerate > 0 {
             self.mesh.notes.push(format!("{} faces of fewer than three corners are ignored", self.degenerate));
@@ -82,13 +83,13 @@ impl Builder {
     }
 }
 
-fn out_of_range(index: i64, vertices: usize, place: String) -> Refuse {
+fn out_of_range(index: i64, vertices: usize, location: String) -> Refuse {
     let problem = format!("a face names vertex {index} (counted from 0), but there are {vertices}");
-    Refuse::new("index_out_of_range", problem, "export it again: vertices are missing or the file was cut").at(place)
+    Refuse::new("index_out_of_range", problem, "export it again: vertices are missing or the file was cut").at(location)
 }
 
 /// Most corners of a polygon that is cut ear by ear; the time grows with the cube.
-const MOST_CORNERS: usize = 1000;
+const MAX_CORNERS: usize = 1000;
 
 /// Cuts a polygon into triangles: a fan where that is right (convex polygons), ears otherwise.
 fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]>) {
@@ -105,7 +106,7 @@ fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]
     let is_fan = (1..count - 1).all(|i| up(0, i, i + 1) > 0.0);
     // Not finite, flat or huge: any cut is as good as another.
     let size: f64 = normal.iter().map(|x| x * x).sum();
-    let give_up = size == 0.0 || !size.is_finite() || count > MOST_CORNERS;
+    let give_up = size == 0.0 || !size.is_finite() || count > MAX_CORNERS;
     if is_fan || give_up {
         return faces.extend((1..count - 1).map(|i| [polygon[0], polygon[i], polygon[i + 1]]));
     }

@@ -9,7 +9,7 @@ pub(in crate::assets) struct RawMesh {
     pub(in crate::assets) faces: Vec<[u32; 3]>,
     /// Equal positions are merged already, and every coordinate is an `f32`.
     pub(in crate::assets) welded: bool,
-    /// Positions that are NaN or infinite, with their place in the file.
+    /// Positions that are NaN or infinite, with their location in the file.
     pub(in crate::assets) not_finite: Vec<(u32, String)>,
     /// Oddities of the file that do no harm but should be known.
     pub(in crate::assets) notes: Vec<String>,

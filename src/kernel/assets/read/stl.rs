@@ -64,7 +64,7 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
     let mut welder = Welder::new(count / 2 + 2);
     let mut faces = Vec::with_capacity(count);
     for (triangle, record) in body.chunks_exact(RECORD).take(count).enumerate() {
-        let number = |place: usize| f32::from_le_bytes(record[place..place + 4].try_into().expect("4 bytes"));
+        let number = |offset: usize| f32::from_le_bytes(record[offset..offset + 4].try_into().expect("4 bytes"));
         let corners: [[f32; 3]; 3] =
             std::array::from_fn(|k| std::array::from_fn(|axis| number(12 + 12 * k + 4 * axis)));
         // 0 for finite numbers, NaN otherwise.

@@ -9,12 +9,12 @@ use super::PoseGrid;
 ///
 /// An end effector approaches along the x axis of its target site.
 pub fn approach_directions() -> [Vector3<f64>; 26] {
-    std::array::from_fn(|place| {
+    std::array::from_fn(|index| {
         let eighth = std::f64::consts::FRAC_PI_4;
-        let (elevation, azimuth) = match place {
+        let (elevation, azimuth) = match index {
             0 => (-2.0, 0.0),
             25 => (2.0, 0.0),
-            _ => (((place - 1) / 8) as f64 - 1.0, ((place - 1) % 8) as f64 - 4.0),
+            _ => (((index - 1) / 8) as f64 - 1.0, ((index - 1) % 8) as f64 - 4.0),
         };
         let (up, level) = libm::sincos(elevation * eighth);
         let (y, x) = libm::sincos(azimuth * eighth);
@@ -23,18 +23,18 @@ pub fn approach_directions() -> [Vector3<f64>; 26] {
 }
 
 impl PoseGrid {
-    /// The place in [`approach_directions`] that lies nearest to each orientation's approach (x) axis, in the order of the
+    /// The index in [`approach_directions`] that lies nearest to each orientation's approach (x) axis, in the order of the
     /// orientations; the first of several at the same angle.
     pub fn approaches(&self) -> Vec<u8> {
         let directions = approach_directions();
         let nearest = |angle| {
             let approach = self.rotation(angle) * Vector3::x();
             let mut best = (0, f64::NEG_INFINITY);
-            for (place, direction) in (0..).zip(&directions) {
+            for (index, direction) in (0..).zip(&directions) {
                 let cosine = direction.dot(&approach);
                 // Rounding must not choose between equal ones.
                 if cosine > best.1 + 1e-9 {
-                    best = (place, cosine);
+                    best = (index, cosine);
                 }
             }
             best.0
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
     use crate::geom::field::fixtures::fetch_grid;
 
-    /// The grid of 128 orientations has 16 that look straight up and 16 straight down (8 yaws about the approach axis,
+    /// The grid of 128 orientations has 16 that point straight up and 16 straight down (8 yaws about the approach axis,
     /// 2 rolls); of every other direction there are 4.
     #[test]
     fn the_thesis_grid_has_these_and_no_others() {

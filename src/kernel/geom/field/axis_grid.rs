@@ -9,7 +9,7 @@ pub enum AxisUnit {
     Metre,
     /// Radian [rad].
     Radian,
-    /// Place in the ring order of HEALPix pixels: no length, and neighbours in number need not be neighbours.
+    /// Index in the ring order of HEALPix pixels: no length, and neighbours in number need not be neighbours.
     HealPix,
 }
 
@@ -47,29 +47,29 @@ impl Axis {
         self.first + index as f64 * self.step
     }
 
-    /// Steps between two cells, the shorter way round on a periodic axis.
+    /// Steps between two cells, the shorter direction on a periodic axis.
     pub fn steps_between(&self, a: usize, b: usize) -> usize {
         let apart = a.abs_diff(b);
         if self.periodic { apart.min(self.count - apart) } else { apart }
     }
 
-    /// A place [steps from the centre of cell 0] brought into 0..=count on a periodic axis.
+    /// A coordinate [steps from the centre of cell 0] brought into 0..=count on a periodic axis.
     ///
     /// Rounding may give the count itself, which is the centre of cell 0 again.
     #[inline]
-    pub(super) fn wrap(&self, place: f64) -> f64 {
+    pub(super) fn wrap(&self, coordinate: f64) -> f64 {
         let count = self.count as f64;
-        if !self.periodic || (0.0..count).contains(&place) {
-            return place;
+        if !self.periodic || (0.0..count).contains(&coordinate) {
+            return coordinate;
         }
-        let turns = place / count;
-        if turns.abs() > 1e6 {
-            return place.rem_euclid(count);
+        let periods = coordinate / count;
+        if periods.abs() > 1e6 {
+            return coordinate.rem_euclid(count);
         }
-        // Far faster than `rem_euclid`, and as good while a turn is much longer than its rounding.
-        let whole = turns as i32;
-        let whole = whole - i32::from(turns < f64::from(whole));
-        (place - f64::from(whole) * count).clamp(0.0, count)
+        // Far faster than `rem_euclid`, and as good while a revolution is much longer than its rounding.
+        let whole = periods as i32;
+        let whole = whole - i32::from(periods < f64::from(whole));
+        (coordinate - f64::from(whole) * count).clamp(0.0, count)
     }
 
     /// The cell whose centre is nearest to a finite coordinate: wrapped on a periodic axis, clamped otherwise; the upper
@@ -177,7 +177,7 @@ impl AxisGrid {
     /// A grid of these axes, in the order x, y, z [m], roll, pitch, yaw [rad].
     ///
     /// # Errors
-    /// A number that is not finite, a step not above zero, an empty axis, a periodic axis that is not one turn, a wrong
+    /// A number that is not finite, a step not above zero, an empty axis, a periodic axis that is not one revolution, a wrong
     /// unit, or more than [`Self::MAX_CELLS`] cells.
     pub fn new(axes: [Axis; 6]) -> Result<Self, InvalidPoseGrid> {
         let mut strides = [1; 6];
@@ -269,8 +269,8 @@ mod tests {
             assert_eq!(grid.index(coordinates), index);
             assert_eq!(grid.nearest(grid.pose(index)), index);
             let pose = grid.pose(index);
-            let turned = std::array::from_fn(|k| if grid.axes()[k].periodic { pose[k] - 3.0 * TAU } else { pose[k] });
-            assert_eq!(grid.nearest(turned), index);
+            let shifted = std::array::from_fn(|k| if grid.axes()[k].periodic { pose[k] - 3.0 * TAU } else { pose[k] });
+            assert_eq!(grid.nearest(shifted), index);
         }
     }
 

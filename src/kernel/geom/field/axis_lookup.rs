@@ -12,7 +12,7 @@ pub(super) struct AxisLookup {
     simd: SimdLevel,
     first: [f64; 6],
     inverse_step: [f64; 6],
-    /// Largest place [steps from the centre of cell 0]; places on periodic axes reach the count itself, cell 0 again.
+    /// Largest coordinate [steps from the centre of cell 0]; coordinates on periodic axes reach the count itself, cell 0 again.
     limit: [f64; 6],
     /// Largest lower cell, below the count.
     top: [i32; 6],
@@ -67,15 +67,15 @@ impl AxisLookup {
         answer
     }
 
-    /// Places brought into `0..=limit`: wrapped, or clamped. How far the clamped ones were beyond, in units of the field.
+    /// Coordinates brought into `0..=limit`: wrapped, or clamped. How far the clamped ones were beyond, in units of the field.
     #[cold]
-    fn bring_inside(&self, places: &mut [f64; 6]) -> [f64; 6] {
+    fn bring_inside(&self, coordinates: &mut [f64; 6]) -> [f64; 6] {
         let mut beyond = [0.0; 6];
         for (k, axis) in self.grid.axes().iter().enumerate() {
-            let place = axis.wrap(places[k]);
-            // NaN becomes a place, too, and is told by `beyond`.
-            places[k] = if place >= 0.0 { place.min(self.limit[k]) } else { 0.0 };
-            beyond[k] = (place - places[k]) * axis.step * self.metric.scale(axis.unit, axis.step);
+            let coordinate = axis.wrap(coordinates[k]);
+            // NaN becomes a coordinate, too, and shows in `beyond`.
+            coordinates[k] = if coordinate >= 0.0 { coordinate.min(self.limit[k]) } else { 0.0 };
+            beyond[k] = (coordinate - coordinates[k]) * axis.step * self.metric.scale(axis.unit, axis.step);
         }
         beyond
     }
@@ -101,18 +101,18 @@ simd_kernel! {
 
 #[inline(always)]
 fn look_up_body<L: Doubles>(l: L, lookup: &AxisLookup, field: &[f32], pose: &[f64; 6], answer: &mut (f64, [f64; 6])) {
-    let (mut places, mut inside) = ([0.0; 6], true);
+    let (mut coordinates, mut inside) = ([0.0; 6], true);
     for k in 0..6 {
-        places[k] = (pose[k] - lookup.first[k]) * lookup.inverse_step[k];
-        inside &= (places[k] >= 0.0) & (places[k] <= lookup.limit[k]);
+        coordinates[k] = (pose[k] - lookup.first[k]) * lookup.inverse_step[k];
+        inside &= (coordinates[k] >= 0.0) & (coordinates[k] <= lookup.limit[k]);
     }
     // Most poses are: what others need is kept off their path.
-    let beyond = if inside { [0.0; 6] } else { lookup.bring_inside(&mut places) };
+    let beyond = if inside { [0.0; 6] } else { lookup.bring_inside(&mut coordinates) };
     let (mut low, mut share) = ([0; 6], [0.0; 6]);
     for k in 0..6 {
-        // SAFETY: places are in 0..=limit, and counts fit.
-        low[k] = unsafe { places[k].to_int_unchecked::<i32>() }.min(lookup.top[k]);
-        share[k] = places[k] - f64::from(low[k]);
+        // SAFETY: coordinates are in 0..=limit, and counts fit.
+        low[k] = unsafe { coordinates[k].to_int_unchecked::<i32>() }.min(lookup.top[k]);
+        share[k] = coordinates[k] - f64::from(low[k]);
     }
     // One by one: an array of arrays would be built and read again in different widths, which processors do slowly.
     let offsets = each_of!([0, 1, 2, 3, 4, 5], k => {
@@ -135,7 +135,7 @@ fn look_up_body<L: Doubles>(l: L, lookup: &AxisLookup, field: &[f32], pose: &[f6
     }
 }
 
-/// Value and slopes [per step] at `share` of the way between two cells on each axis.
+/// Value and slopes [per step] at `share` of the interval between two cells on each axis.
 ///
 /// One axis after the other is folded: z, y, x, roll on four lanes (pitch low, pitch high; of each yaw low, yaw high),
 /// then pitch, then yaw.
@@ -155,14 +155,14 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
     let [low, high] = each_of!([angles[0], angles[1]], angles => {
         // SAFETY: as the caller says.
         let corners = unsafe { each_of!([0, 1, 2, 3, 4, 5, 6, 7], corner => {
-            let place = x[corner / 4] + y[corner / 2 % 2] + z[corner % 2];
+            let position = x[corner / 4] + y[corner / 2 % 2] + z[corner % 2];
             if NEXT {
-                l.pairs(field, place + angles[0], place + angles[2])
+                l.pairs(field, position + angles[0], position + angles[2])
             } else {
-                l.four(field, each_of!([0, 1, 2, 3], angle => place + angles[angle]))
+                l.four(field, each_of!([0, 1, 2, 3], angle => position + angles[angle]))
             }
         }) };
-        fold_places(l, corners, [share[0], share[1], share[2]])
+        fold_positions(l, corners, [share[0], share[1], share[2]])
     });
     let by = l.splat(share[3]);
     let (value, slope_roll) = fold(l, low[0], high[0], by);
@@ -176,9 +176,9 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
     let [low, high] = l.halves(slope_roll, slope_roll);
     let roll = blend(l, low, high, by);
     let by = l.splat(share[5]);
-    let [low, high] = l.turns(value_x, y_z);
+    let [low, high] = l.alternate(value_x, y_z);
     let (all, slope_yaw) = fold(l, low, high, by);
-    let [low, high] = l.turns(roll, slope_pitch);
+    let [low, high] = l.alternate(roll, slope_pitch);
     let [roll, pitch, ..] = l.array(blend(l, low, high, by));
     let ([value, y, x, z], [yaw, ..]) = (l.array(all), l.array(slope_yaw));
     (value, [x, y, z, roll, pitch, yaw])
@@ -186,7 +186,7 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
 
 /// Value and slopes along x, y, z of the corners, corner 4 x + 2 y + z.
 #[inline(always)]
-fn fold_places<L: Doubles>(l: L, corners: [L::D; 8], share: [f64; 3]) -> [L::D; 4] {
+fn fold_positions<L: Doubles>(l: L, corners: [L::D; 8], share: [f64; 3]) -> [L::D; 4] {
     let [x, y, z] = each_of!([0, 1, 2], k => l.splat(share[k]));
     let edges = each_of!([0, 2, 4, 6], low => fold(l, corners[low], corners[low + 1], z));
     let [low, high] = each_of!([0, 2], low => {
@@ -222,7 +222,7 @@ mod tests {
         (0..grid.cells()).map(|_| (draws.unit() * 4.0 - 2.0) as f32).collect()
     }
 
-    /// A pose whose place on each axis lies in `span` of 0..=count - 1, wider on periodic axes.
+    /// A pose whose coordinate on each axis lies in `span` of 0..=count - 1, wider on periodic axes.
     fn random_pose(grid: &AxisGrid, draws: &mut Draws, span: [f64; 2]) -> [f64; 6] {
         std::array::from_fn(|k| {
             let axis = &grid.axes()[k];
@@ -254,10 +254,14 @@ mod tests {
             for corner in 0..64_usize {
                 let (mut weight, mut cell) = (1.0, [0; 6]);
                 for (k, axis) in grid.axes().iter().enumerate() {
-                    let place = (pose[k] - axis.first) / axis.step;
-                    let low = if axis.periodic { place.floor() } else { place.floor().min((axis.count - 2) as f64) };
+                    let coordinate = (pose[k] - axis.first) / axis.step;
+                    let low = if axis.periodic {
+                        coordinate.floor()
+                    } else {
+                        coordinate.floor().min((axis.count - 2) as f64)
+                    };
                     let high = (corner >> k & 1) as f64;
-                    weight *= if high == 1.0 { place - low } else { 1.0 - (place - low) };
+                    weight *= if high == 1.0 { coordinate - low } else { 1.0 - (coordinate - low) };
                     cell[k] = (low + high).rem_euclid(axis.count as f64) as usize % axis.count;
                 }
                 sum += weight * f64::from(field[grid.index(cell)]);
@@ -281,9 +285,9 @@ mod tests {
                     let gradient = lookup.value_and_gradient(&field, &pose).1;
                     for (k, axis) in grid.axes().iter().enumerate() {
                         let step = 1e-6 * axis.step;
-                        let place = axis.wrap((pose[k] - axis.first) / axis.step);
+                        let coordinate = axis.wrap((pose[k] - axis.first) / axis.step);
                         // Not across a centre, where the slope jumps.
-                        if (place - place.round()).abs() < 1e-5 {
+                        if (coordinate - coordinate.round()).abs() < 1e-5 {
                             continue;
                         }
                         let at = |by: f64| {
@@ -303,18 +307,18 @@ mod tests {
     }
 
     #[test]
-    fn turns_change_nothing() {
+    fn periods_change_nothing() {
         let grid = fetch_grid();
         let lookup = AxisLookup::new(&grid, METRES);
         let (field, mut draws) = (random_field(&grid), Draws(3));
         for _ in 0..1_000 {
             let pose = random_pose(&grid, &mut draws, [-0.2, 1.2]);
             let (value, gradient) = lookup.value_and_gradient(&field, &pose);
-            for turns in [-2.0, 1.0, 5.0] {
+            for periods in [-2.0, 1.0, 5.0] {
                 for k in 3..6 {
-                    let mut turned = pose;
-                    turned[k] += turns * TAU;
-                    let (other, slopes) = lookup.value_and_gradient(&field, &turned);
+                    let mut shifted = pose;
+                    shifted[k] += periods * TAU;
+                    let (other, slopes) = lookup.value_and_gradient(&field, &shifted);
                     assert!((value - other).abs() < 1e-10, "{value} {other}");
                     // A pose on a centre may fall to its other side.
                     assert!((0..6).all(|k| (gradient[k] - slopes[k]).abs() < 1e-8), "{gradient:?} {slopes:?}");

@@ -44,7 +44,7 @@ pub(super) fn of_axes(grid: &AxisGrid) -> f64 {
             rotation_from_rpy(roll, pitch, yaw)
         })
         .collect();
-    // All round, a step more of yaw turns the whole set about z, and one of roll each rotation about its x axis: both
+    // All round, a step more of yaw rotates the whole set about z, and one of roll each rotation about its x axis: both
     // carry the set onto itself.
     let period = |axis: &super::Axis| if axis.periodic { axis.step } else { TAU };
     covering_radius(&rotations, [period(roll), period(yaw)])
@@ -57,10 +57,10 @@ struct Piece {
     /// The rotations that may be nearest to one of them.
     near: Vec<u32>,
     /// No rotation in it is farther from all of the set.
-    most: f64,
+    max: f64,
 }
 
-/// The covering radius of rotations [rad], which repeat after a turn of `roll` before and one of `yaw` after them.
+/// The covering radius of rotations [rad], which repeat after a rotation by `roll` before and one of `yaw` after them.
 ///
 /// Branch and bound over roll, pitch and yaw: the angle to the nearest of a set grows by no more than the angle moved, so
 /// a piece whose middle is `d` from them has nothing farther than `d` plus its own reach.
@@ -71,13 +71,13 @@ pub(super) fn covering_radius(rotations: &[Rotation3<f64>], [roll, yaw]: [f64; 2
         middle: [roll / 2.0, 0.0, yaw / 2.0],
         half: [roll / 2.0, FRAC_PI_2, yaw / 2.0],
         near: (0..rotations.len() as u32).collect(),
-        most: PI,
+        max: PI,
     };
     let (mut pieces, mut found) = (vec![whole], 0.0);
-    let mut most = 0.0_f64;
+    let mut max = 0.0_f64;
     while let Some(piece) = pieces.pop() {
-        if piece.most <= found + TOLERANCE {
-            most = most.max(piece.most);
+        if piece.max <= found + TOLERANCE {
+            max = max.max(piece.max);
             continue;
         }
         // The longest side, as the angle that it is.
@@ -92,20 +92,20 @@ pub(super) fn covering_radius(rotations: &[Rotation3<f64>], [roll, yaw]: [f64; 2
             pieces.push(next.0);
         }
     }
-    most.max(found)
+    max.max(found)
 }
 
 /// A part of a piece, and how far its middle is from the rotations.
 fn part(middle: [f64; 3], half: [f64; 3], of: &Piece, quaternions: &[Vector4<f64>]) -> (Piece, f64) {
     let [roll, pitch, yaw] = middle;
     let at = UnitQuaternion::from_rotation_matrix(&rotation_from_rpy(roll, pitch, yaw)).coords;
-    let angle = |place: u32| 2.0 * libm::acos(quaternions[place as usize].dot(&at).abs().min(1.0));
-    let angles: Vec<(u32, f64)> = of.near.iter().map(|place| (*place, angle(*place))).collect();
-    let least = angles.iter().map(|(_, angle)| *angle).fold(f64::INFINITY, f64::min);
+    let angle = |index: u32| 2.0 * libm::acos(quaternions[index as usize].dot(&at).abs().min(1.0));
+    let angles: Vec<(u32, f64)> = of.near.iter().map(|index| (*index, angle(*index))).collect();
+    let min = angles.iter().map(|(_, angle)| *angle).fold(f64::INFINITY, f64::min);
     // |dR|^2 = dr^2 + dp^2 + dy^2 - 2 sin(p) dr dy is no more than this.
     let reach = (half[0] + half[2]).hypot(half[1]);
-    let near = angles.into_iter().filter(|(_, angle)| *angle <= least + 2.0 * reach).map(|(place, _)| place).collect();
-    (Piece { middle, half, near, most: (least + reach).min(of.most) }, least)
+    let near = angles.into_iter().filter(|(_, angle)| *angle <= min + 2.0 * reach).map(|(index, _)| index).collect();
+    (Piece { middle, half, near, max: (min + reach).min(of.max) }, min)
 }
 
 #[cfg(test)]
@@ -115,15 +115,15 @@ mod tests {
 
     fn sampled(grid: &PoseGrid, count: u32) -> f64 {
         let rotations: Vec<_> = (0..grid.orientations()).map(|orientation| grid.rotation(orientation)).collect();
-        let nearest = |place: u32| {
-            let rotation = super_fibonacci(place, count);
+        let nearest = |index: u32| {
+            let rotation = super_fibonacci(index, count);
             rotations.iter().map(|other| rotation.angle_to(other)).fold(PI, f64::min)
         };
         (0..count).map(nearest).fold(0.0, f64::max)
     }
 
     /// The thesis's 64 rotations leave gaps of 92.2 degrees: level, half-way between two yaws and two rolls, a swing of
-    /// 22.5 and a turn of 90 degrees away. One rotation alone is 180 degrees from its opposites.
+    /// 22.5 and a rotation of 90 degrees away. One rotation alone is 180 degrees from its opposites.
     #[test]
     fn the_grid_of_the_thesis_covers_badly() {
         let grid = fetch_grid();
@@ -151,14 +151,14 @@ mod tests {
     #[test]
     fn directions_and_roll_stay_within_their_bound() {
         for (nside, rolls) in [(1, 4), (1, 6), (2, 8), (2, 12), (3, 12)] {
-            let grid = PoseGrid::on_sphere(places([1, 1, 1]), HealPix::new(nside).unwrap(), rolls).unwrap();
+            let grid = PoseGrid::on_sphere(position_axes([1, 1, 1]), HealPix::new(nside).unwrap(), rolls).unwrap();
             let bound = grid.covering().radius;
             let rotations: Vec<_> = (0..grid.orientations()).map(|orientation| grid.rotation(orientation)).collect();
-            // A quarter turn about z carries the directions onto themselves.
+            // A quarter of a revolution about z carries the directions onto themselves.
             let radius = covering_radius(&rotations, [TAU / rolls as f64, FRAC_PI_2]);
             println!("nside {nside}, {rolls} rolls: {:.2} deg, {:.2} at most", radius.to_degrees(), bound.to_degrees());
-            let least = if rolls % 4 == 0 { bound - 1e-9 } else { 0.7 * bound };
-            assert!((least..bound + TOLERANCE).contains(&radius), "{nside} {rolls}: {radius} {bound}");
+            let min = if rolls % 4 == 0 { bound - 1e-9 } else { 0.7 * bound };
+            assert!((min..bound + TOLERANCE).contains(&radius), "{nside} {rolls}: {radius} {bound}");
             let seen = sampled(&grid, 2_000);
             assert!(seen <= radius, "{seen} {radius}");
         }

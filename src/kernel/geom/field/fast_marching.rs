@@ -113,14 +113,14 @@ impl<'a> March<'a> {
     fn lines(&self, cell: usize) -> [[Line; 2]; 6] {
         let cell = cell as u32;
         self.rings.each_ref().map(|&Ring { stride, count, periodic }| {
-            let place = cell / stride % count;
-            let first = cell - place * stride;
-            let down = |steps: u32| match place.checked_sub(steps) {
+            let index = cell / stride % count;
+            let first = cell - index * stride;
+            let down = |steps: u32| match index.checked_sub(steps) {
                 Some(to) => first + to * stride,
-                None if periodic => first + (place + steps * count - steps) % count * stride,
+                None if periodic => first + (index + steps * count - steps) % count * stride,
                 None => NONE,
             };
-            let up = |steps: u32| match place + steps {
+            let up = |steps: u32| match index + steps {
                 to if to < count => first + to * stride,
                 to if periodic => first + to % count * stride,
                 _ => NONE,
@@ -157,13 +157,13 @@ impl<'a> March<'a> {
         }
     }
 
-    /// Accepts all trial cells of the least distance; false when there is none.
+    /// Accepts all trial cells of the smallest distance; false when there is none.
     fn accept_nearest(&mut self, equal: &mut Vec<usize>) -> bool {
         equal.clear();
-        let mut least = None;
+        let mut min = None;
         while let Some(Trial { distance, cell }) = self.trials.peek() {
             let (distance, cell) = (*distance, *cell as usize);
-            if least.is_some_and(|least| distance > least) {
+            if min.is_some_and(|min| distance > min) {
                 break;
             }
             self.trials.pop();
@@ -171,12 +171,12 @@ impl<'a> March<'a> {
             if self.accepted[cell] || self.tentative[cell] != distance {
                 continue;
             }
-            least = Some(distance);
+            min = Some(distance);
             self.accepted[cell] = true;
             self.distance[cell] = if self.inside[cell] { -distance } else { distance };
             equal.push(cell);
         }
-        least.is_some()
+        min.is_some()
     }
 
     fn try_cell(&mut self, cell: usize) {

@@ -19,7 +19,7 @@ pub(super) fn grid(first: [f64; 6], step: [f64; 6], count: [usize; 6], periodic:
 }
 
 /// Axes of position a tenth of a metre apart.
-pub(super) fn places(counts: [usize; 3]) -> [Axis; 3] {
+pub(super) fn position_axes(counts: [usize; 3]) -> [Axis; 3] {
     std::array::from_fn(|k| Axis {
         name: NAMES[k],
         unit: AxisUnit::Metre,

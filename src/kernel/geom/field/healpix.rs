@@ -167,9 +167,9 @@ impl Mesh {
     pub(super) fn new(healpix: HealPix) -> Self {
         let (directions, corners) = (healpix.directions(), healpix.triangles());
         let mut sides = BTreeMap::new();
-        for (place, corners) in (0_u32..).zip(&corners) {
+        for (index, corners) in (0_u32..).zip(&corners) {
             for k in 0..3 {
-                sides.insert([corners[(k + 1) % 3], corners[(k + 2) % 3]], place);
+                sides.insert([corners[(k + 1) % 3], corners[(k + 2) % 3]], index);
             }
         }
         let triangle = |corners: &[usize; 3]| {
@@ -187,10 +187,10 @@ impl Mesh {
         let mut near = 0;
         for cell in 0..6 * side * side {
             let [face, row, column] = [cell / side / side, cell / side % side, cell % side];
-            let place = |index: usize| (index as f64 + 0.5) / side as f64 * 2.0 - 1.0;
+            let coordinate = |index: usize| (index as f64 + 0.5) / side as f64 * 2.0 - 1.0;
             let (axis, mut middle) = (face / 2, Vector3::zeros());
             middle[axis] = if face % 2 == 0 { 1.0 } else { -1.0 };
-            (middle[(axis + 1) % 3], middle[(axis + 2) % 3]) = (place(row), place(column));
+            (middle[(axis + 1) % 3], middle[(axis + 2) % 3]) = (coordinate(row), coordinate(column));
             near = mesh.walk(&middle, near);
             mesh.hints.push(near);
         }
@@ -206,8 +206,8 @@ impl Mesh {
         let face = direction.iamax();
         let [first, second] = [(face + 1) % 3, (face + 2) % 3];
         let cell = |k: usize| {
-            let place = (direction[k] / direction[face].abs() + 1.0) * 0.5 * self.side as f64;
-            (place.max(0.0) as usize).min(self.side - 1)
+            let coordinate = (direction[k] / direction[face].abs() + 1.0) * 0.5 * self.side as f64;
+            (coordinate.max(0.0) as usize).min(self.side - 1)
         };
         let face = 2 * face + usize::from(direction[face] < 0.0);
         let hint = self.hints[(face * self.side + cell(first)) * self.side + cell(second)];
@@ -222,7 +222,7 @@ impl Mesh {
 
     /// The triangle around a direction, from a triangle nearby: across the side that the direction lies farthest beyond.
     fn walk(&self, direction: &Vector3<f64>, from: u32) -> u32 {
-        let least = |triangle: &Triangle| {
+        let min = |triangle: &Triangle| {
             let parts = triangle.duals.map(|dual| dual.dot(direction));
             let k = if parts[0] <= parts[1] { 0 } else { 1 };
             let k = if parts[k] <= parts[2] { k } else { 2 };
@@ -232,13 +232,13 @@ impl Mesh {
         // Far more than there are triangles between neighbouring hints; a circle of rounding ends here, too.
         for _ in 0..4 * self.side {
             let triangle = &self.triangles[at as usize];
-            let (k, part) = least(triangle);
+            let (k, part) = min(triangle);
             if part >= 0.0 {
                 return at;
             }
             at = triangle.beyond[k];
         }
-        let parts = (0..).zip(&self.triangles).map(|(place, triangle)| (place, least(triangle).1));
+        let parts = (0..).zip(&self.triangles).map(|(index, triangle)| (index, min(triangle).1));
         parts.fold((at, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best }).0
     }
 }
@@ -262,10 +262,10 @@ mod tests {
     fn centres_are_those_of_the_paper() {
         let base = HealPix::new(1).unwrap().angles();
         let elevations = [libm::asin(2.0 / 3.0), 0.0, -libm::asin(2.0 / 3.0)];
-        for (place, [elevation, azimuth]) in base.into_iter().enumerate() {
-            assert!((elevation - elevations[place / 4]).abs() < 1e-15);
-            let shift = if place / 4 == 1 { 1.0 } else { 0.5 };
-            let expected = FRAC_PI_2 * ((place % 4) as f64 + shift);
+        for (index, [elevation, azimuth]) in base.into_iter().enumerate() {
+            assert!((elevation - elevations[index / 4]).abs() < 1e-15);
+            let shift = if index / 4 == 1 { 1.0 } else { 0.5 };
+            let expected = FRAC_PI_2 * ((index % 4) as f64 + shift);
             assert!((libm::sin(azimuth - expected)).abs() < 1e-15 && libm::cos(azimuth - expected) > 0.0);
         }
         let heights: Vec<f64> = HealPix::new(2).unwrap().rings().map(|ring| ring.z).collect();
@@ -283,8 +283,8 @@ mod tests {
             for (direction, angles) in directions.iter().zip(angles) {
                 assert!((direction.norm() - 1.0).abs() < 1e-15);
                 assert!((frame(angles).column(0) - direction).norm() < 2e-15, "{direction} {angles:?}");
-                let turned = Vector3::new(-direction.y, direction.x, -direction.z);
-                assert!(directions.iter().any(|other| (other - turned).norm() < 1e-14), "{direction}");
+                let rotated = Vector3::new(-direction.y, direction.x, -direction.z);
+                assert!(directions.iter().any(|other| (other - rotated).norm() < 1e-14), "{direction}");
             }
         }
         assert_eq!((HealPix::new(0), HealPix::new(17), HealPix::of_count(13)), (None, None, None));
@@ -338,15 +338,15 @@ mod tests {
                 let out = libm::sqrt(1.0 - z * z);
                 Vector3::new(out * cosine, out * sine, z)
             }));
-            for (place, point) in points.iter().enumerate() {
+            for (index, point) in points.iter().enumerate() {
                 let (corners, weights, slopes) = mesh.around(point);
                 assert!(weights.iter().all(|weight| *weight > -1e-12), "{weights:?}");
                 assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
                 let sum: Vector3<f64> = corners.iter().zip(weights).map(|(corner, w)| w * directions[*corner]).sum();
                 assert!((sum.normalize() - point).norm() < 1e-12);
                 assert!(slopes.iter().sum::<Vector3<f64>>().norm() < 1e-9);
-                if place < directions.len() {
-                    let own = corners.iter().zip(weights).find(|(corner, _)| **corner == place).expect("a corner");
+                if index < directions.len() {
+                    let own = corners.iter().zip(weights).find(|(corner, _)| **corner == index).expect("a corner");
                     assert!((own.1 - 1.0).abs() < 1e-12);
                 }
             }

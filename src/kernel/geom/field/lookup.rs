@@ -52,8 +52,8 @@ impl FieldLookup {
     ///
     /// On six axes: multilinear between the 2^6 nearest centres; periodic axes wrap. On directions: linear between the 8
     /// nearest positions; between the three directions around the pose's own, weighted as the sides of the triangle that
-    /// they span; for each of the three, the pose is swung onto it the shortest way, and the value is linear between the
-    /// two nearest rolls. That is continuous and has each cell's value at its centre.
+    /// they span; for each of the three, the pose is swung onto it by the smallest rotation, and the value is linear between
+    /// the two nearest rolls. That is continuous and has each cell's value at its centre.
     ///
     /// Beyond the box of the centres (non-periodic axes): the value at the nearest point of the box plus the distance to it
     /// in the metric of the field, and the gradient of that sum. The gradient is in field units per metre (x, y, z) and per

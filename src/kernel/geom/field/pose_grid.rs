@@ -43,26 +43,26 @@ impl PoseGrid {
     ///
     /// # Errors
     /// Errors of [`SphereGrid::new`].
-    pub fn on_sphere(places: [Axis; 3], directions: HealPix, rolls: usize) -> Result<Self, InvalidPoseGrid> {
-        SphereGrid::new(places, directions, rolls).map(Self::Sphere)
+    pub fn on_sphere(position_axes: [Axis; 3], directions: HealPix, rolls: usize) -> Result<Self, InvalidPoseGrid> {
+        SphereGrid::new(position_axes, directions, rolls).map(Self::Sphere)
     }
 
     /// The axes x, y, z [m].
-    pub fn places(&self) -> &[Axis; 3] {
+    pub fn position_axes(&self) -> &[Axis; 3] {
         match self {
             Self::Axes(grid) => grid.axes().first_chunk().expect("six axes begin with three"),
-            Self::Sphere(grid) => grid.places(),
+            Self::Sphere(grid) => grid.position_axes(),
         }
     }
 
     /// Cells along x, y and z.
-    pub fn place_counts(&self) -> [usize; 3] {
-        self.places().map(|axis| axis.count)
+    pub fn position_counts(&self) -> [usize; 3] {
+        self.position_axes().map(|axis| axis.count)
     }
 
     /// Count of positions.
     pub fn positions(&self) -> usize {
-        self.place_counts().iter().product()
+        self.position_counts().iter().product()
     }
 
     /// Cells of one position.
@@ -83,7 +83,7 @@ impl PoseGrid {
         match self {
             Self::Axes(grid) => Cow::Borrowed(grid.axes()),
             Self::Sphere(grid) => {
-                let [x, y, z] = *grid.places();
+                let [x, y, z] = *grid.position_axes();
                 let count = grid.directions().count();
                 let direction =
                     Axis { name: "direction", unit: AxisUnit::HealPix, first: 0.0, step: 1.0, count, periodic: false };
@@ -102,9 +102,9 @@ impl PoseGrid {
         (x * ny + y) * nz + z
     }
 
-    /// The cells of a position, by its places along x, y and z.
-    pub fn cells_at(&self, place: [usize; 3]) -> std::ops::Range<usize> {
-        let first = Self::position(self.place_counts(), place) * self.orientations();
+    /// The cells of a position, by its indices along x, y and z.
+    pub fn cells_at(&self, indices: [usize; 3]) -> std::ops::Range<usize> {
+        let first = Self::position(self.position_counts(), indices) * self.orientations();
         first..first + self.orientations()
     }
 
@@ -127,9 +127,9 @@ impl PoseGrid {
 
     /// Where a position is [m].
     pub fn centre(&self, position: usize) -> Vector3<f64> {
-        let [_, ny, nz] = self.place_counts();
-        let place = [position / (ny * nz), position / nz % ny, position % nz];
-        Vector3::from(std::array::from_fn::<f64, 3, _>(|k| self.places()[k].centre(place[k])))
+        let [_, ny, nz] = self.position_counts();
+        let indices = [position / (ny * nz), position / nz % ny, position % nz];
+        Vector3::from(std::array::from_fn::<f64, 3, _>(|k| self.position_axes()[k].centre(indices[k])))
     }
 
     /// Pose at the centre of a cell: x, y, z [m], roll, pitch, yaw [rad].
@@ -148,9 +148,9 @@ impl PoseGrid {
             Self::Axes(grid) => grid.nearest(pose),
             Self::Sphere(grid) => {
                 let [x, y, z, roll, pitch, yaw] = pose;
-                let place = [0, 1, 2].map(|k| grid.places()[k].nearest([x, y, z][k]));
+                let indices = [0, 1, 2].map(|k| grid.position_axes()[k].nearest([x, y, z][k]));
                 let orientation = grid.nearest_orientation(&rotation_from_rpy(roll, pitch, yaw));
-                Self::position(self.place_counts(), place) * grid.orientations() + orientation
+                Self::position(self.position_counts(), indices) * grid.orientations() + orientation
             }
         }
     }

@@ -27,19 +27,20 @@ const LANES: usize = 16;
 /// # Panics
 /// When `inside` has not one value per cell or `rho` is not finite and above zero.
 pub fn signed_distance_sphere(inside: &[bool], grid: &SphereGrid, rho: f64) -> Vec<f32> {
-    let counts = grid.places().map(|axis| axis.count);
+    let counts = grid.position_axes().map(|axis| axis.count);
     assert_eq!(inside.len(), counts.iter().product::<usize>() * grid.orientations(), "one label a cell");
     assert!(rho.is_finite() && rho > 0.0, "rho = {rho} m/rad must be finite and above zero");
     let mut result = vec![0.0_f32; inside.len()];
     let mut squares = vec![0.0_f64; inside.len()];
-    let (places, turns) = (Transform::of_places(grid.places(), grid.orientations()), Turns::new(grid, rho));
+    let (positions, rotations) =
+        (Transform::of_positions(grid.position_axes(), grid.orientations()), RotationTransform::new(grid, rho));
     // To the outside cells for the cells inside, then the other way round.
     for (label, sign) in [(true, -1.0), (false, 1.0)] {
         for (square, cell) in squares.iter_mut().zip(inside) {
             *square = if *cell == label { f64::INFINITY } else { 0.0 };
         }
-        places.run_places(&mut squares);
-        turns.run(&mut squares);
+        positions.run_positions(&mut squares);
+        rotations.run(&mut squares);
         for ((value, square), cell) in result.iter_mut().zip(&squares).zip(inside) {
             let distance = (sign * square.sqrt()) as f32;
             *value = if *cell == label { distance } else { *value };
@@ -49,7 +50,7 @@ pub fn signed_distance_sphere(inside: &[bool], grid: &SphereGrid, rho: f64) -> V
 }
 
 /// Neighbourhood of each orientation among the others.
-struct Turns {
+struct RotationTransform {
     rolls: usize,
     directions: Vec<Others>,
     simd: SimdLevel,
@@ -59,11 +60,11 @@ struct Turns {
 struct Others {
     /// Square of the gap from the centre here to the ball of each [m^2].
     gaps: Vec<f64>,
-    /// Place of each among the directions, each with its rolls twice over: those of another roll are as many places on.
-    places: Vec<u32>,
+    /// Index of each among the directions, each with its rolls twice over: those of another roll are as many indices on.
+    indices: Vec<u32>,
 }
 
-impl Turns {
+impl RotationTransform {
     fn new(grid: &SphereGrid, rho: f64) -> Self {
         let (rolls, count) = (grid.roll().count, grid.directions().count());
         let quaternions: Vec<Vector4<f64>> = (0..grid.orientations())
@@ -72,7 +73,7 @@ impl Turns {
                 UnitQuaternion::from_rotation_matrix(&rotation_from_rpy(roll, pitch, yaw)).coords
             })
             .collect();
-        // Turning both about their x axes by the same roll changes no angle: those at roll 0 tell all.
+        // Rotating both about their x axes by the same roll changes no angle: those at roll 0 are enough.
         let angles = |direction: usize| {
             let from = quaternions[direction * rolls];
             quaternions.iter().map(move |to| {
@@ -82,20 +83,20 @@ impl Turns {
             })
         };
         let half_to_nearest = |direction: usize| {
-            let others = angles(direction).enumerate().filter(|(place, _)| *place != direction * rolls);
+            let others = angles(direction).enumerate().filter(|(index, _)| *index != direction * rolls);
             0.5 * others.map(|(_, angle)| angle).fold(f64::INFINITY, f64::min)
         };
         let reaches: Vec<f64> = (0..count).map(half_to_nearest).collect();
         let others = |direction: usize| {
-            let gap = |(place, angle): (usize, f64)| {
-                let gap = rho * (angle - reaches[place / rolls]).max(0.0);
-                (gap * gap, (place / rolls * 2 * rolls + place % rolls) as u32)
+            let gap = |(index, angle): (usize, f64)| {
+                let gap = rho * (angle - reaches[index / rolls]).max(0.0);
+                (gap * gap, (index / rolls * 2 * rolls + index % rolls) as u32)
             };
-            let others = angles(direction).enumerate().filter(|(place, _)| *place != direction * rolls);
+            let others = angles(direction).enumerate().filter(|(index, _)| *index != direction * rolls);
             let mut others: Vec<(f64, u32)> = others.map(gap).collect();
             others.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let (gaps, places) = others.into_iter().unzip();
-            Others { gaps, places }
+            let (gaps, indices) = others.into_iter().unzip();
+            Others { gaps, indices }
         };
         Self { rolls, directions: (0..count).map(others).collect(), simd: SimdLevel::detect() }
     }
@@ -104,7 +105,7 @@ impl Turns {
     fn run(&self, squares: &mut [f64]) {
         let (rolls, orientations) = (self.rolls, self.rolls * self.directions.len());
         let mut tile = vec![[0.0; LANES]; 2 * orientations];
-        let mut least = vec![[0.0; LANES]; orientations];
+        let mut min = vec![[0.0; LANES]; orientations];
         for group in squares.chunks_mut(LANES * orientations) {
             if group.iter().all(|square| *square == group[0]) {
                 continue;
@@ -112,11 +113,11 @@ impl Turns {
             let used = group.len() / orientations;
             for orientation in 0..orientations {
                 let row = std::array::from_fn(|lane| group[lane.min(used - 1) * orientations + orientation]);
-                let place = orientation / rolls * 2 * rolls + orientation % rolls;
-                (tile[place], tile[place + rolls]) = (row, row);
+                let index = orientation / rolls * 2 * rolls + orientation % rolls;
+                (tile[index], tile[index + rolls]) = (row, row);
             }
-            least_turned(self.simd, self, &tile, &mut least);
-            for (orientation, row) in least.iter().enumerate() {
+            min_over_rotations(self.simd, self, &tile, &mut min);
+            for (orientation, row) in min.iter().enumerate() {
                 for (lane, square) in row[..used].iter().enumerate() {
                     group[lane * orientations + orientation] = *square;
                 }
@@ -126,30 +127,30 @@ impl Turns {
 }
 
 simd_kernel! {
-    /// `least[i] = min over j of tile[j] + gap(i, j)^2`, lane by lane.
-    fn least_turned(turns: &Turns, tile: &[[f64; LANES]], least: &mut [[f64; LANES]]) = least_turned_body;
+    /// `min[i] = min over j of tile[j] + gap(i, j)^2`, lane by lane.
+    fn min_over_rotations(rotations: &RotationTransform, tile: &[[f64; LANES]], min: &mut [[f64; LANES]]) = min_over_rotations_body;
 }
 
 #[inline(always)]
-fn least_turned_body<L>(_: L, turns: &Turns, tile: &[[f64; LANES]], least: &mut [[f64; LANES]]) {
-    // Others between two looks at whether any can still be nearer.
+fn min_over_rotations_body<L>(_: L, rotations: &RotationTransform, tile: &[[f64; LANES]], min: &mut [[f64; LANES]]) {
+    // Candidates between two checks whether any can still be nearer.
     const RUN: usize = 8;
-    let rolls = turns.rolls;
+    let rolls = rotations.rolls;
     let mut floor = [f64::INFINITY; LANES];
     for row in tile {
         for lane in 0..LANES {
             floor[lane] = if row[lane] < floor[lane] { row[lane] } else { floor[lane] };
         }
     }
-    for (direction, (others, out)) in turns.directions.iter().zip(least.chunks_exact_mut(rolls)).enumerate() {
+    for (direction, (others, out)) in rotations.directions.iter().zip(min.chunks_exact_mut(rolls)).enumerate() {
         for (roll, out) in out.iter_mut().enumerate() {
             let mut best = tile[direction * 2 * rolls + roll];
-            for (gaps, places) in others.gaps.chunks(RUN).zip(others.places.chunks(RUN)) {
+            for (gaps, indices) in others.gaps.chunks(RUN).zip(others.indices.chunks(RUN)) {
                 if (0..LANES).all(|lane| floor[lane] + gaps[0] >= best[lane]) {
                     break;
                 }
-                for (gap, place) in gaps.iter().zip(places) {
-                    let row = &tile[*place as usize + roll];
+                for (gap, index) in gaps.iter().zip(indices) {
+                    let row = &tile[*index as usize + roll];
                     for lane in 0..LANES {
                         let sum = row[lane] + gap;
                         best[lane] = if sum < best[lane] { sum } else { best[lane] };
@@ -169,7 +170,7 @@ mod tests {
     };
 
     fn sphere(counts: [usize; 3], nside: u32, rolls: usize) -> SphereGrid {
-        SphereGrid::new(places(counts), HealPix::new(nside).unwrap(), rolls).unwrap()
+        SphereGrid::new(position_axes(counts), HealPix::new(nside).unwrap(), rolls).unwrap()
     }
 
     /// The distance by its definition: over all cells of the other label.
@@ -194,15 +195,15 @@ mod tests {
             .collect();
         let square = |from: usize, to: usize| {
             let (at, other) = (poses.centre(from / n), poses.centre(to / n));
-            let place: f64 =
-                (0..3).map(|k| ((at[k] - other[k]).abs() - 0.5 * grid.places()[k].step).max(0.0).powi(2)).sum();
-            place + gaps[from % n * n + to % n].powi(2)
+            let apart: f64 =
+                (0..3).map(|k| ((at[k] - other[k]).abs() - 0.5 * grid.position_axes()[k].step).max(0.0).powi(2)).sum();
+            apart + gaps[from % n * n + to % n].powi(2)
         };
         (0..inside.len())
             .map(|cell| {
                 let others = (0..inside.len()).filter(|other| inside[*other] != inside[cell]);
-                let least = others.map(|other| square(cell, other)).fold(f64::INFINITY, f64::min);
-                if inside[cell] { -least.sqrt() } else { least.sqrt() }
+                let min = others.map(|other| square(cell, other)).fold(f64::INFINITY, f64::min);
+                if inside[cell] { -min.sqrt() } else { min.sqrt() }
             })
             .collect()
     }
@@ -212,7 +213,7 @@ mod tests {
         for grid in [sphere([3, 2, 3], 1, 5), sphere([2, 1, 3], 2, 4), sphere([1, 1, 1], 2, 3), sphere([5, 4, 2], 1, 1)]
         {
             for rho in [METRES_PER_RADIAN, 1.0, 0.01] {
-                let cells = grid.places().iter().map(|axis| axis.count).product::<usize>() * grid.orientations();
+                let cells = grid.position_axes().iter().map(|axis| axis.count).product::<usize>() * grid.orientations();
                 for (share, seed) in [(0.003, 1), (0.05, 2), (0.5, 3), (0.98, 4), (0.999, 5)] {
                     let mut draws = Draws(seed);
                     let labels: Vec<bool> = (0..cells).map(|_| draws.unit() < share).collect();
@@ -261,7 +262,7 @@ mod tests {
         let results: Vec<Vec<u64>> = SimdLevel::available()
             .map(|simd| {
                 let mut squares = squares.clone();
-                Turns { simd, ..Turns::new(&grid, 0.1) }.run(&mut squares);
+                RotationTransform { simd, ..RotationTransform::new(&grid, 0.1) }.run(&mut squares);
                 squares.into_iter().map(f64::to_bits).collect()
             })
             .collect();

@@ -16,7 +16,7 @@ use super::{
 /// rotation is Rz(yaw) Ry(pitch) Rx(roll) with yaw the azimuth of its direction and pitch its elevation, negated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SphereGrid {
-    places: [Axis; 3],
+    position_axes: [Axis; 3],
     directions: HealPix,
     roll: Axis,
     /// Pitch and yaw of each direction [rad].
@@ -29,12 +29,12 @@ impl SphereGrid {
     /// The most orientations: what a distance field knows of pairs of them fits a few hundred megabytes.
     pub const MAX_ORIENTATIONS: usize = 1 << 14;
 
-    /// A grid of positions [m], directions and `rolls` equal steps of a full turn, the first at -pi.
+    /// A grid of positions [m], directions and `rolls` equal steps of a full revolution, the first at -pi.
     ///
     /// # Errors
     /// Axes of position as [`AxisGrid::new`] says, no roll, more than [`Self::MAX_ORIENTATIONS`] or more than
     /// [`AxisGrid::MAX_CELLS`].
-    pub fn new(places: [Axis; 3], directions: HealPix, rolls: usize) -> Result<Self, InvalidPoseGrid> {
+    pub fn new(position_axes: [Axis; 3], directions: HealPix, rolls: usize) -> Result<Self, InvalidPoseGrid> {
         let radian = |name, step, count, periodic| Axis {
             name,
             unit: AxisUnit::Radian,
@@ -50,18 +50,18 @@ impl SphereGrid {
         let orientations = directions.count().checked_mul(rolls).filter(|count| *count <= Self::MAX_ORIENTATIONS);
         let orientations = orientations.ok_or(InvalidPoseGrid::TooManyOrientations { max: Self::MAX_ORIENTATIONS })?;
         // The same rules as of other grids: all orientations as cells of one axis.
-        let [x, y, z] = places;
+        let [x, y, z] = position_axes;
         let one = |name| radian(name, TAU, 1, false);
         AxisGrid::new([x, y, z, one("roll"), one("pitch"), radian("yaw", 1.0, orientations, false)])?;
         let angles: Vec<[f64; 2]> = directions.angles();
         let frames = angles.iter().map(|angles| frame(*angles)).collect();
         let angles = angles.into_iter().map(|[elevation, azimuth]| [-elevation, azimuth]).collect();
-        Ok(Self { places, directions, roll, angles, frames })
+        Ok(Self { position_axes, directions, roll, angles, frames })
     }
 
     /// The axes x, y, z [m].
-    pub fn places(&self) -> &[Axis; 3] {
-        &self.places
+    pub fn position_axes(&self) -> &[Axis; 3] {
+        &self.position_axes
     }
 
     /// The directions.
@@ -93,21 +93,21 @@ impl SphereGrid {
     /// The orientation nearest to a rotation, by the angle between the two.
     pub fn nearest_orientation(&self, rotation: &Rotation3<f64>) -> usize {
         let (direction, side) = (rotation.matrix().column(0).into_owned(), rotation.matrix().column(1).into_owned());
-        // The squared cosine of half the angle between two rotations is that of the swing, times that of the turn: no roll
+        // The squared cosine of half the angle between two rotations is that of the swing, times that of the roll: no roll
         // gives more than the first.
-        let most = |frame: &Matrix3<f64>| 0.5 * (1.0 + frame.column(0).dot(&direction));
-        let with_roll = |place: usize, most: f64| {
-            let turn = turn_about(&self.frames[place], &direction, &side);
-            let roll = self.roll.nearest(turn);
-            let cosine = libm::cos(0.5 * (turn - self.roll.centre(roll)));
-            (place * self.roll.count + roll, most * cosine * cosine)
+        let max = |frame: &Matrix3<f64>| 0.5 * (1.0 + frame.column(0).dot(&direction));
+        let with_roll = |index: usize, max: f64| {
+            let roll_angle = roll_about(&self.frames[index], &direction, &side);
+            let roll = self.roll.nearest(roll_angle);
+            let cosine = libm::cos(0.5 * (roll_angle - self.roll.centre(roll)));
+            (index * self.roll.count + roll, max * cosine * cosine)
         };
         let ahead = |best: (usize, f64), next: (usize, f64)| if next.1 > best.1 { next } else { best };
-        let bounds = || self.frames.iter().map(most).enumerate();
+        let bounds = || self.frames.iter().map(max).enumerate();
         let (nearest, bound) = bounds().fold((0, -1.0), ahead);
         let first = with_roll(nearest, bound);
-        let best = bounds().fold(first, |best, (place, bound)| {
-            if bound > best.1 && place != nearest { ahead(best, with_roll(place, bound)) } else { best }
+        let best = bounds().fold(first, |best, (index, bound)| {
+            if bound > best.1 && index != nearest { ahead(best, with_roll(index, bound)) } else { best }
         });
         best.0
     }
@@ -115,8 +115,8 @@ impl SphereGrid {
     /// The most by which any rotation differs from the nearest orientation [rad].
     ///
     /// A swing about an axis square to its x axis brings any rotation's x axis onto the nearest direction, by no more than
-    /// the directions' covering radius rho; then a turn about that direction, by no more than half a step h, ends at an
-    /// orientation. Two turns about axes square to each other make one by theta with cos(theta / 2) = cos(rho / 2)
+    /// the directions' covering radius rho; then a roll about that direction, by no more than half a step h, ends at an
+    /// orientation. Two rotations about axes square to each other make one by theta with cos(theta / 2) = cos(rho / 2)
     /// cos(h / 2). That is a bound, since another direction may be nearer in all; with a multiple of four rolls it is the
     /// truth, since the four directions around a pole then have the same rolls.
     pub fn covering_radius(&self) -> f64 {
@@ -125,12 +125,12 @@ impl SphereGrid {
     }
 }
 
-/// The turn about a direction of an end effector whose x axis was brought onto it the shortest way [rad, -pi..pi].
+/// The roll about a direction of an end effector whose x axis was brought onto it by the smallest rotation [rad, -pi..pi].
 ///
-/// `frame` holds the direction and the axes from which turns count; `x` and `y` are the end effector's.
-pub(super) fn turn_about(frame: &Matrix3<f64>, x: &Vector3<f64>, y: &Vector3<f64>) -> f64 {
+/// `frame` holds the direction and the axes from which rolls count; `x` and `y` are the end effector's.
+pub(super) fn roll_about(frame: &Matrix3<f64>, x: &Vector3<f64>, y: &Vector3<f64>) -> f64 {
     let direction = frame.column(0).into_owned();
-    // Straight back there is no shortest way: any turn will do.
+    // Straight back there is no smallest rotation: any roll will do.
     let along = y.dot(&direction) / (1.0 + x.dot(&direction)).max(f64::MIN_POSITIVE);
     let swung = y - along * (x + direction);
     libm::atan2(swung.dot(&frame.column(2)), swung.dot(&frame.column(1)))

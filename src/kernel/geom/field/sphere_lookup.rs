@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{FieldMetric, SphereGrid, healpix::Mesh, sphere_grid::turn_about};
+use super::{FieldMetric, SphereGrid, healpix::Mesh, sphere_grid::roll_about};
 
 /// Lookups prepared once for a grid and a metric.
 #[derive(Clone, Debug)]
@@ -16,14 +16,14 @@ pub(super) struct SphereLookup {
 
 impl SphereLookup {
     pub(super) fn new(grid: &SphereGrid, metric: FieldMetric) -> Self {
-        let [_, ny, nz] = grid.places().map(|axis| axis.count);
+        let [_, ny, nz] = grid.position_axes().map(|axis| axis.count);
         let n = grid.orientations();
         Self { grid: grid.clone(), metric, mesh: Mesh::new(grid.directions()), strides: [ny * nz * n, nz * n, n] }
     }
 
     /// Value and gradient as in `FieldLookup::value_and_gradient`.
     pub(super) fn value_and_gradient(&self, field: &[f32], pose: &[f64; 6]) -> (f64, [f64; 6]) {
-        let cells = self.strides[0] * self.grid.places()[0].count;
+        let cells = self.strides[0] * self.grid.position_axes()[0].count;
         assert_eq!(field.len(), cells, "one value a cell");
         if field[0].is_infinite() {
             return (f64::from(field[0]), [0.0; 6]);
@@ -41,12 +41,12 @@ impl SphereLookup {
         let axis = self.grid.roll();
         let (mut value, mut along) = (0.0, [0.0; 3]);
         // By the end effector's angular velocity, in the frame of the poses.
-        let mut turning = Vector3::zeros();
+        let mut rotation_slope = Vector3::zeros();
         for ((direction, weight), slope) in directions.into_iter().zip(weights).zip(slopes) {
             let frame = &self.grid.frames()[direction];
-            let place = axis.wrap((turn_about(frame, &ahead, &side) - axis.first) / axis.step);
-            let low = (place as usize).min(axis.count - 1);
-            let share = place - low as f64;
+            let coordinate = axis.wrap((roll_about(frame, &ahead, &side) - axis.first) / axis.step);
+            let low = (coordinate as usize).min(axis.count - 1);
+            let share = coordinate - low as f64;
             let high = if low + 1 == axis.count { 0 } else { low + 1 };
             let [low, high] = [low, high].map(|roll| corners.blend(field, direction * axis.count + roll));
             let own = low[0] + share * (high[0] - low[0]);
@@ -55,19 +55,19 @@ impl SphereLookup {
                 along[k] += weight * (low[k + 1] + share * (high[k + 1] - low[k + 1]));
             }
             // The direction moves with velocity x ahead.
-            turning += own * ahead.cross(&slope);
-            // Swung along, the turn about the other direction grows so (half the two axes' sum, over the cosine squared of
+            rotation_slope += own * ahead.cross(&slope);
+            // Swung along, the roll about the other direction grows so (half the two axes' sum, over the cosine squared of
             // half the angle between them).
             let towards = frame.column(0);
-            let by_turn = weight * (high[0] - low[0]) / axis.step / (1.0 + ahead.dot(&towards));
-            turning += by_turn * (ahead + towards);
+            let by_roll = weight * (high[0] - low[0]) / axis.step / (1.0 + ahead.dot(&towards));
+            rotation_slope += by_roll * (ahead + towards);
         }
-        let by_pitch = turning.y * cy - turning.x * sy;
-        let mut gradient = [along[0], along[1], along[2], turning.dot(&ahead), by_pitch, turning.z];
+        let by_pitch = rotation_slope.y * cy - rotation_slope.x * sy;
+        let mut gradient = [along[0], along[1], along[2], rotation_slope.dot(&ahead), by_pitch, rotation_slope.z];
         if beyond != [0.0; 3] {
             let distance = beyond.iter().map(|part| part * part).sum::<f64>().sqrt();
             value += distance;
-            for (k, axis) in self.grid.places().iter().enumerate().filter(|(k, _)| beyond[*k] != 0.0) {
+            for (k, axis) in self.grid.position_axes().iter().enumerate().filter(|(k, _)| beyond[*k] != 0.0) {
                 gradient[k] = beyond[k] / distance * self.metric.scale(axis.unit, axis.step);
             }
         }
@@ -78,10 +78,10 @@ impl SphereLookup {
     fn corners(&self, pose: &[f64; 6]) -> (Corners, [f64; 3]) {
         let (mut corners, mut beyond) =
             (Corners { cells: [[0; 2]; 3], share: [0.0; 3], per_metre: [0.0; 3] }, [0.0; 3]);
-        for (k, axis) in self.grid.places().iter().enumerate() {
-            let place = (pose[k] - axis.first) / axis.step;
-            let inside = place.clamp(0.0, (axis.count - 1) as f64);
-            beyond[k] = (place - inside) * axis.step * self.metric.scale(axis.unit, axis.step);
+        for (k, axis) in self.grid.position_axes().iter().enumerate() {
+            let coordinate = (pose[k] - axis.first) / axis.step;
+            let inside = coordinate.clamp(0.0, (axis.count - 1) as f64);
+            beyond[k] = (coordinate - inside) * axis.step * self.metric.scale(axis.unit, axis.step);
             let low = (inside as usize).min(axis.count.saturating_sub(2));
             let high = (low + 1).min(axis.count - 1);
             corners.cells[k] = [low, high].map(|cell| cell * self.strides[k]);
@@ -137,8 +137,9 @@ mod tests {
     const METRES: FieldMetric = FieldMetric::Metres { rho: 0.127 };
 
     fn grids() -> Vec<PoseGrid> {
-        let of =
-            |counts, nside, rolls| PoseGrid::on_sphere(places(counts), HealPix::new(nside).unwrap(), rolls).unwrap();
+        let of = |counts, nside, rolls| {
+            PoseGrid::on_sphere(position_axes(counts), HealPix::new(nside).unwrap(), rolls).unwrap()
+        };
         vec![of([4, 3, 5], 2, 8), of([1, 2, 3], 1, 1), of([2, 1, 2], 3, 5)]
     }
 
@@ -149,13 +150,13 @@ mod tests {
 
     fn random_pose(grid: &PoseGrid, draws: &mut Draws, span: [f64; 2]) -> [f64; 6] {
         let [x, y, z] = std::array::from_fn(|k| {
-            let axis = &grid.places()[k];
+            let axis = &grid.position_axes()[k];
             let along = span[0] + draws.unit() * (span[1] - span[0]);
-            // A single cell has no way between centres: beside it.
+            // A single cell has no interval between centres: beside it.
             axis.first + along * (axis.count - 1).max(1) as f64 * axis.step
         });
-        let mut turn = || (draws.unit() - 0.5) * 3.0 * TAU;
-        [x, y, z, turn(), turn(), turn()]
+        let mut angle = || (draws.unit() - 0.5) * 3.0 * TAU;
+        [x, y, z, angle(), angle(), angle()]
     }
 
     #[test]
@@ -261,8 +262,8 @@ mod tests {
                 let cell = grid.nearest(pose);
                 let rotation = rotation_from_rpy(pose[3], pose[4], pose[5]);
                 let angle = |orientation: usize| grid.rotation(orientation).angle_to(&rotation);
-                let least = (0..grid.orientations()).map(angle).fold(f64::INFINITY, f64::min);
-                assert!(angle(cell % grid.orientations()) < least + 1e-7);
+                let min = (0..grid.orientations()).map(angle).fold(f64::INFINITY, f64::min);
+                assert!(angle(cell % grid.orientations()) < min + 1e-7);
                 assert!(angle(cell % grid.orientations()) <= grid.covering().radius + 1e-9);
             }
         }

@@ -17,7 +17,7 @@ const LANES: usize = 16;
 ///
 /// `inside` and the result have one value per cell, in the order of the grid; the result is negative inside. A cell's box
 /// reaches half a step to each side of its centre. Lengths are metres on x, y, z and `rho` [m/rad] times radians on roll,
-/// pitch, yaw, the shorter way round on periodic axes. `rho` is mostly [`METRES_PER_RADIAN`]. Where no cell has the
+/// pitch, yaw, the shorter direction on periodic axes. `rho` is mostly [`METRES_PER_RADIAN`]. Where no cell has the
 /// other label the distance is infinite: +inf everywhere when nothing is inside, -inf when everything is.
 ///
 /// Squares are summed in `f64` and each root is rounded to `f32` once, so the result is within one rounding of the exact
@@ -72,9 +72,9 @@ impl Transform {
     }
 
     /// Along positions alone, each with so many orientations side by side.
-    pub(super) fn of_places(places: &[Axis; 3], orientations: usize) -> Self {
-        let [nx, ny, nz] = places.each_ref().map(|axis| axis.count);
-        let [x, y, z] = places.each_ref().map(|axis| squared_gaps(axis, 1.0));
+    pub(super) fn of_positions(axes: &[Axis; 3], orientations: usize) -> Self {
+        let [nx, ny, nz] = axes.each_ref().map(|axis| axis.count);
+        let [x, y, z] = axes.each_ref().map(|axis| squared_gaps(axis, 1.0));
         Self {
             counts: [nx, ny, nz, 1, 1, orientations],
             strides: [ny * nz * orientations, nz * orientations, orientations, orientations, orientations, 1],
@@ -84,7 +84,7 @@ impl Transform {
     }
 
     /// Transforms along z, y and x, in place.
-    pub(super) fn run_places(&self, squares: &mut [f64]) {
+    pub(super) fn run_positions(&self, squares: &mut [f64]) {
         let tiles = &mut self.tiles();
         for slab in squares.chunks_exact_mut(self.strides[0]) {
             for block in slab.chunks_exact_mut(self.strides[1]) {
@@ -122,8 +122,8 @@ impl Transform {
             return;
         }
         let lines = squares.len() / count;
-        let (tile, least) = tiles.split_at_mut(tiles.len() / 2);
-        let (tile, least) = (&mut tile[..count], &mut least[..count]);
+        let (tile, min) = tiles.split_at_mut(tiles.len() / 2);
+        let (tile, min) = (&mut tile[..count], &mut min[..count]);
         for first in (0..lines).step_by(LANES) {
             let used = LANES.min(lines - first);
             // Where lane `l` of the tile starts; neighbouring lanes are neighbours in memory when the stride allows.
@@ -141,13 +141,13 @@ impl Transform {
             if tile.iter().flatten().all(|square| *square == tile[0][0]) {
                 continue;
             }
-            least_sums(self.simd, tile, &self.gaps[axis], least);
-            for (i, least) in least.iter().enumerate() {
+            min_sums(self.simd, tile, &self.gaps[axis], min);
+            for (i, min) in min.iter().enumerate() {
                 if contiguous {
-                    squares[starts[0] + i * stride..][..LANES].copy_from_slice(least);
+                    squares[starts[0] + i * stride..][..LANES].copy_from_slice(min);
                 } else {
-                    for (start, least) in starts.iter().zip(least) {
-                        squares[start + i * stride] = *least;
+                    for (start, min) in starts.iter().zip(min) {
+                        squares[start + i * stride] = *min;
                     }
                 }
             }
@@ -156,24 +156,24 @@ impl Transform {
 }
 
 simd_kernel! {
-    /// `least[i] = min over j of tile[j] + gaps[|i - j|]`, lane by lane.
-    fn least_sums(tile: &[[f64; LANES]], gaps: &[f64], least: &mut [[f64; LANES]]) = least_sums_body;
+    /// `min[i] = min over j of tile[j] + gaps[|i - j|]`, lane by lane.
+    fn min_sums(tile: &[[f64; LANES]], gaps: &[f64], min: &mut [[f64; LANES]]) = min_sums_body;
 }
 
 #[inline(always)]
-fn least_sums_body<L>(_: L, tile: &[[f64; LANES]], gaps: &[f64], least: &mut [[f64; LANES]]) {
-    for (i, out) in least.iter_mut().enumerate() {
-        let mut least = tile[i];
+fn min_sums_body<L>(_: L, tile: &[[f64; LANES]], gaps: &[f64], min: &mut [[f64; LANES]]) {
+    for (i, out) in min.iter_mut().enumerate() {
+        let mut min = tile[i];
         for (j, row) in tile.iter().enumerate() {
-            // The cell itself has no gap: its sum is what `least` started with.
+            // The cell itself has no gap: its sum is what `min` started with.
             let gap = gaps[i.abs_diff(j)];
             for lane in 0..LANES {
                 let sum = row[lane] + gap;
                 // Not `f64::min`, whose care for NaN costs more than the sum.
-                least[lane] = if sum < least[lane] { sum } else { least[lane] };
+                min[lane] = if sum < min[lane] { sum } else { min[lane] };
             }
         }
-        *out = least;
+        *out = min;
     }
 }
 
@@ -201,10 +201,10 @@ mod tests {
         (0..grid.cells())
             .map(|cell| {
                 let others = (0..grid.cells()).filter(|other| inside[*other] != inside[cell]);
-                let least = others
+                let min = others
                     .map(|other| (0..6).map(|k| squares[k][cells[cell][k] * shape[k] + cells[other][k]]).sum::<f64>())
                     .fold(f64::INFINITY, f64::min);
-                if inside[cell] { -least.sqrt() } else { least.sqrt() }
+                if inside[cell] { -min.sqrt() } else { min.sqrt() }
             })
             .collect()
     }

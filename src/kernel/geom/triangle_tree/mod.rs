@@ -1,6 +1,6 @@
 //! A tree of boxes, four children a node and four triangles a leaf: the triangle next to a point, those that a ray meets.
 //!
-//! Four numbers at a time stand in plain arrays that the compiler turns into vector code; every operation is exact by
+//! Four numbers at a time stand in plain arrays that the compiler makes vector code of; every operation is exact by
 //! IEEE 754, so an answer is a function of the mesh and the question on every machine.
 
 mod nearest;
@@ -17,7 +17,7 @@ const LEAF: u32 = 1 << 31;
 /// No child.
 const NONE: u32 = u32::MAX;
 
-/// Triangles by place.
+/// Triangles, ordered by their position.
 pub struct TriangleTree {
     /// Indices of the mesh's triangles, in the order of the leaves.
     order: Vec<u32>,
@@ -33,10 +33,10 @@ struct Node {
     children: [u32; WIDTH],
 }
 
-/// Four triangles, by coordinate; the last repeats in unused places.
+/// Four triangles, by coordinate; the last repeats in unused lanes.
 struct Leaf {
     corners: [[[f32; WIDTH]; 3]; 3],
-    /// Place of the first in the order of the leaves.
+    /// Index of the first in the order of the leaves.
     first: u32,
     count: u32,
 }
@@ -87,7 +87,7 @@ fn widened(mut ends: Ends, axis: usize, [low, high]: [f32; 2]) -> Ends {
 }
 
 impl Builder<'_> {
-    /// Adds the triangles in `order`, whose first stands at place `first`; also tells their box.
+    /// Adds the triangles in `order`, whose first stands at index `first`; also returns their box.
     fn add(&mut self, order: &mut [u32], first: u32) -> (u32, Ends) {
         if order.len() <= WIDTH {
             let triangle = |lane: usize| self.mesh.triangles[order[lane.min(order.len() - 1)] as usize];
@@ -117,17 +117,17 @@ impl Builder<'_> {
             max: [[f32::NEG_INFINITY; WIDTH]; 3],
             children: [NONE; WIDTH],
         });
-        let (mut place, mut all) = (first, NOWHERE);
+        let (mut start, mut all) = (first, NOWHERE);
         for (lane, part) in parts.into_iter().enumerate().filter(|(_, part)| !part.is_empty()) {
             let count = part.len() as u32;
-            let (child, [low, high]) = self.add(part, place);
+            let (child, [low, high]) = self.add(part, start);
             let node = &mut self.tree.nodes[node];
             node.children[lane] = child;
             for axis in 0..3 {
                 (node.min[axis][lane], node.max[axis][lane]) = (low[axis], high[axis]);
                 all = widened(all, axis, [low[axis], high[axis]]);
             }
-            place += count;
+            start += count;
         }
         (node as u32, all)
     }

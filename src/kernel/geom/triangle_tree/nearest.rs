@@ -17,10 +17,10 @@ impl TriangleTree {
             if next & LEAF != 0 {
                 let leaf = &self.leaves[(next & !LEAF) as usize];
                 let distances = leaf.distances(point);
-                for (place, distance) in distances.iter().enumerate().take(leaf.count as usize) {
+                for (index, distance) in distances.iter().enumerate().take(leaf.count as usize) {
                     if *distance < bound {
                         bound = *distance;
-                        best = Some(leaf.first + place as u32);
+                        best = Some(leaf.first + index as u32);
                     }
                 }
             } else {
@@ -48,8 +48,8 @@ impl TriangleTree {
         best
     }
 
-    /// Tells `found` the place and the squared distance [m^2] of every triangle that is nearer to `point` than `bound` [m^2];
-    /// in no order that matters.
+    /// Reports to `found` the index and the squared distance [m^2] of every triangle that is nearer to `point` than `bound`
+    /// [m^2]; in no order that matters.
     pub fn within(&self, point: [f32; 3], bound: f32, mut found: impl FnMut(u32, f32)) {
         let mut waiting = [NONE; 64];
         let mut depth = 0;
@@ -58,9 +58,9 @@ impl TriangleTree {
             if next & LEAF != 0 {
                 let leaf = &self.leaves[(next & !LEAF) as usize];
                 let distances = leaf.distances(point);
-                for (place, distance) in (0..leaf.count).zip(distances) {
+                for (index, distance) in (0..leaf.count).zip(distances) {
                     if distance < bound {
-                        found(leaf.first + place, distance);
+                        found(leaf.first + index, distance);
                     }
                 }
             } else {
@@ -129,25 +129,25 @@ impl Leaf {
         let point = point.map(|v| [v; WIDTH]);
         let edges: [[Lanes; 3]; 3] = std::array::from_fn(|i| minus(&self.corners[(i + 1) % 3], &self.corners[i]));
         let normal = cross(&edges[0], &edges[1]);
-        let mut least = [f32::INFINITY; WIDTH];
+        let mut min = [f32::INFINITY; WIDTH];
         let mut inside = [true; WIDTH];
         let mut from_first = [[0.0; WIDTH]; 3];
         for (edge, corner) in edges.iter().zip(&self.corners) {
             let from = minus(&point, corner);
             let (along, length) = (dot(edge, &from), dot(edge, edge));
             let side = dot(&cross(&normal, edge), &from);
-            // An edge without length gives no number, which `above` turns to 0: its first corner.
+            // An edge without length gives no number, which `above` replaces by 0: its first corner.
             let share = lanes(|lane| below(above(along[lane] / length[lane], 0.0), 1.0));
             let apart: [Lanes; 3] =
                 std::array::from_fn(|axis| lanes(|lane| from[axis][lane] - edge[axis][lane] * share[lane]));
             let distance = dot(&apart, &apart);
             for lane in 0..WIDTH {
-                least[lane] = below(distance[lane], least[lane]);
+                min[lane] = below(distance[lane], min[lane]);
                 inside[lane] &= side[lane] > 0.0;
             }
             from_first = from;
         }
         let (height, length) = (dot(&normal, &from_first), dot(&normal, &normal));
-        lanes(|lane| if inside[lane] { height[lane] * height[lane] / length[lane] } else { least[lane] })
+        lanes(|lane| if inside[lane] { height[lane] * height[lane] / length[lane] } else { min[lane] })
     }
 }

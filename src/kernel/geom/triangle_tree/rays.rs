@@ -31,7 +31,7 @@ pub struct Ray {
 pub struct TriangleHit {
     /// From the ray's origin [m].
     pub distance: f64,
-    /// Leaf and place in it.
+    /// Leaf and index in it.
     leaf: u32,
     lane: u32,
 }
@@ -65,7 +65,7 @@ impl TriangleTree {
         blocks(level, self, ray, reach)
     }
 
-    /// Unit normal of the triangle that was hit, as its corners turn; `None` for a triangle without area.
+    /// Unit normal of the triangle that was hit, by the order of its corners; `None` for a triangle without area.
     pub fn normal(&self, hit: &TriangleHit) -> Option<Unit<Vector3<f64>>> {
         let corners = &self.leaves[hit.leaf as usize].corners;
         let corner = |corner: usize| Vector3::from_fn(|axis, _| f64::from(corners[corner][axis][hit.lane as usize]));
@@ -90,14 +90,14 @@ fn first_hit_body<L: Doubles>(l: L, tree: &TriangleTree, ray: &Ray, reach: f64) 
     while next != NONE {
         let mut nearest = (f64::INFINITY, NONE);
         if next & LEAF != 0 {
-            let place = next & !LEAF;
-            let leaf = &tree.leaves[place as usize];
+            let index = next & !LEAF;
+            let leaf = &tree.leaves[index as usize];
             let distances = leaf.met(l, ray);
             for (lane, distance) in (0..leaf.count).zip(distances) {
-                let first = |hit: TriangleHit| (place, lane) < (hit.leaf, hit.lane);
+                let first = |hit: TriangleHit| (index, lane) < (hit.leaf, hit.lane);
                 if distance < bound || distance == bound && distance.is_finite() && best.is_none_or(first) {
                     bound = distance;
-                    best = Some(TriangleHit { distance, leaf: place, lane });
+                    best = Some(TriangleHit { distance, leaf: index, lane });
                 }
             }
         } else {
@@ -187,13 +187,13 @@ impl Leaf {
         let u = l.sub(l.mul(right_q, up_r), l.mul(up_q, right_r));
         let v = l.sub(l.mul(right_r, up_p), l.mul(up_r, right_p));
         let w = l.sub(l.mul(right_p, up_q), l.mul(up_p, right_q));
-        let (least, most) = (l.array(l.min(l.min(u, v), w)), l.array(l.max(l.max(u, v), w)));
+        let (min, max) = (l.array(l.min(l.min(u, v), w)), l.array(l.max(l.max(u, v), w)));
         let area = l.add(l.add(u, v), w);
         let moment = l.add(l.add(l.mul(u, along_p), l.mul(v, along_q)), l.mul(w, along_r));
         let distance = l.array(l.div(moment, area));
         // Without area the distance is no number, or infinite.
         let met = |lane: usize| {
-            let inside = (least[lane] >= 0.0) | (most[lane] <= 0.0);
+            let inside = (min[lane] >= 0.0) | (max[lane] <= 0.0);
             if inside & (distance[lane] >= 0.0) { distance[lane] } else { f64::INFINITY }
         };
         [met(0), met(1), met(2), met(3)]
@@ -241,11 +241,11 @@ mod tests {
     fn rays(count: usize) -> impl Iterator<Item = (Point3<f64>, Unit<Vector3<f64>>)> {
         (0..count).map(|number| {
             let k = number as f64;
-            let turn = rotation_from_rpy(1.7 * k, 0.9 * k + 0.4, 2.3 * k + 0.1);
+            let rotation = rotation_from_rpy(1.7 * k, 0.9 * k + 0.4, 2.3 * k + 0.1);
             let aside = [0.12 * libm::sin(3.1 * k), 0.12 * libm::cos(5.3 * k)];
             // Every fourth ray points along an axis.
-            let turn = if number % 4 == 0 { rotation_from_rpy(0.0, 0.0, 0.0) } else { turn };
-            (turn * Point3::new(aside[0], aside[1], -0.4), Unit::new_normalize(turn * Vector3::z()))
+            let rotation = if number % 4 == 0 { rotation_from_rpy(0.0, 0.0, 0.0) } else { rotation };
+            (rotation * Point3::new(aside[0], aside[1], -0.4), Unit::new_normalize(rotation * Vector3::z()))
         })
     }
 

@@ -8,7 +8,7 @@ use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
 const BLOCK: usize = 4;
 /// Blocks along each side of the solid.
 const SIDE: usize = SolidGrid::SIDE / BLOCK;
-/// Points a cell is tested at: a lattice whose every axis is hit at 256 evenly spaced places. Against exact half-space
+/// Points a cell is tested at: a lattice whose every axis is hit at 256 evenly spaced positions. Against exact half-space
 /// cuts of a cube its error is 0.005 (root mean square) and at most 0.011, found by search over its generator.
 const POINTS: usize = 256;
 const GENERATOR: [usize; 3] = [1, 15, 39];
@@ -21,7 +21,7 @@ pub struct CoverageBlocks {
 }
 
 impl CoverageBlocks {
-    /// Looks at a solid.
+    /// Reads a solid.
     pub fn new(solid: &SolidGrid) -> Self {
         let mut uniform = vec![0u8; SIDE * SIDE * SIDE];
         let states: Vec<u8> = (0..uniform.len()).map(|block| state(solid, block)).collect();
@@ -36,7 +36,7 @@ impl CoverageBlocks {
                     continue;
                 }
                 let at = [block / SIDE / SIDE, block / SIDE % SIDE, block % SIDE].map(|v| v as isize);
-                let mut least = uniform[block];
+                let mut min = uniform[block];
                 for step in 0..13 {
                     // The 13 neighbours that precede a block in C order; the others are their mirror images.
                     let step = [step / 9, step / 3 % 3, step % 3].map(|v| v as isize - 1);
@@ -51,9 +51,9 @@ impl CoverageBlocks {
                         false if states[other as usize] != states[block] => 0,
                         false => uniform[other as usize],
                     };
-                    least = least.min(reach.saturating_add(1));
+                    min = min.min(reach.saturating_add(1));
                 }
-                uniform[block] = least;
+                uniform[block] = min;
             }
         };
         sweep(true);
@@ -82,8 +82,8 @@ impl CoverageBlocks {
         let steps: [Vector3<f64>; 3] = std::array::from_fn(|axis| rotation.column(axis) * scale);
         let offset = |point: [f64; 3]| steps[0] * point[0] + steps[1] * point[1] + steps[2] * point[2];
         let lattice: [[f32; 3]; POINTS] = std::array::from_fn(|i| {
-            let place = GENERATOR.map(|g| ((i * g % POINTS) as f64 + 0.5) / POINTS as f64 - 0.5);
-            offset(place).map(|v| v as f32).into()
+            let point = GENERATOR.map(|g| ((i * g % POINTS) as f64 + 0.5) / POINTS as f64 - 0.5);
+            offset(point).map(|v| v as f32).into()
         });
         let radius = 0.5 * 3f64.sqrt() * scale;
         let n = placement.resolution as usize;
@@ -117,7 +117,7 @@ impl CoverageBlocks {
         let middle = middle.map(|v| v as f32);
         let solid = lattice.iter().filter(|offset| {
             let cell = [middle.x + offset[0], middle.y + offset[1], middle.z + offset[2]];
-            // A cast cuts towards zero, so what lies below zero is told apart first.
+            // A cast cuts towards zero, so what lies below zero is separated first.
             cell.iter().all(|v| (0.0..SolidGrid::SIDE as f32).contains(v))
                 && solid.get(cell[0] as usize, cell[1] as usize, cell[2] as usize)
         });
@@ -160,13 +160,13 @@ mod tests {
     fn coverage_adds_up_to_the_volume() {
         let ball_volume = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3);
         let cuboid = || shapes::cuboid([0.1, 0.06, 0.03]);
-        let turned = shapes::turned(&cuboid(), [0.3, 0.8, -0.5]);
+        let rotated_box = shapes::turned(&cuboid(), [0.3, 0.8, -0.5]);
         // The fine cells of a box along the axes end up to half a pitch off each face: 77 of 76.8 cells and 154 of 153.6.
         let along_axes = cuboid();
         let fine_volume = along_axes.solid.volume();
         for (shape, truth, tolerance) in [
             (shapes::sphere(0.05), ball_volume, 0.002),
-            (turned, 0.1 * 0.06 * 0.03, 0.005),
+            (rotated_box, 0.1 * 0.06 * 0.03, 0.005),
             (along_axes, fine_volume, 0.002),
         ] {
             let mut out = Vec::new();

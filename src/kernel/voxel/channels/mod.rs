@@ -27,7 +27,7 @@ mod tests {
         text.split(' ').next().and_then(|first| first.parse().ok()).expect("a number")
     }
 
-    fn least(mut work: impl FnMut()) -> Duration {
+    fn min(mut work: impl FnMut()) -> Duration {
         let mut time = || {
             let start = processor_time();
             work();
@@ -44,18 +44,18 @@ mod tests {
         let coverage = CoverageBlocks::new(&shape.solid);
         let (pose, placement) = shapes::views(&shape).nth(1).expect("a view");
         println!("a ball of {} triangles, 40 cells a side:", shape.mesh.triangles.len());
-        println!("surface, once an object: {:?}", least(|| drop(Surface::new(&shape.mesh))));
-        println!("coverage, once an object: {:?}", least(|| drop(CoverageBlocks::new(&shape.solid))));
+        println!("surface, once an object: {:?}", min(|| drop(Surface::new(&shape.mesh))));
+        println!("coverage, once an object: {:?}", min(|| drop(CoverageBlocks::new(&shape.solid))));
         let mut out = Vec::new();
         for cells in [1.0, 3.0, 5.0] {
-            let time = least(|| tsdf(&surface, &shape.solid, &pose, &placement, cells, &mut out));
+            let time = min(|| tsdf(&surface, &shape.solid, &pose, &placement, cells, &mut out));
             println!("tsdf cut at {cells} cells, a view: {time:?}");
         }
         let mut out = Vec::new();
-        println!("coverage, a view: {:?}", least(|| coverage.coverage(&shape.solid, &pose, &placement, &mut out)));
+        println!("coverage, a view: {:?}", min(|| coverage.coverage(&shape.solid, &pose, &placement, &mut out)));
         let (mut stream, mut out) = (Stream::of_job(1, b"", "cost"), ImplicitPoints::default());
         let counts = (2048, 2048);
-        let time = least(|| implicit_points(&surface, &shape.solid, &pose, &placement, counts, &mut stream, &mut out));
+        let time = min(|| implicit_points(&surface, &shape.solid, &pose, &placement, counts, &mut stream, &mut out));
         println!("2048 + 2048 implicit points, a view: {time:?}");
     }
 }

@@ -35,7 +35,7 @@ pub struct Closest {
     feature: Feature,
 }
 
-/// The triangles that are nearest to any place near one, for many questions from there: a few of them are tested, where
+/// The triangles that are nearest to any point near one, for many questions from there: a few of them are tested, where
 /// the tree tests dozens.
 #[derive(Default)]
 pub(crate) struct Neighbourhood {
@@ -51,14 +51,14 @@ pub(crate) struct Neighbourhood {
 const ROUNDED: f64 = 1e-6;
 
 impl Neighbourhood {
-    /// From now on it answers for no place.
+    /// From now on it answers for no point.
     pub(crate) fn forget(&mut self) {
         self.radius = 0.0;
     }
 
-    /// Whether it answers for a place.
-    pub(crate) fn holds(&self, place: &Point3<f64>) -> bool {
-        (place - self.middle).norm_squared() < self.radius * self.radius
+    /// Whether it answers for a point.
+    pub(crate) fn holds(&self, point: &Point3<f64>) -> bool {
+        (point - self.middle).norm_squared() < self.radius * self.radius
     }
 }
 
@@ -72,7 +72,7 @@ enum Feature {
 }
 
 impl Surface {
-    /// Prepares a mesh. Its winding decides the sign next to the surface, so it should turn outward.
+    /// Prepares a mesh. Its winding decides the sign next to the surface, so it should point outward.
     pub fn new(mesh: &TriMesh) -> Self {
         Self::of_tree(mesh, Arc::new(TriangleTree::new(mesh)))
     }
@@ -126,14 +126,14 @@ impl Surface {
         nearer.filter(|closest| closest.distance_squared < reach * reach)
     }
 
-    /// Gathers what answers [`Surface::closest_among`] for places within `radius` [m] of `middle`, as far as the surface is
+    /// Gathers what answers [`Surface::closest_among`] for points within `radius` [m] of `middle`, as far as the surface is
     /// nearer to the middle than `reach` [m]: where the closest point is wanted, its distance and twice the radius.
     pub(crate) fn gather(&self, middle: &Point3<f64>, radius: f64, reach: f64, into: &mut Neighbourhood) {
         (into.middle, into.radius) = (*middle, radius);
         into.triangles.clear();
         let bound = (reach + ROUNDED).powi(2) as f32;
-        let place = middle.coords.map(|v| v as f32).into();
-        self.tree.within(place, bound, |triangle, squared| into.triangles.push((squared.sqrt(), triangle)));
+        let point = middle.coords.map(|v| v as f32).into();
+        self.tree.within(point, bound, |triangle, squared| into.triangles.push((squared.sqrt(), triangle)));
         into.triangles.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
     }
 
@@ -143,7 +143,7 @@ impl Surface {
         let away = (point - near.middle).norm() + ROUNDED;
         let mut best: Option<(f64, Closest)> = None;
         for (distance, triangle) in &near.triangles {
-            if best.is_some_and(|(least, _)| f64::from(*distance) - away >= least) {
+            if best.is_some_and(|(min, _)| f64::from(*distance) - away >= min) {
                 break;
             }
             let found = self.on_triangle(*triangle, point);
@@ -363,11 +363,11 @@ pub(super) mod shapes {
         )
     }
 
-    /// A shape turned by roll, pitch and yaw about the origin.
+    /// A shape rotated by roll, pitch and yaw about the origin.
     pub fn turned(shape: &Shape, [roll, pitch, yaw]: [f64; 3]) -> Shape {
         let rotation = rotation_from_rpy(roll, pitch, yaw);
-        let turn = |v: &[f32; 3]| (rotation * Vector3::from(v.map(f64::from))).map(|v| v as f32).into();
-        let vertices = shape.mesh.vertices.iter().map(turn).collect();
+        let rotate = |v: &[f32; 3]| (rotation * Vector3::from(v.map(f64::from))).map(|v| v as f32).into();
+        let vertices = shape.mesh.vertices.iter().map(rotate).collect();
         let back = rotation.inverse();
         let distance = shape.distance.clone();
         shape_of(
@@ -451,8 +451,8 @@ mod tests {
             let distance = surface.closest(&middle, f64::INFINITY).expect("a surface").distance_squared.sqrt();
             surface.gather(&middle, radius, distance + 2.0 * radius, &mut near);
             for _ in 0..20 {
-                let way = Vector3::from_fn(|_, _| stream.normal()).normalize();
-                let point = middle + way * stream.uniform(0.0, 0.99 * radius);
+                let direction = Vector3::from_fn(|_, _| stream.normal()).normalize();
+                let point = middle + direction * stream.uniform(0.0, 0.99 * radius);
                 assert!(near.holds(&point));
                 let all = (0..shape.mesh.triangles.len())
                     .map(|t| (point - closest_on_triangle(&point, &shape.mesh.corners(t)).0).norm_squared())

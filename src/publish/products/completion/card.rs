@@ -142,12 +142,12 @@ fn touch_panels(touched: &TouchedPair, behind: &VoxelPainter) -> [PanelView; 2] 
     let cells = behind.draw_touched(&pair.partial, None, tactile);
     let mut points = behind.draw(Some(&pair.partial), Some(&pair.complete));
     let (lower, cell) = (pair.grid.lower_corner(), pair.grid.cell_size);
-    let place =
+    let point =
         |contact: &TouchContact| std::array::from_fn(|axis| (f64::from(contact.position[axis]) - lower[axis]) / cell);
     let mut kinds = Vec::new();
     for (channel, TactileContacts { contacts, .. }) in touch {
         let (colour, word) = kind_of_touch(*channel);
-        behind.dot(&mut points, colour, contacts.iter().map(place));
+        behind.dot(&mut points, colour, contacts.iter().map(point));
         kinds.push(format!("{} {word} ({})", contacts.len(), colour.hex()));
     }
     let count: usize = touch.iter().map(|(_, contacts)| contacts.contacts.len()).sum();

@@ -47,14 +47,14 @@ impl<K> Default for Best<K> {
 
 impl<K: Ord> Best<K> {
     fn offer(&mut self, key: K, index: SampleIndex) {
-        if self.0.as_ref().is_none_or(|(least, _)| key < *least) {
+        if self.0.as_ref().is_none_or(|(min, _)| key < *min) {
             self.0 = Some((key, index));
         }
     }
 }
 
 impl Candidates {
-    /// Looks at a kept sample.
+    /// Reads a kept sample.
     pub fn offer(&mut self, row: &LedgerRow, facts: &PairFacts, split: Split) {
         let index = row.index;
         let share = |value: f64| ByBits(value.max(0.0).to_bits());

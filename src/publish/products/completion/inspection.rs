@@ -121,7 +121,7 @@ pub struct ObjectFacts {
     /// Mean of partial cells over complete cells.
     pub mean_seen_ratio: f64,
     /// Least share of the solid inside the grid.
-    pub least_solid_share: Option<f64>,
+    pub min_solid_share: Option<f64>,
 }
 
 impl ObjectFacts {

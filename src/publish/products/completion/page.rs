@@ -323,7 +323,7 @@ impl<'a> ObjectRow<'a> {
                 object.watertight.map_or("?", |closed| if closed { "yes" } else { "no" }).to_owned(),
                 format!("{} of {}", grouped(object.kept), grouped(object.planned)),
                 format!("{:.0}", object.mean_partial_cells),
-                object.least_solid_share.map_or_else(unknown, percent),
+                object.min_solid_share.map_or_else(unknown, percent),
                 object.split.map_or_else(unknown, |split| split.name().replace('_', " ")),
             ],
             licence: object.licence.as_deref().unwrap_or("?"),

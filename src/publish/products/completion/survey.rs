@@ -41,7 +41,7 @@ struct ObjectSums {
     rejected: BTreeMap<String, u64>,
     partial: f64,
     ratio: f64,
-    least_solid: Option<f64>,
+    min_solid: Option<f64>,
 }
 
 /// Sums of one pass over the ledgers.
@@ -86,7 +86,7 @@ impl Pass {
         sums.kept += 1;
         sums.partial += partial;
         sums.ratio += ratio;
-        sums.least_solid = Some(sums.least_solid.map_or(solid, |least| least.min(solid)));
+        sums.min_solid = Some(sums.min_solid.map_or(solid, |min| min.min(solid)));
         self.partial.add(partial);
         self.complete.add(complete);
         self.ratio.add(ratio);
@@ -186,7 +186,7 @@ fn object_facts(reader: &DatasetReader, row: &AssetRow, pass: &Pass) -> ObjectFa
         rejected: sums.rejected.clone(),
         mean_partial_cells: mean(sums.partial),
         mean_seen_ratio: mean(sums.ratio),
-        least_solid_share: sums.least_solid,
+        min_solid_share: sums.min_solid,
     }
 }
 
@@ -202,16 +202,16 @@ fn repair_in_words(value: &Value) -> String {
     }
 }
 
-/// File, problem, place and remedy of a refused mesh in one line.
+/// File, problem, location and remedy of a refused mesh in one line.
 fn refusal_in_words(value: &Value) -> String {
     let empty = Map::new();
     let fields = value.as_object().unwrap_or(&empty);
     let field = |name: &str| fields.get(name).and_then(Value::as_str);
     match (field("file"), field("problem")) {
         (Some(file), Some(problem)) => {
-            let place = field("place").map(|place| format!(" ({place})")).unwrap_or_default();
+            let location = field("location").map(|location| format!(" ({location})")).unwrap_or_default();
             let remedy = field("remedy").map(|remedy| format!("; {remedy}")).unwrap_or_default();
-            format!("{file}: {problem}{place}{remedy}")
+            format!("{file}: {problem}{location}{remedy}")
         }
         _ => plain_text(value),
     }

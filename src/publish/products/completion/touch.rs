@@ -17,7 +17,7 @@ use kernel::ids::SampleIndex;
 /// Facts of touch, over some of the stored samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TouchFacts {
-    /// Samples evaluated, spread evenly over the dataset: all, or [`TouchFacts::MOST`].
+    /// Samples evaluated, spread evenly over the dataset: all, or [`TouchFacts::MAX`].
     pub samples: u64,
     /// One row a kind that is stored, in the order of their channels.
     pub kinds: Vec<TouchKind>,
@@ -93,9 +93,9 @@ impl KindSums {
 
 impl TouchFacts {
     /// Samples evaluated, at most: they have to be read and decoded.
-    pub const MOST: u64 = 2000;
+    pub const MAX: u64 = 2000;
 
-    /// Looks at the samples of a dataset; `None` where no touch is stored.
+    /// Reads the samples of a dataset; `None` where no touch is stored.
     pub(crate) fn of(reader: &DatasetReader) -> Result<Option<Self>, DatasetError> {
         let channels = reader.manifest().channels().into_iter().filter(|channel| channel.is_touch());
         let mut sums: BTreeMap<Channel, KindSums> = channels.map(|channel| (channel, KindSums::default())).collect();
@@ -103,10 +103,10 @@ impl TouchFacts {
             return Ok(None);
         }
         let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
-        let count = kept.len().min(Self::MOST as usize);
+        let count = kept.len().min(Self::MAX as usize);
         let mut facts = Self::default();
-        for place in 0..count {
-            let sample = reader.sample(kept[place * kept.len() / count])?;
+        for index in 0..count {
+            let sample = reader.sample(kept[index * kept.len() / count])?;
             if let Some(touched) = sample.map_or(Ok(None), |sample| sample.touched())? {
                 facts.add(&touched);
                 for (channel, touch) in &touched.touch {

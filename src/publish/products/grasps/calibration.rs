@@ -18,7 +18,7 @@ const EDGES: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
 const SIDE: f64 = 240.0;
 const MARGIN: f64 = 46.0;
 
-/// Told probabilities of success against what came of other runs of the same grasps.
+/// Estimated probabilities of success against the outcomes of other runs of the same grasps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Grasps with roll-outs and perturbed runs.
@@ -29,7 +29,7 @@ pub struct Calibration {
     pub brier: f64,
     /// Brier score where the share of all runs that held is predicted for each.
     pub brier_of_share: f64,
-    /// Brier score where the grasp's own trial tells: 1 where it held, else 0.
+    /// Brier score of the grasp's own trial: 1 where it held, else 0.
     pub brier_of_verdict: f64,
     /// By predicted probability, lowest first; only those with runs.
     pub bins: Vec<ReliabilityBin>,
@@ -39,7 +39,7 @@ pub struct Calibration {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReliabilityBin {
     /// Mean predicted probability, over the runs.
-    pub told: f64,
+    pub estimate: f64,
     /// Runs.
     pub runs: u64,
     /// Runs that held.
@@ -74,16 +74,16 @@ pub(crate) struct CalibrationSums {
 
 impl CalibrationSums {
     pub fn add(&mut self, trial: &GraspTrial) {
-        let Some(told) = trial.success().filter(|_| !trial.perturbed.is_empty()) else { return };
+        let Some(estimate) = trial.success().filter(|_| !trial.perturbed.is_empty()) else { return };
         self.grasps += 1;
         let verdict = f64::from(u8::from(trial.outcome.verdict.is_held()));
-        let bin = &mut self.bins[EDGES.iter().rposition(|edge| told >= *edge).unwrap_or(0)];
+        let bin = &mut self.bins[EDGES.iter().rposition(|edge| estimate >= *edge).unwrap_or(0)];
         for run in &trial.perturbed {
             let held = run.outcome.verdict.is_held();
             let came = f64::from(u8::from(held));
-            self.squares += (told - came).powi(2);
+            self.squares += (estimate - came).powi(2);
             self.squares_of_verdict += (verdict - came).powi(2);
-            *bin = (bin.0 + told, bin.1 + 1, bin.2 + u64::from(held));
+            *bin = (bin.0 + estimate, bin.1 + 1, bin.2 + u64::from(held));
         }
     }
 
@@ -95,7 +95,7 @@ impl CalibrationSums {
         }
         let share = held as f64 / runs as f64;
         let bins = self.bins.into_iter().filter(|bin| bin.1 > 0);
-        let bins = bins.map(|(told, runs, held)| ReliabilityBin { told: told / runs as f64, runs, held });
+        let bins = bins.map(|(estimate, runs, held)| ReliabilityBin { estimate: estimate / runs as f64, runs, held });
         Some(Calibration {
             grasps: self.grasps,
             runs,
@@ -112,7 +112,7 @@ impl CalibrationSums {
 pub(crate) struct CalibrationView {
     scores: String,
     plot: Markup,
-    /// Told probability, runs, share that held, and its interval.
+    /// Estimated probability, runs, share that held, and its interval.
     bins: Vec<[String; 4]>,
 }
 
@@ -134,7 +134,7 @@ impl Calibration {
     pub(crate) fn view(&self) -> CalibrationView {
         let bin = |bin: &ReliabilityBin| {
             let [low, high] = bin.interval().map(percent);
-            [format!("{:.2}", bin.told), grouped(bin.runs), percent(bin.share()), format!("{low} to {high}")]
+            [format!("{:.2}", bin.estimate), grouped(bin.runs), percent(bin.share()), format!("{low} to {high}")]
         };
         CalibrationView { scores: self.in_words(), plot: self.plot(), bins: self.bins.iter().map(bin).collect() }
     }
@@ -167,7 +167,7 @@ impl Calibration {
         }
         let _ = write!(svg, r#"<path class="mark" d="M{:.1} {:.1}L{:.1} {:.1}"/>"#, x(0.0), y(0.0), x(1.0), y(1.0));
         for bin in &self.bins {
-            let ([low, high], at) = (bin.interval(), x(bin.told));
+            let ([low, high], at) = (bin.interval(), x(bin.estimate));
             let _ = write!(
                 svg,
                 concat!(
@@ -178,7 +178,7 @@ impl Calibration {
                 y(low),
                 y(high),
                 y(bin.share()),
-                bin.told,
+                bin.estimate,
                 grouped(bin.held),
                 grouped(bin.runs),
             );
@@ -203,8 +203,8 @@ mod tests {
 
     fn sums(bins: &[(f64, u64, u64)]) -> CalibrationSums {
         let mut sums = CalibrationSums::default();
-        for (place, bin) in bins.iter().enumerate() {
-            sums.bins[place] = *bin;
+        for (index, bin) in bins.iter().enumerate() {
+            sums.bins[index] = *bin;
         }
         sums
     }
@@ -212,10 +212,10 @@ mod tests {
     #[test]
     fn intervals_are_wilsons() {
         // Newcombe 1998, table I: 81 of 263, and 0 of 20.
-        let bin = ReliabilityBin { told: 0.3, runs: 263, held: 81 };
+        let bin = ReliabilityBin { estimate: 0.3, runs: 263, held: 81 };
         let [low, high] = bin.interval();
         assert!((low - 0.2553).abs() < 5e-5 && (high - 0.3662).abs() < 5e-5, "{low} {high}");
-        let [low, high] = ReliabilityBin { told: 0.0, runs: 20, held: 0 }.interval();
+        let [low, high] = ReliabilityBin { estimate: 0.0, runs: 20, held: 0 }.interval();
         assert!(low.abs() < 1e-12 && (high - 0.1611).abs() < 5e-5, "{low} {high}");
     }
 
@@ -223,7 +223,7 @@ mod tests {
     fn nothing_is_said_of_nothing() {
         assert_eq!(sums(&[]).finish(), None);
         let found = sums(&[(1.0, 10, 1), (3.0, 10, 3)]).finish().expect("runs");
-        assert_eq!(found.bins.iter().map(|bin| (bin.told, bin.held)).collect::<Vec<_>>(), [(0.1, 1), (0.3, 3)]);
+        assert_eq!(found.bins.iter().map(|bin| (bin.estimate, bin.held)).collect::<Vec<_>>(), [(0.1, 1), (0.3, 3)]);
         assert!((found.brier_of_share - 0.16).abs() < 1e-12);
         assert!(found.plot().0.contains("predicted 0.30: 3 of 10 runs held"));
     }

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, sync::Arc};
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use serde::Serialize;
 
-use super::inspection::{GraspPlace, GraspSurvey, GraspedObject};
+use super::inspection::{GraspIndex, GraspSurvey, GraspedObject};
 use crate::{
     page::ImageView,
     picture::{Colour, Picture, Solid, SolidView, solid_picture},
@@ -26,7 +26,7 @@ const SHOWN: usize = 16;
 const SIDE: u32 = 200;
 /// Radius of the dot at a contact [m].
 const DOT: f64 = 0.003;
-/// From how high a grasp is looked at [rad].
+/// Elevation from which a grasp is drawn [rad].
 const ELEVATION: f64 = 0.35;
 
 /// The card of an object: pictures of its grasps.
@@ -39,7 +39,7 @@ pub(crate) struct CardView {
     panels: Vec<PanelView>,
 }
 
-/// One look at a grasp.
+/// One picture of a grasp.
 #[derive(Serialize)]
 struct PanelView {
     image: ImageView,
@@ -70,23 +70,23 @@ impl DrawnHand {
     }
 }
 
-/// The objects with any state at even steps through their names, at most so many, with their places in the shapes.
+/// The objects with any state at even steps through their names, at most so many, with their indices in the shapes.
 fn shown<'a>(
     reader: &DatasetReader,
     survey: &'a GraspSurvey,
-    most: usize,
+    max: usize,
 ) -> Result<Vec<(&'a GraspedObject, usize)>, DatasetError> {
     // The shapes are sorted as the asset table is.
-    let places: BTreeMap<ObjectId, usize> =
-        reader.assets()?.objects.iter().enumerate().map(|(place, row)| (row.object, place)).collect();
+    let index_of: BTreeMap<ObjectId, usize> =
+        reader.assets()?.objects.iter().enumerate().map(|(index, row)| (row.object, index)).collect();
     let grasped: Vec<&GraspedObject> =
         survey.facts.objects.iter().filter(|object| !picks(survey, object).is_empty()).collect();
-    let count = grasped.len().min(most);
+    let count = grasped.len().min(max);
     let even = (0..count).map(|step| grasped[step * grasped.len() / count]);
-    Ok(even.filter_map(|object| Some((object, *places.get(&object.object)?))).collect())
+    Ok(even.filter_map(|object| Some((object, *index_of.get(&object.object)?))).collect())
 }
 
-fn picks<'a>(survey: &'a GraspSurvey, object: &GraspedObject) -> &'a [(&'static str, GraspPlace)] {
+fn picks<'a>(survey: &'a GraspSurvey, object: &GraspedObject) -> &'a [(&'static str, GraspIndex)] {
     survey.picks.get(&object.object).map(Vec::as_slice).unwrap_or_default()
 }
 
@@ -95,33 +95,33 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &GraspSurvey) -> Result<Opti
     let shapes = Shapes::open(reader.folder())?;
     let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(None) };
     let mut cards = Vec::new();
-    for (object, place) in shown(reader, survey, SHOWN)? {
-        let mesh = shapes.object(place)?.mesh;
+    for (object, index) in shown(reader, survey, SHOWN)? {
+        let mesh = shapes.object(index)?.mesh;
         cards.push(card(reader, object, &mesh, &hand, picks(survey, object))?);
     }
     Ok(Some(cards))
 }
 
-/// The first grasp that a page shows of each of at most `most` objects, from two sides, each `side` pixels wide and high, with the
-/// object's name; none where the hand has a shape that cannot be drawn.
+/// The first grasp that a page shows of each of at most `max` objects, from two sides, each `side` pixels wide and high, with
+/// the object's name; none where the hand has a shape that cannot be drawn.
 pub(crate) fn pictures(
     reader: &DatasetReader,
     survey: &GraspSurvey,
-    most: usize,
+    max: usize,
     side: u32,
 ) -> Result<Vec<(String, Picture)>, DatasetError> {
     let shapes = Shapes::open(reader.folder())?;
     let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(Vec::new()) };
     let mut pictures = Vec::new();
-    for (object, place) in shown(reader, survey, most)? {
+    for (object, index) in shown(reader, survey, max)? {
         let Some((_, pick)) = picks(survey, object).first() else { continue };
         let Some(sample) = reader.sample(pick.run)? else { continue };
         let run = sample.grasp_run()?;
-        let (Some(grasp), Ok(solid)) = (run.grasps.get(pick.grasp), solid_of(&shapes.object(place)?.mesh)) else {
+        let (Some(grasp), Ok(solid)) = (run.grasps.get(pick.grasp), solid_of(&shapes.object(index)?.mesh)) else {
             continue;
         };
-        let looks = [FRAC_PI_2, 0.0].map(|turn| look(grasp, &solid, &hand, turn, side));
-        pictures.push((object.name.clone(), Picture::row(&looks, side / 20).with_few_colours()));
+        let panels = [FRAC_PI_2, 0.0].map(|aside| draw(grasp, &solid, &hand, aside, side));
+        pictures.push((object.name.clone(), Picture::row(&panels, side / 20).with_few_colours()));
     }
     Ok(pictures)
 }
@@ -139,16 +139,16 @@ fn card(
     object: &GraspedObject,
     mesh: &TriMesh,
     hand: &DrawnHand,
-    picks: &[(&'static str, GraspPlace)],
+    picks: &[(&'static str, GraspIndex)],
 ) -> Result<CardView, DatasetError> {
     let mut panels = Vec::new();
     let solid = solid_of(mesh);
-    for (word, place) in picks {
-        let Some(sample) = reader.sample(place.run)? else { continue };
+    for (word, found) in picks {
+        let Some(sample) = reader.sample(found.run)? else { continue };
         let run = sample.grasp_run()?;
-        let (Some(grasp), Ok(solid)) = (run.grasps.get(place.grasp), &solid) else { continue };
-        for turn in [FRAC_PI_2, 0.0] {
-            let picture = look(grasp, solid, hand, turn, SIDE).with_few_colours();
+        let (Some(grasp), Ok(solid)) = (run.grasps.get(found.grasp), &solid) else { continue };
+        for aside in [FRAC_PI_2, 0.0] {
+            let picture = draw(grasp, solid, hand, aside, SIDE).with_few_colours();
             panels.push(PanelView::of(&run, grasp, word, &picture));
         }
     }
@@ -174,30 +174,30 @@ impl PanelView {
     }
 }
 
-/// Object, hand and contacts, `turn` away from the approach's azimuth [rad].
-fn look(grasp: &Grasp, object: &TouchShape, hand: &DrawnHand, turn: f64, side: u32) -> Picture {
+/// Object, hand and contacts, `azimuth` away from the approach's azimuth [rad].
+fn draw(grasp: &Grasp, object: &TouchShape, hand: &DrawnHand, aside: f64, side: u32) -> Picture {
     let frames = hand.shape.link_frames(&grasp.joints);
     let parts = hand.shape.solids.iter().zip(&hand.solids);
     let mut solids: Vec<Solid<'_>> = parts
         .map(|(part, shape)| Solid {
             shape,
-            place: grasp.object_from_base.isometry() * frames[part.link] * part.link_from_solid,
+            pose: grasp.object_from_base.isometry() * frames[part.link] * part.link_from_solid,
             colour: Colour::EXPLORED,
         })
         .collect();
-    solids.push(Solid { shape: object, place: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
+    solids.push(Solid { shape: object, pose: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
     solids.extend(grasp.contacts.iter().map(|contact| Solid {
         shape: &hand.dot,
-        place: IsometryMatrix3::translation(contact.point[0], contact.point[1], contact.point[2]),
+        pose: IsometryMatrix3::translation(contact.point[0], contact.point[1], contact.point[2]),
         colour: Colour::HELD,
     }));
-    let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), turn);
+    let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), aside);
     solid_picture(&solids, &view, side)
 }
 
 /// Hand and object in the middle, seen from the side of the approach.
-fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, turn: f64) -> SolidView {
-    let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.place)).collect();
+fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, aside: f64) -> SolidView {
+    let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.pose)).collect();
     let lowest = |axis: usize| balls.iter().map(|(centre, radius)| centre[axis] - radius).fold(f64::INFINITY, f64::min);
     let highest =
         |axis: usize| balls.iter().map(|(centre, radius)| centre[axis] + radius).fold(f64::NEG_INFINITY, f64::max);
@@ -207,7 +207,7 @@ fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, turn: f64) -> SolidView {
     // From straight above or below any side will do.
     let level = approach.x.hypot(approach.y);
     let azimuth = if level > 1e-3 { libm::atan2(-approach.y, -approach.x) } else { 0.0 };
-    SolidView { azimuth: azimuth + turn, elevation: ELEVATION, middle, extent: 0.9 * extent }
+    SolidView { azimuth: azimuth + aside, elevation: ELEVATION, middle, extent: 0.9 * extent }
 }
 
 #[cfg(test)]

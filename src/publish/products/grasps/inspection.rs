@@ -129,9 +129,9 @@ impl GraspedObject {
     }
 }
 
-/// A grasp of a dataset: which run, and its place among the run's.
+/// A grasp of a dataset: which run, and its index among the run's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct GraspPlace {
+pub(crate) struct GraspIndex {
     pub run: SampleIndex,
     pub grasp: usize,
 }
@@ -145,7 +145,7 @@ pub(crate) struct GraspSurvey {
     /// Method and hand of the first run.
     pub method: Option<(GraspMethod, HandNames)>,
     /// Grasps to show of each object, and why.
-    pub picks: BTreeMap<ObjectId, Vec<(&'static str, GraspPlace)>>,
+    pub picks: BTreeMap<ObjectId, Vec<(&'static str, GraspIndex)>>,
 }
 
 /// The facts of a finished dataset of grasps: reads tables, ledgers and every run, one chunk at a time.
@@ -179,14 +179,14 @@ struct ObjectSums {
     trials: [u64; 2],
     table: TableFacts,
     /// The state of lowest energy.
-    lowest: Option<(f64, GraspPlace)>,
+    lowest: Option<(f64, GraspIndex)>,
     /// The best and the worst kept grasp, by epsilon.
-    extremes: Option<[(f64, GraspPlace); 2]>,
+    extremes: Option<[(f64, GraspIndex); 2]>,
 }
 
 impl ObjectSums {
     /// The best and the worst kept grasp; without one, the state of lowest energy.
-    fn picks(&self) -> Vec<(&'static str, GraspPlace)> {
+    fn picks(&self) -> Vec<(&'static str, GraspIndex)> {
         match (self.extremes, self.lowest) {
             (Some([(_, best), (_, worst)]), _) if best == worst => vec![("the only", best)],
             (Some([(_, best), (_, worst)]), _) => vec![("best", best), ("worst", worst)],
@@ -210,10 +210,10 @@ impl Pass {
             }
         }
         let object = self.objects.entry(run.sample.subject).or_default();
-        for (place, grasp) in run.grasps.iter().enumerate() {
+        for (rank, grasp) in run.grasps.iter().enumerate() {
             self.energies.push(grasp.energy);
             object.verdicts[grasp.verdict as usize] += 1;
-            let here = GraspPlace { run: index, grasp: place };
+            let here = GraspIndex { run: index, grasp: rank };
             if object.lowest.is_none_or(|(lowest, _)| grasp.energy < lowest) {
                 object.lowest = Some((grasp.energy, here));
             }

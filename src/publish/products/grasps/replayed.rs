@@ -9,7 +9,7 @@ use format::dataset::{DatasetError, Manifest};
 
 /// Where a replay of the dataset's own trials stands in its folder.
 const AGREEMENT: &str = "replay/agreement.json";
-/// Grasps that are told one by one.
+/// Grasps that are listed one by one.
 const SHOWN: usize = 20;
 
 /// `agreement.json`, as `replay.py` writes it.

@@ -54,7 +54,7 @@ pub static PAGES: ProductPages = ProductPages {
     },
 };
 
-/// Side of each look at a grasp [px].
+/// Side of each picture of a grasp [px].
 const SIDE: u32 = 240;
 
 impl Survey for GraspSurvey {

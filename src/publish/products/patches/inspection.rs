@@ -51,7 +51,7 @@ pub struct PatchesInspection {
     /// Energy of the stored samples.
     pub energy: Spread,
     /// One row per object, sorted by name.
-    pub objects: Vec<LookedAtObject>,
+    pub objects: Vec<PatchObjectFacts>,
 }
 
 /// One of the chosen types.
@@ -66,7 +66,7 @@ pub struct ChosenType {
 
 /// One object.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LookedAtObject {
+pub struct PatchObjectFacts {
     /// Name in the job for grasps.
     pub name: String,
     /// The object by content.
@@ -123,8 +123,8 @@ impl Pass {
 
     fn picks(&self, types: usize) -> Vec<Vec<SampleIndex>> {
         let mut picks = vec![Vec::new(); types];
-        for ((place, _), best) in &self.best {
-            if let Some(picks) = picks.get_mut(*place as usize) {
+        for ((type_index, _), best) in &self.best {
+            if let Some(picks) = picks.get_mut(*type_index as usize) {
                 picks.push(*best);
             }
         }
@@ -166,10 +166,10 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
         Some(index) => reader.sample(index)?.map(|sample| sample.heatmap_patch()).transpose()?,
         None => None,
     };
-    let mut objects: Vec<LookedAtObject> = Vec::new();
+    let mut objects: Vec<PatchObjectFacts> = Vec::new();
     for row in reader.assets()?.objects {
         let [samples, kept] = pass.objects.get(&row.object).copied().unwrap_or_default();
-        objects.push(LookedAtObject { name: row.name, object: row.object, samples, kept });
+        objects.push(PatchObjectFacts { name: row.name, object: row.object, samples, kept });
     }
     objects.sort_by(|a, b| a.name.cmp(&b.name));
     let GraspTypeCounts { counts, without, chosen } = &types;
@@ -238,7 +238,7 @@ impl fmt::Display for PatchesInspection {
         }
         let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
         writeln!(f, "\n{:<wide$}   grasps     kept", "object")?;
-        for LookedAtObject { name, samples, kept, .. } in &self.objects {
+        for PatchObjectFacts { name, samples, kept, .. } in &self.objects {
             let [samples, kept] = [*samples, *kept].map(grouped);
             writeln!(f, "{name:<wide$}  {samples:>7}  {kept:>7}")?;
         }

@@ -6,7 +6,7 @@ mod row;
 mod sheets;
 mod templates;
 
-pub use inspection::{ChosenType, LookedAtObject, PatchesInspection, inspect_patches};
+pub use inspection::{ChosenType, PatchObjectFacts, PatchesInspection, inspect_patches};
 pub use row::PAGES;
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub(crate) struct CardView {
     object: String,
     r#type: u32,
     /// Index of the type among the chosen ones.
-    place: u32,
+    type_index: u32,
     epsilon: String,
     energy: String,
     sample: String,
@@ -91,7 +91,7 @@ impl CardView {
         Self {
             object: object.to_owned(),
             r#type: patch.kind(),
-            place: patch.type_index,
+            type_index: patch.type_index,
             epsilon: format!("{:.4}", patch.epsilon),
             energy: format!("{:.3}", patch.energy),
             sample: index.to_string(),
@@ -159,7 +159,7 @@ impl CardView {
         Self {
             object: object.to_owned(),
             r#type: 12,
-            place: 0,
+            type_index: 0,
             epsilon: "0.1000".to_owned(),
             energy: "0.200".to_owned(),
             sample: "3".to_owned(),

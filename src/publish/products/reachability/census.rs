@@ -21,7 +21,7 @@ pub struct Census {
     pub positions: Vec<Position>,
     /// By cell of z.
     pub heights: Vec<LabelCounts>,
-    /// By place in [`approach_directions`](kernel::geom::approach_directions).
+    /// By index in [`approach_directions`](kernel::geom::approach_directions).
     pub directions: [LabelCounts; 26],
 }
 
@@ -30,17 +30,17 @@ impl Census {
     pub fn of(field: &ReachabilityField) -> Self {
         let grid = &field.header.grid;
         let approaches = grid.approaches();
-        let height_cells = grid.place_counts()[2];
+        let height_cells = grid.position_counts()[2];
         let mut census = Self { positions: Vec::new(), heights: vec![[0; 3]; height_cells], directions: [[0; 3]; 26] };
         let blocks = field.labels.chunks(approaches.len()).zip(field.distances.chunks(approaches.len()));
-        for (place, (labels, distances)) in blocks.enumerate() {
+        for (index, (labels, distances)) in blocks.enumerate() {
             let mut position = Position { approaches: [None; 26], distance: f64::INFINITY };
             for ((label, distance), approach) in labels.iter().zip(distances).zip(&approaches) {
                 let approach = usize::from(*approach);
                 let best = &mut position.approaches[approach];
                 *best = Some(best.map_or(*label, |other| other.max(*label)));
                 position.distance = position.distance.min(f64::from(*distance));
-                census.heights[place % height_cells][*label as usize] += 1;
+                census.heights[index % height_cells][*label as usize] += 1;
                 census.directions[approach][*label as usize] += 1;
             }
             census.positions.push(position);

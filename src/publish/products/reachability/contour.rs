@@ -16,13 +16,13 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// At a place in cells from the plane's lower left corner.
+    /// At a position in cells from the plane's lower left corner.
     fn at(&self, right: f64, up: f64) -> f64 {
         let [columns, rows] = self.shape;
-        let split = |place: f64, count: usize| {
-            let place = (place - 0.5).clamp(0.0, count as f64 - 1.0);
-            let low = (place as usize).min(count.saturating_sub(2));
-            (low, (low + 1).min(count - 1), place - low as f64)
+        let split = |coordinate: f64, count: usize| {
+            let coordinate = (coordinate - 0.5).clamp(0.0, count as f64 - 1.0);
+            let low = (coordinate as usize).min(count.saturating_sub(2));
+            (low, (low + 1).min(count - 1), coordinate - low as f64)
         };
         let ((a, b, s), (c, d, t)) = (split(right, columns), split(up, rows));
         let value = |column: usize, row: usize| self.values[column * rows + row];
@@ -80,8 +80,8 @@ impl Plane {
     /// Least and largest finite value.
     pub fn range(&self) -> Option<(f64, f64)> {
         let finite = || self.values.iter().copied().filter(|value| value.is_finite());
-        let (least, most) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
-        (least <= most).then_some((least, most))
+        let (min, max) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+        (min <= max).then_some((min, max))
     }
 }
 
@@ -103,7 +103,7 @@ mod tests {
     /// A value that grows by one per cell to the right: bands are columns, lines stand upright.
     #[test]
     fn bands_and_lines_of_a_slope() {
-        let plane = Plane { shape: [4, 3], values: (0..12).map(|place| (place / 3) as f64 - 1.5).collect() };
+        let plane = Plane { shape: [4, 3], values: (0..12).map(|coordinate| (coordinate / 3) as f64 - 1.5).collect() };
         assert_eq!(plane.range(), Some((-1.5, 1.5)));
         let picture = plane.bands(1.0);
         assert_eq!((picture.width, picture.height), (4 * ZOOM as u32, 3 * ZOOM as u32));

@@ -75,7 +75,7 @@ pub struct AxisFacts {
     pub step: f64,
     /// Cells.
     pub count: u64,
-    /// `m`, `rad`, or `healpix` for places in the ring order of HEALPix pixels.
+    /// `m`, `rad`, or `healpix` for indices in the ring order of HEALPix pixels.
     pub unit: String,
     /// Whether the cell after the last one is the first one.
     pub periodic: bool,

@@ -20,7 +20,7 @@ use kernel::geom::{AxisUnit, FieldMetric, PoseGrid, PoseLabel};
 
 /// Level cross-sections.
 const LEVELS: usize = 4;
-/// Name of a job's collisions where none are looked at.
+/// Name of a job's collisions where none are checked.
 const NO_COLLISIONS: &str = "none";
 
 /// The page as its template takes it.
@@ -92,14 +92,14 @@ pub(crate) fn pictures(field: &ReachabilityField, cell: u32) -> Vec<(String, Pic
 
 /// The upright cross-section through the middle, and level ones from above.
 fn cuts(field: &ReachabilityField, census: &Census) -> (Cut, Vec<Cut>) {
-    let upright = Cut::Upright(field.header.grid.places()[1].nearest(0.0));
+    let upright = Cut::Upright(field.header.grid.position_axes()[1].nearest(0.0));
     (upright, census.middle_heights(LEVELS).into_iter().rev().map(Cut::Level).collect())
 }
 
 /// Width of the bands of signed distance, in the field's unit.
 fn band(field: &ReachabilityField) -> f64 {
     match field.header.metric {
-        FieldMetric::Metres { .. } => (field.header.grid.places()[0].step / 2.0).max(0.025),
+        FieldMetric::Metres { .. } => (field.header.grid.position_axes()[0].step / 2.0).max(0.025),
         FieldMetric::Cells => 0.5,
     }
 }

@@ -22,9 +22,9 @@ const SIDE: f64 = 44.0;
 /// Room for axes on the left and below.
 const MARGIN: f64 = 46.0;
 /// The most roses along an axis: finer grids show every second, third, ... position.
-const MOST: usize = 30;
+const MAX: usize = 30;
 
-/// Which plane is looked at, and from where.
+/// The plane of a section, and the side from which it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
     /// At this cell of z, from above: x up, y to the left.
@@ -34,7 +34,7 @@ pub enum Cut {
 }
 
 impl Cut {
-    /// Axes to the right and up and across, and which way the first one grows.
+    /// Axes to the right and up and across, and the sign of the first one.
     fn axes(self) -> ([usize; 3], f64) {
         match self {
             Self::Level(_) => ([1, 0, 2], -1.0),
@@ -55,7 +55,7 @@ impl Cut {
     pub fn name(self, grid: &PoseGrid) -> String {
         let ([_, _, across], _) = self.axes();
         let (Self::Level(cell) | Self::Upright(cell)) = self;
-        let axis = &grid.places()[across];
+        let axis = &grid.position_axes()[across];
         // Rounding of `first + index * step` is nobody's business here.
         let at = (axis.centre(cell) * 1e6).round() / 1e6 + 0.0;
         format!("{} = {} m", axis.name, short(at))
@@ -64,13 +64,13 @@ impl Cut {
     /// Every how manyth position has a rose.
     pub fn stride(self, grid: &PoseGrid) -> usize {
         let ([right, up, _], _) = self.axes();
-        grid.place_counts()[right].max(grid.place_counts()[up]).div_ceil(MOST)
+        grid.position_counts()[right].max(grid.position_counts()[up]).div_ceil(MAX)
     }
 
     /// The drawing as an `<svg>` element. `band` is the width of the field's bands, in its unit.
     pub fn svg(self, grid: &PoseGrid, census: &Census, band: f64) -> Markup {
         let ([right, up, _], sense) = self.axes();
-        let count = [right, up].map(|axis| grid.place_counts()[axis]);
+        let count = [right, up].map(|axis| grid.position_counts()[axis]);
         let stride = self.stride(grid);
         // A rose stands for a square of `stride` cells; they share its middle.
         let cell = SIDE / stride as f64;
@@ -96,8 +96,8 @@ impl Cut {
             r#"<image width="{width}" height="{height}" preserveAspectRatio="none" href="{}"/>"#,
             plane.bands(band).to_data_uri()
         );
-        if let Some((least, most)) = plane.range() {
-            let (first, last) = ((least / band).ceil() as i64, (most / band).floor() as i64);
+        if let Some((min, max)) = plane.range() {
+            let (first, last) = ((min / band).ceil() as i64, (max / band).floor() as i64);
             let others = (first.max(-20)..=last.min(40)).filter(|level| *level != 0);
             let lines: String = others.map(|level| plane.line(level as f64 * band, cell)).collect();
             let border = plane.line(0.0, cell);
@@ -108,8 +108,8 @@ impl Cut {
         let mut ink = Inks::default();
         for column in (0..count[0]).step_by(stride) {
             for row in (0..count[1]).step_by(stride) {
-                let place = if sense < 0.0 { count[0] - 1 - column } else { column };
-                let position = &census.positions[self.position(grid, place, row)];
+                let index = if sense < 0.0 { count[0] - 1 - column } else { column };
+                let position = &census.positions[self.position(grid, index, row)];
                 let middle = [(column as f64 + 0.5) * cell, height - (row as f64 + 0.5) * cell];
                 roses.draw(&mut ink, middle, &position.approaches);
             }
@@ -121,23 +121,23 @@ impl Cut {
 
     /// Index of a position in C order over x, y, z.
     fn position(self, grid: &PoseGrid, right: usize, up: usize) -> usize {
-        let place = match self {
+        let index = match self {
             Self::Level(z) => [up, right, z],
             Self::Upright(y) => [right, y, up],
         };
-        PoseGrid::position(grid.place_counts(), place)
+        PoseGrid::position(grid.position_counts(), index)
     }
 
     /// The cut as a picture without roses, `cell` pixels per position: green as far as directions are reachable, orange as far
     /// as something collides, white as far as nothing leads there.
     pub fn picture(self, grid: &PoseGrid, census: &Census, cell: u32) -> Picture {
         let ([right, up, _], sense) = self.axes();
-        let [columns, rows] = [right, up].map(|axis| grid.place_counts()[axis]);
+        let [columns, rows] = [right, up].map(|axis| grid.position_counts()[axis]);
         let mut picture = Picture::filled(columns as u32 * cell, rows as u32 * cell, [255; 4]);
         for column in 0..columns {
             for row in 0..rows {
-                let place = if sense < 0.0 { columns - 1 - column } else { column };
-                let approaches = &census.positions[self.position(grid, place, row)].approaches;
+                let index = if sense < 0.0 { columns - 1 - column } else { column };
+                let approaches = &census.positions[self.position(grid, index, row)].approaches;
                 let count = |wanted: PoseLabel| approaches.iter().flatten().filter(|label| **label == wanted).count();
                 let [free, hit] = [PoseLabel::Reachable, PoseLabel::Colliding].map(count);
                 let all = approaches.iter().flatten().count().max(1);
@@ -155,11 +155,11 @@ impl Cut {
 
     fn plane(self, grid: &PoseGrid, census: &Census) -> Plane {
         let ([right, up, _], sense) = self.axes();
-        let shape = [right, up].map(|axis| grid.place_counts()[axis]);
+        let shape = [right, up].map(|axis| grid.position_counts()[axis]);
         let mut values = Vec::with_capacity(shape[0] * shape[1]);
         for column in 0..shape[0] {
-            let place = if sense < 0.0 { shape[0] - 1 - column } else { column };
-            values.extend((0..shape[1]).map(|row| census.positions[self.position(grid, place, row)].distance));
+            let index = if sense < 0.0 { shape[0] - 1 - column } else { column };
+            values.extend((0..shape[1]).map(|row| census.positions[self.position(grid, index, row)].distance));
         }
         Plane { shape, values }
     }
@@ -167,10 +167,10 @@ impl Cut {
     /// Numbers along both axes, and where the frame of the poses has its origin.
     fn scales(self, svg: &mut String, grid: &PoseGrid, [width, height]: [f64; 2], cell: f64) {
         let ([right, up, _], sense) = self.axes();
-        let [across, along] = [right, up].map(|axis| &grid.places()[axis]);
+        let [across, along] = [right, up].map(|axis| &grid.position_axes()[axis]);
         let from_left = |value: f64| {
-            let place = ((value - across.first) / across.step + 0.5) * cell;
-            if sense < 0.0 { width - place } else { place }
+            let pixel = ((value - across.first) / across.step + 0.5) * cell;
+            if sense < 0.0 { width - pixel } else { pixel }
         };
         let from_top = |value: f64| height - ((value - along.first) / along.step + 0.5) * cell;
         let out = (SIDE - cell) / 2.0;
@@ -273,16 +273,16 @@ impl Roses {
 /// An arrow in the plane, an arrowhead beside its ray for a direction that rises from it (filled) or sinks below it
 /// (open), a dot (towards the eye) or a ring (away from it) in the middle. Path data relative to the middle.
 fn mark([right, up, near]: [f64; 3]) -> Ink {
-    let turn = libm::atan2(up, right);
+    let angle = libm::atan2(up, right);
     let mut ink = Ink::default();
     // Polar, about the middle: relative steps from one point to the next.
     let steps = |points: &[(f64, f64)]| {
         let mut path = String::new();
         let mut last = (0.0, 0.0);
-        for (place, (along, aside)) in points.iter().enumerate() {
-            let (sine, cosine) = libm::sincos(turn);
+        for (index, (along, aside)) in points.iter().enumerate() {
+            let (sine, cosine) = libm::sincos(angle);
             let here = (along * cosine - aside * sine, -(along * sine + aside * cosine));
-            let _ = write!(path, "{}{:.1} {:.1}", ["m", "l"][place.min(1)], here.0 - last.0, here.1 - last.1);
+            let _ = write!(path, "{}{:.1} {:.1}", ["m", "l"][index.min(1)], here.0 - last.0, here.1 - last.1);
             last = here;
         }
         path
@@ -324,8 +324,8 @@ pub fn legend() -> Markup {
         (-1.0, 42.0, "straight away from you"),
     ];
     let mut words = String::new();
-    for (place, (near, x, text)) in rows.into_iter().enumerate() {
-        let y = 9.4 * place as f64 - 18.8;
+    for (index, (near, x, text)) in rows.into_iter().enumerate() {
+        let y = 9.4 * index as f64 - 18.8;
         // Arrowheads stand beside their ray.
         let aside = if near == 0.7 {
             3.6
@@ -351,7 +351,7 @@ pub struct BandView {
 /// The field's bands, from the one that holds `min` to the one that holds `max`.
 pub fn band_key(band: f64, min: f64, max: f64) -> Vec<BandView> {
     let (first, last) = ((min / band).floor().max(-8.0) as i64, (max / band).floor().min(24.0) as i64);
-    // Far away every second one tells enough.
+    // Far away every second one is enough.
     let levels = (first..=last).filter(|level| *level < 4 || level % 2 == 0);
     let view = |level: i64| BandView { colour: band_colour(level as f64).hex(), from: short(level as f64 * band) };
     levels.map(view).collect()

@@ -36,7 +36,7 @@ impl CountsView {
                 ink: if *proof == Proof::Searched { Ink::Reject } else { Ink::Neutral },
             })
             .collect();
-        let axis = &field.header.grid.places()[2];
+        let axis = &field.header.grid.position_axes()[2];
         let heights: Vec<StackedRow> = (census.heights.iter().enumerate().rev())
             .map(|(cell, counts)| StackedRow {
                 name: format!("{:.2} m", axis.centre(cell) + 0.0),

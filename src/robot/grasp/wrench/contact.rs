@@ -7,7 +7,7 @@ use nalgebra::{Point3, Unit, Vector3};
 /// Cosine of the latitude on the friction ellipsoid at which a soft contact has edges with force and torsion.
 pub const SOFT_LATITUDE_COSINE: f64 = 0.854;
 
-/// A place where a hand pushes on an object. All in one frame of the object.
+/// A point where a hand pushes on an object. All in one frame of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Where [m].

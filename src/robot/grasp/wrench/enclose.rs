@@ -37,8 +37,8 @@ impl<const D: usize> Simplex<D> {
     fn invert(&mut self, set: &WrenchSet) -> Option<()> {
         let mut matrix = [[0.0; CORNERS]; CORNERS];
         for (column, corner) in self.corners[..=D].iter().enumerate() {
-            let place: [f64; D] = set.place(*corner);
-            (0..D).for_each(|row| matrix[row][column] = place[row]);
+            let corner: [f64; D] = set.point(*corner);
+            (0..D).for_each(|row| matrix[row][column] = corner[row]);
             matrix[D][column] = 1.0;
         }
         let mut inverse = [[0.0; CORNERS]; CORNERS];
@@ -117,15 +117,15 @@ fn search<const D: usize>(set: &WrenchSet, level: SimdLevel) -> Result<Simplex<D
 
 /// Swaps a corner for a wrench so that the origin stays inside: an artificial one where there is a choice.
 fn enter<const D: usize>(simplex: &mut Simplex<D>, set: &WrenchSet, entering: u16) -> Option<()> {
-    let place: [f64; D] = set.place(entering);
+    let corner: [f64; D] = set.point(entering);
     let shares: [f64; CORNERS] = std::array::from_fn(|row| {
         let row = &simplex.inverse[row];
-        (0..D).fold(row[D], |sum, axis| sum + row[axis] * place[axis])
+        (0..D).fold(row[D], |sum, axis| sum + row[axis] * corner[axis])
     });
     let mut leaving = None;
     for row in (0..=D).filter(|row| shares[*row] > ROUNDING) {
         let (ratio, real) = (simplex.inverse[row][D] / shares[row], simplex.corners[row] != ARTIFICIAL);
-        if leaving.is_none_or(|(least, was_real, _)| (ratio, real) < (least, was_real)) {
+        if leaving.is_none_or(|(min, was_real, _)| (ratio, real) < (min, was_real)) {
             leaving = Some((ratio, real, row));
         }
     }

@@ -10,13 +10,13 @@ use super::{
 use kernel::geom::SimdLevel;
 
 /// Facets that one search makes before it gives up and returns its bounds.
-pub const MOST_FACETS: usize = 200_000;
+pub const MAX_FACETS: usize = 200_000;
 /// A facet is on the hull when its support point lies no higher than this above it, against the largest weight: more than
 /// what moving the wrenches makes of a flat facet.
 const CLOSED: f64 = 5e-9;
 
 /// Directions that are remembered.
-const MOST_WEAKEST: usize = 6;
+const MAX_WEAKEST: usize = 6;
 
 /// When to stop before epsilon is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub enum EpsilonEnd {
     Above,
     /// The upper bound is below the limit.
     Below,
-    /// [`MOST_FACETS`] were made. To be counted.
+    /// [`MAX_FACETS`] were made. To be counted.
     Capped,
 }
 
@@ -56,7 +56,7 @@ pub struct Epsilon {
     pub lower: f64,
     /// Upper bound; where the search closed exactly, epsilon itself.
     pub upper: f64,
-    /// Facets made on the way.
+    /// Facets made in between.
     pub facets: usize,
     /// Why the search ended.
     pub end: EpsilonEnd,
@@ -141,13 +141,13 @@ impl<const D: usize> Default for Space<D> {
     }
 }
 
-/// An offset's place in the order. Below 0 there is only rounding.
+/// An offset's position in the order. Below 0 there is only rounding.
 fn order<const D: usize>(facet: &Facet<D>) -> u64 {
     facet.offset.max(0.0).to_bits()
 }
 
 impl<const D: usize> Space<D> {
-    /// The linear programme alone would not tell the border: two opposed contacts hold the origin in the middle of a flat
+    /// The linear programme alone would not show the border case: two opposed contacts hold the origin in the middle of a flat
     /// hull, and whether it is inside is for the others to say.
     fn encloses(&mut self, set: &WrenchSet, level: SimdLevel) -> bool {
         let limits = EpsilonLimits { above: FLAT * set.scale(), ..EpsilonLimits::EXACT };
@@ -159,11 +159,11 @@ impl<const D: usize> Space<D> {
         let mut upper = f64::INFINITY;
         // The hull reaches no farther than along any direction: where the last one was weakest this one may be, too.
         if !set.is_empty() {
-            for (place, direction) in self.weakest.iter().enumerate() {
+            for (index, direction) in self.weakest.iter().enumerate() {
                 let (_, height) = set.support(level, direction);
                 upper = upper.min(height);
                 if upper <= flat || upper < limits.below {
-                    self.weakest[..=place].rotate_right(1);
+                    self.weakest[..=index].rotate_right(1);
                     let end = if upper <= flat { EpsilonEnd::Outside } else { EpsilonEnd::Below };
                     return Epsilon { upper: upper.max(0.0), end, ..Epsilon::OUTSIDE };
                 }
@@ -223,12 +223,12 @@ impl<const D: usize> Space<D> {
             if height - facet.offset <= closed {
                 break (EpsilonEnd::Closed, lower);
             }
-            if facets > MOST_FACETS {
+            if facets > MAX_FACETS {
                 break (EpsilonEnd::Capped, lower);
             }
             let nearest = &mut self.nearest;
             // Facets farther away than the upper bound are never the nearest.
-            facets += self.polytope.add(index, &set.place(index), name, |name, facet| {
+            facets += self.polytope.add(index, &set.point(index), name, |name, facet| {
                 if facet.offset < upper {
                     nearest.push(Reverse((order(facet), name)));
                 }
@@ -244,7 +244,7 @@ impl<const D: usize> Space<D> {
     fn remember(&mut self, direction: &[f64; D]) {
         let length = libm::sqrt(direction.iter().map(|part| part * part).sum());
         if length > 0.0 {
-            self.weakest.truncate(MOST_WEAKEST - 1);
+            self.weakest.truncate(MAX_WEAKEST - 1);
             self.weakest.insert(0, direction.map(|part| part / length));
         }
     }

@@ -9,7 +9,7 @@
 //! nearest to the origin is pushed out to its support point until it lies on the hull. Nothing but its surroundings is built,
 //! so that twenty edges per contact cost not twice what eight do. Of class `exact`.
 //!
-//! Wrenches are moved by up to [`JOGGLE`], each in its own fixed way, because the edges of one contact lie in a plane and a
+//! Wrenches are moved by up to [`JOGGLE`], each by its own fixed amount, because the edges of one contact lie in a plane and a
 //! facet through them has no unique triangulation. What is thinner than [`FLAT`] counts as flat.
 
 mod contact;
@@ -23,6 +23,6 @@ mod volume;
 mod tests;
 
 pub use contact::{Contact, FrictionCone, MassFrame, SOFT_LATITUDE_COSINE};
-pub use epsilon::{Epsilon, EpsilonEnd, EpsilonLimits, EpsilonSolver, MOST_FACETS};
+pub use epsilon::{Epsilon, EpsilonEnd, EpsilonLimits, EpsilonSolver, MAX_FACETS};
 pub use set::{FLAT, JOGGLE, WrenchSet};
 pub use volume::{HullSolver, HullVolume};

@@ -10,7 +10,7 @@ use super::enclose::{CORNERS, Simplex};
 /// Offset of a facet that is no more.
 const GONE: f64 = f64::NAN;
 
-/// A facet: the points x with normal . x <= offset lie below it. What looking needs lies in one cache line.
+/// A facet: the points x with normal . x <= offset lie below it. The fields of the visibility test lie in one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Facet<const D: usize> {
@@ -29,7 +29,7 @@ pub(super) struct Facet<const D: usize> {
 /// A ridge between a facet that is seen and one that is not, and how high and how low the point lies.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ridge {
-    /// Place in the list of those seen.
+    /// Index in the list of those seen.
     seen: u32,
     hidden: u32,
     /// Which corner of the seen one lies across.
@@ -50,7 +50,7 @@ pub(super) struct Polytope<const D: usize> {
     /// Random numbers by index of wrench: sums of them name sets of corners. Of 64 bits, so that two sets that meet have the
     /// same name about once in 10^12 searches.
     keys: Vec<u64>,
-    /// Names of the new facets' facets, and how many of each, with the sum of the places of those in `fresh`, by some bits of
+    /// Names of the new facets' facets, and how many of each, with the sum of the indices of those in `fresh`, by some bits of
     /// the name.
     names: Vec<[u64; D]>,
     buckets: Vec<u32>,
@@ -106,8 +106,8 @@ impl<const D: usize> Polytope<D> {
     }
 
     /// Takes in a wrench that lies above a facet; calls `made` for each new facet and returns how many there are.
-    pub fn add(&mut self, index: u16, place: &[f64; D], below: u32, mut made: impl FnMut(u32, &Facet<D>)) -> usize {
-        self.look(place, below);
+    pub fn add(&mut self, index: u16, point: &[f64; D], below: u32, mut made: impl FnMut(u32, &Facet<D>)) -> usize {
+        self.mark_seen(point, below);
         self.raise(index);
         self.join();
         self.fresh.iter().for_each(|fresh| made(*fresh, &self.facets[*fresh as usize]));
@@ -116,12 +116,12 @@ impl<const D: usize> Polytope<D> {
 
     /// Finds the facets that a point sees, from one of them on, and the ridges around them. What is found is written in any
     /// case and counted if it holds: nobody can predict these branches.
-    fn look(&mut self, place: &[f64; D], below: u32) {
+    fn mark_seen(&mut self, point: &[f64; D], below: u32) {
         self.pass = self.pass.wrapping_add(1);
         let first = &mut self.facets[below as usize];
         first.pass = self.pass;
         self.seen.clear();
-        self.seen.push((below, height(first, place)));
+        self.seen.push((below, height(first, point)));
         self.ridges.clear();
         let mut at = 0;
         while at < self.seen.len() {
@@ -131,7 +131,7 @@ impl<const D: usize> Polytope<D> {
             self.ridges.resize(ridges + D, Ridge::default());
             for (slot, neighbour) in neighbours.into_iter().enumerate() {
                 let facet = &mut self.facets[neighbour as usize];
-                let height = height(facet, place);
+                let height = height(facet, point);
                 let visible = height > 0.0;
                 self.seen[count] = (neighbour, height);
                 count += usize::from(visible & (facet.pass != self.pass));
@@ -176,7 +176,7 @@ impl<const D: usize> Polytope<D> {
     }
 
     /// Makes new facets neighbours of each other where they share all corners but one: each such set of corners, the new
-    /// point among them, comes twice. Where a bucket holds two places, one is their sum less the other; the few that share a
+    /// point among them, comes twice. Where a bucket holds two indices, one is their sum less the other; the few that share a
     /// bucket are sorted.
     fn join(&mut self) {
         const ONE: u32 = 1 << 24;
@@ -188,24 +188,24 @@ impl<const D: usize> Polytope<D> {
         let (shift, mask) = (64 - room.trailing_zeros(), room - 1);
         let (buckets, keys) = (&mut self.buckets[..room], &self.keys);
         self.names.clear();
-        for (place, (fresh, ridge)) in self.fresh.iter().zip(&self.ridges).enumerate() {
+        for (index, (fresh, ridge)) in self.fresh.iter().zip(&self.ridges).enumerate() {
             let facet = &self.facets[*fresh as usize];
             let names: [u64; D] =
                 std::array::from_fn(|slot| facet.key.wrapping_sub(keys[usize::from(facet.corners[slot])]));
             for (slot, name) in names.iter().enumerate() {
                 let bucket = &mut buckets[(name >> shift) as usize & mask];
-                let new = bucket.wrapping_add(ONE + place as u32);
+                let new = bucket.wrapping_add(ONE + index as u32);
                 *bucket = if slot as u32 == ridge.slot { *bucket } else { new };
             }
             self.names.push(names);
         }
         self.crowded.clear();
-        for (place, ((fresh, names), ridge)) in self.fresh.iter().zip(&self.names).zip(&self.ridges).enumerate() {
+        for (index, ((fresh, names), ridge)) in self.fresh.iter().zip(&self.names).zip(&self.ridges).enumerate() {
             let mut neighbours = [ridge.hidden; D];
             for (slot, name) in names.iter().enumerate() {
                 let bucket = buckets[(name >> shift) as usize & mask];
                 let pair = bucket >> 24 == 2;
-                let other = ((bucket & (ONE - 1)) as usize).wrapping_sub(place);
+                let other = ((bucket & (ONE - 1)) as usize).wrapping_sub(index);
                 neighbours[slot] = self.fresh.get(other).copied().unwrap_or_default();
                 if !pair && slot as u32 != ridge.slot {
                     self.crowded.push((*name, *fresh, slot as u32));
@@ -236,8 +236,8 @@ fn mix(index: u64) -> u64 {
 
 /// Height of a point above a facet.
 #[inline]
-pub(super) fn height<const D: usize>(facet: &Facet<D>, place: &[f64; D]) -> f64 {
-    (0..D).fold(-facet.offset, |sum, axis| sum + facet.normal[axis] * place[axis])
+pub(super) fn height<const D: usize>(facet: &Facet<D>, point: &[f64; D]) -> f64 {
+    (0..D).fold(-facet.offset, |sum, axis| sum + facet.normal[axis] * point[axis])
 }
 
 /// The facet through a point and the ridge between a facet that the point sees, how high above it, and one that it does not,

@@ -90,7 +90,7 @@ impl WrenchSet {
 
     /// The wrenches as they are searched, moved by up to [`JOGGLE`].
     pub fn wrenches(&self) -> impl Iterator<Item = [f64; 6]> {
-        (0..self.count).map(|index| self.place(index as u16))
+        (0..self.count).map(|index| self.point(index as u16))
     }
 
     /// The largest weight.
@@ -99,7 +99,7 @@ impl WrenchSet {
     }
 
     /// The first `D` coordinates of a wrench.
-    pub(super) fn place<const D: usize>(&self, index: u16) -> [f64; D] {
+    pub(super) fn point<const D: usize>(&self, index: u16) -> [f64; D] {
         let (block, lane) = (usize::from(index) / LANES, usize::from(index) % LANES);
         std::array::from_fn(|axis| self.blocks[block][axis][lane])
     }
@@ -138,7 +138,7 @@ fn wrenches_body<L>(_: L, blocks: &[[[f64; LANES]; 6]], direction: &[f64; 6]) ->
 #[inline(always)]
 fn support_body<const D: usize>(blocks: &[[[f64; LANES]; 6]], direction: &[f64; 6]) -> (u16, f64) {
     let mut best = [f64::NEG_INFINITY; LANES];
-    let mut place = [0u64; LANES];
+    let mut point = [0u64; LANES];
     for (index, block) in blocks.iter().enumerate() {
         let mut height = [0.0; LANES];
         for axis in 0..D {
@@ -149,17 +149,17 @@ fn support_body<const D: usize>(blocks: &[[[f64; LANES]; 6]], direction: &[f64; 
         for lane in 0..LANES {
             let better = height[lane] > best[lane];
             best[lane] = if better { height[lane] } else { best[lane] };
-            place[lane] = if better { index as u64 } else { place[lane] };
+            point[lane] = if better { index as u64 } else { point[lane] };
         }
     }
-    let (mut found, mut most) = (u64::MAX, f64::NEG_INFINITY);
+    let (mut found, mut max) = (u64::MAX, f64::NEG_INFINITY);
     for lane in 0..LANES {
-        let index = place[lane] * LANES as u64 + lane as u64;
-        if best[lane] > most || (best[lane] == most && index < found) {
-            (found, most) = (index, best[lane]);
+        let index = point[lane] * LANES as u64 + lane as u64;
+        if best[lane] > max || (best[lane] == max && index < found) {
+            (found, max) = (index, best[lane]);
         }
     }
-    (found as u16, most)
+    (found as u16, max)
 }
 
 /// Six numbers in +-JOGGLE that belong to an index (SplitMix64, Steele et al. 2014).

@@ -51,8 +51,8 @@ fn a_tangent_is_across_its_normal() {
     let mut stream = Stream::of_job(1, b"", "tangents");
     for _ in 0..100 {
         let contact = Contact::new(Point3::origin(), Unit::new_normalize(direction(&mut stream)));
-        let turned = contact.with_tangent(&direction(&mut stream));
-        for contact in [contact, turned] {
+        let rotated = contact.with_tangent(&direction(&mut stream));
+        for contact in [contact, rotated] {
             assert!(contact.tangent.dot(&contact.normal).abs() < 1e-12 && near(contact.tangent.norm(), 1.0));
         }
     }
@@ -109,10 +109,10 @@ fn three_contacts_around_hold_up_by_friction_alone() {
         let set = WrenchSet::new(&upwards, &cone, &MASS);
         assert!(near(epsilons(&set).0, friction), "{friction}: {:?}", epsilons(&set));
         let (sin, cos) = libm::sincos(std::f64::consts::PI / edges as f64);
-        let turned = upwards
+        let rotated = upwards
             .iter()
             .map(|contact| contact.with_tangent(&(Vector3::z() * cos + contact.normal.cross(&Vector3::z()) * sin)));
-        let set = WrenchSet::new(&turned.collect::<Vec<_>>(), &cone, &MASS);
+        let set = WrenchSet::new(&rotated.collect::<Vec<_>>(), &cone, &MASS);
         assert!(near(epsilons(&set).0, friction * cos), "{friction}: {:?}", epsilons(&set));
     }
 }
@@ -229,18 +229,18 @@ proptest! {
         let set = WrenchSet::new(&contacts, &cone, &MASS);
         let (forces, wrenches, _) = epsilons(&set);
         let volume = HullSolver::default().of_forces(&set).volume;
-        let turn = Rotation3::from_scaled_axis(direction(&mut stream) * stream.uniform(0.0, 3.0));
+        let rotation = Rotation3::from_scaled_axis(direction(&mut stream) * stream.uniform(0.0, 3.0));
         let shift = direction(&mut stream);
-        let turned: Vec<Contact> = contacts.iter().map(|contact| Contact {
-            point: turn * contact.point + shift,
-            normal: turn * contact.normal,
-            tangent: turn * contact.tangent,
+        let rotated: Vec<Contact> = contacts.iter().map(|contact| Contact {
+            point: rotation * contact.point + shift,
+            normal: rotation * contact.normal,
+            tangent: rotation * contact.tangent,
             weight: contact.weight,
         }).collect();
-        let mass = MassFrame { centre: turn * MASS.centre + shift, ..MASS };
-        let other = WrenchSet::new(&turned, &cone, &mass);
-        let (forces_turned, wrenches_turned, _) = epsilons(&other);
-        prop_assert!(near(forces, forces_turned) && near(wrenches, wrenches_turned), "{wrenches} {wrenches_turned}");
+        let mass = MassFrame { centre: rotation * MASS.centre + shift, ..MASS };
+        let other = WrenchSet::new(&rotated, &cone, &mass);
+        let (forces_rotated, wrenches_rotated, _) = epsilons(&other);
+        prop_assert!(near(forces, forces_rotated) && near(wrenches, wrenches_rotated), "{wrenches} {wrenches_rotated}");
         prop_assert!((volume - HullSolver::default().of_forces(&other).volume).abs() <= 1e-8 * volume.max(1.0));
 
         let mut shuffled = contacts.clone();
@@ -273,8 +273,8 @@ proptest! {
         let shear = Matrix3::from_fn(|_, _| stream.normal());
         let corner = |bits: i32| Vector3::from_fn(|axis, _| f64::from(bits >> axis & 1));
         let corners: Vec<[f64; 6]> = (0..8).map(|bits| {
-            let place = shear * corner(bits);
-            [place.x, place.y, place.z, 0.0, 0.0, 0.0]
+            let point = shear * corner(bits);
+            [point.x, point.y, point.z, 0.0, 0.0, 0.0]
         }).collect();
         let volume = HullSolver::default().of_forces(&WrenchSet::from_wrenches(&corners)).volume;
         prop_assert!((volume - shear.determinant().abs()).abs() < 1e-7);

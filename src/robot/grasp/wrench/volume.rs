@@ -53,20 +53,20 @@ fn volume<const D: usize>(polytope: &mut Polytope<D>, set: &WrenchSet) -> HullVo
         if corners[..=D].contains(&index) {
             continue;
         }
-        let place: [f64; D] = set.place(index);
-        let sees = |name: usize| height(&polytope.facets[name], &place) > 0.0;
+        let point: [f64; D] = set.point(index);
+        let sees = |name: usize| height(&polytope.facets[name], &point) > 0.0;
         let names = (last..polytope.facets.len()).chain(0..last);
         // Heights above facets that are gone are NaN.
         if let Some(below) = names.into_iter().find(|name| sees(*name)) {
-            polytope.add(index, &place, below as u32, |name, _| last = name as usize);
+            polytope.add(index, &point, below as u32, |name, _| last = name as usize);
         }
     }
     let middle = set_middle::<D>(set, &corners);
     let (mut sum, mut facets) = (0.0, 0);
     for (_, facet) in polytope.alive() {
         let edges = facet.corners.map(|corner| {
-            let place: [f64; D] = set.place(corner);
-            std::array::from_fn(|axis| place[axis] - middle[axis])
+            let point: [f64; D] = set.point(corner);
+            std::array::from_fn(|axis| point[axis] - middle[axis])
         });
         sum += determinant(edges).abs();
         facets += 1;
@@ -83,22 +83,22 @@ fn gcd(a: usize, b: usize) -> usize {
 fn set_middle<const D: usize>(set: &WrenchSet, corners: &[u16; CORNERS]) -> [f64; D] {
     let mut middle = [0.0; D];
     for corner in &corners[..=D] {
-        let place: [f64; D] = set.place(*corner);
-        (0..D).for_each(|axis| middle[axis] += place[axis] / (D as f64 + 1.0));
+        let point: [f64; D] = set.point(*corner);
+        (0..D).for_each(|axis| middle[axis] += point[axis] / (D as f64 + 1.0));
     }
     middle
 }
 
 /// Corners that span much: each the farthest from the flat through those before it. `None` when the set is flat.
 fn far_corners<const D: usize>(set: &WrenchSet) -> Option<[u16; CORNERS]> {
-    let mut rest: Vec<[f64; D]> = (0..set.len()).map(|index| set.place(index as u16)).collect();
+    let mut rest: Vec<[f64; D]> = (0..set.len()).map(|index| set.point(index as u16)).collect();
     let mut corners = [0; CORNERS];
     let first = *rest.first()?;
-    for place in &mut rest {
-        (0..D).for_each(|axis| place[axis] -= first[axis]);
+    for point in &mut rest {
+        (0..D).for_each(|axis| point[axis] -= first[axis]);
     }
     for corner in &mut corners[1..=D] {
-        let size = |place: &[f64; D]| place.iter().map(|value| value * value).sum::<f64>();
+        let size = |point: &[f64; D]| point.iter().map(|value| value * value).sum::<f64>();
         let farthest = (0..rest.len()).fold(0, |best, at| if size(&rest[at]) > size(&rest[best]) { at } else { best });
         let far = rest[farthest];
         let square = size(&far);
@@ -106,9 +106,9 @@ fn far_corners<const D: usize>(set: &WrenchSet) -> Option<[u16; CORNERS]> {
             return None;
         }
         *corner = farthest as u16;
-        for place in &mut rest {
-            let along = (0..D).map(|axis| place[axis] * far[axis]).sum::<f64>() / square;
-            (0..D).for_each(|axis| place[axis] -= along * far[axis]);
+        for point in &mut rest {
+            let along = (0..D).map(|axis| point[axis] * far[axis]).sum::<f64>() / square;
+            (0..D).for_each(|axis| point[axis] -= along * far[axis]);
         }
     }
     Some(corners)

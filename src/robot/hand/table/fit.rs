@@ -195,7 +195,7 @@ impl Fit<'_> {
         Unit::new_unchecked(if (length - 1.0).abs() < 1e-15 { along } else { along / length })
     }
 
-    /// Reports a table that gives a place in neither way, or in both.
+    /// Reports a table that gives a contact point in neither form, or in both.
     fn wrong_form(&mut self, path: &Path, forms: &str) {
         let found = self.checker.document().finding(path).unwrap_or(Finding::Table(Vec::new()));
         self.checker.fail(path, Problem::WrongType { expected: forms.into(), found });

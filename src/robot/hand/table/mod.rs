@@ -36,7 +36,7 @@ pub enum HandTableError {
         /// The system's words.
         message: String,
     },
-    /// Every mistake of the table, each with its place.
+    /// Every mistake of the table, each with its location.
     #[error(transparent)]
     Mistakes(#[from] FormErrors),
 }

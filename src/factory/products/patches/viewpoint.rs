@@ -1,11 +1,11 @@
-//! From where a grasp is looked at, and where its patches lie.
+//! The viewpoint of a grasp, and where its patches lie.
 
 use nalgebra::{Matrix3, Point3, Rotation3};
 
 use kernel::geom::{Approach, CameraCv, Object, Pose};
 use robot::grasp::camera_axes;
 
-/// The camera `distance` [m] back along the approach from the middle of the object's box, which it looks at; up is the
+/// The camera `distance` [m] back along the approach from the middle of the object's box, at which it points; up is the
 /// object's z axis, or its x axis where the approach is within 5 degrees of that.
 pub fn camera_from_object(
     object_from_approach: &Pose<Object, Approach>,
@@ -14,8 +14,8 @@ pub fn camera_from_object(
 ) -> Pose<CameraCv, Object> {
     let sight = object_from_approach.rotation().matrix().column(2).into_owned();
     let [right, down] = camera_axes(&sight);
-    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, down, sight]));
-    Pose::<Object, CameraCv>::new(turn, middle.coords - sight * distance).inverse()
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, down, sight]));
+    Pose::<Object, CameraCv>::new(rotation, middle.coords - sight * distance).inverse()
 }
 
 /// The left or top pixel of a patch of `side` pixels around a pixel coordinate: its middle is half a pixel away at most.
