@@ -279,7 +279,7 @@ fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
     assert!(free.join("shapes.mcap").is_file());
     let licences = read_json(free.join("licences.json"));
     assert_eq!(licences["assets"][1]["kind"], "hand");
-    assert_eq!(licences["assets"][1]["licence_told_by"], "graspmill");
+    assert_eq!(licences["assets"][1]["licence_source"], "graspmill");
 }
 
 /// The table knows the descriptions as they are; those whose files have to be fetched, where they are there.

@@ -171,7 +171,7 @@ pub enum DatasetError {
 }
 
 /// The remedy for a shard that is damaged.
-pub const REMAKE: &str = "delete this shard and `run` the job again: only it is made anew";
+pub const REMAKE: &str = "`run` the job again, after deleting this shard where it is there: only it is made anew";
 
 /// The remedy for a table that is damaged.
 pub const REWRITE: &str =
