@@ -203,10 +203,12 @@ fn check_volume(mesh: &TriMesh, shells: &Shells) -> Result<(), Refuse> {
         }
     }
     let remedy = "export a closed surface, or repair it in a mesh editor";
+    // Area vectors that mostly agree in direction belong to a sheet, not to a solid with a hole.
     if !is_closed && shells.openness > 0.9 {
         let problem = format!("an open sheet: {:.0} % of its area faces one way", 100.0 * shells.openness);
         return Err(Refuse::new("open_sheet", problem, remedy));
     }
+    // Smallest plausible volume: relative to the box where closed, to area^(3/2) where open.
     let min = if is_closed { 1e-7 * side * side * side } else { 1e-3 * shells.area * libm::sqrt(shells.area) };
     if libm::fabs(shells.volume) < min {
         let problem = format!(

@@ -157,6 +157,7 @@ fn reverse(faces: &mut [[u32; 3]], chosen: impl Fn(usize) -> bool) {
 
 /// Sums over the faces of each shell.
 fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
+    // Positions relative to the box's middle: less cancellation far from the origin.
     let middle = mesh.aabb().map_or_else(Point3::origin, |aabb| aabb.centre());
     let count = of_face.iter().max().map_or(0, |&last| last as usize + 1);
     let empty = Shell {
@@ -175,12 +176,15 @@ fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
         let sum = &mut shells[run[0] as usize];
         let mut shell = sum.clone();
         for (&corners, face) in mesh.triangles[face..face + run.len()].iter().zip(face..) {
+            // Cross product of two edges: twice the area vector.
             let [a, b, c] = mesh.corners(face).map(|corner| corner - middle);
             let normal = (b - a).cross(&(c - a));
             let area = normal.norm();
             shell.area += area;
+            // Divergence theorem: six times the signed volume of the tetrahedron under the face.
             shell.volume += a.dot(&normal);
             shell.drift += normal;
+            // Centroid weighted by area, scaled by six like the volume.
             shell.centroid += (a + b + c) * area;
             corners.iter().for_each(|&vertex| shell.bounds.add(mesh.vertices[vertex as usize]));
         }
@@ -321,18 +325,22 @@ fn encloses(mesh: &TriMesh, faces: impl Iterator<Item = usize>, point: [f32; 3])
     for face in faces {
         let corners = mesh.triangles[face];
         let at = |k: usize| mesh.vertices[corners[k] as usize];
+        // Faces whose z range does not hold the ray's height are skipped.
         let (low, high) = ([at(0), at(1), at(2)].map(|c| c[2]), point[2]);
         if low.iter().all(|&z| z <= high) || low.iter().all(|&z| z > high) {
             continue;
         }
+        // Even-odd test of the point in the face's projection along x.
         let mut covers = false;
         for k in 0..3 {
             let (mut a, mut b) = (at(k), at(NEXT[k]));
+            // Neighbours evaluate the same edge in the same order, so rounding agrees.
             if corners[k] > corners[NEXT[k]] {
                 std::mem::swap(&mut a, &mut b);
             }
             if (a[2] <= point[2]) != (b[2] <= point[2]) {
                 let [a, b, p] = [a, b, point].map(|corner| corner.map(f64::from));
+                // Side of the point relative to the edge, as a 2D cross product in (y, z).
                 let side = (b[1] - a[1]) * (p[2] - a[2]) - (p[1] - a[1]) * (b[2] - a[2]);
                 covers ^= (side > 0.0) == (b[2] > a[2]);
             }

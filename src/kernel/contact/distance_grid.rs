@@ -36,6 +36,7 @@ impl DistanceGrid {
     pub fn new(surface: &Surface, solid: &SolidGrid, bounds: &Aabb, cells: u32, margin: f64) -> Self {
         let cell = bounds.longest_side() / f64::from(cells.max(1));
         let origin = bounds.min - Vector3::repeat(margin);
+        // Lattice points that cover the box and its margin.
         let counts = bounds.extents().map(|side| ((side + 2.0 * margin) / cell).ceil() as usize + 1);
         let mut values = Vec::with_capacity(counts.iter().product());
         let at = |[x, y, z]: [usize; 3]| origin + Vector3::new(x as f64, y as f64, z as f64) * cell;
@@ -47,8 +48,10 @@ impl DistanceGrid {
                 // How much of the last exact distance is left before the surface may be near.
                 let (mut last, mut left) = (0.0, 0.0);
                 for z in 0..counts[2] {
+                    // Lower bound one cell on: the distance changes by at most the step's length (Lipschitz constant 1).
                     (last, left) = (last - cell, left - cell);
                     if left < 0.0 || z == 0 {
+                        // Exact signed distance where the bound does not suffice.
                         let point = at([x, y, z]);
                         hint = surface.closest_from(&point, f64::INFINITY, hint.as_ref());
                         column = if z == 0 { hint } else { column };

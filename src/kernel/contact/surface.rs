@@ -286,6 +286,7 @@ impl ContactSurface {
         let near = |minima: &[Minimum], point: &Point3<f64>| minima.iter().any(|known| known.is_near(point));
         let max = probe.thickness + margin;
         for Seed { point, reach, bound, .. } in seeds.iter() {
+            // Pieces inside a ball already found free, or at a known minimum, are settled.
             let known = free.iter().any(|(known, radius)| (known - point).norm() + reach < *radius);
             if known || near(minima, point) {
                 continue;
@@ -294,10 +295,12 @@ impl ContactSurface {
             // Deep inside, the surface may be out of reach and still matter.
             let limit = if *bound < 0.0 { f64::INFINITY } else { max + reach };
             let Some(closest) = self.surface.closest(&start, limit) else { continue };
+            // Inside the mesh the closest point completes the pair. Outside, the search slides to a local minimum.
             let pair = if *bound < 0.0 && self.surface.inside(&self.solid, &start, Some(&closest)) {
                 self.pair_inside(start, closest)
             } else {
                 let distance = closest.distance_squared.sqrt();
+                // Free ball: everywhere inside it the surface is at least `max` away.
                 free.push((*point, distance - max));
                 if distance > max + reach {
                     continue;
@@ -306,10 +309,12 @@ impl ContactSurface {
                     self.surface.closest_from(next, f64::INFINITY, Some(closest))
                 })
             };
+            // Minimum in the probe's frame, each kept once.
             let core = probe_from_object * pair.core;
             if near(minima, &core) {
                 continue;
             }
+            // Contact within the margin, or one more free ball.
             if pair.distance < max {
                 minima.push(Minimum { core, pair });
             } else {

@@ -173,10 +173,12 @@ impl RenderMesh {
     fn measure_cluster(&self, cluster: usize, bytes: &mut Vec<u32>) -> Cluster {
         let triangles = cluster * Self::CLUSTER..(cluster + 1) * Self::CLUSTER;
         let corners = |triangle: usize| self.corners.each_ref().map(|corner| self.position(corner[triangle]));
+        // Bounding box of the corners, and the sum of unit normals for the cone's axis.
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         let mut sum = Vector3::zeros();
         let mut normals = [Vector3::zeros(); Self::CLUSTER];
         for triangle in triangles.clone() {
+            // Corners 1 and 2 are stored swapped: here they are outward again.
             let [a, c, b] = corners(triangle);
             for corner in [a, b, c] {
                 low = low.inf(&corner);
@@ -184,12 +186,15 @@ impl RenderMesh {
             }
             let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
             normals[triangle % Self::CLUSTER] = normal;
+            // Normal in signed bytes of 1/127, three packed into a word.
             let steps = normal.map(|value| u32::from((value * 127.0).round() as i8 as u8));
             bytes.push(steps.x | steps.y << 8 | steps.z << 16);
             sum += normal;
         }
+        // Bounding sphere about the box's middle.
         let centre = (low + high) * 0.5;
         let radius = triangles.flat_map(corners).map(|corner| (corner - centre).norm()).fold(0.0, f64::max);
+        // Cone of normals: its axis is the mean, its cosine the smallest one to any normal.
         let axis = sum.try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
         // Triangles without area have no normal and cover nothing; a little is taken off for rounding.
         let cosine = normals

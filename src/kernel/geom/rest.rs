@@ -83,11 +83,14 @@ impl RestingPoses {
 /// centre of mass is not inside the hull.
 pub fn every_resting_pose(mesh: &TriMesh, centre: &Point3<f64>) -> Vec<RestingPose> {
     let points: Vec<Point3<f64>> = mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
+    // Convex hull and the height of the centre of mass above each facet.
     let Some(hull) = ConvexHull::of(&points) else { return Vec::new() };
     let heights: Vec<f64> = hull.facets.iter().map(|facet| hull.height(facet, centre)).collect();
+    // Centre of mass outside the hull or on it: no resting pose.
     if heights.iter().any(|height| *height <= 0.0) {
         return Vec::new();
     }
+    // Initial probability of each facet: its solid angle at the centre over 4 pi.
     let mut stands: Vec<Stand> = (hull.facets.iter().zip(&heights))
         .map(|(facet, height)| Stand {
             height: *height,
@@ -104,6 +107,7 @@ pub fn every_resting_pose(mesh: &TriMesh, centre: &Point3<f64>) -> Vec<RestingPo
             stands[to].probability += given;
         }
     }
+    // Pose on each stable facet: outward normal down, facet at height 0, centre of mass above the origin.
     let mut poses: Vec<RestingPose> = (stands.iter().zip(&hull.facets))
         .filter(|(stand, _)| stand.next.is_none())
         .map(|(stand, facet)| {

@@ -137,17 +137,20 @@ fn project_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], projection: &Projecti
     let [low_u, low_v] = each_of!([0, 1], axis => l.splat(projection.low[axis]));
     let [high_u, high_v] = each_of!([0, 1], axis => l.splat(projection.high[axis]));
     let (zero, one) = (l.splat(0.0), l.splat(1.0));
+    // Bounds start empty: lower at the image's far end, upper at its near end.
     let (mut min_u, mut min_v, mut max_u, mut max_v) = (high_u, high_v, low_u, low_v);
     let [x, y, z] = positions.each_ref().map(|axis| axis.as_chunks::<16>().0);
     let (u, v) = (out.u.as_chunks_mut::<16>().0, out.v.as_chunks_mut::<16>().0);
     let (w, packed) = (out.w.as_chunks_mut::<16>().0, out.packed.as_chunks_mut::<16>().0);
     let vertices = x.iter().zip(y).zip(z);
     for (((((x, y), z), u_out), v_out), (w_out, packed_out)) in vertices.zip(u).zip(v).zip(w.iter_mut().zip(packed)) {
+        // Pinhole projection: w = 1 / z, image coordinates x w and y w plus the offset.
         let (x, y, z) = (l.load(x), l.load(y), l.load(z));
         let (x, y, z) = (to_x.at(l, x, y, z), to_y.at(l, x, y, z), to_z.at(l, x, y, z));
         let w = l.div(one, z);
         let u = l.add(l.mul(x, w), offset_u);
         let v = l.add(l.mul(y, w), offset_v);
+        // Ceiling of the clamped coordinate: truncation, plus one where that rounded down.
         let [column, row] = each_of!([(u, low_u, high_u), (v, low_v, high_v)], (value, low, high) => {
             let value = l.max(l.min(value, high), low);
             let whole = l.to_float(l.truncate(value));
@@ -158,9 +161,11 @@ fn project_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], projection: &Projecti
         l.store(u, u_out);
         l.store(v, v_out);
         l.store(w, w_out);
+        // Column in the lower half, row in the upper half of one word.
         let low_half = l.and_i(l.truncate(column), l.splat_i(0xffff));
         l.store_i(l.or_i(l.shl_i::<16>(l.truncate(row)), low_half), packed_out);
     }
+    // Reduce the sixteen lanes of each bound.
     let mut lanes = [[0.0; 16]; 4];
     for (value, lanes) in [min_u, min_v, max_u, max_v].into_iter().zip(&mut lanes) {
         l.store(value, lanes);
@@ -192,6 +197,7 @@ fn cull_body<L: Lanes>(
     projected: &Projected,
     out: &mut Survivors,
 ) {
+    // Each list holds all triangles and one vector that a store may spill over.
     let room = clusters.len() * RenderMesh::CLUSTER + 16;
     for class in &mut out.0 {
         class.count = 0;
@@ -209,10 +215,12 @@ fn cull_body<L: Lanes>(
         let [ray_x, ray_y, ray_z] = each_of!([0, 1, 2], axis => l.splat(ray[axis]));
         let away = l.splat(*away);
         for (((a, b), c), normal) in run[0].iter().zip(run[1]).zip(run[2]).zip(normals) {
+            // Signed bytes of the normal, by shifts.
             let normal = l.load_i(normal);
             let x = l.to_float(l.sar_i::<24>(l.shl_i::<24>(normal)));
             let y = l.to_float(l.sar_i::<24>(l.shl_i::<16>(normal)));
             let z = l.to_float(l.sar_i::<24>(l.shl_i::<8>(normal)));
+            // Back-face test: the product of normal and viewing ray against the cluster's limit.
             let along = l.add(l.add(l.mul(x, ray_x), l.mul(y, ray_y)), l.mul(z, ray_z));
             let faces_away = l.bits(l.lt(away, along));
             if faces_away == 0xffff {
@@ -221,10 +229,13 @@ fn cull_body<L: Lanes>(
             let [a, b, c] = each_of!([a, b, c], corner => l.load_i(corner));
             // SAFETY: a mesh's corners are indices of its vertices, and every vertex has been projected.
             let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&projected.packed, corner) });
+            // Pixel box from packed 16-bit pairs: lower corner and span in both directions at once.
             let min = l.min_i16(l.min_i16(pa, pb), pc);
             let span = l.sub_i16(l.max_i16(l.max_i16(pa, pb), pc), min);
+            // Empty boxes hold no pixel centre.
             let none = l.either(l.eq_i(l.and_i(span, low_half), zero), l.eq_i(l.and_i(span, high_half), zero));
             let mut left = l.bits(l.not(none)) & !faces_away;
+            // Smallest class that both sizes fit takes the triangle.
             for (Survivor { lists, count }, beyond) in out.0.iter_mut().zip(BEYOND) {
                 if left == 0 {
                     break;
@@ -287,8 +298,10 @@ fn fill_small_body<L: Lanes>(
         let [[au, av, aw], [bu, bv, bw], [cu, cv, cw]] = each_of!([a, b, c], corner => unsafe {
             [l.gather(&projected.u, corner), l.gather(&projected.v, corner), l.gather(&projected.w, corner)]
         });
+        // Box unpacked: first pixel, and counts of columns and rows.
         let (column, row) = (l.sar_i::<16>(l.shl_i::<16>(min)), l.sar_i::<16>(min));
         let (columns, rows) = (l.and_i(span, l.splat_i(0xffff)), l.shr_i::<16>(span));
+        // Inverse depth is linear in the image: its change along both edges, and the limit on steepness.
         let (to_b, to_c) = (l.sub(bw, aw), l.sub(cw, aw));
         let (varies, flattest) = (l.add(l.abs(to_b), l.abs(to_c)), l.mul(aw, l.splat(STEEP[class])));
         for dy in 0..max - 1 {
@@ -305,11 +318,13 @@ fn fill_small_body<L: Lanes>(
                 }
                 let x = l.to_float(l.add_i(column, l.splat_i(dx)));
                 let [ax, bx, cx] = each_of!([au, bu, cu], u => l.sub(u, x));
+                // Edge functions (Pineda 1988) relative to the pixel centre. Their sum is twice the triangle's area.
                 let [mut ea, mut eb, mut ec] = each_of!(
                     [(bx, by, cx, cy), (cx, cy, ax, ay), (ax, ay, bx, by)],
                     (px, py, qx, qy) => l.sub(l.mul(px, qy), l.mul(py, qx))
                 );
                 let mut area = l.add(l.add(ea, eb), ec);
+                // Back faces count too: a negative area flips all signs.
                 if two_sided {
                     let faces_away = l.lt(area, zero);
                     [ea, eb, ec, area] = each_of!([ea, eb, ec, area], e => l.select(faces_away, l.sub(zero, e), e));
@@ -319,11 +334,14 @@ fn fill_small_body<L: Lanes>(
                 if hits == 0 {
                     continue;
                 }
+                // Thin triangles, too steep for single precision, are computed below in double.
                 let thin = l.bits(l.lt(l.mul(area, flattest), varies)) & hits;
+                // Barycentric interpolation of the inverse depth.
                 let slope = l.add(l.mul(eb, to_b), l.mul(ec, to_c));
                 let w = l.add(aw, l.div(slope, area));
                 let mut lanes = [0.0; 16];
                 l.store(w, &mut lanes);
+                // Depth test, pixel by pixel.
                 let mut left = hits & !thin;
                 while left != 0 {
                     let lane = left.trailing_zeros() as usize;
@@ -348,14 +366,17 @@ fn fill_small_body<L: Lanes>(
 /// rounding, that of the nearest point of the edge it is outside of.
 #[inline(never)]
 fn thin_depth(corners: &[Fragment; 3], column: i32, row: i32) -> f32 {
+    // Corners relative to the pixel centre, which becomes the origin.
     let points = corners.map(|corner| {
         [f64::from(corner.u) - f64::from(column), f64::from(corner.v) - f64::from(row), f64::from(corner.w)]
     });
+    // Edge functions: twice the areas opposite the corners.
     let edges: [f64; 3] = std::array::from_fn(|corner| {
         let (p, q) = (points[(corner + 1) % 3], points[(corner + 2) % 3]);
         p[0] * q[1] - p[1] * q[0]
     });
     let area = edges[0] + edges[1] + edges[2];
+    // Inside, in either winding: barycentric interpolation of the inverse depth.
     if area != 0.0 && edges.iter().all(|edge| edge * area >= 0.0) {
         let slope = edges[1] * (points[1][2] - points[0][2]) + edges[2] * (points[2][2] - points[0][2]);
         return (points[0][2] + slope / area) as f32;
@@ -366,6 +387,7 @@ fn thin_depth(corners: &[Fragment; 3], column: i32, row: i32) -> f32 {
         let (p, q) = (points[corner], points[(corner + 1) % 3]);
         let d = [q[0] - p[0], q[1] - p[1]];
         let length = d[0] * d[0] + d[1] * d[1];
+        // Projection of the origin onto the edge, clamped to its ends.
         let t = if length > 0.0 { (-(p[0] * d[0] + p[1] * d[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
         let (x, y) = (p[0] + t * d[0], p[1] + t * d[1]);
         let distance = x * x + y * y;
@@ -391,6 +413,7 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
     let [a, b, c, first, size] = lists.each_ref().map(|list| &list[..*count]);
     for ((((a, b), c), first), size) in a.iter().zip(b).zip(c).zip(first).zip(size) {
         let corners = [a, b, c].map(|vertex| projected.point(*vertex));
+        // Plane of inverse depth over the image, then the pixel box and the step per column.
         let Some((plane, sign)) = Plane::of(&corners, two_sided) else { continue };
         let [left, top] = unpack(*first);
         let [columns, rows] = unpack(*size);
@@ -402,16 +425,19 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
             for first in (left..left + columns).step_by(16) {
                 let x = l.add(l.splat(first as f32), steps);
                 let [ax, bx, cx] = each_of!([au, bu, cu], u => l.sub(u, x));
+                // Edge functions of sixteen columns, positive inside in either winding.
                 let [ea, eb, ec] = each_of!(
                     [(bx, by, cx, cy), (cx, cy, ax, ay), (ax, ay, bx, by)],
                     (px, py, qx, qy) => l.mul(sign, l.sub(l.mul(px, qy), l.mul(py, qx)))
                 );
                 let inside = l.both(l.both(l.ge(ea, zero), l.ge(eb, zero)), l.ge(ec, zero));
+                // Columns past the box's end do not count.
                 let room = left + columns - first;
                 let inside = l.both(inside, l.gt_i(l.splat_i(room), lane_numbers));
                 if l.bits(inside) == 0 {
                     continue;
                 }
+                // Steep planes: depth per pixel in double precision.
                 if plane.steep {
                     let mut hits = l.bits(inside);
                     while hits != 0 {
@@ -424,6 +450,7 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
                 // From the row's first pixel in single precision: the step is small beside the depth itself.
                 let w = l.add(l.splat(plane.at(first, row)), l.mul(steps, slope));
                 let w = l.max(l.min(w, high), low);
+                // Depth test: the larger inverse depth is nearer.
                 let index = (row - target.top) as usize * target.width + (first - target.left) as usize;
                 let pixels: &mut [f32; 16] = (&mut target.depth[index..index + 16]).try_into().expect("sixteen");
                 let old = l.load(pixels);

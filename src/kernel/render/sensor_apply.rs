@@ -161,6 +161,7 @@ impl SensorModel {
         let quantisation = step * step / 12.0;
         for y in 0..call.height {
             let first = call.at(0, y);
+            // The pixel and its four neighbours, as slices of one row each.
             let starts = [first, first - 1, first + 1, first - call.stride, first + call.stride];
             let [z, z_left, z_right, z_up, z_down] = starts.map(|start| &depth[start..][..width]);
             let [d, d_left, d_right, d_up, d_down] = starts.map(|start| &matched[start..][..width]);
@@ -170,6 +171,7 @@ impl SensorModel {
             let v = y as f32 + 0.5 - call.centre[1];
             for x in 0..width {
                 let u = x as f32 + 0.5 - call.centre[0];
+                // Depth slope from neighbours on the same surface: central where both are, one-sided where one is, else 0.
                 let side = |other: f32| if same_surface(d[x], other, call.jump) { 1.0f32 } else { 0.0 };
                 let slope = |before: f32, with_before: f32, after: f32, with_after: f32| {
                     let rise = with_before * (z[x] - before) + with_after * (after - z[x]);
@@ -177,13 +179,16 @@ impl SensorModel {
                 };
                 let along_x = slope(z_left[x], side(d_left[x]), z_right[x], side(d_right[x]));
                 let along_y = slope(z_up[x], side(d_up[x]), z_down[x], side(d_down[x]));
+                // Incidence angle from the normal, held below 90 degrees, where the noise model diverges.
                 let angle = call.incidence(z[x], [u, v], [along_x, along_y]);
                 let held = if angle < MAX_ANGLE as f32 { angle } else { MAX_ANGLE as f32 };
+                // Angle term of Nguyen, Izadi and Lovell 2012, theta^2 / (pi/2 - theta)^2 / sqrt(z), as disparity.
                 let steep = held / (std::f32::consts::FRAC_PI_2 - held);
                 let sigma = disparity_sigma + angle_sigma * steep * steep / (z[x] * z[x] * z[x].sqrt());
                 let variance = sigma * sigma - quantisation;
                 angles[x] = angle;
                 spreads[x] = (if variance > 0.0 { variance } else { 0.0 }).sqrt();
+                // Count of neighbours across a disparity jump.
                 let jump = |other: f32| if (other > 0.0) & ((other - d[x]).abs() > call.jump) { 1.0f32 } else { 0.0 };
                 jumps[x] = jump(d_left[x]) + jump(d_right[x]) + jump(d_up[x]) + jump(d_down[x]);
             }
@@ -204,6 +209,7 @@ impl SensorModel {
         for y in 0..call.height {
             for x in 0..call.width {
                 let i = y * call.width + x;
+                // Lateral noise: a shifted neighbour is the source where it lies on another surface.
                 let (dx, dy) = (shift(across[i]), shift(down[i]));
                 let (mut source_x, mut source_y) = (x, y);
                 let (from_x, from_y) = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
@@ -216,13 +222,16 @@ impl SensorModel {
                 }
                 let at = call.at(source_x, source_y);
                 let source = source_y * call.width + source_x;
+                // Dropout at grazing incidence, with a random limit.
                 let mut seen = matched[at];
                 if seen > 0.0 && slants.angle[source] > grazing_angle + grazing_spread * grazing[i] {
                     seen = 0.0;
                 }
+                // Pixels beside a jump mix or lose their match.
                 if seen > 0.0 && slants.at_jump[source] > 0.0 {
                     seen = self.beside_jump(call, matched, at, stream);
                 }
+                // Disparity in pixels of the device, and the noise of the source.
                 out[i] = seen * call.device_per_image;
                 spread[i] = slants.spread[source];
             }
@@ -313,6 +322,7 @@ fn nearest_multiple(value: f32, step: f32) -> f32 {
 fn shade_row(at: impl Fn(usize) -> f32, last: usize, nearest: f32, jump: f32, mut lose: impl FnMut(usize)) {
     for x in 0..=last {
         let own = at(x);
+        // No return, or nothing in the row sufficiently nearer: no shadow here.
         if own == 0.0 || nearest - own <= jump {
             continue;
         }
@@ -324,6 +334,7 @@ fn shade_row(at: impl Fn(usize) -> f32, last: usize, nearest: f32, jump: f32, mu
             if other - own <= jump {
                 return false;
             }
+            // Occluder's column in the second view: hides the pixel when it falls on the same one.
             let first = j as f32 - other;
             if (first - column).abs() <= 0.5 {
                 return true;

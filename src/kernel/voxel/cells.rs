@@ -100,12 +100,14 @@ pub(super) fn pack_rows(rows: &[u128], resolution: u32, grid: &mut OccupancyGrid
         }
         return;
     }
+    // Rows of any length: bits gather in a 64-bit word that is written when full.
     let (mut words, mut pending, mut filled) = (0, 0_u64, 0_u32);
     let bytes = grid.bytes_mut();
     let mut push = |bits: u64, count: u32| {
         if count == 0 {
             return;
         }
+        // Low part fills the word, the rest starts the next one.
         pending |= bits << filled;
         if filled + count < 64 {
             filled += count;
@@ -119,10 +121,12 @@ pub(super) fn pack_rows(rows: &[u128], resolution: u32, grid: &mut OccupancyGrid
         pending = if used < 64 { bits >> used } else { 0 };
         filled = count - used;
     };
+    // Each row in two halves, of which the upper may be empty.
     for row in rows {
         push(*row as u64, resolution.min(64));
         push((row >> 64) as u64, resolution.saturating_sub(64));
     }
+    // Last, partly filled word.
     let rest = bytes.len() - 8 * words;
     if rest > 0 {
         bytes[8 * words..].copy_from_slice(&pending.to_le_bytes()[..rest]);

@@ -160,6 +160,7 @@ pub(super) fn mark(words: &mut [u64], from: usize, to: usize) {
 /// The columns that `triangle` crosses, as `column << 16 | 2 * cell + leaves`.
 fn cross<const SIDE: usize>(triangle: [Ticks; 3], found: &mut Vec<u32>) {
     let [a, b, c] = triangle.map(|corner| corner.map(i64::from));
+    // Twice the signed area of the projection along z. Vertical triangles cross no column.
     let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     if doubled_area == 0 {
         return;
@@ -176,6 +177,7 @@ fn cross<const SIDE: usize>(triangle: [Ticks; 3], found: &mut Vec<u32>) {
     if x_low >= x_end || y_low >= y_end {
         return;
     }
+    // Edge functions at the first column's centre, stepped by constants: whole numbers, so exact.
     let corner = [x_low, y_low].map(|column| (2 * column + 1) << (TICK_BITS - 1));
     let edges = [(a, b), (b, c), (c, a)].map(|(p, q)| Edge::new(p, q, corner));
     let height = Height::new([a, b, c], corner, SIDE as f64);
@@ -185,6 +187,7 @@ fn cross<const SIDE: usize>(triangle: [Ticks; 3], found: &mut Vec<u32>) {
         for y in y_low..y_end {
             // One sign bit for all three.
             if values[0] | values[1] | values[2] >= 0 {
+                // Crossing height of the plane, and the first cell whose centre lies above it.
                 let cell = height.first_cell_above((x - x_low) as f64, (y - y_low) as f64);
                 found.push(((x as usize * SIDE + y as usize) as u32) << 16 | cell << 1 | leaves);
             }

@@ -129,6 +129,7 @@ fn locate_vertices_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], to_grid: &ToG
     let outputs = gx.iter_mut().zip(gy).zip(gz).zip(packed.iter_mut().zip(indices));
     for (((x, y), z), (((gx, gy), gz), (packed, index))) in vertices.zip(outputs) {
         let (x, y, z) = (l.load(x), l.load(y), l.load(z));
+        // Affine map to grid coordinates.
         let g = each_of!([&to_x, &to_y, &to_z], row => row.at(l, x, y, z));
         let mut near = l.lt(one, zero);
         let cell = each_of!([g[0], g[1], g[2]], g => {
@@ -142,13 +143,16 @@ fn locate_vertices_body<L: Lanes>(l: L, positions: &[Vec<f32>; 3], to_grid: &ToG
         l.store(g[0], gx);
         l.store(g[1], gy);
         l.store(g[2], gz);
+        // Bounds over all vertices, lane by lane.
         lowest = each_of!([0, 1, 2], axis => l.min(g[axis], lowest[axis]));
         highest = each_of!([0, 1, 2], axis => l.max(g[axis], highest[axis]));
+        // Cell as three bytes and the wall mark, then its index in C order.
         let wall = l.select(near, l.splat(NEAR_WALL as f32), zero);
         let cell_bytes = l.or_i(l.or_i(cell[0], l.shl_i::<8>(cell[1])), l.shl_i::<16>(cell[2]));
         l.store_i(l.or_i(cell_bytes, l.truncate(wall)), packed);
         l.store_i(l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], side), cell[1]), side), cell[2]), index);
     }
+    // Reduce the lanes to one box.
     let mut lanes = [0.0; 16];
     for axis in 0..3 {
         l.store(lowest[axis], &mut lanes);
@@ -179,17 +183,20 @@ fn list_work_body<L: Lanes>(l: L, corners: &[Vec<u32>; 3], out: &mut Surface) {
         let [a, b, c] = each_of!([a, b, c], corner => l.load_i(corner));
         // SAFETY: a mesh's corners are indices of its vertices, and every vertex has been placed.
         let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&out.packed, corner) });
+        // Extent of the three cells, byte by byte: largest minus smallest.
         let max = l.max_u8(l.max_u8(pa, pb), pc);
         let span = l.sub_u8(max, l.min_u8(l.min_u8(pa, pb), pc));
         // Bytes x, y, z of the span, and the wall of any vertex.
         let cells = l.splat_i(0x00ff_ffff);
         let span = l.or_i(l.and_i(span, cells), l.and_i(max, l.splat_i(0xff00_0000_u32 as i32)));
+        // At most one bit set, and no axis beyond one: a single cell or two neighbours along one axis, off the walls.
         let single = l.eq_i(l.and_i(span, l.sub_i(span, one)), zero);
         let short = l.eq_i(l.and_i(span, l.splat_i(0xfffe_fefe_u32 as i32)), zero);
         let work = l.bits(l.not(l.both(single, short)));
         if work == 0 {
             continue;
         }
+        // Compact the triangles that need the exact test.
         each_of!([(a, 0), (b, 1), (c, 2)], (value, list) => {
             l.compress(work, value, chunk_at(&mut out.work.corners[list], count))
         });
@@ -213,13 +220,16 @@ fn drop_settled_body<L: Lanes>(l: L, cells: &Cells, out: &mut Surface) {
         let [a, b, c] = each_of!([0, 1, 2], corner => l.load_i(chunk_at(&mut out.work.corners[corner], start)));
         // SAFETY: the work list holds indices of vertices; its end is filled up with vertex 0.
         let [pa, pb, pc] = each_of!([a, b, c], corner => unsafe { l.gather_i(&out.packed, corner) });
+        // Box of the three cells: extent, smallest corner and wall mark.
         let max = l.max_u8(l.max_u8(pa, pb), pc);
         let min = l.min_u8(l.min_u8(pa, pb), pc);
         let span = l.or_i(l.and_i(l.sub_u8(max, min), l.splat_i(0x00ff_ffff)), l.and_i(max, l.splat_i(NEAR_WALL)));
         // At most two cells along x and y, four along z, and no vertex near a wall.
         let narrow = l.eq_i(l.and_i(span, l.splat_i(0xfffc_fefe_u32 as i32)), zero);
+        // Index of the box's first cell in C order.
         let (x, y, z) = (l.and_i(min, byte), l.and_i(l.shr_i::<8>(min), byte), l.and_i(l.shr_i::<16>(min), byte));
         let index = l.add_i(l.mul_i(l.add_i(l.mul_i(x, side), y), side), z);
+        // Offsets of the box's four rows along z.
         let step_y = l.mul_i(l.and_i(l.shr_i::<8>(span), l.splat_i(1)), side);
         let step_x = l.mul_i(l.mul_i(l.and_i(span, l.splat_i(1)), side), side);
         let other = l.add_i(index, step_x);
@@ -234,8 +244,10 @@ fn drop_settled_body<L: Lanes>(l: L, cells: &Cells, out: &mut Surface) {
         // 0x01 for each cell of the box along z.
         let missing = l.sub_i(l.splat_i(24), l.shl_i::<3>(l.and_i(l.shr_i::<16>(span), l.splat_i(3))));
         let asked = l.shr_each(l.splat_i(0x0101_0101), missing);
+        // Every cell of the box is marked: nothing left to add.
         let settled = l.both(narrow, l.eq_i(l.and_i(marked, asked), asked));
         let keep = l.bits(l.not(settled)) & tail_mask(count - start);
+        // Compact the others in front of the list.
         each_of!([(a, 0), (b, 1), (c, 2)], (value, list) => l.compress(keep, value, chunk_at(&mut out.work.corners[list], kept)));
         kept += keep.count_ones() as usize;
     }

@@ -21,6 +21,7 @@ impl CornerShell {
 
     pub(super) fn new(solid: &SolidGrid) -> Self {
         const SIDE: i32 = SolidGrid::SIDE as i32;
+        // Offsets within the reach: a discrete ball.
         let offsets: Vec<[i32; 3]> = (-2..=2)
             .flat_map(|x| (-2..=2).flat_map(move |y| (-2..=2).map(move |z| [x, y, z])))
             .filter(|[x, y, z]| x * x + y * y + z * z <= Self::SQUARED_REACH)
@@ -33,6 +34,7 @@ impl CornerShell {
             let get = |part: i32| {
                 if (0..4).contains(&part) { solid.words[((x * SIDE + y) * 4 + part) as usize] } else { 0 }
             };
+            // Shifts across the word's end bring in bits of the neighbour.
             match dz {
                 0 => get(part),
                 1.. => get(part) >> dz | get(part + 1) << (64 - dz),
@@ -47,6 +49,7 @@ impl CornerShell {
                     if own == 0 {
                         continue;
                     }
+                    // Erosion by the ball, 64 cells at a time: a deep cell has all offsets solid.
                     let deep =
                         offsets.iter().fold(
                             own,
@@ -54,6 +57,7 @@ impl CornerShell {
                                 if deep == 0 { 0 } else { deep & word(x + dx, y + dy, part, *dz) }
                             },
                         );
+                    // Shell: solid cells that the erosion removes, bit by bit.
                     let mut shell = own & !deep;
                     while shell != 0 {
                         let z = part as u32 * 64 + shell.trailing_zeros();
@@ -63,6 +67,7 @@ impl CornerShell {
                 }
             }
         }
+        // Fill up to whole vectors with the last point.
         if let Some(last) = points.last().copied() {
             points.resize(points.len().next_multiple_of(16), last);
         }

@@ -142,15 +142,18 @@ const MAX_SIDE: usize = 128;
 
 /// Cells whose centre has a winding number other than 0, by signed crossings along each column.
 fn winding_rows(mesh: &RenderMesh, surface: &Surface, n: usize) -> Vec<u128> {
+    // Change of the winding number at each cell of each column.
     let mut changes = vec![0_i16; n * n * (n + 1)];
     for triangle in 0..mesh.corners[0].len() {
         let corners = mesh.corners.each_ref().map(|corner| surface.corner(corner[triangle]));
+        // Columns whose centre lies in the triangle's range along an axis.
         let reach = |axis: usize| {
             let [a, b, c] = corners.map(|corner| corner[axis]);
             let first = (a.min(b).min(c) - 0.5).ceil().max(0.0) as usize;
             let last = (a.max(b).max(c) - 0.5).floor().min(n as f64 - 1.0);
             if last < 0.0 { 1..1 } else { first..last as usize + 1 }
         };
+        // Twice the signed area of the projection along z. Vertical triangles cross no column.
         let [a, b, c] = corners;
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if area == 0.0 {
@@ -158,18 +161,22 @@ fn winding_rows(mesh: &RenderMesh, surface: &Surface, n: usize) -> Vec<u128> {
         }
         for x in reach(0) {
             for y in reach(1) {
+                // Even-odd test of the column's centre in the projection.
                 let p = [x as f64 + 0.5, y as f64 + 0.5];
                 let crossed = [(&a, &b), (&b, &c), (&c, &a)].into_iter().filter(|(p0, p1)| beyond(p, p0, p1)).count();
                 if crossed % 2 == 0 {
                     continue;
                 }
+                // Barycentric interpolation of the height at the column's centre.
                 let share = |q: &[f64; 3], r: &[f64; 3]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
                 let z = (share(&b, &c) * a[2] + share(&c, &a) * b[2] + share(&a, &b) * c[2]) / area;
+                // First cell whose centre is not below the crossing. Stored corners are swapped: a positive area enters, +1.
                 let cell = (z - 0.5).ceil().clamp(0.0, n as f64) as usize;
                 changes[(x * n + y) * (n + 1) + cell] += if area > 0.0 { 1 } else { -1 };
             }
         }
     }
+    // Running sum along each column: cells with a winding number other than 0.
     changes
         .chunks_exact(n + 1)
         .map(|changes| {

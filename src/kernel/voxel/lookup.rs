@@ -33,6 +33,7 @@ fn add_solid_body<L: Lanes>(l: L, words: &[u64], fine: &FineFromGrid, shift: f64
     let last = l.splat(SIDE - 1.0);
     let all = u128::MAX >> (128 - n);
     for (index, row) in rows.iter_mut().enumerate() {
+        // Affine along the row: the first cell's centre, plus z steps.
         let start = fine.at([(index / n) as f64 + 0.5, (index % n) as f64 + 0.5, 0.5]);
         let mut bits = 0;
         for first in (0..n).step_by(16) {
@@ -40,6 +41,7 @@ fn add_solid_body<L: Lanes>(l: L, words: &[u64], fine: &FineFromGrid, shift: f64
             let [x, y, z] = each_of!([0, 1, 2], axis => {
                 l.add(l.splat((start[axis] + shift) as f32), l.mul(z, l.splat(step[axis])))
             });
+            // Cells outside the fine grid stay empty.
             let [in_x, in_y, in_z] = each_of!([x, y, z], value => l.both(l.ge(value, zero), l.lt(value, side)));
             let inside = l.both(l.both(in_x, in_y), in_z);
             if l.bits(inside) == 0 {
@@ -47,9 +49,11 @@ fn add_solid_body<L: Lanes>(l: L, words: &[u64], fine: &FineFromGrid, shift: f64
             }
             // Not negative once clamped, so truncation is floor.
             let [x, y, z] = each_of!([x, y, z], value => l.truncate(l.max(l.min(value, last), zero)));
+            // Index of the 32-bit word: (256 x + y) 8 + z / 32.
             let word = l.add_i(l.shl_i::<3>(l.add_i(l.shl_i::<8>(x), y)), l.shr_i::<5>(z));
             // SAFETY: x, y and z are at most 255, so the index is below 256 * 256 * 8.
             let word = unsafe { l.gather_i(halves, word) };
+            // Bit z mod 32 of the word.
             let solid = l.and_i(l.shr_each(word, l.and_i(z, l.splat_i(31))), l.splat_i(1));
             let found = l.both(inside, l.gt_i(solid, l.splat_i(0)));
             bits |= u128::from(l.bits(found)) << first;

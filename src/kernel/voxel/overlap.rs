@@ -19,6 +19,7 @@ pub(super) fn list_cells(
 ) -> Option<BoxTest> {
     let side = cells.side();
     let last = (side - 2) as f32;
+    // Box of the triangle, widened by the tolerance and clipped to the grid's cells without the border.
     let (mut low, mut high) = ([0; 3], [0; 3]);
     for axis in 0..3 {
         let [a, b, c] = corners.map(|corner| corner[axis]);
@@ -30,17 +31,20 @@ pub(super) fn list_cells(
         high[axis] = max.min(last) as usize;
     }
     let test = BoxTest::new(&corners.map(|corner| corner.map(f64::from)), 0.5 + f64::from(tolerance));
+    // Rows run along the normal's largest component, where the plane meets the fewest cells.
     let axis = test.steepest();
     let (second, third) = ((axis + 1) % 3, (axis + 2) % 3);
     let strides = [side * side, side, 1];
     open.clear();
     for j in low[second]..=high[second] {
         for k in low[third]..=high[third] {
+            // Interval of the row near the triangle's plane.
             let (from, to) = test.range(axis, j as f64 + 0.5, k as f64 + 0.5);
             let from = (from.max(0.0) as usize).max(low[axis]);
             let to = (to.max(0.0) as usize).min(high[axis]);
             for i in from..=to {
                 let index = i * strides[axis] + j * strides[second] + k * strides[third];
+                // Cells not marked yet: x, y, z a byte each.
                 if cells.bytes[index] == 0 {
                     open.push((i << (8 * axis) | j << (8 * second) | k << (8 * third)) as u32);
                 }
@@ -215,6 +219,7 @@ fn test_cells_body<L: Lanes>(
             let vertex = l.load_i(chunk_at(&mut work.corners[corner], start));
             [l.gather(&grid[0], vertex), l.gather(&grid[1], vertex), l.gather(&grid[2], vertex)]
         });
+        // Boxes and planes of sixteen triangles. Boxes of more than three cells along an axis are listed apart.
         let batch = Batch::new(l, tolerance, cells.side(), corners);
         let two = l.splat_i(2);
         let [x, y, z] = each_of!([0, 1, 2], axis => l.gt_i(batch.span[axis], two));
@@ -225,17 +230,20 @@ fn test_cells_body<L: Lanes>(
             wide.push(start as u32 + left.trailing_zeros());
             left &= left - 1;
         }
+        // Pairs that box and plane leave, tested in whole sixteens.
         list_pairs(l, &batch, start, lanes, cells, &mut pairs);
         let whole = pairs.count & !15;
         for first in (0..whole).step_by(16) {
             test_pairs(l, tolerance, grid, work, &pairs, first, 0xffff, cells);
         }
+        // Remainder moves to the front and waits for the next batch.
         if whole > 0 {
             pairs.triangles.copy_within(whole..whole + 16, 0);
             pairs.cells.copy_within(whole..whole + 16, 0);
             pairs.count -= whole;
         }
     }
+    // Last, partly filled sixteen.
     test_pairs(l, tolerance, grid, work, &pairs, 0, tail_mask(pairs.count), cells);
 }
 
@@ -260,6 +268,7 @@ impl<L: Lanes> Batch<L> {
     fn new(l: L, tolerance: f32, side: usize, [a, b, c]: [[L::F; 3]; 3]) -> Self {
         let (zero, last, slack) = (l.splat(0.0), l.splat((side - 1) as f32), l.splat(tolerance));
         let (half, side) = (l.splat(0.5 + tolerance), l.splat_i(side as i32));
+        // First and last cell of the box, widened by the tolerance and clamped to the grid.
         let low = each_of!([0, 1, 2], axis => {
             let min = l.sub(l.min(l.min(a[axis], b[axis]), c[axis]), slack);
             l.truncate(l.max(l.min(min, last), zero))
@@ -268,14 +277,18 @@ impl<L: Lanes> Batch<L> {
             let max = l.add(l.max(l.max(a[axis], b[axis]), c[axis]), slack);
             l.truncate(l.max(l.min(max, last), zero))
         });
+        // Corners relative to the middle of the first cell: small numbers, less rounding.
         let middle = each_of!([0, 1, 2], axis => l.add(l.to_float(low[axis]), l.splat(0.5)));
         let [a, b, c] = each_of!([a, b, c], corner => each_of!([0, 1, 2], axis => l.sub(corner[axis], middle[axis])));
+        // Edges at corner a and the normal: the projection's change per cell along each axis.
         let p = each_of!([0, 1, 2], axis => l.sub(b[axis], a[axis]));
         let q = each_of!([0, 1, 2], axis => l.sub(c[axis], a[axis]));
         let step = each_of!([(1, 2), (2, 0), (0, 1)], (j, k) => l.sub(l.mul(p[j], q[k]), l.mul(p[k], q[j])));
+        // Half extent of the cell along the normal (Akenine-Moeller 2001, plane and box).
         let size = l.add(l.add(l.abs(step[0]), l.abs(step[1])), l.abs(step[2]));
         let reach = l.mul(half, size);
         let along = l.add(l.add(l.mul(step[0], a[0]), l.mul(step[1], a[1])), l.mul(step[2], a[2]));
+        // Longest component of the two edges at a, the measure for thin triangles.
         let longest = each_of!([0, 1, 2], axis => l.max(l.abs(p[axis]), l.abs(q[axis])));
         let longest = l.max(l.max(longest[0], longest[1]), longest[2]);
         Self {
@@ -296,12 +309,14 @@ fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells:
     let side = cells.side() as i32;
     let Batch { first, index, span, step, low, high, thin } = batch;
     let lane = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
+    // Entries of the work list that the lanes stand for.
     let triangles = l.add_i(l.splat_i(start as i32), lane);
     for x in 0..3 {
         let in_x = l.gt_i(span[0], l.splat_i(x - 1));
         if l.bits(in_x) & lanes == 0 {
             break;
         }
+        // Projection on the normal grows by constants from cell to cell.
         let at_x = l.mul(l.splat(x as f32), step[0]);
         for y in 0..3 {
             let in_y = l.both(in_x, l.gt_i(span[1], l.splat_i(y - 1)));
@@ -309,10 +324,12 @@ fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells:
                 break;
             }
             let at_y = l.add(at_x, l.mul(l.splat(y as f32), step[1]));
+            // Row along z: the marks of its cells come in one gather.
             let row = l.add_i(*index, l.splat_i((x * side + y) * side));
             // SAFETY: a row past the box lies in the bytes or in their slack, which holds two planes and two rows.
             let marked = unsafe { l.gather_bytes(&cells.bytes, row) };
             for z in 0..3 {
+                // Cells of the box that are still unmarked and whose interval the plane meets.
                 let own = l.and_i(marked, l.splat_i(1 << (8 * z)));
                 let in_z = l.both(in_y, l.gt_i(span[2], l.splat_i(z - 1)));
                 let open = l.both(in_z, l.eq_i(own, l.splat_i(0)));
@@ -320,6 +337,7 @@ fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells:
                 let near = l.either(*thin, l.both(l.ge(at, *low), l.ge(*high, at)));
                 let found = l.bits(l.both(open, near)) & lanes;
                 if found != 0 {
+                    // Compact triangle and cell of each pair.
                     let cell = l.add_i(*first, l.splat_i(x | y << 8 | z << 16));
                     l.compress(found, triangles, chunk_at(&mut pairs.triangles, pairs.count));
                     l.compress(found, cell, chunk_at(&mut pairs.cells, pairs.count));
@@ -355,12 +373,14 @@ fn test_pairs<L: Lanes>(
             l.sub(l.gather(&grid[axis], vertex), l.add(l.to_float(cell[axis]), middle))
         })
     });
+    // Nine cross axes of Akenine-Moeller 2001: each edge with each box axis, corners relative to the cell.
     let mut meets = l.ge(half, l.splat(0.0));
     each_of!([(a, b, c), (b, c, a), (c, a, b)], (p, q, r) => {
         each_of!([(1, 2), (2, 0), (0, 1)], (j, k) => {
             meets = l.both(meets, edge_meets(l, [p[j], p[k]], [q[j], q[k]], [r[j], r[k]], half));
         });
     });
+    // Mark the cells that no axis separates.
     let mut hits = l.bits(meets) & lanes;
     let side = l.splat_i(cells.side() as i32);
     let mut indices = [0; 16];

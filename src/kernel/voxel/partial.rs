@@ -32,6 +32,7 @@ fn mark_points_body<L: Lanes>(_: L, crop: &DepthCrop, slopes: &Slopes, placement
         let mut mark = |depths: &[f32; LANES], slopes: &[f64; LANES]| {
             let mut indices = [0_i32; LANES];
             for lane in 0..LANES {
+                // Unprojection: x and y are depth times the pixel's slopes, then the cell's index in C order.
                 let z = f64::from(depths[lane]);
                 let (x, y) = (index(slopes[lane] * z, 0), index(slope_y * z, 1));
                 indices[lane] = (x * side + y) * side + index(z, 2);
@@ -47,6 +48,7 @@ fn mark_points_body<L: Lanes>(_: L, crop: &DepthCrop, slopes: &Slopes, placement
             mark(depths, slopes);
         }
         if !rest.is_empty() {
+            // Last pixels of a row: lanes without a pixel are NaN and fall on the border.
             let (mut depths, mut slopes) = ([f32::NAN; LANES], [0.0; LANES]);
             depths[..rest.len()].copy_from_slice(rest);
             slopes[..rest.len()].copy_from_slice(slope_rest);

@@ -80,6 +80,7 @@ fn cloud_bounds_body<L: Lanes>(_: L, crop: &DepthCrop, slopes: &Slopes, bounds: 
         let (mut near, mut far) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
         let (eights, rest) = line.as_chunks::<LANES>();
         let (slope_eights, slope_rest) = slopes.columns.as_chunks::<LANES>();
+        // Extremes per lane: x of each pixel, depth for the row's y and z.
         for (depths, slopes) in eights.iter().zip(slope_eights) {
             for lane in 0..LANES {
                 let x = slopes[lane] * f64::from(depths[lane]);
@@ -89,6 +90,7 @@ fn cloud_bounds_body<L: Lanes>(_: L, crop: &DepthCrop, slopes: &Slopes, bounds: 
                 far[lane] = if depths[lane] > far[lane] { depths[lane] } else { far[lane] };
             }
         }
+        // Pixels after the last whole eight.
         for (lane, (depth, slope)) in rest.iter().zip(slope_rest).enumerate() {
             let x = slope * f64::from(*depth);
             x0[lane] = smaller(x, x0[lane]);
@@ -106,6 +108,7 @@ fn cloud_bounds_body<L: Lanes>(_: L, crop: &DepthCrop, slopes: &Slopes, bounds: 
             }
         }
     }
+    // Reduce the lanes, then widen the bounds given.
     let x0 = x0.into_iter().fold(f64::INFINITY, smaller);
     let x1 = x1.into_iter().fold(f64::NEG_INFINITY, larger);
     let found = [x0, y0, z0, x1, y1, z1];

@@ -28,9 +28,11 @@ struct ToGrid {
 impl Blocks {
     pub(super) fn new(solid: &SolidGrid) -> Self {
         const BLOCKS: usize = SolidGrid::SIDE / BLOCK;
+        // Solid cells per block: each byte of a word is one block's run along z.
         let mut counts = vec![0_u16; BLOCKS.pow(3)];
         for (index, word) in solid.words.iter().enumerate() {
             if *word != 0 {
+                // Word index to column (x, y) and quarter of the column.
                 let (x, y, part) = (index / 1024, index / 4 % 256, index % 4);
                 let line = &mut counts[((x / BLOCK) * BLOCKS + y / BLOCK) * BLOCKS + part * 8..][..8];
                 for (count, byte) in line.iter_mut().zip(word.to_le_bytes()) {
@@ -45,6 +47,7 @@ impl Blocks {
             low: [f32::INFINITY; 3],
             high: [f32::NEG_INFINITY; 3],
         };
+        // Non-empty blocks, their box and total.
         for (index, count) in counts.into_iter().enumerate().filter(|(_, count)| *count > 0) {
             let first = [index / BLOCKS / BLOCKS, index / BLOCKS % BLOCKS, index % BLOCKS];
             for axis in 0..3 {
@@ -56,6 +59,7 @@ impl Blocks {
             blocks.counts.push(f32::from(count));
             blocks.total += u64::from(count);
         }
+        // Fill up to whole vectors with empty blocks.
         let padded = blocks.counts.len().next_multiple_of(16);
         blocks.counts.resize(padded, 0.0);
         blocks.first.iter_mut().for_each(|first| first.resize(padded, 0.0));
@@ -107,6 +111,7 @@ simd_kernel! {
 fn count_inside_body<L: Lanes>(l: L, blocks: &Blocks, words: &[u64], to_grid: &ToGrid, inside: &mut u64) {
     let half = BLOCK as f32 / 2.0;
     let [to_x, to_y, to_z] = each_of!([0, 1, 2], row => Affine::new(l, to_grid.rows[row]));
+    // Half extent of a rotated block along each grid axis: the sum of absolute coefficients.
     let [reach_x, reach_y, reach_z] = each_of!([0, 1, 2], row => {
         let [a, b, c, _] = to_grid.rows[row];
         l.splat((a.abs() + b.abs() + c.abs()) * half)
@@ -116,6 +121,7 @@ fn count_inside_body<L: Lanes>(l: L, blocks: &Blocks, words: &[u64], to_grid: &T
     let [x, y, z] = blocks.first.each_ref().map(|first| first.as_chunks::<16>().0);
     for (((x, y), z), counts) in x.iter().zip(y).zip(z).zip(blocks.counts.as_chunks::<16>().0) {
         let [mx, my, mz] = each_of!([x, y, z], first => l.add(l.load(first), l.splat(half)));
+        // Block's interval along each axis: entirely inside, or entirely outside on one axis.
         let [[in_x, out_x], [in_y, out_y], [in_z, out_z]] = each_of!(
             [(&to_x, reach_x), (&to_y, reach_y), (&to_z, reach_z)],
             (row, reach) => {
@@ -137,6 +143,7 @@ fn count_inside_body<L: Lanes>(l: L, blocks: &Blocks, words: &[u64], to_grid: &T
             cut &= cut - 1;
         }
     }
+    // Sum of the lanes' whole blocks.
     let mut lanes = [0.0; 16];
     l.store(whole, &mut lanes);
     *inside += lanes.iter().map(|count| *count as u64).sum::<u64>();

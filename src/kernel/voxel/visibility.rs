@@ -27,12 +27,14 @@ impl FreeTables {
         let padded = n.next_multiple_of(16);
         self.framed.clear();
         self.framed.resize((width + 2) * (height + 2), f32::INFINITY);
+        // Copy with NaN as infinitely far, inside the frame.
         for y in 0..height {
             let line = &mut self.framed[(y + 1) * (width + 2) + 1..][..width];
             for (to, depth) in line.iter_mut().zip(&crop.depth[y * width..]) {
                 *to = if depth.is_nan() { f32::INFINITY } else { *depth };
             }
         }
+        // Depth of each cell layer, and its inverse.
         let corner = placement.lower_corner();
         let centre = |axis: usize, index: usize| corner[axis] + (index as f64 + 0.5) * placement.cell_size;
         self.inverse.clear();
@@ -46,6 +48,7 @@ impl FreeTables {
             // A centre behind the camera is not seen: nothing is farther than infinity.
             if exact > 0.0 { down } else { f32::INFINITY }
         }));
+        // Pinhole projection of the cells' centres: f x / z + c, relative to the crop and its frame.
         let mut table = |axis: usize, focal: f64, principal: f64, first: u32, count: u32, step: u32| {
             let table = if axis == 0 { &mut self.columns } else { &mut self.rows };
             table.resize(n * padded, 0);

@@ -17,17 +17,20 @@ pub(super) fn cuboid(draw: &mut Stream, triangles: usize) -> Surface {
 
 fn sized_cuboid(sides: [f64; 3], triangles: usize) -> Surface {
     let [x, y, z] = sides;
+    // Side of a square cell from the surface area, at two triangles per cell.
     let step = libm::sqrt(4.0 * (x * y + y * z + z * x) / triangles as f64);
     let cells = sides.map(|side| libm::ceil(side / step).max(1.0) as usize);
     let mut surface = Surface::default();
     // Six grids; their common edges have equal positions and are merged when the mesh is prepared.
     for (axis, positive) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
+        // Axes u, v and `axis` are right-handed: counter-clockwise in (u, v) faces along +`axis`.
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let corner = |i: usize, j: usize| {
             let mut corner = [0.0; 3];
             corner[axis] = if positive { sides[axis] } else { 0.0 };
             corner[u] = sides[u] * (i as f64 / cells[u] as f64);
             corner[v] = sides[v] * (j as f64 / cells[v] as f64);
+            // Middle of the base at the origin.
             [corner[0] - x / 2.0, corner[1] - y / 2.0, corner[2]]
         };
         let start = surface.positions.len();
@@ -36,6 +39,7 @@ fn sized_cuboid(sides: [f64; 3], triangles: usize) -> Surface {
             .extend((0..=cells[v]).flat_map(|j| (0..=cells[u]).map(move |i| (i, j))).map(|(i, j)| corner(i, j)));
         let index = |i: usize, j: usize| (start + j * (cells[u] + 1) + i) as u32;
         for (i, j) in (0..cells[v]).flat_map(|j| (0..cells[u]).map(move |i| (i, j))) {
+            // Two triangles per cell, wound outward on both sides.
             let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
             let faces = if positive { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
             surface.faces.extend(faces);
@@ -55,6 +59,7 @@ pub(super) fn superquadric(draw: &mut Stream, triangles: usize) -> Surface {
 
 /// Half axes [m] and the exponents along the meridian and around the axis; 1 is an ellipsoid.
 fn sized_superquadric(axes: [f64; 3], [meridian, around]: [f64; 2], triangles: usize) -> Surface {
+    // About sqrt(n) columns, a multiple of four, and an even count of rows: the axes' ends are sampled.
     let columns = libm::ceil(libm::sqrt(triangles as f64)) as usize / 4 * 4 + 4;
     let rows = triangles.div_ceil(2 * columns) / 2 * 2 + 2;
     // Distance from the centre to |x|^(2/e) + |y|^(2/e) = 1 in a direction.
@@ -63,8 +68,10 @@ fn sized_superquadric(axes: [f64; 3], [meridian, around]: [f64; 2], triangles: u
         libm::pow(power(sin) + power(cos), -exponent / 2.0)
     };
     let mut surface = Surface::default();
+    // South pole, then row after row up to the north pole.
     let mut last: Vec<u32> = surface.row([[0.0, 0.0, 0.0]]).collect();
     for row in 1..=rows {
+        // Even steps of latitude on the meridian's curve, in polar form.
         let (sin, cos) = libm::sincos(PI * row as f64 / rows as f64 - PI / 2.0);
         let far = reach((sin, cos), meridian);
         let height = axes[2] * (1.0 + far * sin);
@@ -73,6 +80,7 @@ fn sized_superquadric(axes: [f64; 3], [meridian, around]: [f64; 2], triangles: u
         } else {
             let ring = (0..columns).map(|column| {
                 let (sin_c, cos_c) = libm::sincos(TAU * column as f64 / columns as f64);
+                // Barr's spherical product: the meridian scales the curve around the axis.
                 let radius = far * cos * reach((sin_c, cos_c), around);
                 [axes[0] * radius * cos_c, axes[1] * radius * sin_c, height]
             });

@@ -100,11 +100,13 @@ impl Stick {
 fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface {
     let sampled = profile.sample(body_share(triangles, profile, sticks.iter().map(Stick::area).sum()));
     let column = |stick: &Stick| if stick.azimuth.1 > 0.0 { 0 } else { sampled.columns / 2 };
+    // A patch of the wall around each root, wide enough for it.
     let patches: Vec<_> = sticks
         .iter()
         .map(|stick| sampled.patch(stick.curve, stick.height, column(stick), 0.9 * (stick.root[0] + stick.root[1])))
         .collect();
     let mut revolved = revolve_points(&sampled.points, sampled.columns, &patches);
+    // Triangles still to be spent, shared evenly among the sticks.
     let missing = triangles.saturating_sub(revolved.surface.faces.len());
     for (stick, patch) in sticks.iter().zip(&patches) {
         let [x, z] = radius_at(&sampled, &patch.rows);
@@ -114,6 +116,7 @@ fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface
             let u = towards_end(u);
             [x + stick.reach * u, z + stick.rise * u * u]
         };
+        // Radii blend from root to end, swell by the belly and close in a rounded tip.
         let radii = |u: f64| {
             let u = towards_end(u);
             let left = (1.0 - u) * stick.length();
@@ -122,6 +125,7 @@ fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface
                 radius * (1.0 + 4.0 * stick.belly * u * (1.0 - u)) * rounded(left, stick.end[1])
             })
         };
+        // Each section adds two triangles per column of the rim.
         let sections = (missing / sticks.len()).div_ceil(2 * rim.len()).max(8);
         Tube { path: &path, radii: &radii, sections, azimuth: stick.azimuth }.attach(&mut revolved, &rim);
     }
@@ -184,14 +188,17 @@ pub(super) fn kettle(draw: &mut Stream, triangles: usize) -> Surface {
     let radius = draw.uniform(0.05, 0.075);
     let height = radius * draw.uniform(1.3, 2.2);
     let (neck, knob) = (radius * draw.uniform(0.45, 0.65), radius * draw.uniform(0.12, 0.2));
+    // Body, shoulder, lid and knob of a closed profile.
     let profile = Profile::start(0.0)
         .line(0.7 * radius, 0.0)
         .curve(&[[radius, 0.35 * height], [0.88 * radius, 0.65 * height], [neck, 0.9 * height]])
         .line(0.9 * neck, 0.95 * height)
         .line(knob, height)
         .curve(&[[1.3 * knob, height + knob], [0.0, height + 1.8 * knob]]);
+    // Half thicknesses of the handle and of the spout.
     let (thick, spout) = (draw.uniform(0.006, 0.009), draw.uniform(0.008, 0.012));
     let sticks = [
+        // Handle, in front.
         Stick {
             curve: 2,
             height: 0.62 * height,
@@ -202,6 +209,7 @@ pub(super) fn kettle(draw: &mut Stream, triangles: usize) -> Surface {
             belly: 0.1,
             azimuth: FRONT,
         },
+        // Spout, opposite, tapering to its mouth.
         Stick {
             curve: 2,
             height: 0.5 * height,
@@ -223,6 +231,7 @@ pub(super) fn hammer(draw: &mut Stream, triangles: usize) -> Surface {
     let (face, chamfer) = (radius * draw.uniform(0.9, 1.25), 0.12 * radius);
     let peen = radius * draw.uniform(0.35, 1.0);
     let thick = radius * draw.uniform(0.55, 0.75);
+    // Head from the striking face over the body to the peen.
     let profile = Profile::start(0.0)
         .line(face - chamfer, 0.0)
         .line(face, chamfer)
@@ -232,6 +241,7 @@ pub(super) fn hammer(draw: &mut Stream, triangles: usize) -> Surface {
         .line(peen, length - chamfer)
         .line(peen - chamfer, length)
         .line(0.0, length);
+    // Handle from the middle of the head, slightly flared towards its end.
     let handle = Stick {
         curve: 5,
         height: 0.51 * length,
@@ -242,6 +252,7 @@ pub(super) fn hammer(draw: &mut Stream, triangles: usize) -> Surface {
         belly: draw.uniform(-0.1, 0.15),
         azimuth: FRONT,
     };
+    // Lowest point once the handle hangs down: its rounded end lies at height 0.
     let bottom = handle.reach + radius;
     let mut surface = with_sticks(&profile, &[handle], triangles);
     // A quarter of a revolution about y: the handle from +x to -z.

@@ -98,11 +98,13 @@ fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]
     }
     let corners: Vec<[f64; 3]> = polygon.iter().map(|&corner| positions[corner as usize]).collect();
     let normal = newell(&corners);
+    // Twice the area of triangle (a, b, c) along the polygon's normal: positive for a left bend.
     let up = |a: usize, b: usize, c: usize| {
         let cross = cross(sub(corners[b], corners[a]), sub(corners[c], corners[a]));
         (0..3).map(|axis| cross[axis] * normal[axis]).sum::<f64>()
     };
     let count = polygon.len();
+    // Fan from corner 0: right when all of its triangles face along the normal.
     let is_fan = (1..count - 1).all(|i| up(0, i, i + 1) > 0.0);
     // Not finite, flat or huge: any cut is as good as another.
     let size: f64 = normal.iter().map(|x| x * x).sum();
@@ -110,6 +112,7 @@ fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]
     if is_fan || give_up {
         return faces.extend((1..count - 1).map(|i| [polygon[0], polygon[i], polygon[i + 1]]));
     }
+    // Ear clipping: an ear has a convex corner and no other corner inside.
     let mut rest: Vec<usize> = (0..count).collect();
     while rest.len() > 3 {
         let around = |i: usize| {

@@ -41,6 +41,7 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
     let mut notes = Vec::new();
     let body = &bytes[HEADER..];
     let present = body.len() / RECORD;
+    // Too few records: the file was cut.
     if declared > present as u64 {
         let problem = format!(
             "the header declares {declared} triangles ({} bytes), the file has {} bytes: {present} whole triangles",
@@ -50,6 +51,7 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
         return Err(Refuse::new("truncated", problem, "copy or export it again").at(format!("byte {}", bytes.len())));
     }
     let mut count = declared as usize;
+    // More bytes than declared: a count of zero is taken as unset, anything else is ignored with a note.
     if body.len() > RECORD * count {
         if count == 0 && body.len().is_multiple_of(RECORD) {
             count = present;
@@ -64,6 +66,7 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
     let mut welder = Welder::new(count / 2 + 2);
     let mut faces = Vec::with_capacity(count);
     for (triangle, record) in body.chunks_exact(RECORD).take(count).enumerate() {
+        // Little-endian floats after the record's normal of 12 bytes, which is not used.
         let number = |offset: usize| f32::from_le_bytes(record[offset..offset + 4].try_into().expect("4 bytes"));
         let corners: [[f32; 3]; 3] =
             std::array::from_fn(|k| std::array::from_fn(|axis| number(12 + 12 * k + 4 * axis)));
@@ -72,6 +75,7 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
         if poison.is_nan() {
             return Err(not_finite(triangle, &corners));
         }
+        // Equal positions become one vertex.
         let [a, b, c] = corners;
         faces.push([welder.index(a), welder.index(b), welder.index(c)]);
     }

@@ -149,9 +149,11 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
     [x, y, z, roll, pitch, yaw]: [[usize; 2]; 6],
     share: [f64; 6],
 ) -> (f64, [f64; 6]) {
+    // Offsets of the four angle cells (pitch, yaw) for the lower and the upper roll.
     let angles = each_of!([0, 1], side => {
         each_of!([0, 1, 2, 3], corner => roll[side] + pitch[corner / 2] + yaw[corner % 2])
     });
+    // Trilinear part: eight positions, each with four lanes of angles.
     let [low, high] = each_of!([angles[0], angles[1]], angles => {
         // SAFETY: as the caller says.
         let corners = unsafe { each_of!([0, 1, 2, 3, 4, 5, 6, 7], corner => {
@@ -164,6 +166,7 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
         }) };
         fold_positions(l, corners, [share[0], share[1], share[2]])
     });
+    // Roll: value with its slope, and the position slopes blended.
     let by = l.splat(share[3]);
     let (value, slope_roll) = fold(l, low[0], high[0], by);
     let [x, y, z] = each_of!([1, 2, 3], k => blend(l, low[k], high[k], by));
@@ -175,6 +178,7 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
     let y_z = blend(l, low, high, by);
     let [low, high] = l.halves(slope_roll, slope_roll);
     let roll = blend(l, low, high, by);
+    // Yaw: even and odd lanes are the lower and the upper cell.
     let by = l.splat(share[5]);
     let [low, high] = l.alternate(value_x, y_z);
     let (all, slope_yaw) = fold(l, low, high, by);

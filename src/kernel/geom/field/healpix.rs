@@ -109,6 +109,7 @@ impl HealPix {
     /// Strips between neighbouring rings, each cut along the shorter diagonals; two triangles at each pole.
     fn triangles(self) -> Vec<[usize; 3]> {
         let mut triangles = Vec::with_capacity(2 * self.count() - 4);
+        // North polar cap: the first ring has four directions.
         let (mut above, mut first) = (self.ring(1), 0);
         triangles.extend([[0, 1, 2], [0, 2, 3]]);
         for i in 2..4 * self.nside {
@@ -120,6 +121,7 @@ impl HealPix {
             while a < above.count || b < below.count {
                 let [high, low] = [first + a % above.count, second + b % below.count];
                 let [next_high, next_low] = [first + (a + 1) % above.count, second + (b + 1) % below.count];
+                // Greedy strip: the next triangle takes the shorter of the two diagonals, in azimuth.
                 let along = (azimuth(&above, a + 1) - azimuth(&below, b)).abs();
                 let across = (azimuth(&below, b + 1) - azimuth(&above, a)).abs();
                 if b == below.count || (a < above.count && along <= across) {
@@ -132,6 +134,7 @@ impl HealPix {
             }
             (above, first) = (below, second);
         }
+        // South polar cap, its corners in reversed order: counter-clockwise from outside as well.
         triangles.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
         triangles
     }
@@ -166,6 +169,7 @@ struct Triangle {
 impl Mesh {
     pub(super) fn new(healpix: HealPix) -> Self {
         let (directions, corners) = (healpix.directions(), healpix.triangles());
+        // Triangle on the left of each directed side: its neighbour has the side reversed.
         let mut sides = BTreeMap::new();
         for (index, corners) in (0_u32..).zip(&corners) {
             for k in 0..3 {
@@ -174,6 +178,7 @@ impl Mesh {
         }
         let triangle = |corners: &[usize; 3]| {
             let [a, b, c] = corners.map(|corner| directions[corner]);
+            // Dual basis of the corners (Cramer's rule): the dual of a has product 1 with a and 0 with b and c.
             let volume = a.dot(&b.cross(&c));
             let beyond = |k: usize| sides[&[corners[(k + 2) % 3], corners[(k + 1) % 3]]];
             Triangle {
@@ -182,15 +187,18 @@ impl Mesh {
                 beyond: [beyond(0), beyond(1), beyond(2)],
             }
         };
+        // Cells of a cube around the sphere, 2 nside along each side of a face.
         let side = 2 * healpix.nside as usize;
         let mut mesh = Self { triangles: corners.iter().map(triangle).collect(), hints: Vec::new(), side };
         let mut near = 0;
         for cell in 0..6 * side * side {
             let [face, row, column] = [cell / side / side, cell / side % side, cell % side];
+            // Middle of the cell on its face of the cube [-1, 1]^3.
             let coordinate = |index: usize| (index as f64 + 0.5) / side as f64 * 2.0 - 1.0;
             let (axis, mut middle) = (face / 2, Vector3::zeros());
             middle[axis] = if face % 2 == 0 { 1.0 } else { -1.0 };
             (middle[(axis + 1) % 3], middle[(axis + 2) % 3]) = (coordinate(row), coordinate(column));
+            // Walk from the last cell's triangle: cells in order are mostly neighbours.
             near = mesh.walk(&middle, near);
             mesh.hints.push(near);
         }

@@ -67,6 +67,7 @@ struct Others {
 impl RotationTransform {
     fn new(grid: &SphereGrid, rho: f64) -> Self {
         let (rolls, count) = (grid.roll().count, grid.directions().count());
+        // Unit quaternion of each orientation of the grid.
         let quaternions: Vec<Vector4<f64>> = (0..grid.orientations())
             .map(|orientation| {
                 let [roll, pitch, yaw] = grid.rpy(orientation);
@@ -82,14 +83,17 @@ impl RotationTransform {
                 4.0 * libm::asin((0.5 * libm::sqrt(apart)).min(1.0))
             })
         };
+        // Radius of each orientation's ball: half the angle to its nearest neighbour.
         let half_to_nearest = |direction: usize| {
             let others = angles(direction).enumerate().filter(|(index, _)| *index != direction * rolls);
             0.5 * others.map(|(_, angle)| angle).fold(f64::INFINITY, f64::min)
         };
         let reaches: Vec<f64> = (0..count).map(half_to_nearest).collect();
+        // Gap to each other ball, as squares, the nearest first.
         let others = |direction: usize| {
             let gap = |(index, angle): (usize, f64)| {
                 let gap = rho * (angle - reaches[index / rolls]).max(0.0);
+                // Rolls are stored twice over: a shift in roll is an offset without wrapping.
                 (gap * gap, (index / rolls * 2 * rolls + index % rolls) as u32)
             };
             let others = angles(direction).enumerate().filter(|(index, _)| *index != direction * rolls);

@@ -122,6 +122,7 @@ impl Transform {
             return;
         }
         let lines = squares.len() / count;
+        // Scratch for sixteen lines: values as gathered, and their minima.
         let (tile, min) = tiles.split_at_mut(tiles.len() / 2);
         let (tile, min) = (&mut tile[..count], &mut min[..count]);
         for first in (0..lines).step_by(LANES) {
@@ -130,6 +131,7 @@ impl Transform {
             let start = |line: usize| line / stride * stride * count + line % stride;
             let starts: [usize; LANES] = std::array::from_fn(|lane| start(first + lane.min(used - 1)));
             let contiguous = starts[LANES - 1] == starts[0] + LANES - 1;
+            // Gather: cell j of sixteen lines side by side, the last line repeated where fewer are left.
             for (j, row) in tile.iter_mut().enumerate() {
                 if contiguous {
                     row.copy_from_slice(&squares[starts[0] + j * stride..][..LANES]);
@@ -141,7 +143,9 @@ impl Transform {
             if tile.iter().flatten().all(|square| *square == tile[0][0]) {
                 continue;
             }
+            // Min-plus transform of the lines by trying every pair of cells.
             min_sums(self.simd, tile, &self.gaps[axis], min);
+            // Scatter the minima back.
             for (i, min) in min.iter().enumerate() {
                 if contiguous {
                     squares[starts[0] + i * stride..][..LANES].copy_from_slice(min);

@@ -44,7 +44,9 @@ pub fn implicit_points(
     out.normals.clear();
     out.space.clear();
     out.distances.clear();
+    // Uniform point on the surface with its normal.
     let draw = |stream: &mut Stream| surface.point_at(stream.unit(), stream.unit(), stream.unit());
+    // Surface points and normals in the camera's frame.
     for _ in 0..surface_count {
         if let Some((point, normal)) = draw(stream) {
             out.surface.push(single(&camera_from_object.point(&point)));
@@ -53,11 +55,13 @@ pub fn implicit_points(
     }
     let object_from_camera = camera_from_object.inverse();
     let (corner, side) = (placement.lower_corner(), f64::from(placement.resolution) * placement.cell_size);
+    // Query points: uniform in the grid's box first, then around the surface.
     for i in 0..space_count {
         let anywhere = |stream: &mut Stream| corner + Vector3::from_fn(|_, _| stream.unit() * side);
         let point = if i < space_count.div_ceil(2) {
             anywhere(stream)
         } else {
+            // Gaussian offset from a surface point, drawn again while outside the box.
             let spread = SPREADS[i as usize % SPREADS.len()] * placement.cell_size;
             let near = (0..TRIES).find_map(|_| {
                 let (point, _) = draw(stream)?;

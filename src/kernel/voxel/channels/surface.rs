@@ -282,31 +282,38 @@ fn closest_on_triangle(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> (Point3
     let (ab, ac) = (b - a, c - a);
     let ap = p - a;
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    // Voronoi region of corner a.
     if d1 <= 0.0 && d2 <= 0.0 {
         return (*a, Feature::Corner(0));
     }
+    // Voronoi region of corner b.
     let bp = p - b;
     let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
     if d3 >= 0.0 && d4 <= d3 {
         return (*b, Feature::Corner(1));
     }
+    // Voronoi region of edge ab: the projection onto the edge.
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         return (a + ab * (d1 / (d1 - d3)), Feature::Edge(0));
     }
+    // Voronoi region of corner c.
     let cp = p - c;
     let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
     if d6 >= 0.0 && d5 <= d6 {
         return (*c, Feature::Corner(2));
     }
+    // Voronoi region of edge ac.
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
         return (a + ac * (d2 / (d2 - d6)), Feature::Edge(2));
     }
+    // Voronoi region of edge bc.
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 >= d3 && d5 >= d6 {
         return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), Feature::Edge(1));
     }
+    // Inside the face: barycentric coordinates of the projection.
     let whole = va + vb + vc;
     (a + ab * (vb / whole) + ac * (vc / whole), Feature::Face)
 }

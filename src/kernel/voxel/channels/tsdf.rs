@@ -60,6 +60,7 @@ impl Field<'_> {
         if cell.iter().any(|first| *first >= self.resolution) {
             return;
         }
+        // Middle of the block, in the object's frame.
         let middle = cell.map(|first| first as f64 + 0.5 * side as f64);
         let point = self.corner + self.steps[0] * middle[0] + self.steps[1] * middle[1] + self.steps[2] * middle[2];
         // From the block's middle to its farthest cell centre.
@@ -71,6 +72,7 @@ impl Field<'_> {
             }
             return;
         };
+        // Single cell: truncated signed distance, rounded to steps.
         if side == 1 {
             let distance = closest.distance_squared.sqrt() / self.truncation;
             let signed = if self.surface.inside(self.solid, &point, Some(&closest)) { -distance } else { distance };
@@ -78,6 +80,7 @@ impl Field<'_> {
             self.set(cell, 1, value, out);
             return;
         }
+        // Octree descent: each of the eight parts starts from this closest point.
         let half = side / 2;
         for part in 0..8 {
             let corner = [cell[0] + (part >> 2) * half, cell[1] + (part >> 1 & 1) * half, cell[2] + (part & 1) * half];
