@@ -452,6 +452,7 @@ impl HandWorker {
     /// Where a motor is after another step, before the joints move.
     fn driven_to(&self, driven: &Driven, drive: Drive, command: Command) -> Drive {
         let motor = drive.motor;
+        // Target angle of the command.
         let [low, high] = driven.range();
         let target = match command {
             Command::Hold => motor.angle,
@@ -459,13 +460,16 @@ impl HandWorker {
             Command::Open => driven.opened,
             Command::To(angle) => angle.max(low).min(high),
         };
+        // Arrived and settled: the motor keeps still.
         let left = target - motor.angle;
         let arrived = left == 0.0 || left.is_nan();
         if arrived && drive.stood >= STEPS_AT_REST {
             return Drive { speed: 0.0, ..drive };
         }
+        // Count of the steps at a stand; a change of direction restarts it.
         let direction = if arrived { drive.direction } else { left.signum() };
         let stood = if direction == drive.direction { drive.stood } else { 0 };
+        // Stopped by the torque of a joint: the motor stands, or its clutch opens after a while.
         if let Some(angle) = self.stop(driven, Drive { stood, ..drive }, direction) {
             let motor = driven.driven_to(motor, angle);
             // The clutch opens only towards the closed hand.
@@ -480,10 +484,12 @@ impl HandWorker {
                 Drive { motor, speed: 0.0, direction, stood: stood.saturating_add(1), ..drive }
             };
         }
+        // Arrived: it settles once the joints have followed.
         if arrived {
             let stood = if self.have_followed(driven, motor) { stood + 1 } else { 0 };
             return Drive { motor, speed: 0.0, direction, stood, ..drive };
         }
+        // Speed approaches the commanded one with limited acceleration; there is no ramp down before the target.
         let change = STEP * self.acceleration(driven, motor);
         let speed = (direction * self.effort.speed * driven.speed).max(drive.speed - change).min(drive.speed + change);
         let step = speed * STEP;

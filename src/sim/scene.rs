@@ -67,12 +67,14 @@ fn intrinsics(
     if width <= 1 && height <= 1 {
         return Err(SceneError::NoResolution { path: path(), name: name() });
     }
+    // Without a sensor size: square pixels from the vertical field of view, principal point in the middle.
     let (w, h) = (f64::from(width), f64::from(height));
     let sensor = model.cam_sensorsize()[camera].map(as_written);
     let [fx, fy, cx, cy] = if sensor == [0.0; 2] {
         let f = h / 2.0 / libm::tan(model.cam_fovy()[camera].to_radians() / 2.0);
         [f, f, w / 2.0, h / 2.0]
     } else {
+        // With a sensor size: focal lengths and principal point in pixels where given, else from lengths by the pixel pitch.
         let per_pixel = [sensor[0] / w, sensor[1] / h];
         let in_pixels = |pixel: &[f32; 2], length: &[f32; 2], axis: usize| {
             if *pixel == [0.0; 2] { as_written(length[axis]) / per_pixel[axis] } else { as_written(pixel[axis]) }
@@ -82,6 +84,7 @@ fn intrinsics(
         // A positive offset of the principal point moves it left and up (tested against MuJoCo's own frustum).
         [focal(0), focal(1), w / 2.0 - principal(0), h / 2.0 - principal(1)]
     };
+    // Near plane: a share of the model's extent.
     let near = as_written(model.vis().map.znear) * model.stat().extent;
     Intrinsics { width, height, fx, fy, cx, cy, near }.checked().map_err(|source| SceneError::Intrinsics {
         path: path(),

@@ -77,6 +77,7 @@ impl Lattice {
     /// when the balls of free space around both overlap, so that no gap narrower than the spacing lets anything in. Points
     /// so near the surface that no path leads to them are on the side of a neighbour in sight, outside if both sides are.
     fn find_inside(&mut self, boxes: &BoxTree) {
+        // Path between neighbours: the two balls of free space overlap.
         let free = |a: usize, b: usize| {
             f64::from(self.distances[a]) + f64::from(self.distances[b]) > self.spacing + 2.0 * ROUNDING
         };
@@ -91,11 +92,13 @@ impl Lattice {
         };
         let indices = 0..self.distances.len();
         let mut outside: Vec<bool> = indices.clone().map(sticks_out).collect();
+        // Flood fill of the free space from the faces of the box.
         self.flood(&mut outside, free);
         // What was not reached may be outside all the same, but not with a ball of a whole spacing around it.
         let deep = |index: usize| f64::from(self.distances[index]) > self.spacing + ROUNDING && !outside[index];
         let mut inside: Vec<bool> = indices.map(deep).collect();
         self.flood(&mut inside, free);
+        // Points near the surface take the side of a neighbour in sight; the outside is flooded first.
         self.flood(&mut outside, |a, b| !inside[b] && in_sight(a, b));
         self.flood(&mut inside, |a, b| !outside[b] && in_sight(a, b));
         for (distance, inside) in self.distances.iter_mut().zip(inside) {

@@ -165,15 +165,18 @@ fn balls<L: Lanes>(l: L, points: &Points, view: &View, block: &Block) -> Found {
     const { assert!(LANES == 16) };
     let [x, y, z] = each_of!([0, 1, 2], axis => l.load(&block.centres[axis]));
     let (zero, half) = (l.splat(0.0), l.splat(0.5));
+    // Centres of the balls in lattice steps, and the nearest lattice point, clamped to the lattice.
     let point = each_of!([0, 1, 2], axis => Affine::new(l, view.rows[axis]).at(l, x, y, z));
     let cell = each_of!([0, 1, 2], axis => {
         let last = l.splat((points.counts[axis] - 1) as f32);
         l.truncate(l.min(l.max(l.add(point[axis], half), zero), last))
     });
+    // Squared offset from the nearest lattice point to the centre, by axis.
     let beside = each_of!([0, 1, 2], axis => {
         let beside = l.sub(point[axis], l.to_float(cell[axis]));
         l.mul(beside, beside)
     });
+    // Squared distance from the centre to the mesh's box, by axis; 0 within the box.
     let beyond = each_of!([0, 1, 2], axis => {
         let after = l.sub(point[axis], l.splat(points.sides[axis]));
         let beyond = l.max(l.max(l.sub(zero, point[axis]), after), zero);
@@ -183,10 +186,13 @@ fn balls<L: Lanes>(l: L, points: &Points, view: &View, block: &Block) -> Found {
     let index = l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], ny), cell[1]), nz), cell[2]);
     // SAFETY: every cell lies between 0 and the last one of its axis, and `distances` holds all of them.
     let stored = unsafe { l.gather(&points.distances, index) };
+    // Radius in steps, enlarged by the slack for rounding.
     let radius = l.add(l.mul(l.load(&block.radii), l.splat(view.scale)), l.splat(view.slack));
+    // Distance fields are 1-Lipschitz: a ball is clear where |stored distance| minus radius exceeds the offset.
     let spare = l.sub(l.abs(stored), radius);
     let squared = |[a, b, c]: [L::F; 3]| l.add(l.add(a, b), c);
     let clear = l.both(l.lt(zero, spare), l.lt(squared(beside), l.mul(spare, spare)));
+    // Balls farther from the mesh's box than their radius are outside as a whole.
     let outside = l.lt(l.mul(radius, radius), squared(beyond));
     // Less by twice the slack: here the ball must not count as larger than it is.
     let depth = l.sub(l.sub(radius, l.splat(2.0 * view.slack)), stored);

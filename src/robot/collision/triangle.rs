@@ -9,33 +9,40 @@ pub(super) type Triangle = [Point3<f64>; 3];
 
 /// Squared distance from a point to a triangle [m^2] (Ericson, Real-Time Collision Detection, 5.1.5).
 pub(super) fn squared_distance(point: &Point3<f64>, [a, b, c]: &Triangle) -> f64 {
+    // Vertex region of a.
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
     if d1 <= 0.0 && d2 <= 0.0 {
         return ap.norm_squared();
     }
+    // Vertex region of b.
     let bp = point - b;
     let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
     if d3 >= 0.0 && d4 <= d3 {
         return bp.norm_squared();
     }
+    // Edge region of ab: vc is the barycentric coordinate of c, not normalised.
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         return (ap - ab * (d1 / (d1 - d3))).norm_squared();
     }
+    // Vertex region of c.
     let cp = point - c;
     let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
     if d6 >= 0.0 && d5 <= d6 {
         return cp.norm_squared();
     }
+    // Edge region of ac.
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
         return (ap - ac * (d2 / (d2 - d6))).norm_squared();
     }
+    // Edge region of bc.
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 >= d3 && d5 >= d6 {
         return (bp - (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))).norm_squared();
     }
+    // Face region: projection onto the plane by barycentric coordinates.
     let scale = 1.0 / (va + vb + vc);
     (ap - ab * (vb * scale) - ac * (vc * scale)).norm_squared()
 }

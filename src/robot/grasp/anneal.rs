@@ -122,10 +122,12 @@ impl Annealer {
         object_from_seed: &IsometryMatrix3<f64>,
         stream: &mut Stream,
     ) -> Counts {
+        // Frame of the search's variables: the seed's, or one at the middle of the object.
         let object_from_search = match self.settings.frame {
             SearchFrame::Seed => *object_from_seed,
             SearchFrame::Object => IsometryMatrix3::translation(object.middle.x, object.middle.y, object.middle.z),
         };
+        // Initial state: the hand stands off against the approach direction, all amplitudes 0.
         let start = object_from_seed * IsometryMatrix3::translation(0.0, 0.0, -STAND_OFF);
         let amplitudes = vec![0.0; self.variables.count() - 6];
         let start = Frame::of(&(object_from_search.inverse() * start));
@@ -143,6 +145,7 @@ impl Annealer {
             let [temperature, log_span] = self.schedule[step as usize];
             let stretch = (u64::from(step) * STRETCHES as u64 / u64::from(self.settings.steps)) as usize;
             counts.steps += 1;
+            // First feasible of a few neighbours, drawn by very fast simulated re-annealing (Ingber 1989).
             let mut found = None;
             for _ in 0..TRIES {
                 counts.tries += 1;
@@ -156,6 +159,7 @@ impl Annealer {
                     break;
                 }
             }
+            // No feasible neighbour: the run ends after too many such steps in a row.
             let Some((next, object_from_approach)) = found else {
                 counts.failed += 1;
                 failures += 1;
@@ -169,6 +173,7 @@ impl Annealer {
             let limit = if self.settings.descent || energy == WORST {
                 energy
             } else {
+                // Metropolis criterion, solved for the energy: worse states pass with the probability of the temperature.
                 energy - libm::log(stream.unit()) * temperature / ENERGY_SCALE
             };
             evaluate_contacts(self.level, &self.hand, &object.field, &mut self.scratch);
@@ -178,6 +183,7 @@ impl Annealer {
                 counts.course[stretch].accepted += 1;
                 self.best.offer(energy, &object_from_approach, &state);
             }
+            // Course of the run: mean energy of the current state per stretch of the steps.
             if energy < WORST {
                 sums[stretch].0 += energy;
                 sums[stretch].1 += 1;

@@ -182,12 +182,14 @@ impl Closing {
         group: &[usize],
     ) {
         let hand = Arc::clone(&self.hand);
+        // Remaining angle of a motor towards the closed hand.
         let left = |index: usize, motor: Motor| {
             let driven = &hand.driven()[index];
             (driven.closed_angle(motor) - motor.angle) * driven.closing_sign()
         };
         let mut going = group.to_vec();
         let mut joints = vec![0.0; hand.tree().len()];
+        // Conservative advancement (Mirtich 1996): steps so short that no solid can cover the distance left to the object.
         for _ in 0..MAX_STEPS_OF_CLOSING {
             going.retain(|index| left(*index, motors[*index]) > 0.0);
             if going.is_empty() {
@@ -197,6 +199,7 @@ impl Closing {
             let frames = hand.link_frames(&joints);
             let (mut time, mut met) = (f64::INFINITY, Vec::new());
             for solid in 0..self.probes.len() {
+                // Bound on the speed of the solid's points: sum over the motors of reach times speed.
                 let speed_of = |index: &usize| {
                     let after = usize::from(motors[*index].released.is_some());
                     self.reaches[solid][*index][after] * hand.driven()[*index].speed
@@ -206,6 +209,7 @@ impl Closing {
                     continue;
                 }
                 let mut distance = self.distance(surface, object_from_base, &frames, solid);
+                // Touching solid: motors that press it into the object have met it; other motion goes on in short steps.
                 if distance <= TOUCHES {
                     let link = self.solids.solids[solid].link;
                     let presses = |index: &usize| self.presses(object_from_base, &frames, motors[*index], *index, link);
@@ -214,6 +218,7 @@ impl Closing {
                 }
                 time = time.min((distance - TOUCHES / 2.0) / speed);
             }
+            // Motors that met the object: a clutch opens where the driven link itself met it, else the motor stops.
             for (index, link) in &met {
                 let (driven, motor) = (&hand.driven()[*index], motors[*index]);
                 if *link == driven.joint + 1 && driven.breakaway.is_some() && motor.released.is_none() {
@@ -222,6 +227,7 @@ impl Closing {
                     going.retain(|going| going != index);
                 }
             }
+            // Advance of all motors by the common time, each no farther than its limit.
             if met.is_empty() {
                 for index in &going {
                     let (driven, motor) = (&hand.driven()[*index], motors[*index]);

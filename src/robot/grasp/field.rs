@@ -219,6 +219,7 @@ fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: 
     let point = |x: usize, y: usize, z: usize| (x * counts[1] + y) * counts[2] + z;
     let at = |x: usize, y: usize, z: usize| origin + Vector3::new(x as f64, y as f64, z as f64) * cell;
     let mut values = vec![f64::NAN; counts.iter().product()];
+    // Pass 1: exact distances at the coarse points.
     // Each point starts from the nearest triangle of a neighbour: the search has little left to do.
     let mut hint = None;
     for x in (0..counts[0]).step_by(COARSE) {
@@ -230,6 +231,7 @@ fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: 
             }
         }
     }
+    // Pass 2: the points between, interpolated far from the surface, exact near it.
     let coarse = values.clone();
     for x in 0..counts[0] {
         for y in 0..counts[1] {

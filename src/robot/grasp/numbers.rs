@@ -31,6 +31,7 @@ pub(super) fn sines<const N: usize>(angles: &[f64; N]) -> [[f64; N]; 2] {
     let mut out = [[0.0; N]; 2];
     for lane in 0..N {
         let angle = angles[lane];
+        // Cody-Waite argument reduction to within an eighth of a revolution; the constant has two parts.
         let rounded = angle * FRAC_2_PI + ROUND;
         let (quarters, count) = (rounded.to_bits(), rounded - ROUND);
         let rest = angle - count * QUARTER[0] - count * QUARTER[1];
@@ -53,6 +54,7 @@ pub(super) fn sines<const N: usize>(angles: &[f64; N]) -> [[f64; N]; 2] {
         cos = FACTORIALS[4] - cos * square;
         cos = FACTORIALS[2] - cos * square;
         cos = 1.0 - cos * square;
+        // Odd quarters swap sine and cosine.
         let swapped = quarters & 1 == 1;
         let (a, b) = if swapped { (cos, sin) } else { (sin, cos) };
         // Of the sine in the second half of a revolution, of the cosine in the second and third quarter.

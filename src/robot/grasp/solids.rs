@@ -118,10 +118,12 @@ type Piece = Vec<(Point3<f64>, f64)>;
 fn pieces(shape: &Shape) -> Option<Vec<Piece>> {
     Some(match shape {
         Shape::Sphere { radius } => vec![vec![(Point3::origin(), *radius)]],
+        // Capsules: balls along the axis.
         Shape::Capsule { radius, half } => {
             let axis: Vec<_> = along(*half).map(|z| (Point3::new(0.0, 0.0, z), *radius)).collect();
             axis.chunks(16).map(<[_]>::to_vec).collect()
         }
+        // Boxes: balls of the edge's radius, inset from the six faces.
         Shape::Box { half } => {
             let inset = half.iter().fold(EDGE_RADIUS, |min, side| min.min(side / 2.0));
             let core = half.map(|side| side - inset);
@@ -139,6 +141,7 @@ fn pieces(shape: &Shape) -> Option<Vec<Piece>> {
             }
             patches
         }
+        // Cylinders: mantle unrolled to a rectangle of arc length by height, and two discs.
         Shape::Cylinder { radius, half } => {
             let inset = EDGE_RADIUS.min(radius / 2.0).min(half / 2.0);
             let [across, height] = [radius - inset, half - inset];

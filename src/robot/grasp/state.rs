@@ -160,6 +160,7 @@ fn is_feasible_body<L: Lanes>(
     hand.set_frames(object_from_base, amplitudes, scratch);
     let solids = &hand.solids.solids;
     let mut near = 0u64;
+    // Broad phase: sixteen solids at once by their bounding and inscribed balls.
     for (block, middles) in hand.middles.iter().enumerate() {
         let mut at = [[0.0f32; LANES]; 3];
         for lane in 0..LANES {
@@ -171,6 +172,7 @@ fn is_feasible_body<L: Lanes>(
         }
         let point: [L::F; 3] = each_of!([0, 1, 2], axis => l.load(&at[axis]));
         let (inner, reach) = (l.load(&middles.inner), l.load(&middles.reach));
+        // Inscribed ball against the bounds of the field's blocks, then against the field itself.
         let [low, high] = field.bounds(l, point);
         if l.bits(l.lt(high, inner)) != 0 {
             return false;
@@ -178,9 +180,11 @@ fn is_feasible_body<L: Lanes>(
         if l.bits(l.lt(low, inner)) != 0 && l.bits(l.lt(field.distance(l, point), inner)) != 0 {
             return false;
         }
+        // Solids whose bounding ball may reach the surface, a bit each.
         near |= u64::from(l.bits(l.lt(low, reach))) << (LANES * block);
     }
     // Lanes past the last solid repeat it.
+    // Narrow phase in the order of the last rejections: the solid that rejects moves to the front.
     let StateScratch { frames, order, .. } = scratch;
     for rank in 0..order.len() {
         let solid = order[rank];
@@ -189,6 +193,7 @@ fn is_feasible_body<L: Lanes>(
             return false;
         }
     }
+    // Self-collision, except in postures known to be clear of it.
     hand.clear.holds(amplitudes) || hand.is_clear_of_itself(scratch)
 }
 
@@ -234,6 +239,7 @@ simd_kernel! {
 fn evaluate_contacts_body<L: Lanes>(l: L, hand: &HandSearch, field: &DistanceField, scratch: &mut StateScratch) {
     let StateScratch { frames, contacts, .. } = scratch;
     for (first, contacts) in (0..).step_by(LANES).zip(contacts.chunks_mut(LANES)) {
+        // Virtual contacts in the object's frame, one in each lane.
         let mut at = [[0.0f32; LANES]; 3];
         let mut normals = [[0.0f32; LANES]; 3];
         for lane in 0..contacts.len() {
@@ -245,6 +251,7 @@ fn evaluate_contacts_body<L: Lanes>(l: L, hand: &HandSearch, field: &DistanceFie
                 normals[axis][lane] = normal[axis] as f32;
             }
         }
+        // Signed distance and outward direction; the cosine is between the contact's normal and the inward direction.
         let near = field.near(l, each_of!([0, 1, 2], axis => l.load(&at[axis])));
         let [x, y, z]: [L::F; 3] = each_of!([0, 1, 2], axis => l.mul(near.outward[axis], l.load(&normals[axis])));
         let cos = l.sub(l.splat(0.0), l.add(l.add(x, y), z));

@@ -214,19 +214,23 @@ impl SphericalWristArm {
         let rest = self.motion(0, -first) * whole;
         let wrist = rest * self.wrist;
         let reach = (self.wrist - self.elbow).norm();
+        // Paden-Kahan subproblem 3: the second joint brings the elbow to its distance from the wrist's centre.
         for (elbow_index, second) in distances(&self.lines[1], &self.elbow, &wrist, reach).into_iter().enumerate() {
             let Some(second) = second.filter(|_| wanted((4, 4 * elbow_index))) else { continue };
             let Some(second) = self.settle(1, second) else { continue };
+            // Paden-Kahan subproblem 2: the third and fourth joints bring the wrist's centre to its position.
             let after_second = self.motion(1, -second) * rest;
             let wrist = after_second * self.wrist;
             let pairs = meetings(&self.lines[2], &self.lines[3], &self.elbow, &self.wrist, &wrist);
             for (pair_index, pair) in pairs.into_iter().enumerate() {
                 let Some([third, fourth]) = pair.filter(|_| wanted((2, 2 * pair_index))) else { continue };
                 let [Some(third), Some(fourth)] = [self.settle(2, third), self.settle(3, fourth)] else { continue };
+                // Remaining rotation about the wrist's centre: joints 5 to 7.
                 let isometry = self.motion(3, -fourth) * self.motion(2, -third) * after_second;
                 let wrists = self.solve_wrist(&isometry);
                 for (wrist_index, wrist) in wrists.into_iter().enumerate() {
                     let Some([fifth, sixth, seventh]) = wrist else { continue };
+                    // Index of the branch: one bit per choice of elbow, pair and wrist.
                     let solution = [first, second, third, fourth, fifth, sixth, seventh];
                     let result = visit(4 * elbow_index + 2 * pair_index + wrist_index, solution);
                     if result.is_some() {

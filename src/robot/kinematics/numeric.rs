@@ -80,6 +80,7 @@ pub fn descend(
     start: &[f64],
     settings: &SolverSettings,
 ) -> Descent {
+    // Start within the limits, with its Jacobian and pose error.
     let count = group.len();
     let mut q = [0.0; MAX_JOINTS];
     q[..count].copy_from_slice(start);
@@ -99,12 +100,14 @@ pub fn descend(
             return here;
         }
         let mut next = q;
+        // Damping in proportion to the squared residual (Sugihara 2011).
         let damped = damping * error.norm_squared() + 1e-14;
         if step(group, &mut next[..count], &columns[..count], &error, damped).is_none() {
             break;
         }
         let next_pose = group.forward_and_columns(&next[..count], &mut next_columns[..count]);
         let next_error = pose_error(&next_pose, target);
+        // Accepted step: the damping falls.
         if next_error.norm_squared() < error.norm_squared() {
             // Hardly better far from the target: this valley ends here.
             let stuck = next_error.norm_squared() > (1.0 - SLOW) * error.norm_squared() && error.norm_squared() > 1e-8;
@@ -114,6 +117,7 @@ pub fn descend(
                 break;
             }
         } else {
+            // Rejected step: the damping grows until a step lowers the error, or it is hopeless.
             damping *= 8.0;
             if damping > 1e9 {
                 break;

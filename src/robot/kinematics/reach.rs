@@ -84,11 +84,13 @@ impl SelfMotion {
         if gap > 1e-9 {
             return apart(name(4), "elbow", gap);
         }
+        // First two axes: at right angles.
         let [axis, second] = [arm.along(0), arm.along(1)];
         let slope = axis.dot(&second).abs();
         if slope > 1e-9 {
             return Err(NoClosedForm::Oblique { names: format!("{}, {}", name(0), name(1)), cosine: slope });
         }
+        // Offset of the shoulder from the first axis; shoulder and elbow lie in one plane with it.
         let origin = arm.through(0) + axis * axis.dot(&(shoulder - arm.through(0)));
         let away = (shoulder - origin) - second * second.dot(&(shoulder - origin));
         let offset = away.norm();
@@ -96,23 +98,27 @@ impl SelfMotion {
         if across > 1e-9 {
             return apart(format!("{}, {}", name(0), name(1)), "first axis's plane", across);
         }
+        // Roll joints without limits: the third, fifth and seventh.
         if let Some(joint) = [2, 4, 6].into_iter().find(|joint| group.joints()[*joint].limits.is_some()) {
             return Err(NoClosedForm::Limited(name(joint)));
         }
         let outward = if offset > 1e-12 { away / offset } else { second.cross(&axis) };
         let limits = |joint: usize| group.joints()[joint].limits;
         let (upper, fore) = ((elbow - shoulder).norm(), (wrist - elbow).norm());
+        // Direction of the upper arm in the plane (outward, axis) at a value of the second joint.
         let lift = |value: f64| {
             let to = arm.motion(1, value) * elbow - shoulder;
             [to.dot(&outward) / upper, to.dot(&axis) / upper]
         };
         let forearm = (wrist - elbow) / fore;
+        // Second joint's range: direction of its middle and cosine of its half.
         let (lift_middle, lift_cosine) = match limits(1) {
             Some(limits) => (lift(0.5 * (limits.low + limits.high)), cosine_of_half(limits)),
             None => ([1.0, 0.0], -2.0),
         };
         let first = limits(0).unwrap_or(JointLimits { low: -0.5 * FULL_TURN, high: 0.5 * FULL_TURN });
         let (sin, cos) = libm::sincos(0.5 * (first.low + first.high));
+        // Axis of the elbow's joint: at right angles to upper arm and forearm.
         for (joints, along) in [([2, 3], elbow - shoulder), ([3, 4], wrist - elbow)] {
             let cosine = arm.along(3).dot(&along.normalize()).abs();
             if cosine > 1e-9 {
@@ -211,11 +217,13 @@ impl SelfMotion {
             [0.070_737_2, -0.997_495],
         ];
         let flat = self.flat(wrist);
+        // Direction from the first axis to the wrist's centre; undefined on the axis.
         let radius = flat.xy().norm();
         if radius < 1e-9 {
             return None;
         }
         let (c, s) = (flat.x / radius, flat.y / radius);
+        // Candidates in ascending angle from that direction; the first within limits at which the pose is reached.
         let rotated = BESIDE.map(|[cos, sin]| [c * cos - s * sin, s * cos + c * sin]);
         let found = rotated.into_iter().find(|first| {
             let length = first[0] * first[0] + first[1] * first[1];
@@ -223,6 +231,7 @@ impl SelfMotion {
             inside > self.first.cosine + 1e-9 && (length - 1.0).abs() < 1e-5 && self.allows(&flat, &wrist.ahead, *first)
         })?;
         let value = libm::atan2(found[1], found[0]);
+        // Wrapped by whole revolutions to the lowest value within the limits.
         let limits = &self.first.limits;
         let value = value - FULL_TURN * ((value - limits.low) / FULL_TURN).floor();
         (value <= limits.high).then_some(value)
@@ -262,6 +271,7 @@ impl SelfMotion {
         let JointLimits { low, high } = self.first.limits;
         ends.clear();
         ends.extend([low, high]);
+        // All copies of a value within the limits, whole revolutions apart.
         let mut put = |value: f64| {
             let mut value = value - FULL_TURN * ((value - low) / FULL_TURN).floor();
             while value < high {
@@ -269,6 +279,7 @@ impl SelfMotion {
                 value += FULL_TURN;
             }
         };
+        // Wrist's centre in cylinder coordinates about the first axis.
         let flat = self.flat(wrist);
         let radius = flat.xy().norm();
         let middle = libm::atan2(flat.y, flat.x);
@@ -281,6 +292,7 @@ impl SelfMotion {
             }
         };
         let square = |value: f64| value * value;
+        // Second joint at a limit: the elbow is fixed in the arm's plane, and the wrist's centre lies on a sphere around it.
         for [out, up] in &self.lift_ends {
             let (out, up) = (self.offset + self.upper * out, self.upper * up);
             if out != 0.0 {
@@ -288,6 +300,7 @@ impl SelfMotion {
                 along(sum / (2.0 * out), &mut put);
             }
         }
+        // Fourth joint at a limit: the distance from shoulder to wrist is fixed.
         let squares = square(radius) + square(flat.z) + square(self.offset);
         if self.offset > 0.0 {
             for span in self.spans {
@@ -302,6 +315,7 @@ impl SelfMotion {
         for value in quadratic_roots(a, b, c).into_iter().flatten() {
             along(value, &mut put);
         }
+        // Sixth joint at a limit.
         for cosine in self.cones {
             self.cone(&flat, &wrist.ahead, cosine, &mut put);
         }
@@ -390,6 +404,7 @@ const DEGREE: usize = 4;
 
 /// Roots of a polynomial (lowest power first) in -1 to 1, its turning points there, and both ends.
 fn roots_and_extrema(polynomial: &[f64]) -> Vec<f64> {
+    // Derivative of the polynomial; its roots, found by recursion, split -1 to 1 into monotonic pieces.
     let mut slope: [f64; DEGREE] = std::array::from_fn(|power| (power + 1) as f64);
     let slope = &mut slope[..polynomial.len() - 1];
     slope.iter_mut().zip(&polynomial[1..]).for_each(|(power, factor)| *power *= factor);
@@ -402,8 +417,10 @@ fn roots_and_extrema(polynomial: &[f64]) -> Vec<f64> {
         ends
     };
     points.sort_unstable_by(f64::total_cmp);
+    // Horner's scheme.
     let at = |factors: &[f64], t: f64| factors.iter().rev().fold(0.0, |sum, factor| sum * t + factor);
     let (mut roots, mut count) = ([0.0; DEGREE], 0);
+    // One root at most per piece: only where the sign changes.
     for pair in points.windows(2) {
         let (mut low, mut high) = (pair[0], pair[1]);
         let rising = at(polynomial, low) < 0.0;

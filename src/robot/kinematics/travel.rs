@@ -174,24 +174,29 @@ impl SelfMotion {
     /// from the first of three values to the last [rad]. The upper arm lies beside the direction to the wrist by an
     /// angle that the law of cosines gives; both are monotonic in the coordinate but for one point.
     fn second_travel(&self, q: &[f64; 7], wrist: &Vector3<f64>, [min, now, max]: [f64; 3]) -> f64 {
+        // Singular: the wrist's centre may pass the shoulder in projection, where the direction to it is undefined.
         let up = wrist.z;
         if up.abs() < 1e-9 && min <= 0.0 && max >= 0.0 {
             return f64::INFINITY;
         }
         let square = |value: f64| value * value;
+        // Law of cosines: angle between upper arm and direction to the wrist, from its coordinate along the plane.
         let constant = square(self.upper) - square(self.fore) + square(wrist.x) + square(wrist.y) + square(up)
             - square(self.offset);
         let cosine = |along: f64| (constant - 2.0 * self.offset * along) / (2.0 * self.upper * libm::hypot(along, up));
         let beside = |along: f64| libm::acos(cosine(along).clamp(-1.0, 1.0));
         let (mut narrow, mut wide) = (beside(min).min(beside(max)), beside(min).max(beside(max)));
+        // Extremum of that angle, where the derivative of its cosine is 0; within the interval it widens the range.
         let turning = -2.0 * self.offset * square(up) / constant;
         if turning > min && turning < max {
             (narrow, wide) = (narrow.min(beside(turning)), wide.max(beside(turning)));
         }
+        // Range of the direction to the wrist over the interval: monotonic in the coordinate.
         let to_wrist = |along: f64| libm::atan2(up, along);
         let (a, b) = (to_wrist(min), to_wrist(max));
         let (from, to) = (a.min(b), a.max(b));
         let [out, high] = self.lift_direction(q[1]);
+        // Side of the elbow, found from the present upper arm; the bound is the larger excursion from the present angle.
         let mut best = f64::INFINITY;
         for side in [1.0, -1.0] {
             let angle = to_wrist(now) + side * beside(now);

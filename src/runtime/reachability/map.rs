@@ -382,6 +382,7 @@ impl ReachabilityMap {
         let (mut positions, mut blocked) = (Vec::new(), Vec::new());
         for (rotation, alike) in &self.rotations {
             for Ball { centre, radius } in balls {
+                // Centre of the ball relative to the position; constant for a rotation.
                 let away = rotation * centre.coords;
                 // Positions at which the ball may reach the obstacle's box, a little more for rounding.
                 let [xs, ys, zs] = [0, 1, 2].map(|k| {
@@ -390,6 +391,7 @@ impl ReachabilityMap {
                     let first = steps(bounds.min[k] - reach).ceil().max(0.0) as usize;
                     first..(steps(bounds.max[k] + reach).floor() + 1.0).clamp(0.0, axis.count as f64) as usize
                 });
+                // Exact test of ball and obstacle at each of these positions.
                 let centre = |k: usize, index: usize| grid.position_axes()[k].centre(index);
                 for x in xs {
                     for y in ys.clone() {
@@ -405,6 +407,7 @@ impl ReachabilityMap {
                     }
                 }
             }
+            // Cells of all orientations alike at the positions touched; the marks are cleared for the next rotation.
             for position in positions.drain(..) {
                 touched[position] = false;
                 let cells = alike.iter().map(|angle| position * angles + angle);

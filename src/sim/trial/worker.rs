@@ -94,22 +94,26 @@ impl TrialWorker {
 
     /// The phases, until one decides.
     fn decide(&mut self, outcome: &mut Outcome, conditions: &TrialConditions) -> Decided<()> {
+        // Start too deep in the object: refused before any motion.
         let penetration = outcome.start.penetration;
         if penetration > self.deepest_start() {
             return Err(Verdict::Refused { penetration });
         }
         self.close(outcome, conditions)?;
+        // Axes of the object at the start, in which the accelerations are given; they act in the hand's base frame.
         let upright = outcome.start.base_from_object.rotation;
         let reference = self.hand.base_from_object();
         let protocol = self.protocol;
         match conditions.gravity {
             Gravity::Lifted => {
+                // Apparent acceleration in the frame of the moving hand: gravity minus the acceleration of the motion.
                 let lift = |time| -protocol.lifting(time) - Vector3::z() * GRAVITY;
                 self.carry(outcome, &reference, (Phase::Lift, protocol.lift_time), |time| upright * lift(time))?;
                 let shake = |time| -protocol.shaking(time) - Vector3::z() * GRAVITY;
                 self.carry(outcome, &reference, (Phase::Shake, protocol.shake_time), |time| upright * shake(time))?;
             }
             Gravity::Six => {
+                // Gravity along each axis of the object in both senses, -z first.
                 for direction in 0..6_u8 {
                     let mut down = Vector3::zeros();
                     down[2 - usize::from(direction / 2)] = if direction % 2 == 0 { -GRAVITY } else { GRAVITY };
@@ -118,6 +122,7 @@ impl TrialWorker {
                 }
             }
         }
+        // Grasp held only if at least two links touch the object.
         let links = self.grip().links().len();
         if links < 2 { Err(Verdict::LetGo { links }) } else { Ok(()) }
     }

@@ -103,6 +103,7 @@ impl HandOnObject {
         drop_index_zero: bool,
         stream: impl FnOnce(&str) -> Stream,
     ) -> Result<TactileContacts, ProduceError> {
+        // Channel's plan: one tactile grasp, or a number of exploratory approaches.
         let plan = match channel {
             Channel::TOUCH_GRASP => vec![self.grasp(&pair.camera_from_object, &mut stream("tactile grasp"))],
             _ => self.exploration(by_hand.exploration.unwrap_or(0), pair, seen, &mut stream("exploration")),
@@ -110,10 +111,12 @@ impl HandOnObject {
         let hand = Arc::clone(self.worker.hand());
         let joints = hand.tree().joints().iter().map(|joint| joint.joint.name.clone()).collect();
         let (name, links) = (hand.name().to_owned(), hand.links().to_vec());
+        // Names of the hand's links and joints, to which the records below refer by index.
         let mut by_hand = HandTouch { hand: name, links, joints, ..HandTouch::default() };
         let mut out = TactileContacts::none(pair.sample);
         (out.resolution, out.probes) = (pair.grid.resolution, plan.len() as u32);
         for (probe, planned) in plan.iter().enumerate() {
+            // Start pose: off the target against the direction of motion, clear of the object.
             let start = planned.target - planned.rotation.column(2) * self.far;
             let rotation = Rotation3::from_matrix_unchecked(planned.rotation);
             let camera_from_start = IsometryMatrix3::from_parts(Translation3::from(start), rotation);
@@ -121,9 +124,11 @@ impl HandOnObject {
             let object_from_start = camera_from_object.inv_mul(&camera_from_start);
             let approach = HandApproach { object_from_start, distance: self.far + BEYOND, effort: planned.effort };
             let felt = self.worker.feel(&approach).map_err(|error| ProduceError::unusable(&self.scene, error))?;
+            // Approach without any touch: its start is recorded as a miss.
             if felt.touches.is_empty() {
                 out.misses.push(single(&start));
             }
+            // Contacts, transformed to camera axes: voxel cell, visibility from the camera, and force and gap of the touch.
             for touch in &felt.touches {
                 let point = camera_from_object * touch.point;
                 let normal = Unit::new_normalize(camera_from_object.rotation * touch.normal.into_inner());
@@ -139,6 +144,7 @@ impl HandOnObject {
                 let (force, gap) = (touch.force as f32, touch.distance as f32);
                 by_hand.felt.push(Felt { link: touch.link as u32, force, gap });
             }
+            // End of the approach: pose of the hand in camera axes, and its joint values.
             by_hand.approaches.push(Approach {
                 camera_from_hand: Pose::from_isometry(camera_from_object * felt.object_from_base),
                 joints: felt.joints,

@@ -76,7 +76,9 @@ impl SearchedArm {
             };
             group.joints().iter().map(range).map(|(low, high)| stream.uniform(low, high)).collect()
         };
+        // Starts anywhere: uniform within the joints' limits; one revolution for a joint without limits.
         let starts = (0..FAR_STARTS + MORE_FAR_STARTS + LAST_STARTS).map(|_| any()).collect();
+        // Known configurations: joint values from the same stream, and the pose of the end effector at each.
         let mut values = Vec::with_capacity(KNOWN * group.len());
         let mut known: Vec<Known> = (0..KNOWN)
             .map(|_| {
@@ -88,9 +90,11 @@ impl SearchedArm {
                 Known { position, rotation, q: begins }
             })
             .collect();
+        // Offsets from an end of a descent to a start beside it, from a stream of their own.
         let mut stream = Stream::of_job(seed, b"", "inverse kinematics, beside");
         let mut beside = || (0..group.len()).map(|_| stream.uniform(-BESIDE, BESIDE)).collect();
         let beside = (0..BESIDE_STARTS).map(|_| beside()).collect();
+        // Bounds of the known positions, and the grid of cells over them.
         let low: [f32; 3] =
             std::array::from_fn(|axis| known.iter().map(|known| known.position[axis]).fold(f32::INFINITY, f32::min));
         let high: [f32; 3] = std::array::from_fn(|axis| {
@@ -102,6 +106,7 @@ impl SearchedArm {
             let at = |axis: usize| (((position[axis] - low[axis]) / CELL) as usize).min(counts[axis] - 1);
             (at(0) * ny + at(1)) * nz + at(2)
         };
+        // Configurations sorted by cell; prefix sums over the counts give the first index of each cell.
         known.sort_by_cached_key(|known| cell(&known.position));
         let mut begins = vec![0; counts.iter().product::<usize>() + 1];
         known.iter().for_each(|known| begins[cell(&known.position) + 1] += 1);
@@ -153,6 +158,7 @@ impl SearchedArm {
     fn near(&self, target: &Pose<World, EndEffector>) -> Vec<u32> {
         const COUNT: usize = NEAR_STARTS + MORE_NEAR_STARTS;
         let (position, rotation) = single(target);
+        // Range of the target's cell and its neighbours along an axis, clamped to the grid.
         let range = |axis: usize| {
             let at = ((position[axis] - self.low[axis]) / CELL).floor();
             let last = self.counts[axis] as f32 - 1.0;
@@ -163,6 +169,7 @@ impl SearchedArm {
             for y in range(1) {
                 let row = (x * self.counts[1] + y) * self.counts[2];
                 let cells = range(2);
+                // Cells of a row follow each other in memory: one slice for the whole range along z.
                 for known in &self.known[self.begins[row + cells.start()]..self.begins[row + cells.end() + 1]] {
                     let offset = [0, 1, 2].map(|axis| known.position[axis] - position[axis]);
                     let apart = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
@@ -170,6 +177,7 @@ impl SearchedArm {
                     let [a, b] = [&known.rotation, &rotation];
                     let cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
                     let angle_squared = 4.0 * (1.0 - cosine * cosine);
+                    // Weighted squared distance of poses; the nearest ones are kept sorted by insertion.
                     let apart = apart + METRES_PER_RADIAN * METRES_PER_RADIAN * angle_squared;
                     if best.len() < COUNT || apart < best[COUNT - 1].0 {
                         let index = best.partition_point(|(other, _)| *other <= apart);
