@@ -25,6 +25,7 @@ const CRATES: &[(&str, &[&str])] = &[
 /// Rooms of the crates that have several, with the rooms of the same crate that each uses. ARCHITECTURE.md shows the same
 /// table.
 const ROOMS: &[(&str, &[&str])] = &[
+    ("kernel/files", &[]),
     ("kernel/ids", &[]),
     ("kernel/seed", &["ids"]),
     ("kernel/words", &["ids"]),
@@ -32,7 +33,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/voxel", &["geom", "seed"]),
     ("kernel/render", &["geom", "ids", "seed"]),
     ("kernel/contact", &["geom", "voxel"]),
-    ("kernel/assets", &["geom", "ids", "seed"]),
+    ("kernel/assets", &["files", "geom", "ids", "seed"]),
     ("kernel/object", &["assets", "contact", "geom", "ids", "voxel"]),
     ("robot/kinematics", &[]),
     ("robot/collision", &["kinematics"]),
@@ -212,6 +213,32 @@ fn every_dependency_is_named_in_the_code() {
         }
     }
     assert!(unused.is_empty(), "{}", unused.join("\n"));
+}
+
+#[test]
+fn files_are_opened_in_one_room() {
+    // What the system itself provides, this program's own folders, and figures of benchmarks.
+    const OTHERS: [&str; 7] = [
+        "src/kernel/files.rs",
+        "src/cli/doctor.rs",
+        "src/cli/machine.rs",
+        "src/sim/probe.rs",
+        "src/format/dataset/durable.rs",
+        "src/format/dataset/measure.rs",
+        "src/format/dataset/new_folder.rs",
+    ];
+    let opening = ["File::open(", "fs::read(", "fs::read_to_string("];
+    for path in sources(Path::new("src")) {
+        let name = path.to_string_lossy();
+        let code = code_of(&path);
+        let calls = |call: &&&str| {
+            let mut befores = code.match_indices(**call).map(|(at, _)| &code[..at]);
+            befores.any(|before| !before.ends_with(char::is_alphanumeric))
+        };
+        let found = opening.iter().find(calls);
+        let is_free = OTHERS.contains(&name.as_ref()) || is_for_tests(&path);
+        assert!(is_free || found.is_none(), "{name} calls {found:?}: `kernel::files` refuses what is no regular file");
+    }
 }
 
 #[test]

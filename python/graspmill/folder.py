@@ -39,6 +39,10 @@ class Folder:
         self.kept: int = self.manifest["counts"]["kept"]
         self.shards = [self.path / "shards" / shard["file"] for shard in self.manifest["shards"]]
         for path, shard in zip(self.shards, self.manifest["shards"]):
+            if path.name != shard["file"]:
+                raise DamagedFile(self.path / "manifest.json", f"it names a shard {shard['file']!r}", VERIFY)
+            if path.exists() and not path.is_file():
+                raise DamagedFile(path, "it is no regular file", VERIFY)
             if not path.is_file():
                 raise DamagedFile(path, "it is missing, and the manifest names it", VERIFY)
             if path.stat().st_size != shard["bytes"]:
@@ -76,10 +80,14 @@ class Folder:
 
 
 def _json(path: Path) -> dict[str, Any]:
+    if path.exists() and not path.is_file():
+        raise DamagedFile(path, "it is no regular file", VERIFY)
     try:
         value = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise DamagedFile(path, "it is missing", VERIFY) from None
+    except RecursionError:
+        raise DamagedFile(path, "it is nested too deep", VERIFY) from None
     except (ValueError, UnicodeDecodeError) as error:
         raise DamagedFile(path, f"it is no JSON ({error})", VERIFY) from error
     if not isinstance(value, dict):
@@ -89,7 +97,7 @@ def _json(path: Path) -> dict[str, Any]:
 
 def _manifest(folder: Path) -> dict[str, Any]:
     path = folder / "manifest.json"
-    if not path.is_file():
+    if not path.exists():
         raise _without_manifest(folder)
     manifest = _json(path)
     version = manifest.get("format_version")

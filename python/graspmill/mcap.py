@@ -89,6 +89,9 @@ class McapFile:
         return DamagedFile(self.path, problem, VERIFY)
 
     def _map(self) -> None:
+        # A FIFO would wait for its writer, a device could never end.
+        if self.path.exists() and not self.path.is_file():
+            raise DamagedFile(self.path, "it is no regular file", VERIFY)
         try:
             with self.path.open("rb") as file:
                 self._bytes = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))

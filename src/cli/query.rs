@@ -1,6 +1,6 @@
 //! `graspmill query`: questions to a finished dataset.
 
-use std::{fmt::Write as _, fs, path::Path};
+use std::{fmt::Write as _, path::Path};
 
 use serde::Serialize;
 
@@ -123,7 +123,7 @@ fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
         poses.push(pose);
     }
     if let Some(path) = &arguments.csv {
-        let text = fs::read_to_string(path)
+        let text = kernel::files::read_to_string(path)
             .map_err(|error| wrong(format!("{}: {error}; give a text file of poses, {FORM} a line", path.display())))?;
         poses.append(&mut poses_of_file(&text, path).map_err(wrong)?);
     }

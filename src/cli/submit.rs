@@ -159,7 +159,7 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 /// Reads what was sent before: the submission, and the tasks whose shards are missing.
 fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
     let path = folder.join(RECORD);
-    let text = fs::read(&path).map_err(|error| {
+    let text = kernel::files::read(&path).map_err(|error| {
         let message = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
         Failure::message(
             if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput },

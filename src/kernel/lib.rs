@@ -2,6 +2,7 @@
 
 pub mod assets;
 pub mod contact;
+pub mod files;
 pub mod geom;
 pub mod ids;
 pub mod object;

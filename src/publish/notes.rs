@@ -55,7 +55,7 @@ impl RunNotes {
     /// When the file can't be read or is no such JSON.
     pub fn read(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join(NOTES);
-        match fs::read(&path) {
+        match kernel::files::read(&path) {
             Ok(text) => serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
                 path,
                 problem: error.to_string(),

@@ -5,6 +5,7 @@ mod disk;
 mod flips;
 mod forger;
 mod fuzz_corpus;
+mod irregular;
 #[path = "../support/mod.rs"]
 mod support;
 mod verification;

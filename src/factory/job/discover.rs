@@ -2,7 +2,6 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs,
     path::{Path as FilePath, PathBuf},
 };
 
@@ -241,7 +240,7 @@ fn rows(
     let known: BTreeSet<&str> = names.iter().map(String::as_str).collect();
     if let Some(table) = &entry.table {
         let target = tidy(&folder.join(table));
-        match fs::read_to_string(&target) {
+        match kernel::files::read_to_string(&target) {
             Ok(text) => {
                 let (read, errors) = mesh_table::read(&target.display().to_string(), &text);
                 checker.add_errors(errors);

@@ -1,7 +1,7 @@
 //! Job files as text.
 
 use std::{
-    fs, io,
+    io,
     path::{Path, PathBuf},
 };
 
@@ -27,7 +27,7 @@ impl JobText {
         Ok(Self {
             label: path.display().to_string(),
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
-            text: fs::read_to_string(path)?,
+            text: kernel::files::read_to_string(path)?,
             overrides: overrides.to_vec(),
         })
     }

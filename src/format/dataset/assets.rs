@@ -1,7 +1,5 @@
 //! The asset table of a finished dataset, and its job, as they stand on disk.
 
-use std::fs;
-
 use serde::Deserialize;
 
 use super::{
@@ -51,7 +49,7 @@ impl DatasetReader {
     /// When it is missing or damaged.
     pub fn assets(&self) -> Result<AssetTable, DatasetError> {
         let path = self.folder().join(ASSETS);
-        let text = fs::read(&path).map_err(DatasetError::io("reading", &path))?;
+        let text = kernel::files::read(&path).map_err(DatasetError::io("reading", &path))?;
         serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
             path,
             problem: error.to_string(),
@@ -65,6 +63,6 @@ impl DatasetReader {
     /// When it is missing or no text.
     pub fn job_text(&self) -> Result<String, DatasetError> {
         let path = self.folder().join(JOB);
-        fs::read_to_string(&path).map_err(DatasetError::io("reading", &path))
+        kernel::files::read_to_string(&path).map_err(DatasetError::io("reading", &path))
     }
 }

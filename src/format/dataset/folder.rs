@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs::{self, File},
+    fs::{self},
     io::{self, Read},
     path::{Path, PathBuf},
 };
@@ -115,7 +115,7 @@ pub fn read_mark(folder: &Path) -> Result<Option<RunMark>, DatasetError> {
         format_version: u32,
     }
     let path = folder.join(RUN);
-    let text = match fs::read(&path) {
+    let text = match kernel::files::read(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(DatasetError::io("reading", &path)(error)),
@@ -281,7 +281,7 @@ pub(super) fn sorted_entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError
 
 /// BLAKE3 and size of a file, read in pieces.
 pub(super) fn hash_file(path: &Path) -> Result<(Digest, u64), DatasetError> {
-    let mut file = File::open(path).map_err(DatasetError::io("reading", path))?;
+    let mut file = kernel::files::open(path).map_err(DatasetError::io("reading", path))?;
     let mut hasher = blake3::Hasher::new();
     let mut buffer = vec![0; 256 << 10];
     let mut bytes = 0;

@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs, io,
+    io,
     path::{Path, PathBuf},
 };
 
@@ -125,7 +125,7 @@ impl Manifest {
             format_version: u32,
         }
         let path = folder.join(MANIFEST);
-        let text = fs::read(&path).map_err(|error| match error.kind() {
+        let text = kernel::files::read(&path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => DatasetError::Unfinished { folder: folder.to_owned() },
             _ => DatasetError::io("reading", &path)(error),
         })?;

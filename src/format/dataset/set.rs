@@ -88,7 +88,7 @@ impl SetTable {
     /// When the file can't be read, is no such JSON, or is of another format version.
     pub fn read(folder: &Path) -> Result<Option<Self>, DatasetError> {
         let path = folder.join(SET);
-        let text = match fs::read(&path) {
+        let text = match kernel::files::read(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(DatasetError::io("reading", &path)(error)),

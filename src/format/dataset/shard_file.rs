@@ -317,7 +317,7 @@ pub(crate) fn attachment(record: &[u8], data_size: u64) -> Result<&[u8], McapErr
 }
 
 fn open(path: &Path) -> Result<File, DatasetError> {
-    File::open(path).map_err(|error| match error.kind() {
+    kernel::files::open(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => invalid(path, "the file is missing".to_owned()),
         _ => DatasetError::io("reading", path)(error),
     })

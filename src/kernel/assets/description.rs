@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeSet,
-    fs, io,
+    io,
     path::{Path, PathBuf},
 };
 
@@ -83,7 +83,7 @@ impl Description {
     pub fn of_hand(path: &Path) -> Result<Self, DescriptionError> {
         let Self { name, digest } = Self::read(path)?;
         let table = path.with_extension(TABLE);
-        let bytes = fs::read(&table).map_err(|source| DescriptionError { path: table, by: None, source })?;
+        let bytes = crate::files::read(&table).map_err(|source| DescriptionError { path: table, by: None, source })?;
         let digest = Digest::of_parts([b"graspmill hand".as_slice(), &digest.0, &Digest::of(&bytes).0]);
         Ok(Self { name, digest })
     }
@@ -143,7 +143,7 @@ impl Walk<'_> {
 
     fn bytes(&mut self, path: &Path, by: Option<&Path>) -> Result<Vec<u8>, DescriptionError> {
         let error = |source| DescriptionError { path: path.to_owned(), by: by.map(Path::to_owned), source };
-        let bytes = fs::read(path).map_err(error)?;
+        let bytes = crate::files::read(path).map_err(error)?;
         self.digests.push(Digest::of(&bytes));
         Ok(bytes)
     }
@@ -219,6 +219,8 @@ fn attributes(mut text: &str) -> Vec<(&str, &str)> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     const MAIN: &str = "<!-- file=\"no.xml\" --><mujoco model='arm'>\n<compiler meshdir=\"parts\" angle='radian'/>\

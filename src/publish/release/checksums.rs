@@ -1,6 +1,6 @@
 //! Digests of a release's files, and the list that `sha256sum -c` reads.
 
-use std::{collections::BTreeMap, fs::File, io::Read, path::Path};
+use std::{collections::BTreeMap, io::Read, path::Path};
 
 use sha2::{Digest as _, Sha256};
 
@@ -24,7 +24,7 @@ pub(crate) struct FileDigests {
 /// Reads a file once, in pieces.
 pub(crate) fn digests_of(path: &Path) -> Result<FileDigests, DatasetError> {
     let failed = |source| DatasetError::Io { action: "reading", path: path.to_owned(), source };
-    let mut file = File::open(path).map_err(failed)?;
+    let mut file = kernel::files::open(path).map_err(failed)?;
     let (mut sha256, mut blake3) = (Sha256::new(), blake3::Hasher::new());
     let (mut buffer, mut bytes) = (vec![0; 256 << 10], 0);
     loop {

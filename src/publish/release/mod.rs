@@ -108,7 +108,8 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     let reader = DatasetReader::open(options.folder)?;
     let rows = assets::rows(&reader)?;
     let names: Vec<&str> = rows.iter().map(|(_, row)| row.name.as_str()).collect();
-    let about_text = std::fs::read_to_string(options.about).map_err(DatasetError::io("reading", options.about))?;
+    let about_text =
+        kernel::files::read_to_string(options.about).map_err(DatasetError::io("reading", options.about))?;
     let about = About::read(options.about, &about_text, &names).map_err(ReleaseError::About)?;
     let job = job_table(&reader)?;
     let assets = assets::assets(&reader, &rows, &job, &about);

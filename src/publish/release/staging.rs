@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeSet,
-    fs::{self, File},
+    fs::{self},
     io,
     path::{Path, PathBuf},
 };
@@ -27,7 +27,7 @@ impl Staging {
     pub fn copy(&self, from: &Path, name: &str) -> Result<(), DatasetError> {
         let to = self.path_of(name)?;
         // A copy's error does not say which of the two files it is about.
-        File::open(from).map_err(DatasetError::io("reading", from))?;
+        kernel::files::open(from).map_err(DatasetError::io("reading", from))?;
         fs::copy(from, &to).map_err(DatasetError::io("copying to", &to)).map(|_| ())
     }
 
@@ -63,7 +63,7 @@ impl Staging {
         let files: Vec<PathBuf> = self.files()?.iter().map(|name| self.path().join(name)).collect();
         let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).chain([self.path()]).collect();
         for path in files.iter().map(PathBuf::as_path).chain(folders) {
-            File::open(path).and_then(|file| file.sync_all()).map_err(DatasetError::io("syncing", path))?;
+            kernel::files::open(path).and_then(|file| file.sync_all()).map_err(DatasetError::io("syncing", path))?;
         }
         self.0.publish()
     }

@@ -3,7 +3,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs::{self, File},
+    fs::File,
     io::{self, BufRead, BufReader, Lines, Write},
     path::Path,
     sync::{Arc, Mutex},
@@ -63,7 +63,7 @@ pub(super) struct AssetRows {
 }
 
 pub(super) fn read_assets(folder: &Path) -> Result<AssetRows, String> {
-    let text = fs::read(folder.join(ASSETS)).map_err(|error| error.to_string())?;
+    let text = kernel::files::read(&folder.join(ASSETS)).map_err(|error| error.to_string())?;
     serde_json::from_slice(&text).map_err(|error| error.to_string())
 }
 
@@ -165,7 +165,7 @@ impl<'a> RowChecks<'a> {
         let index_digest = Arc::new(Mutex::new(blake3::Hasher::new()));
         let sink = Box::new(DigestSink(Arc::clone(&index_digest)));
         let index = index.and_then(|format| format.begin(sink, &index_columns(manifest.product, &channels)).ok());
-        let rejects = match File::open(folder.join(REJECTS)) {
+        let rejects = match kernel::files::open(&folder.join(REJECTS)) {
             Ok(file) => Some(BufReader::new(file).lines()),
             Err(error) => {
                 if !problems.iter().any(|problem| problem.file == REJECTS) {
@@ -297,7 +297,7 @@ pub(super) fn check_splits(
 pub(super) fn check_preview(folder: &Path, notes: &mut Vec<String>) {
     let path = folder.join(PREVIEW);
     let read = || -> Result<(), String> {
-        let file = File::open(&path).map_err(|error| error.to_string())?;
+        let file = kernel::files::open(&path).map_err(|error| error.to_string())?;
         let bytes = file.metadata().map_err(|error| error.to_string())?.len();
         let summary = read_summary(&file, bytes).map_err(|error| error.to_string())?;
         for record in records(&summary) {

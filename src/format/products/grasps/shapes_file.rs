@@ -148,7 +148,7 @@ impl Shapes {
     /// When there are none, or the file is damaged.
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join(SHAPES);
-        let file = File::open(&path).map_err(|error| match error.kind() {
+        let file = kernel::files::open(&path).map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => DatasetError::Invalid {
                 path: path.clone(),
                 problem: "the file is missing".to_owned(),

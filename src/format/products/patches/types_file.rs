@@ -1,6 +1,6 @@
 //! `types.json`: grasp types of the kept grasps that patches were chosen from, with their counts.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use super::row::TYPES;
 use crate::dataset::{
@@ -24,7 +24,7 @@ pub fn write_types(folder: &Path, types: &GraspTypeCounts) -> Result<(), Dataset
 /// When the file is missing or damaged.
 pub fn read_types(folder: &Path) -> Result<GraspTypeCounts, DatasetError> {
     let path = folder.join(TYPES);
-    let text = fs::read(&path).map_err(DatasetError::io("reading", &path))?;
+    let text = kernel::files::read(&path).map_err(DatasetError::io("reading", &path))?;
     serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
         path: path.clone(),
         problem: error.to_string(),

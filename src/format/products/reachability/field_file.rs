@@ -148,7 +148,7 @@ pub(super) fn labels_of(shards: &[PathBuf], grid: &PoseGrid) -> Result<Vec<PoseL
 }
 
 fn read_payload(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    let file = File::open(path).map_err(|error| match error.kind() {
+    let file = kernel::files::open(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => DatasetError::Invalid {
             path: path.to_owned(),
             problem: "the file is missing".to_owned(),

@@ -53,7 +53,7 @@ fn load(path: &Path) -> Result<Vec<u8>, Refuse> {
         let problem = format!("holds {} bytes; at most {LARGEST_FILE} are read", facts.len());
         return Err(Refuse::new("too_big_file", problem, "simplify the mesh: a million triangles are plenty"));
     }
-    std::fs::read(path).map_err(unreadable)
+    crate::files::read(path).map_err(unreadable)
 }
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {

@@ -1,6 +1,6 @@
 //! Outcomes of replaying the trials in plain MuJoCo, where somebody did (`export --to mujoco`).
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +69,7 @@ struct OtherView {
 /// When the file can't be read, or is of another dataset.
 pub(crate) fn replay(folder: &Path, manifest: &Manifest) -> Result<Option<ReplayView>, DatasetError> {
     let path = folder.join(AGREEMENT);
-    let text = match fs::read_to_string(&path) {
+    let text = match kernel::files::read_to_string(&path) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(DatasetError::Io { action: "reading", path, source }),

@@ -4,7 +4,6 @@ mod fit;
 mod spec;
 
 use std::{
-    fs,
     path::{Path, PathBuf},
     sync::LazyLock,
 };
@@ -54,7 +53,7 @@ impl HandTable {
     pub fn read(file: &Path) -> Result<Self, HandTableError> {
         let unreadable =
             |error: std::io::Error| HandTableError::Unreadable { file: file.to_owned(), message: error.to_string() };
-        Self::parse(file, &fs::read_to_string(file).map_err(unreadable)?)
+        Self::parse(file, &kernel::files::read_to_string(file).map_err(unreadable)?)
     }
 
     /// A table out of text; `file` is its name in messages.

@@ -1,0 +1,130 @@
+//! Files that are no regular files: refused at once, before anything waits for them.
+
+use std::{
+    fs,
+    os::unix::fs::symlink,
+    path::Path,
+    process::Command,
+    time::{Duration, Instant},
+};
+
+use super::support::{
+    files::repository_path, jobs::NO_SPLIT, program::Program, small_dataset::SmallDataset, workspace::Workspace,
+};
+
+/// A verb that waits for one of these files would wait for ever. The time of a start under load is far below.
+const AT_ONCE: Duration = Duration::from_secs(10);
+
+/// Kinds of what stands where a regular file should.
+const KINDS: [&str; 4] = ["a FIFO", "a link to a FIFO", "a device", "a folder"];
+
+/// Reads all that the Python package reads of a dataset.
+const READ: &str = "\
+import sys, graspmill
+try:
+    data = graspmill.Dataset(sys.argv[1])
+    print(len(list(data)), data.folder.objects(), data.folder.splits())
+except graspmill.DatasetError as error:
+    sys.exit(str(error))
+";
+
+/// Puts something of a kind in the place of a file.
+fn replace(path: &Path, kind: &str) {
+    _ = fs::remove_file(path);
+    _ = fs::remove_dir(path);
+    let make_fifo = |fifo: &Path| assert!(Command::new("mkfifo").arg(fifo).status().expect("mkfifo").success());
+    match kind {
+        "a FIFO" => make_fifo(path),
+        "a link to a FIFO" => {
+            let fifo = path.with_extension("fifo");
+            _ = fs::remove_file(&fifo);
+            make_fifo(&fifo);
+            symlink(fifo, path).expect("a link");
+        }
+        "a device" => symlink("/dev/zero", path).expect("a link"),
+        "a folder" => fs::create_dir(path).expect("a folder"),
+        other => unreachable!("{other}"),
+    }
+}
+
+/// Runs a program that must end at once and fail; what it says.
+#[track_caller]
+fn refused(program: Program, name: &str) -> String {
+    let began = Instant::now();
+    let outcome = program.fail();
+    assert!(began.elapsed() < AT_ONCE, "{name}: {:?}", began.elapsed());
+    outcome.text()
+}
+
+#[test]
+fn files_of_a_dataset_that_are_no_files_are_refused() {
+    let workspace = Workspace::new();
+    let data = workspace.path("data");
+    SmallDataset { resolution: 9, views: 3, ..SmallDataset::default() }.finish(&data);
+    let shard = fs::read_dir(data.join("shards")).expect("shards").next().expect("a shard").expect("a shard").path();
+    let shard = shard.strip_prefix(&data).expect("below the dataset").to_owned();
+    // The verbs that need a file, and the file.
+    let needs: [(&str, &[&str]); 6] = [
+        ("manifest.json", &["verify", "inspect", "report"]),
+        ("run.json", &["verify"]),
+        ("assets.json", &["verify", "inspect", "report"]),
+        ("splits.json", &["verify"]),
+        ("rejects.jsonl", &["verify"]),
+        (shard.to_str().expect("UTF-8"), &["verify", "inspect", "report"]),
+    ];
+    let mut tried = 0;
+    for (file, verbs) in needs {
+        let path = data.join(file);
+        let content = fs::read(&path).expect("a file of the dataset");
+        for kind in KINDS {
+            replace(&path, kind);
+            for verb in verbs {
+                let said = refused(Program::on(verb, &data), &format!("{verb} of {file}, {kind}"));
+                // Sizes are compared before files are opened: readers of shards say so first.
+                let is_named = said.contains("not a regular file") || said.contains("the manifest says");
+                assert!(is_named, "{verb} of {file}, {kind}: {said}");
+                tried += 1;
+            }
+            if ["manifest.json", "assets.json", "splits.json"].contains(&file) || file.starts_with("shards") {
+                let python = Program::python_lines(READ).arg(&data).env("PYTHONPATH", repository_path("python"));
+                let said = refused(python, &format!("Python's reader of {file}, {kind}"));
+                assert!(said.contains("no regular file"), "{file}, {kind}: {said}");
+                tried += 1;
+            }
+        }
+        _ = fs::remove_file(&path);
+        _ = fs::remove_dir(&path);
+        _ = fs::remove_file(path.with_extension("fifo"));
+        fs::write(&path, content).expect("a file");
+    }
+    Program::on("verify", &data).succeed();
+    println!("{tried} refused");
+}
+
+#[test]
+fn inputs_that_are_no_files_are_refused() {
+    let workspace = Workspace::new();
+    let job = workspace.write(
+        "job.toml",
+        format!("product = \"completion\"\n[[objects]]\nlist = [\"mesh.stl\", \"box.stl\"]\nunit = \"m\"\n{NO_SPLIT}"),
+    );
+    fs::copy(repository_path("meshes/bottle.stl"), workspace.path("box.stl")).expect("a mesh of the repository");
+    let mesh = workspace.path("mesh.stl");
+    for kind in KINDS {
+        replace(&mesh, kind);
+        let began = Instant::now();
+        let said = Program::on("estimate", &job).finish().text();
+        assert!(began.elapsed() < AT_ONCE && said.contains("mesh.stl"), "a mesh, {kind}: {said}");
+        let said = refused(Program::new("meshes").arg("check").arg(&mesh), &format!("a mesh, {kind}"));
+        assert!(said.contains("regular file") || said.contains("folder"), "a mesh, {kind}: {said}");
+
+        let file = workspace.path("other.toml");
+        replace(&file, kind);
+        for verb in ["estimate", "run"] {
+            let program = Program::on(verb, &file);
+            let program = if verb == "run" { program.option("--out", workspace.path("out")) } else { program };
+            let said = refused(program, &format!("{verb} of a job file, {kind}"));
+            assert!(said.contains("not a regular file"), "{verb} of a job file, {kind}: {said}");
+        }
+    }
+}
