@@ -99,8 +99,8 @@ pub fn make(
     Ok((summary, began.elapsed().as_secs_f64()))
 }
 
-/// Writes what stands beside a dataset: notes for its report, and the preview. Of one that was finished before what is missing,
-/// for the run that finished it may have been killed before it came to this.
+/// Writes the side files of a dataset: notes for its report, and the preview. For a dataset that was finished before, only the
+/// missing ones: the run that finished it may have been killed first.
 pub fn add_views(
     folder: &Path,
     open: &OpenJob,

@@ -1,4 +1,4 @@
-//! A hand that moves: motors limited by torque, clutches that open, contacts with an object that nothing pushes away.
+//! Stepping of a hand: motors limited by torque, clutches that open, contacts with the object.
 
 use std::{collections::BTreeSet, sync::Arc};
 
@@ -16,19 +16,19 @@ use super::{
 };
 use robot::hand::{Driven, Hand, Motor};
 
-/// A motor speeds up with this share of what stops it: started at once, it would feel its own gears as an obstacle.
+/// Share of a motor's stopping torque with which it accelerates: an instant start would count its gears as an obstacle.
 pub(super) const START: f64 = 0.2;
 
-/// A motor that stands starts again when what holds it falls below this share of its torque.
+/// Share of its torque below which the load lets a standing motor start again.
 pub(super) const HOLDS: f64 = 0.95;
 
-/// A clutch opens when its joint was stopped for so many steps: what an impact does is over by then.
+/// Steps at a stand after which a clutch opens: an impact is over by then.
 pub(super) const STEPS_TO_OPEN: u32 = 10;
 
-/// A joint that moves by less than its motor would in this time [s] stands: contacts creep for ever.
+/// A joint stands when it moves by less than its motor would in this time [s]: contacts never cease to creep.
 pub(super) const STANDING: f64 = 0.0005;
 
-/// The hand has come to rest when it stood for so many steps, each motor at times.
+/// Steps at a stand after which the hand is at rest.
 pub(super) const STEPS_AT_REST: u32 = 25;
 
 /// Command to a motor.
@@ -36,8 +36,8 @@ pub(super) const STEPS_AT_REST: u32 = 25;
 pub enum Command {
     /// Stay where it is.
     Hold,
-    /// To the posture of the closed hand, and with an open clutch on to the limit of what it moves; a joint that does not
-    /// close the hand stays.
+    /// To the posture of the closed hand; with an open clutch, on to the limit of the joint that it moves. A joint that does
+    /// not close the hand stays.
     Close,
     /// To the posture of the opened hand.
     Open,
@@ -68,17 +68,17 @@ impl Effort {
 pub struct LinkTouch {
     /// The link; 0 is the base.
     pub link: usize,
-    /// On the object's surface, expressed in the hand's base frame [m].
+    /// The point on the object's surface, expressed in the hand's base frame [m].
     pub point: Point3<f64>,
-    /// Out of the object, expressed in the hand's base frame.
+    /// Unit normal out of the object, expressed in the hand's base frame.
     pub normal: Unit<Vector3<f64>>,
-    /// From the object to the link [m]: negative where they overlap.
+    /// Distance from the object to the link [m], negative where they overlap.
     pub distance: f64,
-    /// With which the two press on each other along the normal [N].
+    /// Normal force between the two [N].
     pub force: f64,
 }
 
-/// MuJoCo left the numbers that can be trusted: nothing after this step counts.
+/// The simulation became unstable: nothing after this step counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unstable in step {step}: {kind:?}")]
 pub struct Unstable {
@@ -157,7 +157,7 @@ struct Moved {
 /// Working memory of one thread that moves a hand; its state is its own.
 pub struct HandWorker {
     pub(super) sim: Arc<HandSim>,
-    /// With a model of its own: what the simulation sets in it, other threads do not see.
+    /// Data with a model of its own: other threads do not see what the simulation sets in it.
     pub(super) data: MjData<Box<MjModel>>,
     drives: Vec<Drive>,
     /// Targets of the servos, one per joint of the tree.
@@ -165,7 +165,7 @@ pub struct HandWorker {
     /// Torques or forces of the servos in the last step [N m or N].
     torques: Vec<f64>,
     effort: Effort,
-    /// For a true mesh.
+    /// Contacts with a true mesh.
     collider: Option<TrueMeshCollider>,
     /// Commands of the object's slides, along the axes of its pose [m].
     pub(super) slid: Vector3<f64>,
@@ -183,7 +183,7 @@ impl HandWorker {
     pub fn new(sim: &Arc<HandSim>) -> Self {
         let data = MjData::new(Box::new(MjModel::clone(&sim.model)));
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
-        // What hands feel of an object that stays keeps every bit.
+        // Keeps the bits of touch by hands on a fixed object.
         let remembers = matches!(sim.hold, Hold::Free(_));
         let collider = sim.true_mesh.as_ref().map(|mesh| TrueMeshCollider::new(&sim.model, mesh, remembers));
         let mut worker = Self {
@@ -209,8 +209,8 @@ impl HandWorker {
         &self.sim.hand
     }
 
-    /// A new run: everything as if it were the first, the hand still in a posture, the object at a pose expressed in the hand's
-    /// base.
+    /// Begins a run in the state of a new worker: the hand at rest in a posture, the object at a pose expressed in the
+    /// hand's base frame.
     ///
     /// # Errors
     /// When the posture has another length or is out of range, or the pose is not finite.
@@ -260,12 +260,12 @@ impl HandWorker {
     }
 
     /// Touches that would press on the object with all joints at values [rad or m], in the order of the hand's tree,
-    /// and the object at a pose; leaves nothing to go on from but [`HandWorker::start`].
+    /// and the object at a pose; the only step that may follow is [`HandWorker::start`].
     ///
     /// # Panics
     /// When there is not one value per joint.
     pub fn touches_at(&mut self, joints: &[f64], base_from_object: &IsometryMatrix3<f64>) -> Vec<LinkTouch> {
-        assert_eq!(joints.len(), self.sim.servos.len(), "one value a joint");
+        assert_eq!(joints.len(), self.sim.servos.len(), "one value per joint");
         self.set_poses(&self.sim.hand.opened(), base_from_object);
         for (servo, value) in self.sim.servos.iter().zip(joints) {
             self.data.qpos_mut()[servo.address] = *value;
@@ -300,12 +300,12 @@ impl HandWorker {
     /// One step of 2 ms.
     ///
     /// # Errors
-    /// When MuJoCo warns: the state is worth nothing until the next [`HandWorker::start`].
+    /// When MuJoCo warns: the state is invalid until the next [`HandWorker::start`].
     ///
     /// # Panics
-    /// When there is not one command a driven joint.
+    /// When there is not one command per driven joint.
     pub fn step(&mut self, commands: &[Command]) -> Result<(), Unstable> {
-        assert_eq!(commands.len(), self.drives.len(), "one command a driven joint");
+        assert_eq!(commands.len(), self.drives.len(), "one command per driven joint");
         let sim = Arc::clone(&self.sim);
         for ((index, driven), command) in sim.hand.driven().iter().enumerate().zip(commands) {
             let before = self.drives[index];
@@ -353,7 +353,7 @@ impl HandWorker {
     /// Steps with the same commands until the hand comes to rest, at most so many.
     ///
     /// # Panics
-    /// Panics of [`HandWorker::step`].
+    /// When there is not one command per driven joint.
     pub fn run(&mut self, commands: &[Command], max_steps: u32) -> Run {
         self.steps_at_rest = 0;
         let mut end = RunEnd::TimedOut;
@@ -377,7 +377,7 @@ impl HandWorker {
         }
     }
 
-    /// Closes the hand: every joint that closes it until it is closed or stopped.
+    /// Closes the hand: drives every closing joint until it is closed or stopped.
     pub fn close(&mut self, max_steps: u32) -> Run {
         self.run(&vec![Command::Close; self.drives.len()], max_steps)
     }
@@ -513,7 +513,7 @@ impl HandWorker {
             }
             (stood > 0 && pushes >= HOLDS * torque).then_some(motor.angle)
         });
-        // Of several the one that holds the motor back most.
+        // The follower that holds the motor back most.
         stops.min_by(|a, b| (left * a).total_cmp(&(left * b)))
     }
 

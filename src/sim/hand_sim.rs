@@ -1,7 +1,7 @@
-//! A hand and an object, compiled for stepping: one that no hand can push away, or a free one.
+//! A compiled MuJoCo model of a hand with a fixed or a free object.
 //!
-//! The hand's base is the world. An object that stays is held by slides that can move it against the hand: MuJoCo searches no
-//! contacts between two bodies that have no joint, so that only so the base feels it.
+//! The hand's base is the world. A fixed object hangs on stiff slides: MuJoCo searches no contacts between two
+//! bodies without a joint, and with slides the hand's base feels the object.
 //!
 //! MuJoCo moves every joint by a position servo; the coupling is in the servos' commands ([`super::closing`]), not in
 //! equality constraints, so that a clutch can open while the simulation runs and the same controls replay in plain MuJoCo.
@@ -47,7 +47,7 @@ const SAG: f64 = 0.0025;
 /// Error of a slide's servo at its force [m].
 const SLIDE_SAG: f64 = 0.000_25;
 
-/// A servo's own frequency times the step. Its stiffness acts a step late: beyond 1 it would swing.
+/// Natural frequency of a servo times the step. Its stiffness acts one step late: above 1 it would oscillate.
 const STIFFNESS_OF_A_STEP: f64 = 0.3;
 
 /// Contacts [s, ratio]: as hard as two steps allow. A fingertip sinks in by 0.2 mm.
@@ -57,7 +57,7 @@ pub(super) const CONTACT_SOLIMP: [f64; 5] = [0.95, 0.995, 0.0005, 0.5, 2.0];
 /// The group that the description's own actuators are put into, to be switched off.
 const OWN_ACTUATORS: i32 = 30;
 
-/// Where the object is placed, and what hangs there by three slides: the body that the hand closes on.
+/// Names of the mount, of the object that the hand closes on, and of the three slides between them.
 const MOUNT: &str = "graspmill place";
 const OBJECT: &str = "graspmill object";
 const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
@@ -68,17 +68,17 @@ pub(super) const SLIDE_MASS: f64 = 100.0;
 /// The free object's joint.
 const FREE: &str = "graspmill free";
 
-/// Depth of MuJoCo's own octree of a mesh's distances.
+/// Depth of MuJoCo's octree of distances to a mesh.
 const OCTREE_DEPTH: i32 = 8;
 
 /// Servo that moves one joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Servo {
-    /// Among MuJoCo's controls.
+    /// Index among MuJoCo's controls.
     pub(super) control: usize,
-    /// Among its coordinates.
+    /// Index among its coordinates.
     pub(super) address: usize,
-    /// Among its velocities.
+    /// Index among its velocities.
     pub(super) dof: usize,
     /// Torque per unit of error.
     pub(super) stiffness: f64,
@@ -102,11 +102,11 @@ pub enum NativeContacts {
 pub(super) enum Hold {
     /// Stiff slides under the mount.
     Slides([Servo; 3]),
-    /// Nothing.
+    /// A free joint.
     Free(FreeObject),
 }
 
-/// A hand and an object that nothing pushes away, compiled. Shared by threads; each makes its own [`super::HandWorker`].
+/// A compiled model of a hand and an object. Shared by threads; each makes its own [`super::HandWorker`].
 pub struct HandSim {
     pub(super) hand: Arc<Hand>,
     pub(super) model: Arc<MjModel>,
@@ -174,7 +174,7 @@ impl HandSim {
         Self::compile(model, Some(mass), |spec| add_native(spec, object, contacts), None)
     }
 
-    /// The object free where `mass` says what it weighs, else on slides.
+    /// Compiles with a free object where `mass` is given, else with one on slides.
     fn compile(
         model: &HandModel,
         mass: Option<&MassProperties>,
@@ -224,8 +224,8 @@ impl HandSim {
         Ok(Self { hand, model: Arc::new(compiled), servos, hold, true_mesh, solids, link_of_geom, touch_sensors })
     }
 
-    /// A lower bound of how far the hand, with its links at these frames of its base, is from the true mesh [m]; `None` where
-    /// the object is none.
+    /// A lower bound of the distance between the true mesh and the hand, with its links at these frames in its base [m];
+    /// `None` without a true mesh.
     pub(super) fn clearance_at_least(
         &self,
         frames: &[IsometryMatrix3<f64>],
@@ -322,7 +322,7 @@ fn add_servos(spec: &mut MjSpec, hand: &Hand) -> Result<Vec<f64>, mujoco_rs::err
             gains[joint] = torque / if slides { SLIDE_SAG } else { SAG };
         }
     }
-    // A gear multiplies its motor's inertia: what a stiff servo needs to be stable in steps is what it would have.
+    // A gear multiplies its motor's inertia: the inertia that makes a stiff servo stable is realistic.
     let inertia = |stiffness: f64| stiffness * (STEP / STIFFNESS_OF_A_STEP).powi(2);
     for joint in spec.joint_iter_mut() {
         if let Some(place) = hand.tree().joint_named(joint.name()) {
@@ -392,7 +392,7 @@ fn add_free_object(spec: &mut MjSpec, mass: &MassProperties) {
     object.add_free_joint().with_name(FREE);
 }
 
-/// Where the free object is in what was compiled; its geom's own friction counts from now on, whatever touches it.
+/// Finds the free object in the compiled model, and gives its geom's friction priority over the hand's.
 fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeObject {
     let geom = index(model.body_geomadr()[body]);
     model.geom_priority_mut()[geom] = 1;
@@ -401,7 +401,7 @@ fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeO
     FreeObject { body, geom, address, dof, inertia: model.body_inertia()[body], centre: mass.centre }
 }
 
-/// Refuses what the compiler would not take: sizes, and moments of inertia that no solid has.
+/// Refuses sizes, and moments of inertia that no solid has, before the compiler would.
 fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
     let wrong = |reason: String| Err(HandError::Object { reason });
     let moments = mass.inertia.symmetric_eigenvalues();
@@ -412,7 +412,7 @@ fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
     if !moments.iter().all(|moment| moment.is_finite() && *moment > 1e-12)
         || 2.0 * moments.max() > moments.sum() * 1.001
     {
-        return wrong(format!("no solid has moments of inertia of {moments:?} m^2 a kilogram"));
+        return wrong(format!("no solid has moments of inertia of {moments:?} m^2 per kilogram"));
     }
     Ok(())
 }

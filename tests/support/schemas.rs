@@ -9,29 +9,31 @@ use std::{
 
 use prost::Message;
 
-/// The folders, and the stems of the schemas whose files stand in them.
-const FOLDERS: [(&str, fn(&str) -> bool); 2] = [
-    ("src/format/generated", |stem| !stem.starts_with("foxglove")),
-    ("src/publish/generated", |stem| stem.starts_with("foxglove")),
-];
+/// The folder of the types that shards hold.
+const OURS: &str = "src/format/generated";
+
+/// The folder of Foxglove's types, of which previews are made; their schemas have its name.
+const FOXGLOVE: &str = "src/publish/generated";
 
 /// All generated files of a repository, by their paths from its root, made from its folder `proto/`.
 pub fn generate(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let schemas = root.join("proto");
+    let found = fs::read_dir(&schemas).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let mut found: Vec<PathBuf> = found.collect();
+    found.sort();
+    let is_foxglove =
+        |path: &PathBuf| path.file_stem().is_some_and(|stem| stem.to_string_lossy().starts_with("foxglove"));
+    let (foxglove, ours): (Vec<_>, Vec<_>) = found.into_iter().partition(is_foxglove);
     let mut files = BTreeMap::new();
-    for (folder, is_wanted) in FOLDERS {
-        generate_into(&root.join("proto"), Path::new(folder), is_wanted, &mut files);
-    }
+    generate_into(&schemas, &ours, Path::new(OURS), &mut files);
+    generate_into(&schemas, &foxglove, Path::new(FOXGLOVE), &mut files);
     files
 }
 
 /// Each schema becomes `STEM.bin`, with what it imports but without comments and positions, so that rewording a comment or
 /// adding another schema moves no byte of a shard. The types are made from all schemas at once: several share a package.
-fn generate_into(schemas: &Path, folder: &Path, is_wanted: fn(&str) -> bool, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
-    let mut wanted: Vec<PathBuf> =
-        fs::read_dir(schemas).expect("a folder").map(|entry| entry.expect("an entry").path()).collect();
-    wanted.retain(|path| path.file_stem().is_some_and(|stem| is_wanted(&stem.to_string_lossy())));
-    wanted.sort();
-    for schema in &wanted {
+fn generate_into(schemas: &Path, wanted: &[PathBuf], folder: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
+    for schema in wanted {
         let mut descriptors = protox::compile([schema], [schemas]).expect("a schema");
         descriptors.file.iter_mut().for_each(|descriptor| descriptor.source_code_info = None);
         let name = Path::new(schema.file_stem().expect("a stem")).with_extension("bin");
@@ -42,7 +44,7 @@ fn generate_into(schemas: &Path, folder: &Path, is_wanted: fn(&str) -> bool, fil
     prost_build::Config::new()
         .compile_well_known_types()
         .out_dir(out.path())
-        .compile_fds(protox::compile(&wanted, [schemas]).expect("schemas"))
+        .compile_fds(protox::compile(wanted, [schemas]).expect("schemas"))
         .expect("types");
     for entry in fs::read_dir(out.path()).expect("a folder") {
         let path = entry.expect("an entry").path();

@@ -19,25 +19,26 @@ use super::{
 };
 use kernel::{geom::SimdLevel, seed::Stream, words::STRETCHES};
 
-/// Temperatures are FIRST exp(-FALL k^(1/8)), k from START on over SPAN.
-const FIRST: f64 = 1e6;
-const FALL: f64 = 7.0;
-const START: f64 = 30_000.0;
-const SPAN: f64 = 70_000.0;
+/// The schedule of Ingber 1989 in eight dimensions: temperature k is INITIAL_TEMPERATURE exp(-DECAY k^(1/8)), with k from
+/// FIRST_STEP to FIRST_STEP + SCHEDULE_STEPS.
+const INITIAL_TEMPERATURE: f64 = 1e6;
+const DECAY: f64 = 7.0;
+const FIRST_STEP: f64 = 30_000.0;
+const SCHEDULE_STEPS: f64 = 70_000.0;
 
-/// Energies count a millionth in the acceptance.
+/// Factor of energies in the acceptance test.
 const ENERGY_SCALE: f64 = 1e-6;
 
-/// An error of an energy by this share of the temperature is not felt.
+/// Error of an energy that the acceptance test tolerates, as a share of the temperature.
 const UNFELT: f64 = 0.1;
 
-/// Neighbours that are evaluated per step.
+/// Largest number of neighbours that are evaluated per step.
 const TRIES: u32 = 11;
 
-/// So that the first legal state is taken.
-const WORST: f64 = 1e8;
+/// Energy before the first feasible state, above all others: that state is accepted.
+const NO_STATE_ENERGY: f64 = 1e8;
 
-/// The hand starts so far from the seed [m].
+/// Distance of the hand from the seed at the start [m].
 const STAND_OFF: f64 = 0.15;
 
 /// Counts of a run.
@@ -65,12 +66,13 @@ pub struct Annealer {
 }
 
 impl Annealer {
-    /// With vector instructions up to a level; what is found is the same at all.
+    /// With vector instructions up to a level, which does not change the result.
     pub fn new(search: &Arc<HandSearch>, settings: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
         let temperature = |step: u32| {
             let along = f64::from(step);
-            let k = START + if settings.whole_schedule { SPAN * along / f64::from(settings.steps) } else { along };
-            let temperature = FIRST * libm::exp(-FALL * k.sqrt().sqrt().sqrt());
+            let k = FIRST_STEP
+                + if settings.whole_schedule { SCHEDULE_STEPS * along / f64::from(settings.steps) } else { along };
+            let temperature = INITIAL_TEMPERATURE * libm::exp(-DECAY * k.sqrt().sqrt().sqrt());
             [temperature, libm::log(1.0 + 1.0 / temperature)]
         };
         Self {
@@ -86,8 +88,8 @@ impl Annealer {
         }
     }
 
-    /// One run from a seed: origin on the object's surface, z along the inward normal. It depends on nothing that was searched
-    /// before.
+    /// One run from a seed: origin on the object's surface, z along the inward normal. The result does not depend on
+    /// earlier runs.
     pub fn run(
         &mut self,
         object: &ObjectSearch,
@@ -102,7 +104,7 @@ impl Annealer {
             self.rating.started(object, Start { object_from_approach, posture, amplitudes: amplitudes.to_vec() })
         };
         let mut grasps: Vec<Grasp> = self.best.list().iter().map(rate).collect();
-        // Exact energies may stand in another order.
+        // Exact energies may have another order than the ones of the search.
         grasps.sort_by(|one, other| one.energies.total.total_cmp(&other.energies.total));
         GraspRun {
             object_from_seed: *object_from_seed,
@@ -115,7 +117,7 @@ impl Annealer {
         }
     }
 
-    /// Anneals; the best states stand in the list.
+    /// Anneals; the best states end in `self.best`.
     fn search(
         &mut self,
         object: &ObjectSearch,
@@ -135,7 +137,7 @@ impl Annealer {
         let object_from_search = Frame::of(&object_from_search);
         let base_from_approach = self.hand.base_from_approach.isometry();
         let approach_from_base = Frame::of(&base_from_approach.inverse());
-        let mut energy = WORST;
+        let mut energy = NO_STATE_ENERGY;
         let mut counts = Counts::default();
         let mut sums = [(0.0, 0u32); STRETCHES];
         let mut failures = 0;
@@ -169,8 +171,8 @@ impl Annealer {
                 continue;
             };
             failures = 0;
-            // What the energy has to be below to be accepted.
-            let limit = if self.settings.descent || energy == WORST {
+            // Energies below this limit are accepted.
+            let limit = if self.settings.descent || energy == NO_STATE_ENERGY {
                 energy
             } else {
                 // Metropolis criterion, solved for the energy: worse states pass with the probability of the temperature.
@@ -184,7 +186,7 @@ impl Annealer {
                 self.best.offer(energy, &object_from_approach, &state);
             }
             // Course of the run: mean energy of the current state per stretch of the steps.
-            if energy < WORST {
+            if energy < NO_STATE_ENERGY {
                 sums[stretch].0 += energy;
                 sums[stretch].1 += 1;
             }
@@ -199,7 +201,7 @@ impl Annealer {
     fn energy(&mut self, object: &ObjectSearch, temperature: f64, limit: f64, counts: &mut Counts) -> f64 {
         if self.settings.energy == EnergyKind::ContactAndPotential {
             let scale = self.settings.potential_scale;
-            // What epsilon has to be above for the energy to be below the limit.
+            // Epsilon above which the energy is below the limit.
             let tolerance = self.potential.tolerance(UNFELT * temperature / ENERGY_SCALE / scale);
             let limits = EpsilonLimits { above: f64::INFINITY, below: -limit / scale, tolerance };
             let potential = self.potential.of(&self.scratch.contacts, &object.mass, &limits);

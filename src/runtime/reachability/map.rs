@@ -1,4 +1,4 @@
-//! The reachable set of a robot, opened for questions.
+//! Queries of a robot's reachable set: labels, distances, witnesses and obstacles.
 
 use std::{cmp::Ordering, collections::BTreeMap};
 
@@ -10,7 +10,7 @@ use kernel::geom::{FieldLookup, FieldMetric, PoseGrid, PoseLabel};
 /// Cells between two counts of the reachable ones before.
 const STRIDE: usize = 64;
 
-/// Whose poses they are.
+/// The robot, its planning group and the frames of the poses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RobotFacts {
     /// Name of the robot, for people.
@@ -36,7 +36,7 @@ pub struct ReachabilityParts {
     pub distances: Vec<f32>,
     /// Joint values [rad or m] of each reachable cell, in the order of the cells.
     pub witnesses: Option<Vec<f64>>,
-    /// Whose poses they are.
+    /// The robot, its planning group and the frames of the poses.
     pub robot: RobotFacts,
 }
 
@@ -85,10 +85,10 @@ pub struct NearestCell<'a> {
     pub witness: Option<&'a [f64]>,
 }
 
-/// A pose and its rank in a ranking.
+/// One pose of a ranking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ranked {
-    /// Which of the poses given.
+    /// Index of the pose in the list that was ranked.
     pub index: usize,
     /// The field there, negative inside.
     pub distance: f64,
@@ -121,7 +121,7 @@ pub struct ReachabilityMap {
 pub type ArmCover<'a> = &'a dyn Fn(&[f64], &mut Vec<Ball>);
 
 impl ReachabilityMap {
-    /// A map of these parts.
+    /// Makes a map of its parts.
     ///
     /// # Errors
     /// When a count or a sign does not fit.
@@ -165,7 +165,7 @@ impl ReachabilityMap {
         Ok(map)
     }
 
-    /// Joint values of each cell that is reachable without obstacles, in the order of the cells.
+    /// Adds witnesses: joint values of each cell that is reachable without obstacles, in the order of the cells.
     pub(super) fn set_witnesses(&mut self, witnesses: Vec<f64>) -> Result<(), InvalidMap> {
         let (found, expected) = (witnesses.len(), self.reachable * self.robot.joints.len());
         if found != expected {
@@ -180,7 +180,7 @@ impl ReachabilityMap {
         self.witnesses.is_some()
     }
 
-    /// Whose poses they are.
+    /// The robot, its planning group and the frames of the poses.
     pub fn robot(&self) -> &RobotFacts {
         &self.robot
     }
@@ -212,12 +212,13 @@ impl ReachabilityMap {
         self.distance_and_gradient(pose).0
     }
 
-    /// Signed distance at a pose, and its gradient by metre (x, y, z) and radian (roll, pitch, yaw): against it lies deeper.
+    /// Signed distance at a pose, and its gradient per metre (x, y, z) and per radian (roll, pitch, yaw). The field falls, and
+    /// a pose lies deeper inside, against the gradient.
     pub fn distance_and_gradient(&self, pose: &[f64; 6]) -> (f64, [f64; 6]) {
         self.lookup.value_and_gradient(&self.distances, pose)
     }
 
-    /// [`Self::distance_and_gradient`] of many poses.
+    /// Signed distances and gradients at many poses, as [`Self::distance_and_gradient`] gives them.
     pub fn distances_and_gradients<'a>(
         &'a self,
         poses: impl IntoIterator<Item = &'a [f64; 6]> + 'a,
@@ -283,7 +284,7 @@ impl ReachabilityMap {
     }
 
     /// [`Self::add_obstacle`], where cells count as blocked, too, when the arm touches the obstacle in all their
-    /// witnesses (of all cells that mean one pose). Other joint values might pass: this is on the safe side.
+    /// witnesses (of all cells that mean one pose). Other joint values might still be free: the result is conservative.
     ///
     /// A map without witnesses knows no arm: only the end effector counts.
     pub fn add_obstacle_for_arm(
@@ -307,7 +308,7 @@ impl ReachabilityMap {
                 for (_, alike) in &self.rotations {
                     let cells = alike.iter().map(|angle| position * angles + angle);
                     if !cells.clone().any(&mut passes) {
-                        // Those that are not reachable anyway are nobody's.
+                        // Cells that are unreachable without obstacles belong to no obstacle.
                         blocked.extend(cells.filter(|cell| self.is_clear(*cell)).map(|cell| cell as u32));
                     }
                 }

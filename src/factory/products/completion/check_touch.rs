@@ -33,8 +33,7 @@ pub(super) fn touch(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) 
     }
 }
 
-/// Reports keys of a kind of touch that the job does not ask for, which are a slip. When the kind's own key is written as
-/// `false`, they are meant.
+/// Reports settings of a kind of touch that the job does not ask for, unless the kind's own key is written as `false`.
 fn idle(checker: &mut Checker, keys: &[&str], kinds: &[(&str, bool)]) {
     let written = |key: &str| checker.has(&format!("touch.{key}"));
     let Some(key) = keys.iter().find(|key| written(key)) else { return };

@@ -8,7 +8,7 @@ use crate::job::spec::{HandSpec, ObjectsSpec, SplitSpec};
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that searches for grasps: from positions spread over each object, how can the hand hold it?
+/// A job that searches for grasps of a hand on each object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GraspsSpec {
     /// Where the objects come from: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,
@@ -27,11 +27,11 @@ pub struct GraspsSpec {
     pub uniform: UniformSpec,
     /// Settings of `sampler = "antipodal"`.
     pub antipodal: AntipodalSpec,
-    /// Which of the states that annealing kept are kept as grasps, once the hand is closed. The others stay in the dataset,
-    /// with the reason why not.
+    /// Criteria by which the states of a search become kept grasps, after the hand was closed. Rejected states stay in the
+    /// dataset, with the reason.
     pub keep: KeepSpec,
-    /// Physical trials of the kept grasps: closed on the free object in a simulation, lifted and shaken. Without it there are
-    /// none. They change no grasp.
+    /// Physical trials of the kept grasps: the hand closes on the free object in a simulation, lifts and shakes it. Without the
+    /// section there are none. Trials change no grasp.
     #[schemars(extend("examples" = [{ "friction": 0.5 }]))]
     pub physics: Option<PhysicsSpec>,
     /// Which objects train, validate and test; an item is a run.
@@ -55,21 +55,21 @@ pub struct GraspRunsSpec {
     /// Runs per object. Each run of annealing starts from a seed of its own; seeds are spread evenly over the surface.
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
     pub seeds: u32,
-    /// Source of the hand's states, before they are closed and judged.
+    /// Sampler that proposes states of the hand, which are then closed and evaluated.
     #[schemars(extend("examples" = ["uniform"]))]
     pub sampler: SamplerSpec,
 }
 
-/// Source of the hand's states.
+/// Sampler that proposes states of the hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SamplerSpec {
-    /// A search: `[annealing]`.
+    /// A search by simulated annealing: `[annealing]`.
     Annealing,
-    /// Approaches all round an axis of the object, no search: `[uniform]`.
+    /// Approaches spread evenly around an axis of the object, without a search: `[uniform]`.
     Uniform,
-    /// A gripper's pads on opposite sides of the object, no search: `[antipodal]`. Needs a hand with a `width` whose two pads
-    /// one motor slides towards each other.
+    /// A gripper's pads on opposite sides of the object, without a search: `[antipodal]`. Needs a hand with a `width` whose two
+    /// pads one motor slides towards each other.
     Antipodal,
 }
 
@@ -90,7 +90,7 @@ pub struct UniformSpec {
     pub rolls: Vec<f64>,
 }
 
-/// Which axes runs go round.
+/// Axis of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PosesSpec {
@@ -104,10 +104,10 @@ pub enum PosesSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AntipodalSpec {
-    /// Pairs that a run draws, over all the surface, each with a roll of the hand about its line.
+    /// Pairs of points that a run draws from the whole surface, each with a roll of the hand about its line.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "pairs"))]
     pub pairs: u32,
-    /// Coefficient of these cones.
+    /// Friction coefficient of these cones.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
     pub friction: f64,
     /// States that a run keeps, the best by energy, no two alike.
@@ -129,13 +129,13 @@ pub struct AnnealingSpec {
     /// Friction coefficient of the potential.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
     pub friction: f64,
-    /// The potential is multiplied by this, so that temperatures mean the same for both energies.
+    /// Factor of the potential, by which both energies have the scale of the temperatures.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub potential_scale: f64,
-    /// The schedule of temperatures is stretched over the steps, so that short runs end cold, too. Else step i is as cold as
-    /// step i of 70,000.
+    /// Whether the schedule of temperatures is stretched over the steps, so that short runs end cold, too. If not, step i has
+    /// the temperature of step i of 70,000.
     pub whole_schedule: bool,
-    /// Only what lowers the energy is accepted: for comparison.
+    /// Whether only states of lower energy are accepted (plain descent), for comparison.
     #[schemars(extend("examples" = [true]))]
     pub descent: bool,
     /// The frame in which position and rotation of the hand are searched.
@@ -146,7 +146,7 @@ pub struct AnnealingSpec {
     /// States that a run keeps, no two alike.
     #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
     pub best: u32,
-    /// A seed is given up after so many steps in a row without a legal neighbour.
+    /// Steps in a row without a feasible neighbour after which a run is given up.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
     pub max_failures: u32,
 }
@@ -185,7 +185,7 @@ pub enum FrameSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum AmplitudesSpec {
-    /// By name.
+    /// A range by name.
     Named(NamedAmplitudes),
     /// From minus to plus a number.
     Clamped(ClampedAmplitudes),
@@ -218,24 +218,24 @@ pub struct KeepSpec {
     /// Edges of the friction cone.
     #[schemars(range(min = 3, max = 256), extend("x-unit" = "edges"))]
     pub edges: u32,
-    /// Makes soft fingers of the contacts: their greatest torque about the normal, for a unit of normal force. Without it
-    /// contacts are hard points.
+    /// Makes soft fingers of the contacts: largest torque about the normal per unit of normal force. Without it contacts
+    /// are hard points.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.002], "x-unit" = "m"), range(max = 0.1))]
     pub torsion: Option<f64>,
-    /// The space in which force closure is asked for.
+    /// The wrench space in which force closure is required.
     pub space: SpaceSpec,
-    /// Smallest epsilon in that space; force closure is asked for even at 0.
+    /// Smallest epsilon in that space; force closure is required even at 0.
     #[schemars(range(min = 0, max = 1))]
     pub min_epsilon: f64,
-    /// Largest distance that the hand may come along its approach before it closes, until it meets the object; where it
-    /// does not, it closes where it is.
+    /// Largest advance of the hand along its approach before it closes. It stops where it meets the object; if it meets
+    /// nothing, it closes where it started.
     #[schemars(range(min = 0, max = 0.2), extend("x-unit" = "m"))]
     pub advance: f64,
     /// Deepest overlap of hand and mesh before closing.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
     pub max_penetration: f64,
-    /// Keeps only what a hand can do to an object on a table: in one pose at least in which the object rests there, the hand
-    /// stays above it while it comes over 10 cm and closes.
+    /// Keeps only grasps of an object on a table: for at least one resting pose of the object, the hand stays above the table
+    /// along the last 10 cm of its approach and while it closes.
     #[schemars(extend("examples" = [true]))]
     pub table: bool,
 }
@@ -253,7 +253,7 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::mass")]
     #[schemars(extend("examples" = [0.3]))]
     pub mass: MassSpec,
-    /// Runs of each grasp under conditions that are a little off: friction by 20 %, mass by 10 %, the object's position by 1 mm
+    /// Runs of each grasp under perturbed conditions: friction by 20 %, mass by 10 %, the object's position by 1 mm
     /// along each axis and its rotation by 1 degree about each (standard deviations).
     #[serde(default = "physics::perturbed")]
     #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
@@ -262,7 +262,7 @@ pub struct PhysicsSpec {
     #[serde(default)]
     #[schemars(range(min = 0, max = 1), extend("examples" = [0.1]))]
     pub roll_out_share: f64,
-    /// By how many more such runs.
+    /// Number of further perturbed runs from which that probability is measured.
     #[serde(default = "physics::roll_outs")]
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
     pub roll_outs: u32,
@@ -327,7 +327,7 @@ pub enum GravitySpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunShardsSpec {
-    /// Runs per shard. Without it, those of one object. Changes no sample.
+    /// Runs per shard; by default all runs of one object. Does not affect samples.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "runs", "examples" = [100]))]
     pub runs: Option<u32>,
 }

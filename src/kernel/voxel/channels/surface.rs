@@ -30,13 +30,13 @@ pub struct Closest {
     pub point: Point3<f64>,
     /// Squared distance to the query point [m^2].
     pub distance_squared: f64,
-    /// Which triangle of the [`Surface`].
+    /// Index of the triangle in the [`Surface`].
     triangle: u32,
     feature: Feature,
 }
 
-/// The triangles that are nearest to any point near one, for many questions from there: a few of them are tested, where
-/// the tree tests dozens.
+/// Cached candidate triangles for repeated closest-point queries around one point: a few are tested, where the tree tests
+/// dozens.
 #[derive(Default)]
 pub(crate) struct Neighbourhood {
     /// Centre of the neighbourhood, in `Object` [m].
@@ -47,16 +47,16 @@ pub(crate) struct Neighbourhood {
     triangles: Vec<(f32, u32)>,
 }
 
-/// Distances in f32 are off by less [m]: coordinates are below a few metres.
+/// Bound on the error of distances in f32 [m], for coordinates below a few metres.
 const ROUNDED: f64 = 1e-6;
 
 impl Neighbourhood {
-    /// From now on it answers for no point.
+    /// Empties the neighbourhood: it holds no point any more.
     pub(crate) fn forget(&mut self) {
         self.radius = 0.0;
     }
 
-    /// Whether it answers for a point.
+    /// Whether a point is close enough to the centre for the candidates to be complete.
     pub(crate) fn holds(&self, point: &Point3<f64>) -> bool {
         (point - self.middle).norm_squared() < self.radius * self.radius
     }
@@ -115,7 +115,7 @@ impl Surface {
     pub(crate) fn closest_from(&self, point: &Point3<f64>, reach: f64, hint: Option<&Closest>) -> Option<Closest> {
         let first = hint.map(|hint| self.on_triangle(hint.triangle, point));
         let bound = first.map_or(reach * reach, |first| first.distance_squared.min(reach * reach));
-        // A little more than the bound, so that rounding loses nothing at it.
+        // A little more than the bound, so that rounding loses no triangle at it.
         let bound = (bound * 1.000_001) as f32;
         let found = self.tree.nearest(point.coords.map(|v| v as f32).into(), bound);
         let found = found.map(|triangle| self.on_triangle(triangle, point));
@@ -126,8 +126,8 @@ impl Surface {
         nearer.filter(|closest| closest.distance_squared < reach * reach)
     }
 
-    /// Gathers what answers [`Surface::closest_among`] for points within `radius` [m] of `middle`, as far as the surface is
-    /// nearer to the middle than `reach` [m]: where the closest point is wanted, its distance and twice the radius.
+    /// Gathers the candidates of [`Surface::closest_among`] for points within `radius` [m] of `middle`: all triangles nearer
+    /// to the middle than `reach` [m]. For the exact closest point, `reach` is its distance plus twice the radius.
     pub(crate) fn gather(&self, middle: &Point3<f64>, radius: f64, reach: f64, into: &mut Neighbourhood) {
         (into.middle, into.radius) = (*middle, radius);
         into.triangles.clear();
@@ -137,8 +137,8 @@ impl Surface {
         into.triangles.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
     }
 
-    /// The closest point of the surface among the triangles of a neighbourhood that holds `point`; for as far as that was
-    /// gathered it is the surface's, to f64.
+    /// The closest point among the candidates of a neighbourhood that holds `point`; within its reach it is the closest point
+    /// of the surface, in f64.
     pub(crate) fn closest_among(&self, point: &Point3<f64>, near: &Neighbourhood) -> Option<Closest> {
         let away = (point - near.middle).norm() + ROUNDED;
         let mut best: Option<(f64, Closest)> = None;
@@ -161,8 +161,8 @@ impl Surface {
 
     /// Whether `point` (in `Object`) lies inside, given its closest point of the surface, if any is within reach.
     ///
-    /// Farther than the diagonal of one fine cell from the surface, the solid knows, whatever the mesh's defects; nearer,
-    /// the angle-weighted pseudo-normal does (Baerentzen and Aanaes 2005, "Signed distance computation using the angle
+    /// Farther than the diagonal of one fine cell from the surface, the solid decides, whatever the mesh's defects; nearer,
+    /// the angle-weighted pseudo-normal decides (Baerentzen and Aanaes 2005, "Signed distance computation using the angle
     /// weighted pseudonormal").
     pub fn inside(&self, solid: &SolidGrid, point: &Point3<f64>, closest: Option<&Closest>) -> bool {
         match closest {
@@ -180,8 +180,8 @@ impl Surface {
         if self.inside(solid, point, closest.as_ref()) { -distance } else { distance }
     }
 
-    /// The surface point that `share` (0 to 1) of the area comes before and that stands at (u, v), both in 0 to 1, of its
-    /// triangle, with the unit normal there; in `Object`. Uniform numbers give points uniform over the area.
+    /// A point of the surface by three numbers from 0 to 1: `share` chooses the triangle by cumulated area, (u, v) the point
+    /// in it. Returns the point and the unit normal, in `Object`. Uniform numbers give points uniform over the area.
     pub(crate) fn point_at(&self, share: f64, u: f64, v: f64) -> Option<(Point3<f64>, Vector3<f64>)> {
         let wanted = share * self.area();
         let triangle = self.areas.partition_point(|sum| *sum <= wanted).min(self.triangles.len().checked_sub(1)?);
@@ -195,7 +195,7 @@ impl Surface {
         self.triangles[triangle].map(|vertex| Point3::from(self.vertices[vertex as usize].map(f64::from)))
     }
 
-    /// The normal, as long as twice the area.
+    /// The normal, whose length is twice the area.
     fn area_normal(&self, triangle: usize) -> Vector3<f64> {
         let [a, b, c] = self.corners(triangle);
         (b - a).cross(&(c - a))
