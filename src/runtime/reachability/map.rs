@@ -98,6 +98,40 @@ pub struct Ranked {
 ///
 /// Poses are x, y, z [m], roll, pitch, yaw [rad] with rotation Rz(yaw) Ry(pitch) Rx(roll), of the target site in the frame
 /// that [`RobotFacts`] names; `Pose::xyz_rpy` gives them.
+///
+/// A map of positions within a ball, reachable with every orientation, and an obstacle in it:
+///
+/// ```
+/// use graspmill_runtime::{Ball, EndEffectorVolume, Obstacle, ReachabilityMap, ReachabilityParts, RobotFacts};
+/// use kernel::geom::{Axis, AxisUnit, FieldMetric, HealPix, METRES_PER_RADIAN, Pose, PoseGrid, PoseLabel};
+/// use nalgebra::Point3;
+///
+/// let axis = |name| Axis { name, unit: AxisUnit::Metre, first: -0.45, step: 0.1, count: 10, periodic: false };
+/// let directions = HealPix::new(1).expect("a power of two");
+/// let grid = PoseGrid::on_sphere([axis("x"), axis("y"), axis("z")], directions, 4)?;
+/// let is_inside = |cell| {
+///     let [x, y, z, ..] = grid.pose(cell);
+///     x * x + y * y + z * z < 0.35 * 0.35
+/// };
+/// let inside: Vec<bool> = (0..grid.cells()).map(is_inside).collect();
+/// let label = |is_inside: &bool| if *is_inside { PoseLabel::Reachable } else { PoseLabel::NoSolution };
+/// let labels = inside.iter().map(label).collect();
+/// let metric = FieldMetric::Metres { rho: METRES_PER_RADIAN };
+/// let distances = metric.signed_distance(&inside, &grid);
+/// let robot = RobotFacts::default();
+/// let mut map = ReachabilityMap::new(ReachabilityParts { grid, metric, labels, distances, witnesses: None, robot })?;
+///
+/// let pose = [0.2, 0.0, 0.0, 0.0, 0.0, 0.0];
+/// let (distance, gradient) = map.distance_and_gradient(&pose);
+/// assert!(distance < 0.0 && gradient[0] > 0.0, "inside, and deeper towards the centre");
+///
+/// let obstacle = Obstacle::cuboid(&Pose::from_xyz_rpy(pose), [0.05, 0.2, 0.2])?;
+/// let hand = EndEffectorVolume::new(vec![Ball { centre: Point3::origin(), radius: 0.05 }]);
+/// let id = map.add_obstacle(&obstacle, &hand);
+/// assert!(map.distance(&pose) > 0.0, "the hand would touch the obstacle");
+/// assert!(map.remove(id) && map.distance(&pose) == distance);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct ReachabilityMap {
     robot: RobotFacts,
     lookup: FieldLookup,

@@ -25,7 +25,7 @@ use super::AxisGrid;
 /// # Panics
 /// When `inside` has not one value per cell.
 pub fn signed_distance_thesis(inside: &[bool], grid: &AxisGrid) -> Vec<f32> {
-    assert_eq!(inside.len(), grid.cells(), "one label a cell");
+    assert_eq!(inside.len(), grid.cells(), "one label per cell");
     let mut march = March::next_to_contour(inside, grid);
     march.run();
     march.distance.iter().map(|distance| *distance as f32).collect()

@@ -28,7 +28,7 @@ const LANES: usize = 16;
 /// When `inside` has not one value per cell or `rho` is not finite and above zero.
 pub fn signed_distance_sphere(inside: &[bool], grid: &SphereGrid, rho: f64) -> Vec<f32> {
     let counts = grid.position_axes().map(|axis| axis.count);
-    assert_eq!(inside.len(), counts.iter().product::<usize>() * grid.orientations(), "one label a cell");
+    assert_eq!(inside.len(), counts.iter().product::<usize>() * grid.orientations(), "one label per cell");
     assert!(rho.is_finite() && rho > 0.0, "rho = {rho} m/rad must be finite and above zero");
     let mut result = vec![0.0_f32; inside.len()];
     let mut squares = vec![0.0_f64; inside.len()];

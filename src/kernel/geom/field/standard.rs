@@ -26,7 +26,7 @@ const LANES: usize = 16;
 /// # Panics
 /// When `inside` has not one value per cell or `rho` is not finite and above zero.
 pub fn signed_distance_standard(inside: &[bool], grid: &AxisGrid, rho: f64) -> Vec<f32> {
-    assert_eq!(inside.len(), grid.cells(), "one label a cell");
+    assert_eq!(inside.len(), grid.cells(), "one label per cell");
     assert!(rho.is_finite() && rho > 0.0, "rho = {rho} m/rad must be finite and above zero");
     let mut result = vec![0.0_f32; grid.cells()];
     let mut squares = vec![0.0_f64; grid.cells()];
