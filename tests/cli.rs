@@ -152,3 +152,59 @@ fn shells_and_manuals_know_every_verb() {
         assert!(page.contains(".TH") && page.contains(".SH"), "{page}");
     }
 }
+
+#[test]
+fn an_address_of_object_storage_is_no_folder() {
+    let workspace = Workspace::new();
+    let job = workspace.write("job.toml", JOB);
+    let said = Program::on("run", &job)
+        .option("--out", "s3://bucket/data")
+        .current_dir(workspace.folder())
+        .expect_code(2)
+        .stderr;
+    assert!(said.contains("not to s3") && said.contains("give a folder"), "{said}");
+    assert!(!workspace.path("s3:").exists());
+}
+
+#[test]
+fn a_path_that_holds_no_dataset_is_named_for_what_it_is() {
+    let workspace = Workspace::new();
+    let job = workspace.write("job.toml", JOB);
+    Program::run_job(&job, workspace.path("data")).succeed();
+    fs::create_dir(workspace.path("empty")).expect("a folder");
+    for verb in ["status", "verify", "inspect", "report", "digest"] {
+        let said = |folder: &str| Program::on(verb, workspace.path(folder)).expect_code(2).stderr;
+        assert!(said("nowhere").contains("no such folder"), "{verb}: {}", said("nowhere"));
+        assert!(said("empty").contains("holds no dataset"), "{verb}: {}", said("empty"));
+        // The folder above a dataset names it.
+        assert!(said("").contains("one of those in it: data"), "{verb}: {}", said(""));
+    }
+}
+
+#[test]
+fn units_have_one_list_and_remedies_are_of_it() {
+    let workspace = Workspace::new();
+    // A cube of 42 units, and one normalised to 1.
+    let cube = |side: f64| {
+        let mut text = "OFF\n8 12 0\n".to_owned();
+        for corner in 0..8 {
+            let at = |axis: u32| side * f64::from(corner >> axis & 1);
+            text += &format!("{} {} {}\n", at(0), at(1), at(2));
+        }
+        text + "3 0 2 1\n3 1 2 3\n3 4 5 6\n3 5 7 6\n3 0 1 4\n3 1 5 4\n3 2 6 3\n3 3 6 7\n3 0 4 2\n3 2 4 6\n3 1 3 5\n3 3 7 5\n"
+    };
+    let (large, normalised) = (workspace.write("large.off", cube(42.0)), workspace.write("unit.off", cube(1.0)));
+    let check = |mesh: &Path, unit: &str| Program::new("meshes").arg("check").arg(mesh).option("--unit", unit).finish();
+    let said = check(&large, "m").text();
+    assert!(said.contains("unit = \"cm\"") && said.contains("unit = \"mm\""), "{said}");
+    let said = check(&normalised, "mm").text();
+    assert!(said.contains("normalised") && said.contains("size = 0.25"), "{said}");
+    Program::new("meshes").arg("check").arg(&normalised).option("--size", "0.25").succeed();
+    // Every unit that a remedy or the command line names is one of jobs.
+    for unit in ["m", "dm", "cm", "mm", "in", "inch", "ft", "foot"] {
+        assert!(check(&large, unit).code != Some(2), "{unit}");
+        let text = format!("objects = [{{ list = [\"unit.off\"], unit = \"{unit}\" }}]\n");
+        let outcome = Program::on("estimate", workspace.write("job.toml", text)).finish();
+        assert!(!outcome.text().contains("one of"), "{unit}: {}", outcome.text());
+    }
+}

@@ -2,7 +2,10 @@
 
 use std::{fmt, path::PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum, builder::PossibleValue};
+use clap::{
+    Args, Parser, Subcommand, ValueEnum,
+    builder::{PathBufValueParser, PossibleValue, TypedValueParser},
+};
 
 use factory::cluster::TaskChoice;
 use publish::export::{ExportFormat, FORMATS};
@@ -90,12 +93,25 @@ pub struct EstimateArgs {
     pub json: bool,
 }
 
+/// A path of this machine's file systems: an address of object storage would become a folder of that name.
+fn local_path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        let text = path.to_string_lossy();
+        match text.split_once("://") {
+            Some((scheme, _)) if !scheme.is_empty() && scheme.chars().all(|letter| letter.is_ascii_alphanumeric()) => {
+                Err(format!("graspmill writes to file systems, not to {scheme}: give a folder, and copy it afterwards"))
+            }
+            _ => Ok(path),
+        }
+    })
+}
+
 #[derive(Args, Debug)]
 pub struct RunArgs {
     #[command(flatten)]
     pub job: JobArgs,
     /// The dataset's folder; made if absent.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
     /// Make one task's share of the shards and leave the dataset open for `merge`: task I (from 0) of N, or `env`, or `env/N`:
     /// as the variables of Slurm, Kubernetes, AWS Batch, Cloud Run, HyperQueue, PBS, Grid Engine, LSF or GNU parallel say.
@@ -130,7 +146,7 @@ pub struct SubmitArgs {
     #[arg(required_unless_present = "retry")]
     pub job: Option<PathBuf>,
     /// The dataset's folder; scripts and logs go to `cluster` in it.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
     /// Engine that runs the tasks.
     #[arg(long, value_enum, required_unless_present = "retry")]
@@ -243,7 +259,7 @@ pub struct ReportArgs {
     /// The dataset's folder.
     pub dir: PathBuf,
     /// Where to write; `report.html` in the dataset's folder by default.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = local_path())]
     pub out: Option<PathBuf>,
 }
 
@@ -252,7 +268,7 @@ pub struct ReleaseArgs {
     /// The dataset's folder.
     pub dir: PathBuf,
     /// The release's folder; must not exist yet or be empty.
-    #[arg(long, value_name = "REL")]
+    #[arg(long, value_name = "REL", value_parser = local_path())]
     pub out: PathBuf,
     /// File of what only its authors know: title, date, licence, uses (TOML; docs/releases.md).
     #[arg(long, value_name = "ABOUT")]
@@ -273,7 +289,7 @@ pub struct ExportArgs {
     #[arg(long, value_enum)]
     pub to: ExportFormatName,
     /// Where to write; must not exist yet or be empty.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
     /// Only this split: training, holdout, validation, test.
     #[arg(long, value_name = "SPLIT")]
@@ -351,9 +367,12 @@ pub struct MeshesCheckArgs {
     /// Mesh files, or folders of them.
     #[arg(required = true)]
     pub paths: Vec<PathBuf>,
-    /// One unit of the files in metres, or m, cm, mm, in.
+    /// Unit of the files: m, dm, cm, mm, in, ft, or the length of one unit in metres.
     #[arg(long, default_value = "m")]
     pub unit: String,
+    /// Longest side of each mesh in metres, for meshes that were normalised (ShapeNet, ModelNet).
+    #[arg(long, value_name = "METRES", conflicts_with = "unit")]
+    pub size: Option<f64>,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -423,7 +442,7 @@ pub struct CompletionsArgs {
 #[derive(Args, Debug)]
 pub struct ManArgs {
     /// The folder for them; made if absent.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
 }
 

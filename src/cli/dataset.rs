@@ -11,7 +11,7 @@ use format::{
     Product,
     dataset::{Manifest, Selection, read_mark, scan_shards},
 };
-use kernel::words::{Split, number_ranges};
+use kernel::words::{Split, counted, number_ranges, size_in_words};
 use publish::export::{self, ExportError, ExportSelection};
 use serde::Serialize;
 use std::path::Path;
@@ -80,7 +80,12 @@ pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
 pub fn status_words(status: &Status) -> String {
     let mut lines = vec![
         format!("{}: {}", status.dataset, status.state),
-        format!("{} of {} shards done, {:.1} MB", status.shards_done, status.shards, status.bytes as f64 / 1e6),
+        format!(
+            "{} of {} done, {}",
+            status.shards_done,
+            counted(status.shards.into(), "shard"),
+            size_in_words(status.bytes)
+        ),
         format!("{} {} planned, job {}", status.samples, status.product.samples.many, status.job),
     ];
     lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));

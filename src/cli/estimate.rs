@@ -19,6 +19,7 @@ use factory::{
     run::{OpenJob, PilotRate, pilot},
     work::{MeasuredCosts, WorkCosts},
 };
+use kernel::words::counted;
 
 /// Samples of the pilot run.
 const PILOT_SAMPLES: u64 = 1000;
@@ -195,7 +196,7 @@ fn words(open: &OpenJob, parallelism: &Parallelism, costs: &Costs) -> String {
     ];
     lines.extend(job.work.remarks());
     if job.work.objects().is_some() {
-        lines.push(format!("{} meshes refused", job.refused().len()));
+        lines.push(format!("{} refused", counted(job.refused().len() as u64, "mesh")));
     }
     lines.push(format!("job {}", open.digest));
     lines.join("\n")

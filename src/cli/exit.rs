@@ -2,7 +2,7 @@
 
 use std::{fmt, io, path::Path, process::ExitCode};
 
-use format::dataset::layout;
+use format::dataset::{DatasetError, without_manifest};
 
 /// Exit codes of the program: a contract with scripts and schedulers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +46,7 @@ impl Failure {
 
     /// A folder in which no dataset was begun.
     pub fn no_dataset(folder: &Path) -> Self {
-        Self::message(Exit::Failed, format!("{}: no dataset (no {})", folder.display(), layout::RUN))
+        Self::from(without_manifest(folder))
     }
 
     /// A message with this exit code.
@@ -56,10 +56,18 @@ impl Failure {
 }
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
-    /// Input/output errors anywhere in the chain mean 74, all others 1.
+    /// Input/output errors anywhere in the chain mean 74, a folder of another kind than the verb wants 2, all others 1.
     fn from(error: E) -> Self {
         let error = error.into();
-        let exit = if error.chain().any(|cause| cause.is::<io::Error>()) { Exit::InputOutput } else { Exit::Failed };
+        let is_foreign =
+            |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref().is_some_and(DatasetError::is_foreign);
+        let exit = if error.chain().any(|cause| cause.is::<io::Error>()) {
+            Exit::InputOutput
+        } else if error.chain().any(is_foreign) {
+            Exit::BadSpec
+        } else {
+            Exit::Failed
+        };
         Self { exit, error }
     }
 }

@@ -27,13 +27,18 @@ mod verify;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use factory::job::JobSet;
 use format::dataset::SetTable;
 
 use args::{Cli, Command, MeshesCommand, QueryCommand, RunArgs};
 use exit::{Exit, Failure};
 use printer::Printer;
+
+/// The grammar of the command line: every verb with its arguments.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
 
 /// Parses the arguments, runs the command, returns its exit code.
 pub fn main() -> ExitCode {

@@ -5,13 +5,24 @@ use super::{
     exit::{Exit, Failure},
     printer::Printer,
 };
-use factory::job::spec::UnitSpec;
-use kernel::assets::{ScaleRule, SizeRule, check_report};
+use kernel::{
+    assets::{ScaleRule, SizeRule, check_report},
+    words::LengthUnit,
+};
 
 /// Says what each mesh is, what would be repaired, what is refused and how to mend it.
 pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let metres = metres_per_unit(&arguments.unit)?;
-    let report = check_report(&arguments.paths, ScaleRule::MetresPerUnit(metres), SizeRule::default());
+    let scale = match arguments.size {
+        Some(size) if size > 0.0 && size.is_finite() => ScaleRule::LongestSide(size),
+        Some(size) => {
+            return Err(Failure::message(
+                Exit::BadSpec,
+                format!("--size {size}: give the longest side in metres, above 0"),
+            ));
+        }
+        None => ScaleRule::MetresPerUnit(metres_per_unit(&arguments.unit)?),
+    };
+    let report = check_report(&arguments.paths, scale, SizeRule::default());
     if arguments.json {
         printer.json(&report)?
     } else {
@@ -22,17 +33,10 @@ pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Fai
 
 /// A unit by name, or as a number of metres.
 fn metres_per_unit(text: &str) -> Result<f64, Failure> {
-    let metres = match text {
-        "m" => Some(UnitSpec::Metre.metres()),
-        "cm" => Some(UnitSpec::Centimetre.metres()),
-        "mm" => Some(UnitSpec::Millimetre.metres()),
-        "in" => Some(UnitSpec::Inch.metres()),
-        number => number.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite()),
-    };
-    metres.ok_or_else(|| {
-        Failure::message(
-            Exit::BadSpec,
-            format!("--unit {text}: give m, cm, mm, in, or the length of one unit in metres"),
-        )
+    let number = || text.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite());
+    LengthUnit::named(text).map(|unit| unit.metres).or_else(number).ok_or_else(|| {
+        let names = LengthUnit::names().collect::<Vec<_>>().join(", ");
+        let message = format!("--unit {text}: give {names}, or the length of one unit in metres");
+        Failure::message(Exit::BadSpec, message)
     })
 }

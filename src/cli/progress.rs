@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{args::ProgressMode, printer::Printer};
 use factory::{Event, Progress};
 use format::Product;
+use kernel::words::counted;
 
 /// Time between two plain or JSON lines.
 const PAUSE: Duration = Duration::from_secs(2);
@@ -105,11 +106,12 @@ fn plain_line(event: &Event, product: Option<Product>) -> Option<String> {
         Event::Prepared { done, total } => format!("meshes {done}/{total}"),
         Event::Planned { product: _, samples: count, samples_before, shards, shards_before, threads } => {
             let before = if *shards_before > 0 {
-                format!(", {samples_before} of them in {shards_before} shards finished before")
+                format!(", {samples_before} of them in {} finished before", counted(*shards_before, "shard"))
             } else {
                 String::new()
             };
-            format!("{count} {samples} in {shards} shards{before}; {threads} threads")
+            let (shards, threads) = (counted(*shards, "shard"), counted(*threads as u64, "thread"));
+            format!("{count} {samples} in {shards}{before}; {threads}")
         }
         Event::Progress(progress) => progress_text(progress, product),
         Event::ShardFinished { .. } => return None,
@@ -164,7 +166,7 @@ fn show_bar(bar: &ProgressBar, event: &Event, product: Option<Product>) {
             bar.set_position(*done);
         }
         Event::Planned { samples: count, samples_before, .. } => {
-            bar.set_style(style(&format!("{samples:<9}{{wide_bar}} {{percent}} %  {{msg}}")));
+            bar.set_style(style(&format!("{samples:<9}{{wide_bar}}  {{msg}}")));
             bar.set_length(count - samples_before);
             bar.set_position(0);
         }

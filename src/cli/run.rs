@@ -26,7 +26,11 @@ use format::{
     Product,
     dataset::{Manifest, layout},
 };
-use kernel::{ids::Digest, render::DepthSource, words::NumberClass};
+use kernel::{
+    ids::Digest,
+    render::DepthSource,
+    words::{NumberClass, counted, size_in_words},
+};
 use publish::{CountedParts, RunNotes, Speed, preview::PreviewError};
 
 /// Report of a run, for machines.
@@ -190,11 +194,8 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
         lines.push(format!("{folder} is complete already: nothing to do"));
     }
     lines.extend(publish::counts_in_words(path, manifest)?);
-    let shards = match manifest.shards.len() {
-        1 => "1 shard".to_owned(),
-        count => format!("{count} shards"),
-    };
-    lines.push(format!("{shards}, {:.1} MB, in {folder}", bytes(manifest) as f64 / 1e6));
+    let shards = counted(manifest.shards.len() as u64, "shard");
+    lines.push(format!("{shards}, {}, in {folder}", size_in_words(bytes(manifest))));
     if *made > 0 {
         let memory =
             machine::peak_memory().map_or_else(String::new, |bytes| format!(", {} MB at most", bytes / 1_000_000));
@@ -208,10 +209,12 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
             None => format!("{} {samples}/s", rate_text(rate)),
         };
         let (threads, level) = (parallelism.threads, parallelism.level);
-        lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} on {threads} threads, {level}{memory}"));
+        let threads = counted(threads as u64, "thread");
+        lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} on {threads}, {level}{memory}"));
     }
     if counts.refused_meshes > 0 {
-        lines.push(format!("{} meshes were refused:", counts.refused_meshes));
+        let were = if counts.refused_meshes == 1 { "was" } else { "were" };
+        lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
     lines.extend(manifest.warnings.iter().map(|warning| format!("warning: {warning}")));
     // Of one class alone, the root over all says it.

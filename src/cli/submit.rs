@@ -23,7 +23,7 @@ use factory::{
     cluster::{Backend, Container, Resources, Submission, SubmissionFile, TaskPlan},
 };
 use format::dataset::{DatasetError, layout, read_mark, scan_shards};
-use kernel::words::number_ranges;
+use kernel::words::{counted, number_ranges};
 
 /// Record of what was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
 const RECORD: &str = "submit.json";
@@ -226,7 +226,11 @@ fn words(report: &SubmitReport, count: usize) -> String {
     let SubmitReport { submission, array, files, sent } = report;
     let TaskPlan { tasks, shards, .. } = submission.plan;
     let out = submission.out.display();
-    let mut lines = vec![format!("{count} of {tasks} tasks ({array}) for {shards} shards of {out}")];
+    let mut lines = vec![format!(
+        "{count} of {} ({array}) for {} of {out}",
+        counted(tasks.into(), "task"),
+        counted(shards.into(), "shard")
+    )];
     lines.extend(files.iter().map(|file| format!("wrote {}", file.display())));
     let first = files.first().map(|file| file.display().to_string()).unwrap_or_default();
     match (submission.backend, sent) {

@@ -20,6 +20,7 @@ use factory::{
     run::{ShareSummary, run_share},
 };
 use format::dataset::listed_shards;
+use kernel::words::counted;
 
 /// Report of a task, for machines.
 #[derive(Serialize)]
@@ -86,12 +87,16 @@ fn words(report: &TaskReport, samples: &str) -> String {
     let TaskReport { task, tasks, dataset, dataset_shards, dataset_shards_there, threads, .. } = report;
     let ShareSummary { shards, shards_before, made, seconds } = report.summary;
     let before = if shards_before > 0 { format!(" ({shards_before} of them before)") } else { String::new() };
-    let mut lines = vec![format!("task {task} of {tasks}: all of its {shards} shards are there{before}")];
+    let there = match shards {
+        1 => "its shard is".to_owned(),
+        _ => format!("all of its {shards} shards are"),
+    };
+    let mut lines = vec![format!("task {task} of {tasks}: {there} there{before}")];
     if made > 0 {
         let rate = rate_text(report.samples_per_second);
         lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} {samples}/s on {threads} threads"));
     }
-    lines.push(format!("{dataset_shards_there} of {dataset_shards} shards of {dataset}"));
+    lines.push(format!("{dataset_shards_there} of {} of {dataset}", counted(*dataset_shards as u64, "shard")));
     if dataset_shards_there == dataset_shards {
         lines.push(format!("all are there: graspmill merge {dataset}"));
     }

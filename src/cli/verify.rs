@@ -23,7 +23,10 @@ use format::dataset::{
     DatasetError, DatasetReader, Problem, VerifyLevel, VerifyOptions, VerifyReport, layout, read_mark,
     verify as check_dataset,
 };
-use kernel::assets::MeshOrigin;
+use kernel::{
+    assets::MeshOrigin,
+    words::{counted, size_in_words},
+};
 use publish::{ReleaseCheck, check_release};
 use tables::ParquetIndex;
 
@@ -186,12 +189,12 @@ impl Checked<'_> {
         let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
         lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
         lines.push(format!(
-            "{} of {} shards intact, {} {samples}, {} payloads checked, {:.1} MB",
+            "{} of {} intact, {} {samples}, {} checked, {}",
             report.intact_shards,
-            report.checked.of_shards,
+            counted(report.checked.of_shards as u64, "shard"),
             report.checked.samples,
-            report.payloads,
-            report.checked.bytes as f64 / 1e6
+            counted(report.payloads, "payload"),
+            size_in_words(report.checked.bytes)
         ));
         if let Some(release) = release {
             lines.push(format!("a release: {} files listed by SHA-256 were compared", release.files));

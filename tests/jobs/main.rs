@@ -1,5 +1,6 @@
 //! Job files, and sets of several.
 
+mod documents;
 mod sets;
 mod specs;
 #[path = "../support/mod.rs"]

@@ -274,7 +274,7 @@ fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
     let left = [Path::new("shapes.mcap"), Path::new("preview.mcap")];
     assert!(left.iter().all(|path| !files.contains_key(*path)), "{:?}", files.keys());
     assert!(files.contains_key(Path::new("pictures/1.png")) && files.contains_key(Path::new("report.html")));
-    assert!(verify(&out).succeed().text().contains("1 of 1 shards intact"));
+    assert!(verify(&out).succeed().text().contains("1 of 1 shard intact"));
     let free = make_release(&workspace, &data, "free");
     assert!(free.join("shapes.mcap").is_file());
     let licences = read_json(free.join("licences.json"));

@@ -9,7 +9,7 @@ use super::{
     FoundMesh, JobContext, KnownMass, PackageFile, built_in, mesh_table,
     packages::{self, MeshPackage, PACKAGES},
     paths::{tidy, with_slashes},
-    spec::{MeshRow, ObjectsSpec, UnitSpec},
+    spec::{MeshRow, ObjectsSpec},
 };
 use form::{Checker, FormError, Path, Problem, did_you_mean, fits_path};
 use kernel::{
@@ -324,7 +324,7 @@ fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate
     let scale = match (row.size, row.scale, row.unit) {
         (Some(size), ..) => ScaleRule::LongestSide(size),
         (_, Some(scale), _) => ScaleRule::MetresPerUnit(scale),
-        (.., Some(unit)) => ScaleRule::MetresPerUnit(UnitSpec::metres(unit)),
+        (.., Some(unit)) => ScaleRule::MetresPerUnit(unit.0.metres),
         _ => ScaleRule::MetresPerUnit(package.map_or(1.0, |package| package.metres_per_unit)),
     };
     FoundMesh {

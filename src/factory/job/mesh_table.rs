@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, ops::Range};
 
 use super::spec::{MeshRow, UnitSpec};
 use form::{Bounds, Finding, FormError, Location, Problem, Source, did_you_mean};
+use kernel::words::LengthUnit;
 
 const COLUMNS: [&str; 10] =
     ["name", "unit", "scale", "size", "group", "licence", "citation", "mass", "mass_source", "object"];
@@ -73,16 +74,11 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
     };
     match column {
         "unit" => {
-            let choices = || ["m", "dm", "cm", "mm", "inch", "foot"].map(str::to_owned).to_vec();
-            row.unit = Some(match text {
-                "m" => UnitSpec::Metre,
-                "dm" => UnitSpec::Decimetre,
-                "cm" => UnitSpec::Centimetre,
-                "mm" => UnitSpec::Millimetre,
-                "inch" => UnitSpec::Inch,
-                "foot" => UnitSpec::Foot,
-                other => return Err(Problem::NotAChoice { found: other.to_owned(), choices: choices() }),
-            });
+            let unknown = || {
+                let choices = LengthUnit::names().map(str::to_owned).collect();
+                Problem::NotAChoice { found: text.to_owned(), choices }
+            };
+            row.unit = Some(UnitSpec(LengthUnit::named(text).ok_or_else(unknown)?));
         }
         "scale" => row.scale = number()?,
         "size" => row.size = number()?,

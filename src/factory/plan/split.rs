@@ -214,6 +214,13 @@ fn model_splits(job: &Divided<'_>, seed: u64, clusters: &[Vec<usize>], notes: &m
     let validation = chosen(job, seed, &rest, &choice, "validation", notes);
     test.iter().for_each(|index| splits[*index] = Split::Test);
     validation.iter().for_each(|index| splits[*index] = Split::Validation);
+    if !splits.is_empty() && !splits.contains(&Split::Training) {
+        notes.push(format!(
+            "no object is left to train on: validation and test take all {}; give more objects, or lower split.test_objects \
+             and split.validation_objects",
+            splits.len()
+        ));
+    }
     splits
 }
 
@@ -255,7 +262,7 @@ fn chosen(
     if let ObjectChoice::Named(names) = choice
         && taken.len() > names.len()
     {
-        notes.push(format!("{} {purpose} models: {} by name and their twins or groups", taken.len(), names.len()));
+        notes.push(format!("{} {purpose} objects: {} by name and their twins or groups", taken.len(), names.len()));
     }
     taken
 }
@@ -282,7 +289,12 @@ fn take_exactly<'a>(
         }
     }
     if left > 0 {
-        notes.push(format!("{} {purpose} models instead of {count}: twins and groups move as one", count - left));
+        let objects: usize = ranked.iter().map(|(.., members)| members.len()).sum();
+        let why = match objects < count {
+            true => format!("no more than {objects} can be chosen"),
+            false => "twins and groups move as one".to_owned(),
+        };
+        notes.push(format!("{} {purpose} objects instead of {count}: {why}", count - left));
     }
     taken
 }

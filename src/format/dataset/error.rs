@@ -90,6 +90,20 @@ pub enum DatasetError {
         /// The file.
         path: PathBuf,
     },
+    /// The path names nothing.
+    #[error("{}: no such folder; give the folder that `run --out` made", folder.display())]
+    NoFolder {
+        /// The path.
+        folder: PathBuf,
+    },
+    /// The folder holds no dataset.
+    #[error("{} holds no dataset: it has neither manifest.json nor run.json; {}", folder.display(), folder_remedy(inside))]
+    NoDataset {
+        /// The folder.
+        folder: PathBuf,
+        /// Names of the folders in it that hold datasets.
+        inside: Vec<String>,
+    },
     /// The folder holds a dataset that is not finished.
     #[error("{} has no manifest.json: the dataset is not finished; `run` the job again to resume", folder.display())]
     Unfinished {
@@ -201,6 +215,8 @@ impl DatasetError {
                 | Self::NotADataset { .. }
                 | Self::Occupied { .. }
                 | Self::NotAFolder { .. }
+                | Self::NoFolder { .. }
+                | Self::NoDataset { .. }
         )
     }
 
@@ -208,6 +224,15 @@ impl DatasetError {
     pub fn is_io(&self) -> bool {
         matches!(self, Self::Io { .. })
     }
+}
+
+fn folder_remedy(inside: &[String]) -> String {
+    const SHOWN: usize = 8;
+    if inside.is_empty() {
+        return "give the folder that `run --out` made".to_owned();
+    }
+    let more = if inside.len() > SHOWN { ", ..." } else { "" };
+    format!("give one of those in it: {}{more}", inside[..inside.len().min(SHOWN)].join(", "))
 }
 
 fn io_remedy(error: &io::Error) -> &'static str {

@@ -7,6 +7,8 @@ use kernel::ids::{Digest, ShardId};
 pub const RUN: &str = "run.json";
 /// Manifest of what it holds: written last.
 pub const MANIFEST: &str = "manifest.json";
+/// Table of a set of datasets, in the folder above theirs.
+pub const SET: &str = "set.json";
 /// One row per sample.
 pub const INDEX: &str = "index.parquet";
 /// One row per object, and the refused meshes.

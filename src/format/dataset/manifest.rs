@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     DatasetError,
-    layout::{MANIFEST, ShardName, files_of},
+    layout::{MANIFEST, RUN, SET, ShardName, files_of},
     seal::unsealed,
 };
 use crate::{Channel, FORMAT_VERSION, FactKind, Product};
@@ -18,6 +18,22 @@ use kernel::{
     ids::{Digest, JobDigest},
     words::{NumberClass, Split},
 };
+
+/// The error of a folder that has no manifest: no folder, no dataset, or one that is not finished.
+pub fn without_manifest(folder: &Path) -> DatasetError {
+    let folder = folder.to_owned();
+    if !folder.is_dir() {
+        return DatasetError::NoFolder { folder };
+    }
+    let is_dataset = |path: &Path| [MANIFEST, RUN, SET].iter().any(|name| path.join(name).exists());
+    if is_dataset(&folder) {
+        return DatasetError::Unfinished { folder };
+    }
+    let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten().filter(|entry| is_dataset(&entry.path()));
+    let mut inside: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    inside.sort();
+    DatasetError::NoDataset { folder, inside }
+}
 
 /// `manifest.json`, checked. Everything a dataset holds hangs on it by digests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -126,7 +142,7 @@ impl Manifest {
         }
         let path = folder.join(MANIFEST);
         let text = kernel::files::read(&path).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => DatasetError::Unfinished { folder: folder.to_owned() },
+            io::ErrorKind::NotFound => without_manifest(folder),
             _ => DatasetError::io("reading", &path)(error),
         })?;
         let unreadable = |error: serde_json::Error| invalid(&path, error.to_string());

@@ -56,7 +56,7 @@ pub use folder::{
 pub use index::{Cell, ColumnKind, IndexColumn, IndexFormat, IndexWriter, index_columns};
 pub use layout::ShardName;
 pub use ledger::{Fate, Ledger, LedgerRow};
-pub use manifest::{Counts, FileEntry, Manifest, ShardEntry};
+pub use manifest::{Counts, FileEntry, Manifest, ShardEntry, without_manifest};
 pub use new_folder::NewFolder;
 pub use pending::{Pending, clear_pending, read_pending, write_pending};
 pub use reader::{DatasetReader, Sample, Samples, Selection};

@@ -12,6 +12,7 @@ use super::{
     DatasetError, DatasetReader, Manifest,
     durable::{self, TEMPORARY},
     folder::sorted_entries,
+    layout::SET,
     seal::{sealed, unsealed},
 };
 use crate::{FORMAT_VERSION, Product};
@@ -19,9 +20,6 @@ use kernel::{
     ids::{Digest, ObjectId},
     words::NumberClass,
 };
-
-/// The file's name.
-const SET: &str = "set.json";
 
 /// `set.json`: what the folder was begun for, and, once all its datasets are finished, what they hold.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -14,7 +14,11 @@ use super::{
     read::{self, RawMesh},
     shells::{self, Shells},
 };
-use crate::{geom::TriMesh, ids::Digest};
+use crate::{
+    geom::TriMesh,
+    ids::Digest,
+    words::{LengthUnit, counted},
+};
 
 /// Reads or makes a mesh, scales it to metres, checks, repairs and hashes it.
 ///
@@ -173,21 +177,44 @@ fn check_extent(mesh: &TriMesh, source: &MeshSource) -> Result<(), Refuse> {
     Ok(())
 }
 
-/// The unit that would make the mesh most like a thing of 150 mm.
+/// A remedy for a mesh of the wrong size: the real size of a normalised mesh, or the units that make it as large as a thing
+/// to grasp, the one nearest to 150 mm first.
 fn guess_unit(longest: f64, source: &MeshSource) -> String {
-    const UNITS: [(f64, &str, &str); 4] =
-        [(0.001, "mm", "millimetres"), (0.01, "cm", "centimetres"), (0.0254, "in", "inches"), (1.0, "m", "metres")];
+    const TYPICAL: f64 = 0.15;
+    /// Units that modelling programs write.
+    const COMMON: [&str; 4] = ["mm", "cm", "in", "m"];
+    /// A second unit is named where it is less than so much farther from the typical size.
+    const AS_LIKELY: f64 = 4.0;
     let ScaleRule::MetresPerUnit(unit) = source.scale else {
         return "change its size, or widen the job's size limits".to_owned();
     };
     let in_file = longest / unit;
-    let unlikely = |&&(metres, ..): &&(f64, &str, &str)| libm::fabs(libm::log(in_file * metres / 0.15));
-    let fits = |(metres, ..): &&(f64, &str, &str)| {
-        *metres != unit && (source.size.min..=source.size.max).contains(&(in_file * metres))
+    let is_normalised = |side: f64| libm::fabs(side - 1.0) < 1e-3;
+    if is_normalised(in_file) || is_normalised(in_file / 2.0) {
+        let side = in_file.round();
+        return format!(
+            "it is probably normalised (longest side {side}): set its real longest side, such as size = 0.25"
+        );
+    }
+    let distance = |unit: &LengthUnit| libm::fabs(libm::log(in_file * unit.metres / TYPICAL));
+    let fits = |other: &&LengthUnit| {
+        other.metres != unit && (source.size.min..=source.size.max).contains(&(in_file * other.metres))
     };
-    match UNITS.iter().filter(fits).min_by(|a, b| unlikely(a).total_cmp(&unlikely(b))) {
-        Some((_, symbol, name)) => format!("the file is probably in {name}: set unit = \"{symbol}\""),
-        None => "no common unit fits: set the longest side as size, or widen the job's size limits".to_owned(),
+    let mut units: Vec<&LengthUnit> = COMMON.iter().filter_map(|name| LengthUnit::named(name)).filter(fits).collect();
+    units.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let size = |unit: &LengthUnit| length(in_file * unit.metres);
+    match units[..] {
+        [] => "no common unit fits: set the longest side as size, or widen the job's size limits".to_owned(),
+        [first, second, ..] if distance(second) < distance(first) + libm::log(AS_LIKELY) => format!(
+            "the file is probably in {} ({}): set unit = \"{}\"; or in {} ({}): unit = \"{}\"",
+            first.plural,
+            size(first),
+            first.symbol,
+            second.plural,
+            size(second),
+            second.symbol
+        ),
+        [first, ..] => format!("the file is probably in {}: set unit = \"{}\"", first.plural, first.symbol),
     }
 }
 
@@ -313,10 +340,10 @@ fn warn_of_topology(
         });
         let locations = locations.collect::<Vec<_>>().join("; ");
         let rest = if holes.len() > 3 { "; ..." } else { "" };
-        warnings.push(format!("{}: {locations}{rest}", plural(holes.len(), "hole")));
+        warnings.push(format!("{}: {locations}{rest}", counted(holes.len() as u64, "hole")));
     }
     if !edges.crowded.is_empty() {
-        warnings.push(format!("{} shared by three faces or more", plural(edges.crowded.len(), "edge")));
+        warnings.push(format!("{} shared by three faces or more", counted(edges.crowded.len() as u64, "edge")));
     }
     if shells.mixed {
         warnings.push("its faces have no consistent winding (one-sided like a Moebius strip)".to_owned());
@@ -324,29 +351,21 @@ fn warn_of_topology(
     if watertight {
         let pinches = holes::pinches(mesh, edges);
         if pinches > 0 {
-            warnings.push(format!("touches itself in {}", plural(pinches, "point")));
+            warnings.push(format!("touches itself in {}", counted(pinches as u64, "point")));
         }
     }
     if bodies > 1 {
         warnings.push(format!("{bodies} separate bodies"));
     }
     if shells.cavities > 0 {
-        warnings.push(format!("{} inside, kept hollow", plural(shells.cavities as usize, "cavity")));
+        warnings.push(format!("{} inside, kept hollow", counted(u64::from(shells.cavities), "cavity")));
     }
     if shells.solids_in_solids > 0 {
-        let parts = plural(shells.solids_in_solids as usize, "part");
+        let parts = counted(u64::from(shells.solids_in_solids), "part");
         warnings.push(format!("{parts} inside another and wound like it: taken as solid, not as a cavity"));
     }
     if shells.may_overlap {
         warnings.push("parts may overlap".to_owned());
-    }
-}
-
-fn plural(count: usize, noun: &str) -> String {
-    match (count, noun.strip_suffix("y")) {
-        (1, _) => format!("1 {noun}"),
-        (_, Some(stem)) => format!("{count} {stem}ies"),
-        (_, None) => format!("{count} {noun}s"),
     }
 }
 

@@ -1,11 +1,15 @@
 //! The project's shared vocabulary: one type per concept, used by every room from kernels to reports.
 
 mod class;
+mod counts;
 mod grasp;
+mod length;
 mod ranges;
 mod split;
 
 pub use class::NumberClass;
+pub use counts::{counted, size_in_words};
 pub use grasp::{GraspTypeCounts, GraspVerdict, STRETCHES, TYPE_BINS, TYPE_DIGITS, type_digits};
+pub use length::LengthUnit;
 pub use ranges::number_ranges;
 pub use split::{InvalidSplits, ObjectSplit, Split, SplitTable};

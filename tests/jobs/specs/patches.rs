@@ -313,7 +313,7 @@ fn mistakes_are_told_with_their_places() {
     assert!(said.contains("dataset") && said.contains("hand"), "{said}");
     let workspace = Workspace::new();
     let said = read(&text(workspace.folder()), &[]).expect_err("no dataset").render();
-    assert!(said.contains("grasps.dataset") && said.contains("is not finished"), "{said}");
+    assert!(said.contains("grasps.dataset") && said.contains("holds no dataset"), "{said}");
     let said = |grasps: MadeUpGrasps| {
         let workspace = Workspace::new();
         grasps.write(workspace.folder());

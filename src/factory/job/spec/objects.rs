@@ -1,11 +1,13 @@
 //! The keys of `[[objects]]`, which every job about objects has.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{borrow::Cow, collections::BTreeMap, path::PathBuf};
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde_json::json;
 
 use super::built_in::BuiltInSpec;
+use kernel::words::LengthUnit;
 
 /// One source of objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -104,40 +106,39 @@ pub struct MeshRow {
     pub object: Option<String>,
 }
 
-/// A unit of length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum UnitSpec {
-    /// Metres.
-    #[serde(rename = "m")]
-    Metre,
-    /// Decimetres.
-    #[serde(rename = "dm")]
-    Decimetre,
-    /// Centimetres.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Millimetres.
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Inches (0.0254 m).
-    #[serde(rename = "inch")]
-    Inch,
-    /// Feet (0.3048 m).
-    #[serde(rename = "foot")]
-    Foot,
+/// A unit of length, by its symbol or synonym.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitSpec(pub &'static LengthUnit);
+
+impl Serialize for UnitSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0.symbol)
+    }
 }
 
-impl UnitSpec {
-    /// Metres per unit.
-    pub fn metres(self) -> f64 {
-        match self {
-            Self::Metre => 1.0,
-            Self::Decimetre => 0.1,
-            Self::Centimetre => 0.01,
-            Self::Millimetre => 0.001,
-            Self::Inch => 0.0254,
-            Self::Foot => 0.3048,
-        }
+impl<'de> Deserialize<'de> for UnitSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let names = || LengthUnit::names().collect::<Vec<_>>().join(", ");
+        let unknown = || de::Error::custom(format!("no unit is called `{name}`; the units are {}", names()));
+        LengthUnit::named(&name).map(Self).ok_or_else(unknown)
+    }
+}
+
+impl JsonSchema for UnitSpec {
+    fn schema_name() -> Cow<'static, str> {
+        "UnitSpec".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let choice = |name| {
+            let LengthUnit { plural, metres, .. } = LengthUnit::named(name).expect("a name of the list");
+            let first = plural[..1].to_uppercase() + &plural[1..];
+            let words = if *metres == 1.0 { format!("{first}.") } else { format!("{first} ({metres} m).") };
+            json!({ "const": name, "description": words, "type": "string" })
+        };
+        let choices: Vec<_> = LengthUnit::names().map(choice).collect();
+        json_schema!({ "description": "A unit of length.", "oneOf": choices })
     }
 }
 

@@ -19,6 +19,7 @@ use kernel::{
     geom::GridPlacement,
     render::{SENSOR_CONSTANTS, SensorConstant, SensorModel},
     voxel::Truth,
+    words::counted,
 };
 
 /// Completion as the factory makes it.
@@ -81,10 +82,11 @@ fn dotted_partials(objects: &JobObjects, settings: &CompletionSettings) -> Optio
     let small: Vec<&JobObject> = objects.list.iter().filter(|object| side(object) < pixel * cells).collect();
     let smallest = small.iter().copied().min_by(|a, b| side(a).total_cmp(&side(b)))?;
     Some(format!(
-        "{} of {} objects are under {:.0} mm: at {distance} m their grid cells are narrower than a pixel, so their \
+        "{} of {} {} under {:.0} mm: at {distance} m their grid cells are narrower than a pixel, so their \
          partials are dotted (smallest: `{}`, {:.0} mm); a shorter `distance`, or `distance = {{ fit = 0.6 }}`, mends it",
         small.len(),
-        objects.list.len(),
+        counted(objects.list.len() as u64, "object"),
+        if small.len() == 1 { "is" } else { "are" },
         pixel * cells * 1e3,
         smallest.source.name,
         side(&smallest) * 1e3,
