@@ -1,4 +1,4 @@
-//! Surroundings of a run: threads, the wish to stop, and the listener.
+//! Context of a run: threads, the wish to stop, and the listener.
 
 use super::{Cancel, Listener, RunError};
 use kernel::geom::SimdLevel;
@@ -32,7 +32,7 @@ impl Parallelism {
     }
 }
 
-/// Surroundings of a run.
+/// Context of a run: threads, the wish to stop, and the listener.
 #[derive(Clone, Copy)]
 pub struct RunContext<'a> {
     /// Threads.
@@ -44,7 +44,7 @@ pub struct RunContext<'a> {
 }
 
 impl<'a> RunContext<'a> {
-    /// Surroundings without a listener, in which nobody stops the run.
+    /// A context without a listener, in which nobody stops the run.
     pub fn quiet(parallelism: &'a Parallelism) -> Self {
         static NEVER: Cancel = Cancel::new();
         Self { parallelism, cancel: &NEVER, listener: &|_| {} }

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{
     Cancel, Parallelism, ProduceError, RunError, SampleWriter,
-    job::{Divided, JobObjects},
+    job::{JobObjects, SplitInput},
     plan::{JobSplits, SubjectItems},
 };
 use format::{
@@ -44,7 +44,7 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     }
 
     /// Objects to be split; `None` when there are none, or another dataset has split them.
-    fn divided(&self) -> Option<Divided<'_>> {
+    fn divided(&self) -> Option<SplitInput<'_>> {
         None
     }
 

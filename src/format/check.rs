@@ -73,7 +73,7 @@ pub struct RootPart {
     pub digest: fn(&Path) -> Result<Digest, DatasetError>,
 }
 
-/// Surroundings of a file that is checked.
+/// The dataset around a file that is checked.
 pub struct FileContext<'a> {
     /// Folder of the dataset.
     pub folder: &'a Path,

@@ -325,8 +325,8 @@ fn add_servos(spec: &mut MjSpec, hand: &Hand) -> Result<Vec<f64>, mujoco_rs::err
     // A gear multiplies its motor's inertia: the inertia that makes a stiff servo stable is realistic.
     let inertia = |stiffness: f64| stiffness * (STEP / STIFFNESS_OF_A_STEP).powi(2);
     for joint in spec.joint_iter_mut() {
-        if let Some(place) = hand.tree().joint_named(joint.name()) {
-            joint.set_armature(joint.armature().max(inertia(gains[place])));
+        if let Some(index) = hand.tree().joint_named(joint.name()) {
+            joint.set_armature(joint.armature().max(inertia(gains[index])));
         }
     }
     for (joint, stiffness) in hand.tree().joints().iter().zip(&gains) {

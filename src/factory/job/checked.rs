@@ -5,7 +5,7 @@ use std::{any::Any, sync::Arc};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Divided, JobObject};
+use super::{JobObject, SplitInput};
 use crate::work::Work;
 use format::Product;
 use kernel::assets::MeshRefusal;
@@ -62,7 +62,7 @@ impl Job {
     }
 
     /// The objects to be split; `None` for a job about a robot, and when another dataset has split them.
-    pub fn divided(&self) -> Option<Divided<'_>> {
+    pub fn divided(&self) -> Option<SplitInput<'_>> {
         self.work.divided()
     }
 }

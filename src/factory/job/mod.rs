@@ -40,7 +40,7 @@ pub use draft_work::{DraftWork, MakeWork, default_shard_samples};
 pub use estimate::Estimate;
 pub use found_mesh::{FoundMesh, KnownMass, PackageFile};
 pub use hand::{JobHand, read_hand};
-pub use objects::{Divided, JobObject, JobObjects, ObjectsDraft};
+pub use objects::{JobObject, JobObjects, ObjectsDraft, SplitInput};
 pub use packages::{MeshPackage, PACKAGES, package};
 pub use paths::{relative_to, tidy, with_slashes};
 pub use reference::reference;

@@ -65,14 +65,14 @@ impl JobObjects {
     }
 
     /// The objects as their split sees them; `first_equal` has one entry per item.
-    pub fn divided(&self, first_equal: Vec<u32>) -> Divided<'_> {
-        Divided { objects: &self.list, split: &self.split, first_equal }
+    pub fn divided(&self, first_equal: Vec<u32>) -> SplitInput<'_> {
+        SplitInput { objects: &self.list, split: &self.split, first_equal }
     }
 }
 
 /// The objects of a job, as their split sees them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Divided<'j> {
+pub struct SplitInput<'j> {
     /// The objects, in the job's order.
     pub objects: &'j [JobObject],
     /// Rules of the split.
@@ -81,7 +81,7 @@ pub struct Divided<'j> {
     pub first_equal: Vec<u32>,
 }
 
-impl Divided<'_> {
+impl SplitInput<'_> {
     /// Items of each object.
     pub fn items(&self) -> u32 {
         self.first_equal.len() as u32

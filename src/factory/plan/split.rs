@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::job::{Divided, ObjectChoice, SplitSettings, SubsetSize};
+use crate::job::{ObjectChoice, SplitInput, SplitSettings, SubsetSize};
 use kernel::{
     ids::Digest,
     words::{ObjectSplit, Split, SplitTable},
@@ -27,7 +27,7 @@ pub struct JobSplits {
 impl JobSplits {
     /// Splits the objects of a job with this seed. `twins` are groups of objects whose shapes coincide, as indices into the
     /// job's objects.
-    pub fn new(job: &Divided<'_>, seed: u64, twins: &[Vec<usize>]) -> Self {
+    pub fn new(job: &SplitInput<'_>, seed: u64, twins: &[Vec<usize>]) -> Self {
         let mut notes = Vec::new();
         let models = model_splits(job, seed, &clusters(job, twins), &mut notes);
         let subsets = training_subsets(job, seed, &models, &mut notes);
@@ -109,7 +109,7 @@ impl LeakReport {
 }
 
 /// Searches for leaks, in time linear in objects times views; `rows` are in the order of the job's objects.
-fn leaks(job: &Divided<'_>, twins: &[Vec<usize>], rows: &[ObjectSplit]) -> LeakReport {
+fn leaks(job: &SplitInput<'_>, twins: &[Vec<usize>], rows: &[ObjectSplit]) -> LeakReport {
     let first_equal = &job.first_equal;
     let distinct = (0..).zip(first_equal).filter(|(view, first)| *view == **first).count() as u32;
     let straddling = |keys: &mut dyn Iterator<Item = (Vec<u8>, usize)>| {
@@ -167,7 +167,7 @@ fn unit(key: &Digest) -> f64 {
 }
 
 /// Objects that move as one, as lists of indices; every object stands in one of them.
-fn clusters(job: &Divided<'_>, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
+fn clusters(job: &SplitInput<'_>, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..job.objects.len()).collect();
     fn root(parent: &mut [usize], mut index: usize) -> usize {
         while parent[index] != index {
@@ -198,7 +198,7 @@ fn clusters(job: &Divided<'_>, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     members.into_values().collect()
 }
 
-fn model_splits(job: &Divided<'_>, seed: u64, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> Vec<Split> {
+fn model_splits(job: &SplitInput<'_>, seed: u64, clusters: &[Vec<usize>], notes: &mut Vec<String>) -> Vec<Split> {
     let mut splits = vec![Split::Training; job.objects.len()];
     let test = chosen(job, seed, clusters, &job.split.test_objects, "test", notes);
     let rest: Vec<Vec<usize>> = clusters.iter().filter(|cluster| !test.contains(&cluster[0])).cloned().collect();
@@ -226,7 +226,7 @@ fn model_splits(job: &Divided<'_>, seed: u64, clusters: &[Vec<usize>], notes: &m
 
 /// The members of the clusters that a choice takes.
 fn chosen(
-    job: &Divided<'_>,
+    job: &SplitInput<'_>,
     seed: u64,
     clusters: &[Vec<usize>],
     choice: &ObjectChoice,
@@ -299,7 +299,7 @@ fn take_exactly<'a>(
     taken
 }
 
-fn training_subsets(job: &Divided<'_>, seed: u64, models: &[Split], notes: &mut Vec<String>) -> Vec<Vec<usize>> {
+fn training_subsets(job: &SplitInput<'_>, seed: u64, models: &[Split], notes: &mut Vec<String>) -> Vec<Vec<usize>> {
     let mut ranked: Vec<(Digest, usize)> = (0..models.len())
         .filter(|index| models[*index] == Split::Training)
         .map(|index| (key(seed, "subset", &job.objects[index].id().0.0), index))
@@ -322,7 +322,7 @@ fn training_subsets(job: &Divided<'_>, seed: u64, models: &[Split], notes: &mut 
 }
 
 /// For each view, the lowest view that must stay on its side.
-fn view_classes(job: &Divided<'_>) -> Vec<u32> {
+fn view_classes(job: &SplitInput<'_>) -> Vec<u32> {
     if job.split.keep_equal_views_together { job.first_equal.clone() } else { (0..job.items()).collect() }
 }
 

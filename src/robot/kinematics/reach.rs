@@ -382,7 +382,7 @@ impl Quadratic {
     }
 
     fn plus(&self, other: &Self, times: f64) -> Self {
-        Self(std::array::from_fn(|place| self.0[place] + times * other.0[place]))
+        Self(std::array::from_fn(|term| self.0[term] + times * other.0[term]))
     }
 
     /// The angles at which it is 0, and those at which its slope is: where it touches 0, rounding decides.

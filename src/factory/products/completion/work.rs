@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::{Divided, JobObjects, shards_section},
+    job::{JobObjects, SplitInput, shards_section},
     objects::check_hand,
     plan::{JobSplits, SubjectItems},
     work::{OpenWork, Producer, Work, WorkCosts, WorkTables},
@@ -60,7 +60,7 @@ impl Work for CompletionJob {
         Some(&self.objects)
     }
 
-    fn divided(&self) -> Option<Divided<'_>> {
+    fn divided(&self) -> Option<SplitInput<'_>> {
         Some(self.objects.divided(self.settings.views.equal_rotations()))
     }
 

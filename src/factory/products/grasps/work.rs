@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{Divided, JobObject, JobObjects, shards_section},
+    job::{JobObject, JobObjects, SplitInput, shards_section},
     plan::{JobSplits, SubjectItems},
     work::{Closing, MeasuredCosts, OpenWork, Producer, Work, WorkCosts, WorkTables},
 };
@@ -80,7 +80,7 @@ impl Work for GraspJob {
     }
 
     /// Every run starts elsewhere: no two are equal.
-    fn divided(&self) -> Option<Divided<'_>> {
+    fn divided(&self) -> Option<SplitInput<'_>> {
         Some(self.objects.divided((0..self.settings.seeds).collect()))
     }
 

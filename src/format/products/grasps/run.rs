@@ -395,8 +395,8 @@ impl Grasp {
         wire::doubles_of(out, 20, self.width.iter().copied());
         wire::uint32(out, 21, self.verdict as u32);
         wire::double(out, 22, self.advance);
-        for (field, way) in [(24, 0), (25, 1)] {
-            wire::doubles_of(out, field, self.clearances.iter().map(|lowest| lowest[way]));
+        for (field, posture) in [(24, 0), (25, 1)] {
+            wire::doubles_of(out, field, self.clearances.iter().map(|lowest| lowest[posture]));
         }
         wire::doubles_of(out, 30, self.shift.iter().flatten().copied());
         wire::doubles_of(out, 31, self.turn.iter().flatten().copied());
