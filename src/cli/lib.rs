@@ -42,7 +42,7 @@ pub fn command() -> clap::Command {
 
 /// Parses the arguments, runs the command, returns its exit code.
 pub fn main() -> ExitCode {
-    let printer = Printer;
+    let printer = Printer::default();
     let exit = match Cli::try_parse() {
         Ok(cli) => {
             machine::outlive_file_limits().and_then(|()| dispatch(&cli.command, &printer)).unwrap_or_else(|failure| {
@@ -61,6 +61,8 @@ pub fn main() -> ExitCode {
             if wrong { Exit::BadSpec } else { Exit::Complete }
         }
     };
+    // A result that is lost is no success.
+    let exit = if exit == Exit::Complete && printer.has_lost_output() { Exit::InputOutput } else { exit };
     exit.into()
 }
 

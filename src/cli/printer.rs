@@ -1,21 +1,38 @@
-//! The one printer: results to stdout, talk to stderr.
+//! The one printer: results to stdout, messages to stderr.
 
-use std::io::{self, IsTerminal, Write};
+use std::{
+    io::{self, IsTerminal, Write},
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use serde::Serialize;
 
 use super::exit::Failure;
 
 /// Where everything that the program says goes.
-pub struct Printer;
+#[derive(Default)]
+pub struct Printer {
+    has_lost_output: AtomicBool,
+}
 
 impl Printer {
     /// A result, to stdout. A reader that went away (`| head`) is no error.
     pub fn result(&self, text: &str) {
         let mut out = io::stdout().lock();
         let end = if text.ends_with('\n') { "" } else { "\n" };
-        // No reader is left when the pipe is closed.
-        let _ = write!(out, "{text}{end}").and_then(|()| out.flush());
+        match write!(out, "{text}{end}").and_then(|()| out.flush()) {
+            // No reader is left when the pipe is closed.
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                self.has_lost_output.store(true, Ordering::Relaxed);
+                self.say(&format!("graspmill: writing the output: {error}"));
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether a result could not be written, such as to a full disk.
+    pub fn has_lost_output(&self) -> bool {
+        self.has_lost_output.load(Ordering::Relaxed)
     }
 
     /// A result for machines, to stdout.

@@ -1,4 +1,4 @@
-//! Reading regular files, and nothing else: a FIFO waits for its writer, a device may never end, and opening one can have
+//! Reading and replacing regular files, and nothing else: a FIFO waits for its writer, a device may never end, and opening one can have
 //! effects. Every file that graspmill reads is opened here.
 //!
 //! A link is followed, and what it leads to counts.
@@ -7,7 +7,7 @@ use std::{
     fs::{self, File, FileType, OpenOptions},
     io::{self, Read},
     os::unix::fs::{FileTypeExt, OpenOptionsExt},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 /// Something that is no regular file, inside an [`io::Error`] of the kind [`io::ErrorKind::InvalidInput`].
@@ -52,6 +52,18 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 pub fn read_to_string(path: &Path) -> io::Result<String> {
     let not_text = |_| io::Error::new(io::ErrorKind::InvalidData, "it is no UTF-8 text");
     String::from_utf8(read(path)?).map_err(not_text)
+}
+
+/// The file that a new one may replace: the path itself, or what a link at it leads to.
+///
+/// # Errors
+/// [`NotRegularFile`] where something else stands there: renaming onto a device would remove the device.
+pub fn replaceable(path: &Path) -> io::Result<PathBuf> {
+    match fs::metadata(path) {
+        Ok(facts) => check(facts.file_type()).and_then(|()| fs::canonicalize(path)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(path.to_owned()),
+        Err(error) => Err(error),
+    }
 }
 
 fn check(kind: FileType) -> io::Result<()> {
@@ -101,5 +113,9 @@ mod tests {
         }
         assert!(began.elapsed().as_secs_f64() < 1.0, "refused before waiting");
         assert_eq!(open(&path("none")).expect_err("nothing").kind(), io::ErrorKind::NotFound);
+        assert!(["fifo", "zero", "folder"].iter().all(|name| replaceable(&path(name)).is_err()));
+        assert_eq!(replaceable(&path("none")).expect("free"), path("none"));
+        let file = fs::canonicalize(path("file")).expect("a path");
+        assert_eq!(replaceable(&path("link")).expect("a link to a file"), file);
     }
 }

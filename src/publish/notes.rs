@@ -78,10 +78,11 @@ impl RunNotes {
 
 /// Writes a file under a temporary name beside it and renames it, so that no reader sees half of it.
 pub(super) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
+    let target = kernel::files::replaceable(path).map_err(DatasetError::io("writing", path))?;
+    let mut name = target.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.tmp", std::process::id()));
-    let temporary: PathBuf = path.with_file_name(name);
-    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
+    let temporary: PathBuf = target.with_file_name(name);
+    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, &target));
     written.map_err(|source| {
         // The rest of a failed write helps nobody; the first error is the one to report.
         let _ = fs::remove_file(&temporary);

@@ -28,6 +28,7 @@ mod depth;
 mod error;
 mod feeling;
 mod ffi;
+mod files;
 mod free_object;
 mod gl;
 mod hand;

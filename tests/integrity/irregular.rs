@@ -102,6 +102,57 @@ fn files_of_a_dataset_that_are_no_files_are_refused() {
 }
 
 #[test]
+fn descriptions_that_are_no_files_are_refused_and_so_are_their_meshes() {
+    let workspace = Workspace::new();
+    let scene = "<mujoco><asset><mesh name=\"part\" file=\"part.stl\"/></asset><worldbody><body><joint name=\"j\"/>\
+                 <geom type=\"mesh\" mesh=\"part\"/><site name=\"s\"/></body></worldbody></mujoco>";
+    let with_mesh = workspace.write("robot.xml", scene);
+    let alone = workspace.path("alone.xml");
+    for kind in KINDS {
+        replace(&workspace.path("part.stl"), kind);
+        replace(&alone, kind);
+        for file in [&with_mesh, &alone] {
+            for verb in ["hand", "robot"] {
+                let program = Program::new(verb).arg("check").arg(file);
+                let program = if verb == "robot" { program.args(["--joints", "j", "--target", "s"]) } else { program };
+                let said = refused(program, &format!("{verb} check, {kind}"));
+                assert!(said.contains("not a regular file"), "{verb} check, {kind}: {said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn outputs_never_replace_what_is_no_file() {
+    let workspace = Workspace::new();
+    let data = workspace.path("data");
+    SmallDataset { resolution: 9, views: 3, ..SmallDataset::default() }.finish(&data);
+    for kind in ["a FIFO", "a folder"] {
+        let out = workspace.path("out");
+        replace(&out, kind);
+        let said = refused(Program::on("report", &data).option("--out", &out), kind);
+        assert!(said.contains("not a regular file"), "{kind}: {said}");
+        assert!(!fs::metadata(&out).expect("still there").is_file(), "{kind}: it was replaced");
+        _ = fs::remove_file(&out);
+        _ = fs::remove_dir(&out);
+    }
+    // A link stays one, and what it leads to is written.
+    fs::write(workspace.path("page.html"), "old").expect("a file");
+    symlink(workspace.path("page.html"), workspace.path("link.html")).expect("a link");
+    Program::on("report", &data).option("--out", workspace.path("link.html")).succeed();
+    assert!(fs::symlink_metadata(workspace.path("link.html")).expect("a link").is_symlink());
+    assert!(fs::metadata(workspace.path("page.html")).expect("a page").len() > 1000);
+}
+
+#[test]
+fn a_result_that_cannot_be_written_is_no_success() {
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has one");
+    let output = Command::new(env!("CARGO_BIN_EXE_graspmill")).arg("schema").stdout(full).output().expect("a program");
+    assert_eq!(output.status.code(), Some(74));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("writing the output"));
+}
+
+#[test]
 fn inputs_that_are_no_files_are_refused() {
     let workspace = Workspace::new();
     let job = workspace.write(
