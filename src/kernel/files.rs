@@ -54,6 +54,14 @@ pub fn read_to_string(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path)?).map_err(not_text)
 }
 
+/// Makes a folder's renames and new files last through a power cut.
+///
+/// # Errors
+/// An error of the operating system.
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
+    File::open(folder)?.sync_all()
+}
+
 /// The file that a new one may replace: the path itself, or what a link at it leads to.
 ///
 /// # Errors
@@ -113,6 +121,7 @@ mod tests {
         }
         assert!(began.elapsed().as_secs_f64() < 1.0, "refused before waiting");
         assert_eq!(open(&path("none")).expect_err("nothing").kind(), io::ErrorKind::NotFound);
+        sync_folder(&path("folder")).expect("a folder");
         assert!(["fifo", "zero", "folder"].iter().all(|name| replaceable(&path(name)).is_err()));
         assert_eq!(replaceable(&path("none")).expect("free"), path("none"));
         let file = fs::canonicalize(path("file")).expect("a path");

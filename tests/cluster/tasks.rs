@@ -105,8 +105,8 @@ fn doubt_about_the_task_is_refused_before_anything_is_made() {
     assert!(!out.exists());
     let talk = Program::run_job("jobs/everything-quick.toml", &out).option("--task", "0/2").expect_code(2).stderr;
     assert!(talk.contains("one after another"), "{talk}");
-    let talk = Program::on("merge", &out).expect_code(1).stderr;
-    assert!(talk.contains("no run.json"), "{talk}");
+    let talk = Program::on("merge", &out).expect_code(2).stderr;
+    assert!(talk.contains("no such folder"), "{talk}");
 }
 
 #[test]

@@ -62,8 +62,11 @@ impl Staging {
     pub fn publish(self) -> Result<PathBuf, DatasetError> {
         let files: Vec<PathBuf> = self.files()?.iter().map(|name| self.path().join(name)).collect();
         let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).chain([self.path()]).collect();
-        for path in files.iter().map(PathBuf::as_path).chain(folders) {
+        for path in &files {
             kernel::files::open(path).and_then(|file| file.sync_all()).map_err(DatasetError::io("syncing", path))?;
+        }
+        for path in folders {
+            kernel::files::sync_folder(path).map_err(DatasetError::io("syncing", path))?;
         }
         self.0.publish()
     }
