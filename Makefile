@@ -93,7 +93,7 @@ test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integrati
 	$(CARGO) test --release --locked --workspace
 
 .PHONY: test-slow
-test-slow: setup robots deps-test $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## tests too long for CI
+test-slow: setup robots hands deps-test $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked --workspace -- --ignored
 
 FUZZ_SECONDS ?= 60

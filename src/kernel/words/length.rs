@@ -48,7 +48,8 @@ mod tests {
         let names: Vec<&str> = LengthUnit::names().collect();
         assert_eq!(names, ["m", "dm", "cm", "mm", "in", "inch", "ft", "foot"]);
         assert!(names.iter().all(|name| LengthUnit::named(name).is_some()));
-        assert_eq!(LengthUnit::named("foot").map(|unit| unit.metres), Some(12.0 * 0.0254));
+        let metres = |name| LengthUnit::named(name).expect("a unit").metres;
+        assert!((metres("foot") - 12.0 * metres("inch")).abs() < 1e-15);
         assert_eq!(LengthUnit::named("yard"), None);
     }
 }

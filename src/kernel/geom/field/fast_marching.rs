@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "one label a cell")]
+    #[should_panic(expected = "one label per cell")]
     fn a_missing_label_is_refused() {
         signed_distance_thesis(&[true], &small_grid());
     }

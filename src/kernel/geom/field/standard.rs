@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "one label a cell")]
+    #[should_panic(expected = "one label per cell")]
     fn a_missing_label_is_refused() {
         let grid = small_grid();
         signed_distance_standard(&vec![false; grid.cells() - 1], &grid, 0.127);
