@@ -32,6 +32,13 @@ class DamagedFile(DatasetError):
     """A file that is not what its own checksums, or the manifest, say."""
 
 
+def refuse_irregular(path: Path) -> None:
+    """Raises ``DamagedFile`` where something stands that is no regular file: a FIFO would wait for its writer, a device
+    could never end."""
+    if path.exists() and not path.is_file():
+        raise DamagedFile(path, "it is no regular file", VERIFY)
+
+
 class WrongProduct(DatasetError):
     """A dataset of another product than the one asked for."""
 

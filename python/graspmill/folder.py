@@ -6,7 +6,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-from .errors import VERIFY, DamagedFile, DatasetError, UnfinishedDataset, UnknownFormat, WrongProduct
+from .errors import (
+    VERIFY,
+    DamagedFile,
+    DatasetError,
+    UnfinishedDataset,
+    UnknownFormat,
+    WrongProduct,
+    refuse_irregular,
+)
 
 FORMAT_VERSION = 2
 SPLITS = ("training", "holdout", "validation", "test")
@@ -41,8 +49,7 @@ class Folder:
         for path, shard in zip(self.shards, self.manifest["shards"]):
             if path.name != shard["file"]:
                 raise DamagedFile(self.path / "manifest.json", f"it names a shard {shard['file']!r}", VERIFY)
-            if path.exists() and not path.is_file():
-                raise DamagedFile(path, "it is no regular file", VERIFY)
+            refuse_irregular(path)
             if not path.is_file():
                 raise DamagedFile(path, "it is missing, and the manifest names it", VERIFY)
             if path.stat().st_size != shard["bytes"]:
@@ -80,8 +87,7 @@ class Folder:
 
 
 def _json(path: Path) -> dict[str, Any]:
-    if path.exists() and not path.is_file():
-        raise DamagedFile(path, "it is no regular file", VERIFY)
+    refuse_irregular(path)
     try:
         value = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

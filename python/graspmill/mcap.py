@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
-from .errors import VERIFY, DamagedFile
+from .errors import VERIFY, DamagedFile, refuse_irregular
 from .wire import Schema
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -89,9 +89,7 @@ class McapFile:
         return DamagedFile(self.path, problem, VERIFY)
 
     def _map(self) -> None:
-        # A FIFO would wait for its writer, a device could never end.
-        if self.path.exists() and not self.path.is_file():
-            raise DamagedFile(self.path, "it is no regular file", VERIFY)
+        refuse_irregular(self.path)
         try:
             with self.path.open("rb") as file:
                 self._bytes = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))

@@ -51,7 +51,7 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
 /// Waits until every shard has its file, by their names alone; says at once what is missing where there is no time to wait.
 fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -> Result<(), Failure> {
     let began = Instant::now();
-    let mut message = String::new();
+    let mut said = String::new();
     loop {
         // `None`: no task has begun.
         let missing = match read_mark(folder)? {
@@ -75,9 +75,9 @@ fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -
             return Err(run_failure(RunError::Interrupted));
         }
         let awaited = missing.map_or("the first task".to_owned(), |(missing, _)| format!("{} shards", missing.len()));
-        if awaited != message {
+        if awaited != said {
             printer.say(&format!("waiting for {awaited}"));
-            message = awaited;
+            said = awaited;
         }
         thread::sleep(PAUSE);
     }

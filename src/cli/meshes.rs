@@ -35,8 +35,7 @@ pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Fai
 fn metres_per_unit(text: &str) -> Result<f64, Failure> {
     let number = || text.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite());
     LengthUnit::named(text).map(|unit| unit.metres).or_else(number).ok_or_else(|| {
-        let names = LengthUnit::names().collect::<Vec<_>>().join(", ");
-        let message = format!("--unit {text}: give {names}, or the length of one unit in metres");
+        let message = format!("--unit {text}: give {}, or the length of one unit in metres", LengthUnit::list());
         Failure::message(Exit::BadSpec, message)
     })
 }

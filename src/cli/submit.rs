@@ -214,12 +214,12 @@ fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
         Failure::message(Exit::Failed, message)
     })?;
     if !output.status.success() {
-        let message = String::from_utf8_lossy(&output.stderr);
-        return Err(Failure::message(Exit::Failed, format!("sbatch: {}", message.trim())));
+        let said = String::from_utf8_lossy(&output.stderr);
+        return Err(Failure::message(Exit::Failed, format!("sbatch: {}", said.trim())));
     }
     // `number;cluster` where there are several clusters.
-    let message = String::from_utf8_lossy(&output.stdout);
-    Ok(message.trim().split(';').next().unwrap_or_default().to_owned())
+    let printed = String::from_utf8_lossy(&output.stdout);
+    Ok(printed.trim().split(';').next().unwrap_or_default().to_owned())
 }
 
 fn words(report: &SubmitReport, count: usize) -> String {

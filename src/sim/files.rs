@@ -6,7 +6,7 @@ use kernel::{assets::Description, files::NotRegularFile};
 
 /// Refuses a description that is, or names, what is no regular file: MuJoCo would wait for it.
 pub(super) fn refuse_irregular(path: &Path) -> Result<(), String> {
-    match Description::read(path) {
+    match Description::check_files(path) {
         Err(error) if error.source.get_ref().is_some_and(|source| source.is::<NotRegularFile>()) => {
             Err(error.to_string())
         }

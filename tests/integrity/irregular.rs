@@ -9,7 +9,11 @@ use std::{
 };
 
 use super::support::{
-    files::repository_path, jobs::NO_SPLIT, program::Program, small_dataset::SmallDataset, workspace::Workspace,
+    files::{list_shards, repository_path},
+    jobs::NO_SPLIT,
+    program::Program,
+    small_dataset::SmallDataset,
+    workspace::Workspace,
 };
 
 /// A verb that waits for one of these files would wait for ever. The time of a start under load is far below.
@@ -61,8 +65,8 @@ fn files_of_a_dataset_that_are_no_files_are_refused() {
     let workspace = Workspace::new();
     let data = workspace.path("data");
     SmallDataset { resolution: 9, views: 3, ..SmallDataset::default() }.finish(&data);
-    let shard = fs::read_dir(data.join("shards")).expect("shards").next().expect("a shard").expect("a shard").path();
-    let shard = shard.strip_prefix(&data).expect("below the dataset").to_owned();
+    let shards = list_shards(&data);
+    let shard = shards[0].strip_prefix(&data).expect("below the dataset");
     // The verbs that need a file, and the file.
     let needs: [(&str, &[&str]); 6] = [
         ("manifest.json", &["verify", "inspect", "report"]),

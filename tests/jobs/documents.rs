@@ -10,7 +10,7 @@ use graspmill::{
 };
 
 use crate::support::{
-    files::{read_text, repository_path},
+    files::{list_names, read_text, repository_path},
     program::Program,
     workspace::Workspace,
 };
@@ -19,14 +19,9 @@ use crate::support::{
 fn documents() -> Vec<String> {
     let mut found = vec!["README.md".to_owned()];
     for folder in ["docs", "docs/jobs"] {
-        for entry in fs::read_dir(repository_path(folder)).expect("a folder") {
-            let name = entry.expect("an entry").file_name().into_string().expect("UTF-8");
-            if name.ends_with(".md") {
-                found.push(format!("{folder}/{name}"));
-            }
-        }
+        let names = list_names(repository_path(folder)).into_iter().filter(|name| name.ends_with(".md"));
+        found.extend(names.map(|name| format!("{folder}/{name}")));
     }
-    found.sort();
     found
 }
 
@@ -58,10 +53,10 @@ fn blocks(document: &str, language: &str) -> Vec<(usize, String)> {
 fn make_workspace() -> Workspace {
     let workspace = Workspace::new();
     for folder in ["meshes", "jobs"] {
-        for entry in fs::read_dir(repository_path(folder)).expect("a folder").flatten() {
-            if entry.path().is_file() {
-                let name = Path::new(folder).join(entry.file_name());
-                workspace.write(name, fs::read(entry.path()).expect("a file"));
+        for name in list_names(repository_path(folder)) {
+            let (name, file) = (Path::new(folder).join(&name), repository_path(folder).join(&name));
+            if file.is_file() {
+                workspace.write(name, fs::read(file).expect("a file"));
             }
         }
     }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     DatasetError,
+    folder::sorted_entries,
     layout::{MANIFEST, RUN, SET, ShardName, files_of},
     seal::unsealed,
 };
@@ -29,9 +30,12 @@ pub fn without_manifest(folder: &Path) -> DatasetError {
     if is_dataset(&folder) {
         return DatasetError::Unfinished { folder };
     }
-    let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten().filter(|entry| is_dataset(&entry.path()));
-    let mut inside: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    inside.sort();
+    let entries = match sorted_entries(&folder) {
+        Ok(entries) => entries,
+        Err(error) => return error,
+    };
+    let names = entries.iter().filter(|path| is_dataset(path)).filter_map(|path| path.file_name());
+    let inside = names.map(|name| name.to_string_lossy().into_owned()).collect();
     DatasetError::NoDataset { folder, inside }
 }
 

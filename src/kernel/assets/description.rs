@@ -65,13 +65,20 @@ impl Description {
     /// # Errors
     /// When a file can't be read.
     pub fn read(path: &Path) -> Result<Self, DescriptionError> {
-        let main = path.parent().unwrap_or(Path::new(""));
-        let mut walk =
-            Walk { main, folders: Folders::default(), name: None, seen: BTreeSet::new(), digests: Vec::new() };
+        let mut walk = Walk::new(path, Some(Vec::new()));
         walk.text(path, None)?;
-        let parts = walk.digests.iter().map(|digest| digest.0.as_slice());
+        let digests = walk.digests.unwrap_or_default();
+        let parts = digests.iter().map(|digest| digest.0.as_slice());
         let digest = Digest::of_parts([b"graspmill description".as_slice()].into_iter().chain(parts));
         Ok(Self { name: walk.name.unwrap_or_else(|| "MuJoCo Model".to_owned()), digest })
+    }
+
+    /// Opens an MJCF file and what it names, and reads of it the text alone.
+    ///
+    /// # Errors
+    /// When a file can't be opened.
+    pub fn check_files(path: &Path) -> Result<(), DescriptionError> {
+        Walk::new(path, None).text(path, None)
     }
 }
 
@@ -89,6 +96,10 @@ impl Description {
     }
 }
 
+fn unreadable(path: &Path, by: Option<&Path>) -> impl FnOnce(io::Error) -> DescriptionError {
+    move |source| DescriptionError { path: path.to_owned(), by: by.map(Path::to_owned), source }
+}
+
 /// Where files of a kind lie, as the `compiler` element says.
 #[derive(Default)]
 struct Folders {
@@ -104,10 +115,16 @@ struct Walk<'a> {
     /// The first model's name.
     name: Option<String>,
     seen: BTreeSet<PathBuf>,
-    digests: Vec<Digest>,
+    /// Digests of all files; `None` where only text is read.
+    digests: Option<Vec<Digest>>,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    fn new(path: &'a Path, digests: Option<Vec<Digest>>) -> Self {
+        let main = path.parent().unwrap_or(Path::new(""));
+        Self { main, folders: Folders::default(), name: None, seen: BTreeSet::new(), digests }
+    }
+
     fn text(&mut self, path: &Path, by: Option<&Path>) -> Result<(), DescriptionError> {
         let bytes = self.bytes(path, by)?;
         let text = String::from_utf8_lossy(&bytes).into_owned();
@@ -134,7 +151,7 @@ impl Walk<'_> {
                 let file = Some(self.main.join(named)).filter(|file| file.exists() || !beside.exists());
                 let file = file.unwrap_or(beside);
                 if self.seen.insert(file.clone()) {
-                    if is_text { self.text(&file, Some(path))? } else { self.bytes(&file, Some(path)).map(drop)? }
+                    if is_text { self.text(&file, Some(path))? } else { self.data(&file, Some(path))? }
                 }
             }
         }
@@ -142,10 +159,19 @@ impl Walk<'_> {
     }
 
     fn bytes(&mut self, path: &Path, by: Option<&Path>) -> Result<Vec<u8>, DescriptionError> {
-        let error = |source| DescriptionError { path: path.to_owned(), by: by.map(Path::to_owned), source };
-        let bytes = crate::files::read(path).map_err(error)?;
-        self.digests.push(Digest::of(&bytes));
+        let bytes = crate::files::read(path).map_err(unreadable(path, by))?;
+        if let Some(digests) = &mut self.digests {
+            digests.push(Digest::of(&bytes));
+        }
         Ok(bytes)
+    }
+
+    /// A file that names no others: a mesh, a height field, a texture.
+    fn data(&mut self, path: &Path, by: Option<&Path>) -> Result<(), DescriptionError> {
+        match self.digests {
+            Some(_) => self.bytes(path, by).map(drop),
+            None => crate::files::open(path).map(drop).map_err(unreadable(path, by)),
+        }
     }
 
     fn compiler(&mut self, element: &Element) {

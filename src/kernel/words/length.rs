@@ -33,6 +33,11 @@ impl LengthUnit {
         Self::ALL.iter().find(|unit| unit.symbol == name || unit.synonym == Some(name))
     }
 
+    /// Every such name, in a sentence: `m, dm, ...`.
+    pub fn list() -> String {
+        Self::names().collect::<Vec<_>>().join(", ")
+    }
+
     /// Every name that [`Self::named`] takes.
     pub fn names() -> impl Iterator<Item = &'static str> {
         Self::ALL.iter().flat_map(|unit| [Some(unit.symbol), unit.synonym]).flatten()

@@ -119,8 +119,7 @@ impl Serialize for UnitSpec {
 impl<'de> Deserialize<'de> for UnitSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
-        let names = || LengthUnit::names().collect::<Vec<_>>().join(", ");
-        let unknown = || de::Error::custom(format!("no unit is called `{name}`; the units are {}", names()));
+        let unknown = || de::Error::custom(format!("no unit is called `{name}`; the units are {}", LengthUnit::list()));
         LengthUnit::named(&name).map(Self).ok_or_else(unknown)
     }
 }
