@@ -3,7 +3,7 @@
 use graspmill::format::{
     Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
     PatchColour, PatchHeatmap, PatchImageColour, ReachabilityBlock, ReachabilityField, TactileContacts, Tsdf,
-    Visibility, VoxelPair, checks_of,
+    Visibility, VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -25,7 +25,8 @@ pub fn records(input: &[u8]) {
         };
         return;
     };
-    let decodes = (checks_of(channel.product()).samples)().check(channel, payload).is_ok();
+    let mut checks = (checks_of(channel.product()).samples)();
+    let decodes = check_record(checks.as_mut(), channel, payload).is_ok();
     let found = match channel {
         Channel::PAIR => again(payload, |bytes| VoxelPair::decode(bytes).ok(), VoxelPair::encode),
         Channel::VISIBILITY => again(payload, |bytes| Visibility::decode(bytes).ok(), Visibility::encode),

@@ -8,8 +8,9 @@ use super::{
 };
 use kernel::ids::{Digest, ObjectId, SampleId};
 
-/// Checks the records of one sample after the other, on one thread. Those of a sample come in the order of their channels,
-/// so that a record can be checked against the ones before it.
+/// Checks the records of one sample after the other, on one thread, but for the channels whose
+/// [decoder](crate::ChannelFormat::decode) says all. Records of a sample come in the order of their channels, so that a record
+/// can be checked against the ones before it.
 pub trait CheckSample {
     /// Decodes and checks the next payload.
     ///
@@ -33,6 +34,21 @@ impl CheckedRecord {
     /// A record that states no facts.
     pub fn of(sample: SampleId) -> Self {
         Self { sample, facts: Vec::new(), broken_rules: Vec::new() }
+    }
+}
+
+/// Decodes and checks the next payload of a sample: by its channel's own decoder, or by the product's checks.
+///
+/// # Errors
+/// When the payload is no valid record of its channel, or contradicts another record of its sample.
+pub fn check_record(
+    checks: &mut dyn CheckSample,
+    channel: Channel,
+    payload: &[u8],
+) -> Result<CheckedRecord, RecordError> {
+    match channel.decode {
+        Some(decode) => decode(payload).map(CheckedRecord::of),
+        None => checks.check(channel, payload),
     }
 }
 

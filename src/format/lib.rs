@@ -13,10 +13,14 @@ pub mod products;
 #[cfg(test)]
 mod tests;
 
-pub use check::{BrokenRule, CheckSample, CheckedRecord, FileCheck, FileContext, ProductChecks, RootPart};
+pub use check::{
+    BrokenRule, CheckSample, CheckedRecord, FileCheck, FileContext, ProductChecks, RootPart, check_record,
+};
 pub use codec::{Depth, DepthCoding, RecordError};
 pub use product::{Channel, Product};
-pub use product_format::{ArrayFormat, ChannelFormat, ExtraFile, FactFormat, FactKind, Facts, Noun, ProductFormat};
+pub use product_format::{
+    ArrayFormat, ChannelFormat, ExtraFile, FactFormat, FactKind, Facts, Noun, ProductFormat, RecordDecoder,
+};
 pub use products::{
     checks_of,
     completion::{

@@ -1,6 +1,9 @@
 //! Products, channels and facts as rows of tables: everything that the format needs to know of a product stands in one
 //! [`ProductFormat`], and ledgers, index columns, manifest counts and metadata are derived from it.
 
+use super::RecordError;
+use kernel::ids::SampleId;
+
 /// A product as the format sees it: one row of the table of products.
 pub struct ProductFormat {
     /// Name in files, job keys and on the command line.
@@ -55,7 +58,13 @@ pub struct ChannelFormat {
     pub descriptors: &'static [u8],
     /// Arrays of the message, for people: name, shape and type, meaning. `N` in a shape is the grid's resolution.
     pub arrays: &'static [ArrayFormat],
+    /// Decoder of a record that is checked by itself; `None` where the product's checks compare it with other records of its
+    /// sample, or with its facts.
+    pub decode: Option<RecordDecoder>,
 }
+
+/// Decodes and checks a payload, and returns the id of its sample.
+pub type RecordDecoder = fn(&[u8]) -> Result<SampleId, RecordError>;
 
 impl ChannelFormat {
     /// A channel, for rows of tables.
@@ -65,7 +74,12 @@ impl ChannelFormat {
         descriptors: &'static [u8],
         arrays: &'static [ArrayFormat],
     ) -> Self {
-        Self { topic, message, descriptors, arrays }
+        Self { topic, message, descriptors, arrays, decode: None }
+    }
+
+    /// The channel with the decoder of a record that is checked by itself.
+    pub const fn decoded_by(self, decode: RecordDecoder) -> Self {
+        Self { decode: Some(decode), ..self }
     }
 }
 

@@ -10,7 +10,7 @@ proptest! {
         for product in Product::all() {
             let mut check = (checks_of(product).samples)();
             for channel in product.channels() {
-                let _ = check.check(channel, &bytes);
+                let _ = check_record(check.as_mut(), channel, &bytes);
             }
         }
         let _ = ReachabilityField::decode(&bytes);

@@ -5,12 +5,10 @@ use std::path::{Path as FilePath, PathBuf};
 use nalgebra::{Matrix3, Rotation3};
 
 use super::{
+    channels::Channels,
     check_touch::touch,
-    settings::{Channels, CompletionSettings, DepthFormat, Distance, Gate, ImplicitSamples, SceneCamera},
-    spec::{
-        AngleUnit, AnglesSpec, CameraSpec, ChannelsSpec, CompletionSpec, DepthSpec, DistanceSpec, Ends, NamedViews,
-        TruthRule, ViewsSpec,
-    },
+    settings::{CompletionSettings, Distance, Gate, SceneCamera},
+    spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, TruthRule, ViewsSpec},
 };
 use form::{Checker, Path};
 use kernel::{
@@ -46,7 +44,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
         solid_with_surface: spec.truth.solid_with_surface,
         truth: truth(checker, spec),
         gate,
-        channels: channels(checker, &spec.channels, &distance),
+        channels: Channels::read(checker, &spec.channels, distance.farthest()),
         touch: touch(checker, &spec.touch, folder),
     }
 }
@@ -232,36 +230,5 @@ fn truth(checker: &mut Checker, spec: &CompletionSpec) -> Truth {
             checker.missing("truth.fraction", "the smallest share of a cell that is solid, above 0 to 1");
             Truth::Fraction(0.5)
         }
-    }
-}
-
-fn channels(checker: &mut Checker, spec: &ChannelsSpec, distance: &Distance) -> Channels {
-    let depth = match spec.depth {
-        DepthSpec::None => None,
-        DepthSpec::F32 => Some(DepthFormat::F32),
-        DepthSpec::U16 => Some(DepthFormat::U16 { step: spec.depth_step }),
-    };
-    let farthest = match distance {
-        Distance::Fixed(distance) => *distance,
-        Distance::Range { max, .. } => *max,
-        Distance::Fit { .. } => 0.0,
-    };
-    let reach = spec.depth_step * f64::from(u16::MAX);
-    if spec.depth == DepthSpec::U16 && reach <= farthest {
-        let expected =
-            format!("a step of at least {:.2e} m, so that 65,535 steps reach {farthest} m", farthest / 65535.0);
-        checker.invalid("channels.depth_step", expected, format!("{} m", spec.depth_step));
-    }
-    let implicit = ImplicitSamples { surface: spec.implicit_surface, space: spec.implicit_space };
-    if spec.implicit && implicit.surface == 0 && implicit.space == 0 {
-        checker.contradiction("channels.implicit", "channels.implicit_surface = 0", "no point is asked for");
-    }
-    Channels {
-        visibility: spec.visibility,
-        depth,
-        cloud: spec.cloud,
-        tsdf: spec.tsdf.then_some(spec.tsdf_truncation),
-        coverage: spec.coverage,
-        implicit: spec.implicit.then_some(implicit),
     }
 }

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::{
-    settings::{CompletionJob, CompletionSettings, DepthFormat, Distance, RandomRays, TouchByHand},
+    settings::{CompletionJob, CompletionSettings, Distance, RandomRays, TouchByHand},
     spec::{
-        AnglesSpec, CameraSpec, CompletionSpec, DepthSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance,
-        GridViews, MatrixViews, TruthRule, ViewsSpec,
+        AnglesSpec, CameraSpec, CompletionSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance, GridViews,
+        MatrixViews, TruthRule, ViewsSpec,
     },
 };
 use crate::job::{keys_of, without};
@@ -71,19 +71,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
     };
     spec.truth.solid_with_surface = *solid_with_surface;
     (spec.gate.min_partial_cells, spec.gate.min_overlap) = (gate.min_partial_cells, gate.min_overlap);
-
-    let stored = &mut spec.channels;
-    (stored.visibility, stored.cloud, stored.coverage) = (channels.visibility, channels.cloud, channels.coverage);
-    (stored.depth, stored.depth_step) = match channels.depth {
-        None => (DepthSpec::None, stored.depth_step),
-        Some(DepthFormat::F32) => (DepthSpec::F32, stored.depth_step),
-        Some(DepthFormat::U16 { step }) => (DepthSpec::U16, step),
-    };
-    (stored.tsdf, stored.tsdf_truncation) = (channels.tsdf.is_some(), channels.tsdf.unwrap_or(stored.tsdf_truncation));
-    stored.implicit = channels.implicit.is_some();
-    if let Some(points) = channels.implicit {
-        (stored.implicit_surface, stored.implicit_space) = (points.surface, points.space);
-    }
+    channels.write_keys(&mut spec.channels);
     if let Some(RandomRays { count, target }) = touch.random_rays {
         (spec.touch.random_rays, spec.touch.rays, spec.touch.ray_target) = (true, count, target);
     }

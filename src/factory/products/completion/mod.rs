@@ -2,8 +2,10 @@
 //!
 //! [`CompletionWorker`] is the producer of one thread: it loads an object, then makes its views one by one, and reuses all of
 //! its memory. The chain of a view: pose (`scene`) -> depth (raster or MuJoCo) -> sensor -> grid placement -> partial
-//! -> complete -> gate -> records (`encode`), among them touch (`touch`).
+//! -> complete -> gate -> records (`encode`): the pair, channels beside it
+//! (`channels`), touch (`touch`).
 
+mod channels;
 mod check;
 mod check_touch;
 mod depth;
@@ -20,12 +22,13 @@ mod touch;
 mod work;
 mod worker;
 
+pub use channels::{Channels, ChannelsSpec, DepthFormat, DepthSpec, ImplicitSamples};
 pub use encode::channels_of;
 pub use row::FACTORY;
 pub use scene::{camera_from_world, world_from_object};
 pub use settings::{
-    Channels, CompletionJob, CompletionSettings, DepthFormat, Distance, Gate, ImplicitSamples, Pivot, RandomRays,
-    RayTarget, Renderer, SceneCamera, Touch, TouchByHand,
+    CompletionJob, CompletionSettings, Distance, Gate, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, Touch,
+    TouchByHand,
 };
 pub use touch::TouchSurface;
 pub use worker::{CompletionWorker, RejectReason};

@@ -4,17 +4,15 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 
-use super::{depth::SimObject, scene::pivot_point, settings::CompletionSettings, touch::TouchSurface};
+use super::{
+    channels::ObjectChannels, depth::SimObject, scene::pivot_point, settings::CompletionSettings, touch::TouchSurface,
+};
 use kernel::{
     assets::Winding,
     geom::{Aabb, SimdLevel},
     ids::ObjectId,
     object::PreparedObject,
-    voxel::{
-        SolidObject,
-        channels::{CoverageBlocks, Surface},
-        solid_occupancy,
-    },
+    voxel::{SolidObject, solid_occupancy},
 };
 
 /// An object ready for its views.
@@ -24,9 +22,7 @@ pub struct CompletionObject {
     pub(super) pivot: Point3<f64>,
     pub(super) kernel: SolidObject,
     pub(super) sim: SimObject,
-    /// For the channels that want them.
-    pub(super) coverage: Option<CoverageBlocks>,
-    pub(super) surface: Option<Arc<Surface>>,
+    pub(super) channels: ObjectChannels,
     /// For touch, where the job wants it.
     pub(super) touch: Option<TouchSurface>,
 }
@@ -43,15 +39,12 @@ impl CompletionObject {
             false => Arc::clone(prepared.solid()),
             true => Arc::new(solid_occupancy(mesh, prepared.inside_test(), true)),
         };
-        let channels = &settings.channels;
-        let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
         Self {
             id: record.object,
             pivot: pivot_point(settings.pivot, &bounds),
             bounds,
             sim,
-            coverage: channels.coverage.then(|| CoverageBlocks::new(&solid)),
-            surface: wants_surface.then(|| Arc::clone(prepared.surface())),
+            channels: ObjectChannels::new(&settings.channels, prepared, &solid),
             touch: settings.touch.is_asked().then(|| TouchSurface::of_tree(prepared.tree(), level)),
             kernel: SolidObject::new(
                 mesh,

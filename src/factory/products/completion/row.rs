@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::{
     check,
-    settings::{CompletionJob, CompletionSettings, Distance, Renderer},
+    settings::{CompletionJob, CompletionSettings, Renderer},
     spec::{CompletionSpec, PROFILES},
 };
 use crate::{
@@ -71,11 +71,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
 
 /// A warning about objects whose grid cells are narrower than a pixel: their partial grids come out dotted.
 fn dotted_partials(objects: &JobObjects, settings: &CompletionSettings) -> Option<String> {
-    let distance = match settings.distance {
-        Distance::Fixed(distance) => distance,
-        Distance::Range { max, .. } => max,
-        Distance::Fit { .. } => return None,
-    };
+    let distance = settings.distance.farthest()?;
     let pixel = distance / settings.camera.fx.min(settings.camera.fy);
     let cells = GridPlacement::FILL * f64::from(settings.resolution);
     let side = |object: &&JobObject| object.asset.extents.into_iter().fold(0.0, f64::max);

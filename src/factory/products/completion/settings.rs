@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::channels::Channels;
 use crate::job::{JobHand, JobObjects};
 use kernel::{
     geom::{Intrinsics, ViewSet},
@@ -105,6 +106,17 @@ pub enum Distance {
     },
 }
 
+impl Distance {
+    /// The longest distance [m] that a job states; `None` where it follows from the object.
+    pub fn farthest(&self) -> Option<f64> {
+        match *self {
+            Self::Fixed(distance) => Some(distance),
+            Self::Range { max, .. } => Some(max),
+            Self::Fit { .. } => None,
+        }
+    }
+}
+
 /// Renderer of the depth image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -135,44 +147,6 @@ pub struct Gate {
     pub min_partial_cells: u32,
     /// Least |partial AND complete| / |partial|; 0 asks for nothing.
     pub min_overlap: f64,
-}
-
-/// Channels beside the pair.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channels {
-    /// One more bit plane: cells that the camera sees to be free.
-    pub visibility: bool,
-    /// The depth crop.
-    pub depth: Option<DepthFormat>,
-    /// The partial point cloud.
-    pub cloud: bool,
-    /// Truncated signed distance at the same grid, with this truncation in cells.
-    pub tsdf: Option<f64>,
-    /// Share of each cell that is solid, 8 bits.
-    pub coverage: bool,
-    /// Samples for implicit networks.
-    pub implicit: Option<ImplicitSamples>,
-}
-
-/// Format of a stored depth crop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum DepthFormat {
-    /// Metres as f32, NaN = no return.
-    F32,
-    /// Steps of this many metres as u16, 0 = no return.
-    U16 {
-        /// Metres per step.
-        step: f64,
-    },
-}
-
-/// Counts of points for an implicit network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImplicitSamples {
-    /// Points on the surface, with normals.
-    pub surface: u32,
-    /// Points in the grid's box, with signed distance.
-    pub space: u32,
 }
 
 /// Kinds of touch that go with each pair.

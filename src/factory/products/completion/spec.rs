@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
+    channels::ChannelsSpec,
     settings::{Pivot, Renderer},
     spec_touch::TouchSpec,
 };
@@ -321,48 +322,6 @@ pub struct GateSpec {
     /// Smallest share of the partial's cells that the complete grid holds too; 0 asks for nothing.
     #[schemars(range(min = 0, max = 1))]
     pub min_overlap: f64,
-}
-
-/// Channels stored beside the partial and the complete grid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ChannelsSpec {
-    /// Which cells the camera sees to be free, one more bit per cell: free, surface and unseen can be distinguished.
-    pub visibility: bool,
-    /// The depth crop.
-    pub depth: DepthSpec,
-    /// With `depth = "u16"`: the step.
-    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0))]
-    pub depth_step: f64,
-    /// The partial point cloud.
-    pub cloud: bool,
-    /// Truncated signed distance at the same grid.
-    pub tsdf: bool,
-    /// With `tsdf`: where it is cut.
-    #[schemars(extend("x-unit" = "cells", "exclusiveMinimum" = 0))]
-    pub tsdf_truncation: f64,
-    /// Share of each cell that is solid, 8 bits.
-    pub coverage: bool,
-    /// Samples for implicit networks.
-    pub implicit: bool,
-    /// With `implicit`: points on the surface, with normals.
-    #[schemars(range(max = 1_000_000), extend("x-unit" = "points"))]
-    pub implicit_surface: u32,
-    /// With `implicit`: points in the grid's box, with signed distance.
-    #[schemars(range(max = 1_000_000), extend("x-unit" = "points"))]
-    pub implicit_space: u32,
-}
-
-/// Form in which the depth crop is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum DepthSpec {
-    /// Not at all.
-    None,
-    /// Metres as 32-bit floats, NaN = no return.
-    F32,
-    /// Steps of `depth_step` as 16-bit integers, 0 = no return.
-    U16,
 }
 
 /// The files of the dataset.

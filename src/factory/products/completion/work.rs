@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use super::{
     channels_of,
-    settings::{CompletionJob, CompletionSettings, DepthFormat, Renderer},
+    settings::{CompletionJob, CompletionSettings, Renderer},
     worker::CompletionWorker,
 };
 use crate::{
@@ -158,26 +158,13 @@ impl DepthSource for DepthAgain<'_> {
     }
 }
 
-/// Bytes of a stored sample, about: bit planes and records compress about 24-fold at a resolution of 40 (measured on solids
-/// with one-sided views), numbers about 2-fold.
+/// Bytes of a stored sample, about: the bit planes of a pair compress about 24-fold at a resolution of 40 (measured on solids
+/// with one-sided views).
 fn expected_bytes(settings: &CompletionSettings) -> f64 {
     let cells = f64::from(settings.resolution).powi(3);
-    let channels = &settings.channels;
-    let planes = 2.0 + f64::from(u8::from(channels.visibility));
     // An object at 1 m in the default camera covers about 100 x 100 pixels.
     let pixels = 10_000.0;
-    let mut bytes = 300.0 + planes * cells / 8.0 / 24.0;
-    bytes += match channels.depth {
-        None => 0.0,
-        Some(DepthFormat::F32) => pixels * 4.0 / 2.0,
-        Some(DepthFormat::U16 { .. }) => pixels * 2.0 / 2.5,
-    };
-    bytes += if channels.cloud { pixels / 2.0 * 12.0 / 1.5 } else { 0.0 };
-    bytes += if channels.tsdf.is_some() { cells * 2.0 / 6.0 } else { 0.0 };
-    bytes += if channels.coverage { cells / 15.0 } else { 0.0 };
-    bytes += channels
-        .implicit
-        .map_or(0.0, |points| (f64::from(points.surface) * 24.0 + f64::from(points.space) * 16.0) / 1.1);
+    let mut bytes = 300.0 + 2.0 * cells / 8.0 / 24.0 + settings.channels.expected_bytes(cells, pixels);
     // Random coordinates hardly shrink: of 40 rays about 24 touch something, 33 bytes each, 12 otherwise.
     bytes += settings.touch.random_rays.map_or(0.0, |rays| 60.0 + 26.0 * f64::from(rays.count));
     let by_hand = settings.touch.by_hand.as_ref();

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::{
     depth::DepthSource,
-    encode::{ChannelScratch, MadeView, channels_of},
+    encode::{MadeView, ViewEncoder, channels_of},
     feel::{HandOnObject, TouchingHand},
     object::CompletionObject,
     scene::{camera_from_world, distance, world_from_object},
@@ -90,7 +90,7 @@ struct ViewScratch<'j> {
     source: DepthSource,
     crop: DepthCrop,
     pair: VoxelPair,
-    channels: ChannelScratch,
+    encoder: ViewEncoder,
 }
 
 impl<'j> CompletionWorker<'j> {
@@ -116,7 +116,7 @@ impl<'j> CompletionWorker<'j> {
             sensor: SensorScratch::default(),
             crop: DepthCrop::default(),
             pair: empty_pair(settings),
-            channels: ChannelScratch::default(),
+            encoder: ViewEncoder::default(),
         };
         let hand = by_hand.map(|by_hand| TouchingHand::new(&by_hand.hand)).transpose()?;
         Ok(Self { scratch, hand, loaded: None })
@@ -169,7 +169,7 @@ impl ViewScratch<'_> {
             return out.reject(sample, facts, reason.name(), &detail);
         }
         let made = MadeView { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
-        self.channels.encode(&made, &mut self.grids, hand.as_mut(), out)?;
+        self.encoder.encode(&made, &mut self.grids, hand.as_mut(), out)?;
         out.keep(sample, facts)
     }
 

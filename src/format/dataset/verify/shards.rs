@@ -19,7 +19,7 @@ use super::{
     },
     report::{Problem, VerifyLevel, VerifyOptions, VerifyReport},
 };
-use crate::{Channel, CheckSample, checks_of};
+use crate::{Channel, CheckSample, check_record, checks_of};
 use kernel::ids::{Digest, SampleIndex, ShardId};
 
 /// Inputs of all checks.
@@ -239,7 +239,7 @@ fn check_payload(
     if calculated != *digest {
         findings.push(at(), format!("payload digest: saved {}, calculated {}", digest.short(), calculated.short()));
     }
-    match checker.check(message.channel, &message.payload) {
+    match check_record(checker, message.channel, &message.payload) {
         Ok(checked) => {
             let facts = context.manifest.product.facts;
             for (index, value) in checked.facts {

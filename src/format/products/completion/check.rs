@@ -1,7 +1,7 @@
 //! Checks of the records of a completion sample.
 
-use super::{Cloud, Coverage, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair};
-use crate::{BrokenRule, Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductChecks, RecordError};
+use super::{TactileContacts, VoxelPair};
+use crate::{BrokenRule, Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
 
 /// Rule of jobs whose truth marks every cell that the object overlaps: partial cells and contacts lie in complete cells.
 pub const PARTIAL_INSIDE_COMPLETE: &str = "partial_inside_complete";
@@ -18,17 +18,7 @@ struct PairCheck {
 
 impl CheckSample for PairCheck {
     fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
-        let sample = match channel {
-            Channel::PAIR => return self.check_pair(payload),
-            touch if touch.is_touch() => return self.check_touch(touch, payload),
-            Channel::VISIBILITY => Visibility::decode(payload)?.sample,
-            Channel::DEPTH => Depth::decode(payload)?.sample,
-            Channel::CLOUD => Cloud::decode(payload)?.sample,
-            Channel::TSDF => Tsdf::decode(payload)?.sample,
-            Channel::COVERAGE => Coverage::decode(payload)?.sample,
-            _ => Implicit::decode(payload)?.sample,
-        };
-        Ok(CheckedRecord::of(sample))
+        if channel == Channel::PAIR { self.check_pair(payload) } else { self.check_touch(channel, payload) }
     }
 }
 

@@ -1,7 +1,10 @@
 //! The row of completion in the table of products.
 
-use super::facts::FACTS;
-use crate::{ArrayFormat, ChannelFormat, Noun, ProductFormat};
+use super::{
+    channels::{Cloud, Coverage, Implicit, Tsdf, Visibility},
+    facts::FACTS,
+};
+use crate::{ArrayFormat, ChannelFormat, Depth, Noun, ProductFormat};
 
 const PAIR_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
 const TOUCH_SCHEMAS: &[u8] = include_bytes!("../../generated/touch.bin");
@@ -42,7 +45,8 @@ const CHANNELS: [ChannelFormat; 10] = [
             "(N, N, N) bits",
             "cells that the camera sees to be free; what is neither is unseen",
         )],
-    ),
+    )
+    .decoded_by(|payload| Ok(Visibility::decode(payload)?.sample)),
     ChannelFormat::new(
         "/completion/depth",
         "graspmill.Depth",
@@ -52,13 +56,15 @@ const CHANNELS: [ChannelFormat; 10] = [
             "(height, width)",
             "depth along the optical axis [m], no return = NaN; crop of the image",
         )],
-    ),
+    )
+    .decoded_by(|payload| Ok(Depth::decode(payload)?.sample)),
     ChannelFormat::new(
         "/completion/cloud",
         "graspmill.Cloud",
         PAIR_SCHEMAS,
         &[ArrayFormat::new("cloud", "(n, 3) f32", "the seen points [m]")],
-    ),
+    )
+    .decoded_by(|payload| Ok(Cloud::decode(payload)?.sample)),
     ChannelFormat::new(
         "/completion/tsdf",
         "graspmill.Tsdf",
@@ -68,19 +74,22 @@ const CHANNELS: [ChannelFormat; 10] = [
             "(N, N, N) i16",
             "signed distance to the surface, seen or not, cut off, negative inside",
         )],
-    ),
+    )
+    .decoded_by(|payload| Ok(Tsdf::decode(payload)?.sample)),
     ChannelFormat::new(
         "/completion/coverage",
         "graspmill.Coverage",
         PAIR_SCHEMAS,
         &[ArrayFormat::new("coverage", "(N, N, N) u8", "share of each cell that is solid, times 255")],
-    ),
+    )
+    .decoded_by(|payload| Ok(Coverage::decode(payload)?.sample)),
     ChannelFormat::new(
         "/completion/implicit",
         "graspmill.Implicit",
         PAIR_SCHEMAS,
         &[ArrayFormat::new("implicit", "points, normals, distances", "samples of the surface and of space [m]")],
-    ),
+    )
+    .decoded_by(|payload| Ok(Implicit::decode(payload)?.sample)),
     ChannelFormat::new(
         "/completion/touch_rays",
         "graspmill.TactileContacts",

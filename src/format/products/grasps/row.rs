@@ -19,26 +19,26 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subject_meaning: "The object by content, 64 hexadecimal digits.",
     item_meaning: "Number of the run: of its seed.",
     channels: &[
-        ChannelFormat {
-            topic: "/grasps/run",
-            message: "graspmill.GraspRun",
-            descriptors: RUN_SCHEMAS,
-            arrays: &[ArrayFormat {
-                name: "grasps",
-                shape: "(grasps, ...)",
-                meaning: "states of the hand: pose, posture, energies, contacts, quality, verdict",
-            }],
-        },
-        ChannelFormat {
-            topic: TRIALS,
-            message: "graspmill.GraspTrials",
-            descriptors: TRIAL_SCHEMAS,
-            arrays: &[ArrayFormat {
-                name: "trials",
-                shape: "(kept grasps, ...)",
-                meaning: "physical trials: verdict, displacement, forces, perturbed runs",
-            }],
-        },
+        ChannelFormat::new(
+            "/grasps/run",
+            "graspmill.GraspRun",
+            RUN_SCHEMAS,
+            &[ArrayFormat::new(
+                "grasps",
+                "(grasps, ...)",
+                "states of the hand: pose, posture, energies, contacts, quality, verdict",
+            )],
+        ),
+        ChannelFormat::new(
+            TRIALS,
+            "graspmill.GraspTrials",
+            TRIAL_SCHEMAS,
+            &[ArrayFormat::new(
+                "trials",
+                "(kept grasps, ...)",
+                "physical trials: verdict, displacement, forces, perturbed runs",
+            )],
+        ),
     ],
     facts: &FACTS,
     has_splits: true,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{HeatmapPatch, PatchColour, PatchHeatmap, PatchImageColour, TYPES, facts::TYPE, types_file::read_types};
+use super::{HeatmapPatch, PatchHeatmap, TYPES, facts::TYPE, types_file::read_types};
 use crate::{
     Channel, CheckSample, CheckedRecord, Depth, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError,
     dataset::{DatasetError, DatasetReader},
@@ -25,7 +25,6 @@ impl CheckSample for PatchCheck {
     fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         let sample = match channel {
             Channel::PATCH => return self.check_patch(payload),
-            Channel::PATCH_COLOUR => PatchColour::decode(payload)?.sample,
             Channel::PATCH_IMAGE => {
                 let image = Depth::decode(payload)?;
                 if let Some(patch) = self.patch.as_ref().filter(|patch| patch.sample == image.sample) {
@@ -33,7 +32,6 @@ impl CheckSample for PatchCheck {
                 }
                 image.sample
             }
-            Channel::PATCH_IMAGE_COLOUR => PatchImageColour::decode(payload)?.sample,
             _ => {
                 let heatmap = PatchHeatmap::decode(payload)?;
                 if let Some(patch) = self.patch.as_ref().filter(|patch| patch.sample == heatmap.sample) {

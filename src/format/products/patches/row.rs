@@ -1,6 +1,6 @@
 //! The row of patches in the table of products.
 
-use super::facts::FACTS;
+use super::{colour_image::PatchImageColour, facts::FACTS, patch::PatchColour};
 use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
 
 /// Name of the file of grasp types.
@@ -39,7 +39,8 @@ pub static FORMAT: ProductFormat = ProductFormat {
             "graspmill.PatchColour",
             PATCH_SCHEMAS,
             &[ArrayFormat::new("colour", "(4, side, side, 3) u8", "the same patches in colour")],
-        ),
+        )
+        .decoded_by(|payload| Ok(PatchColour::decode(payload)?.sample)),
         ChannelFormat::new(
             "/patches/image",
             "graspmill.Depth",
@@ -51,7 +52,8 @@ pub static FORMAT: ProductFormat = ProductFormat {
             "graspmill.PatchImageColour",
             IMAGE_SCHEMAS,
             &[ArrayFormat::new("image_colour", "(height, width, 3) u8", "the whole image in colour")],
-        ),
+        )
+        .decoded_by(|payload| Ok(PatchImageColour::decode(payload)?.sample)),
         ChannelFormat::new(
             "/patches/heatmap",
             "graspmill.PatchHeatmap",

@@ -17,16 +17,16 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subjects_are_objects: false,
     subject_meaning: "The robot by content, 64 hexadecimal digits.",
     item_meaning: "Number of the position, in C order over x, y, z.",
-    channels: &[ChannelFormat {
-        topic: "/reachability/block",
-        message: "graspmill.ReachabilityBlock",
-        descriptors: SCHEMAS,
-        arrays: &[
-            ArrayFormat { name: "labels", shape: "(orientations) u8", meaning: "label of each pose at the position" },
-            ArrayFormat { name: "proofs", shape: "(orientations) u8", meaning: "how each label is known" },
-            ArrayFormat { name: "witnesses", shape: "(reachable, joints) f64", meaning: "joint values [rad, m]" },
+    channels: &[ChannelFormat::new(
+        "/reachability/block",
+        "graspmill.ReachabilityBlock",
+        SCHEMAS,
+        &[
+            ArrayFormat::new("labels", "(orientations) u8", "label of each pose at the position"),
+            ArrayFormat::new("proofs", "(orientations) u8", "how each label is known"),
+            ArrayFormat::new("witnesses", "(reachable, joints) f64", "joint values [rad, m]"),
         ],
-    }],
+    )],
     facts: &FACTS,
     has_splits: false,
     inherits_splits: false,

@@ -1,0 +1,276 @@
+//! Channels stored beside the partial and the complete grid, from their keys in a job file to their payloads.
+//!
+//! One more channel of this kind is one more field of [`ChannelsSpec`] and of [`Channels`], with its default in
+//! `profiles/standard.toml`, and one more line in each of the functions below; no other file of the factory names it.
+
+use std::{mem, sync::Arc};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::SampleWriter;
+use form::Checker;
+use format::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Tsdf, Visibility, VoxelPair};
+use kernel::{
+    geom::{DepthCrop, Intrinsics, OccupancyGrid, SolidGrid},
+    object::PreparedObject,
+    seed::Stream,
+    voxel::{
+        ViewGrids,
+        channels::{CoverageBlocks, ImplicitPoints, Surface, implicit_points, point_cloud, tsdf},
+    },
+};
+
+/// Channels stored beside the partial and the complete grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelsSpec {
+    /// Which cells the camera sees to be free, one more bit per cell: free, surface and unseen can be distinguished.
+    pub visibility: bool,
+    /// The depth crop.
+    pub depth: DepthSpec,
+    /// With `depth = "u16"`: the step.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0))]
+    pub depth_step: f64,
+    /// The partial point cloud.
+    pub cloud: bool,
+    /// Truncated signed distance at the same grid.
+    pub tsdf: bool,
+    /// With `tsdf`: where it is cut.
+    #[schemars(extend("x-unit" = "cells", "exclusiveMinimum" = 0))]
+    pub tsdf_truncation: f64,
+    /// Share of each cell that is solid, 8 bits.
+    pub coverage: bool,
+    /// Samples for implicit networks.
+    pub implicit: bool,
+    /// With `implicit`: points on the surface, with normals.
+    #[schemars(range(max = 1_000_000), extend("x-unit" = "points"))]
+    pub implicit_surface: u32,
+    /// With `implicit`: points in the grid's box, with signed distance.
+    #[schemars(range(max = 1_000_000), extend("x-unit" = "points"))]
+    pub implicit_space: u32,
+}
+
+/// Form in which the depth crop is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DepthSpec {
+    /// Not at all.
+    None,
+    /// Metres as 32-bit floats, NaN = no return.
+    F32,
+    /// Steps of `depth_step` as 16-bit integers, 0 = no return.
+    U16,
+}
+
+/// Channels beside the pair, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channels {
+    /// One more bit plane: cells that the camera sees to be free.
+    pub visibility: bool,
+    /// The depth crop.
+    pub depth: Option<DepthFormat>,
+    /// The partial point cloud.
+    pub cloud: bool,
+    /// Truncated signed distance at the same grid, with this truncation in cells.
+    pub tsdf: Option<f64>,
+    /// Share of each cell that is solid, 8 bits.
+    pub coverage: bool,
+    /// Samples for implicit networks.
+    pub implicit: Option<ImplicitSamples>,
+}
+
+/// Format of a stored depth crop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthFormat {
+    /// Metres as f32, NaN = no return.
+    F32,
+    /// Steps of this many metres as u16, 0 = no return.
+    U16 {
+        /// Metres per step.
+        step: f64,
+    },
+}
+
+/// Counts of points for an implicit network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImplicitSamples {
+    /// Points on the surface, with normals.
+    pub surface: u32,
+    /// Points in the grid's box, with signed distance.
+    pub space: u32,
+}
+
+impl Channels {
+    /// The channels of a job whose farthest view stands at this distance [m], if that is known.
+    pub(super) fn read(checker: &mut Checker, spec: &ChannelsSpec, farthest: Option<f64>) -> Self {
+        let depth = match spec.depth {
+            DepthSpec::None => None,
+            DepthSpec::F32 => Some(DepthFormat::F32),
+            DepthSpec::U16 => Some(DepthFormat::U16 { step: spec.depth_step }),
+        };
+        let reach = spec.depth_step * f64::from(u16::MAX);
+        if let Some(farthest) = farthest.filter(|farthest| spec.depth == DepthSpec::U16 && reach <= *farthest) {
+            let expected =
+                format!("a step of at least {:.2e} m, so that 65,535 steps reach {farthest} m", farthest / 65535.0);
+            checker.invalid("channels.depth_step", expected, format!("{} m", spec.depth_step));
+        }
+        let implicit = ImplicitSamples { surface: spec.implicit_surface, space: spec.implicit_space };
+        if spec.implicit && implicit.surface == 0 && implicit.space == 0 {
+            checker.contradiction("channels.implicit", "channels.implicit_surface = 0", "no point is asked for");
+        }
+        Self {
+            visibility: spec.visibility,
+            depth,
+            cloud: spec.cloud,
+            tsdf: spec.tsdf.then_some(spec.tsdf_truncation),
+            coverage: spec.coverage,
+            implicit: spec.implicit.then_some(implicit),
+        }
+    }
+
+    /// Writes the channels into keys that hold the defaults; those of channels that are not stored stay.
+    pub(super) fn write_keys(&self, spec: &mut ChannelsSpec) {
+        (spec.visibility, spec.cloud, spec.coverage) = (self.visibility, self.cloud, self.coverage);
+        (spec.depth, spec.depth_step) = match self.depth {
+            None => (DepthSpec::None, spec.depth_step),
+            Some(DepthFormat::F32) => (DepthSpec::F32, spec.depth_step),
+            Some(DepthFormat::U16 { step }) => (DepthSpec::U16, step),
+        };
+        (spec.tsdf, spec.tsdf_truncation) = (self.tsdf.is_some(), self.tsdf.unwrap_or(spec.tsdf_truncation));
+        spec.implicit = self.implicit.is_some();
+        if let Some(points) = self.implicit {
+            (spec.implicit_surface, spec.implicit_space) = (points.surface, points.space);
+        }
+    }
+
+    /// The channels that are stored, in the order in which they are written.
+    pub(super) fn stored(&self) -> impl Iterator<Item = Channel> {
+        let asked = [
+            (Channel::VISIBILITY, self.visibility),
+            (Channel::DEPTH, self.depth.is_some()),
+            (Channel::CLOUD, self.cloud),
+            (Channel::TSDF, self.tsdf.is_some()),
+            (Channel::COVERAGE, self.coverage),
+            (Channel::IMPLICIT, self.implicit.is_some()),
+        ];
+        asked.into_iter().filter_map(|(channel, asked)| asked.then_some(channel))
+    }
+
+    /// Bytes on disk of the channels of one sample, about, with a grid of so many cells and a crop of so many pixels: bit planes
+    /// compress about 24-fold, numbers about 2-fold (measured on solids with one-sided views at a resolution of 40).
+    pub(super) fn expected_bytes(&self, cells: f64, pixels: f64) -> f64 {
+        let visibility = if self.visibility { cells / 8.0 / 24.0 } else { 0.0 };
+        let depth = match self.depth {
+            None => 0.0,
+            Some(DepthFormat::F32) => pixels * 4.0 / 2.0,
+            Some(DepthFormat::U16 { .. }) => pixels * 2.0 / 2.5,
+        };
+        let cloud = if self.cloud { pixels / 2.0 * 12.0 / 1.5 } else { 0.0 };
+        let tsdf = if self.tsdf.is_some() { cells * 2.0 / 6.0 } else { 0.0 };
+        let coverage = if self.coverage { cells / 15.0 } else { 0.0 };
+        let implicit =
+            self.implicit.map_or(0.0, |points| f64::from(points.surface) * 24.0 + f64::from(points.space) * 16.0) / 1.1;
+        visibility + depth + cloud + tsdf + coverage + implicit
+    }
+}
+
+/// An object's parts that its channels are made of; only those that the job stores are made.
+pub(super) struct ObjectChannels {
+    coverage: Option<CoverageBlocks>,
+    surface: Option<Arc<Surface>>,
+}
+
+impl ObjectChannels {
+    pub(super) fn new(channels: &Channels, prepared: &PreparedObject, solid: &SolidGrid) -> Self {
+        let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
+        Self {
+            coverage: channels.coverage.then(|| CoverageBlocks::new(solid)),
+            surface: wants_surface.then(|| Arc::clone(prepared.surface())),
+        }
+    }
+}
+
+/// A view that was made, as its channels need it.
+pub(super) struct ChannelView<'a> {
+    pub seed: u64,
+    pub camera: &'a Intrinsics,
+    pub pair: &'a VoxelPair,
+    pub crop: &'a DepthCrop,
+    pub solid: &'a SolidGrid,
+    pub object: &'a ObjectChannels,
+}
+
+/// Buffers in which a thread makes the channels beside the pair.
+#[derive(Default)]
+pub(super) struct ChannelScratch {
+    free: OccupancyGrid,
+    cloud: Vec<[f32; 3]>,
+    tsdf: Vec<i16>,
+    coverage: Vec<u8>,
+    implicit: ImplicitPoints,
+}
+
+impl ChannelScratch {
+    /// Fills the payload of every channel beside the pair that the job stores, touch apart.
+    pub(super) fn encode(
+        &mut self,
+        channels: &Channels,
+        view: &ChannelView,
+        grids: &mut ViewGrids,
+        out: &mut SampleWriter<'_>,
+    ) {
+        let ChannelView { seed, camera, pair, crop, solid, object } = *view;
+        let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
+
+        // Channels of the view's image.
+        if let Some(payload) = out.payload(Channel::VISIBILITY) {
+            grids.free(crop, camera, grid, &pair.partial, &mut self.free);
+            Visibility::encode_parts(sample, &self.free, payload);
+        }
+        if let Some(payload) = out.payload(Channel::DEPTH) {
+            let coding = match channels.depth {
+                Some(DepthFormat::U16 { step }) => DepthCoding::U16 { step },
+                Some(DepthFormat::F32) | None => DepthCoding::F32,
+            };
+            Depth::encode_parts(sample, crop, coding, payload);
+        }
+        if let Some(payload) = out.payload(Channel::CLOUD) {
+            point_cloud(camera, crop, &mut self.cloud);
+            Cloud::encode_parts(sample, &self.cloud, payload);
+        }
+
+        // Channels of the mesh and its solid in the view's pose.
+        if let Some(payload) = out.payload(Channel::TSDF) {
+            let cells = channels.tsdf.unwrap_or_default();
+            let surface = object.surface.as_ref().expect("an object has a surface where the job stores TSDFs");
+            tsdf(surface, solid, pose, grid, cells, &mut self.tsdf);
+            Tsdf::encode_parts(sample, grid.resolution, cells * grid.cell_size, &self.tsdf, payload);
+        }
+        if let Some(payload) = out.payload(Channel::COVERAGE) {
+            let blocks = object.coverage.as_ref().expect("an object has blocks where the job stores coverage");
+            blocks.coverage(solid, pose, grid, &mut self.coverage);
+            Coverage::encode_parts(sample, grid.resolution, &self.coverage, payload);
+        }
+        if let Some(payload) = out.payload(Channel::IMPLICIT) {
+            let counts = channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
+            let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");
+            let mut stream = Stream::of_sample(seed, sample, "implicit");
+            let points = &mut self.implicit;
+            implicit_points(surface, solid, pose, grid, counts, &mut stream, points);
+            // The buffers lend their memory to the record and get it back.
+            let record = Implicit {
+                sample: *sample,
+                surface_points: mem::take(&mut points.surface),
+                surface_normals: mem::take(&mut points.normals),
+                space_points: mem::take(&mut points.space),
+                space_distances: mem::take(&mut points.distances),
+            };
+            record.encode(payload);
+            points.surface = record.surface_points;
+            points.normals = record.surface_normals;
+            points.space = record.space_points;
+            points.distances = record.space_distances;
+        }
+    }
+}
