@@ -63,7 +63,11 @@ pub fn run_failure(error: RunError) -> Failure {
         RunError::Interrupted => Exit::Interrupted,
         RunError::Dataset(error) if error.is_io() => Exit::InputOutput,
         RunError::Dataset(error) if error.is_foreign() => Exit::BadSpec,
-        RunError::Dataset(_) | RunError::Produce(_) | RunError::Gap { .. } | RunError::Threads(_) => Exit::Failed,
+        RunError::Dataset(_)
+        | RunError::Produce(_)
+        | RunError::Panicked { .. }
+        | RunError::Gap { .. }
+        | RunError::Threads(_) => Exit::Failed,
     };
     Failure::new(exit, error)
 }

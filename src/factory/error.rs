@@ -73,6 +73,17 @@ pub enum RunError {
     /// A sample could not be made.
     #[error(transparent)]
     Produce(#[from] ProduceError),
+    /// Code of graspmill panicked: a defect.
+    #[error(
+        "{what}: graspmill failed by a defect of its own: {message}; finished shards stay, and the same command resumes; \
+         please report it with the job file"
+    )]
+    Panicked {
+        /// What was being made.
+        what: String,
+        /// Text of the panic.
+        message: String,
+    },
     /// A dataset cannot be closed: shards are missing.
     #[error("{} of {shards} shards are missing: {}{}", missing.len(), number_ranges(missing).join(","), not_whole(bad))]
     Gap {

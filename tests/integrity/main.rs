@@ -6,6 +6,7 @@ mod flips;
 mod forger;
 mod fuzz_corpus;
 mod irregular;
+mod panics;
 #[path = "../support/mod.rs"]
 mod support;
 mod verification;

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::contain::contain;
 use crate::{Event, RunContext, RunError};
 use kernel::{
     assets::{AssetRecord, MeshRefusal, MeshSource},
@@ -30,10 +31,14 @@ pub fn prepare_assets(sources: &[MeshSource], context: &RunContext<'_>) -> Resul
         if context.cancel.is_cancelled() {
             return Err(RunError::Interrupted);
         }
-        let prepared = PreparedObject::prepare(source).map(|object| {
-            let shape = ShapeDescriptor::of(object.mesh(), object.inside_test());
-            (object.record().clone(), shape)
-        });
+        let prepare_one = || {
+            let prepared = PreparedObject::prepare(source).map(|object| {
+                let shape = ShapeDescriptor::of(object.mesh(), object.inside_test());
+                (object.record().clone(), shape)
+            });
+            Ok::<_, RunError>(prepared)
+        };
+        let prepared = contain(|| format!("preparing the mesh `{}`", source.name), prepare_one)?;
         (context.listener)(Event::Prepared { done: done.fetch_add(1, Ordering::Relaxed) + 1, total });
         Ok(match prepared {
             Ok((record, shape)) => (Ok(record), Some(shape)),

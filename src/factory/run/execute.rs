@@ -8,6 +8,7 @@ use std::{
 
 use serde::Serialize;
 
+use super::contain::{contain, item_words, subject_words};
 use crate::{
     Cancel, Event, Listener, MadeFate, MadeSample, ProduceError, Progress, RunContext, RunError, SampleSink,
     job::Job,
@@ -148,8 +149,8 @@ impl<'a> RunTask<'a> {
         RunMark::new(job.product(), digest, plan.samples, plan.shards.len() as u32, job.shard_samples)
     }
 
-    fn open(&self, context: &RunContext<'_>) -> Result<Box<dyn OpenWork + 'a>, ProduceError> {
-        self.job.work.open(self.job.seed, context.parallelism.level)
+    fn open(&self, context: &RunContext<'_>) -> Result<Box<dyn OpenWork + 'a>, RunError> {
+        contain(|| "opening the job".to_owned(), || self.job.work.open(self.job.seed, context.parallelism.level))
     }
 }
 
@@ -201,7 +202,7 @@ fn close(task: &RunTask, work: &dyn OpenWork, context: &RunContext<'_>) -> Resul
     let (mark, mut header) = (task.mark(), task.header.clone());
     let mut closing =
         Closing { folder: task.folder, job: task.digest, mark: &mark, header: &mut header, parallelism, cancel };
-    work.finish(&mut closing)?;
+    contain(|| "closing the dataset".to_owned(), || work.finish(&mut closing))?;
     let manifest = finish_dataset(task.folder, &header, &ParquetIndex)?;
     clear_pending(task.folder)?;
     Ok(manifest)
@@ -217,9 +218,15 @@ impl<'w> ShardMaker<'w> {
     /// The maker of a thread, opened for the thread's first shard.
     fn of_thread<'m>(maker: &'m mut Option<Self>, work: &'w dyn OpenWork) -> Result<&'m mut Self, RunError> {
         if maker.is_none() {
-            let producer = work.producer()?;
-            let sink = SampleSink::new(producer.channels());
-            *maker = Some(Self { producer, sink });
+            let opened = contain(
+                || "opening the job for a thread".to_owned(),
+                || {
+                    let producer = work.producer()?;
+                    let sink = SampleSink::new(producer.channels());
+                    Ok::<_, RunError>(Self { producer, sink })
+                },
+            );
+            *maker = Some(opened?);
         }
         Ok(maker.as_mut().expect("a maker was opened for the first shard"))
     }
@@ -242,7 +249,8 @@ impl<'w> ShardMaker<'w> {
         };
         let mut writer = ShardWriter::create(&shards_folder(task.folder), &header)?;
         for unit in &shard.units {
-            self.producer.load(unit.subject)?;
+            let subject = || format!("preparing {}", subject_words(task.job, unit.subject));
+            contain(subject, || self.producer.load(unit.subject))?;
             let mut next = unit.first;
             for item in unit.items.clone().map(ItemId) {
                 if cancel.is_cancelled() {
@@ -255,7 +263,8 @@ impl<'w> ShardMaker<'w> {
                     next.0 += 1;
                     Ok(())
                 };
-                self.producer.produce(item, &mut self.sink.writer(&mut take))?;
+                let sample = || item_words(task.job, unit.subject, item);
+                contain(sample, || self.producer.produce(item, &mut self.sink.writer(&mut take)))?;
                 check_count(unit, item, next, expected)?;
             }
         }
@@ -307,7 +316,7 @@ pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Ca
         let subject = (step * subjects / visited) as usize;
         let items = u64::from(plan.items_of(subject));
         let per_subject = (samples / visited.max(1)).clamp(1, items.max(1)).min(items);
-        producer.load(subject)?;
+        contain(|| format!("preparing {}", subject_words(job, subject)), || producer.load(subject))?;
         load_seconds += began.elapsed().as_secs_f64();
         let began = Instant::now();
         for number in 0..per_subject {
@@ -321,7 +330,8 @@ pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Ca
                 made += 1;
                 Ok(())
             };
-            producer.produce(ItemId((number * items / per_subject) as u32), &mut sink.writer(&mut take))?;
+            let item = ItemId((number * items / per_subject) as u32);
+            contain(|| item_words(job, subject, item), || producer.produce(item, &mut sink.writer(&mut take)))?;
         }
         item_seconds += began.elapsed().as_secs_f64();
     }

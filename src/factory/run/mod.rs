@@ -2,9 +2,10 @@
 //!
 //! A run fills a folder with the shards of a plan, each made by one thread from its first sample to its last, and closes
 //! the dataset when all are there. Nothing but the finished shard files says what is done, so a run that was stopped,
-//! killed or started twice goes on from them. Threads decide only who makes which shard, never what stands in it.
+//! killed or started twice goes on from them. A panic becomes an error that names what was being made (`contain`). Threads decide only who makes which shard, never what stands in it.
 
 mod assets;
+mod contain;
 mod execute;
 mod open;
 mod regenerate;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::contain::{contain, item_words, subject_words};
 use crate::{MadeFate, MadeSample, RunContext, RunError, SampleSink, job::Job, plan::Plan};
 use format::{
     Channel,
@@ -71,13 +72,13 @@ pub fn regenerate(
         if context.cancel.is_cancelled() {
             return Err(RunError::Interrupted);
         }
-        producer.load(subject)?;
+        contain(|| format!("preparing {}", subject_words(job, subject)), || producer.load(subject))?;
         let mut made: BTreeMap<SampleId, Fate> = BTreeMap::new();
         let mut take = |sample: &MadeSample<'_>| {
             made.insert(sample.sample, fate_of(sample));
             Ok(())
         };
-        producer.produce(item, &mut sink.writer(&mut take))?;
+        contain(|| item_words(job, subject, item), || producer.produce(item, &mut sink.writer(&mut take)))?;
         for index in indices {
             let row = row_of(reader, plan, &mut ledger, index)?;
             let what = match made.get(&row.sample) {
