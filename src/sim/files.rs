@@ -2,12 +2,21 @@
 
 use std::path::Path;
 
-use kernel::{assets::Description, files::NotRegularFile};
+use kernel::{
+    assets::{Description, DescriptionTooLarge},
+    files::NotRegularFile,
+};
 
-/// Refuses a description that is, or names, what is no regular file: MuJoCo would wait for it.
-pub(super) fn refuse_irregular(path: &Path) -> Result<(), String> {
+/// Refuses a description that is, or names, what is no regular file, for which MuJoCo would wait, and one that asks for memory
+/// or copies without end.
+pub(super) fn refuse_unsafe(path: &Path) -> Result<(), String> {
     match Description::check_files(path) {
-        Err(error) if error.source.get_ref().is_some_and(|source| source.is::<NotRegularFile>()) => {
+        Err(error)
+            if error
+                .source
+                .get_ref()
+                .is_some_and(|cause| cause.is::<NotRegularFile>() || cause.is::<DescriptionTooLarge>()) =>
+        {
             Err(error.to_string())
         }
         // Whatever else is wrong, MuJoCo says in its own words.

@@ -21,7 +21,7 @@ use super::{
     convert::{index, isometry, pose_from},
     error::RobotError,
     ffi,
-    files::refuse_irregular,
+    files::refuse_unsafe,
 };
 use kernel::geom::{EndEffector, Pose, World};
 use robot::kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
@@ -68,7 +68,7 @@ impl RobotModel {
         if path.to_str().is_none_or(|text| text.contains('\0')) {
             return Err(refused("path is not UTF-8".into()));
         }
-        refuse_irregular(path).map_err(refused)?;
+        refuse_unsafe(path).map_err(refused)?;
         let mut spec = MjSpec::from_xml(path).map_err(|error| missing_or(path, error.to_string()))?;
         edit(&mut spec).map_err(|error| refused(error.to_string()))?;
         let mut model = spec.compile().map_err(|error| missing_or(path, error.to_string()))?;

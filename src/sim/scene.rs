@@ -11,7 +11,7 @@ use mujoco_rs::{
     },
 };
 
-use super::{convert::pose_from, error::SceneError, ffi, files::refuse_irregular};
+use super::{convert::pose_from, error::SceneError, ffi, files::refuse_unsafe};
 use kernel::geom::{CameraGl, Intrinsics, Pose, World};
 
 /// Intrinsics and pose of a camera of an MJCF scene, the scene in its initial state.
@@ -26,7 +26,7 @@ pub fn scene_camera(path: &Path, name: &str) -> Result<(Intrinsics, Pose<World, 
     ffi::prepare_library();
     let refused = |message: String| SceneError::Refused { path: path.to_owned(), message };
     let text = path.to_str().filter(|text| !text.contains('\0')).ok_or_else(|| refused("path is not UTF-8".into()))?;
-    refuse_irregular(path).map_err(refused)?;
+    refuse_unsafe(path).map_err(refused)?;
     let mut spec = MjSpec::from_xml(text).map_err(|error| refused(error.to_string()))?;
     let model = spec.compile().map_err(|error| refused(error.to_string()))?;
     let Some(camera) = (!name.contains('\0')).then(|| model.name_to_id(MjtObjBase::mjOBJ_CAMERA, name)).flatten()

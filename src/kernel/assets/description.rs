@@ -6,6 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use super::description_limits::{DescriptionTooLarge, MAX_COPIES, check_values, copies};
 use crate::ids::Digest;
 
 /// Why a description has no digest.
@@ -29,6 +30,7 @@ impl DescriptionError {
                 "a hand's table stands beside its description under the same name: docs/hands.md"
             }
             (io::ErrorKind::NotFound, None) => "check the path: it starts at the job file's folder",
+            (io::ErrorKind::FileTooLarge, _) => "write it with less",
             _ => "see that the file can be read",
         }
     }
@@ -63,7 +65,7 @@ impl Description {
     /// Reads an MJCF file and what it names.
     ///
     /// # Errors
-    /// When a file can't be read.
+    /// When a file can't be read, or asks for too much ([`DescriptionTooLarge`]).
     pub fn read(path: &Path) -> Result<Self, DescriptionError> {
         let mut walk = Walk::new(path, Some(Vec::new()));
         walk.text(path, None)?;
@@ -76,7 +78,8 @@ impl Description {
     /// Opens an MJCF file and what it names, and reads of it the text alone.
     ///
     /// # Errors
-    /// When a file can't be opened.
+    /// When a file can't be opened, or asks MuJoCo for more memory or copies than any robot, hand or scene needs
+    /// ([`DescriptionTooLarge`]).
     pub fn check_files(path: &Path) -> Result<(), DescriptionError> {
         Walk::new(path, None).text(path, None)
     }
@@ -115,6 +118,10 @@ struct Walk<'a> {
     /// The first model's name.
     name: Option<String>,
     seen: BTreeSet<PathBuf>,
+    /// Copies of what stands at this point of the text, one factor per open element that makes copies.
+    factors: Vec<f64>,
+    /// Copies that elements asked for so far.
+    copies: f64,
     /// Digests of all files; `None` where only text is read.
     digests: Option<Vec<Digest>>,
 }
@@ -122,21 +129,25 @@ struct Walk<'a> {
 impl<'a> Walk<'a> {
     fn new(path: &'a Path, digests: Option<Vec<Digest>>) -> Self {
         let main = path.parent().unwrap_or(Path::new(""));
-        Self { main, folders: Folders::default(), name: None, seen: BTreeSet::new(), digests }
+        let (seen, factors) = (BTreeSet::new(), Vec::new());
+        Self { main, folders: Folders::default(), name: None, seen, factors, copies: 0.0, digests }
     }
 
     fn text(&mut self, path: &Path, by: Option<&Path>) -> Result<(), DescriptionError> {
         let bytes = self.bytes(path, by)?;
         let text = String::from_utf8_lossy(&bytes).into_owned();
         let elements = elements(&text);
-        for element in &elements {
+        for element in elements.iter().filter(|element| element.tag != Tag::End) {
             match element.name {
                 "compiler" => self.compiler(element),
                 "mujoco" if by.is_none() => self.name = element.get("model").map(str::to_owned),
                 _ => {}
             }
         }
-        for Element { name, attributes } in &elements {
+        for element in &elements {
+            let too_large = |error| unreadable(path, by)(io::Error::new(io::ErrorKind::FileTooLarge, error));
+            self.check_size(element).map_err(too_large)?;
+            let Element { name, attributes, .. } = element;
             let files = attributes.iter().filter(|(key, _)| key.starts_with("file"));
             for file in files.map(|(_, file)| Path::new(*file)).filter(|file| !file.as_os_str().is_empty()) {
                 let below = match *name {
@@ -154,6 +165,24 @@ impl<'a> Walk<'a> {
                     if is_text { self.text(&file, Some(path))? } else { self.data(&file, Some(path))? }
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Refuses an element that asks for too much, and keeps count of copies.
+    fn check_size(&mut self, element: &Element) -> Result<(), DescriptionTooLarge> {
+        let Element { name, attributes, tag } = element;
+        let Some(copies) = copies(name, element.get("count")) else { return check_values(name, attributes) };
+        if *tag == Tag::End {
+            self.factors.pop();
+            return Ok(());
+        }
+        self.copies += self.factors.iter().product::<f64>() * copies;
+        if *tag == Tag::Start {
+            self.factors.push(copies);
+        }
+        if self.copies > MAX_COPIES {
+            return Err(DescriptionTooLarge::Copies { copies: self.copies, element: (*name).to_owned() });
         }
         Ok(())
     }
@@ -187,8 +216,18 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// A start tag.
+/// Kind of a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tag {
+    Start,
+    /// A tag without content, `<geom/>`.
+    Empty,
+    End,
+}
+
+/// A tag.
 struct Element<'a> {
+    tag: Tag,
     name: &'a str,
     attributes: Vec<(&'a str, &'a str)>,
 }
@@ -199,7 +238,7 @@ impl Element<'_> {
     }
 }
 
-/// The start tags of an XML text that an XML parser has taken: comments and declarations are passed over.
+/// The tags of an XML text that an XML parser has taken: comments and declarations are passed over.
 fn elements(text: &str) -> Vec<Element<'_>> {
     let mut elements = Vec::new();
     let mut rest = text;
@@ -209,9 +248,14 @@ fn elements(text: &str) -> Vec<Element<'_>> {
         let Some(end) = end else { break };
         let tag = &rest[1..end.max(2) - 1];
         rest = &rest[end..];
+        let (kind, tag) = match tag.strip_prefix('/') {
+            Some(tag) => (Tag::End, tag),
+            None if tag.ends_with('/') => (Tag::Empty, tag),
+            None => (Tag::Start, tag),
+        };
         if tag.starts_with(|c: char| c.is_alphabetic() || c == '_') {
             let split = tag.find(|c: char| c.is_whitespace() || c == '/').unwrap_or(tag.len());
-            elements.push(Element { name: &tag[..split], attributes: attributes(&tag[split..]) });
+            elements.push(Element { tag: kind, name: &tag[..split], attributes: attributes(&tag[split..]) });
         }
     }
     elements
@@ -292,5 +336,39 @@ mod tests {
         fs::remove_file(folders[1].path().join("parts/b.stl")).unwrap();
         let error = digest(1).unwrap_err().to_string();
         assert!(error.contains("b.stl") && error.contains("arm.xml"), "{error}");
+    }
+
+    #[test]
+    fn few_letters_that_ask_for_much_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let check = |body: &str| {
+            let path = folder.path().join("scene.xml");
+            fs::write(&path, format!("<mujoco><worldbody>{body}</worldbody></mujoco>")).unwrap();
+            fs::write(folder.path().join("part.xml"), "<mujoco><replicate count='1000'><geom/></replicate></mujoco>")
+                .unwrap();
+            Description::check_files(&path).map_err(|error| error.to_string())
+        };
+        let nested = |count: u32, content: &str| format!("<replicate count=\"{count}\">{content}</replicate>");
+        for fine in [
+            nested(300, &nested(300, "<geom/>")),
+            // One after the other they add up, they do not multiply.
+            nested(20_000, "<geom/>").repeat(4),
+            "<replicate count='9'/>".repeat(1000),
+            nested(10, "<include file='part.xml'/>"),
+        ] {
+            assert_eq!(check(&fine), Ok(()), "{fine}");
+        }
+        for bomb in [
+            nested(1_000_000_000, "<geom/>"),
+            nested(1000, &nested(1000, "<geom/>")),
+            nested(20_000, "<geom/>").repeat(6),
+            nested(1000, "<include file='part.xml'/>"),
+            "<flexcomp count='1000 1000 1000'/>".to_owned(),
+        ] {
+            let error = check(&bomb).unwrap_err();
+            assert!(error.contains("copies of elements"), "{error}");
+        }
+        let error = check("<texture width=\"9999999\" height=\"1\"/>").unwrap_err();
+        assert!(error.contains("`width` of `texture` is 9999999"), "{error}");
     }
 }
