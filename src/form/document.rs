@@ -145,6 +145,8 @@ impl Document {
             format!("{} = \"{}\"", key.trim(), value.trim().replace('\\', "\\\\").replace('"', "\\\""))
         });
         let message = match DeTable::parse(text) {
+            // Empty texts and comments are TOML, and say nothing.
+            Ok(table) if table.get_ref().is_empty() => "expected key=value".to_owned(),
             Ok(table) => {
                 let table = self.table(table.into_inner(), source, errors);
                 return self.root.lay_over(table);
@@ -306,9 +308,9 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_does_not_hide_the_rest() {
-        let (document, errors) = read("a = \nb = 99999999999999999999\nc = 3\n", &["no value", "=3"]);
+        let (document, errors) = read("a = \nb = 99999999999999999999\nc = 3\n", &["no value", "=3", "", "# c"]);
         let codes: Vec<&str> = errors.iter().map(|error| error.problem.code()).collect();
-        assert_eq!(codes, ["syntax", "out_of_range", "syntax", "syntax"]);
+        assert_eq!(codes, ["syntax", "out_of_range", "syntax", "syntax", "syntax", "syntax"]);
         assert!(document.has("c"));
     }
 }

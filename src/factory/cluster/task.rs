@@ -226,7 +226,11 @@ impl Engine {
             Count::Variable(name) => Ok((number - i64::from(self.first), u32::try_from(value(name)?).unwrap_or(0))),
             Count::Span { first, last, step } => {
                 let (low, high) = (value(first)?, value(last)?);
-                let step = variables(step).map_or(Ok(1), |value| read(step, &value))?.max(1);
+                let name = *step;
+                let step = variables(name).map_or(Ok(1), |value| read(name, &value))?;
+                if step < 1 {
+                    return Err(no_count(format!(" ({name}={step} is no step)")));
+                }
                 let tasks = (high - low) / step + 1;
                 // Slurm says how many there are: fewer where an array has gaps, as one that sends some tasks again.
                 if let Some(count) = variables("SLURM_ARRAY_TASK_COUNT").filter(|_| self.number.starts_with("SLURM")) {
@@ -311,6 +315,14 @@ mod tests {
             ("SLURM_ARRAY_TASK_MAX", "19"),
             ("SLURM_ARRAY_TASK_COUNT", "4"),
         ]));
+        for step in ["0", "-1"] {
+            assert!(no_count(&[
+                ("SLURM_ARRAY_TASK_ID", "3"),
+                ("SLURM_ARRAY_TASK_MIN", "3"),
+                ("SLURM_ARRAY_TASK_MAX", "19"),
+                ("SLURM_ARRAY_TASK_STEP", step),
+            ]));
+        }
         let nothing = find("env", &[("SGE_TASK_ID", "undefined"), ("LSB_JOBINDEX", "0")]);
         assert!(matches!(nothing, Err(TaskError::NoVariable { .. })), "{nothing:?}");
         let other = find("env/4", &[("SLURM_ARRAY_TASK_ID", "1"), ("PARALLEL_SEQ", "1")]);

@@ -95,9 +95,13 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
     }
     let shards = folder.join(SHARDS);
     fs::create_dir_all(&shards).map_err(DatasetError::io("creating", &shards))?;
-    let text = serde_json::to_string_pretty(mark).expect("a run mark is plain data") + "\n";
-    durable::write_file(folder, RUN, text.as_bytes())?;
+    durable::write_file(folder, RUN, mark_text(mark).as_bytes())?;
     Ok(Begun::New)
+}
+
+/// Text of the file of a mark; equal marks have equal texts.
+pub(super) fn mark_text(mark: &RunMark) -> String {
+    serde_json::to_string_pretty(mark).expect("a run mark is plain data") + "\n"
 }
 
 /// Where the shards of the dataset in `folder` stand.

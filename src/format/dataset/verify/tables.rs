@@ -17,7 +17,7 @@ use super::{
         durable::TEMPORARY,
         error::REWRITE,
         finish::{count_row, reject_line},
-        folder::{hash_file, read_mark, sorted_entries},
+        folder::{hash_file, mark_text, read_mark, sorted_entries},
         index::{IndexRow, index_columns},
         layout::ASSETS,
         layout::{INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS},
@@ -119,6 +119,8 @@ pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<
             manifest.counts.samples
         );
         problems.push(whole(RUN, what, remedy));
+    } else if kernel::files::read(&folder.join(RUN)).is_ok_and(|bytes| bytes != mark_text(&mark).as_bytes()) {
+        problems.push(whole(RUN, "its bytes are not the ones that a run writes".to_owned(), remedy));
     }
 }
 
