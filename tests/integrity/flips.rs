@@ -141,6 +141,23 @@ fn flip(datasets: &[(&str, PathBuf)], outside_of_it: &[&str], count: u64, seed: 
 }
 
 #[test]
+fn a_newline_more_in_any_file_is_found() {
+    let workspace = Workspace::new();
+    for (name, folder) in make_datasets(&workspace) {
+        for (file, mut content) in read_tree(&folder) {
+            let (path, part) = (folder.join(&file), file.display().to_string());
+            let whole = content.clone();
+            content.push(b'\n');
+            fs::write(&path, &content).expect("a file");
+            let found = Verification::run(&folder, &[]);
+            fs::write(&path, &whole).expect("a file");
+            let expected = if OUTSIDE.contains(&part.as_str()) { 0 } else { 4 };
+            assert_eq!(found.code, expected, "{name}/{part}: {}", found.report);
+        }
+    }
+}
+
+#[test]
 fn a_digest_has_one_spelling() {
     let digest = Digest::of(b"x").hex();
     assert!(Digest::from_hex(&digest).is_some());
