@@ -18,6 +18,7 @@ mod markup;
 mod notes;
 mod numbers;
 mod page;
+mod panels;
 pub mod picture;
 pub mod preview;
 mod product;
@@ -33,6 +34,7 @@ pub use grasp_types::TypeFacts;
 pub use inspect::inspect;
 pub use inspection::{Inspection, InspectionHeader};
 pub use notes::{RunNotes, Speed};
+pub use panels::draw_panels;
 pub use product::{ProductPages, WritePreview};
 pub use products::{
     completion::{

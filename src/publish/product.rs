@@ -8,13 +8,13 @@ use super::{
     asset::{AssetKind, AssetUse},
     inspection::Inspection,
     numbers::Numbers,
-    picture::Picture,
+    picture::{Panel, Picture},
     templates::PageTemplates,
 };
 use crate::preview::PreviewError;
 use format::{
     Noun, Product,
-    dataset::{DatasetError, DatasetReader, Manifest},
+    dataset::{DatasetError, DatasetReader, Manifest, Sample},
 };
 use kernel::render::DepthSource;
 
@@ -108,6 +108,14 @@ pub(super) trait Survey {
     /// # Errors
     /// When a file of the dataset is missing or damaged.
     fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError>;
+
+    /// Draws one sample in panels, each at most `side` pixels wide and high; none where the product has no such panels.
+    ///
+    /// # Errors
+    /// When a file of the dataset is missing or damaged.
+    fn panels(&self, _reader: &DatasetReader, _sample: &Sample, _side: u32) -> Result<Vec<Panel>, DatasetError> {
+        Ok(Vec::new())
+    }
 }
 
 /// A page of a report.

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 mod colour;
 mod depth;
+mod lettering;
 mod png_file;
 mod slices;
 mod solids;
@@ -13,6 +14,7 @@ mod voxels;
 
 pub use colour::{Colour, Oklab, depth_colours};
 pub use depth::{DepthRange, colour_bar, depth_picture, height_map};
+pub use lettering::Panel;
 pub use slices::{SLICE_COLOURS, SliceColours, Slices, centre_of_mass};
 pub use solids::{Solid, SolidView, solid_picture};
 pub use voxels::{Eye, VoxelPainter};
@@ -85,6 +87,20 @@ impl Picture {
             left += picture.width + gap;
         }
         row
+    }
+
+    /// Pictures from top to bottom on white, `gap` pixels apart, each in the middle of the column's width.
+    pub fn column(pictures: &[Self], gap: u32) -> Self {
+        let height =
+            pictures.iter().map(|picture| picture.height).sum::<u32>() + gap * pictures.len().max(1) as u32 - gap;
+        let width = pictures.iter().map(|picture| picture.width).max().unwrap_or(0);
+        let mut column = Self::filled(width.max(1), height.max(1), [255; 4]);
+        let mut top = 0;
+        for picture in pictures {
+            column.lay(picture, (width - picture.width) / 2, top);
+            top += picture.height + gap;
+        }
+        column
     }
 
     /// Lays a picture over this opaque one, its upper left corner at (`left`, `top`).

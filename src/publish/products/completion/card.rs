@@ -10,7 +10,8 @@ use crate::{
     markup::Markup,
     page::ImageView,
     picture::{
-        Colour, DepthRange, Eye, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture, height_map,
+        Colour, DepthRange, Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture,
+        height_map,
     },
 };
 use format::{
@@ -136,18 +137,51 @@ pub(crate) fn picture_of(sample: &Sample, side: u32) -> Result<Picture, DatasetE
     Ok(Picture::row(&pictures, side / 20).with_few_colours())
 }
 
-/// Panels of touch, from behind: touched cells beside the seen ones, and contacts on the whole solid.
-fn touch_panels(touched: &TouchedPair, behind: &VoxelPainter) -> [PanelView; 2] {
-    let TouchedPair { pair, touch, tactile, .. } = touched;
-    let cells = behind.draw_touched(&pair.partial, None, tactile);
+/// A sample in panels: what the camera measured and saw, the whole object, and touch from behind where there is any.
+pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
+    let pair = sample.pair()?;
+    let (partial, complete) = (&pair.partial, &pair.complete);
+    let mut panels = Vec::new();
+    if let Some(depth) = sample.depth()? {
+        let crop = depth.crop.trimmed();
+        panels.extend(DepthRange::of(&crop).map(|range| {
+            let zoom = (side / crop.width.max(crop.height).max(1)).max(1);
+            Panel { caption: "depth image".to_owned(), picture: depth_picture(&crop, range, zoom) }
+        }));
+    }
+    let [front, behind] = [Eye::CameraSide, Eye::Behind].map(|eye| VoxelPainter::new(side, eye, &[complete, partial]));
+    panels.extend([
+        Panel { caption: "what it saw".to_owned(), picture: front.draw(Some(partial), None) },
+        Panel { caption: "whole object".to_owned(), picture: front.draw(None, Some(complete)) },
+    ]);
+    if let Some(touched) = sample.touched()? {
+        panels.push(Panel { caption: "touch from behind".to_owned(), picture: touch_points(&touched, &behind) });
+    }
+    Ok(panels)
+}
+
+/// The whole solid from behind, a dot at each contact.
+fn touch_points(touched: &TouchedPair, behind: &VoxelPainter) -> Picture {
+    let pair = &touched.pair;
     let mut points = behind.draw(Some(&pair.partial), Some(&pair.complete));
     let (lower, cell) = (pair.grid.lower_corner(), pair.grid.cell_size);
     let point =
         |contact: &TouchContact| std::array::from_fn(|axis| (f64::from(contact.position[axis]) - lower[axis]) / cell);
+    for (channel, TactileContacts { contacts, .. }) in &touched.touch {
+        let (colour, _) = kind_of_touch(*channel);
+        behind.dot(&mut points, colour, contacts.iter().map(point));
+    }
+    points
+}
+
+/// Panels of touch, from behind: touched cells beside the seen ones, and contacts on the whole solid.
+fn touch_panels(touched: &TouchedPair, behind: &VoxelPainter) -> [PanelView; 2] {
+    let TouchedPair { pair, touch, tactile, .. } = touched;
+    let cells = behind.draw_touched(&pair.partial, None, tactile);
+    let points = touch_points(touched, behind);
     let mut kinds = Vec::new();
     for (channel, TactileContacts { contacts, .. }) in touch {
         let (colour, word) = kind_of_touch(*channel);
-        behind.dot(&mut points, colour, contacts.iter().map(point));
         kinds.push(format!("{} {word} ({})", contacts.len(), colour.hex()));
     }
     let count: usize = touch.iter().map(|(_, contacts)| contacts.contacts.len()).sum();

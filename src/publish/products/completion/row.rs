@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, path::PathBuf};
 
 use super::{
-    card::picture_of,
+    card::{picture_of, sample_panels},
     page::{CompletionPage, cards},
     survey::CompletionSurvey,
     templates::TEMPLATES,
@@ -14,7 +14,7 @@ use crate::{
     chart::percent,
     inspection::Inspection,
     numbers::{NumberRow, Numbers, SplitCounts},
-    picture::Picture,
+    picture::{Panel, Picture},
     preview::{PREVIEWED, PreviewError, preview_samples, write_preview as write_samples},
     product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
     tally::SpreadRow,
@@ -22,7 +22,7 @@ use crate::{
 };
 use format::{
     Product,
-    dataset::{DatasetError, DatasetReader},
+    dataset::{DatasetError, DatasetReader, Sample},
 };
 use kernel::{ids::ObjectId, render::DepthSource};
 
@@ -124,5 +124,9 @@ impl Survey for CompletionSurvey {
             }
         }
         Ok(drawn)
+    }
+
+    fn panels(&self, _: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
+        sample_panels(sample, side)
     }
 }

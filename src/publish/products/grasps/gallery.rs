@@ -114,16 +114,37 @@ pub(crate) fn pictures(
     let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(Vec::new()) };
     let mut pictures = Vec::new();
     for (object, index) in shown(reader, survey, max)? {
-        let Some((_, pick)) = picks(survey, object).first() else { continue };
-        let Some(sample) = reader.sample(pick.run)? else { continue };
-        let run = sample.grasp_run()?;
-        let (Some(grasp), Ok(solid)) = (run.grasps.get(pick.grasp), solid_of(&shapes.object(index)?.mesh)) else {
-            continue;
-        };
-        let panels = [FRAC_PI_2, 0.0].map(|aside| draw(grasp, &solid, &hand, aside, side));
+        let solid = solid_of(&shapes.object(index)?.mesh);
+        let (Some(grasp), Ok(solid)) = (first_grasp(reader, picks(survey, object))?, solid) else { continue };
+        let panels = [FRAC_PI_2, 0.0].map(|aside| draw(&grasp, &solid, &hand, aside, side));
         pictures.push((object.name.clone(), Picture::row(&panels, side / 20).with_few_colours()));
     }
     Ok(pictures)
+}
+
+/// The first grasp that a page shows of an object, from one side; `None` where nothing was found, or the hand has a shape that
+/// cannot be drawn.
+pub(crate) fn best_grasp(
+    reader: &DatasetReader,
+    survey: &GraspSurvey,
+    object: ObjectId,
+    side: u32,
+) -> Result<Option<Picture>, DatasetError> {
+    let shapes = Shapes::open(reader.folder())?;
+    let index = reader.assets()?.objects.iter().position(|row| row.object == object);
+    let picks = survey.picks.get(&object).map(Vec::as_slice).unwrap_or_default();
+    let (Some(hand), Some(index), Some(grasp)) = (DrawnHand::of(&shapes)?, index, first_grasp(reader, picks)?) else {
+        return Ok(None);
+    };
+    let solid = solid_of(&shapes.object(index)?.mesh).ok();
+    Ok(solid.map(|solid| draw(&grasp, &solid, &hand, FRAC_PI_2, side)))
+}
+
+/// The first of the picked grasps.
+fn first_grasp(reader: &DatasetReader, picks: &[(&'static str, GraspIndex)]) -> Result<Option<Grasp>, DatasetError> {
+    let Some((_, pick)) = picks.first() else { return Ok(None) };
+    let Some(sample) = reader.sample(pick.run)? else { return Ok(None) };
+    Ok(sample.grasp_run()?.grasps.get(pick.grasp).cloned())
 }
 
 fn solid_of(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {

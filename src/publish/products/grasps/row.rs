@@ -1,7 +1,7 @@
 //! The row of grasps in the table of products.
 
 use super::{
-    gallery::{cards, pictures},
+    gallery::{best_grasp, cards, pictures},
     inspection::{GraspSurvey, counted_verdicts, grasp_counts_in_words},
     page::GraspsPage,
     replayed::replay,
@@ -12,7 +12,7 @@ use crate::{
     chart::grouped,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
-    picture::Picture,
+    picture::{Panel, Picture},
     preview::{PREVIEWED, write_grasp_preview},
     product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
     tally::SpreadRow,
@@ -20,7 +20,7 @@ use crate::{
 };
 use format::{
     Product,
-    dataset::{DatasetError, DatasetReader},
+    dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::SHAPES,
 };
 use kernel::words::GraspVerdict;
@@ -91,5 +91,10 @@ impl Survey for GraspSurvey {
 
     fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {
         pictures(reader, self, PICTURES, SIDE)
+    }
+
+    fn panels(&self, reader: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
+        let picture = best_grasp(reader, self, sample.id.subject, side)?;
+        Ok(picture.map(|picture| Panel { caption: "a grasp".to_owned(), picture }).into_iter().collect())
     }
 }

@@ -90,6 +90,16 @@ pub(crate) fn pictures(field: &ReachabilityField, cell: u32) -> Vec<(String, Pic
     shown.map(|cut| (cut.name(grid), cut.picture(grid, &census, cell).with_few_colours().framed())).collect()
 }
 
+/// The upright cross-section as a picture, as large as whole pixels per position allow in a square of `side` pixels.
+pub(crate) fn upright_picture(field: &ReachabilityField, side: u32) -> Picture {
+    let census = Census::of(field);
+    let (upright, _) = cuts(field, &census);
+    let grid = &field.header.grid;
+    let [across, _, up] = grid.position_counts();
+    let cell = (side / across.max(up).max(1) as u32).max(1);
+    upright.picture(grid, &census, cell)
+}
+
 /// The upright cross-section through the middle, and level ones from above.
 fn cuts(field: &ReachabilityField, census: &Census) -> (Cut, Vec<Cut>) {
     let upright = Cut::Upright(field.header.grid.position_axes()[1].nearest(0.0));

@@ -2,7 +2,7 @@
 
 use super::{
     inspection::{PoseCounts, ReachabilityFacts, facts_of},
-    page::{ReachabilityPage, pictures},
+    page::{ReachabilityPage, pictures, upright_picture},
     templates::TEMPLATES,
 };
 use crate::{
@@ -10,14 +10,14 @@ use crate::{
     chart::{grouped, percent},
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
-    picture::Picture,
+    picture::{Panel, Picture},
     preview::write_map_preview,
     product::{Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
     templates::page_values,
 };
 use format::{
     Noun, Product, ReachabilityField,
-    dataset::{DatasetError, DatasetReader},
+    dataset::{DatasetError, DatasetReader, Sample},
     products::reachability::{FIELD, read_field},
 };
 use kernel::geom::PoseLabel;
@@ -106,5 +106,9 @@ impl Survey for MapSurvey {
 
     fn pictures(&self, _: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {
         Ok(pictures(&self.field, CELL))
+    }
+
+    fn panels(&self, _: &DatasetReader, _: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
+        Ok(vec![Panel { caption: "reachable poses".to_owned(), picture: upright_picture(&self.field, side) }])
     }
 }
