@@ -81,6 +81,14 @@ release-small: setup build ## the small release, made anew, and its documents in
 	  provenance.intoto.json pictures ../ycb-small/
 	@git status --short -- $(SMALL)
 
+# A test draws them and says where: tests/publish/pictures.rs compares what is kept with what comes out.
+PICTURES_DATA := datasets/pictures
+.PHONY: pictures
+pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew from jobs/pictures.toml
+	@$(PROGRAM) run jobs/pictures.toml --out $(PICTURES_DATA)
+	GRASPMILL_WRITE_PICTURES=$(PICTURES_DATA) $(CARGO) test --release --locked --test publish pictures_of_the_readme
+	@git status --short -- docs/pictures
+
 .PHONY: lint
 lint: mujoco ## formatting, language of comments and documents, and clippy
 	$(PYTHON) scripts/language.py --self-test
