@@ -1,6 +1,5 @@
 //! Job files, and sets of several.
 
-mod documents;
 mod sets;
 mod specs;
 #[path = "../support/mod.rs"]

@@ -1,0 +1,12 @@
+//! The documents: every block of README.md and docs/ is accepted or run, every link leads somewhere, and what they say of the
+//! program and of the tests is so.
+
+mod accepted;
+mod blocks;
+mod commands;
+mod links;
+mod programs;
+mod running;
+#[path = "../support/mod.rs"]
+mod support;
+mod threats;

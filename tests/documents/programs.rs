@@ -1,0 +1,120 @@
+//! Blocks of Rust: each stands here word for word, so that it compiles, and runs in a folder like a clone.
+
+use std::{env, error::Error, sync::Once};
+
+use super::{
+    blocks::{blocks_in, file_block},
+    running::shelf,
+};
+use crate::support::files::{read_text, repository_path};
+
+/// This file, where the blocks must stand.
+const HERE: &str = "tests/documents/programs.rs";
+
+/// Makes a folder like a clone the working folder of this process. No other test of this binary depends on it: their paths are
+/// absolute.
+fn enter_shelf() {
+    static ENTERED: Once = Once::new();
+    ENTERED.call_once(|| {
+        for file in ["two_fingers.xml", "two_fingers.toml"] {
+            shelf().write(file, file_block("docs/hands.md", file));
+        }
+        env::set_current_dir(shelf().folder()).expect("a folder");
+    });
+}
+
+/// README.md, "Reading the data".
+#[test]
+fn samples_are_read() -> Result<(), Box<dyn Error>> {
+    enter_shelf();
+    use graspmill::{
+        format::dataset::{DatasetReader, Selection},
+        words::Split,
+    };
+
+    let reader = DatasetReader::open("datasets/quickstart".as_ref())?;
+    for sample in reader.shuffled(Selection::of(Split::Training), 1) {
+        let pair = sample?.pair()?;
+        println!("{} of {} cells were seen", pair.partial_cells, pair.complete_cells);
+    }
+
+    assert!(reader.indices(Selection::of(Split::Training)).count() > 0, "the loop has samples");
+    Ok(())
+}
+
+/// docs/hands.md, "From Rust".
+#[test]
+fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {
+    enter_shelf();
+    use std::{path::Path, sync::Arc};
+
+    use graspmill::{
+        collision::Geometry,
+        geom::Shape,
+        sim::{HandModel, HandSim, HandWorker},
+    };
+    use nalgebra::IsometryMatrix3;
+
+    let model = HandModel::open(Path::new("two_fingers.xml"))?;
+    let ball = [Geometry { shape: Shape::Sphere { radius: 0.02 }, link_from_shape: IsometryMatrix3::identity() }];
+    let mut worker = HandWorker::new(&Arc::new(HandSim::new(&model, &ball)?));
+    worker.start(&model.hand().opened(), &IsometryMatrix3::translation(0.0, 0.0, 0.1))?;
+    let run = worker.close(2000);
+
+    assert!(!run.touches.is_empty(), "the fingers meet the ball");
+    use graspmill::{
+        assets::MeshSource,
+        object::PreparedObject,
+        sim::{TrialConditions, TrialSim, TrialWorker, mass_of_volume},
+    };
+
+    let object = PreparedObject::prepare(&MeshSource::of_file("bottle", Path::new("meshes/bottle.stl")))?;
+    let mass = object.mass().expect("the bottle is solid");
+    let sim = TrialSim::new(&model, object.contact_surface()?, mass)?;
+    let mut worker = TrialWorker::new(&sim);
+    let (posture, base_from_object) = (model.hand().opened(), IsometryMatrix3::translation(0.0, 0.0, 0.09));
+    let conditions = TrialConditions::new(mass_of_volume(mass.volume));
+    let outcome = worker.run(&posture, &base_from_object, &conditions)?;
+    println!("{:?}", outcome.verdict);
+
+    assert!(outcome.verdict.is_held(), "the fingers close round the bottle's foot");
+    Ok(())
+}
+
+/// docs/reachability.md, "Asking a map".
+#[test]
+fn a_map_answers() -> Result<(), Box<dyn Error>> {
+    enter_shelf();
+    use graspmill::{
+        geom::Pose,
+        runtime::{EndEffectorVolume, Obstacle, ReachabilityMap},
+    };
+
+    let mut map = ReachabilityMap::open("datasets/fetch-reachability".as_ref())?;
+    let poses = [[0.6, 0.1, 0.9, 0.0, 0.5, 0.2], [0.7, -0.2, 0.8, 0.0, 0.5, 0.0]];
+    let (distance, gradient) = map.distance_and_gradient(&poses[0]);
+    let nearest = map.nearest_cell(&poses[0]).expect("the pose is finite");
+    let best = map.rank(&poses)[0]; // the pose deepest inside comes first
+    println!("{distance} {gradient:?} {:?} {}", nearest.label, best.index);
+
+    let palm = Pose::from_xyz_rpy([-0.05, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let hand = EndEffectorVolume::default().with_box(&palm, [0.06, 0.065, 0.04], 0.05);
+    let table = Pose::from_xyz_rpy([0.9, 0.0, 0.7, 0.0, 0.0, 0.0]);
+    let table = map.add_obstacle(&Obstacle::cuboid(&table, [0.5, 0.8, 0.02])?, &hand);
+    map.remove(table); // or map.undo()
+
+    assert!(distance.is_finite() && map.obstacles().count() == 0);
+    Ok(())
+}
+
+#[test]
+fn every_block_of_rust_stands_here() {
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let here = words(&read_text(repository_path(HERE)));
+    let blocks = blocks_in("rust");
+    for block in &blocks {
+        assert!(here.contains(&words(&block.text)), "{}: copy this block into a test of {HERE}", block.place());
+    }
+    println!("{} blocks of Rust", blocks.len());
+    assert!(blocks.len() >= 4, "{} blocks of Rust", blocks.len());
+}
