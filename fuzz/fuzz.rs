@@ -20,7 +20,7 @@ static BOUNDED: Bounded = Bounded;
 
 fn check(bytes: usize) {
     if bytes > MAX {
-        eprintln!("a block of {bytes} bytes is more than {MOST}");
+        eprintln!("a block of {bytes} bytes is more than {MAX}");
         std::process::abort();
     }
 }
