@@ -87,6 +87,7 @@ release-small: setup build ## the small release, made anew, and its documents in
 PICTURES_DATA := datasets/pictures
 .PHONY: pictures
 pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew from jobs/pictures.toml
+	@rm -rf $(PICTURES_DATA)
 	@$(PROGRAM) run jobs/pictures.toml --out $(PICTURES_DATA)
 	GRASPMILL_WRITE_PICTURES=$(PICTURES_DATA) $(CARGO) test --release --locked --test publish pictures_of_the_readme
 	@git status --short -- docs/pictures
