@@ -10,11 +10,19 @@
 from .arrays import NpyExport
 from .completion import CompletionSample, Contacts, Depth, Implicit, Pair, PairBatch, Tsdf
 from .dataset import Dataset
-from .errors import BadSelection, DamagedFile, DatasetError, UnfinishedDataset, UnknownFormat, WrongProduct
+from .errors import (
+    BadSelection,
+    DamagedFile,
+    DatasetError,
+    MissingPackage,
+    UnfinishedDataset,
+    UnknownFormat,
+    WrongProduct,
+)
 from .field import Axis, Nearest, ReachabilityField
 from .folder import FORMAT_VERSION, Folder
 from .geometry import Camera, Grid, SampleId, pack, unpack
-from .grasps import TRIAL_VERDICTS, VERDICTS, GraspSample
+from .grasps import TRIAL_VERDICTS, VERDICTS, GraspSample, grasp_frame
 from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
@@ -44,6 +52,7 @@ __all__ = [
     "Index",
     "LABELS",
     "Mesh",
+    "MissingPackage",
     "Nearest",
     "NpyExport",
     "PROOFS",
@@ -62,6 +71,7 @@ __all__ = [
     "UnknownFormat",
     "VERDICTS",
     "WrongProduct",
+    "grasp_frame",
     "object_meshes",
     "pack",
     "resting_poses",

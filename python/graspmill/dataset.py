@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from pathlib import Path
-from typing import Any, Generic, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ import numpy.typing as npt
 from .completion import CompletionSample
 from .errors import VERIFY, BadSelection, DamagedFile
 from .folder import SPLITS, Folder
+from .frames import index_frame
 from .geometry import SampleId
 from .grasps import GraspSample
 from .index import Index
@@ -20,6 +22,9 @@ from .mcap import McapFile
 from .patches import PatchSample
 from .reachability import ReachabilitySample
 from .samples import Layout, Sample
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 S = TypeVar("S", bound=Sample)
 
@@ -29,7 +34,7 @@ KINDS: dict[str, type[Sample]] = {
 
 
 class Dataset(Generic[S]):
-    """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data.gather([...])``.
+    """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
 
     ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
     ``PatchSample``): with it type checkers know what a sample has, and a dataset of another product is refused.
@@ -95,7 +100,7 @@ class Dataset(Generic[S]):
             self.indices: npt.NDArray[np.int64] = np.arange(self.folder.samples)
         else:
             self.indices = np.flatnonzero(self._selected(split, objects, subset))
-        """Sample index of each place, ascending."""
+        """Sample index of each place, ascending but in slices with a negative step."""
 
     def _reset(self) -> None:
         self._files: dict[int, McapFile] = {}
@@ -118,11 +123,22 @@ class Dataset(Generic[S]):
     def __len__(self) -> int:
         return len(self.indices)
 
-    def __getitem__(self, place: int) -> S:
-        """The sample at a place of the selection; negative places count from the end.
+    @overload
+    def __getitem__(self, place: int) -> S: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> Dataset[S]: ...
+
+    def __getitem__(self, place: int | slice) -> S | Dataset[S]:
+        """The sample at a place of the selection; negative places count from the end. A slice is a ``Dataset`` of the
+        samples at its places, of which none is read yet.
 
         Raises ``IndexError`` past the end, ``DamagedFile`` where a chunk does not hold what its checksum says.
         """
+        if isinstance(place, slice):
+            view = copy(self)
+            view.indices, view._index = self.indices[place], self._index
+            return view
         if not -len(self) <= place < len(self):
             raise IndexError(f"index {place} of {len(self)} samples")
         index = int(self.indices[place])
@@ -157,6 +173,28 @@ class Dataset(Generic[S]):
         if self._index is None:
             self._index = Index(self.folder)
         return self._index
+
+    @property
+    def objects(self) -> dict[str, str]:
+        """The objects that this selection has samples of: name -> digest (64 hexadecimal digits, the column
+        ``subject``), in the order of the asset table; two of one name are told apart by the digest.
+
+        Of reachability maps, whose subject is a robot, there are none.
+        """
+        here = set(np.unique(self.column("subject")).tolist())
+        found: dict[str, str] = {}
+        for row in self.folder.objects():
+            if row["object"] in here:
+                found[row["object"] if row["name"] in found else row["name"]] = row["object"]
+        return found
+
+    def frame(self) -> pd.DataFrame:
+        """The index of this selection as a pandas DataFrame: one row per sample, in the order of the places; without
+        the digests. ``data.index.frame()`` has the rejected samples, too, ``grasp_frame`` one row per grasp.
+
+        Raises ``MissingPackage`` without pandas.
+        """
+        return index_frame(self.index, self.indices)
 
     def column(self, name: str) -> npt.NDArray[Any]:
         """A column of the index for the places of this selection: ``object``, ``split``, ``item``, ..."""

@@ -45,3 +45,10 @@ class WrongProduct(DatasetError):
 
 class BadSelection(ValueError):
     """A split, object, subset or channel that the dataset does not have."""
+
+
+class MissingPackage(ImportError):
+    """A Python package that a part of this one needs besides NumPy and zstandard, and that is not installed."""
+
+    def __init__(self, package: str, purpose: str, remedy: str) -> None:
+        super().__init__(f"{purpose} needs {package}, which is not installed; {remedy}", name=package)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .frames import import_pandas
 from .geometry import pose
 from .samples import Sample
 from .wire import Message
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .dataset import Dataset
 
 VERDICTS = ("kept", "penetrates", "open_hand", "no_force_closure", "low_quality", "below_table")
 """Name of each verdict on a grasp."""
@@ -29,7 +35,15 @@ _OUTCOME = (
 )
 _CONTACT = [("grasp", "<i4"), ("link", "<i4"), ("point", "<f8", 3), ("normal", "<f8", 3), ("distance", "<f8")]
 
+_POSES = ("object_from_base", "object_from_approach")
+_LISTS = (*_JOINTS, "clearances", "clearances_opened")
+_COUNTS = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")
+_TRIAL = ("trial", "held", *_COUNTS)
+# Columns of frames whose values may be missing, of all grasps or of some, have a type that says so.
+_KINDS = {"verdict": "string", "trial": "string", "held": "boolean", **dict.fromkeys(("type", *_COUNTS), "Int64")}
+
 Table = npt.NDArray[np.void]
+Columns = dict[str, list[Any]]
 
 
 class GraspSample(Sample):
@@ -80,6 +94,13 @@ class GraspSample(Sample):
             table["type"][place] = row["type"][0] if len(row["type"]) else -1
             table["contacts"][place] = len(row["links"])
         return table
+
+    def frame(self) -> pd.DataFrame:
+        """One row per grasp as a pandas DataFrame: the columns of ``grasp_frame`` from ``rank`` on.
+
+        Raises ``MissingPackage`` without pandas.
+        """
+        return _frame([_columns_of_run(self)])
 
     @property
     def contacts(self) -> Table:
@@ -132,3 +153,64 @@ def _contacts(rows: list[Message], fields: list[Any]) -> Table:
             some["force"] = row["forces"]
         first += count
     return table
+
+
+def grasp_frame(data: Dataset[GraspSample]) -> pd.DataFrame:
+    """One row per grasp of the runs of a dataset, kept or not, as a pandas DataFrame.
+
+    The runs come in their order, the grasps of each with the lowest energy first. ``sample_index``, ``subject``,
+    ``object``, ``split`` and ``item`` name the run, ``rank`` the grasp in it. Poses are 16 numbers (4 x 4, row-major).
+    Where the dataset has trials, ``trial`` is the verdict on that of the grasp and ``held`` whether it held; both are
+    missing of grasps that were not tried.
+
+    Raises ``MissingPackage`` without pandas, ``KeyError`` where the selection does not read the channel ``run``.
+    """
+    parts = [_columns_of_run(sample) for sample in data]
+    lengths = [len(part["rank"]) for part in parts]
+    own = ("sample_index", "subject", "object", "split", "item")
+    first = {name: np.repeat(data.column(name), lengths) for name in own}
+    pandas = import_pandas()
+    frame: pd.DataFrame = pandas.concat([pandas.DataFrame(first), _frame(parts)], axis=1)
+    return frame
+
+
+def _frame(parts: list[Columns]) -> pd.DataFrame:
+    """The rows of several runs, one below the other."""
+    pandas = import_pandas()
+    joined = {name: [value for part in parts for value in part[name]] for name in (parts[0] if parts else ())}
+    series = {name: pandas.Series(column, dtype=_KINDS.get(name)) for name, column in joined.items()}
+    frame: pd.DataFrame = pandas.DataFrame(series)
+    return frame
+
+
+def _columns_of_run(sample: GraspSample) -> Columns:
+    """The columns of one run, row by row."""
+    rows: list[Message] = sample.run["grasps"]
+    columns: Columns = {"rank": list(range(len(rows))), "verdict": [VERDICTS[row["verdict"]] for row in rows]}
+    columns["type"] = [row["type"][0] if len(row["type"]) else None for row in rows]
+    for name in _POSES:
+        columns[name] = [pose(row[name]).reshape(16) for row in rows]
+    columns["width"] = [row["width"][0] if len(row["width"]) else np.nan for row in rows]
+    for name in (*_LISTS, *_NUMBERS):
+        columns[name] = [row[name] for row in rows]
+    for name in ("shift", "turn"):
+        columns[name] = [row[name] if len(row[name]) else None for row in rows]
+    columns["contacts"] = [len(row["links"]) for row in rows]
+    if sample.has("trials"):
+        of_grasp = {trial["grasp"]: _outcome(trial) for trial in sample.message("trials")["trials"]}
+        untried: Message = dict.fromkeys(_TRIAL)
+        outcomes = [of_grasp.get(rank, untried) for rank in range(len(rows))]
+        columns |= {name: [outcome[name] for outcome in outcomes] for name in _TRIAL}
+    return columns
+
+
+def _outcome(trial: Message) -> Message:
+    verdict, perturbed = trial["outcome"]["verdict"], trial["perturbed"]
+    return {
+        "trial": TRIAL_VERDICTS[verdict],
+        "held": verdict == 0,
+        "perturbed": len(perturbed),
+        "perturbed_held": sum(run["outcome"]["verdict"] == 0 for run in perturbed),
+        "roll_outs": trial["roll_outs"],
+        "roll_outs_held": trial["roll_outs_held"],
+    }

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,11 @@ import numpy.typing as npt
 from .errors import VERIFY, DamagedFile
 from .folder import FORMAT_VERSION, SPLITS, Folder
 from .mcap import Attachment, McapFile
+from .frames import index_frame
 from .wire import Message, WireError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Column = npt.NDArray[Any]
 
@@ -27,7 +31,7 @@ _ATTACHMENTS = ("ledger", "facts", "digests")
 class Index(Mapping[str, Column]):
     """One row per sample index, in order, kept or rejected: the columns of ``index.parquet`` by name.
 
-    ``dict(index)`` is what ``pandas.DataFrame`` takes. ``object`` is the subject's name, ``subject`` its digest in 64
+    ``index.frame()`` is a pandas DataFrame of them. ``object`` is the subject's name, ``subject`` its digest in 64
     hexadecimal digits, ``item`` the number of the view, position, run or grasp; ``split`` is there where the product
     has splits. Facts follow under their own names, then ``digest_<channel>``: (rows, 32) bytes, BLAKE3 of the payload,
     zeros for rejected samples.
@@ -77,6 +81,13 @@ class Index(Mapping[str, Column]):
 
     def __len__(self) -> int:
         return len(self._columns)
+
+    def frame(self) -> pd.DataFrame:
+        """All rows as a pandas DataFrame, rejected samples included; without the digests.
+
+        Raises ``MissingPackage`` without pandas.
+        """
+        return index_frame(self, slice(None))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import torch
-from torch.utils.data import IterableDataset, get_worker_info
+from .errors import MissingPackage
+
+try:
+    import torch
+    from torch.utils.data import IterableDataset, get_worker_info
+except ModuleNotFoundError as error:
+    if error.name != "torch":
+        raise
+    raise MissingPackage(
+        "torch",
+        "graspmill.torch",
+        "`pip install torch` brings it, on Linux with several gigabytes of CUDA; `uv pip install torch "
+        "--torch-backend=cpu` brings the smaller wheel for the CPU alone; `graspmill.ShuffledChunks` shuffles in the "
+        "same way without torch",
+    ) from None
 
 from . import shuffle
 from .completion import CompletionSample, PairBatch
