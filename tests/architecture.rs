@@ -14,7 +14,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("form", &[]),
     ("robot", &["form", "kernel"]),
     ("format", &["kernel"]),
-    ("tables", &["format", "kernel"]),
+    ("tables", &["format"]),
     ("runtime", &["format", "kernel"]),
     ("sim", &["kernel", "robot"]),
     ("factory", &["form", "format", "kernel", "robot", "sim", "tables"]),

@@ -156,7 +156,8 @@ def _contacts(rows: list[Message], fields: list[Any]) -> Table:
 
 
 def grasp_frame(data: Dataset[GraspSample]) -> pd.DataFrame:
-    """One row per grasp of the runs of a dataset, kept or not, as a pandas DataFrame.
+    """One row per grasp of the runs of a dataset, kept or not, as a pandas DataFrame: the columns of
+    ``graspmill export --to parquet`` (docs/tables.md).
 
     The runs come in their order, the grasps of each with the lowest energy first. ``sample_index``, ``subject``,
     ``object``, ``split`` and ``item`` name the run, ``rank`` the grasp in it. Poses are 16 numbers (4 x 4, row-major).

@@ -142,7 +142,7 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
     };
     let format = arguments.to.0;
     let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;
-    let counted = format.counted.of(summary.count);
+    let counted = summary.counted.of(summary.count);
     printer.result(&format!("{} {counted} in {} files, in {}", summary.count, summary.files, summary.folder.display()));
     Ok(Exit::Complete)
 }

@@ -34,6 +34,18 @@ fn export_pairs(workspace: &Workspace) {
     }
 }
 
+/// Exports datasets of every product as tables of rows: `grasps` of `set/grasps` in `tables/grasps`, ...
+fn export_tables(workspace: &Workspace) {
+    for (name, dataset) in
+        [("felt", "felt"), ("grasps", "set/grasps"), ("patches", "set/patches"), ("axes", "axes"), ("sphere", "sphere")]
+    {
+        let out = workspace.path(format!("tables/{name}"));
+        let said = Program::on("export", workspace.path(dataset)).args(["--to", "parquet"]).option("--out", out);
+        let said = said.succeed().stdout;
+        assert!(said.contains(" files, in "), "{said}");
+    }
+}
+
 /// Makes a coarse map of a Fetch, and the program's answers about poses in and around it.
 fn make_map(workspace: &Workspace, name: &str, orientations: &str) {
     let text = format!(
@@ -71,6 +83,7 @@ static DATA: LazyLock<Workspace> = LazyLock::new(|| {
     set.set(["grasps:physics={ perturbed = 1 }", "patches:images={ full = true, heatmaps = true }"]).succeed();
     make_map(&workspace, "axes", "roll = 2\npitch = 4\nyaw = 4\n");
     make_map(&workspace, "sphere", "directions = { healpix = 2 }\nroll = 6\n");
+    export_tables(&workspace);
     workspace
 });
 

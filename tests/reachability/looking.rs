@@ -123,7 +123,7 @@ print(int(full.sum()))
     let refused =
         |arguments: &[&str]| Program::on("export", &data).args(["--out", "x"]).args(arguments).expect_code(2).stderr;
     let said = refused(&["--to", "npy"]);
-    assert!(said.contains("reachability") && said.contains("give --to graspit"), "{said}");
+    assert!(said.contains("reachability") && said.contains("give --to parquet or graspit"), "{said}");
     let said = refused(&["--to", "graspit", "--limit", "3"]);
     assert!(said.contains("leave out split"), "{said}");
 }

@@ -1,8 +1,10 @@
 //! Voxel grids as binvox files.
 
+use serde_json::{Map, Value};
+
 use super::{
     error::ExportError,
-    form::ExportFormat,
+    form::{ExportForm, ExportFormat},
     pair::PairSample,
     pairs::{WritePairs, write_pairs},
     target::Target,
@@ -17,14 +19,16 @@ use kernel::{
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "binvox",
     summary: "binvox, two files per sample.",
-    product: Product::COMPLETION,
-    counted: Noun { one: "sample", many: "samples" },
     has_unpacked: false,
-    layout: |_| {
-        "<stem>_partial.binvox, <stem>_complete.binvox, with touch <stem>_tactile.binvox (cells that any kind of touch met); \
-         stems in samples.csv; translate is the grid's lower corner and scale its side, in camera axes [m]"
-    },
-    write: |reader, selection, target| write_pairs(reader, selection, target, |_| BinvoxFiles),
+    forms: &[ExportForm {
+        product: Product::COMPLETION,
+        counted: Noun { one: "sample", many: "samples" },
+        layout: |_| {
+            "<stem>_partial.binvox, <stem>_complete.binvox, with touch <stem>_tactile.binvox (cells that any kind of touch met); \
+             stems in samples.csv; translate is the grid's lower corner and scale its side, in camera axes [m]"
+        },
+        write: |reader, selection, target| write_pairs(reader, selection, target, |_| BinvoxFiles),
+    }],
 };
 
 /// Files per sample.
@@ -41,8 +45,8 @@ impl WritePairs for BinvoxFiles {
         Ok(())
     }
 
-    fn finish(self) -> Result<(), ExportError> {
-        Ok(())
+    fn finish(self) -> Result<Map<String, Value>, ExportError> {
+        Ok(Map::new())
     }
 }
 

@@ -15,14 +15,14 @@ pub enum ExportError {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The dataset is of a product that has no such form.
-    #[error("a dataset of {product}: only {of} datasets have the form {format}; {}", listed_forms(forms))]
+    #[error("a dataset of {product}: only datasets of {} have the form {format}; {}", of.join(" and "), listed_forms(forms))]
     OtherProduct {
         /// Product of the dataset.
         product: Product,
         /// Format that was asked for.
         format: &'static str,
-        /// The product that has it.
-        of: Product,
+        /// Names of the products that have it.
+        of: Vec<&'static str>,
         /// Formats of its product.
         forms: Vec<&'static str>,
     },
@@ -87,6 +87,12 @@ pub enum ExportError {
         found: u32,
         /// The array's.
         expected: u32,
+    },
+    /// A block of poses that is none of the field's grid.
+    #[error("sample {index} holds no position of the grid of field.mcap; `verify` the dataset")]
+    OtherGrid {
+        /// The sample.
+        index: SampleIndex,
     },
     /// The operating system refused a read or write.
     #[error("{action} {}: {source}; free space or mend permissions, then export again", path.display())]

@@ -1,4 +1,4 @@
-//! A format of exports: its row, the selection that it takes and what it leaves.
+//! A format of exports: its row with a form per product, the selection that it takes and what it leaves.
 
 use serde_json::{Map, Value, json};
 
@@ -14,16 +14,29 @@ pub struct ExportFormat {
     pub name: &'static str,
     /// Content, one sentence.
     pub summary: &'static str,
-    /// Product of the datasets that have this form.
+    /// Whether the format can hold one byte per cell instead of packed bits ([`ExportSelection::unpacked`]).
+    pub has_unpacked: bool,
+    /// Form of each product that has this format.
+    pub forms: &'static [ExportForm],
+}
+
+/// Form of the datasets of one product in a format.
+pub struct ExportForm {
+    /// Product of the datasets.
     pub product: Product,
     /// Noun of one thing that is counted and of several.
     pub counted: Noun,
-    /// Whether the format can hold one byte per cell instead of packed bits ([`ExportSelection::unpacked`]).
-    pub has_unpacked: bool,
     /// Layout of the files in words, for `export.json`; the argument is [`ExportSelection::unpacked`].
     pub(super) layout: fn(bool) -> &'static str,
     /// Writes the files.
     pub(super) write: fn(&DatasetReader, &ExportSelection, &mut Target) -> Result<Written, ExportError>,
+}
+
+impl ExportFormat {
+    /// The form of datasets of a product; `None` where they have none in this format.
+    pub fn form(&self, product: Product) -> Option<&'static ExportForm> {
+        self.forms.iter().find(|form| form.product == product)
+    }
 }
 
 /// Selection of samples, and how they are written.

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::{
     error::ExportError,
-    form::{ExportFormat, ExportSelection, Written},
+    form::{ExportForm, ExportFormat, ExportSelection, Written},
     target::Target,
 };
 use format::{Noun, Product, dataset::DatasetReader, products::reachability::read_field};
@@ -17,16 +17,18 @@ use kernel::geom::{Axis, AxisGrid, PoseGrid, PoseLabel};
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "graspit",
     summary: "Labels and field of a reachability dataset as raw float64 files, for GraspIt.",
-    product: Product::REACHABILITY,
-    counted: Noun { one: "pose", many: "poses" },
     has_unpacked: false,
-    layout: |_| {
-        "reach_data.full: 1 reachable, 0 not; reach_data.sdf: signed distance, POSITIVE where reachable (the \
-         dataset's own field is negative there); both raw little-endian float64, C order over x, y, z, roll, \
-         pitch, yaw. reach_data.dims, .mins, .step: cells, first centre and step of the six axes [m, rad]. \
-         reach_data.csv: one line `i x y z roll pitch yaw 0|1` per pose, rotation Rz(yaw) Ry(pitch) Rx(roll)"
-    },
-    write,
+    forms: &[ExportForm {
+        product: Product::REACHABILITY,
+        counted: Noun { one: "pose", many: "poses" },
+        layout: |_| {
+            "reach_data.full: 1 reachable, 0 not; reach_data.sdf: signed distance, POSITIVE where reachable (the \
+             dataset's own field is negative there); both raw little-endian float64, C order over x, y, z, roll, \
+             pitch, yaw. reach_data.dims, .mins, .step: cells, first centre and step of the six axes [m, rad]. \
+             reach_data.csv: one line `i x y z roll pitch yaw 0|1` per pose, rotation Rz(yaw) Ry(pitch) Rx(roll)"
+        },
+        write,
+    }],
 };
 
 fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Target) -> Result<Written, ExportError> {

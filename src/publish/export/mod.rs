@@ -12,9 +12,10 @@ mod names;
 mod npy;
 mod objects;
 mod pair;
-mod pair_table;
 mod pairs;
 mod pcd;
+mod row_tables;
+mod selected;
 mod table;
 mod target;
 mod webdataset;
@@ -24,15 +25,15 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 pub use error::ExportError;
-pub use form::{ExportFormat, ExportSelection};
+pub use form::{ExportForm, ExportFormat, ExportSelection};
 
 use self::{form::Written, target::Target};
-use format::dataset::DatasetReader;
+use format::{Noun, dataset::DatasetReader};
 
 /// Every format, in the order in which help lists them.
 pub static FORMATS: [&ExportFormat; 7] = [
     &npy::FORMAT,
-    &pair_table::FORMAT,
+    &row_tables::FORMAT,
     &webdataset::FORMAT,
     &binvox::FORMAT,
     &pcd::FORMAT,
@@ -52,8 +53,10 @@ impl ExportFormat {
 pub struct ExportSummary {
     /// The folder.
     pub folder: PathBuf,
-    /// Count of what the format counts ([`ExportFormat::counted`]).
+    /// Count of what the form counts.
     pub count: u64,
+    /// Noun of what is counted.
+    pub counted: Noun,
     /// Files.
     pub files: u64,
 }
@@ -74,21 +77,22 @@ pub fn export(
 ) -> Result<ExportSummary, ExportError> {
     let reader = DatasetReader::open(folder)?;
     let product = reader.manifest().product;
-    if product != format.product {
-        let forms = FORMATS.iter().filter(|format| format.product == product).map(|format| format.name).collect();
-        return Err(ExportError::OtherProduct { product, format: format.name, of: format.product, forms });
-    }
+    let form = format.form(product).ok_or_else(|| {
+        let others = FORMATS.iter().filter(|format| format.form(product).is_some()).map(|format| format.name);
+        let of = format.forms.iter().map(|form| form.product.name).collect();
+        ExportError::OtherProduct { product, format: format.name, of, forms: others.collect() }
+    })?;
     if selection.unpacked && !format.has_unpacked {
         return Err(ExportError::AlwaysPacked { format: format.name });
     }
     let mut target = Target::create(out)?;
-    let Written { count, mut facts } = (format.write)(&reader, selection, &mut target)?;
+    let Written { count, mut facts } = (form.write)(&reader, selection, &mut target)?;
     facts.insert("root".to_owned(), json!(reader.manifest().root));
     facts.insert("format".to_owned(), format.name.into());
-    facts.insert("layout".to_owned(), (format.layout)(selection.unpacked).into());
+    facts.insert("layout".to_owned(), (form.layout)(selection.unpacked).into());
     let text = serde_json::to_string_pretty(&facts).expect("plain data with text keys") + "\n";
     target.write("export.json", text.as_bytes())?;
-    Ok(ExportSummary { folder: out.to_owned(), count, files: target.publish()? })
+    Ok(ExportSummary { folder: out.to_owned(), count, counted: form.counted, files: target.publish()? })
 }
 
 #[cfg(test)]
@@ -99,7 +103,11 @@ mod tests {
     fn every_format_is_found_by_its_name_and_no_two_share_one() {
         for format in FORMATS {
             assert!(std::ptr::eq(ExportFormat::from_name(format.name).expect("a name of the table"), format));
-            assert!(!(format.layout)(false).is_empty() && format.summary.ends_with('.'));
+            assert!(format.summary.ends_with('.') && !format.forms.is_empty());
+            for form in format.forms {
+                assert!(std::ptr::eq(format.form(form.product).expect("a form"), form), "{}", format.name);
+                assert!(!(form.layout)(false).is_empty() && !(form.layout)(true).is_empty());
+            }
         }
         assert!(ExportFormat::from_name("obj").is_none());
     }

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::{
     error::ExportError,
-    form::{ExportFormat, ExportSelection, Written},
+    form::{ExportForm, ExportFormat, ExportSelection, Written},
     names::object_folders,
     objects::wanted_objects,
     target::Target,
@@ -33,16 +33,18 @@ const REPLAY: &str = include_str!("replay.py");
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "mujoco",
     summary: "Trials of grasps as scenes of plain MuJoCo, and a script that makes them again.",
-    product: Product::GRASPS,
-    counted: Noun { one: "grasp", many: "grasps" },
     has_unpacked: false,
-    layout: |_| {
-        "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
-         <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
-         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], and what came of each trial; replay.py \
-         makes the trials again and writes agreement.json"
-    },
-    write,
+    forms: &[ExportForm {
+        product: Product::GRASPS,
+        counted: Noun { one: "grasp", many: "grasps" },
+        layout: |_| {
+            "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
+             <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
+             <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], and what came of each trial; replay.py \
+             makes the trials again and writes agreement.json"
+        },
+        write,
+    }],
 };
 
 /// A grasp that was tried: its sample, and the index of its trial.

@@ -6,9 +6,11 @@ use std::{
     path::PathBuf,
 };
 
+use serde_json::{Map, Value};
+
 use super::{
     error::ExportError,
-    form::ExportFormat,
+    form::{ExportForm, ExportFormat},
     pair::PairSample,
     pairs::{PairStream, WritePairs, write_pairs},
     target::Target,
@@ -35,23 +37,25 @@ pub(super) fn head(kind: &str, shape: &[u64]) -> Vec<u8> {
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "npy",
     summary: "NumPy arrays and a table of samples.",
-    product: Product::COMPLETION,
-    counted: Noun { one: "sample", many: "samples" },
     has_unpacked: true,
-    layout: |unpacked| match unpacked {
-        false => {
-            "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): uint8 (samples, n^3 / 8), in \
-             the order of samples.csv; numpy.unpackbits(rows, axis=1, bitorder='little')[:, :n**3].reshape(-1, n, n, n) \
-             is indexed [sample, x, y, z]"
-        }
-        true => {
-            "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): bool (samples, n, n, n), \
-             indexed [sample, x, y, z], in the order of samples.csv"
-        }
-    },
-    write: |reader, selection, target| {
-        write_pairs(reader, selection, target, |stream| PairArrays { stream, open: None, row: Vec::new() })
-    },
+    forms: &[ExportForm {
+        product: Product::COMPLETION,
+        counted: Noun { one: "sample", many: "samples" },
+        layout: |unpacked| match unpacked {
+            false => {
+                "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): uint8 (samples, n^3 / 8), in \
+                 the order of samples.csv; numpy.unpackbits(rows, axis=1, bitorder='little')[:, :n**3].reshape(-1, n, n, n) \
+                 is indexed [sample, x, y, z]"
+            }
+            true => {
+                "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): bool (samples, n, n, n), \
+                 indexed [sample, x, y, z], in the order of samples.csv"
+            }
+        },
+        write: |reader, selection, target| {
+            write_pairs(reader, selection, target, |stream| PairArrays { stream, open: None, row: Vec::new() })
+        },
+    }],
 };
 
 /// The arrays while they grow; begun with the first sample, which says the resolution and whether there is touch.
@@ -111,11 +115,11 @@ impl WritePairs for PairArrays {
         Ok(())
     }
 
-    fn finish(self) -> Result<(), ExportError> {
+    fn finish(self) -> Result<Map<String, Value>, ExportError> {
         for (mut file, path) in self.open.into_iter().flat_map(|arrays| arrays.files) {
             file.flush().map_err(ExportError::io("writing", &path))?;
         }
-        Ok(())
+        Ok(Map::new())
     }
 }
 

@@ -1,5 +1,6 @@
 //! A pair as the formats take it.
 
+use super::selected::SampleNames;
 use format::{TouchedPair, VoxelPair, dataset::Sample};
 use kernel::{geom::OccupancyGrid, ids::SampleIndex};
 
@@ -11,10 +12,8 @@ pub(super) struct PairSample<'a> {
     pub pair: &'a VoxelPair,
     /// Touch; `None` in a dataset without.
     pub touched: Option<&'a TouchedPair>,
-    /// Name of the object.
-    pub object: &'a str,
-    /// Name of the split.
-    pub split: &'a str,
+    /// Names of the sample, its object and split.
+    pub names: &'a SampleNames<'a>,
     /// Path that the files of this sample share: `<object>/view_00003`.
     pub stem: &'a str,
 }

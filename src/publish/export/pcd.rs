@@ -1,8 +1,10 @@
 //! Point clouds as the Point Cloud Library's binary PCD, version 0.7.
 
+use serde_json::{Map, Value};
+
 use super::{
     error::ExportError,
-    form::ExportFormat,
+    form::{ExportForm, ExportFormat},
     pair::PairSample,
     pairs::{WritePairs, write_pairs},
     target::Target,
@@ -16,16 +18,18 @@ use kernel::geom::OccupancyGrid;
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "pcd",
     summary: "Point clouds of occupied cells (PCD).",
-    product: Product::COMPLETION,
-    counted: Noun { one: "sample", many: "samples" },
     has_unpacked: false,
-    layout: |_| {
-        "<stem>_x.pcd (partial), <stem>_y.pcd (complete): indices x, y, z of the occupied cells as float32; \
-         <stem>_pc.pcd: the seen points in camera axes [m], where stored; with touch <stem>_t.pcd: indices of \
-         the touched cells, <stem>_tc.pcd: contacts and normals in camera axes [m], kind after kind (rays, exploration, \
-         grasp); stems in samples.csv"
-    },
-    write: |reader, selection, target| write_pairs(reader, selection, target, |_| PcdFiles),
+    forms: &[ExportForm {
+        product: Product::COMPLETION,
+        counted: Noun { one: "sample", many: "samples" },
+        layout: |_| {
+            "<stem>_x.pcd (partial), <stem>_y.pcd (complete): indices x, y, z of the occupied cells as float32; \
+             <stem>_pc.pcd: the seen points in camera axes [m], where stored; with touch <stem>_t.pcd: indices of \
+             the touched cells, <stem>_tc.pcd: contacts and normals in camera axes [m], kind after kind (rays, exploration, \
+             grasp); stems in samples.csv"
+        },
+        write: |reader, selection, target| write_pairs(reader, selection, target, |_| PcdFiles),
+    }],
 };
 
 /// Files per sample.
@@ -49,8 +53,8 @@ impl WritePairs for PcdFiles {
         }
     }
 
-    fn finish(self) -> Result<(), ExportError> {
-        Ok(())
+    fn finish(self) -> Result<Map<String, Value>, ExportError> {
+        Ok(Map::new())
     }
 }
 

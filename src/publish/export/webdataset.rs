@@ -6,9 +6,11 @@ use std::{
     path::PathBuf,
 };
 
+use serde_json::{Map, Value};
+
 use super::{
     error::ExportError,
-    form::ExportFormat,
+    form::{ExportForm, ExportFormat},
     npy,
     pair::PairSample,
     pairs::{WritePairs, write_pairs},
@@ -25,15 +27,17 @@ const SHARD_SAMPLES: u64 = 2048;
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "webdataset",
     summary: "Tar shards, for WebDataset's loaders.",
-    product: Product::COMPLETION,
-    counted: Noun { one: "sample", many: "samples" },
     has_unpacked: false,
-    layout: |_| {
-        "completion-<shard>.tar, 2048 samples each: <sample index>.json, .partial.npy, .complete.npy, with touch \
-         .tactile.npy (cells that any kind of touch met), uint8 of n^3 / 8 bytes, for numpy.unpackbits(..., \
-         bitorder='little')[:n**3].reshape(n, n, n), indexed [x, y, z]"
-    },
-    write: |reader, selection, target| write_pairs(reader, selection, target, |_| TarShards::default()),
+    forms: &[ExportForm {
+        product: Product::COMPLETION,
+        counted: Noun { one: "sample", many: "samples" },
+        layout: |_| {
+            "completion-<shard>.tar, 2048 samples each: <sample index>.json, .partial.npy, .complete.npy, with touch \
+             .tactile.npy (cells that any kind of touch met), uint8 of n^3 / 8 bytes, for numpy.unpackbits(..., \
+             bitorder='little')[:n**3].reshape(n, n, n), indexed [x, y, z]"
+        },
+        write: |reader, selection, target| write_pairs(reader, selection, target, |_| TarShards::default()),
+    }],
 };
 
 /// The shards while they grow.
@@ -58,7 +62,7 @@ impl WritePairs for TarShards {
         let mut member = |extension: &str, bytes: &[u8]| {
             append(shard, &format!("{:09}.{extension}", index.0), bytes).map_err(ExportError::io("writing", path))
         };
-        member("json", facts(index, sample.pair, sample.object, sample.split).as_bytes())?;
+        member("json", facts(index, sample.pair, sample.names.object, sample.names.split).as_bytes())?;
         for (name, grid) in sample.grids() {
             let mut bytes = npy::head("|u1", &[grid.bytes().len() as u64]);
             bytes.extend(grid.bytes());
@@ -67,8 +71,8 @@ impl WritePairs for TarShards {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<(), ExportError> {
-        self.close()
+    fn finish(mut self) -> Result<Map<String, Value>, ExportError> {
+        self.close().map(|()| Map::new())
     }
 }
 

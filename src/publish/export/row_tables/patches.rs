@@ -1,0 +1,132 @@
+//! The table of patches: what a camera sees around palm and fingertips of a grasp, with the label.
+
+use serde_json::json;
+
+use super::column::{OfSample, RowColumn, RowTable, matrix, sample_columns, table_facts};
+use crate::export::{
+    error::ExportError,
+    form::{ExportSelection, Written},
+    selected::{SampleNames, SelectedSamples},
+    target::Target,
+};
+use format::{Channel, HeatmapPatch, POINT_NAMES, PatchColour, dataset::DatasetReader};
+use tables::{
+    ColumnType::{Bytes, F64, F64s, Text, U32},
+    Value,
+};
+
+/// Rows of a row group: 5 MB of patches of 72 x 72 pixels.
+const ROW_GROUP: usize = 64;
+
+/// Layout of the table in words.
+pub(super) const LAYOUT: &str = "\
+    patches.parquet: one row per grasp; depth is float32 little-endian of shape (4, side, side) [m], NaN = \
+    no return, around the points palm, F0, F1, F2; rgb, where stored, uint8 (4, side, side, 3); points (4, \
+    3), pixels (4, 2) and corners (4, 2) are row-major; poses are 16 numbers, 4 x 4 row-major";
+
+/// One sample.
+struct PatchRow<'a> {
+    names: &'a SampleNames<'a>,
+    patch: &'a HeatmapPatch,
+    grasps: String,
+    depth: Vec<u8>,
+    colour: Option<&'a PatchColour>,
+}
+
+impl OfSample for PatchRow<'_> {
+    fn names(&self) -> &SampleNames<'_> {
+        self.names
+    }
+}
+
+/// Writes `patches.parquet`.
+pub(super) fn write(
+    reader: &DatasetReader,
+    selection: &ExportSelection,
+    target: &mut Target,
+) -> Result<Written, ExportError> {
+    let assets = reader.assets()?.objects;
+    let selected = SelectedSamples::of(reader, &assets, selection)?;
+    let is_coloured = reader.manifest().channels().contains(&Channel::PATCH_COLOUR);
+    let facts = [("points", json!(POINT_NAMES))];
+    let table = ("patches", "patch", ROW_GROUP);
+    let mut table = RowTable::create(table, &columns(is_coloured), (reader, target), &facts)?;
+    selected.each(|sample, names| {
+        let (patch, colour) = (sample.heatmap_patch()?, sample.patch_colour()?);
+        let depth = patch.depth.iter().flat_map(|depth| depth.to_le_bytes()).collect();
+        let grasps = patch.grasps.hex();
+        let row = PatchRow { names, patch: &patch, grasps, depth, colour: colour.as_ref() };
+        table.push(&columns(is_coloured), &row)
+    })?;
+    let mut written = Written::selection(selected.count(), "samples", selection);
+    written.facts.extend(table_facts([table.finish()?]));
+    Ok(written)
+}
+
+fn columns<'a>(is_coloured: bool) -> Vec<RowColumn<PatchRow<'a>>> {
+    let mut columns = sample_columns();
+    columns.extend([
+        RowColumn::new(
+            "grasps",
+            Text,
+            "root digest of the exact numbers of the grasps' dataset",
+            |row: &PatchRow<'a>| Value::Text(&row.grasps),
+        ),
+        RowColumn::new("run", U32, "item of the grasp's run in that dataset", |row| Value::U32(row.patch.run)),
+        RowColumn::new("rank", U32, "number of the grasp in that run", |row| Value::U32(row.patch.rank)),
+        RowColumn::new("type", U32, "type of the grasp", |row| Value::U32(row.patch.kind())),
+        RowColumn::new("type_index", U32, "index of the type among those chosen, the commonest first", |row| {
+            Value::U32(row.patch.type_index)
+        }),
+        RowColumn::new("energy", F64, "energy that the search minimised, before closing", |row| {
+            Value::F64(row.patch.energy)
+        }),
+        RowColumn::new("epsilon", F64, "quality of the closed hand, in `space`", |row| Value::F64(row.patch.epsilon)),
+        RowColumn::new("space", Text, "space of epsilon: force, wrench", |row| Value::Text(&row.patch.space)),
+        RowColumn::new("label", Text, "content of `value`: epsilon (-epsilon), energy", |row| {
+            Value::Text(&row.patch.label)
+        }),
+        RowColumn::new("value", F64, "the label; lower is better", |row| Value::F64(row.patch.value.into())),
+        RowColumn::new("hand", Text, "name of the hand", |row| Value::Text(&row.patch.hand)),
+        RowColumn::new("width", U32, "width of the camera's image [px]", |row| Value::U32(row.patch.camera.width)),
+        RowColumn::new("height", U32, "height of the camera's image [px]", |row| Value::U32(row.patch.camera.height)),
+        RowColumn::new("fx", F64, "focal length of the camera [px]", |row| Value::F64(row.patch.camera.fx)),
+        RowColumn::new("fy", F64, "focal length of the camera [px]", |row| Value::F64(row.patch.camera.fy)),
+        RowColumn::new("cx", F64, "principal point of the camera [px]", |row| Value::F64(row.patch.camera.cx)),
+        RowColumn::new("cy", F64, "principal point of the camera [px]", |row| Value::F64(row.patch.camera.cy)),
+        RowColumn::new("camera_from_object", F64s, "16 numbers: pose of the object in camera axes [m]", |row| {
+            matrix(&row.patch.camera_from_object)
+        }),
+        RowColumn::new(
+            "object_from_approach",
+            F64s,
+            "16 numbers: pose of the approach frame in the object's frame, before closing [m]",
+            |row| matrix(&row.patch.object_from_approach),
+        ),
+        RowColumn::new(
+            "points",
+            F64s,
+            "12 numbers: palm, F0, F1, F2 of the closed hand, in the object's frame [m]",
+            |row| Value::F64s(row.patch.points.iter().flat_map(|point| point.point).collect()),
+        ),
+        RowColumn::new("pixels", F64s, "8 numbers: column and row of each point in the image [px]", |row| {
+            Value::F64s(row.patch.points.iter().flat_map(|point| point.pixel).collect())
+        }),
+        RowColumn::new("corners", F64s, "8 numbers: left and top pixel of each patch [px]", |row| {
+            Value::F64s(row.patch.points.iter().flat_map(|point| point.corner).map(f64::from).collect())
+        }),
+        RowColumn::new("side", U32, "side of each patch [px]", |row| Value::U32(row.patch.side)),
+        RowColumn::new(
+            "depth",
+            Bytes,
+            "float32 (4, side, side): depth along the optical axis [m], NaN = no return",
+            |row| Value::Bytes(&row.depth),
+        ),
+    ]);
+    if is_coloured {
+        columns.push(RowColumn::optional("rgb", Bytes, "uint8 (4, side, side, 3): the patches in colour", |row| {
+            row.colour.map_or(Value::Empty, |colour| Value::Bytes(colour.rgb.as_flattened()))
+        }));
+    }
+    columns
+}

@@ -1,0 +1,88 @@
+//! The samples that an export is asked for, one after the other.
+
+use std::collections::BTreeMap;
+
+use super::{error::ExportError, form::ExportSelection, objects::wanted_objects};
+use format::dataset::{AssetRow, DatasetReader, Sample, Selection};
+use kernel::ids::{ObjectId, SampleId, SampleIndex};
+
+/// Names of a sample, as tables give them.
+pub(super) struct SampleNames<'a> {
+    /// Index in the dataset.
+    pub index: SampleIndex,
+    /// The sample.
+    pub id: SampleId,
+    /// The subject, 64 hexadecimal digits.
+    pub subject: String,
+    /// Name of the subject.
+    pub object: &'a str,
+    /// Name of the split; empty where the product has none.
+    pub split: &'static str,
+}
+
+/// The selected samples of a dataset, in its order.
+pub(super) struct SelectedSamples<'a> {
+    reader: &'a DatasetReader,
+    selection: Selection,
+    indices: Vec<SampleIndex>,
+    /// Whether every object is wanted: then shards are read from end to end.
+    all_objects: bool,
+    names: BTreeMap<ObjectId, &'a str>,
+}
+
+impl<'a> SelectedSamples<'a> {
+    /// The samples of a selection; `assets` are the rows of the dataset's asset table.
+    ///
+    /// # Errors
+    /// When an object is unknown, or nothing is selected.
+    pub fn of(
+        reader: &'a DatasetReader,
+        assets: &'a [AssetRow],
+        selection: &ExportSelection,
+    ) -> Result<Self, ExportError> {
+        let wanted = wanted_objects(assets, &selection.objects)?;
+        let limit = selection.limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+        let is_wanted = |index: &SampleIndex| {
+            wanted.is_empty() || reader.id(*index).is_some_and(|sample| wanted.contains(&sample.subject))
+        };
+        let indices: Vec<SampleIndex> = reader.indices(selection.samples).filter(is_wanted).take(limit).collect();
+        if indices.is_empty() {
+            return Err(ExportError::NothingSelected { kept: reader.manifest().counts.kept });
+        }
+        let names = assets.iter().map(|row| (row.object, row.name.as_str())).collect();
+        Ok(Self { reader, selection: selection.samples, indices, all_objects: wanted.is_empty(), names })
+    }
+
+    /// Count of the samples.
+    pub fn count(&self) -> u64 {
+        self.indices.len() as u64
+    }
+
+    /// Hands over every sample with its names; one chunk of a shard is in memory at a time.
+    ///
+    /// # Errors
+    /// When a sample can't be read, and the errors of `take`.
+    pub fn each(
+        &self,
+        mut take: impl FnMut(&Sample, &SampleNames<'a>) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        let mut named = |sample: &Sample| {
+            let (index, id) = (sample.index, sample.id);
+            let object = self.names.get(&id.subject).copied().unwrap_or_default();
+            let split = self.reader.split(index).map_or("", |split| split.name());
+            take(sample, &SampleNames { index, id, subject: id.subject.to_string(), object, split })
+        };
+        if self.all_objects {
+            for sample in self.reader.iter(self.selection).take(self.indices.len()) {
+                named(&sample?)?;
+            }
+        } else {
+            for index in &self.indices {
+                if let Some(sample) = self.reader.sample(*index)? {
+                    named(&sample)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
