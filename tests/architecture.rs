@@ -49,6 +49,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("mcap", &["src/format/", "src/publish/preview/"]),
     ("parquet", &["src/tables/"]),
     ("tar", &["src/publish/export/"]),
+    ("hdf5_pure", &["src/publish/export/"]),
     ("rayon", &["src/factory/"]),
     ("minijinja", &["src/publish/", "src/factory/cluster/"]),
     ("anyhow", &["src/cli/"]),

@@ -4,9 +4,9 @@ use std::{path::PathBuf, sync::LazyLock};
 
 use crate::support::{
     files::repository_path,
-    jobs::{SHORT_SEARCH, fetch_table},
+    jobs::{NO_SPLIT, SHORT_SEARCH, fetch_table},
     program::Program,
-    robots::FETCH,
+    robots::{FETCH, PANDA_HAND},
     workspace::Workspace,
 };
 
@@ -44,6 +44,26 @@ fn export_tables(workspace: &Workspace) {
         let said = said.succeed().stdout;
         assert!(said.contains(" files, in "), "{said}");
     }
+}
+
+/// Grasps of a Panda's hand: `pinched` tried in physics, `pads` not; exports of both in ACRONYM's layout. Other hands have none.
+fn export_acronym(workspace: &Workspace) {
+    for (name, physics) in [("pinched", "[physics]\nperturbed = 1\n"), ("pads", "")] {
+        let text = format!(
+            "product = \"grasps\"\nname = \"{name}\"\nseed = 1\n[hand]\nscene = {:?}\n[[objects]]\n\
+             built_in = [\"box-01\", \"mug-01\"]\n[grasps]\nseeds = 4\nsampler = \"antipodal\"\n[antipodal]\npairs = 200\n\
+             best = 4\n[keep]\ntorsion = 0.002\n{physics}{NO_SPLIT}",
+            repository_path(PANDA_HAND)
+        );
+        let dataset = workspace.make_dataset(name, &text, &[]);
+        let out = workspace.path(format!("acronym/{name}"));
+        Program::on("export", dataset).args(["--to", "acronym"]).option("--out", out).succeed();
+    }
+    let out = workspace.path("acronym/barrett");
+    let barrett = Program::on("export", workspace.path("set/grasps")).args(["--to", "acronym"]).option("--out", &out);
+    let said = barrett.finish();
+    assert!(said.code == Some(2) && said.stderr.contains("barrett") && !out.exists(), "{}", said.stderr);
+    assert!(said.stderr.contains("parallel-jaw grippers") && said.stderr.contains("--to parquet"), "{}", said.stderr);
 }
 
 /// Makes a coarse map of a Fetch, and the program's answers about poses in and around it.
@@ -84,6 +104,7 @@ static DATA: LazyLock<Workspace> = LazyLock::new(|| {
     make_map(&workspace, "axes", "roll = 2\npitch = 4\nyaw = 4\n");
     make_map(&workspace, "sphere", "directions = { healpix = 2 }\nroll = 6\n");
     export_tables(&workspace);
+    export_acronym(&workspace);
     workspace
 });
 

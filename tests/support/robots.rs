@@ -17,6 +17,8 @@ pub const GRIPPER: &str = "scenes/parallel_gripper.xml";
 pub const FETCH: &str = "scenes/fetch.xml";
 /// The Fetch out of its maker's meshes.
 pub const FETCH_MESHES: &str = "scenes/fetch_meshes.xml";
+/// The hand of a Franka Panda.
+pub const PANDA_HAND: &str = "scenes/panda_hand.xml";
 pub const TX60L: &str = "scenes/tx60l_table.xml";
 
 /// The joints of the Fetch's arm, from the base outward.

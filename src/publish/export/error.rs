@@ -50,6 +50,23 @@ pub enum ExportError {
          bodies"
     )]
     NoPlainHand,
+    /// A hand that ACRONYM's layout has no words for.
+    #[error(
+        "acronym's layout is for parallel-jaw grippers, whose pads one motor slides along a line across the approach; {hand} is \
+         none: give --to parquet, which holds the grasps of any hand"
+    )]
+    NoParallelGripper {
+        /// Name of the hand.
+        hand: String,
+    },
+    /// Grasps of an object that the library can't lay out.
+    #[error("the grasps of {name} can't be written as HDF5: {source}; export fewer by --limit")]
+    Hdf5 {
+        /// The object.
+        name: String,
+        /// Why not.
+        source: Box<hdf5_pure::Error>,
+    },
     /// An object without inside.
     #[error("{name} has no solid inside to be weighed")]
     NoSolid {

@@ -3,6 +3,7 @@
 //! An export is a view of a dataset, not a second truth: `export.json` in it names the root digest that it was made
 //! from, and `samples.csv` says which sample each row or file of a completion dataset is.
 
+mod acronym;
 mod binvox;
 mod error;
 mod form;
@@ -10,6 +11,7 @@ mod graspit;
 mod mujoco;
 mod names;
 mod npy;
+mod object_mesh;
 mod objects;
 mod pair;
 mod pairs;
@@ -31,7 +33,7 @@ use self::{form::Written, target::Target};
 use format::{Noun, dataset::DatasetReader};
 
 /// Every format, in the order in which help lists them.
-pub static FORMATS: [&ExportFormat; 7] = [
+pub static FORMATS: [&ExportFormat; 8] = [
     &npy::FORMAT,
     &row_tables::FORMAT,
     &webdataset::FORMAT,
@@ -39,6 +41,7 @@ pub static FORMATS: [&ExportFormat; 7] = [
     &pcd::FORMAT,
     &graspit::FORMAT,
     &mujoco::FORMAT,
+    &acronym::FORMAT,
 ];
 
 impl ExportFormat {

@@ -1,9 +1,6 @@
 //! Trials of grasps as folders that plain MuJoCo replays.
 
-use std::{
-    collections::BTreeMap,
-    io::{self, Write},
-};
+use std::collections::BTreeMap;
 
 use serde_json::json;
 
@@ -11,6 +8,7 @@ use super::{
     error::ExportError,
     form::{ExportForm, ExportFormat, ExportSelection, Written},
     names::object_folders,
+    object_mesh::{mass_properties, write_mesh},
     objects::wanted_objects,
     target::Target,
 };
@@ -22,7 +20,6 @@ use format::{
 use kernel::{
     geom::{MassProperties, TriMesh},
     ids::{ObjectId, SampleIndex},
-    voxel::{InsideTest, solid_occupancy},
 };
 
 /// Program that runs the trials again; it needs MuJoCo and NumPy alone.
@@ -114,8 +111,7 @@ fn object(
     tried: &[TriedGrasp],
     (folder, target): (&str, &mut Target),
 ) -> Result<(), ExportError> {
-    let solid = solid_occupancy(mesh, inside_test(row)?, false);
-    let unit = MassProperties::of_solid(&solid).ok_or_else(|| ExportError::NoSolid { name: row.name.clone() })?;
+    let unit = mass_properties(row, mesh)?;
     let (mut grasps, mut method) = (Vec::new(), None);
     for (index, trial) in tried {
         let sample = reader.sample(*index)?.ok_or(ExportError::NoTrials)?;
@@ -150,8 +146,7 @@ fn object(
         "grasps": grasps,
     });
     target.write(&format!("{folder}/grasps.json"), pretty(&facts).as_bytes())?;
-    let (mut file, path) = target.open(&format!("{folder}/object.obj"))?;
-    write_obj(&mut file, mesh).and_then(|()| file.flush()).map_err(ExportError::io("writing", &path))?;
+    write_mesh(target, &format!("{folder}/object.obj"), mesh)?;
     let [triangles, distances] = scenes(&method, &unit);
     target.write(&format!("{folder}/scene.xml"), triangles.as_bytes())?;
     target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
@@ -203,26 +198,6 @@ fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
     [body("", &triangles), body(asset, &distances)]
 }
 
-/// A mesh [m] as Wavefront OBJ; numbers as short as they read back the same.
-fn write_obj(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
-    for [x, y, z] in &mesh.vertices {
-        writeln!(out, "v {x} {y} {z}")?;
-    }
-    for [a, b, c] in mesh.triangles.iter().copied() {
-        writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
-    }
-    Ok(())
-}
-
 fn pretty(value: &serde_json::Value) -> String {
     serde_json::to_string_pretty(value).expect("plain data with text keys") + "\n"
-}
-
-/// Inside test that the trials used, as the asset table says.
-fn inside_test(row: &AssetRow) -> Result<InsideTest, ExportError> {
-    match row.facts.get("inside").and_then(|inside| inside.as_str()) {
-        Some("winding_number") => Ok(InsideTest::WindingNumber),
-        Some("crossings") => Ok(InsideTest::Crossings),
-        found => Err(ExportError::NoInside { name: row.name.clone(), found: found.map(str::to_owned) }),
-    }
 }

@@ -58,6 +58,17 @@ impl<'a> SelectedSamples<'a> {
         self.indices.len() as u64
     }
 
+    /// The samples of each object.
+    pub fn by_object(&self) -> BTreeMap<ObjectId, Vec<SampleIndex>> {
+        let mut samples = BTreeMap::<_, Vec<_>>::new();
+        for index in &self.indices {
+            if let Some(id) = self.reader.id(*index) {
+                samples.entry(id.subject).or_default().push(*index);
+            }
+        }
+        samples
+    }
+
     /// Hands over every sample with its names; one chunk of a shard is in memory at a time.
     ///
     /// # Errors
