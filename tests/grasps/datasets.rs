@@ -16,7 +16,7 @@ use graspmill::{
 use crate::support::{
     files::{FULL_CHECK, assert_intact, flip_bit, read_json, read_text, repository_path},
     jobs::{NO_SPLIT, barrett_line},
-    program::Program,
+    program::{Program, print_by_rerun},
     robots::BARRETT,
     workspace::Workspace,
 };
@@ -212,6 +212,19 @@ fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
     assert_eq!(one, two, "two reports of one dataset have the same bytes");
     assert!(one.contains("id=\"types\"") && one.contains("half-cube-sphere") && one.contains("data:image/png"));
     assert!(fs::metadata(out.join("preview.mcap")).is_ok_and(|file| file.len() > 10_000));
+}
+
+#[test]
+#[ignore = "slow: needs rerun-sdk (100 MB)"]
+fn rerun_draws_object_hand_and_contacts() {
+    let workspace = write_job();
+    run(&workspace, "data", &[]);
+    let printed = print_by_rerun(&workspace.path("data").join("preview.mcap"));
+    for entity in ["object_points", "hand_points", "contact_points"] {
+        let kinds = ["Points3D:positions", "Points3D:colors"];
+        let is_drawn = |chunk: &str| chunk.contains(entity) && kinds.iter().all(|kind| chunk.contains(kind));
+        assert!(printed.split("Chunk(").any(is_drawn), "no points of {entity} in {printed}");
+    }
 }
 
 /// Runs and the asset table agree about tables; with `keep.table` nothing changes but verdicts.

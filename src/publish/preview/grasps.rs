@@ -10,9 +10,10 @@ use nalgebra::{IsometryMatrix3, UnitQuaternion, Vector3};
 
 use super::{
     Preview, arrow,
+    cloud::{plain_cloud, solid_points, surface_points},
     foxglove::{
-        self, Color, CubePrimitive, CylinderPrimitive, Quaternion, SceneEntity, SceneUpdate, SpherePrimitive,
-        TriangleListPrimitive,
+        self, Color, CubePrimitive, CylinderPrimitive, PointCloud, Quaternion, SceneEntity, SceneUpdate,
+        SpherePrimitive, TriangleListPrimitive,
     },
     google::protobuf::Timestamp,
 };
@@ -21,7 +22,10 @@ use format::{
     dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
     products::grasps::Shapes,
 };
-use kernel::{geom::Shape, ids::ObjectId};
+use kernel::{
+    geom::{Shape, TouchShape},
+    ids::ObjectId,
+};
 
 const HAND: Color = Color { r: 0.34, g: 0.71, b: 0.91, a: 1.0 };
 const OBJECT: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 1.0 };
@@ -31,7 +35,8 @@ const ARROW: f64 = 0.04;
 
 /// Writes `preview.mcap` of a dataset of grasps into its folder: object k at k seconds, for `max` objects spread over the
 /// asset table, on `/preview/grasp` its mesh, the closed hand of its best kept grasp, and an arrow out of the object at each
-/// contact; of an object without a kept grasp the state of lowest energy. In the object's frame.
+/// contact; of an object without a kept grasp the state of lowest energy. On `/preview/object_points`, `/preview/hand_points` and
+/// `/preview/contact_points` the same as clouds, for viewers that draw no scenes. In the object's frame.
 ///
 /// # Errors
 /// When a shard or the shapes are missing or damaged, or the file can't be written.
@@ -45,7 +50,8 @@ pub fn write_grasp_preview(reader: &DatasetReader, max: usize) -> Result<PathBuf
     for index in 0..count {
         let object = shapes.object(index * shapes.objects() / count)?;
         if let Some((_, grasp)) = best.get(&object.object) {
-            scenes.push(scene(scenes.len() as i64, &object, &hand, grasp));
+            let second = scenes.len() as i64;
+            scenes.push((scene(second, &object, &hand, grasp), clouds(second, &object, &hand, grasp)));
         }
     }
     let (file, temporary) = Temporary::create(folder, PREVIEW)?;
@@ -56,10 +62,19 @@ pub fn write_grasp_preview(reader: &DatasetReader, max: usize) -> Result<PathBuf
     temporary.publish(&file, folder, PREVIEW)
 }
 
-fn write_messages(file: impl std::io::Write + Seek, scenes: &[SceneUpdate]) -> mcap::McapResult<()> {
+/// A scene, and the same as clouds of points.
+type Drawn = (SceneUpdate, [PointCloud; 3]);
+
+/// Topics of the clouds: object, hand, contacts.
+const CLOUDS: [&str; 3] = ["/preview/object_points", "/preview/hand_points", "/preview/contact_points"];
+
+fn write_messages(file: impl std::io::Write + Seek, scenes: &[Drawn]) -> mcap::McapResult<()> {
     let mut preview = Preview::create(file, include_bytes!("../generated/foxglove_scene.bin"))?;
-    for (second, scene) in (0..).zip(scenes) {
+    for (second, (scene, clouds)) in (0..).zip(scenes) {
         preview.write(second, "/preview/grasp", "foxglove.SceneUpdate", scene)?;
+        for (topic, cloud) in CLOUDS.into_iter().zip(clouds) {
+            preview.write(second, topic, "foxglove.PointCloud", cloud)?;
+        }
     }
     preview.finish()
 }
@@ -112,6 +127,23 @@ fn scene(second: i64, object: &ObjectShape, hand: &HandShape, grasp: &Grasp) -> 
         SceneEntity { arrows: arrows.collect(), ..entity("contacts") },
     ];
     SceneUpdate { entities, ..SceneUpdate::default() }
+}
+
+/// Points on the object and on the closed hand, and its contacts.
+fn clouds(second: i64, object: &ObjectShape, hand: &HandShape, grasp: &Grasp) -> [PointCloud; 3] {
+    let time = Some(Timestamp { seconds: second, nanos: 0 });
+    let frames = hand.link_frames(&grasp.joints);
+    let solids = hand.solids.iter().filter_map(|solid| {
+        let object_from_solid = grasp.object_from_base.isometry() * frames[solid.link] * solid.link_from_solid;
+        // A mesh without triangles has nothing to be drawn.
+        Some(solid_points(&TouchShape::new(&solid.shape).ok()?, &object_from_solid))
+    });
+    let contacts = grasp.contacts.iter().map(|contact| contact.point.into());
+    [
+        plain_cloud(time, "object", surface_points(&object.mesh), OBJECT),
+        plain_cloud(time, "object", solids.flatten(), HAND),
+        plain_cloud(time, "object", contacts, CONTACT),
+    ]
 }
 
 /// The closed hand.

@@ -9,7 +9,8 @@ use nalgebra::Vector3;
 
 use super::{
     Preview, arrow,
-    foxglove::{self, Color, PackedElementField, PointCloud, SceneEntity, SceneUpdate},
+    cloud::coloured_cloud,
+    foxglove::{Color, PointCloud, SceneEntity, SceneUpdate},
     google::protobuf::Timestamp,
 };
 use format::ReachabilityField;
@@ -61,12 +62,6 @@ fn labels_at(field: &ReachabilityField, indices: [usize; 3]) -> (&[PoseLabel], V
 }
 
 fn cloud(field: &ReachabilityField) -> PointCloud {
-    use foxglove::packed_element_field::NumericType::{Float32, Uint8};
-    let element = |name: &str, offset, kind| PackedElementField { name: name.to_owned(), offset, r#type: kind as i32 };
-    let [floats, bytes] = [["x", "y", "z", "share"], ["red", "green", "blue", "alpha"]];
-    let fields = (floats.into_iter().zip((0..).step_by(4)).map(|(name, offset)| element(name, offset, Float32)))
-        .chain(bytes.into_iter().zip(16..).map(|(name, offset)| element(name, offset, Uint8)))
-        .collect();
     let mut data = Vec::new();
     for indices in positions(&field.header.grid, |counts| counts.iter().product::<usize>() <= MAX_POINTS) {
         let (labels, at) = labels_at(field, indices);
@@ -77,18 +72,7 @@ fn cloud(field: &ReachabilityField) -> PointCloud {
             data.extend(colour_of(share));
         }
     }
-    let still = foxglove::Pose {
-        position: Some(foxglove::Vector3::default()),
-        orientation: Some(foxglove::Quaternion { w: 1.0, ..Default::default() }),
-    };
-    PointCloud {
-        timestamp: Some(Timestamp::default()),
-        frame_id: field.header.frame.clone(),
-        pose: Some(still),
-        point_stride: 20,
-        fields,
-        data,
-    }
+    coloured_cloud(Some(Timestamp::default()), &field.header.frame, &["x", "y", "z", "share"], data)
 }
 
 /// From dark blue (none) over teal to yellow (all), straight lines in sRGB.

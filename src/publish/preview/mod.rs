@@ -1,5 +1,6 @@
 //! `preview.mcap`: a few samples, or a map, in Foxglove's well-known schemas, which Foxglove and Rerun open without code.
 
+mod cloud;
 mod grasps;
 mod map;
 mod pairs;
