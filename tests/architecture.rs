@@ -33,7 +33,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/voxel", &["geom", "seed"]),
     ("kernel/render", &["geom", "ids", "seed"]),
     ("kernel/contact", &["geom", "voxel"]),
-    ("kernel/assets", &["files", "geom", "ids", "seed", "words"]),
+    ("kernel/assets", &["files", "geom", "ids", "seed", "voxel", "words"]),
     ("kernel/object", &["assets", "contact", "geom", "ids", "voxel"]),
     ("robot/kinematics", &[]),
     ("robot/collision", &["kinematics"]),

@@ -15,7 +15,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{Point3, Vector3};
 
 use crate::{
-    assets::{self, AssetRecord, InsideMethod, MeshRefusal, MeshSource, PreparedMesh},
+    assets::{self, AssetRecord, MeshRefusal, MeshSource, PreparedMesh},
     contact::ContactSurface,
     geom::{Aabb, MassProperties, NoSurface, RestingPoses, SolidGrid, TriMesh, TriangleTree},
     ids::ObjectId,
@@ -126,10 +126,7 @@ impl From<PreparedMesh> for PreparedObject {
 
 /// Test that distinguishes solid from empty for an asset.
 pub fn inside_test(record: &AssetRecord) -> InsideTest {
-    match record.inside {
-        InsideMethod::Crossings => InsideTest::Crossings,
-        InsideMethod::WindingNumber => InsideTest::WindingNumber,
-    }
+    record.inside.test()
 }
 
 #[cfg(test)]

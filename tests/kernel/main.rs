@@ -1,6 +1,7 @@
 //! Kernels against truth that the library did not compute: meshes, solids, views, depth, sensors, fields and contacts.
 
 mod contacts;
+mod defects;
 mod depths;
 mod field;
 mod meshes;

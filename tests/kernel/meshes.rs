@@ -20,7 +20,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-fn source(path: &Path) -> MeshSource {
+pub(crate) fn source(path: &Path) -> MeshSource {
     MeshSource::of_file(path.file_name().unwrap().to_string_lossy(), path)
 }
 
@@ -116,7 +116,7 @@ fn a_converted_glb_has_the_same_triangles() {
     assert_eq!(record.geometry, wanted.geometry);
 }
 
-fn write_stl(path: &Path, mesh: &TriMesh) {
+pub(crate) fn write_stl(path: &Path, mesh: &TriMesh) {
     let mut file = vec![0; 80];
     file.extend((mesh.triangles.len() as u32).to_le_bytes());
     for face in &mesh.triangles {
@@ -136,7 +136,7 @@ fn write_obj(path: &Path, mesh: &TriMesh) {
     fs::write(path, vertices.chain(faces).collect::<String>()).unwrap();
 }
 
-fn join(parts: &[TriMesh]) -> TriMesh {
+pub(crate) fn join(parts: &[TriMesh]) -> TriMesh {
     let mut all = TriMesh::default();
     for part in parts {
         let first = all.vertices.len() as u32;
@@ -146,25 +146,38 @@ fn join(parts: &[TriMesh]) -> TriMesh {
     all
 }
 
-fn reversed(mut mesh: TriMesh, chosen: impl Fn(usize) -> bool) -> TriMesh {
+pub(crate) fn reversed(mut mesh: TriMesh, chosen: impl Fn(usize) -> bool) -> TriMesh {
     let faces = mesh.triangles.iter_mut().enumerate();
     faces.filter(|(index, _)| chosen(*index)).for_each(|(_, face)| face.swap(0, 1));
     mesh
 }
 
-fn scaled(mut mesh: TriMesh, factor: f32) -> TriMesh {
+pub(crate) fn scaled(mut mesh: TriMesh, factor: f32) -> TriMesh {
     mesh.vertices.iter_mut().flatten().for_each(|coordinate| *coordinate *= factor);
     mesh
 }
 
 /// A sheet of 16 x 16 squares, bent by `height(x, y)`, 0.1 m wide.
-fn sheet(height: fn(f32, f32) -> f32) -> TriMesh {
+pub(crate) fn sheet(height: fn(f32, f32) -> f32) -> TriMesh {
     let coordinate = |i: u32| (i % 17) as f32 / 160.0;
     let vertices =
         (0..289).map(|i| [coordinate(i), coordinate(i / 17), height(coordinate(i), coordinate(i / 17))]).collect();
     let square = |i: u32| (i / 16) * 17 + i % 16;
     let triangles = (0..256).map(square).flat_map(|a| [[a, a + 1, a + 18], [a, a + 18, a + 17]]).collect();
     TriMesh { vertices, triangles }
+}
+
+/// No two faces share a corner: every triangle shrinks a little towards its middle.
+pub(crate) fn shrunk(mesh: &TriMesh) -> TriMesh {
+    let mut soup = TriMesh::default();
+    for face in &mesh.triangles {
+        let corners = face.map(|vertex| mesh.vertices[vertex as usize]);
+        let middle: [f32; 3] = std::array::from_fn(|axis| corners.iter().map(|corner| corner[axis]).sum::<f32>() / 3.0);
+        let first = soup.vertices.len() as u32;
+        soup.vertices.extend(corners.map(|c| std::array::from_fn(|axis| c[axis] + 1e-3 * (middle[axis] - c[axis]))));
+        soup.triangles.push([first, first + 1, first + 2]);
+    }
+    soup
 }
 
 /// Surfaces that are wrong in themselves.
@@ -180,20 +193,6 @@ fn write_broken_surfaces(folder: &Path) {
     let mut holed = bottle.clone();
     holed.triangles.retain(|face| !face.contains(&0));
     stl("hole.stl", &holed);
-    // No two faces share a corner: every triangle shrinks a little towards its middle.
-    let shrunk = |mesh: &TriMesh| {
-        let mut soup = TriMesh::default();
-        for face in &mesh.triangles {
-            let corners = face.map(|vertex| mesh.vertices[vertex as usize]);
-            let middle: [f32; 3] =
-                std::array::from_fn(|axis| corners.iter().map(|corner| corner[axis]).sum::<f32>() / 3.0);
-            let first = soup.vertices.len() as u32;
-            soup.vertices
-                .extend(corners.map(|c| std::array::from_fn(|axis| c[axis] + 1e-3 * (middle[axis] - c[axis]))));
-            soup.triangles.push([first, first + 1, first + 2]);
-        }
-        soup
-    };
     stl("soup.stl", &shrunk(&bottle));
     stl("soup inside out.stl", &shrunk(&reversed(bottle.clone(), |_| true)));
     stl("soup without sense.stl", &shrunk(&reversed(bottle.clone(), |face| face * 7919 % 97 % 2 == 0)));

@@ -5,7 +5,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{AssetRecord, DuplicateOf, MeshRefusal, MeshSource, ScaleRule, SizeRule, duplicates, list_folder, prepare};
+use super::{
+    AssetRecord, DuplicateOf, InsideMethod, MeshRefusal, MeshSource, PreparedMesh, ScaleRule, SizeRule, duplicates,
+    list_folder, prepare::prepare_and_judge,
+};
+use crate::voxel::solid_occupancy;
 
 /// The outcome of checking meshes; as JSON and, through `Display`, as a table for 80 to 100 columns.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -27,6 +31,20 @@ pub struct MeshCheckRow {
     pub refusal: Option<MeshRefusal>,
     /// The file further up that holds the same triangles.
     pub duplicate_of: Option<String>,
+    /// Share of the surface at which the winding number is farther than 1/4 from a whole number, so that neither side of it
+    /// is clearly inside; 0 for a closed mesh, `None` when it is refused.
+    pub undecided: Option<f64>,
+    /// Volume of all parts as one solid, where the parts are closed and the record's sum over them may count space twice.
+    pub union: Option<UnionVolume>,
+}
+
+/// Volume of a solid by its cells, space that several parts share counted once.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct UnionVolume {
+    /// Volume of the cells whose centres lie inside [m^3].
+    pub volume: f64,
+    /// Side of a cell [m]: 1/256 of the mesh's longest side.
+    pub cell: f64,
 }
 
 /// Number of meshes of each kind.
@@ -72,7 +90,7 @@ pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> Mesh
         let file = path.display().to_string();
         let reason = "unreadable".to_owned();
         let refusal = MeshRefusal { file: file.clone(), reason, problem, location: None, remedy: remedy.to_owned() };
-        meshes.push(MeshCheckRow { file, record: None, refusal: Some(refusal), duplicate_of: None });
+        meshes.push(MeshCheckRow::of_refusal(file, refusal));
     }
 
     let usable: Vec<usize> = (0..meshes.len()).filter(|&row| meshes[row].record.is_some()).collect();
@@ -95,15 +113,29 @@ fn check(path: &Path, scale: ScaleRule, size: SizeRule) -> MeshCheckRow {
     let file = path.display().to_string();
     let name = path.file_stem().map_or_else(|| file.clone(), |stem| stem.to_string_lossy().into_owned());
     let source = MeshSource { scale, size, ..MeshSource::of_file(name, path) };
-    let (record, refusal) = match prepare(&source) {
-        Ok(prepared) => (Some(prepared.record), None),
-        Err(refusal) => (None, Some(refusal)),
+    let (PreparedMesh { mesh, record }, judgement) = match prepare_and_judge(&source) {
+        Ok(prepared) => prepared,
+        Err(refusal) => return MeshCheckRow::of_refusal(file, refusal),
     };
-    MeshCheckRow { file, record, refusal, duplicate_of: None }
+    // The volume under an open surface is a rough figure anyway.
+    let union = (judgement.counts_space_twice && record.inside == InsideMethod::Crossings).then(|| {
+        let solid = solid_occupancy(&mesh, record.inside.test(), false);
+        UnionVolume { volume: solid.volume(), cell: solid.pitch }
+    });
+    let undecided = Some(judgement.undecided);
+    MeshCheckRow { file, record: Some(record), refusal: None, duplicate_of: None, undecided, union }
+}
+
+impl MeshCheckRow {
+    fn of_refusal(file: String, refusal: MeshRefusal) -> Self {
+        Self { file, record: None, refusal: Some(refusal), duplicate_of: None, undecided: None, union: None }
+    }
 }
 
 /// Columns of the text form.
 const WIDTH: usize = 96;
+/// From this share of undecided surface on the table says it.
+const NOTED_UNDECIDED: f64 = 0.05;
 /// Longest name in the first column; a longer one is cut at its front.
 const LONGEST_NAME: usize = 34;
 
@@ -148,6 +180,19 @@ fn write_remarks(f: &mut fmt::Formatter<'_>, row: &MeshCheckRow) -> fmt::Result 
         for warning in &record.warnings {
             remark(f, "note", warning)?;
         }
+        if let Some(UnionVolume { volume, cell }) = row.union {
+            let (sum, volume, cell) = (1e6 * record.volume, 1e6 * volume, 1e3 * cell);
+            let text =
+                format!("{sum:.2} cm3 is a sum over parts; as one solid: {volume:.2} cm3 (cells of {cell:.3} mm)");
+            remark(f, "volume", &text)?;
+        }
+    }
+    if let Some(share) = row.undecided.filter(|&share| share >= NOTED_UNDECIDED) {
+        let share = 100.0 * share;
+        let text = format!(
+            "at {share:.0} % of its surface neither side is clearly inside (docs/jobs.md, Meshes that are no solids)"
+        );
+        remark(f, "note", &text)?;
     }
     if let Some(refusal) = &row.refusal {
         let location = refusal.location.as_ref().map(|location| format!(" ({location})")).unwrap_or_default();

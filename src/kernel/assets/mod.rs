@@ -19,10 +19,11 @@ mod read;
 mod refuse;
 mod shells;
 mod table;
+mod undecided;
 mod weld;
 
 pub use built_in::{DEFAULT_BUILT_INS, HalfShape, NoHalfShape, built_in_names, built_in_source};
-pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, check_report};
+pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, UnionVolume, check_report};
 pub use description::{Description, DescriptionError, missing_remedy};
 pub use description_limits::DescriptionTooLarge;
 pub use digest::object as object_id;

@@ -13,6 +13,7 @@ use super::{
     holes, mend,
     read::{self, RawMesh},
     shells::{self, Shells},
+    undecided::Rim,
 };
 use crate::{
     geom::TriMesh,
@@ -26,6 +27,20 @@ use crate::{
 /// Says the file, the location and the remedy when the mesh cannot be read, is no solid of a plausible size, or is broken in
 /// a form that cannot be mended without guessing.
 pub fn prepare(source: &MeshSource) -> Result<PreparedMesh, MeshRefusal> {
+    prepare_and_judge(source).map(|(prepared, _)| prepared)
+}
+
+/// Findings about a mesh that its record does not hold.
+pub(super) struct Judgement {
+    /// Share of the surface at which the winding number is farther than 1/4 from a whole number; 0 for a closed mesh.
+    pub(super) undecided: f64,
+    /// Closed parts lie in one another and are wound alike, or their boxes meet: the volume in the record, a sum over parts,
+    /// may count space twice.
+    pub(super) counts_space_twice: bool,
+}
+
+/// [`prepare`], with the findings that the record does not hold.
+pub(super) fn prepare_and_judge(source: &MeshSource) -> Result<(PreparedMesh, Judgement), MeshRefusal> {
     match &source.origin {
         MeshOrigin::File(path) => {
             let (bytes, raw) = read::read(path)?;
@@ -40,7 +55,7 @@ pub fn prepare(source: &MeshSource) -> Result<PreparedMesh, MeshRefusal> {
     }
 }
 
-fn finish(mut raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result<PreparedMesh, Refuse> {
+fn finish(mut raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result<(PreparedMesh, Judgement), Refuse> {
     let mut warnings = std::mem::take(&mut raw.notes);
     let mut repairs = Vec::new();
     let unused = if raw.welded { 0 } else { drop_unused(&mut raw)? };
@@ -65,8 +80,10 @@ fn finish(mut raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result
         edges = Edges::of(&mesh.triangles, mesh.vertices.len());
     }
     check_volume(&mesh, &shells)?;
+    let undecided = check_sides(&mesh, &edges, &shells)?;
     let record = describe(&mesh, &edges, &shells, source, (file, scale, repairs, warnings));
-    Ok(PreparedMesh { mesh, record })
+    let counts_space_twice = shells.may_overlap || shells.solids_in_solids > 0;
+    Ok((PreparedMesh { mesh, record }, Judgement { undecided, counts_space_twice }))
 }
 
 /// Settles the faces that are no part of a plain surface; returns the edges of what is left.
@@ -128,21 +145,17 @@ fn drop_unused(raw: &mut RawMesh) -> Result<usize, Refuse> {
 
 /// To metres, with equal positions merged.
 fn scaled(raw: RawMesh, rule: ScaleRule) -> Result<(TriMesh, f64), Refuse> {
+    // Lowest and highest coordinate along each axis, in the file's unit.
+    let ranges = raw.positions.iter().fold([[f64::INFINITY, f64::NEG_INFINITY]; 3], |ranges, position| {
+        std::array::from_fn(|axis| [ranges[axis][0].min(position[axis]), ranges[axis][1].max(position[axis])])
+    });
+    let longest = ranges.map(|[low, high]| high - low).into_iter().fold(0.0, f64::max);
     let scale = match rule {
         ScaleRule::MetresPerUnit(scale) => scale,
-        ScaleRule::LongestSide(wanted) => {
-            let side = |axis: usize| {
-                let range = raw.positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), position| {
-                    (low.min(position[axis]), high.max(position[axis]))
-                });
-                range.1 - range.0
-            };
-            let found = (0..3).map(side).fold(0.0, f64::max);
-            if found <= 0.0 {
-                return Err(Refuse::new("flat", "all vertices stand in one point", "export a solid"));
-            }
-            wanted / found
+        ScaleRule::LongestSide(_) if longest <= 0.0 => {
+            return Err(Refuse::new("flat", "all vertices stand in one point", "export a solid"));
         }
+        ScaleRule::LongestSide(wanted) => wanted / longest,
     };
     let vertices: Vec<[f32; 3]> =
         raw.positions.iter().map(|position| position.map(|coordinate| (coordinate * scale) as f32)).collect();
@@ -150,8 +163,36 @@ fn scaled(raw: RawMesh, rule: ScaleRule) -> Result<(TriMesh, f64), Refuse> {
         let refuse = Refuse::new("not_finite", "a coordinate exceeds 3.4e38 m after scaling", "check the unit");
         return Err(refuse.at(format!("vertex {}", vertex + 1)));
     }
+    let farthest = ranges.into_iter().flatten().map(libm::fabs).fold(0.0, f64::max);
+    check_distance_from_origin(scale * farthest, scale * longest)?;
     let mesh = TriMesh { vertices, triangles: raw.faces };
     Ok((if raw.welded && scale == 1.0 { mesh } else { mend::weld(mesh) }, scale))
+}
+
+/// Refuses a mesh so far from its origin that single precision distorts it; lengths in metres.
+fn check_distance_from_origin(farthest: f64, longest: f64) -> Result<(), Refuse> {
+    /// Largest distance of neighbouring positions, as a share of the longest side.
+    const MAX_SPACING: f64 = 1e-4;
+    let nearest = farthest as f32;
+    let spacing = f64::from(nearest.next_up()) - f64::from(nearest);
+    if longest == 0.0 || spacing <= MAX_SPACING * longest {
+        return Ok(());
+    }
+    let problem = format!(
+        "reaches {} from its origin, where positions in single precision are {} apart: {} of its longest side, {}",
+        length(farthest),
+        length(spacing),
+        percent(spacing / longest),
+        length(longest)
+    );
+    let remedy = "move the mesh to its origin in the program that made it, and export it again: what the file has lost by \
+                  then, such as a binary STL, cannot be mended here";
+    Err(Refuse::new("far_from_origin", problem, remedy))
+}
+
+/// A share in per cent, with two digits where it is small.
+fn percent(share: f64) -> String {
+    if share < 0.1 { format!("{:.2} %", 100.0 * share) } else { format!("{:.0} %", 100.0 * share) }
 }
 
 fn mesh_area(mesh: &TriMesh, wanted: bool) -> f64 {
@@ -247,6 +288,40 @@ fn check_volume(mesh: &TriMesh, shells: &Shells) -> Result<(), Refuse> {
         return Err(Refuse::new("no_volume", problem, remedy));
     }
     Ok(())
+}
+
+/// Refuses surfaces that have no inside; returns the share of the surface that leaves open which of its sides is inside.
+fn check_sides(mesh: &TriMesh, edges: &Edges, shells: &Shells) -> Result<f64, Refuse> {
+    /// Largest share of the area in one-sided shells.
+    const MAX_ONE_SIDED: f64 = 0.5;
+    /// Largest share of the surface that may leave open which of its sides is inside.
+    const MAX_UNDECIDED: f64 = 0.9;
+    /// Largest such share where the shells, one by one, are sheets: of a dense soup half is undecided by chance.
+    const MAX_UNDECIDED_OF_SHEETS: f64 = 0.3;
+    /// From this openness on a shell is a sheet.
+    const SHEET: f64 = 0.9;
+    let remedy = "close the surface, or give its sheets thickness, in a mesh editor";
+    if shells.one_sided > MAX_ONE_SIDED {
+        let share = 100.0 * shells.one_sided;
+        let problem =
+            format!("no inside: {share:.0} % of its area is one-sided like a Moebius strip or a Klein bottle");
+        return Err(Refuse::new("one_sided", problem, remedy));
+    }
+    let rim = Rim::of(mesh, edges);
+    let undecided = rim.undecided_share(mesh);
+    let are_sheets = shells.openness_by_shell > SHEET;
+    if undecided > if are_sheets { MAX_UNDECIDED_OF_SHEETS } else { MAX_UNDECIDED } {
+        let problem = format!(
+            "no inside: at {:.0} % of its surface the winding number is farther than 1/4 from a whole number; its open edges \
+             are {} long, {:.1} times the square root of its area, in {}",
+            100.0 * undecided,
+            length(rim.length),
+            rim.length / libm::sqrt(shells.area),
+            counted(shells.shells.len() as u64, if are_sheets { "loose sheet" } else { "piece" }),
+        );
+        return Err(Refuse::new("no_inside", problem, remedy));
+    }
+    Ok(undecided)
 }
 
 /// Extent across the plane that fits the vertices best [m].

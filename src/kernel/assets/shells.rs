@@ -24,6 +24,8 @@ pub(super) struct Shell {
     pub(super) faces: u32,
     /// Every edge is left as often as it is entered.
     pub(super) closed: bool,
+    /// No winding of its faces is consistent (a Moebius strip).
+    one_sided: bool,
     /// Twice the area [m^2].
     area: f64,
     /// Six times the volume under the faces, seen from the middle of the mesh's box [m^3].
@@ -46,6 +48,8 @@ pub(super) struct Shells {
     pub(super) inside_out: u32,
     /// A shell has no consistent winding (a Moebius strip).
     pub(super) mixed: bool,
+    /// Share of the area that belongs to such shells.
+    pub(super) one_sided: f64,
     /// Shells wound against the shell that they lie in.
     pub(super) cavities: u32,
     /// Shells wound as the shell that they lie in.
@@ -58,11 +62,13 @@ pub(super) struct Shells {
     pub(super) area: f64,
     /// |sum of area vectors| / area: 0 for a closed mesh, 1 for a flat sheet.
     pub(super) openness: f64,
+    /// Sum over shells of |sum of area vectors| / area: 1 for a soup of flat sheets, whichever way each faces.
+    pub(super) openness_by_shell: f64,
 }
 
 /// Finds the shells and orients the faces of `mesh`.
 pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
-    let (of_face, reversed, mixed) = flood(&mesh.triangles, edges);
+    let (of_face, reversed, one_sided) = flood(&mesh.triangles, edges);
     let flipped = reversed.iter().filter(|&&reversed| reversed).count() as u32;
     if flipped > 0 {
         reverse(&mut mesh.triangles, |face| reversed[face]);
@@ -70,6 +76,7 @@ pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
 
     let mut shells = measure(mesh, &of_face);
     find_open(&mesh.triangles, edges, &of_face, &reversed, &mut shells);
+    one_sided.iter().for_each(|&shell| shells[shell as usize].one_sided = true);
     let container = containers(mesh, &of_face, &shells);
     let signs = judge(&shells, &container.of_shell);
     let inside_out = shells.iter().zip(&signs).filter(|&(_, &sign)| sign < 0.0).map(|(shell, _)| shell.faces).sum();
@@ -87,28 +94,32 @@ pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
     };
     let area: f64 = shells.iter().map(|shell| shell.area).sum();
     let drift: Vector3<f64> = shells.iter().map(|shell| shell.drift).sum();
+    let of_area = |part: f64, without_area: f64| if area > 0.0 { part / area } else { without_area };
     Shells {
         cavities: nested(true),
         solids_in_solids: nested(false),
         may_overlap: container.may_overlap,
         volume: volume_of(&shells, |_| true) / 6.0,
         area: area / 2.0,
-        openness: if area > 0.0 { drift.norm() / area } else { 1.0 },
+        openness: of_area(drift.norm(), 1.0),
+        openness_by_shell: of_area(shells.iter().map(|shell| shell.drift.norm()).sum(), 1.0),
+        one_sided: of_area(shells.iter().filter(|shell| shell.one_sided).map(|shell| shell.area).sum(), 0.0),
         shells,
         of_face,
         flipped,
         inside_out,
-        mixed,
+        mixed: !one_sided.is_empty(),
     }
 }
 
-/// Labels the shells, and finds the faces to reverse so that neighbours agree; `true` when that is impossible somewhere.
-fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, bool) {
+/// Labels the shells, finds the faces to reverse so that neighbours agree, and the shells in which that is impossible, with
+/// repeats.
+fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, Vec<u32>) {
     const NONE: u32 = u32::MAX;
     let mut of_face = vec![NONE; faces.len()];
     let mut reversed = vec![false; faces.len()];
     let (mut stack, mut members) = (Vec::new(), Vec::new());
-    let (mut shell, mut mixed) = (0, false);
+    let (mut shell, mut one_sided) = (0, Vec::new());
     for seed in 0..faces.len() {
         if of_face[seed] != NONE {
             continue;
@@ -134,8 +145,8 @@ fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, bool) {
                     of_face[neighbour] = shell;
                     reversed[neighbour] = wanted;
                     stack.push(neighbour as u32);
-                } else {
-                    mixed |= reversed[neighbour] != wanted;
+                } else if reversed[neighbour] != wanted {
+                    one_sided.push(shell);
                 }
             }
         }
@@ -144,7 +155,7 @@ fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, bool) {
         }
         shell += 1;
     }
-    (of_face, reversed, mixed)
+    (of_face, reversed, one_sided)
 }
 
 fn reverse(faces: &mut [[u32; 3]], chosen: impl Fn(usize) -> bool) {
@@ -163,6 +174,7 @@ fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
     let empty = Shell {
         faces: 0,
         closed: true,
+        one_sided: false,
         area: 0.0,
         volume: 0.0,
         drift: Vector3::zeros(),

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     geom::TriMesh,
     ids::{Digest, ObjectId},
+    voxel::InsideTest,
 };
 
 /// Where a mesh comes from and how its numbers become metres; everything needed to prepare it again.
@@ -152,6 +153,16 @@ pub enum InsideMethod {
     Crossings,
     /// Generalised winding number: for meshes with holes, soups and mixed winding.
     WindingNumber,
+}
+
+impl InsideMethod {
+    /// The test of cells that this method is.
+    pub fn test(self) -> InsideTest {
+        match self {
+            Self::Crossings => InsideTest::Crossings,
+            Self::WindingNumber => InsideTest::WindingNumber,
+        }
+    }
 }
 
 /// One thing that was mended, with how many elements it touched.
