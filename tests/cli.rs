@@ -208,3 +208,47 @@ fn units_have_one_list_and_remedies_are_of_it() {
         assert!(!outcome.text().contains("one of"), "{unit}: {}", outcome.text());
     }
 }
+
+/// Bytes are measured on shards that a pilot writes, so they hold for any job.
+#[test]
+fn an_estimate_tells_the_bytes_that_a_run_writes() {
+    let workspace = Workspace::new();
+    let text = "objects = [{ built_in = [\"bottle-01\", \"box-01\", \"mug-01\"] }]\nviews = { even = 120 }\n";
+    let job = workspace.write("job.toml", text);
+    let told = Program::on("estimate", &job).read_json()["bytes"].as_f64().expect("bytes");
+    let data = workspace.path("data");
+    Program::run_job(&job, &data).succeed();
+    let size = |path: PathBuf| fs::metadata(path).expect("a file").len() as f64;
+    let shards = fs::read_dir(data.join("shards")).expect("shards").map(|entry| size(entry.expect("a shard").path()));
+    let written = shards.sum::<f64>() + size(data.join("index.parquet"));
+    assert!((told / written - 1.0).abs() < 0.15, "told {told}, written {written}");
+}
+
+#[test]
+fn an_estimate_names_refused_meshes_and_an_empty_training_split() {
+    let workspace = Workspace::new();
+    workspace.write("flat.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    let text = "views = { even = 3 }\n[[objects]]\nbuilt_in = [\"can-01\"]\n[[objects]]\nlist = [\"flat.off\"]\n                unit = \"m\"\n[split]\nvalidation_objects = 0\ntest_objects = 1\n";
+    let job = workspace.write("job.toml", text);
+    let said = Program::on("estimate", &job).expect_code(3).stdout;
+    assert!(said.contains("warning: refused: ") && said.contains("flat"), "{said}");
+    assert!(said.contains("nothing to train on") || said.contains("nothing is left to train"), "{said}");
+}
+
+#[test]
+fn short_forms_mean_what_the_long_ones_do() {
+    let (workspace, data) = make_data();
+    let said = Program::on("run", workspace.path("data.toml")).option("-o", &data).args(["-q"]).succeed();
+    assert!(said.stdout.ends_with(&format!("next: graspmill report {}\n", data.display())), "{}", said.stdout);
+    assert_eq!(said.stderr, "");
+    assert_eq!(Program::new("version").succeed().stdout, Program::new("--version").succeed().stdout);
+}
+
+#[test]
+fn a_key_by_another_word_is_named() {
+    let workspace = Workspace::new();
+    let said = |text: &str| Program::on("estimate", workspace.write("job.toml", text)).expect_code(2).stderr;
+    let grasps = said("product = \"grasps\"\n[grasps]\nruns = 4\n");
+    assert!(grasps.contains("`grasps.seeds` says how many runs"), "{grasps}");
+    assert!(said("[camera]\nfovy = 0.8\n").contains("camera.horizontal_fov"));
+}

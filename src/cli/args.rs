@@ -61,6 +61,8 @@ pub enum Command {
     Hand(HandCommand),
     /// Print the JSON Schema of job files, for editors.
     Schema,
+    /// Print the version, as `--version` does.
+    Version,
     /// Say what this machine can do, and why not.
     Doctor(DoctorArgs),
     /// Print a dataset's root digest, and nothing else.
@@ -111,7 +113,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub job: JobArgs,
     /// The dataset's folder; made if absent.
-    #[arg(long, value_name = "DIR", value_parser = local_path())]
+    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
     /// Make one task's share of the shards and leave the dataset open for `merge`: task I (from 0) of N, or `env`, or `env/N`:
     /// as the variables of Slurm, Kubernetes, AWS Batch, Cloud Run, HyperQueue, PBS, Grid Engine, LSF or GNU parallel say.
@@ -120,9 +122,19 @@ pub struct RunArgs {
     /// Form in which progress is shown.
     #[arg(long, value_enum, default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
+    /// Show no progress: short for `--progress none`.
+    #[arg(short, long, conflicts_with = "progress")]
+    pub quiet: bool,
     /// Print the summary as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+impl RunArgs {
+    /// Form in which progress is shown.
+    pub fn progress(&self) -> ProgressMode {
+        if self.quiet { ProgressMode::None } else { self.progress }
+    }
 }
 
 #[derive(Args, Debug)]
@@ -146,7 +158,7 @@ pub struct SubmitArgs {
     #[arg(required_unless_present = "retry")]
     pub job: Option<PathBuf>,
     /// The dataset's folder; scripts and logs go to `cluster` in it.
-    #[arg(long, value_name = "DIR", value_parser = local_path())]
+    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
     /// Engine that runs the tasks.
     #[arg(long, value_enum, required_unless_present = "retry")]
@@ -259,8 +271,11 @@ pub struct ReportArgs {
     /// The dataset's folder.
     pub dir: PathBuf,
     /// Where to write; `report.html` in the dataset's folder by default.
-    #[arg(long, value_name = "FILE", value_parser = local_path())]
+    #[arg(short, long, value_name = "FILE", value_parser = local_path())]
     pub out: Option<PathBuf>,
+    /// Open it in the browser.
+    #[arg(long)]
+    pub open: bool,
 }
 
 #[derive(Args, Debug)]
@@ -268,7 +283,7 @@ pub struct ReleaseArgs {
     /// The dataset's folder.
     pub dir: PathBuf,
     /// The release's folder; must not exist yet or be empty.
-    #[arg(long, value_name = "REL", value_parser = local_path())]
+    #[arg(short, long, value_name = "REL", value_parser = local_path())]
     pub out: PathBuf,
     /// File of what only its authors know: title, date, licence, uses (TOML; docs/releases.md).
     #[arg(long, value_name = "ABOUT")]
@@ -289,7 +304,7 @@ pub struct ExportArgs {
     #[arg(long, value_enum)]
     pub to: ExportFormatName,
     /// Where to write; must not exist yet or be empty.
-    #[arg(long, value_name = "DIR", value_parser = local_path())]
+    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
     /// Only this split: training, holdout, validation, test.
     #[arg(long, value_name = "SPLIT")]
@@ -442,7 +457,7 @@ pub struct CompletionsArgs {
 #[derive(Args, Debug)]
 pub struct ManArgs {
     /// The folder for them; made if absent.
-    #[arg(long, value_name = "DIR", value_parser = local_path())]
+    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
 }
 

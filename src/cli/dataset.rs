@@ -122,7 +122,13 @@ pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failu
 pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure> {
     refuse_set(&arguments.dir)?;
     let summary = publish::report(&arguments.dir, arguments.out.as_deref())?;
-    printer.result(&format!("{} ({:.1} MB)", summary.path.display(), summary.bytes as f64 / 1e6));
+    printer.result(&format!("{} ({})", summary.path.display(), size_in_words(summary.bytes)));
+    if arguments.open {
+        let path = summary.path.display();
+        open::that(&summary.path).map_err(|error| {
+            Failure::message(Exit::Failed, format!("{path}: no program to show it: {error}; open it in a browser"))
+        })?;
+    }
     Ok(Exit::Complete)
 }
 

@@ -18,6 +18,12 @@ pub fn completions(arguments: &CompletionsArgs, printer: &Printer) -> Result<Exi
     Ok(Exit::Complete)
 }
 
+/// Prints name and version of the program.
+pub fn version(printer: &Printer) -> Result<Exit, Failure> {
+    printer.result(&Cli::command().render_version());
+    Ok(Exit::Complete)
+}
+
 /// Writes a manual page of the program and one of each verb: `graspmill.1`, `graspmill-run.1`.
 pub fn man(arguments: &ManArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.out;

@@ -73,7 +73,7 @@ fn memory() -> Finding {
 fn disk() -> Finding {
     match machine::free_disk(Path::new(".")) {
         Some(bytes) => {
-            let facts = format!("{:.1} GB free here; a million samples take about 1.5 GB", bytes as f64 / 1e9);
+            let facts = format!("{:.1} GB free here; a million samples take about 2.5 GB", bytes as f64 / 1e9);
             Finding { what: "disk", works: bytes > 1 << 30, facts, remedy: "" }
         }
         None => Finding { what: "disk", works: true, facts: "unknown".to_owned(), remedy: "" },

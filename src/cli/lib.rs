@@ -91,6 +91,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Robot(args::RobotCommand::Check(arguments)) => robot::check(arguments, printer),
         Command::Hand(args::HandCommand::Check(arguments)) => hand::check(arguments, printer),
         Command::Schema => jobs::schema(printer),
+        Command::Version => docs::version(printer),
         Command::Digest(arguments) => match SetTable::read(&arguments.dir)? {
             Some(table) => set::digest(&arguments.dir, &table, printer),
             None => dataset::digest(arguments, printer),

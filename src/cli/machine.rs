@@ -5,6 +5,7 @@ use std::{
     num::NonZero,
     sync::{Arc, atomic::AtomicBool},
     thread,
+    time::Duration,
 };
 
 use super::exit::{Exit, Failure};
@@ -87,6 +88,12 @@ pub fn cancel_on_signals() -> Result<Arc<Cancel>, Failure> {
         }
     })?;
     Ok(cancel)
+}
+
+/// Processor time of all threads of this process since it began.
+pub fn processor_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec as u32)
 }
 
 /// Peak resident memory of this process [bytes], where the system says.

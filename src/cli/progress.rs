@@ -1,13 +1,20 @@
 //! Shows a run's events: a bar on a terminal, plain lines elsewhere, JSON lines on request.
 
 use std::{
-    sync::{Mutex, OnceLock},
+    sync::{
+        Mutex, OnceLock,
+        atomic::{AtomicU64, Ordering},
+    },
     time::{Duration, Instant},
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{args::ProgressMode, printer::Printer};
+use super::{
+    args::ProgressMode,
+    exit::{Exit, Failure},
+    printer::Printer,
+};
 use factory::{Event, Progress};
 use format::Product;
 use kernel::words::counted;
@@ -21,6 +28,10 @@ pub struct ProgressView {
     last_line: Mutex<Option<Instant>>,
     /// Product of the samples, once the plan stands.
     product: OnceLock<Product>,
+    /// Samples made, in whatever shard.
+    made: AtomicU64,
+    /// Samples of the shards that were finished.
+    safe: AtomicU64,
 }
 
 enum Display {
@@ -39,7 +50,13 @@ impl ProgressView {
             ProgressMode::Json => Display::Json,
             ProgressMode::None => Display::Silent,
         };
-        Self { display, last_line: Mutex::new(None), product: OnceLock::new() }
+        Self {
+            display,
+            last_line: Mutex::new(None),
+            product: OnceLock::new(),
+            made: AtomicU64::new(0),
+            safe: AtomicU64::new(0),
+        }
     }
 
     /// Says which of several runs this is.
@@ -53,8 +70,11 @@ impl ProgressView {
 
     /// Shows one event.
     pub fn show(&self, printer: &Printer, event: &Event) {
-        if let Event::Planned { product, .. } = event {
-            let _ = self.product.set(*product);
+        match event {
+            Event::Planned { product, .. } => drop(self.product.set(*product)),
+            Event::Progress(progress) => self.made.store(progress.made, Ordering::Relaxed),
+            Event::ShardFinished { samples, .. } => drop(self.safe.fetch_add(*samples, Ordering::Relaxed)),
+            Event::Prepared { .. } | Event::Finishing => {}
         }
         let product = self.product.get().copied();
         match &self.display {
@@ -77,10 +97,16 @@ impl ProgressView {
         }
     }
 
-    /// Takes the bar away, so that what follows stands on lines of its own.
-    pub fn finish(&self) {
+    /// Takes the bar away, so that what follows stands on lines of its own. Of a run that was interrupted, says which of its
+    /// samples are kept: a shard is kept whole or not at all.
+    pub fn finish<T>(&self, printer: &Printer, outcome: &Result<T, Failure>) {
         if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
+        }
+        let is_interrupted = outcome.as_ref().is_err_and(|failure| failure.exit == Exit::Interrupted);
+        if is_interrupted && let Some(product) = self.product.get() {
+            let (made, safe) = (self.made.load(Ordering::Relaxed), self.safe.load(Ordering::Relaxed));
+            printer.say(&kept_words(made, safe, *product));
         }
     }
 
@@ -97,6 +123,16 @@ impl ProgressView {
             *line = Some(Instant::now());
         }
         due
+    }
+}
+
+/// Which samples an interrupted run keeps: those of finished shards.
+fn kept_words(made: u64, safe: u64, product: Product) -> String {
+    let lost = made.saturating_sub(safe);
+    let counted = |count: u64| format!("{count} {}", product.samples.of(count));
+    match lost {
+        0 => format!("kept: {}", counted(safe)),
+        _ => format!("kept: {}; lost: {} of shards that were not finished", counted(safe), counted(lost)),
     }
 }
 
@@ -182,6 +218,15 @@ fn show_bar(bar: &ProgressBar, event: &Event, product: Option<Product>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_interrupted_run_says_what_it_keeps() {
+        let product = Product::all().next().expect("a product");
+        assert_eq!(kept_words(8, 8, product), format!("kept: 8 {}", product.samples.many));
+        let (one, many) = (product.samples.one, product.samples.many);
+        let said = format!("kept: 1 {one}; lost: 7 {many} of shards that were not finished");
+        assert_eq!(kept_words(8, 1, product), said);
+    }
 
     #[test]
     fn durations_read_as_people_say_them() {

@@ -8,6 +8,7 @@ use super::{
     printer::Printer,
     run, verify,
 };
+use kernel::words::{counted, size_in_words};
 use publish::{Published, ReleaseError, ReleaseOptions, make_release};
 
 /// Makes a publication of a dataset.
@@ -32,9 +33,10 @@ pub fn release(arguments: &ReleaseArgs, printer: &Printer) -> Result<Exit, Failu
 
 fn words(published: &Published) -> String {
     let Published { folder, root, files, bytes, left_out, .. } = published;
-    let mut lines = vec![format!("{files} files, {:.1} MB, in {}", *bytes as f64 / 1e6, folder.display())];
+    let (count, size) = (counted(*files as u64, "file"), size_in_words(*bytes));
+    let mut lines = vec![format!("{count}, {size}, in {}", folder.display())];
     if !left_out.is_empty() {
-        lines.push(format!("a recipe: {} files of the dataset are left out", left_out.len()));
+        lines.push(format!("a recipe, without {} of the dataset", counted(left_out.len() as u64, "file")));
     }
     lines.push(format!("root {root}"));
     lines.join("\n")

@@ -50,6 +50,8 @@ struct RunReport<'a> {
     made: u64,
     seconds: f64,
     samples_per_second: f64,
+    /// Processor time of the program [s].
+    core_seconds: f64,
     /// Sums of the product's facts, by name.
     facts: &'a BTreeMap<String, u64>,
     threads: usize,
@@ -62,11 +64,11 @@ struct RunReport<'a> {
 pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exit, Failure> {
     let parallelism = machine::parallelism(arguments.job.threads)?;
     let cancel = machine::cancel_on_signals()?;
-    let view = ProgressView::new(arguments.progress, printer);
+    let view = ProgressView::new(arguments.progress(), printer);
     let listener = |event: Event| view.show(printer, &event);
     let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &listener };
     let made = make(text, &BTreeMap::new(), &arguments.out, &context);
-    view.finish();
+    view.finish(printer, &made);
     let (summary, seconds) = made?;
     show(&arguments.out, &parallelism, &summary, seconds, arguments.json, printer)
 }
@@ -83,7 +85,8 @@ pub fn show(
     if json {
         printer.json(&report(folder, parallelism, summary, seconds))?;
     } else {
-        printer.result(&text(folder, parallelism, summary, seconds)?);
+        let text = text(folder, parallelism, summary, seconds)?;
+        printer.result(&format!("{text}\nnext: graspmill report {}", folder.display()));
     }
     Ok(if summary.manifest.counts.refused_meshes > 0 { Exit::Refused } else { Exit::Complete })
 }
@@ -175,6 +178,7 @@ pub fn report<'a>(
         made: *made,
         seconds,
         samples_per_second: *made as f64 / seconds,
+        core_seconds: machine::processor_time().as_secs_f64(),
         facts: &counts.facts,
         threads: parallelism.threads,
         simd: parallelism.level.to_string(),
@@ -197,8 +201,8 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
     let shards = counted(manifest.shards.len() as u64, "shard");
     lines.push(format!("{shards}, {}, in {folder}", size_in_words(bytes(manifest))));
     if *made > 0 {
-        let memory =
-            machine::peak_memory().map_or_else(String::new, |bytes| format!(", {} MB at most", bytes / 1_000_000));
+        let memory = machine::peak_memory()
+            .map_or_else(String::new, |bytes| format!(", {} of memory at most", size_in_words(bytes)));
         let rate = *made as f64 / seconds;
         // Samples of some products are counted in parts: positions in poses.
         let rate = match publish::counted_parts(manifest) {

@@ -56,12 +56,12 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     let (mut exit, mut texts, mut reports) = (Exit::Complete, Vec::new(), BTreeMap::new());
     for job in &set.jobs {
         let folder = arguments.out.join(&job.name);
-        let view = ProgressView::new(arguments.progress, printer);
+        let view = ProgressView::new(arguments.progress(), printer);
         view.name(printer, &job.name);
         let listener = |event: Event| view.show(printer, &event);
         let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &listener };
         let made = run::make(&job.text, &job_inputs(job, &arguments.out)?, &folder, &context);
-        view.finish();
+        view.finish(printer, &made);
         let (summary, seconds) = made?;
         if summary.manifest.counts.refused_meshes > 0 {
             exit = Exit::Refused;

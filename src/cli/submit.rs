@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     args::{EngineName, JobArgs, SubmitArgs},
-    estimate,
+    estimate::{Costs, TimedJob},
     exit::{Exit, Failure},
     jobs, machine,
     printer::Printer,
@@ -98,14 +98,15 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     let cancel = machine::cancel_on_signals()?;
     let text = jobs::text(&JobArgs { job: job.clone(), set: arguments.set.clone(), threads: None })?;
     let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
-    let open = jobs::open_one(&text, &context)?;
+    let job_to_send = TimedJob::open(&text, &context)?;
+    let open = &job_to_send.open;
     if let Some(mark) = read_mark(&arguments.out)?
         && mark.job != open.digest
     {
         let (folder, found) = (arguments.out.clone(), mark.job);
         return Err(jobs::run_failure(DatasetError::ForeignJob { folder, found, expected: open.digest }.into()));
     }
-    let costs = estimate::costs(&open, &context)?;
+    let (name, costs) = (open.job.name.clone(), Costs::measure(job_to_send, &context)?);
     let cpus = arguments.cpus;
     let mut plan = costs.tasks(cpus);
     if let Some(asked) = arguments.tasks {
@@ -117,7 +118,8 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     plan.at_once = arguments.at_once;
     let seconds = costs.task_seconds(&plan, cpus);
     let expected = duration_text(Duration::from_secs_f64(seconds));
-    printer.say(&format!("about {expected} a task of {cpus} processors, by this machine's pace"));
+    let processors = counted(cpus.into(), "processor");
+    printer.say(&format!("about {expected} per task of {processors}, by this machine's pace"));
     let minutes = arguments.minutes.unwrap_or(((4.0 * seconds / 60.0).ceil() as u32).max(60));
     let backend = match backend {
         EngineName::Slurm => Backend::Slurm,
@@ -131,7 +133,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     let tasks = (0..plan.tasks).collect();
     let submission = Submission {
         backend,
-        name: open.job.name.clone(),
+        name,
         program,
         folder: env::current_dir()?,
         job: path::absolute(job)?,

@@ -55,13 +55,13 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
     let parallelism = machine::parallelism(arguments.job.threads)?;
     let cancel = machine::cancel_on_signals()?;
     printer.say(&found.to_string());
-    let view = ProgressView::new(arguments.progress, printer);
+    let view = ProgressView::new(arguments.progress(), printer);
     let listener = |event: Event| view.show(printer, &event);
     let folder = &arguments.out;
     let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &listener };
     let open = jobs::open(jobs::read(text, &BTreeMap::new())?, &context)?;
     let made = run_share(&open.task(&open.header(folder), folder), share, &context).map_err(run_failure);
-    view.finish();
+    view.finish(printer, &made);
     let summary = made?;
     let report = TaskReport {
         dataset: folder.display().to_string(),

@@ -43,6 +43,8 @@ pub enum Event {
         shard: u32,
         /// File name of the shard.
         file: String,
+        /// Samples of the shard, kept and rejected.
+        samples: u64,
     },
     /// All shards are there; field, index, manifest and digest are being made.
     Finishing,

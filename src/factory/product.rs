@@ -14,6 +14,8 @@ pub struct ProductFactory {
     pub keys: fn(&str) -> Schema,
     /// Default values of its keys: those of the profile `standard`, and the ones that `thesis` changes.
     pub profiles: [&'static str; 2],
+    /// Paths of keys that people write and that no job has, each with a remedy.
+    pub other_words: &'static [(&'static str, &'static str)],
     /// Datasets that its jobs read.
     pub inputs: &'static [InputDataset],
     /// Checks the keys of a job, in a folder that relative paths start from.

@@ -57,16 +57,15 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     /// When one is gone, another one than when the job was resolved, or cannot be worked with.
     fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError>;
 
-    /// Cost of a job that a pilot run would not show.
-    fn costs(&self) -> WorkCosts;
-
-    /// Returns the work without the parts that a pilot leaves out because they take long.
-    fn for_pilot(&self) -> Option<Box<dyn Work>> {
-        None
+    /// Bytes of the files that only this product has, beside its shards, as a guess for planning.
+    fn side_bytes(&self) -> f64 {
+        0.0
     }
 
-    /// Bytes on disk of a stored sample, as a guess for planning; `raw` is the size of its payloads before compression.
-    fn expected_bytes(&self, raw: f64) -> f64;
+    /// Processor time of making those files, as a guess for planning [s].
+    fn closing_seconds(&self) -> f64 {
+        0.0
+    }
 
     /// Facts about the work for `estimate`, for people.
     fn remarks(&self) -> Vec<String> {
@@ -102,8 +101,6 @@ pub struct WorkTables {
     pub hands: Vec<Value>,
     /// Splits of the subjects.
     pub splits: Option<SplitTable>,
-    /// Things a user should know.
-    pub warnings: Vec<String>,
 }
 
 /// Work whose shared parts are open.
@@ -159,24 +156,4 @@ pub trait Producer {
     /// # Panics
     /// When no subject is loaded.
     fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError>;
-}
-
-/// Cost of a job beside its pilot run, by constants that were measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WorkCosts {
-    /// Costs that stand in for a pilot, where one would take as long as a job.
-    pub measured: Option<MeasuredCosts>,
-    /// Processor time that a pilot leaves out, per sample [s].
-    pub left_out_seconds: f64,
-}
-
-/// Measured costs of a product whose samples take too long for a pilot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeasuredCosts {
-    /// Processor time per sample [s].
-    pub sample_seconds: f64,
-    /// Processor time of preparing a subject [s].
-    pub subject_seconds: f64,
-    /// Payload bytes per sample before compression.
-    pub sample_bytes: f64,
 }

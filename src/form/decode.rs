@@ -136,7 +136,7 @@ mod tests {
     struct Advice;
 
     impl Hints for Advice {
-        fn unknown_key(&self, key: &str) -> Option<String> {
+        fn unknown_key(&self, _: &Path, key: &str) -> Option<String> {
             (key == "colour").then(|| "give `paint`".to_owned())
         }
 

@@ -19,15 +19,15 @@ use super::{
 
 /// Knowledge about keys beyond the schema at hand. `()` has none.
 pub trait Hints {
-    /// A remedy for a key that the table does not have, and that is near to none of its keys.
-    fn unknown_key(&self, key: &str) -> Option<String>;
+    /// A remedy for a key, the last of its path, that the table does not have, and that is near to none of its keys.
+    fn unknown_key(&self, path: &Path, key: &str) -> Option<String>;
 
     /// The requirement to report for a missing key in place of the schema's, and a remedy.
     fn missing(&self, path: &Path) -> Option<(Requirement, String)>;
 }
 
 impl Hints for () {
-    fn unknown_key(&self, _: &str) -> Option<String> {
+    fn unknown_key(&self, _: &Path, _: &str) -> Option<String> {
         None
     }
 
@@ -117,9 +117,11 @@ impl Walk<'_> {
     }
 
     fn unknown_key(&mut self, child: &Node, key: &str, known: &Arc<[String]>, path: &Path) {
-        let help = did_you_mean(key, known.iter().map(String::as_str)).or_else(|| self.hints.unknown_key(key));
+        let path = path.key(key);
+        let near = did_you_mean(key, known.iter().map(String::as_str));
+        let help = near.or_else(|| self.hints.unknown_key(&path, key));
         let problem = Problem::UnknownKey { found: key.to_owned(), known: Arc::clone(known) };
-        self.checker.report_at(&child.key_span, &path.key(key), problem).help_if(help);
+        self.checker.report_at(&child.key_span, &path, problem).help_if(help);
     }
 
     fn choice(&mut self, node: &Node, choices: Vec<String>, path: &Path) -> bool {

@@ -4,9 +4,9 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use super::{chart::grouped, inspection::name_of, page::bytes_in_words, tally::SpreadRow};
+use super::{chart::grouped, inspection::name_of, tally::SpreadRow};
 use format::dataset::{DatasetError, DatasetReader};
-use kernel::words::Split;
+use kernel::words::{Split, size_in_words};
 
 /// A count or a measurement.
 #[derive(Serialize)]
@@ -79,7 +79,7 @@ impl Numbers {
         }
         rows.push(NumberRow::new(
             "shards",
-            format!("{}, {}", grouped(manifest.shards.len() as u64), bytes_in_words(bytes)),
+            format!("{}, {}", grouped(manifest.shards.len() as u64), size_in_words(bytes)),
         ));
         let channels: Vec<&str> = manifest.channels().into_iter().map(|channel| channel.name()).collect();
         rows.push(NumberRow::new("channels", channels.join(", ")));

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{chart::grouped, inspection::InspectionHeader, notes::Speed, picture::Picture};
-use kernel::words::NumberClass;
+use kernel::words::{NumberClass, size_in_words};
 
 /// A dataset as the head of its page shows it.
 #[derive(Serialize)]
@@ -40,7 +40,7 @@ impl<'a> DatasetView<'a> {
             generator: &header.generator,
             format: header.format_version,
             job: header.job.to_string(),
-            shards: format!("{} · {}", grouped(header.shards), bytes_in_words(header.shard_bytes)),
+            shards: format!("{} · {}", grouped(header.shards), size_in_words(header.shard_bytes)),
             classes: classes.map(class).collect(),
             warnings: &header.warnings,
         }
@@ -71,7 +71,7 @@ impl SpeedView {
             seconds: format!("{:.1}", speed.seconds),
             threads: speed.threads,
             rate: grouped(speed.rate().round() as u64),
-            memory: speed.peak_memory.map(bytes_in_words),
+            memory: speed.peak_memory.map(size_in_words),
         })
     }
 }
@@ -90,16 +90,5 @@ impl ImageView {
     /// A picture, shown `width` x `height` pixels large.
     pub fn of(picture: &Picture, width: u32, height: u32) -> Self {
         Self { uri: picture.to_data_uri(), width, height }
-    }
-}
-
-/// A size for people.
-pub(super) fn bytes_in_words(bytes: u64) -> String {
-    let value = bytes as f64;
-    match bytes {
-        0..10_000 => format!("{bytes} B"),
-        10_000..1_000_000 => format!("{:.1} kB", value / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", value / 1e6),
-        _ => format!("{:.2} GB", value / 1e9),
     }
 }

@@ -256,6 +256,15 @@ pub enum HandError {
         /// Part that the hand lacks.
         what: &'static str,
     },
+    /// A hand whose pads cannot be placed on pairs of points.
+    #[error(
+        "{}: pads are placed on pairs of points by a gripper alone: a `width` in its table, its pads slid towards each other by one motor; grasps.sampler = \"annealing\" and \"uniform\" take every hand",
+        path.display()
+    )]
+    NoGripper {
+        /// The hand's table.
+        path: PathBuf,
+    },
     /// An object without shapes, or a shape or pose that is not a finite one.
     #[error("the object to close on: {reason}")]
     Object {

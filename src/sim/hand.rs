@@ -84,6 +84,15 @@ impl HandModel {
         }
     }
 
+    /// Whether its pads can be placed on pairs of points, as antipodal sampling does.
+    ///
+    /// # Errors
+    /// When they do not slide towards each other by one motor.
+    pub fn check_gripper(&self) -> Result<(), HandError> {
+        let no_gripper = || HandError::NoGripper { path: HandTable::beside(&self.robot.path) };
+        self.hand.closing_line().map(|_| ()).ok_or_else(no_gripper)
+    }
+
     /// Whether all that can touch is a box, a ball, a capsule or a cylinder: only these touch true meshes.
     ///
     /// # Errors

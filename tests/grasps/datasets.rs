@@ -106,8 +106,13 @@ fn samplers_without_a_search_make_datasets() {
         assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{sampler}");
     }
     let barrett = format!("hand.scene={}", repository_path(BARRETT).display());
-    let said = workspace.run_job("job", "barrett").set([barrett]).finish().stderr;
-    assert!(said.contains("needs a gripper"), "{said}");
+    // Refused before anything is written, by both verbs.
+    let job = workspace.path("job.toml");
+    for program in [workspace.run_job("job", "barrett"), Program::on("estimate", &job)] {
+        let said = program.set([&barrett]).expect_code(2).stderr;
+        assert!(said.contains("placed on pairs of points by a gripper alone"), "{said}");
+    }
+    assert!(!workspace.path("barrett").exists());
 }
 
 /// Physics is a class of its own: with it and without it the root of class exact is the same.

@@ -63,7 +63,11 @@ fn has_objects(factory: &ProductFactory) -> bool {
 struct JobHints(&'static ProductFactory);
 
 impl Hints for JobHints {
-    fn unknown_key(&self, key: &str) -> Option<String> {
+    fn unknown_key(&self, path: &Path, key: &str) -> Option<String> {
+        let written = path.to_string();
+        if let Some((_, help)) = self.0.other_words.iter().find(|(word, _)| *word == written) {
+            return Some((*help).to_owned());
+        }
         let paths = |factory: &ProductFactory| KEY_PATHS.get(factory.product.name);
         let elsewhere = paths(self.0)?.get(key).map(|path| format!("did you mean `{path}`?"));
         elsewhere.or_else(|| {

@@ -42,7 +42,7 @@ pub fn read_hand(
     key: &str,
     spec: &HandSpec,
     folder: &FilePath,
-    can: fn(&HandModel) -> Result<(), HandError>,
+    can: impl Fn(&HandModel) -> Result<(), HandError>,
 ) -> Option<JobHand> {
     let before = checker.count();
     let scene = tidy(&folder.join(&spec.scene));
@@ -54,7 +54,7 @@ pub fn read_hand(
     let read = Description::of_hand(&scene);
     let Description { name, digest } = pinned_description(checker, key, "hand", &scene, read, spec.content.as_deref())?;
     if let Err(error) = HandModel::open(&scene).and_then(|model| can(&model)) {
-        checker.not_found(Path::from(key).key("scene"), "hand", error.to_string());
+        checker.invalid(Path::from(key).key("scene"), "a hand that can do what the job asks", error.to_string());
     }
     (checker.count() == before).then_some(JobHand { scene, name, id: ObjectId(digest) })
 }

@@ -139,7 +139,7 @@ impl Hints for SetHints {
     }
 
     /// Says where the name of an input belongs.
-    fn unknown_key(&self, key: &str) -> Option<String> {
+    fn unknown_key(&self, _: &Path, key: &str) -> Option<String> {
         let mut inputs = PRODUCTS.iter().flat_map(|factory| factory.inputs);
         inputs.any(|input| input.section == key).then(|| format!("write `inputs = {{ {key} = \"NAME\" }}`"))
     }

@@ -23,10 +23,7 @@ use format::{
         write_pending,
     },
 };
-use kernel::{
-    geom::SimdLevel,
-    ids::{ItemId, JobDigest, SampleIndex},
-};
+use kernel::ids::{ItemId, JobDigest, SampleIndex};
 use tables::ParquetIndex;
 
 /// Milliseconds between two progress events.
@@ -186,13 +183,16 @@ fn make_missing(
             let made =
                 ShardMaker::of_thread(&mut maker, work).and_then(|maker| maker.make(task, shard, cancel, &tally));
             failed.fetch_or(made.is_err(), Ordering::Relaxed);
-            let file = made?.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            listener(Event::ShardFinished { shard: shard.id.0, file });
+            let FinishedShard { path, kept, rejected, .. } = made?;
+            let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            listener(Event::ShardFinished { shard: shard.id.0, file, samples: kept + rejected });
         }
         Ok::<_, RunError>(())
     };
-    parallelism.pool()?.broadcast(on_thread).into_iter().collect::<Result<(), _>>()?;
-    Ok((to_make, tally.finish()))
+    let ended = parallelism.pool()?.broadcast(on_thread).into_iter().collect::<Result<(), _>>();
+    // Before an error, too: a listener says what is lost of unfinished shards.
+    let seconds = tally.finish();
+    ended.map(|()| (to_make, seconds))
 }
 
 /// Writes the product's own files, index, tables and manifest; all shards are there.
@@ -284,7 +284,7 @@ fn check_count(unit: &WorkUnit, item: ItemId, next: SampleIndex, expected: u64) 
 }
 
 /// Stores a sample, or accounts for its reject.
-fn store(writer: &mut ShardWriter, index: SampleIndex, made: &MadeSample<'_>) -> Result<(), ProduceError> {
+pub(super) fn store(writer: &mut ShardWriter, index: SampleIndex, made: &MadeSample<'_>) -> Result<(), ProduceError> {
     let MadeSample { sample, facts, fate } = made;
     match fate {
         MadeFate::Kept(payloads) => {
@@ -296,64 +296,6 @@ fn store(writer: &mut ShardWriter, index: SampleIndex, made: &MadeSample<'_>) ->
         MadeFate::Rejected { reason, detail } => writer.reject(index, sample, facts.clone(), reason, detail)?,
     }
     Ok(())
-}
-
-/// Measures the seconds per sample on one thread, from up to `samples` samples spread over the plan; nothing is written.
-///
-/// # Errors
-/// Errors of [`run`].
-pub fn pilot(job: &Job, plan: &Plan, samples: u64, level: SimdLevel, cancel: &Cancel) -> Result<PilotRate, RunError> {
-    let shorter = job.work.for_pilot();
-    let work = shorter.as_deref().unwrap_or(job.work.as_ref()).open(job.seed, level)?;
-    let mut producer = work.producer()?;
-    let mut sink = SampleSink::new(producer.channels());
-    let subjects = job.work.subjects().len() as u64;
-    let visited = subjects.min(8);
-    let (mut made, mut bytes) = (0u64, 0u64);
-    let (mut load_seconds, mut item_seconds) = (0.0, 0.0);
-    for step in 0..visited {
-        let began = Instant::now();
-        let subject = (step * subjects / visited) as usize;
-        let items = u64::from(plan.items_of(subject));
-        let per_subject = (samples / visited.max(1)).clamp(1, items.max(1)).min(items);
-        contain(|| format!("preparing {}", subject_words(job, subject)), || producer.load(subject))?;
-        load_seconds += began.elapsed().as_secs_f64();
-        let began = Instant::now();
-        for number in 0..per_subject {
-            if cancel.is_cancelled() {
-                return Err(RunError::Interrupted);
-            }
-            let mut take = |sample: &MadeSample<'_>| {
-                if let MadeFate::Kept(payloads) = sample.fate {
-                    bytes += payloads.iter().map(|(_, payload)| payload.len() as u64).sum::<u64>();
-                }
-                made += 1;
-                Ok(())
-            };
-            let item = ItemId((number * items / per_subject) as u32);
-            contain(|| item_words(job, subject, item), || producer.produce(item, &mut sink.writer(&mut take)))?;
-        }
-        item_seconds += began.elapsed().as_secs_f64();
-    }
-    Ok(PilotRate {
-        samples: made,
-        seconds_per_subject: load_seconds / visited.max(1) as f64,
-        seconds_per_sample: item_seconds / made.max(1) as f64,
-        raw_bytes_per_sample: bytes as f64 / made.max(1) as f64,
-    })
-}
-
-/// Result of a pilot run on one thread.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PilotRate {
-    /// Samples made.
-    pub samples: u64,
-    /// Time of reading a subject and preparing it (voxelising and indexing an object) [s].
-    pub seconds_per_subject: f64,
-    /// Time of making a sample, without writing it [s].
-    pub seconds_per_sample: f64,
-    /// Payload bytes per sample, before compression.
-    pub raw_bytes_per_sample: f64,
 }
 
 /// Counts finished samples over all threads and informs the listener now and then.

@@ -2,15 +2,20 @@
 //!
 //! A run fills a folder with the shards of a plan, each made by one thread from its first sample to its last, and closes
 //! the dataset when all are there. Nothing but the finished shard files says what is done, so a run that was stopped,
-//! killed or started twice goes on from them. A panic becomes an error that names what was being made (`contain`). Threads decide only who makes which shard, never what stands in it.
+//! killed or started twice goes on from them. A panic becomes an error that names what was being made (`contain`). Threads
+//! decide only who makes which shard, never what stands in it.
 
 mod assets;
 mod contain;
+mod estimate;
 mod execute;
 mod open;
+mod pilot;
 mod regenerate;
 
 pub use assets::{PreparedAssets, prepare_assets};
-pub use execute::{PilotRate, RunSummary, RunTask, ShareSummary, merge, pilot, run, run_share};
+pub use estimate::Estimate;
+pub use execute::{RunSummary, RunTask, ShareSummary, merge, run, run_share};
 pub use open::{OpenError, OpenJob};
+pub use pilot::{PilotLimits, PilotRate, pilot};
 pub use regenerate::{Difference, Regeneration, regenerate};

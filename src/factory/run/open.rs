@@ -72,16 +72,18 @@ impl OpenJob {
         Ok(Self { digest: job.digest(), plan, splits, job })
     }
 
+    /// Everything that a user should know of the job: keys without effect, refused and mended meshes, splits.
+    pub fn warnings(&self) -> Vec<String> {
+        let of_objects = self.job.work.objects().into_iter().flat_map(|objects| objects.warnings());
+        let of_splits =
+            self.splits.iter().flat_map(|JobSplits { notes, leaks, .. }| notes.iter().cloned().chain(leaks.warnings()));
+        self.job.notes.iter().cloned().chain(of_objects).chain(of_splits).collect()
+    }
+
     /// Tables of the job's dataset beside the samples; files in its job are named relative to `folder`.
     pub fn header(&self, folder: &Path) -> DatasetHeader {
-        let WorkTables { class, channel_classes, platform, assets, hands, splits, warnings } =
+        let WorkTables { class, channel_classes, platform, assets, hands, splits } =
             self.job.work.tables(self.splits.as_ref());
-        let mut all_warnings = self.job.notes.clone();
-        all_warnings.extend(warnings);
-        if let Some(JobSplits { notes, leaks, .. }) = &self.splits {
-            all_warnings.extend(notes.iter().cloned());
-            all_warnings.extend(leaks.warnings());
-        }
         let refusal = |refusal| serde_json::to_value(refusal).expect("a refusal is plain data");
         DatasetHeader {
             product: self.job.product(),
@@ -95,7 +97,7 @@ impl OpenJob {
             hands,
             refused: self.job.refused().iter().map(refusal).collect(),
             splits,
-            warnings: all_warnings,
+            warnings: self.warnings(),
         }
     }
 

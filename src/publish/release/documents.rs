@@ -12,7 +12,6 @@ use crate::{
     chart::grouped,
     markup::Markup,
     numbers::{NumberRow, SplitCounts},
-    page::bytes_in_words,
     product::ProductPages,
     products::pages_of,
     templates::PageTemplates,
@@ -21,7 +20,7 @@ use format::{
     Product,
     dataset::{Manifest, layout},
 };
-use kernel::words::NumberClass;
+use kernel::words::{NumberClass, size_in_words};
 
 /// Templates of the documents.
 pub(crate) static TEMPLATES: PageTemplates = PageTemplates::new(&[
@@ -299,7 +298,7 @@ impl CountsView {
         Self {
             planned: grouped(counts.samples),
             kept: grouped(counts.kept),
-            bytes: bytes_in_words(manifest.shards.iter().map(|shard| shard.bytes).sum()),
+            bytes: size_in_words(manifest.shards.iter().map(|shard| shard.bytes).sum()),
             rejected: grouped(counts.rejected.values().sum()),
             reasons: (!reasons.is_empty()).then(|| reasons.join(", ")),
             splits: (!splits.is_empty()).then(|| splits.join(", ")),
@@ -404,7 +403,7 @@ impl<'a> RecipeView<'a> {
         let assets = release.assets.iter().filter(|asset| !asset.is_free());
         (!release.left_out.is_empty()).then(|| Self {
             files: grouped(release.left_out.len() as u64),
-            bytes: bytes_in_words(bytes),
+            bytes: size_in_words(bytes),
             assets: assets.map(|asset| LeftOutAsset { name: &asset.name, because: asset.because() }).collect(),
         })
     }

@@ -156,22 +156,6 @@ fn a_datasets_tables_name_the_hand_and_the_class_of_what_it_felt() {
 }
 
 #[test]
-fn hands_are_expected_to_take_their_time_and_their_bytes() {
-    let plain = resolve(read(MINIMAL, &[]).expect("a job"));
-    let both = job(&["touch.grasp=true"]);
-    let seconds_of_hands = |job: &Job| job.work.costs().left_out_seconds;
-    let without_hands = both.work.for_pilot().expect("work without hands");
-    assert_eq!((seconds_of_hands(&plain), without_hands.costs().left_out_seconds), (0.0, 0.0));
-    // Six approaches take what taking hold takes six times; an object is prepared once.
-    let more = |settings: &[&str]| seconds_of_hands(&job(settings)) - seconds_of_hands(&job(&[]));
-    assert!((more(&["touch.approaches=12"]) / more(&["touch.grasp=true"]) - 6.0).abs() < 1e-9);
-    assert!(seconds_of_hands(&job(&[])) > more(&["touch.approaches=12"]));
-    let bytes = |job: &Job| job.work.expected_bytes(0.0);
-    assert_eq!(without_hands.expected_bytes(0.0), bytes(&plain));
-    assert!(bytes(&both) > bytes(&job(&[])) && bytes(&job(&["touch.approaches=12"])) > bytes(&both));
-}
-
-#[test]
 fn a_hand_that_goes_or_changes_while_a_run_goes_on_stops_it() {
     let folder = Workspace::new();
     let file = |ending: &str| folder.path("hand").with_extension(ending);

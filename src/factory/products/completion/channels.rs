@@ -156,23 +156,6 @@ impl Channels {
         ];
         asked.into_iter().filter_map(|(channel, asked)| asked.then_some(channel))
     }
-
-    /// Bytes on disk of the channels of one sample, about, with a grid of so many cells and a crop of so many pixels: bit planes
-    /// compress about 24-fold, numbers about 2-fold (measured on solids with one-sided views at a resolution of 40).
-    pub(super) fn expected_bytes(&self, cells: f64, pixels: f64) -> f64 {
-        let visibility = if self.visibility { cells / 8.0 / 24.0 } else { 0.0 };
-        let depth = match self.depth {
-            None => 0.0,
-            Some(DepthFormat::F32) => pixels * 4.0 / 2.0,
-            Some(DepthFormat::U16 { .. }) => pixels * 2.0 / 2.5,
-        };
-        let cloud = if self.cloud { pixels / 2.0 * 12.0 / 1.5 } else { 0.0 };
-        let tsdf = if self.tsdf.is_some() { cells * 2.0 / 6.0 } else { 0.0 };
-        let coverage = if self.coverage { cells / 15.0 } else { 0.0 };
-        let implicit =
-            self.implicit.map_or(0.0, |points| f64::from(points.surface) * 24.0 + f64::from(points.space) * 16.0) / 1.1;
-        visibility + depth + cloud + tsdf + coverage + implicit
-    }
 }
 
 /// An object's parts that its channels are made of; only those that the job stores are made.

@@ -23,8 +23,18 @@ use kernel::{
 };
 
 /// Completion as the factory makes it.
-pub static FACTORY: ProductFactory =
-    ProductFactory { product: Product::COMPLETION, keys, profiles: PROFILES, inputs: &[], draft };
+pub static FACTORY: ProductFactory = ProductFactory {
+    product: Product::COMPLETION,
+    keys,
+    profiles: PROFILES,
+    other_words: &[(
+        "camera.fovy",
+        "give `camera.horizontal_fov` in radians: 2 atan(width / height * tan(fovy / 2)), or a camera of an MJCF file by \
+         `camera.scene`",
+    )],
+    inputs: &[],
+    draft,
+};
 
 fn keys(title: &str) -> Schema {
     let mut schema = schema_of::<CompletionSpec>(title);

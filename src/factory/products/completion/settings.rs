@@ -22,15 +22,6 @@ pub struct CompletionJob {
     pub settings: CompletionSettings,
 }
 
-impl CompletionJob {
-    /// Returns the job without touch by hands, which changes no other channel of its samples.
-    pub fn without_hands(&self) -> Self {
-        let mut job = self.clone();
-        job.settings.touch.by_hand = None;
-        job
-    }
-}
-
 /// The camera of an MJCF scene that gave the numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneCamera {

@@ -12,7 +12,7 @@ use crate::{
     job::{JobObjects, SplitInput, shards_section},
     objects::check_hand,
     plan::{JobSplits, SubjectItems},
-    work::{OpenWork, Producer, Work, WorkCosts, WorkTables},
+    work::{OpenWork, Producer, Work, WorkTables},
 };
 use format::{Channel, Product};
 use kernel::{
@@ -22,14 +22,6 @@ use kernel::{
     words::NumberClass,
 };
 use sim::{gl_facts, sim_facts};
-
-/// Processor time of one approach of a hand, or of one grasp, measured on the YCB scans [s]. A pilot has no hands, so that it
-/// stays short.
-const SECONDS_PER_APPROACH: f64 = 0.025;
-/// Processor time of preparing an object to be touched, measured on the YCB scans [s].
-const SECONDS_PER_TOUCHED_OBJECT: f64 = 0.4;
-/// Bytes on disk per approach, measured on the YCB scans: a pose, some eight joints in double precision, and three contacts.
-const BYTES_PER_APPROACH: f64 = 330.0;
 
 impl Work for CompletionJob {
     fn product(&self) -> Product {
@@ -82,7 +74,6 @@ impl Work for CompletionJob {
             assets: self.objects.rows(),
             hands: by_hand.map(|touch| touch.hand.row()).into_iter().collect(),
             splits: Some(splits.map(|splits| splits.table.clone()).unwrap_or_default()),
-            warnings: self.objects.warnings().collect(),
         }
     }
 
@@ -91,22 +82,6 @@ impl Work for CompletionJob {
             check_hand(&touch.hand)?;
         }
         Ok(Box::new(OpenCompletion { job: self, seed, level }))
-    }
-
-    fn costs(&self) -> WorkCosts {
-        let views = self.settings.views.len().max(1) as f64;
-        let left_out_seconds = self.settings.touch.by_hand.as_ref().map_or(0.0, |touch| {
-            SECONDS_PER_APPROACH * f64::from(touch.approaches()) + SECONDS_PER_TOUCHED_OBJECT / views
-        });
-        WorkCosts { measured: None, left_out_seconds }
-    }
-
-    fn for_pilot(&self) -> Option<Box<dyn Work>> {
-        self.settings.touch.by_hand.is_some().then(|| -> Box<dyn Work> { Box::new(self.without_hands()) })
-    }
-
-    fn expected_bytes(&self, _raw: f64) -> f64 {
-        expected_bytes(&self.settings)
     }
 
     fn remarks(&self) -> Vec<String> {
@@ -156,21 +131,4 @@ impl DepthSource for DepthAgain<'_> {
         self.worker.load(object)?;
         Ok(Some(self.worker.depth_of(sample.item)?.clone()))
     }
-}
-
-/// Bytes of a stored sample, about: the bit planes of a pair compress about 24-fold at a resolution of 40 (measured on solids
-/// with one-sided views).
-fn expected_bytes(settings: &CompletionSettings) -> f64 {
-    let cells = f64::from(settings.resolution).powi(3);
-    // An object at 1 m in the default camera covers about 100 x 100 pixels.
-    let pixels = 10_000.0;
-    let mut bytes = 300.0 + 2.0 * cells / 8.0 / 24.0 + settings.channels.expected_bytes(cells, pixels);
-    // Random coordinates hardly shrink: of 40 rays about 24 touch something, 33 bytes each, 12 otherwise.
-    bytes += settings.touch.random_rays.map_or(0.0, |rays| 60.0 + 26.0 * f64::from(rays.count));
-    let by_hand = settings.touch.by_hand.as_ref();
-    bytes += by_hand.map_or(0.0, |touch| {
-        let kinds = f64::from(u8::from(touch.exploration.is_some()) + u8::from(touch.grasp));
-        100.0 * kinds + BYTES_PER_APPROACH * f64::from(touch.approaches())
-    });
-    bytes
 }

@@ -3,6 +3,7 @@
 use std::path::Path as FilePath;
 
 use super::{
+    hand::can_grasp,
     keys::SEARCH_KEYS,
     settings::{GraspSettings, Physics},
     spec::{
@@ -23,11 +24,12 @@ pub(super) fn settings(
     spec: &GraspsSpec,
     folder: &FilePath,
 ) -> (GraspSettings, Option<JobHand>) {
-    let hand = spec.hand.as_ref();
-    let hand = hand.and_then(|hand| read_hand(checker, "hand", hand, folder, HandModel::check_grasping));
+    let (sampler, hand) = (sampler(checker, spec), spec.hand.as_ref());
+    let can = |model: &HandModel| can_grasp(model, &sampler);
+    let hand = hand.and_then(|hand| read_hand(checker, "hand", hand, folder, can));
     let settings = GraspSettings {
         seeds: spec.grasps.seeds,
-        sampler: sampler(checker, spec),
+        sampler,
         annealing: annealing(checker, &spec.annealing),
         keeping: keeping(&spec.keep),
         physics: spec.physics.as_ref().map(|spec| physics(checker, spec)),

@@ -3,8 +3,21 @@
 use std::sync::Arc;
 
 use crate::{ProduceError, job::JobHand, objects::check_hand};
-use robot::{collision::Bodies, grasp::HandSearch, hand::Hand};
-use sim::HandModel;
+use robot::{
+    collision::Bodies,
+    grasp::{HandSearch, Sampler},
+    hand::Hand,
+};
+use sim::{HandError, HandModel};
+
+/// Whether grasps can be found for a hand by a sampler.
+pub fn can_grasp(model: &HandModel, sampler: &Sampler) -> Result<(), HandError> {
+    model.check_grasping()?;
+    match sampler {
+        Sampler::Antipodal(_) => model.check_gripper(),
+        Sampler::Annealing | Sampler::Uniform(_) => Ok(()),
+    }
+}
 
 /// A job's hand, read once for all threads.
 pub struct GraspHand {
@@ -21,11 +34,11 @@ impl GraspHand {
     ///
     /// # Errors
     /// When it is gone, another one, or cannot grasp.
-    pub fn open(hand: &JobHand) -> Result<Self, ProduceError> {
+    pub fn open(hand: &JobHand, sampler: &Sampler) -> Result<Self, ProduceError> {
         check_hand(hand)?;
         let name = || hand.scene.display().to_string();
         let model = HandModel::open(&hand.scene).map_err(|error| ProduceError::unusable(name(), error))?;
-        model.check_grasping().map_err(|error| ProduceError::unusable(name(), error))?;
+        can_grasp(&model, sampler).map_err(|error| ProduceError::unusable(name(), error))?;
         let (bodies, _) = model.bodies().map_err(|error| ProduceError::unusable(name(), error))?;
         let search = HandSearch::new(model.hand(), &bodies).map_err(|error| ProduceError::unusable(name(), error))?;
         Ok(Self { hand: Arc::clone(model.hand()), bodies: Arc::new(bodies), search: Arc::new(search) })

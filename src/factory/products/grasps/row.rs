@@ -15,8 +15,14 @@ use form::{Checker, FormErrors, schema_of};
 use format::Product;
 
 /// Grasps as the factory makes them.
-pub static FACTORY: ProductFactory =
-    ProductFactory { product: Product::GRASPS, keys: schema_of::<GraspsSpec>, profiles: PROFILES, inputs: &[], draft };
+pub static FACTORY: ProductFactory = ProductFactory {
+    product: Product::GRASPS,
+    keys: schema_of::<GraspsSpec>,
+    profiles: PROFILES,
+    other_words: &[("grasps.runs", "`grasps.seeds` says how many runs each object has")],
+    inputs: &[],
+    draft,
+};
 
 fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobContext) -> Result<DraftWork, FormErrors> {
     let (spec, mut checker) = checker.value_of::<GraspsSpec>(keys)?;

@@ -62,20 +62,4 @@ impl GraspSettings {
             Sampler::Antipodal(antipodal) => antipodal.pairs,
         }
     }
-
-    /// Grasps per run, at most.
-    pub fn best(&self) -> u32 {
-        match &self.sampler {
-            Sampler::Annealing => self.annealing.best,
-            Sampler::Uniform(uniform) => uniform.grasps,
-            Sampler::Antipodal(antipodal) => antipodal.best,
-        }
-    }
-}
-
-impl Physics {
-    /// Trials of a kept grasp, on average.
-    pub fn trials(&self) -> f64 {
-        1.0 + f64::from(self.perturbed) + self.roll_out_share * f64::from(self.roll_outs)
-    }
 }

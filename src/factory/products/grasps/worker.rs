@@ -22,10 +22,6 @@ use robot::grasp::{Annealer, Antipodal, GraspSampler, ObjectSearch, Sampler, Uni
 /// Reason why a run makes no sample: no neighbour of the seed was legal.
 const NO_LEGAL_STATE: &str = "no_legal_state";
 
-/// Remedy for antipodal sampling with a hand that is no gripper.
-const NO_GRIPPER: &str = "grasps.sampler = \"antipodal\" needs a gripper: a `width` in its table, its pads slid towards each \
-                          other by one motor";
-
 /// The producer of one thread; its memory is reused from run to run.
 pub struct GraspWorker<'j> {
     job: &'j GraspJob,
@@ -74,9 +70,6 @@ impl<'j> GraspWorker<'j> {
             grasps: Vec::new(),
             resting_poses: 0,
         };
-        if matches!(sampler, Sampler::Antipodal(_)) && hand.hand.closing_line().is_none() {
-            return Err(ProduceError::unusable(job.hand.scene.display().to_string(), NO_GRIPPER));
-        }
         let sampling = || Box::new(GraspSampler::new(&hand.search, annealing, keeping, level));
         let search = match sampler {
             Sampler::Annealing => Search::Annealing(Box::new(Annealer::new(&hand.search, annealing, keeping, level))),

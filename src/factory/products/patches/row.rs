@@ -18,6 +18,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::PATCHES,
     keys: schema_of::<PatchesSpec>,
     profiles: PROFILES,
+    other_words: &[],
     inputs: &[InputDataset { section: "grasps", product: Product::GRASPS }],
     draft,
 };

@@ -12,7 +12,7 @@ use crate::{
     ProduceError, RunError,
     job::shards_section,
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Producer, Work, WorkCosts, WorkTables},
+    work::{Closing, OpenWork, Producer, Work, WorkTables},
 };
 use format::{
     Channel, Product,
@@ -70,7 +70,6 @@ impl Work for PatchJob {
             assets: self.grasps.objects.iter().map(|object| object.asset.clone()).collect(),
             hands: vec![self.hand.row()],
             splits: Some(splits(&self.grasps)),
-            warnings: Vec::new(),
         }
     }
 
@@ -80,15 +79,6 @@ impl Work for PatchJob {
         }
         let (hand, shapes) = (PatchHand::open(self)?, Shapes::open(&self.dataset)?);
         Ok(Box::new(OpenPatches { job: self, hand, shapes, seed, level }))
-    }
-
-    fn costs(&self) -> WorkCosts {
-        WorkCosts::default()
-    }
-
-    fn expected_bytes(&self, raw: f64) -> f64 {
-        // Measured on the YCB scans: most pixels are background.
-        0.2 * raw
     }
 
     fn remarks(&self) -> Vec<String> {

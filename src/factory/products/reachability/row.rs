@@ -18,6 +18,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::REACHABILITY,
     keys: schema_of::<ReachabilitySpec>,
     profiles: PROFILES,
+    other_words: &[],
     inputs: &[],
     draft,
 };

@@ -1,0 +1,294 @@
+//! Measures what the samples of a job cost, by making a few of them.
+
+use std::{
+    ops::Range,
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
+    time::Duration,
+};
+
+use rustix::time::{ClockId, clock_gettime};
+use serde::Serialize;
+
+use super::execute::store;
+use crate::{
+    MadeFate, MadeSample, RunContext, RunError, SampleSink,
+    job::Job,
+    plan::Plan,
+    work::{OpenWork, Producer},
+};
+use format::{
+    Channel, Facts,
+    dataset::{DatasetError, ShardHeader, ShardWriter},
+};
+use kernel::ids::{ItemId, SampleId, SampleIndex, ShardId};
+
+/// Subjects that a pilot visits, where the job has so many.
+const VISITED_SUBJECTS: usize = 32;
+/// Items that follow each other, so that chunks hold samples as much alike as those of the dataset.
+const BLOCK_ITEMS: u32 = 4;
+
+/// How long a pilot goes on: whichever limit is met first. Each visited subject is given at least one item.
+#[derive(Clone, Copy, Debug)]
+pub struct PilotLimits {
+    /// Samples in all.
+    pub samples: u64,
+    /// Processor time per thread.
+    pub time: Duration,
+}
+
+/// What the samples of a job cost, in processor time and in bytes of shards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PilotRate {
+    /// Samples made, kept and rejected.
+    pub samples: u64,
+    /// Processor time of opening what all threads share: hands, robots, other datasets [s].
+    pub seconds_of_opening: f64,
+    /// Processor time of reading a subject and preparing it (voxelising and indexing an object) [s].
+    pub seconds_per_subject: f64,
+    /// Processor time of making and storing a sample, with as many threads at work as the run will have [s].
+    pub seconds_per_sample: f64,
+    /// Bytes that a shard has before any sample stands in it.
+    pub bytes_per_shard: f64,
+    /// Bytes that a sample adds to its shard, kept or rejected, compressed.
+    pub bytes_per_sample: f64,
+    /// Channels of a sample.
+    pub channels: u64,
+}
+
+/// Makes samples spread over the plan, on all threads, and stores them in shards in a folder of its own, which goes in the end.
+///
+/// # Errors
+/// Errors of [`run`](super::run).
+pub fn pilot(job: &Job, plan: &Plan, limits: PilotLimits, context: &RunContext<'_>) -> Result<PilotRate, RunError> {
+    let began = processor_time();
+    let work = job.work.open(job.seed, context.parallelism.level)?;
+    let opened = processor_time();
+    let folder = tempfile::tempdir().map_err(DatasetError::io("making", Path::new("a folder for the pilot")))?;
+    let pilot = Pilot { job, plan, limits, work: work.as_ref(), folder: folder.path(), context };
+    let visits = pilot.visits();
+    let next = AtomicUsize::new(0);
+    let on_thread = |_: rayon::BroadcastContext<'_>| pilot.work_through(&visits, &next);
+    let tallies: Result<Vec<Tally>, RunError> = context.parallelism.pool()?.broadcast(on_thread).into_iter().collect();
+    let tally = tallies?.into_iter().fold(Tally::default(), Tally::plus);
+    let per = |total: f64, count: u64| total / count.max(1) as f64;
+    let channels = work.producer()?.channels();
+    let bytes_per_shard = pilot.bytes_of_empty_shard(&channels)? as f64;
+    Ok(PilotRate {
+        samples: tally.samples,
+        seconds_of_opening: (opened - began).as_secs_f64(),
+        seconds_per_subject: per(tally.loading.as_secs_f64(), tally.loads),
+        seconds_per_sample: per(tally.making.as_secs_f64(), tally.samples),
+        bytes_per_shard,
+        channels: channels.len() as u64,
+        bytes_per_sample: per(tally.bytes as f64 - tally.shards as f64 * bytes_per_shard, tally.samples).max(0.0),
+    })
+}
+
+/// Processor time of the calling thread since it began.
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec as u32)
+}
+
+/// A pilot that goes on.
+struct Pilot<'a> {
+    job: &'a Job,
+    plan: &'a Plan,
+    limits: PilotLimits,
+    work: &'a dyn OpenWork,
+    folder: &'a Path,
+    context: &'a RunContext<'a>,
+}
+
+/// Some items of one subject.
+struct Visit {
+    subject: usize,
+    items: Vec<u32>,
+}
+
+/// Costs of what one thread made.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    samples: u64,
+    loads: u64,
+    shards: u64,
+    bytes: u64,
+    loading: Duration,
+    making: Duration,
+}
+
+impl Tally {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            loads: self.loads + other.loads,
+            shards: self.shards + other.shards,
+            bytes: self.bytes + other.bytes,
+            loading: self.loading + other.loading,
+            making: self.making + other.making,
+        }
+    }
+}
+
+impl Pilot<'_> {
+    /// Visits to subjects at even steps through the job, at least one for each thread. Where several go to one subject, they
+    /// share its items.
+    fn visits(&self) -> Vec<Visit> {
+        let subjects = self.job.work.subjects();
+        let visited = subjects.len().min(VISITED_SUBJECTS);
+        if visited == 0 {
+            return Vec::new();
+        }
+        let rounds = self.context.parallelism.threads.div_ceil(visited);
+        let samples = self.limits.samples.div_ceil((visited * rounds) as u64);
+        let of_round = |round: usize, subject: usize| {
+            let items = samples.div_ceil(u64::from(subjects[subject].samples_per_item.max(1)));
+            let blocks = spread_blocks(self.plan.items_of(subject), BLOCK_ITEMS).skip(round).step_by(rounds);
+            Visit { subject, items: blocks.flatten().take(items as usize).collect() }
+        };
+        let mut visits = Vec::new();
+        for round in 0..rounds {
+            let chosen = spread_blocks(subjects.len() as u32, 1).take(visited);
+            visits.extend(chosen.map(|block| of_round(round, block.start as usize)));
+        }
+        visits
+    }
+
+    /// Makes visits until none is left or the time is over.
+    fn work_through(&self, visits: &[Visit], next: &AtomicUsize) -> Result<Tally, RunError> {
+        let began = processor_time();
+        let mut tally = Tally::default();
+        let mut producer = self.work.producer()?;
+        let mut sink = SampleSink::new(producer.channels());
+        let slice = self.limits.time * self.context.parallelism.threads as u32 / visits.len().max(1) as u32;
+        while processor_time() - began < self.limits.time || tally.samples == 0 {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(visit) = visits.get(index) else { break };
+            tally = tally.plus(self.visit(index, visit, slice, producer.as_mut(), &mut sink)?);
+        }
+        Ok(tally)
+    }
+
+    /// Makes the items of a visit until its slice of time is over, and stores them in a shard.
+    fn visit(
+        &self,
+        index: usize,
+        visit: &Visit,
+        slice: Duration,
+        producer: &mut dyn Producer,
+        sink: &mut SampleSink,
+    ) -> Result<Tally, RunError> {
+        let began = processor_time();
+        producer.load(visit.subject)?;
+        let loaded = processor_time();
+        let mut samples: Vec<StoredSample> = Vec::new();
+        for item in &visit.items {
+            if self.context.cancel.is_cancelled() {
+                return Err(RunError::Interrupted);
+            }
+            let mut take = |made: &MadeSample<'_>| {
+                samples.push(StoredSample::new(made));
+                Ok(())
+            };
+            producer.produce(ItemId(*item), &mut sink.writer(&mut take))?;
+            if processor_time() - began >= slice {
+                break;
+            }
+        }
+        let count = samples.len() as u64;
+        let bytes = if count > 0 { self.store(index, &producer.channels(), &samples)? } else { 0 };
+        let (loading, making) = (loaded - began, processor_time() - loaded);
+        Ok(Tally { samples: count, loads: 1, shards: u64::from(count > 0), bytes, loading, making })
+    }
+
+    /// Size of a shard of these samples [bytes].
+    fn store(&self, index: usize, channels: &[Channel], samples: &[StoredSample]) -> Result<u64, RunError> {
+        let mut writer = self.shard(index, channels, samples.len() as u64)?;
+        for (index, sample) in (0..).map(SampleIndex).zip(samples) {
+            store(&mut writer, index, &sample.as_made())?;
+        }
+        Ok(writer.finish()?.bytes)
+    }
+
+    /// Size of a shard that holds one reject and nothing else [bytes].
+    fn bytes_of_empty_shard(&self, channels: &[Channel]) -> Result<u64, RunError> {
+        let Some(subject) = self.job.work.subjects().first().map(|subject| subject.id) else { return Ok(0) };
+        let mut writer = self.shard(0, channels, 1)?;
+        let sample = SampleId::of_object(subject, ItemId(0));
+        let facts = Facts::new(self.job.product().facts.iter().map(|_| 0.0));
+        writer.reject(SampleIndex(0), &sample, facts, "empty", "")?;
+        Ok(writer.finish()?.bytes)
+    }
+
+    fn shard(&self, index: usize, channels: &[Channel], samples: u64) -> Result<ShardWriter, DatasetError> {
+        let header = ShardHeader {
+            product: self.job.product(),
+            job: self.job.digest(),
+            shard: ShardId(index as u32),
+            shards: u32::MAX,
+            samples: 0..samples,
+            channels: channels.to_vec(),
+        };
+        ShardWriter::create(self.folder, &header)
+    }
+}
+
+/// Blocks of `size` consecutive numbers below `count`, in an order in which any first few are spread over all.
+fn spread_blocks(count: u32, size: u32) -> impl Iterator<Item = Range<u32>> {
+    let blocks = count.div_ceil(size);
+    // Steps of the golden section; coprime with the count, so that each block comes once.
+    let nearest = (f64::from(blocks) * 0.618) as u32;
+    let step = (nearest.max(1)..).find(|step| greatest_common_divisor(*step, blocks.max(1)) == 1).unwrap_or(1);
+    (0..blocks).map(move |index| {
+        let first = (u64::from(index) * u64::from(step) % u64::from(blocks)) as u32 * size;
+        first..count.min(first + size)
+    })
+}
+
+fn greatest_common_divisor(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}
+
+/// A finished sample with payloads of its own.
+struct StoredSample {
+    sample: SampleId,
+    facts: Facts,
+    fate: Result<Vec<(Channel, Vec<u8>)>, (&'static str, String)>,
+}
+
+impl StoredSample {
+    fn new(made: &MadeSample<'_>) -> Self {
+        let fate = match made.fate {
+            MadeFate::Kept(payloads) => Ok(payloads.to_vec()),
+            MadeFate::Rejected { reason, detail } => Err((reason, detail.to_owned())),
+        };
+        Self { sample: made.sample, facts: made.facts.clone(), fate }
+    }
+
+    fn as_made(&self) -> MadeSample<'_> {
+        let fate = match &self.fate {
+            Ok(payloads) => MadeFate::Kept(payloads),
+            Err((reason, detail)) => MadeFate::Rejected { reason, detail },
+        };
+        MadeSample { sample: self.sample, facts: self.facts.clone(), fate }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn blocks_hold_every_item_once_and_the_first_few_lie_apart() {
+        for (count, size) in [(0, 16), (1, 16), (15, 16), (16, 16), (17, 16), (726, 16), (5280, 16), (78, 1)] {
+            let mut all: Vec<u32> = spread_blocks(count, size).flatten().collect();
+            all.sort_unstable();
+            assert_eq!(all, (0..count).collect::<Vec<_>>(), "{count}");
+        }
+        let quarters: BTreeSet<u32> = spread_blocks(1600, 16).take(4).map(|block| block.start / 400).collect();
+        assert_eq!(quarters.len(), 4, "{quarters:?}");
+    }
+}
