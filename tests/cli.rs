@@ -232,7 +232,7 @@ fn an_estimate_names_refused_meshes_and_an_empty_training_split() {
     let job = workspace.write("job.toml", text);
     let said = Program::on("estimate", &job).expect_code(3).stdout;
     assert!(said.contains("warning: refused: ") && said.contains("flat"), "{said}");
-    assert!(said.contains("nothing to train on") || said.contains("nothing is left to train"), "{said}");
+    assert!(said.contains("warning: no object is left to train on"), "{said}");
 }
 
 #[test]

@@ -28,7 +28,7 @@ const VISITED_SUBJECTS: usize = 32;
 /// Items that follow each other, so that chunks hold samples as much alike as those of the dataset.
 const BLOCK_ITEMS: u32 = 4;
 
-/// How long a pilot goes on: whichever limit is met first. Each visited subject is given at least one item.
+/// Limits of a pilot: it ends at whichever is met first. Each visited subject is given at least one item.
 #[derive(Clone, Copy, Debug)]
 pub struct PilotLimits {
     /// Samples in all.
@@ -37,7 +37,7 @@ pub struct PilotLimits {
     pub time: Duration,
 }
 
-/// What the samples of a job cost, in processor time and in bytes of shards.
+/// Costs of the samples of a job, in processor time and in bytes of shards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PilotRate {
     /// Samples made, kept and rejected.
