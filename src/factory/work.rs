@@ -62,11 +62,6 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
         0.0
     }
 
-    /// Processor time of making those files, as a guess for planning [s].
-    fn closing_seconds(&self) -> f64 {
-        0.0
-    }
-
     /// Facts about the work for `estimate`, for people.
     fn remarks(&self) -> Vec<String> {
         Vec::new()

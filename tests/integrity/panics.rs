@@ -16,7 +16,7 @@ use graspmill::{
         job::{JobContext, JobObjects, JobText, SplitInput},
         plan::{JobSplits, SubjectItems},
         run::OpenJob,
-        work::{Closing, OpenWork, Producer, Work, WorkCosts, WorkTables},
+        work::{Closing, OpenWork, Producer, Work, WorkTables},
     },
     format::{Channel, Product},
     geom::SimdLevel,
@@ -98,14 +98,6 @@ impl Work for DefectiveWork {
     fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         self.pass(Place::Open);
         Ok(Box::new(DefectiveOpenWork { work: self, inner: self.inner.open(seed, level)? }))
-    }
-
-    fn costs(&self) -> WorkCosts {
-        self.inner.costs()
-    }
-
-    fn expected_bytes(&self, raw: f64) -> f64 {
-        self.inner.expected_bytes(raw)
     }
 }
 

@@ -36,7 +36,6 @@ impl Estimate {
         let making = samples * rate.seconds_per_sample + loading;
         // Measured on indices of 720 to 24,000 rows: a digest per channel, and the rest.
         let index = 35.0 + 40.0 * rate.channels as f64;
-        let closing = job.work.closing_seconds();
         // Threads take whole shards: of three shards, one of two threads makes two.
         let share = if shards > 0.0 { (shards / threads).ceil() / shards } else { 0.0 };
         Self {
@@ -44,9 +43,9 @@ impl Estimate {
             samples: plan.samples,
             shards: plan.shards.len() as u64,
             bytes: shards * rate.bytes_per_shard + samples * (rate.bytes_per_sample + index) + job.work.side_bytes(),
-            core_seconds: opening_seconds + making + closing,
+            core_seconds: opening_seconds + making,
             opening_seconds,
-            seconds: (opening_seconds + closing) / threads + making * share,
+            seconds: opening_seconds / threads + making * share,
         }
     }
 }

@@ -10,7 +10,10 @@ use std::{
 use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
 
-use super::execute::store;
+use super::{
+    contain::{contain, item_words, subject_words},
+    execute::store,
+};
 use crate::{
     MadeFate, MadeSample, RunContext, RunError, SampleSink,
     job::Job,
@@ -180,7 +183,8 @@ impl Pilot<'_> {
         sink: &mut SampleSink,
     ) -> Result<Tally, RunError> {
         let began = processor_time();
-        producer.load(visit.subject)?;
+        let subject = || format!("preparing {}", subject_words(self.job, visit.subject));
+        contain(subject, || producer.load(visit.subject))?;
         let loaded = processor_time();
         let mut samples: Vec<StoredSample> = Vec::new();
         for item in &visit.items {
@@ -191,7 +195,8 @@ impl Pilot<'_> {
                 samples.push(StoredSample::new(made));
                 Ok(())
             };
-            producer.produce(ItemId(*item), &mut sink.writer(&mut take))?;
+            let sample = || item_words(self.job, visit.subject, ItemId(*item));
+            contain(sample, || producer.produce(ItemId(*item), &mut sink.writer(&mut take)))?;
             if processor_time() - began >= slice {
                 break;
             }
@@ -250,26 +255,32 @@ fn greatest_common_divisor(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
+/// Fate of a finished sample: its payloads, or the reason of its reject with details.
+enum StoredFate {
+    Kept(Vec<(Channel, Vec<u8>)>),
+    Rejected { reason: &'static str, detail: String },
+}
+
 /// A finished sample with payloads of its own.
 struct StoredSample {
     sample: SampleId,
     facts: Facts,
-    fate: Result<Vec<(Channel, Vec<u8>)>, (&'static str, String)>,
+    fate: StoredFate,
 }
 
 impl StoredSample {
     fn new(made: &MadeSample<'_>) -> Self {
         let fate = match made.fate {
-            MadeFate::Kept(payloads) => Ok(payloads.to_vec()),
-            MadeFate::Rejected { reason, detail } => Err((reason, detail.to_owned())),
+            MadeFate::Kept(payloads) => StoredFate::Kept(payloads.to_vec()),
+            MadeFate::Rejected { reason, detail } => StoredFate::Rejected { reason, detail: detail.to_owned() },
         };
         Self { sample: made.sample, facts: made.facts.clone(), fate }
     }
 
     fn as_made(&self) -> MadeSample<'_> {
         let fate = match &self.fate {
-            Ok(payloads) => MadeFate::Kept(payloads),
-            Err((reason, detail)) => MadeFate::Rejected { reason, detail },
+            StoredFate::Kept(payloads) => MadeFate::Kept(payloads),
+            StoredFate::Rejected { reason, detail } => MadeFate::Rejected { reason, detail },
         };
         MadeSample { sample: self.sample, facts: self.facts.clone(), fate }
     }
