@@ -1,4 +1,4 @@
-//! What a new product and a new channel touch: a copy of the repository with one more product, `volume`, and one more channel
+//! Files that a new product and a new channel touch: a copy of the repository with one more product, `volume`, and one more channel
 //! of completion, `centroid`, is built and used. Their own files stand in `tests/fixtures/`.
 
 #[path = "support/mod.rs"]

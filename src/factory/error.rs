@@ -79,7 +79,7 @@ pub enum RunError {
          please report it with the job file"
     )]
     Panicked {
-        /// What was being made.
+        /// Object, item or step that was being made.
         what: String,
         /// Text of the panic.
         message: String,

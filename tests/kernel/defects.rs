@@ -311,7 +311,7 @@ fn check_file(path: &Path, scale: ScaleRule) -> MeshCheckReport {
     check_report(&[path.to_owned()], scale, SizeRule::default())
 }
 
-/// What is wrong with the verdict on a kind, if anything, and its row of the table.
+/// The flaw in the verdict on a kind, if anything, and its row of the table.
 fn judge(folder: &Workspace, kind: &str, mesh: &TriMesh, wanted: Wanted) -> (Option<String>, String) {
     let path = folder.path("mesh.stl");
     write_stl(&path, mesh);

@@ -40,7 +40,7 @@ pub enum DescriptionTooLarge {
         element: &'static str,
         /// The attribute.
         attribute: &'static str,
-        /// Its text.
+        /// Text of the attribute.
         value: String,
         /// The limit.
         limit: f64,

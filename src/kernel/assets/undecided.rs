@@ -1,4 +1,4 @@
-//! How much of a surface leaves open which side of it is inside.
+//! Share of a surface where nothing says which side of it is inside.
 //!
 //! The generalised winding number (Jacobson, Kavan and Sorkine-Hornung 2013) is a whole number everywhere around a closed
 //! surface, and nearly one beside a surface with small holes. Where it is farther than 1/4 from a whole number, no side of the
