@@ -80,8 +80,10 @@ const GIVEN: &[(&str, &[Given])] = &[
         &[
             Given::Dataset("quickstart", "jobs/quickstart.toml"),
             Given::Dataset("fetch-reachability", "jobs/fetch-reachability.toml"),
+            Given::Dataset("grasps-quick", "jobs/grasps-quick.toml"),
         ],
     ),
+    ("docs/tables.md", &[Given::Dataset("grasps-quick", "jobs/grasps-quick.toml")]),
     (
         "docs/releases.md",
         &[Given::TourFile("mugs.toml"), Given::TourFile("about.toml"), Given::Dataset("mugs", "mugs.toml")],

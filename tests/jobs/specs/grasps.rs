@@ -13,6 +13,9 @@ use super::{items, read, resolve, tables, work_of};
 use crate::support::{files::read_text, workspace::Workspace};
 
 const BARRETT: &str = "../scenes/barrett_bh8_280.xml";
+const PARALLEL_GRIPPER: &str = "../scenes/parallel_gripper.xml";
+/// The setting of a hand that is a gripper.
+const GRIPPER: &str = "hand.scene=../scenes/parallel_gripper.xml";
 
 fn text(more: &str) -> String {
     format!(
@@ -137,7 +140,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         vec!["annealing.energy=contact", "annealing.descent=true", "grasps.seeds=7", "shards.runs=5"],
         vec!["grasps.sampler=uniform", "profile=thesis"],
         vec!["grasps.sampler=uniform", "uniform={grasps=7,poses=\"any\",rolls=[0.5]}", "annealing.energy=contact"],
-        vec!["grasps.sampler=antipodal", "antipodal={pairs=70,friction=0.3,best=5}", "annealing.friction=0.5"],
+        vec![GRIPPER, "grasps.sampler=antipodal", "antipodal={pairs=70,friction=0.3,best=5}", "annealing.friction=0.5"],
     ] {
         let job = job(&overrides);
         let text = job.to_toml(Path::new("jobs"));
@@ -145,7 +148,11 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         // A scale of nothing has its default again.
         assert_eq!(again.digest(), job.digest(), "{text}");
         assert_eq!(again.to_toml(Path::new("jobs")), text);
-        assert!(text.contains(&format!("[hand]\ncontent = \"{}\"\nscene = \"{BARRETT}\"\n", work(&job).hand.id)));
+        let scene = if overrides.contains(&GRIPPER) { PARALLEL_GRIPPER } else { BARRETT };
+        assert!(
+            text.contains(&format!("[hand]\ncontent = \"{}\"\nscene = \"{scene}\"\n", work(&job).hand.id)),
+            "{text}"
+        );
     }
     for same in ["name=other", "shards.runs=3", "hand.scene=../scenes/../scenes/barrett_bh8_280.xml"] {
         assert_eq!(job(&[same]).digest(), plain.digest(), "{same}");
@@ -172,26 +179,23 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "keep.advance=0.0",
         "keep.max_penetration=0.001",
         "keep.table=true",
-        "hand.scene=../scenes/parallel_gripper.xml",
+        GRIPPER,
         "physics={}",
         "physics.friction=0.2",
         "grasps.sampler=uniform",
-        "grasps.sampler=antipodal",
     ] {
         assert_ne!(job(&[other]).digest(), plain.digest(), "{other}");
         assert_ne!(job(&[other]).sample_settings(), plain.sample_settings(), "{other}");
     }
-    for (sampler, other) in [
-        ("uniform", "uniform.grasps=21"),
-        ("uniform", "uniform.poses=any"),
-        ("uniform", "uniform.rolls=[0.1]"),
-        ("uniform", "annealing.energy=contact"),
-        ("antipodal", "antipodal.pairs=70"),
-        ("antipodal", "antipodal.friction=0.4"),
-        ("antipodal", "antipodal.best=7"),
-    ] {
-        let sampler = format!("grasps.sampler={sampler}");
-        assert_ne!(job(&[&sampler, other]).digest(), job(&[&sampler]).digest(), "{other}");
+    for other in ["uniform.grasps=21", "uniform.poses=any", "uniform.rolls=[0.1]", "annealing.energy=contact"] {
+        let uniform = "grasps.sampler=uniform";
+        assert_ne!(job(&[uniform, other]).digest(), job(&[uniform]).digest(), "{other}");
+    }
+    // Antipodal grasps are of grippers alone.
+    let antipodal = "grasps.sampler=antipodal";
+    assert_ne!(job(&[GRIPPER, antipodal]).digest(), job(&[GRIPPER]).digest());
+    for other in ["antipodal.pairs=70", "antipodal.friction=0.4", "antipodal.best=7"] {
+        assert_ne!(job(&[GRIPPER, antipodal, other]).digest(), job(&[GRIPPER, antipodal]).digest(), "{other}");
     }
     let split = job(&["split.test_objects=2"]);
     assert_ne!(split.digest(), plain.digest());
