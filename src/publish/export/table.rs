@@ -58,13 +58,12 @@ impl SampleTable {
     }
 }
 
-/// A field, in quotes where it needs them.
+/// A field of text, in quotes where it needs them. An apostrophe stands before what a spreadsheet would take for a formula (OWASP,
+/// "CSV injection").
 fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
+    let field =
+        if field.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{field}") } else { field.to_owned() };
+    if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field }
 }
 
 #[cfg(test)]
@@ -75,5 +74,12 @@ mod tests {
     fn fields_are_quoted_as_the_rfc_says() {
         assert_eq!(quoted("mug"), "mug");
         assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
+    }
+
+    #[test]
+    fn no_name_is_a_formula() {
+        assert_eq!(quoted("=cmd|'/c calc'!A1"), "'=cmd|'/c calc'!A1");
+        assert_eq!(quoted("@sum(a,b)"), "\"'@sum(a,b)\"");
+        assert_eq!(quoted("mug-1=2"), "mug-1=2");
     }
 }
