@@ -179,7 +179,7 @@ class Dataset(Generic[S]):
         """The objects that this selection has samples of: name -> digest (64 hexadecimal digits, the column
         ``subject``), in the order of the asset table; two of one name are told apart by the digest.
 
-        Of reachability maps, whose subject is a robot, there are none.
+        Reachability maps have none: their subject is a robot.
         """
         here = set(np.unique(self.column("subject")).tolist())
         found: dict[str, str] = {}
