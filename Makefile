@@ -117,6 +117,11 @@ test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integrati
 .PHONY: test-slow
 test-slow: setup robots hands deps-test $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked --workspace -- --ignored
+	@$(MAKE) check-fuzz
+
+.PHONY: check-fuzz
+check-fuzz: mujoco ## that the fuzzer's program compiles by its own lockfile, on stable Rust
+	$(CARGO) check --locked --manifest-path fuzz/Cargo.toml
 
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))
@@ -146,9 +151,13 @@ bench-peers: setup robot-fetch build $(PEERS)/.complete ## pairs a second beside
 	$(PEERS)/bin/python benches/peers_field.py
 	$(PEERS)/bin/python benches/peers_reach.py --graspmill $(PROGRAM)
 
+.PHONY: estimate-table
+estimate-table: setup robot-fetch build ## what `estimate` tells of each job beside what `run` takes: jobs of ten minutes at most
+	$(PYTHON) scripts/estimate_table.py --graspmill $(PROGRAM)
+
 .PHONY: bench-coverage
 bench-coverage: setup hands build $(VENV)/.complete ## grasps that hold, a core-hour, and what they cover: annealing beside plain samplers
-	$(VENV_PYTHON) benches/coverage.py --graspmill $(PROGRAM) --hands barrett panda allegro
+	$(VENV_PYTHON) benches/coverage.py --graspmill $(PROGRAM) --hands barrett panda fetch allegro
 
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only

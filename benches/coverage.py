@@ -27,22 +27,29 @@ SCANS = ["003_cracker_box", "006_mustard_bottle", "011_banana", "024_bowl", "025
 SAMPLERS = {
     "annealing": ["grasps.sampler=annealing"],
     "uniform": ["grasps.sampler=uniform", "uniform.poses=any"],
-    "antipodal": ["grasps.sampler=antipodal"],
+    "middles": ["grasps.sampler=antipodal", "antipodal.depth=middle", "antipodal.support=air"],
+    "air": ["grasps.sampler=antipodal", "antipodal.support=air"],
+    "table": ["grasps.sampler=antipodal", "antipodal.support=table"],
 }
+GRIPPER_SAMPLERS = ["annealing", "uniform", "middles", "air", "table"]
+# Job, settings over it, samplers.
 HANDS = {
-    "barrett": ("ycb-grasps.toml", ["annealing", "uniform"]),
-    "panda": ("panda-grasps.toml", ["annealing", "uniform", "antipodal"]),
-    "allegro": ("allegro-grasps.toml", ["annealing", "uniform"]),
+    "barrett": ("ycb-grasps.toml", [], ["annealing", "uniform"]),
+    "panda": ("panda-grasps.toml", [], GRIPPER_SAMPLERS),
+    "fetch": ("panda-grasps.toml", ["hand.scene=../scenes/fetch_gripper.xml"], GRIPPER_SAMPLERS),
+    "allegro": ("allegro-grasps.toml", [], ["annealing", "uniform"]),
 }
 
 
 @dataclass
 class Grasps:
-    """Grasps of one object that hold: approach frames, and whether they can be executed on a table in some resting pose."""
+    """Grasps of one object that hold: approach frames, and whether they can be executed on a table in some resting pose, and in
+    the most likely one."""
 
     radius: float
     poses: np.ndarray
     feasible: np.ndarray
+    likely: np.ndarray
 
     def apart(self, pose: np.ndarray, others: np.ndarray) -> np.ndarray:
         distance = np.linalg.norm(others[:, :, 3] - pose[:, 3], axis=1) / self.radius
@@ -87,12 +94,14 @@ def made(
                 grasp = run.grasps[trial.grasp]
                 if trial.outcome.verdict == 0:
                     epsilons.append(grasp.epsilon_wrench)
-                    feasible = max(grasp.clearances, default=-1.0) >= 0.0
-                    found[trials.sample.subject].append((grasp.object_from_approach, feasible))
+                    # The most likely pose is the first.
+                    above = [lowest >= 0.0 for lowest in grasp.clearances] or [False]
+                    found[trials.sample.subject].append((grasp.object_from_approach, any(above), above[0]))
     grasps = {}
     for subject, some in found.items():
-        poses = np.array([pose for pose, _ in some]).reshape(-1, 3, 4)
-        grasps[subject.hex()] = Grasps(radii[subject], poses, np.array([feasible for _, feasible in some], bool))
+        poses = np.array([pose for pose, _, _ in some]).reshape(-1, 3, 4)
+        flags = np.array([flags for _, *flags in some], bool).reshape(-1, 2)
+        grasps[subject.hex()] = Grasps(radii[subject], poses, flags[:, 0], flags[:, 1])
     held = sum(len(some) for some in found.values())
     seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     return grasps, {"seconds": seconds, "kept": tried, "held": held, "epsilon": float(np.median(epsilons or [0.0]))}
@@ -105,10 +114,10 @@ def messages(path: Path, topic: str):
 
 
 def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
-    job, samplers = HANDS[hand]
+    job, over, samplers = HANDS[hand]
     short, long, counts, equal = {}, {}, {}, {}
     for name in samplers:
-        settings = SAMPLERS[name]
+        settings = over + SAMPLERS[name]
         short[name], counts[name] = made(program, job, settings, runs, scratch / f"{hand}-{name}-first")
         if name != "annealing":
             # As many runs as take the time of annealing: what an object costs is paid once.
@@ -123,23 +132,26 @@ def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
     clusters = {}
     for subject in long["annealing"]:
         all_of = [long[name][subject] for name in samplers]
-        poses, feasible = (np.concatenate([getattr(some, part) for some in all_of]) for part in ("poses", "feasible"))
-        together = Grasps(all_of[0].radius, poses, feasible)
+        parts = (np.concatenate([getattr(some, part) for some in all_of]) for part in ("poses", "feasible", "likely"))
+        together = Grasps(all_of[0].radius, *parts)
         clusters[subject] = together.distinct(np.ones(len(together.poses), bool))
     total = sum(map(len, clusters.values()))
     print(f"\n{hand}: {len(SCANS)} scans, {total} clusters in ten times longer runs of all samplers")
-    row = "{:<12}{:>6}{:>8}{:>8}{:>8}{:>9}{:>10}{:>12}{:>13}{:>10}"
-    heads = ["sampler", "runs", "CPU s", "kept", "held", "epsilon", "distinct", "on a table", "a core-hour", "coverage"]
+    row = "{:<12}{:>6}{:>8}{:>8}{:>8}{:>9}{:>10}{:>12}{:>9}{:>13}{:>10}"
+    heads = ["sampler", "runs", "CPU s", "kept", "held", "epsilon", "distinct", "on a table", "likely", "a core-hour"]
+    heads.append("coverage")
     print(row.format(*heads))
     for name in samplers:
-        distinct = feasible = covered = 0
+        distinct = feasible = likely = covered = 0
         for subject, some in short[name].items():
             distinct += len(some.distinct(np.ones(len(some.poses), bool)))
             feasible += len(some.distinct(some.feasible))
+            likely += len(some.distinct(some.likely))
             near = (some.apart(pose, some.poses).min(initial=np.inf) < APART for pose in clusters[subject])
             covered += sum(near)
         count = counts[name]
-        numbers = [f"{count['seconds']:.1f}", count["kept"], count["held"], f"{count['epsilon']:.3f}", distinct, feasible]
+        numbers = [f"{count['seconds']:.1f}", count["kept"], count["held"], f"{count['epsilon']:.3f}", distinct]
+        numbers += [feasible, likely]
         rate, share = feasible / count["seconds"] * 3600.0, covered / max(total, 1)
         print(row.format(name, equal[name], *numbers, f"{rate:,.0f}", f"{share:.1%}"), flush=True)
 

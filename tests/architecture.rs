@@ -26,15 +26,16 @@ const CRATES: &[(&str, &[&str])] = &[
 /// table.
 const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/files", &[]),
+    ("kernel/cancel", &[]),
     ("kernel/ids", &[]),
     ("kernel/seed", &["ids"]),
     ("kernel/words", &["ids"]),
     ("kernel/geom", &[]),
     ("kernel/voxel", &["geom", "seed"]),
     ("kernel/render", &["geom", "ids", "seed"]),
-    ("kernel/contact", &["geom", "voxel"]),
+    ("kernel/contact", &["cancel", "geom", "voxel"]),
     ("kernel/assets", &["files", "geom", "ids", "seed", "voxel", "words"]),
-    ("kernel/object", &["assets", "contact", "geom", "ids", "voxel"]),
+    ("kernel/object", &["assets", "cancel", "contact", "geom", "ids", "voxel"]),
     ("robot/kinematics", &[]),
     ("robot/collision", &["kinematics"]),
     ("robot/hand", &["kinematics"]),

@@ -6,11 +6,13 @@ mod support;
 use std::{
     fs,
     path::{Path, PathBuf},
+    thread,
+    time::{Duration, Instant},
 };
 
 use serde_json::Value;
 use support::{
-    files::{flip_bit, list_shards, read_text},
+    files::{flip_bit, list_shards, read_text, read_tree, repository_path},
     meshes::tetrahedron_off,
     program::{Program, print_root},
     workspace::Workspace,
@@ -42,6 +44,9 @@ fn a_dataset_goes_through_every_verb() {
     assert_eq!((status["state"].as_str(), status["shards_done"].as_u64()), (Some("complete"), Some(3)));
     let verified = Program::on("verify", &data).read_json();
     assert_eq!(verified["intact"], true);
+    // 1 - 0.05^(1/2) of all, at most.
+    let again = Program::on("verify", &data).option("--regenerate", "2").succeed().stdout;
+    assert!(again.contains("0 of 2 samples made again differ: with 95 % confidence less than 77.7 %"), "{again}");
     Program::on("inspect", &data).read_json();
     assert_eq!(print_root(&data), verified["root"].as_str().expect("a root"));
     Program::on("report", &data).succeed();
@@ -209,19 +214,26 @@ fn units_have_one_list_and_remedies_are_of_it() {
     }
 }
 
-/// Bytes are measured on shards that a pilot writes, so they hold for any job.
+/// Bytes are measured on shards, tables and shapes that a pilot writes, so they hold for any job.
 #[test]
 fn an_estimate_tells_the_bytes_that_a_run_writes() {
-    let workspace = Workspace::new();
-    let text = "objects = [{ built_in = [\"bottle-01\", \"box-01\", \"mug-01\"] }]\nviews = { even = 120 }\n";
-    let job = workspace.write("job.toml", text);
-    let told = Program::on("estimate", &job).read_json()["bytes"].as_f64().expect("bytes");
-    let data = workspace.path("data");
-    Program::run_job(&job, &data).succeed();
-    let size = |path: PathBuf| fs::metadata(path).expect("a file").len() as f64;
-    let shards = fs::read_dir(data.join("shards")).expect("shards").map(|entry| size(entry.expect("a shard").path()));
-    let written = shards.sum::<f64>() + size(data.join("index.parquet"));
-    assert!((told / written - 1.0).abs() < 0.15, "told {told}, written {written}");
+    let objects = "objects = [{ built_in = [\"bottle-01\", \"box-01\", \"mug-01\"] }]\n";
+    let hand = repository_path("scenes/barrett_bh8_280.xml");
+    let grasps =
+        format!("product = \"grasps\"\nhand.scene = \"{}\"\ngrasps.seeds = 2\nannealing.steps = 500\n", hand.display());
+    for (name, text) in [("pairs", "views = { even = 120 }\n"), ("grasps", &grasps)] {
+        let workspace = Workspace::new();
+        let job = workspace.write(format!("{name}.toml"), format!("{objects}{text}"));
+        let told = Program::on("estimate", &job).read_json()["bytes"].as_f64().expect("bytes");
+        let data = workspace.path("data");
+        Program::run_job(&job, &data).succeed();
+        // Without what no estimate counts: the preview, and notes about the run itself.
+        let counted = read_tree(&data)
+            .into_iter()
+            .filter(|(path, _)| !["preview.mcap", "notes.json"].iter().any(|other| path == Path::new(other)));
+        let written = counted.map(|(_, content)| content.len() as f64).sum::<f64>();
+        assert!((told / written - 1.0).abs() < 0.1, "{name}: told {told}, written {written}");
+    }
 }
 
 #[test]
@@ -242,6 +254,115 @@ fn short_forms_mean_what_the_long_ones_do() {
     assert!(said.stdout.ends_with(&format!("next: graspmill report {}\n", data.display())), "{}", said.stdout);
     assert_eq!(said.stderr, "");
     assert_eq!(Program::new("version").succeed().stdout, Program::new("--version").succeed().stdout);
+}
+
+/// A program that writes its first argument into a file, as an opener or a browser that tells what it was given.
+fn write_opener(workspace: &Workspace, name: &str, told: &Path) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+
+    let script = format!("#!/bin/sh\nprintf %s \"$1\" > '{0}.part' && /bin/mv '{0}.part' '{0}'\n", told.display());
+    let path = workspace.write(name, script);
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("a program");
+    path
+}
+
+#[test]
+fn a_report_is_opened_by_the_desktop_or_by_the_browser_that_is_named() {
+    let (workspace, data) = make_data();
+    let page = data.join("report.html");
+    let report = |browser: &str| {
+        let report = Program::on("report", &data).arg("--open").env("BROWSER", browser);
+        // No other programs, as on a machine without a desktop.
+        report.env("PATH", workspace.make_folder("bin"))
+    };
+    // A machine without a desktop: the report is there, and the remedy is told.
+    let said = report("").expect_code(1);
+    let expected = format!("{}: no program to show it", page.display());
+    assert!(said.stderr.contains(&expected) && said.stderr.contains("open it in a browser"), "{}", said.text());
+    assert!(said.stdout.starts_with(&page.display().to_string()) && page.exists(), "{}", said.text());
+    // A browser that is named takes precedence; one that cannot be started is passed over.
+    let (by_desktop, by_browser) = (workspace.path("by_desktop"), workspace.path("by_browser"));
+    write_opener(&workspace, "bin/xdg-open", &by_desktop);
+    let browser = write_opener(&workspace, "bin/fox", &by_browser);
+    report(&format!("none:{}", browser.display())).succeed();
+    wait_for(&by_browser);
+    assert_eq!(read_text(&by_browser), page.display().to_string());
+    assert!(!by_desktop.exists());
+    report("none").succeed();
+    wait_for(&by_desktop);
+    assert_eq!(read_text(&by_desktop), page.display().to_string());
+}
+
+/// Waits for a file that another process writes; after a minute it hangs.
+#[track_caller]
+fn wait_for(file: &Path) {
+    let began = Instant::now();
+    while !file.exists() {
+        assert!(began.elapsed() < Duration::from_secs(60), "{} is not written", file.display());
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The lines of a log without their times, which are checked: level and text.
+fn read_log(path: &Path) -> Vec<(String, String)> {
+    let line = |line: &str| {
+        let (time, rest) = line.split_once(' ').expect("a time");
+        // Such as 2026-11-23T12:31:23.456Z.
+        assert!(time.len() == 24 && time.ends_with('Z') && time.contains('T'), "{line}");
+        let (level, text) = rest.split_at(7);
+        (level.trim_end().to_owned(), text.trim_start().to_owned())
+    };
+    read_text(path).lines().map(line).collect()
+}
+
+#[test]
+fn a_log_holds_what_a_command_says_whatever_is_shown() {
+    let workspace = Workspace::new();
+    let (job, data, log) = (workspace.write("job.toml", JOB), workspace.path("data"), workspace.path("run.log"));
+    let run = || Program::on("run", &job).option("--out", &data).option("--log", &log);
+    let done = run().arg("--quiet").succeed();
+    assert_eq!(done.stderr, "", "a log is no progress on stderr");
+    let lines = read_log(&log);
+    assert!(lines[0].1.starts_with("graspmill ") && lines[0].1.ends_with("--quiet"), "{lines:?}");
+    let has = |lines: &[(String, String)], level: &str, text: &str| {
+        assert!(lines.iter().any(|line| line.0 == level && line.1.contains(text)), "{level} {text}: {lines:#?}");
+    };
+    for text in
+        ["24 samples in 3 shards", "finished completion-00002-of-00003-", "writing index and manifest", "exit code 0"]
+    {
+        has(&lines, "info", text);
+    }
+    // Every line of the result, too, and warnings as such.
+    for line in done.stdout.lines() {
+        has(&lines, if line.starts_with("warning: ") { "warning" } else { "info" }, line);
+    }
+    // The same file grows; faults are errors.
+    flip_bit(&list_shards(&data)[1]);
+    Program::on("verify", &data).option("--log", &log).expect_code(4);
+    let grown = read_log(&log);
+    assert_eq!(grown[..lines.len()], lines);
+    has(&grown, "error", "problem: ");
+    has(&grown, "info", "exit code 4");
+    // A failure comes with its remedy; JSON is one line.
+    Program::on("run", &job).option("--out", &data).set(["seed=6"]).option("--log", &log).expect_code(2);
+    has(&read_log(&log), "error", "another --out");
+    run().args(["--json", "--quiet"]).succeed();
+    has(&read_log(&log), "info", "\"finished_before\":false");
+    let submit =
+        Program::on("submit", &job).args(["--backend", "local", "--print"]).option("--out", workspace.path("far"));
+    submit.option("--log", workspace.path("submit.log")).succeed();
+    has(&read_log(&workspace.path("submit.log")), "info", "by this machine's pace");
+}
+
+#[test]
+fn a_log_stands_outside_of_the_dataset_in_a_file() {
+    let (workspace, data) = make_data();
+    let verify = |log: PathBuf| Program::on("verify", &data).option("--log", log);
+    let said = verify(data.join("verify.log")).expect_code(2).stderr;
+    assert!(said.contains("holds the dataset and nothing else"), "{said}");
+    let said = verify(workspace.make_folder("logs")).expect_code(74).stderr;
+    assert!(said.contains("--log") && said.contains("a folder, not a regular file"), "{said}");
+    verify(workspace.path("verify.log")).succeed();
 }
 
 #[test]

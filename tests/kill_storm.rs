@@ -1,27 +1,30 @@
-//! Kills without warning, again and again, at random moments: resumed, a run ends where an undisturbed one does.
+//! Kills without warning and requests to stop, again and again, at random moments: resumed, a run ends where an undisturbed
+//! one does, and a release is there whole or not at all.
 //!
-//! A binary of its own: kills are spread over the time that the whole run took, so nothing else may run beside it.
+//! A binary of its own: moments are spread over the time that the whole run took, so nothing else may run beside it.
 
 #[path = "support/mod.rs"]
 mod support;
 
 use std::{
     collections::BTreeMap,
+    fs,
     path::Path,
+    thread,
     time::{Duration, Instant},
 };
 
 use graspmill::{format::dataset::DatasetReader, seed::Stream};
 use support::{
     files::{digest_dataset, list_names, repository_path},
-    jobs::{NO_SPLIT, barrett_line, fetch_table},
-    program::Program,
+    jobs::{ABOUT, NO_SPLIT, barrett_line, fetch_table},
+    program::{Program, Running},
     robots::FETCH,
     workspace::Workspace,
 };
 
-/// Jobs of a second or more, by name: pairs, touch, grasps with trials, patches of them, a map of poses.
-fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 5] {
+/// Jobs of a second or more, by name: pairs, touch, grasps without and with trials, patches of these, a map of poses.
+fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 6] {
     let hand = barrett_line();
     let shapes = "objects = [{ built_in = [\"can-01\", \"bottle-01\", \"mug-01\"] }]\n";
     let pairs = format!(
@@ -33,15 +36,17 @@ fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 5] {
          {hand}[shards]\nsamples = 2\n",
         2 * size
     );
-    let grasps = format!(
-        "product = \"grasps\"\n{hand}{shapes}{NO_SPLIT}[grasps]\nseeds = {}\n[annealing]\nsteps = 2000\n\
-         [keep]\nspace = \"force\"\n[physics]\nperturbed = 1\n[shards]\nruns = 1\n",
-        2 * size
-    );
+    let grasps = |physics: &str| {
+        format!(
+            "product = \"grasps\"\n{hand}{shapes}{NO_SPLIT}[grasps]\nseeds = {}\n[annealing]\nsteps = 2000\n\
+             [keep]\nspace = \"force\"\n{physics}[shards]\nruns = 1\n",
+            2 * size
+        )
+    };
     let patches = format!(
         "product = \"patches\"\n{hand}[grasps]\ndataset = {:?}\n[images]\nfull = true\nheatmaps = true\n\
          [render]\ncolour = false\n[shards]\nsamples = 2\n",
-        folder.join("grasps-whole")
+        folder.join("trials-whole")
     );
     let map = format!(
         "product = \"reachability\"\n{}[poses]\n\
@@ -50,7 +55,15 @@ fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 5] {
         fetch_table(&repository_path(FETCH)),
         2 * size
     );
-    [("pairs", pairs), ("touch", touch), ("grasps", grasps), ("patches", patches), ("map", map)]
+    let [annealing, trials] = ["", "[physics]\nperturbed = 1\n"].map(grasps);
+    [
+        ("pairs", pairs),
+        ("touch", touch),
+        ("annealing", annealing),
+        ("trials", trials),
+        ("patches", patches),
+        ("map", map),
+    ]
 }
 
 /// Digests of all payloads, or the reason of a reject, by sample.
@@ -73,47 +86,157 @@ fn count_shards(out: &Path) -> usize {
     names.iter().filter(|name| name.ends_with(".mcap")).count()
 }
 
-/// Kills so many times, spread over the jobs.
-#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
-fn storm(kills: u32, size: u32, seed: u64) {
-    let workspace = Workspace::new();
-    let jobs = jobs(workspace.folder(), size);
-    let each = kills.div_ceil(jobs.len() as u32);
-    let mut stream = Stream::of_job(seed, b"", "kills");
-    for (name, text) in jobs {
-        workspace.write(format!("{name}.toml"), text);
-        let [whole, killed] = ["whole", "killed"].map(|end| format!("{name}-{end}"));
-        let began = Instant::now();
-        workspace.run_job(name, &whole).succeed();
-        let took = began.elapsed().as_secs_f64();
-        let (mut at_work, mut shards) = (0, Vec::new());
-        for kill in 0..each {
-            // Early and late moments alike: work that is done before a kill is not done again.
-            let wait = stream.unit() * took * f64::from(each - kill) / f64::from(each) * 0.8;
-            at_work += u32::from(workspace.run_job(name, &killed).kill_after(Duration::from_secs_f64(wait)));
-            shards.push(count_shards(&workspace.path(&killed)));
-        }
-        workspace.run_job(name, &killed).succeed();
-        let [whole, killed] = [whole, killed].map(|name| workspace.path(name));
-        assert_eq!(read_fates(&killed), read_fates(&whole), "{name}: no sample lost, doubled or changed");
-        // All files, index, tables and preview among them: no leftover, no second shard, the same root.
-        assert_eq!(digest_dataset(&killed), digest_dataset(&whole), "{name}");
-        let said = Program::on("verify", &killed).succeed().stdout;
-        assert!(!said.contains("note: "), "{name}: {said}");
-        println!(
-            "{name:8} {each:3} kills, {at_work:3} of them at work, whole run {took:.1} s, shards after each kill {shards:?}"
-        );
-        assert!(at_work > 0, "{name}: no kill met the program at work");
+/// Ways to disturb a program, by the names of the signals, and the ends that they may lead to, unless the program is faster:
+/// `None` where the signal itself ended it. TERM and USR1 ask it to stop, which it cannot hear before it has begun.
+const DISTURBANCES: [(&str, &[Option<i32>]); 5] = [
+    ("KILL", &[None]),
+    ("TERM", &[None, Some(75)]),
+    ("HUP", &[None]),
+    ("USR1", &[None, Some(75)]),
+    // Paused for a moment, then killed a moment later.
+    ("STOP", &[None]),
+];
+/// Pause of a program that is stopped.
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// Disturbs a program that was started `wait` ago or longer; whether it was still at work.
+fn disturb(mut running: Running, (signal, ends): (&str, &[Option<i32>]), wait: Duration, label: &str) -> bool {
+    thread::sleep(wait);
+    let at_work = running.is_at_work();
+    running.signal(signal);
+    if signal == "STOP" {
+        thread::sleep(PAUSE);
+        running.signal("CONT");
+        thread::sleep(PAUSE);
+        running.signal("KILL");
     }
+    let code = running.wait();
+    assert!(code == Some(0) || ends.contains(&code), "{label}: {signal} after {wait:?} ended with {code:?}");
+    at_work
+}
+
+/// Figures of the disturbances of one job.
+struct Tally<'s> {
+    label: &'static str,
+    stream: &'s mut Stream,
+    /// Time that it takes undisturbed [s].
+    took: f64,
+    tried: u32,
+    /// Disturbances that met the program at work.
+    at_work: u32,
+    /// Number of disturbances by signal.
+    by_signal: BTreeMap<&'static str, u32>,
+    /// Count of whole results that came out in spite of them.
+    finished: u32,
+}
+
+impl<'s> Tally<'s> {
+    fn new(label: &'static str, took: f64, stream: &'s mut Stream) -> Self {
+        Self { label, stream, took, tried: 0, at_work: 0, by_signal: BTreeMap::new(), finished: 0 }
+    }
+
+    /// Disturbs a program at a random moment.
+    fn disturb(&mut self, program: Program) {
+        let way = DISTURBANCES[self.stream.below(DISTURBANCES.len() as u64) as usize];
+        let wait = Duration::from_secs_f64(self.stream.unit() * self.took * 0.8);
+        let at_work = disturb(program.start_running(), way, wait, self.label);
+        self.tried += 1;
+        self.at_work += u32::from(at_work);
+        if at_work {
+            *self.by_signal.entry(way.0).or_default() += 1;
+        }
+        assert!(self.tried < 100 + 20 * self.at_work, "{}: signals do not meet the program at work", self.label);
+    }
+
+    #[expect(clippy::print_stdout, reason = "the figures that the test checks")]
+    fn print(&self) {
+        let Self { label, took, tried, at_work, by_signal, finished, .. } = self;
+        println!(
+            "kills of {label:10} tried {at_work:3} passed {at_work:3}, {} more came too late, {finished} times whole, run {took:.1} s, \
+             {by_signal:?}",
+            tried - at_work
+        );
+    }
+}
+
+/// Runs a job again and again to a disturbance, until so many met it at work; each time that it is finished, it is the dataset of
+/// an undisturbed run.
+fn storm_job(workspace: &Workspace, name: &'static str, text: &str, count: u32, stream: &mut Stream) {
+    workspace.write(format!("{name}.toml"), text);
+    let [whole, killed] = ["whole", "killed"].map(|end| format!("{name}-{end}"));
+    let began = Instant::now();
+    workspace.run_job(name, &whole).succeed();
+    let mut tally = Tally::new(name, began.elapsed().as_secs_f64(), stream);
+    let (whole, folder) = (workspace.path(whole), workspace.path(&killed));
+    let (fates, digests) = (read_fates(&whole), digest_dataset(&whole));
+    let mut shards = 0;
+    while tally.at_work < count || folder.exists() {
+        if tally.at_work < count {
+            tally.disturb(workspace.run_job(name, &killed));
+        }
+        let found = count_shards(&folder);
+        assert!(found >= shards, "{name}: of {shards} finished shards {found} are left");
+        shards = found;
+        if tally.at_work == count || folder.join("manifest.json").exists() {
+            workspace.run_job(name, &killed).succeed();
+            assert_eq!(read_fates(&folder), fates, "{name}: no sample lost, doubled or changed");
+            // All files, index, tables and preview among them: no leftover, no second shard, the same root.
+            assert_eq!(digest_dataset(&folder), digests, "{name}");
+            let said = Program::on("verify", &folder).succeed().stdout;
+            assert!(!said.contains("note: "), "{name}: {said}");
+            fs::remove_dir_all(&folder).expect("a folder");
+            (shards, tally.finished) = (0, tally.finished + 1);
+        }
+    }
+    tally.print();
+}
+
+/// Disturbs `release` until so many met it at work: what has its name is the whole release, and nothing stays in the end.
+fn storm_release(workspace: &Workspace, count: u32, stream: &mut Stream) {
+    let about = workspace.write("about.toml", ABOUT);
+    let release = |name: &str| {
+        let program = Program::on("release", workspace.path("pairs-whole"));
+        program.option("--out", workspace.path(name)).option("--about", &about)
+    };
+    let began = Instant::now();
+    release("release-whole").succeed();
+    let mut tally = Tally::new("release", began.elapsed().as_secs_f64(), stream);
+    let whole = digest_dataset(workspace.path("release-whole"));
+    let out = workspace.path("release");
+    while tally.at_work < count {
+        tally.disturb(release("release"));
+        if out.is_dir() && !list_names(&out).is_empty() {
+            assert_eq!(digest_dataset(&out), whole, "a release that has its name is whole");
+            fs::remove_dir_all(&out).expect("a folder");
+            tally.finished += 1;
+        }
+    }
+    release("release").succeed();
+    assert_eq!(digest_dataset(&out), whole, "release");
+    let left: Vec<String> =
+        list_names(workspace.folder()).into_iter().filter(|name| name.starts_with(".release.")).collect();
+    assert_eq!(left, [""; 0], "what was killed leaves nothing behind");
+    Program::on("verify", &out).succeed();
+    tally.print();
+}
+
+/// Disturbs each job, and a release, so many times.
+fn storm(count: u32, size: u32, seed: u64) {
+    let workspace = Workspace::new();
+    let mut stream = Stream::of_job(seed, b"", "kills");
+    for (name, text) in jobs(workspace.folder(), size) {
+        storm_job(&workspace, name, &text, count, &mut stream);
+    }
+    storm_release(&workspace, count, &mut stream);
 }
 
 #[test]
 fn a_few_kills_lose_double_and_change_nothing() {
-    storm(10, 1, 1);
+    storm(3, 1, 1);
 }
 
 #[test]
 #[ignore = "minutes: `make test-slow`"]
-fn fifty_kills_lose_double_and_change_nothing() {
-    storm(50, 4, 2);
+fn a_hundred_kills_of_each_product_lose_double_and_change_nothing() {
+    storm(100, 1, 2);
 }

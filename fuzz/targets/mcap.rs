@@ -78,58 +78,86 @@ pub fn shard_of(input: &[u8], topics: &[&str]) -> Option<Vec<u8>> {
     for _ in LEDGER {
         let (length, rest) = records.split_first_chunk::<4>()?;
         let (part, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-        ledger.push(part);
+        ledger.push(part.to_vec());
         records = rest;
     }
-    let mut file = MAGIC.to_vec();
-    record(&mut file, 0x01, &[text("graspmill"), text("graspmill format 2")].concat());
-    let mut attachments = Vec::new();
-    for ((name, media_type), data) in LEDGER.into_iter().zip(ledger) {
-        let start = file.len();
-        let mut body = vec![0; 16];
-        body.extend([text(name), text(media_type)].concat());
-        body.extend((data.len() as u64).to_le_bytes());
-        body.extend(data);
-        body.extend(crc32fast::hash(&body).to_le_bytes());
-        record(&mut file, ATTACHMENT, &body);
-        let numbers = [start as u64, (file.len() - start) as u64, 0, 0, data.len() as u64];
-        attachments.push([numbers.map(u64::to_le_bytes).concat(), text(name), text(media_type)].concat());
-    }
-    let chunk_at = file.len();
-    let times = times(records);
-    let (first, last) = (times.iter().min().copied().unwrap_or(0), times.iter().max().copied().unwrap_or(0));
-    let packed = packed(records);
-    let mut body = [first, last, records.len() as u64].map(u64::to_le_bytes).concat();
-    body.extend(crc32fast::hash(records).to_le_bytes());
-    body.extend(text("zstd"));
-    body.extend((packed.len() as u64).to_le_bytes());
-    body.extend(&packed);
-    record(&mut file, CHUNK, &body);
-    let chunk_end = file.len();
-    record(&mut file, DATA_END, &[0; 4]);
-    let summary = file.len();
-    record(&mut file, SCHEMA, &[&1u16.to_le_bytes()[..], &text("any"), &text("protobuf"), &[0; 4]].concat());
+    let mut summary = Vec::new();
+    record(&mut summary, SCHEMA, &[&1u16.to_le_bytes()[..], &text("any"), &text("protobuf"), &[0; 4]].concat());
     for (id, topic) in (0u16..).zip(topics) {
         let body = [&id.to_le_bytes()[..], &1u16.to_le_bytes(), &text(topic), &text("protobuf"), &[0; 4]].concat();
-        record(&mut file, CHANNEL, &body);
+        record(&mut summary, CHANNEL, &body);
     }
-    let mut body = [first, last, chunk_at as u64, (chunk_end - chunk_at) as u64].map(u64::to_le_bytes).concat();
-    // One entry of message indexes, wherever they are, says that the chunk has messages.
-    body.extend([&10u32.to_le_bytes()[..], &0u16.to_le_bytes(), &(chunk_end as u64).to_le_bytes(), &[0; 8]].concat());
-    body.extend(text("zstd"));
-    body.extend([packed.len() as u64, records.len() as u64].map(u64::to_le_bytes).concat());
-    record(&mut file, CHUNK_INDEX, &body);
-    for body in attachments {
-        record(&mut file, ATTACHMENT_INDEX, &body);
-    }
-    let footer = [summary as u64, 0].map(u64::to_le_bytes).concat();
-    record(&mut file, FOOTER, &[footer, vec![0; 4]].concat());
-    file.extend(MAGIC);
-    Some(with_checksums(&file))
+    let mut head = Vec::new();
+    record(&mut head, 0x01, &[text("graspmill"), text("graspmill format 2")].concat());
+    let chunks = vec![Chunk { times: times(records), records: records.to_vec() }];
+    let ledger = LEDGER.into_iter().zip(ledger).map(|((name, kind), data)| (name.to_owned(), kind.to_owned(), data));
+    Some(ShardParts { head, chunks, attachments: ledger.collect(), summary }.bytes())
 }
 
-/// Log times of the messages among records.
-fn times(mut records: &[u8]) -> Vec<u64> {
+/// A chunk: its records, and the first and last sample that its index says.
+#[derive(Clone, Debug)]
+pub struct Chunk {
+    pub records: Vec<u8>,
+    pub times: (u64, u64),
+}
+
+/// Parts of a shard. Offsets, lengths and checksums follow from them.
+#[derive(Clone, Debug)]
+pub struct ShardParts {
+    /// Records before the first chunk.
+    pub head: Vec<u8>,
+    pub chunks: Vec<Chunk>,
+    /// Name, media type and data of each attachment.
+    pub attachments: Vec<(String, String, Vec<u8>)>,
+    /// Schemas and channels, as the summary repeats them.
+    pub summary: Vec<u8>,
+}
+
+impl ShardParts {
+    /// The file.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut file = [MAGIC, &self.head].concat();
+        let mut indexes = Vec::new();
+        for Chunk { records, times: (first, last) } in &self.chunks {
+            let (start, packed) = (file.len(), packed(records));
+            let mut body = [*first, *last, records.len() as u64].map(u64::to_le_bytes).concat();
+            body.extend(crc32fast::hash(records).to_le_bytes());
+            body.extend(text("zstd"));
+            body.extend((packed.len() as u64).to_le_bytes());
+            body.extend(&packed);
+            record(&mut file, CHUNK, &body);
+            let end = file.len();
+            let mut body = [*first, *last, start as u64, (end - start) as u64].map(u64::to_le_bytes).concat();
+            // One entry of message indexes, wherever they are, says that the chunk has messages.
+            body.extend([&10u32.to_le_bytes()[..], &0u16.to_le_bytes(), &(end as u64).to_le_bytes(), &[0; 8]].concat());
+            body.extend(text("zstd"));
+            body.extend([packed.len() as u64, records.len() as u64].map(u64::to_le_bytes).concat());
+            record(&mut indexes, CHUNK_INDEX, &body);
+        }
+        for (name, media_type, data) in &self.attachments {
+            let start = file.len();
+            let mut body = vec![0; 16];
+            body.extend([text(name), text(media_type)].concat());
+            body.extend((data.len() as u64).to_le_bytes());
+            body.extend(data);
+            body.extend(crc32fast::hash(&body).to_le_bytes());
+            record(&mut file, ATTACHMENT, &body);
+            let numbers = [start as u64, (file.len() - start) as u64, 0, 0, data.len() as u64];
+            let index = [numbers.map(u64::to_le_bytes).concat(), text(name), text(media_type)].concat();
+            record(&mut indexes, ATTACHMENT_INDEX, &index);
+        }
+        record(&mut file, DATA_END, &[0; 4]);
+        let summary = file.len();
+        file.extend([&self.summary[..], &indexes].concat());
+        let footer = [summary as u64, 0].map(u64::to_le_bytes).concat();
+        record(&mut file, FOOTER, &[footer, vec![0; 4]].concat());
+        file.extend(MAGIC);
+        with_checksums(&file)
+    }
+}
+
+/// First and last log time of the messages among records; 0 without any.
+fn times(mut records: &[u8]) -> (u64, u64) {
     let mut times = Vec::new();
     while let Some((head, rest)) = records.split_at_checked(9) {
         let length = u64::from_le_bytes(head[1..].try_into().expect("8 bytes"));
@@ -141,7 +169,7 @@ fn times(mut records: &[u8]) -> Vec<u64> {
         }
         records = rest;
     }
-    times
+    (times.iter().min().copied().unwrap_or(0), times.iter().max().copied().unwrap_or(0))
 }
 
 fn packed(bytes: &[u8]) -> Vec<u8> {
@@ -154,7 +182,8 @@ fn text(text: &str) -> Vec<u8> {
     [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat()
 }
 
-fn record(file: &mut Vec<u8>, opcode: u8, body: &[u8]) {
+/// Appends a record.
+pub fn record(file: &mut Vec<u8>, opcode: u8, body: &[u8]) {
     file.push(opcode);
     file.extend((body.len() as u64).to_le_bytes());
     file.extend(body);

@@ -7,7 +7,7 @@ mod mcap;
 mod records;
 
 pub use dataset::channels;
-pub use mcap::parts;
+pub use mcap::{Chunk, ShardParts, parts, record};
 pub use records::count_records;
 
 /// Takes one input.

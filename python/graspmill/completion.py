@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from .geometry import Camera, Floats, Grid, SampleId, pack, pose, unpack
-from .samples import Sample, as_array
-from .wire import find_bytes
+from .geometry import Camera, Floats, Grid, SampleId, bytes_of_cells, pack, pose, unpack
+from .samples import Sample, as_array, content, expect_lengths
+from .wire import WireError, find_bytes
 
 Bits = npt.NDArray[np.uint8]
 Cells = npt.NDArray[np.bool_]
@@ -146,19 +146,25 @@ class Contacts:
             "cells": message["cells"],
             "misses": as_array(message["misses"], "<f4", -1, 3),
         }
+        count = len(message["probe"])
+        rows = ("positions", "normals", "distances", "visible", "cells")
+        expect_lengths(count, **{name: rays[name] for name in rows})
         if "hand" not in message:
             return cls(**rays)
         poses = message["camera_from_hand"].reshape(-1, 12)
+        forces, gaps = as_array(message["forces"], "<f4", -1), as_array(message["gaps"], "<f4", -1)
+        expect_lengths(count, link=message["link"], forces=forces, gaps=gaps)
+        expect_lengths(len(poses), ends=message["ends"])
         return cls(
             **rays,
             hand=message["hand"],
             links=message["links"],
             joints=message["joints"],
             link=message["link"],
-            forces=as_array(message["forces"], "<f4", -1),
-            gaps=as_array(message["gaps"], "<f4", -1),
+            forces=forces,
+            gaps=gaps,
             camera_from_hand=np.array([pose(rows) for rows in poses]).reshape(-1, 4, 4),
-            joint_values=message["joint_values"].reshape(len(poses), -1),
+            joint_values=message["joint_values"].reshape(len(poses), len(message["joints"])),
             ends=as_array(message["ends"], "u1", -1),
         )
 
@@ -169,7 +175,7 @@ class CompletionSample(Sample):
     product = "completion"
     __slots__ = ()
 
-    @property
+    @content
     def pair(self) -> Pair:
         """Grid, camera, poses and counts."""
         message = self.message("pair")
@@ -186,82 +192,90 @@ class CompletionSample(Sample):
             solid_share=message["solid_share"],
         )
 
-    @property
+    @content
     def resolution(self) -> int:
         """Cells along each axis, n."""
-        return int(self.message("pair")["grid"]["resolution"])
+        message = self.message("pair")
+        n = int(message["grid"]["resolution"])
+        expect_lengths(bytes_of_cells(n), partial=message["partial"], complete=message["complete"])
+        return n
 
-    @property
+    @content
     def partial_bits(self) -> Bits:
         """Cells that hold a point the camera saw, packed: (ceil(n^3 / 8),)."""
-        return np.frombuffer(find_bytes(self.payload("pair"), _PARTIAL)[0], np.uint8)
+        return np.frombuffer(_bits(self, "pair", _PARTIAL), np.uint8)
 
-    @property
+    @content
     def complete_bits(self) -> Bits:
         """Cells of the solid object, packed: (ceil(n^3 / 8),)."""
-        return np.frombuffer(find_bytes(self.payload("pair"), _COMPLETE)[0], np.uint8)
+        return np.frombuffer(_bits(self, "pair", _COMPLETE), np.uint8)
 
-    @property
+    @content
     def partial(self) -> Cells:
         """Cells that hold a point the camera saw: (n, n, n), indexed (x, y, z)."""
         return unpack(self.partial_bits, self.resolution)
 
-    @property
+    @content
     def complete(self) -> Cells:
         """Cells of the solid object: (n, n, n), indexed (x, y, z)."""
         return unpack(self.complete_bits, self.resolution)
 
-    @property
+    @content
     def free_bits(self) -> Bits:
         """Cells that the camera saw to be free, packed (channel ``visibility``)."""
-        return np.frombuffer(find_bytes(self.payload("visibility"), _FREE)[0], np.uint8)
+        return np.frombuffer(_bits(self, "visibility", _FREE), np.uint8)
 
-    @property
+    @content
     def free(self) -> Cells:
         """Cells that the camera saw to be free: (n, n, n) (channel ``visibility``)."""
-        return unpack(self.free_bits, self.resolution)
+        n = self.resolution
+        expect_lengths(bytes_of_cells(n), free=self.free_bits)
+        return unpack(self.free_bits, n)
 
-    @property
+    @content
     def depth(self) -> Depth:
         """The crop of the depth image."""
         return Depth.of(self, "depth")
 
-    @property
+    @content
     def cloud(self) -> Points:
         """The points that the camera saw, (points, 3) m."""
         return as_array(self.message("cloud")["points"], "<f4", -1, 3)
 
-    @property
+    @content
     def tsdf(self) -> Tsdf:
         """Truncated signed distances at the cell centres."""
         message = self.message("tsdf")
         n = message["resolution"]
         return Tsdf(as_array(message["values"], "<i2", n, n, n), message["truncation"])
 
-    @property
+    @content
     def coverage(self) -> Bits:
         """Share of each cell that is solid, times 255: (n, n, n)."""
         message = self.message("coverage")
         n = message["resolution"]
         return as_array(message["share"], "u1", n, n, n)
 
-    @property
+    @content
     def implicit(self) -> Implicit:
         """Points on and around the surface."""
         message = self.message("implicit")
-        return Implicit(
+        found = Implicit(
             surface_points=as_array(message["surface_points"], "<f4", -1, 3),
             surface_normals=as_array(message["surface_normals"], "<f4", -1, 3),
             space_points=as_array(message["space_points"], "<f4", -1, 3),
             space_distances=as_array(message["space_distances"], "<f4", -1),
         )
+        expect_lengths(len(found.surface_points), surface_normals=found.surface_normals)
+        expect_lengths(len(found.space_points), space_distances=found.space_distances)
+        return found
 
-    @property
+    @content
     def touch(self) -> dict[str, Contacts]:
         """The contacts of each kind of touch that is stored, by channel."""
         return {channel: Contacts.of(self, channel) for channel in TOUCH if self.has(channel)}
 
-    @property
+    @content
     def tactile(self) -> Cells:
         """Cells that any kind of touch met: (n, n, n)."""
         n = self.resolution
@@ -271,7 +285,7 @@ class CompletionSample(Sample):
                 cells[self.message(channel)["cells"].astype(np.int64)] = True
         return cells[:-1].reshape(n, n, n)
 
-    @property
+    @content
     def seen_or_touched(self) -> Cells:
         """``partial | tactile``: a network's input."""
         return self.partial | self.tactile
@@ -312,23 +326,38 @@ class PairBatch:
         if not samples:
             raise ValueError("a batch of no samples")
         resolution = samples[0].resolution
-        size = (resolution**3 + 7) // 8
+        size = bytes_of_cells(resolution)
         parts: list[memoryview] = []
         place = samples[0].layout.places["pair"]
         for sample in samples:
             payload = sample.payloads[place]
-            partial, at = find_bytes(payload, _PARTIAL)
-            complete, _ = find_bytes(payload, _COMPLETE, at)
+            try:
+                partial, at = find_bytes(payload, _PARTIAL)
+                complete, _ = find_bytes(payload, _COMPLETE, at)
+            except WireError as error:
+                raise sample.damaged(error) from error
+            if len(partial) != size or len(complete) != size:
+                # Raises what is wrong with the sample itself; else it is of another resolution.
+                _ = sample.resolution
             parts += (partial, complete)
         planes = _planes(parts, size).reshape(len(samples), 2, size)
         free = tactile = None
         if samples[0].has("visibility"):
-            at = samples[0].layout.places["visibility"]
-            free = _planes([find_bytes(sample.payloads[at], _FREE)[0] for sample in samples], size)
+            found = [_bits(sample, "visibility", _FREE) for sample in samples]
+            for sample, part in zip(samples, found):
+                if len(part) != size:
+                    _ = sample.free
+            free = _planes(found, size)
         if any(samples[0].has(channel) for channel in TOUCH):
             tactile = np.stack([pack(sample.tactile) for sample in samples])
         indices = np.fromiter((sample.index for sample in samples), np.int64, len(samples))
         return cls(resolution, indices, planes[:, 0], planes[:, 1], free, tactile)
+
+
+def _bits(sample: Sample, channel: str, number: int) -> memoryview:
+    """The ``bytes`` field of this number of a message."""
+    with sample.reading():
+        return find_bytes(sample.payload(channel), number)[0]
 
 
 def _planes(parts: list[memoryview], size: int) -> Bits:

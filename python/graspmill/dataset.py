@@ -287,7 +287,8 @@ class Dataset(Generic[S]):
             self._wanted[shard] = {number: place for place, (number, _) in enumerate(own)}
             if self._layout is None:
                 channels = {name: channel for name, (_, channel) in zip(self.channels, own)}
-                self._layout = Layout(channels, {name: place for place, name in enumerate(self.channels)})
+                places = {name: place for place, name in enumerate(self.channels)}
+                self._layout = Layout(channels, places, self.folder.path)
         return file
 
     def _chunk(self, shard: int, chunk: int) -> dict[int, list[memoryview]]:

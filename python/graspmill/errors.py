@@ -39,6 +39,11 @@ def refuse_irregular(path: Path) -> None:
         raise DamagedFile(path, "it is no regular file", VERIFY)
 
 
+def unreadable(path: Path, error: OSError) -> DatasetError:
+    """The error of a file that the operating system does not let us read."""
+    return DatasetError(path, f"it cannot be read ({error.strerror})", "mend its permissions, or the disk")
+
+
 class WrongProduct(DatasetError):
     """A dataset of another product than the one asked for."""
 

@@ -90,12 +90,19 @@ class ReachabilityField:
         messages = [found for chunk in range(len(file.offsets)) for found in file.messages(file.chunk(chunk))]
         if len(messages) != 1:
             raise file.damaged(f"{len(messages)} messages, where one field should be")
-        channel = file.channels[messages[0][0]]
         try:
-            field = channel.schema.decode(channel.schema_name, messages[0][2])
-        except WireError as error:
+            self._read(file, *messages[0])
+        except (KeyError, IndexError, TypeError, ValueError) as error:
             raise file.damaged(f"its field cannot be read ({error})") from error
+
+    def _read(self, file: McapFile, number: int, _: int, payload: memoryview) -> None:
+        channel = file.channels[number]
+        field = channel.schema.decode(channel.schema_name, payload)
         self.axes = [Axis(**axis) for axis in field["axes"]]
+        if len(self.axes) != (5 if any(axis.unit == "healpix" for axis in self.axes) else 6):
+            raise WireError(f"{len(self.axes)} axes")
+        if not len(field["labels"]):
+            raise WireError("no cell")
         self.shape = tuple(axis.count for axis in self.axes)
         self.labels = np.frombuffer(field["labels"], np.uint8).reshape(self.shape)
         """Labels of the cells, places in ``LABELS``; shape as the axes."""
@@ -296,13 +303,18 @@ class ReachabilityField:
         Raises ``DatasetError`` when the dataset is not finished, or is not this map's.
         """
         data = Dataset(self.folder, ReachabilitySample)
+        if not len(data) or self.labels.size % len(data):
+            raise DamagedFile(self.folder, f"{len(data)} samples for a map of {self.labels.size} cells", VERIFY)
         found = np.full((self.labels.size, len(self.joints)), np.nan)
         labels = self.labels.reshape(len(data), -1)
         by_position = found.reshape(len(data), labels.shape[1], -1)
         for place, block in enumerate(data):
             if not np.array_equal(block.labels, labels[place]):
                 raise DamagedFile(self.folder, f"sample {block.index} is not of this map's field", VERIFY)
-            by_position[place, labels[place] == 2] = block.witnesses
+            witnesses = block.witnesses
+            if witnesses.shape[1] != len(self.joints):
+                raise DamagedFile(self.folder, f"sample {block.index} is of another robot", VERIFY)
+            by_position[place, labels[place] == 2] = witnesses
         return found
 
 

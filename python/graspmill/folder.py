@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from .errors import (
     UnknownFormat,
     WrongProduct,
     refuse_irregular,
+    unreadable,
 )
 
 FORMAT_VERSION = 2
@@ -25,6 +27,9 @@ _KEYS = {
 }
 # A manifest with numbers of one class has no class topics; `graspmill verify` compares the seal with its file.
 _MAY_BE_ABSENT = {"class_topics", "seal"}
+_SHARD_KEYS = {"file": str, "digest": str, "bytes": int, "first_sample": int, "samples": int, "kept": int}
+_COUNTS = {"samples": int, "kept": int, "rejected": dict, "splits": dict, "facts": dict}
+_DIGEST_BYTES = 32
 
 
 class Folder:
@@ -36,6 +41,12 @@ class Folder:
 
     def __init__(self, folder: str | Path) -> None:
         self.path = Path(folder)
+        try:
+            self._read()
+        except OSError as error:
+            raise unreadable(self.path, error) from error
+
+    def _read(self) -> None:
         self.manifest = _manifest(self.path)
         self.product: str = self.manifest["product"]
         self.root: str = self.manifest["root"]
@@ -47,8 +58,6 @@ class Folder:
         self.kept: int = self.manifest["counts"]["kept"]
         self.shards = [self.path / "shards" / shard["file"] for shard in self.manifest["shards"]]
         for path, shard in zip(self.shards, self.manifest["shards"]):
-            if path.name != shard["file"]:
-                raise DamagedFile(self.path / "manifest.json", f"it names a shard {shard['file']!r}", VERIFY)
             refuse_irregular(path)
             if not path.is_file():
                 raise DamagedFile(path, "it is missing, and the manifest names it", VERIFY)
@@ -64,12 +73,20 @@ class Folder:
 
     def objects(self) -> list[dict[str, Any]]:
         """The rows of ``assets.json``: at least ``object`` (digest) and ``name``; of grasps also ``resting``."""
-        rows: list[dict[str, Any]] = self._table("assets.json")["objects"]
+        rows: list[dict[str, Any]] = self._rows("assets.json", {"object": str, "name": str})["objects"]
         return rows
 
     def splits(self) -> dict[str, Any]:
         """``splits.json``; empty tables where the product has no splits."""
-        return self._table("splits.json") if self.has_splits else {"training_subsets": [], "objects": []}
+        if not self.has_splits:
+            return {"training_subsets": [], "objects": []}
+        table = self._rows("splits.json", {"object": str, "split": str})
+        path = self.path / "splits.json"
+        _expect(path, _are_counts(table.get("training_subsets")), "its training_subsets are no list of counts")
+        for row in table["objects"]:
+            held = _are_counts(row.get("holdout_items", [])) and _is_count(row.get("subset", 0))
+            _expect(path, held, f"the row of {row['object']} holds no numbers of items")
+        return table
 
     def types(self) -> dict[str, Any]:
         """``types.json`` of a dataset of patches: the kept grasps by type (``counts``), those ``without`` a type, and
@@ -77,13 +94,72 @@ class Folder:
         self.expect("patches")
         return self._table("types.json")
 
+    def _rows(self, name: str, keys: dict[str, type]) -> dict[str, Any]:
+        """A table whose ``objects`` are rows with these keys."""
+        table = self._table(name)
+        rows = table.get("objects")
+        _expect(self.path / name, isinstance(rows, list), "it has no list of objects")
+        for number, row in enumerate(rows or ()):
+            _expect(self.path / name, _has(row, keys), f"row {number} of its objects lacks {', '.join(keys)}")
+        return table
+
     def _table(self, name: str) -> dict[str, Any]:
         path = self.path / name
         table = _json(path)
         entry = self.manifest["files"].get(name)
-        if entry is None or entry["bytes"] != path.stat().st_size:
+        if not isinstance(entry, dict) or entry.get("bytes") != path.stat().st_size:
             raise DamagedFile(path, "the manifest knows it otherwise", VERIFY)
         return table
+
+
+def _expect(path: Path, holds: bool, problem: str) -> None:
+    if not holds:
+        raise DamagedFile(path, problem, VERIFY)
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+
+def _are_counts(values: Any) -> bool:
+    return isinstance(values, list) and all(map(_is_count, values))
+
+
+def _has(row: Any, keys: dict[str, type]) -> bool:
+    """Whether a row is a table with a value of its type at each of these keys; whole numbers are counts."""
+    if not isinstance(row, dict) or not set(keys) <= set(row):
+        return False
+    return all(_is_count(row[key]) if kind is int else isinstance(row[key], kind) for key, kind in keys.items())
+
+
+def _check_manifest(path: Path, manifest: dict[str, Any]) -> None:
+    """Raises ``DamagedFile`` where the manifest is not what readers take it for, before any file that it names is
+    touched."""
+    texts = {key: str for key in ("generator", "product", "root")}
+    kinds = texts | {"topics": list, "counts": dict, "shards": list, "files": dict, "warnings": list, "classes": dict}
+    for key, kind in kinds.items():
+        _expect(path, isinstance(manifest[key], kind), f"its {key} is no {kind.__name__}")
+    topics, counts = manifest["topics"], manifest["counts"]
+    whole = bool(topics) and all(isinstance(topic, str) for topic in topics) and len(set(topics)) == len(topics)
+    _expect(path, whole, f"its topics are {topics!r}"[:200])
+    _expect(path, all(isinstance(warning, str) for warning in manifest["warnings"]), "a warning is no text")
+    _expect(path, _has(counts, _COUNTS), "its counts are no counts")
+    numbers = [number for key in ("rejected", "splits", "facts") for number in counts[key].values()]
+    _expect(path, _are_counts(numbers), "its counts are no counts")
+    name = re.compile(rf"{re.escape(manifest['product'])}-\d{{5,}}-of-\d{{5,}}-[0-9a-f]{{16}}\.mcap", re.ASCII)
+    samples = kept = 0
+    for number, shard in enumerate(manifest["shards"]):
+        _expect(path, _has(shard, _SHARD_KEYS), f"its shard {number} lacks {', '.join(_SHARD_KEYS)}")
+        # A name of any other form could lead out of the folder.
+        _expect(path, name.fullmatch(shard["file"]) is not None, f"it names a shard {shard['file']!r}"[:200])
+        fits = shard["first_sample"] == samples and 0 < shard["samples"] and shard["kept"] <= shard["samples"]
+        # Each kept sample has a digest per topic in its shard, each rejected one a reason.
+        least = _DIGEST_BYTES * len(topics) * shard["kept"] + shard["samples"] - shard["kept"]
+        counted = f"{shard['samples']} samples from {shard['first_sample']}, {shard['kept']} kept"
+        _expect(path, fits and least <= shard["bytes"], f"its shard {number} has {shard['bytes']} bytes and {counted}")
+        samples, kept = samples + shard["samples"], kept + shard["kept"]
+    said = f"its shards have {samples} samples and keep {kept}, it says {counts['samples']} and {counts['kept']}"
+    _expect(path, (samples, kept) == (counts["samples"], counts["kept"]), said)
 
 
 def _json(path: Path) -> dict[str, Any]:
@@ -92,6 +168,8 @@ def _json(path: Path) -> dict[str, Any]:
         value = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise DamagedFile(path, "it is missing", VERIFY) from None
+    except OSError as error:
+        raise unreadable(path, error) from error
     except RecursionError:
         raise DamagedFile(path, "it is nested too deep", VERIFY) from None
     except (ValueError, UnicodeDecodeError) as error:
@@ -121,6 +199,7 @@ def _manifest(folder: Path) -> dict[str, Any]:
     missing = sorted(_KEYS - _MAY_BE_ABSENT - set(manifest))
     if missing:
         raise DamagedFile(path, f"keys are missing: {', '.join(missing)}", VERIFY)
+    _check_manifest(path, manifest)
     return manifest
 
 
@@ -128,7 +207,8 @@ def _without_manifest(folder: Path) -> DatasetError:
     if not folder.is_dir():
         return UnfinishedDataset(folder, "no such folder", "give the folder that `graspmill run --out` made")
     if (folder / "set.json").is_file():
-        names = ", ".join(job["name"] for job in _json(folder / "set.json").get("jobs", []))
+        jobs = _json(folder / "set.json").get("jobs", [])
+        names = ", ".join(job["name"] for job in jobs if _has(job, {"name": str})) if isinstance(jobs, list) else ""
         return UnfinishedDataset(folder, f"a set of datasets ({names})", "give the folder of one of them")
     if (folder / "run.json").is_file():
         return UnfinishedDataset(

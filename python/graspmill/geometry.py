@@ -97,6 +97,11 @@ def pose(rows: npt.NDArray[np.float64]) -> Floats:
     return np.vstack([rows.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
 
 
+def bytes_of_cells(resolution: int) -> int:
+    """Bytes of a packed bit plane, ceil(n^3 / 8)."""
+    return (resolution**3 + 7) // 8
+
+
 def unpack(bits: npt.NDArray[np.uint8], resolution: int) -> npt.NDArray[np.bool_]:
     """Packed bit planes (..., ceil(n^3 / 8)) as cells (..., n, n, n), indexed (x, y, z)."""
     cells = np.unpackbits(bits, axis=-1, count=resolution**3, bitorder="little")

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from .frames import import_pandas
 from .geometry import pose
-from .samples import Sample
-from .wire import Message
+from .samples import Sample, content, expect_lengths
+from .wire import Message, WireError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,9 +38,14 @@ _CONTACT = [("grasp", "<i4"), ("link", "<i4"), ("point", "<f8", 3), ("normal", "
 _POSES = ("object_from_base", "object_from_approach")
 _LISTS = (*_JOINTS, "clearances", "clearances_opened")
 _COUNTS = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")
-_TRIAL = ("trial", "held", *_COUNTS)
+_TRIAL = ("trial", "held", *_COUNTS, "robust", "table_pose", "table_trial", "held_on_table")
 # Columns of frames whose values may be missing, of all grasps or of some, have a type that says so.
-_KINDS = {"verdict": "string", "trial": "string", "held": "boolean", **dict.fromkeys(("type", *_COUNTS), "Int64")}
+_KINDS = dict.fromkeys(("verdict", "trial", "table_trial"), "string")
+_KINDS |= dict.fromkeys(("held", "robust", "held_on_table"), "boolean")
+_KINDS |= dict.fromkeys(("type", *_COUNTS, "table_pose"), "Int64")
+
+_MAX_RESTING_POSES = 4096
+"""Far above what an object has: a run that says more would take memory without measure."""
 
 Table = npt.NDArray[np.void]
 Columns = dict[str, list[Any]]
@@ -52,12 +57,12 @@ class GraspSample(Sample):
     product = "grasps"
     __slots__ = ()
 
-    @property
+    @content
     def run(self) -> Message:
         """The run itself, every field of ``GraspRun`` by name; ``grasps`` in it are messages, as stored."""
         return self.message("run")
 
-    @property
+    @content
     def grasps(self) -> Table:
         """One row per grasp, the lowest energy first, as a structured array.
 
@@ -72,6 +77,8 @@ class GraspSample(Sample):
         run = self.run
         rows: list[Message] = run["grasps"]
         poses = run["resting_poses"]
+        if poses > _MAX_RESTING_POSES:
+            raise WireError(f"{poses} resting poses")
         sizes = {name: max((len(row[name]) for row in rows), default=0) for name in _JOINTS}
         fields: list[Any] = [("object_from_approach", "<f8", (4, 4)), ("object_from_base", "<f8", (4, 4))]
         fields += [(name, "<f8", (sizes[name],)) for name in _JOINTS]
@@ -83,12 +90,17 @@ class GraspSample(Sample):
         for place, row in enumerate(rows):
             for name in ("object_from_approach", "object_from_base"):
                 table[name][place] = pose(row[name])
+            for name in _JOINTS:
+                expect_lengths(sizes[name], **{name: row[name]})
             for name in (*_JOINTS, *_NUMBERS, "verdict"):
                 table[name][place] = row[name]
             for name in ("shift", "turn"):
                 if len(row[name]):
+                    expect_lengths(3, **{name: row[name]})
                     table[name][place] = row[name]
             for name in ("clearances", "clearances_opened"):
+                if len(row[name]):
+                    expect_lengths(poses, **{name: row[name]})
                 table[name][place] = row[name] if len(row[name]) else np.nan
             table["width"][place] = row["width"][0] if len(row["width"]) else np.nan
             table["type"][place] = row["type"][0] if len(row["type"]) else -1
@@ -102,26 +114,34 @@ class GraspSample(Sample):
         """
         return _frame([_columns_of_run(self)])
 
-    @property
+    @content
     def contacts(self) -> Table:
         """One row per contact of a closed hand: ``grasp`` (row of ``grasps``), ``link`` (place in ``run["links"]``),
         ``point`` and ``normal`` (on the object's surface, out of it), ``distance`` (m, from the object to the link)."""
         return _contacts(self.run["grasps"], _CONTACT)
 
-    @property
+    @content
     def trials(self) -> Table:
-        """One row per physical trial of a kept grasp (channel ``trials``).
+        """One row per physical trial (channel ``trials``); states without one are untested, not bad.
 
         ``grasp`` (row of ``grasps``), ``verdict`` (place in ``TRIAL_VERDICTS``; 0: held), ``closed_at_rest``, ``links``
         that touched in the end, times (s), penetrations, ``farthest`` and ``drawn_back`` (m), ``force`` (N),
-        ``opened_by``, ``perturbed`` and ``perturbed_held`` (runs), ``roll_outs`` and ``roll_outs_held``.
+        ``opened_by``, ``perturbed`` and ``perturbed_held`` (runs), ``roll_outs`` and ``roll_outs_held``, ``variants`` and
+        ``variants_held`` (variants of the conditions under which the grasp was tried again; 0 of most grasps),
+        ``table_pose`` (resting pose of the object in which it was tried on a table, -1 where it was not) and
+        ``held_on_table``.
         """
         rows: list[Message] = self.message("trials")["trials"]
         fields = [("grasp", "<i4"), ("verdict", "u1"), ("closed_at_rest", "?"), ("links", "<i4")]
         fields += [(name, "<f8") for name in _OUTCOME]
-        fields += [(name, "<i4") for name in ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")]
+        counts = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held", "variants", "variants_held")
+        fields += [(name, "<i4") for name in counts]
+        fields += [("table_pose", "<i4"), ("held_on_table", "?")]
         table = np.zeros(len(rows), fields)
         for place, row in enumerate(rows):
+            on_table = row["table"]
+            table["table_pose"][place] = on_table["resting_pose"] if on_table else -1
+            table["held_on_table"][place] = bool(on_table) and on_table["outcome"]["verdict"] == 0
             outcome = row["outcome"]
             for name in ("verdict", "closed_at_rest", "links", *_OUTCOME):
                 table[name][place] = outcome[name]
@@ -129,9 +149,11 @@ class GraspSample(Sample):
                 table[name][place] = row[name]
             table["perturbed"][place] = len(row["perturbed"])
             table["perturbed_held"][place] = sum(run["outcome"]["verdict"] == 0 for run in row["perturbed"])
+            table["variants"][place] = len(row["variants"])
+            table["variants_held"][place] = sum(verdict == 0 for verdict in row["variants"])
         return table
 
-    @property
+    @content
     def trial_contacts(self) -> Table:
         """Contacts when gravity came on, as ``contacts`` (channel ``trials``); also ``force`` (N, along the normal)."""
         rows: list[Message] = self.message("trials")["trials"]
@@ -144,13 +166,14 @@ def _contacts(rows: list[Message], fields: list[Any]) -> Table:
     first = 0
     for place, (row, count) in enumerate(zip(rows, counts)):
         some = table[first : first + count]
-        some["grasp"] = row.get("grasp", place)
-        some["link"] = row["links"]
-        some["point"] = row["points"].reshape(-1, 3)
-        some["normal"] = row["normals"].reshape(-1, 3)
-        some["distance"] = row["distances"]
+        columns = {"link": row["links"], "distance": row["distances"]}
+        columns |= {"point": row["points"].reshape(-1, 3), "normal": row["normals"].reshape(-1, 3)}
         if "forces" in row:
-            some["force"] = row["forces"]
+            columns["force"] = row["forces"]
+        expect_lengths(count, **columns)
+        some["grasp"] = row.get("grasp", place)
+        for name, column in columns.items():
+            some[name] = column
         first += count
     return table
 
@@ -162,7 +185,9 @@ def grasp_frame(data: Dataset[GraspSample]) -> pd.DataFrame:
     The runs come in their order, the grasps of each with the lowest energy first. ``sample_index``, ``subject``,
     ``object``, ``split`` and ``item`` name the run, ``rank`` the grasp in it. Poses are 16 numbers (4 x 4, row-major).
     Where the dataset has trials, ``trial`` is the verdict on that of the grasp and ``held`` whether it held; both are
-    missing of grasps that were not tried.
+    missing of grasps that were not tried: these are untested, not bad. ``robust`` says of some held grasps whether they hold
+    under every variant of the conditions too, ``held_on_table`` whether the grasp lifted the object from a table on which it
+    rested in its resting pose ``table_pose``.
 
     Raises ``MissingPackage`` without pandas, ``KeyError`` where the selection does not read the channel ``run``.
     """
@@ -185,7 +210,15 @@ def _frame(parts: list[Columns]) -> pd.DataFrame:
 
 
 def _columns_of_run(sample: GraspSample) -> Columns:
-    """The columns of one run, row by row."""
+    """The columns of one run, row by row.
+
+    Raises ``DamagedFile`` where a message is not what the format says.
+    """
+    with sample.reading():
+        return _unchecked_columns(sample)
+
+
+def _unchecked_columns(sample: GraspSample) -> Columns:
     rows: list[Message] = sample.run["grasps"]
     columns: Columns = {"rank": list(range(len(rows))), "verdict": [VERDICTS[row["verdict"]] for row in rows]}
     columns["type"] = [row["type"][0] if len(row["type"]) else None for row in rows]
@@ -206,7 +239,7 @@ def _columns_of_run(sample: GraspSample) -> Columns:
 
 
 def _outcome(trial: Message) -> Message:
-    verdict, perturbed = trial["outcome"]["verdict"], trial["perturbed"]
+    verdict, perturbed, table = trial["outcome"]["verdict"], trial["perturbed"], trial["table"]
     return {
         "trial": TRIAL_VERDICTS[verdict],
         "held": verdict == 0,
@@ -214,4 +247,8 @@ def _outcome(trial: Message) -> Message:
         "perturbed_held": sum(run["outcome"]["verdict"] == 0 for run in perturbed),
         "roll_outs": trial["roll_outs"],
         "roll_outs_held": trial["roll_outs_held"],
+        "robust": (verdict == 0 and not any(trial["variants"])) if len(trial["variants"]) else None,
+        "table_pose": table and table["resting_pose"],
+        "table_trial": table and TRIAL_VERDICTS[table["outcome"]["verdict"]],
+        "held_on_table": table and table["outcome"]["verdict"] == 0,
     }

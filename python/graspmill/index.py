@@ -40,6 +40,10 @@ class Index(Mapping[str, Column]):
     def __init__(self, folder: Folder) -> None:
         ledgers = [_read_ledger(folder, shard) for shard in range(len(folder.shards))]
         names = {row["object"]: row["name"] for row in folder.objects()}
+        unknown = sorted({subject for ledger in ledgers for subject in ledger.subjects} - set(names))
+        if unknown:
+            problem = f"a shard has samples of {unknown[0]}, which stands in no row"
+            raise DamagedFile(folder.path / "assets.json", problem, VERIFY)
         self.subjects: list[str] = sorted({subject for ledger in ledgers for subject in ledger.subjects})
         """The digests that rows name, sorted; ``subject_number`` is an index into them."""
         number = {subject: index for index, subject in enumerate(self.subjects)}
@@ -51,7 +55,7 @@ class Index(Mapping[str, Column]):
             raise DamagedFile(folder.path, problem, VERIFY)
         columns: dict[str, Column] = {"sample_index": np.arange(rows, dtype=np.int64)}
         columns["subject"] = np.array(self.subjects, dtype="U64")[self.subject_number]
-        columns["object"] = np.array([names.get(subject, "") for subject in self.subjects])[self.subject_number]
+        columns["object"] = np.array([names[subject] for subject in self.subjects])[self.subject_number]
         for name in ("item", "instance", "camera"):
             columns[name] = _joined([getattr(ledger, name) for ledger in ledgers], np.int64)
         # `subset`: the smallest nested training subset that holds a row's object, -1 without one.
@@ -144,7 +148,7 @@ def _read_ledger(folder: Folder, shard: int) -> _Ledger:
         if absent:
             raise WireError(f"no fact {', '.join(absent)}")
         return table
-    except (IndexError, WireError, ValueError) as error:
+    except (IndexError, KeyError, OverflowError, ValueError) as error:
         raise file.damaged(f"its ledger cannot be read ({error})") from error
 
 

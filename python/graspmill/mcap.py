@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
-from .errors import VERIFY, DamagedFile, refuse_irregular
+from .errors import VERIFY, DamagedFile, refuse_irregular, unreadable
 from .wire import Schema
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -37,6 +37,11 @@ _U64 = struct.Struct("<Q")
 _OP_SCHEMA, _OP_CHANNEL, _OP_MESSAGE, _OP_CHUNK = 0x03, 0x04, 0x05, 0x06
 _OP_CHUNK_INDEX, _OP_ATTACHMENT, _OP_ATTACHMENT_INDEX = 0x08, 0x09, 0x0A
 
+_BROKEN = (struct.error, IndexError, KeyError, ValueError)
+"""Errors of bytes that are no records."""
+_MAX_CHUNK = 1 << 30
+"""Bytes of a chunk, unpacked, at most; the program takes no more either."""
+
 _own = threading.local()
 
 
@@ -45,6 +50,9 @@ def _unpack(data: memoryview, size: int) -> bytes:
     context = getattr(_own, "context", None)
     if context is None:
         context = _own.context = zstandard.ZstdDecompressor()
+    # The size of the frame's own head counts more than ours: it could ask for all memory.
+    if zstandard.frame_content_size(data) > size:
+        raise zstandard.ZstdError("it is larger than it says")
     return bytes(context.decompress(data, max_output_size=size))
 
 
@@ -81,7 +89,7 @@ class McapFile:
         self._map()
         try:
             self._read_summary()
-        except (struct.error, IndexError, UnicodeDecodeError, ValueError) as error:
+        except (*_BROKEN, OverflowError, RecursionError) as error:
             raise self.damaged(f"its summary cannot be read ({error})") from error
 
     def damaged(self, problem: str) -> DamagedFile:
@@ -97,6 +105,8 @@ class McapFile:
             raise DamagedFile(self.path, "it is missing", VERIFY) from None
         except ValueError:
             raise DamagedFile(self.path, "it is empty", VERIFY) from None
+        except OSError as error:
+            raise unreadable(self.path, error) from error
 
     def __getstate__(self) -> dict[str, object]:
         return {"path": self.path}
@@ -155,17 +165,22 @@ class McapFile:
         Raises ``DamagedFile``.
         """
         data, place = self._bytes, int(self.offsets[number])
-        op, _ = _RECORD.unpack_from(data, place)
-        if op != _OP_CHUNK:
-            raise self.damaged(f"no chunk stands at byte {place}")
-        _, _, size, crc = _CHUNK.unpack_from(data, place + 9)
-        codec, at = _string(data, place + 9 + 28)
-        packed = _U64.unpack_from(data, at)[0]
+        try:
+            op, _ = _RECORD.unpack_from(data, place)
+            if op != _OP_CHUNK:
+                raise self.damaged(f"no chunk stands at byte {place}")
+            _, _, size, crc = _CHUNK.unpack_from(data, place + 9)
+            codec, at = _string(data, place + 9 + 28)
+            packed = _U64.unpack_from(data, at)[0]
+        except _BROKEN as error:
+            raise self.damaged(f"chunk {number} cannot be read ({error})") from error
+        if size > _MAX_CHUNK:
+            raise self.damaged(f"chunk {number} has {size} bytes, at most {_MAX_CHUNK} are allowed")
         records = data[at + 8 : at + 8 + packed]
         if codec == "zstd":
             try:
                 # The size is the file's word, not a promise: the checksum covers it.
-                records = memoryview(_unpack(records, min(size, 1 << 31)))
+                records = memoryview(_unpack(records, size))
             except zstandard.ZstdError as error:
                 raise self.damaged(f"chunk {number} cannot be unpacked ({error})") from error
         elif codec:
@@ -175,28 +190,48 @@ class McapFile:
         return records
 
     def messages(self, records: memoryview) -> Iterator[tuple[int, int, memoryview]]:
-        """Channel, time and payload of each message of a chunk's records."""
+        """Channel, time and payload of each message of a chunk's records.
+
+        Raises ``DamagedFile``.
+        """
         place, end = 0, len(records)
         while place < end:
+            if end - place < 9:
+                raise self.damaged("a chunk ends within a record")
             op, length = _RECORD.unpack_from(records, place)
             place += 9
+            if length > end - place or (op == _OP_MESSAGE and length < 22):
+                raise self.damaged("a chunk ends within a record")
             if op == _OP_MESSAGE:
                 channel, _, time = _MESSAGE.unpack_from(records, place)
                 yield channel, time, records[place + 22 : place + length]
             place += length
 
     def attachments(self) -> Iterator[Attachment]:
-        """The attachments, each with its checksum compared."""
+        """The attachments, each with its checksum compared.
+
+        Raises ``DamagedFile``.
+        """
         for place, length in self._attachments:
-            data = self._bytes[place + 9 : place + length]
-            if self._bytes[place] != _OP_ATTACHMENT or zlib.crc32(data[:-4]) != _U32.unpack(data[-4:])[0]:
-                raise self.damaged("the checksum of an attachment does not hold")
-            name, at = _string(data, 16)
-            media_type, at = _string(data, at)
-            size = _U64.unpack_from(data, at)[0]
-            yield Attachment(name, media_type, data[at + 8 : at + 8 + size])
+            try:
+                yield self._attachment(place, length)
+            except _BROKEN as error:
+                raise self.damaged(f"an attachment cannot be read ({error})") from error
+
+    def _attachment(self, place: int, length: int) -> Attachment:
+        data = self._bytes[place + 9 : place + length]
+        if self._bytes[place] != _OP_ATTACHMENT or zlib.crc32(data[:-4]) != _U32.unpack(data[-4:])[0]:
+            raise self.damaged("the checksum of an attachment does not hold")
+        name, at = _string(data, 16)
+        media_type, at = _string(data, at)
+        size = _U64.unpack_from(data, at)[0]
+        if size != len(data) - 4 - (at + 8):
+            raise self.damaged(f"the attachment {name} has {len(data) - 12 - at} bytes and says {size}")
+        return Attachment(name, media_type, data[at + 8 : at + 8 + size])
 
 
 def _string(data: memoryview, place: int) -> tuple[str, int]:
     length = _U32.unpack_from(data, place)[0]
+    if length > len(data) - place - 4:
+        raise IndexError("a text ends behind its record")
     return str(data[place + 4 : place + 4 + length], "utf-8"), place + 4 + length

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .completion import Depth
 from .geometry import Camera, Floats, pose
-from .samples import Sample, as_array
+from .samples import Sample, as_array, content, expect_lengths
 from .wire import Message
 
 Bytes = npt.NDArray[np.uint8]
@@ -76,92 +76,87 @@ class PatchSample(Sample):
     product = "patches"
     __slots__ = ()
 
-    @property
+    @content
     def patch(self) -> Message:
         """Every field of ``HeatmapPatch`` by name; poses as twelve numbers."""
         return self.message("patch")
 
-    @property
+    @content
     def camera(self) -> Camera:
         """The camera."""
         return Camera(**self.patch["camera"])
 
-    @property
+    @content
     def camera_from_object(self) -> Floats:
         """(4, 4)"""
         return pose(self.patch["camera_from_object"])
 
-    @property
+    @content
     def object_from_approach(self) -> Floats:
         """(4, 4) of the grasp, before closing."""
         return pose(self.patch["object_from_approach"])
 
-    @property
+    @content
     def depth(self) -> Points:
         """(4, side, side) m along the optical axis, NaN = no return."""
         patch = self.patch
-        return as_array(patch["depth"], "<f4", -1, patch["side"], patch["side"])
+        return as_array(patch["depth"], "<f4", 4, patch["side"], patch["side"])
 
-    @property
+    @content
     def rgb(self) -> Bytes:
         """(4, side, side, 3) red, green, blue (channel ``colour``)."""
         message = self.message("colour")
-        return as_array(message["rgb"], "u1", -1, message["side"], message["side"], 3)
+        return as_array(message["rgb"], "u1", 4, message["side"], message["side"], 3)
 
-    @property
+    @content
     def rgbd(self) -> Points:
         """(4, side, side, 4): red, green, blue from 0 to 1, and depth in metres, NaN = no return."""
         return np.concatenate([self.rgb / np.float32(255.0), self.depth[..., None]], axis=-1)
 
-    @property
+    @content
     def labels(self) -> Points:
         """(4, 4 types): row k is 0 but at 4 type_index + k, where the grasp's label stands; lower is better."""
         return as_array(self.patch["labels"], "<f4", 4, -1)
 
-    @property
+    @content
     def type_index(self) -> int:
         """The grasp's type, a place in ``types``."""
         return int(self.patch["type_index"])
 
-    @property
+    @content
     def types(self) -> list[int]:
         """The chosen types, the most common first."""
         return [int(kind) for kind in self.patch["types"]]
 
-    @property
+    @content
     def corners(self) -> npt.NDArray[np.int64]:
         """(4, 2) px, left and top pixel of each patch."""
-        corners: npt.NDArray[np.int64] = self.patch["corners"].astype(np.int64).reshape(-1, 2)
+        corners: npt.NDArray[np.int64] = self.patch["corners"].astype(np.int64).reshape(4, 2)
         return corners
 
-    @property
+    @content
     def pixels(self) -> Floats:
         """(4, 2) px, projections of palm and fingertips."""
-        pixels: Floats = self.patch["pixels"].reshape(-1, 2)
+        pixels: Floats = self.patch["pixels"].reshape(4, 2)
         return pixels
 
-    @property
+    @content
     def image(self) -> Depth:
         """The box of the depth image that holds the object (channel ``image``)."""
         return Depth.of(self, "image")
 
-    @property
+    @content
     def image_colour(self) -> ImageColour:
         """Box of the image in colour (channel ``image_colour``)."""
         message = self.message("image_colour")
         rgb = as_array(message["rgb"], "u1", message["height"], message["width"], 3)
         return ImageColour(message["left"], message["top"], rgb, as_array(message["background"], "u1", 3))
 
-    @property
+    @content
     def heatmap(self) -> Heatmap:
         """The labels of all grasps from about this side (channel ``heatmap``)."""
         message = self.message("heatmap")
         lists = {name: message[name] for name in ("runs", "ranks", "type_indices", "points")}
-        return Heatmap(
-            width=message["width"],
-            height=message["height"],
-            types=message["types"],
-            pixels=message["pixels"].reshape(-1, 2),
-            values=as_array(message["values"], "<f4", -1),
-            **lists,
-        )
+        lists |= {"pixels": message["pixels"].reshape(-1, 2), "values": as_array(message["values"], "<f4", -1)}
+        expect_lengths(len(message["runs"]), **lists)
+        return Heatmap(width=message["width"], height=message["height"], types=message["types"], **lists)

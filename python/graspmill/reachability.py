@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .geometry import Floats
-from .samples import Sample, as_array
+from .samples import Sample, as_array, content, expect_lengths
 
 LABELS = ("no_solution", "colliding", "reachable")
 """Name of each label: no joint values lead there, with all of them something collides, reachable."""
@@ -20,19 +20,20 @@ class ReachabilitySample(Sample):
     product = "reachability"
     __slots__ = ()
 
-    @property
+    @content
     def labels(self) -> npt.NDArray[np.uint8]:
         """(orientations,) places in ``LABELS``."""
         return as_array(self.message("block")["labels"], "u1", -1)
 
-    @property
+    @content
     def proofs(self) -> npt.NDArray[np.uint8]:
         """(orientations,) places in ``PROOFS``."""
         return as_array(self.message("block")["proofs"], "u1", -1)
 
-    @property
+    @content
     def witnesses(self) -> Floats:
         """(reachable cells, joints) rad or m: joint values of each cell with label 2, in the order of the cells."""
         message = self.message("block")
         found: Floats = message["witnesses"].reshape(-1, message["joints"])
+        expect_lengths(int(np.count_nonzero(self.labels == 2)), witnesses=found)
         return found

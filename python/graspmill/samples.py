@@ -2,19 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from .errors import VERIFY, DamagedFile
 from .geometry import SampleId
 from .mcap import Channel
-from .wire import Message
+from .wire import Message, WireError
 
 if TYPE_CHECKING:
     # Of the standard library from 3.11 on; 3.10 needs it for type checkers alone.
     from typing_extensions import Self
+
+    content = property
+else:
+
+    class content(property):
+        """A property that is read out of stored messages: one that is not what the format says is a ``DamagedFile``."""
+
+        def __get__(self, sample: Any, owner: Any = None) -> Any:
+            if sample is None:
+                return self
+            with sample.reading():
+                return super().__get__(sample, owner)
+
+
+class NotRead(KeyError):
+    """A channel that is not stored, or not selected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +44,8 @@ class Layout:
     channels: dict[str, Channel]
     places: dict[str, int]
     """Place of each channel's payload in ``Sample.payloads``."""
+    folder: Path
+    """The dataset's."""
 
 
 class Sample:
@@ -56,6 +78,21 @@ class Sample:
         """Copies the sample without ties to the chunk that it came from, which may be much larger."""
         return type(self)(self.index, self.layout, [memoryview(bytes(payload)) for payload in self.payloads])
 
+    @contextmanager
+    def reading(self) -> Iterator[None]:
+        """Makes what goes wrong with a message's content a ``DamagedFile`` that names the sample."""
+        try:
+            yield
+        except NotRead:
+            raise
+        except (ValueError, TypeError, KeyError, IndexError, OverflowError) as error:
+            raise self.damaged(error) from error
+
+    def damaged(self, error: Exception) -> DamagedFile:
+        """The error of a message whose content is not what the format says."""
+        problem = f"sample {self.index}: a message is not what the format says ({error})"
+        return DamagedFile(self.layout.folder, problem, VERIFY)
+
     def has(self, channel: str) -> bool:
         """Whether the dataset stores this channel, and the selection reads it."""
         return channel in self.layout.places
@@ -69,18 +106,22 @@ class Sample:
             return self.payloads[self.layout.places[channel]]
         except KeyError:
             known = ", ".join(self.layout.places)
-            raise KeyError(
+            raise NotRead(
                 f"no channel '{channel}' is read here, only {known}; the job or `channels=` leaves it out"
             ) from None
 
     def message(self, channel: str) -> Message:
-        """The message on a channel, every field by its name in ``proto/``."""
+        """The message on a channel, every field by its name in ``proto/``.
+
+        Raises ``DamagedFile`` when the payload is none.
+        """
         kind = self.layout.channels[channel] if channel in self.layout.channels else None
         payload = self.payload(channel)
         assert kind is not None
-        return kind.schema.decode(kind.schema_name, payload)
+        with self.reading():
+            return kind.schema.decode(kind.schema_name, payload)
 
-    @property
+    @content
     def id(self) -> SampleId:
         """The sample's name."""
         return SampleId.of(self.message(next(iter(self.layout.places)))["sample"])
@@ -89,3 +130,10 @@ class Sample:
 def as_array(data: memoryview, kind: str, *shape: int) -> npt.NDArray[Any]:
     """The numbers of a ``bytes`` field, without a copy; not writable."""
     return np.frombuffer(data, kind).reshape(shape)
+
+
+def expect_lengths(count: int, **columns: Any) -> None:
+    """Raises ``WireError`` unless each of these, by name, has so many rows."""
+    for name, column in columns.items():
+        if len(column) != count:
+            raise WireError(f"{name} has {len(column)} rows, {count} are expected")

@@ -13,6 +13,7 @@ from .folder import Folder
 from .geometry import Floats, pose
 from .mcap import McapFile
 from .samples import as_array
+from .wire import Message, WireError
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,13 +76,22 @@ def object_meshes(folder: str | Path) -> dict[str, Mesh]:
     meshes: dict[str, Mesh] = {}
     for chunk in range(len(file.offsets)):
         for number, _, payload in file.messages(file.chunk(chunk)):
-            channel = file.channels[number]
-            if channel.topic != "/grasps/object":
-                continue
-            message = channel.schema.decode(channel.schema_name, payload)
-            digest = bytes(message["object"]).hex()
-            vertices = as_array(message["vertices"], "<f4", -1, 3)
-            triangles = message["triangles"].astype(np.int64).reshape(-1, 3)
-            mesh = Mesh(digest, names.get(digest, digest), vertices, triangles)
-            meshes[digest if mesh.name in meshes else mesh.name] = mesh
+            try:
+                channel = file.channels[number]
+                if channel.topic != "/grasps/object":
+                    continue
+                mesh = _mesh(channel.schema.decode(channel.schema_name, payload), names)
+            except (KeyError, ValueError) as error:
+                raise file.damaged(f"a mesh cannot be read ({error})") from error
+            meshes[mesh.object if mesh.name in meshes else mesh.name] = mesh
     return meshes
+
+
+def _mesh(message: Message, names: dict[str, str]) -> Mesh:
+    """Out of an ``ObjectShape`` message."""
+    digest = bytes(message["object"]).hex()
+    vertices = as_array(message["vertices"], "<f4", -1, 3)
+    triangles = message["triangles"].astype(np.int64).reshape(-1, 3)
+    if triangles.max(initial=-1) >= len(vertices):
+        raise WireError(f"a triangle names vertex {triangles.max()} of {len(vertices)}")
+    return Mesh(digest, names.get(digest, digest), vertices, triangles)

@@ -20,8 +20,8 @@ Message = dict[str, Any]
 """Field name -> value; absent fields have their defaults: 0, "", empty, and None for messages."""
 
 # FieldDescriptorProto.Type
-DOUBLE, FLOAT, FIXED64, FIXED32, BOOL, STRING, MESSAGE, BYTES = 1, 2, 6, 7, 8, 9, 11, 12
-_VARINTS = {3, 4, 5, BOOL, 13, 14}
+DOUBLE, FLOAT, FIXED64, FIXED32, BOOL, STRING, MESSAGE, BYTES, UINT32 = 1, 2, 6, 7, 8, 9, 11, 12, 13
+_VARINTS = {3, 4, 5, BOOL, UINT32, 14}
 _FIXED: dict[int, np.dtype[Any]] = {
     DOUBLE: np.dtype("<f8"),
     FLOAT: np.dtype("<f4"),
@@ -29,6 +29,8 @@ _FIXED: dict[int, np.dtype[Any]] = {
     FIXED32: np.dtype("<u4"),
 }
 _REPEATED = 3
+_MAX_UINT32 = 0xFFFF_FFFF
+"""A longer number counts by its lower 32 bits, as in every reader of the format."""
 
 
 class WireError(ValueError):
@@ -82,14 +84,14 @@ def _empty_list(field: Field) -> Any:
 
 
 def varint(data: memoryview | bytes, place: int) -> tuple[int, int]:
-    """The number at ``place``, and the place behind it."""
+    """The number at ``place``, of 64 bits, and the place behind it."""
     value = shift = 0
     while True:
         byte = data[place]
         place += 1
         value |= (byte & 0x7F) << shift
         if byte < 0x80:
-            return value, place
+            return value & 0xFFFF_FFFF_FFFF_FFFF, place
         shift += 7
         if shift > 63:
             raise WireError("a number of more than ten bytes")
@@ -147,7 +149,7 @@ class Schema:
         """
         try:
             return self._decode(self.types[name], data)
-        except (IndexError, struct.error, UnicodeDecodeError, KeyError) as error:
+        except (IndexError, struct.error, UnicodeDecodeError, KeyError, RecursionError) as error:
             raise WireError(f"no {name}: {error}") from error
 
     def _decode(self, kind: MessageType, data: memoryview) -> Message:
@@ -169,19 +171,25 @@ class Schema:
                 value = self._part(field, part)
             elif wire == 0:
                 value, place = varint(data, place)
-                if field is not None and field.kind == BOOL:
+                if field is None:
+                    continue
+                if field.kind not in _VARINTS:
+                    raise WireError(f"{kind.name}.{field.name} has wire type {wire}")
+                if field.kind == BOOL:
                     value = bool(value)
+                elif field.kind == UINT32:
+                    value &= _MAX_UINT32
             elif wire in (1, 5):
                 size = 8 if wire == 1 else 4
                 part = data[place : place + size]
                 place += size
                 if field is None:
                     continue
+                if size != _FIXED[field.kind].itemsize:
+                    raise WireError(f"{kind.name}.{field.name} has wire type {wire}")
                 value = np.frombuffer(part, _FIXED[field.kind])[0].item()
             else:
                 raise WireError(f"{kind.name}: wire type {wire}")
-            if field is None:
-                continue
             if field.repeated:
                 lists.setdefault(field.name, []).append(value)
             else:
@@ -197,6 +205,10 @@ class Schema:
             return str(part, "utf-8")
         if field.kind == MESSAGE:
             return self._decode(self.types[field.message], part)
+        if not field.repeated:
+            raise WireError(f"{field.name} is a list, where one number should be")
+        if field.kind == UINT32:
+            return varints(part) & np.uint64(_MAX_UINT32)
         if field.kind in _VARINTS:
             return varints(part)
         return np.frombuffer(part, _FIXED[field.kind])
@@ -239,7 +251,19 @@ def find_bytes(data: memoryview, number: int, place: int = 0) -> tuple[memoryvie
     where it is absent.
 
     The hot path of batches: no other field is decoded.
+
+    Raises ``WireError`` when the bytes are no message.
     """
+    try:
+        found, behind = _find_bytes(data, number, place)
+    except IndexError as error:
+        raise WireError("a message ends within a field") from error
+    if behind > len(data):
+        raise WireError("a message ends within a field")
+    return found, behind
+
+
+def _find_bytes(data: memoryview, number: int, place: int) -> tuple[memoryview, int]:
     end = len(data)
     while place < end:
         tag = data[place]

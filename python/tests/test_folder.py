@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from graspmill import (
@@ -107,3 +108,81 @@ def test_info_says_what_a_folder_holds(data: Path, capsys: pytest.CaptureFixture
     assert facts["product"] == "grasps" and facts["counts"]["facts"]["grasps_kept"] > 0
     assert main(["info", str(data)]) == 1
     assert "error: " in capsys.readouterr().err
+
+
+OUTSIDE = ("/etc/passwd", "../../../../etc/passwd", "..", "", "a\0b")
+OUTSIDE += ("completion-00000-of-00001-0123456789abcdef.mcap/../x",)
+"""Names of shards that lead out of the folder, or are none."""
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_names_that_lead_out_of_the_folder_are_refused_untouched(
+    copy: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A name of another form is refused before anything is asked about its path."""
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text(encoding="utf-8"))
+    manifest["shards"][0]["file"] = name
+    path.write_text(json.dumps(manifest), encoding="utf-8")
+    touched = []
+    for asked in ("exists", "is_file", "stat"):
+        original = getattr(Path, asked)
+
+        def watched(self: Path, *given: object, original: Any = original, **named: object) -> Any:
+            touched.append(self)
+            return original(self, *given, **named)
+
+        monkeypatch.setattr(Path, asked, watched)
+    refused(DamagedFile, copy, "manifest.json", "it names a shard")
+    assert set(touched) == {path}
+
+
+WRONG: dict[str, Any] = {
+    "shards": 3,
+    "shards 0": None,
+    "shards 0 bytes": "many",
+    "shards 0 samples": 2**60,
+    "shards 0 kept": -1,
+    "shards 0 first_sample": 7,
+    "shards 0 file": 5,
+    "counts": [],
+    "counts kept": True,
+    "counts facts": {"x": "y"},
+    "topics": [],
+    "topics 0": 4,
+    "files": None,
+    "warnings": [5],
+    "product": 3,
+}
+"""Values that no manifest has, by the path to them."""
+
+
+@pytest.mark.parametrize("where", WRONG)
+def test_manifests_of_other_values_are_refused(copy: Path, where: str) -> None:
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text(encoding="utf-8"))
+    *outer, last = [int(part) if part.isdecimal() else part for part in where.split(" ")]
+    table = manifest
+    for part in outer:
+        table = table[part]
+    table[last] = WRONG[where]
+    path.write_text(json.dumps(manifest), encoding="utf-8")
+    refused(DamagedFile, copy, "manifest.json")
+
+
+@pytest.mark.parametrize("name", ["shards", "manifest.json", ""])
+def test_files_that_may_not_be_read_are_named(copy: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Root may read all: so the system's refusal is played."""
+    shard = sorted((copy / "shards").iterdir())[0]
+    asked = {"shards": "open", "manifest.json": "read_text", "": "exists"}[name]
+    original = getattr(Path, asked)
+
+    def refuse(self: Path, *given: Any, **named: Any) -> Any:
+        if name in ("", self.name, self.parent.name):
+            raise PermissionError(13, "Permission denied")
+        return original(self, *given, **named)
+
+    monkeypatch.setattr(Path, asked, refuse)
+    file = {"shards": shard.name, "manifest.json": "manifest.json", "": "copy"}[name]
+    with pytest.raises(DatasetError, match=f"{file}: it cannot be read .Permission denied."):
+        Dataset(copy)[0]

@@ -103,6 +103,12 @@ def test_the_frame_of_grasps_has_a_row_per_grasp(data: Path) -> None:
         assert tried["held"].tolist() == (trials["verdict"] == 0).tolist()
         for name in ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held"):
             assert tried[name].tolist() == trials[name].tolist()
+        under_variants = trials["variants"] > 0
+        assert (tried["robust"].notna() == under_variants).all()
+        assert tried["table_pose"].fillna(-1).tolist() == trials["table_pose"].tolist()
+        assert tried["held_on_table"].fillna(False).tolist() == trials["held_on_table"].tolist()
+        robust = trials["variants_held"] == trials["variants"]
+        assert tried["robust"][under_variants].tolist() == robust[under_variants].tolist()
         assert rows["held"].isna().sum() == len(rows) - len(trials)
         pandas.testing.assert_frame_equal(run.frame(), rows[run.frame().columns])
     assert set(frame["held"].dropna()) == {True, False}

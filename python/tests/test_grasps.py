@@ -100,10 +100,20 @@ def test_trials_are_counted_as_the_index_does(runs: Dataset[GraspSample]) -> Non
     for place, run in enumerate(runs):
         trials = run.trials
         tried += len(trials)
-        assert (run.grasps["verdict"][trials["grasp"]] == 0).all()
+        # Every state was tried whose closed hand touches with two links.
+        untried = np.isin(run.grasps["verdict"], [VERDICTS.index(name) for name in ("penetrates", "open_hand")])
+        assert trials["grasp"].tolist() == np.flatnonzero(~untried).tolist()
         assert len(trials) == runs.column("grasps_tried")[place]
         held = trials["verdict"] == TRIAL_VERDICTS.index("held")
         assert held.sum() == runs.column("grasps_held")[place]
+        on_table = trials["table_pose"] >= 0
+        assert on_table.sum() == runs.column("grasps_tried_on_table")[place]
+        assert trials["held_on_table"].sum() == runs.column("grasps_held_on_table")[place]
+        # On a table were those that stay above it, in the most likely pose of which that is true.
+        clearances = run.grasps["clearances"][trials["grasp"]]
+        for pose, lowest in zip(trials["table_pose"], clearances):
+            above = np.flatnonzero(np.asarray(lowest) >= 0)
+            assert pose == (above[0] if len(above) else -1)
         # What was refused was not perturbed either.
         assert set(trials["perturbed"][trials["verdict"] != 1]) <= {1}
         contacts = run.trial_contacts

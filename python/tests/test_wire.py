@@ -88,3 +88,18 @@ def test_cut_messages_are_refused(data: Path) -> None:
     assert refused > 0.8 * len(range(1, len(payload), 97))
     with pytest.raises(WireError):
         Schema(b"").decode("graspmill.VoxelPair", payload)
+
+
+def message_of(*fields: bytes) -> memoryview:
+    return memoryview(b"".join(fields))
+
+
+def test_numbers_are_of_their_field_and_no_longer(data: Path) -> None:
+    """Numbers count by the lower bits of their type; a field of another kind than the schema says is refused."""
+    file = McapFile(next((data / "pairs" / "shards").glob("*.mcap")))
+    schema = next(channel.schema for channel in file.channels.values() if channel.topic == "/completion/pair")
+    grid = lambda *fields: schema.decode("graspmill.Grid", message_of(*fields))  # noqa: E731
+    assert grid(b"\x08\x85\x80\x80\x80\x10")["resolution"] == 5
+    for wrong in (b"\x10\x01", b"\x0a\x01\x05", b"\x15\x00\x00\x00\x00", b"\x09" + bytes(8), b"\x08"):
+        with pytest.raises(WireError):
+            grid(wrong)

@@ -14,8 +14,9 @@ use publish::export::{ExportFormat, FORMATS};
 #[derive(Parser, Debug)]
 #[command(name = "graspmill", version, max_term_width = 100, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit codes: 0 complete; 1 failed; 2 bad job or arguments; 3 complete, but meshes were refused;\n\
-    4 verify or diff found a difference; 74 input/output (disk full, read-only: mend, then run again); 75 interrupted, resumable.\n\
+    after_help = "Exit codes: 0 complete; 1 failed; 2 bad job or arguments; 3 complete, but meshes were refused,\n\
+    or no sample was kept; 4 verify or diff found a difference; 74 input/output (disk full, read-only: mend, then run again);\n\
+    75 interrupted, resumable.\n\
     Environment: GRASPMILL_SIMD=scalar|avx2|avx512 picks the vector instructions (same bytes); NO_COLOR=1 for plain text."
 )]
 pub struct Cli {
@@ -25,21 +26,21 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Command {
-    /// Say what a job would make: samples, shards, bytes, time (measured on a short pilot).
+    /// Estimate samples, shards, bytes and time of a job, by a short pilot run.
     Estimate(EstimateArgs),
     /// Make a job's dataset, or those of a set; run again to resume.
     Run(RunArgs),
-    /// Say how far a dataset is: reads its folder alone, so it works with every engine.
+    /// Show the progress of a dataset: reads its folder alone, so it works with every engine.
     Status(DatasetArgs),
     /// Close a dataset whose shards were made by tasks (`run --task`).
     Merge(MergeArgs),
-    /// Have a cluster's engine make a job's dataset: tasks, then the merge.
+    /// Submit a job to a cluster's engine: tasks, then the merge.
     Submit(SubmitArgs),
     /// Check a dataset: hashes, structure, ranges, root digest; optionally make samples again and compare.
     Verify(VerifyArgs),
     /// Compare two datasets, sample by sample, and say why they differ; exit code 4 when they do.
     Diff(DiffArgs),
-    /// The facts of a dataset, as text or JSON.
+    /// Show the facts of a dataset, as text or JSON.
     Inspect(DatasetArgs),
     /// Write report.html: pictures, distributions, assets, splits.
     Report(ReportArgs),
@@ -47,7 +48,7 @@ pub enum Command {
     Export(ExportArgs),
     /// Make a publication of a dataset: card, datasheet, licences, metadata, provenance, digests.
     Release(ReleaseArgs),
-    /// Ask a dataset.
+    /// Query a dataset.
     #[command(subcommand)]
     Query(QueryCommand),
     /// Check meshes before a job uses them.
@@ -63,7 +64,7 @@ pub enum Command {
     Schema,
     /// Print the version, as `--version` does.
     Version,
-    /// Say what this machine can do, and why not.
+    /// Show what this machine can do, and what it lacks.
     Doctor(DoctorArgs),
     /// Print a dataset's root digest, and nothing else.
     Digest(DigestArgs),
@@ -125,6 +126,9 @@ pub struct RunArgs {
     /// Show no progress: short for `--progress none`.
     #[arg(short, long, conflicts_with = "progress")]
     pub quiet: bool,
+    /// Add messages, progress and results to a file, each line with its time and its level.
+    #[arg(long, value_name = "FILE", value_parser = local_path())]
+    pub log: Option<PathBuf>,
     /// Print the summary as JSON.
     #[arg(long)]
     pub json: bool,
@@ -197,6 +201,9 @@ pub struct SubmitArgs {
     /// below; give them here as pods see them.
     #[arg(long, value_name = "NAME=PATH", required_if_eq("backend", "kubernetes"))]
     pub claim: Option<String>,
+    /// Add messages, progress and results to a file, each line with its time and its level.
+    #[arg(long, value_name = "FILE", value_parser = local_path())]
+    pub log: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -250,6 +257,9 @@ pub struct VerifyArgs {
     /// Content is pinned: anything else is refused.
     #[arg(long = "set", value_name = "KEY=PATH", requires = "regenerate")]
     pub set: Vec<String>,
+    /// Add messages, progress and results to a file, each line with its time and its level.
+    #[arg(long, value_name = "FILE", value_parser = local_path())]
+    pub log: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -273,7 +283,7 @@ pub struct ReportArgs {
     /// Where to write; `report.html` in the dataset's folder by default.
     #[arg(short, long, value_name = "FILE", value_parser = local_path())]
     pub out: Option<PathBuf>,
-    /// Open it in the browser.
+    /// Open it in the browser: by the program that BROWSER names, or else the desktop's.
     #[arg(long)]
     pub open: bool,
 }

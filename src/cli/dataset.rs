@@ -4,6 +4,7 @@ use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ReportArgs},
     exit::{Exit, Failure},
     folder::refuse_set,
+    machine,
     printer::Printer,
     submit::submitted,
 };
@@ -14,7 +15,10 @@ use format::{
 use kernel::words::{Split, counted, number_ranges, size_in_words};
 use publish::export::{self, ExportError, ExportSelection};
 use serde::Serialize;
-use std::path::Path;
+use std::{
+    io,
+    path::{self, Path},
+};
 
 /// Progress of a dataset.
 #[derive(Serialize)]
@@ -125,11 +129,23 @@ pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure
     printer.result(&format!("{} ({})", summary.path.display(), size_in_words(summary.bytes)));
     if arguments.open {
         let path = summary.path.display();
-        open::that(&summary.path).map_err(|error| {
+        show_page(&summary.path).map_err(|error| {
             Failure::message(Exit::Failed, format!("{path}: no program to show it: {error}; open it in a browser"))
         })?;
     }
     Ok(Exit::Complete)
+}
+
+/// Shows a page in the first program of `BROWSER` that starts, else by the desktop's own; does not wait until it is closed.
+fn show_page(path: &Path) -> io::Result<()> {
+    let path = path::absolute(path)?;
+    let browsers = machine::variable("BROWSER").unwrap_or_default();
+    let mut browsers = browsers.split(':').filter(|browser| !browser.is_empty());
+    if browsers.any(|browser| open::with_detached(&path, browser).is_ok()) {
+        Ok(())
+    } else {
+        open::that_detached(&path)
+    }
 }
 
 /// `graspmill export`.

@@ -93,7 +93,7 @@ impl TimedJob {
 impl Costs {
     /// Makes a pilot of a job, on the threads of its context.
     pub fn measure(TimedJob { open, opening }: TimedJob, context: &RunContext<'_>) -> Result<Self, Failure> {
-        let rate = pilot(&open.job, &open.plan, PILOT, context).map_err(run_failure)?;
+        let rate = pilot(&open, PILOT, context).map_err(run_failure)?;
         let estimate = Estimate::new(&open, opening, &rate, context.parallelism.threads);
         Ok(Self { open, estimate, rate })
     }

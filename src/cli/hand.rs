@@ -1,6 +1,7 @@
 //! `graspmill hand check`: what a hand's description and its table say, and pictures of the hand.
 
 use std::{
+    collections::BTreeSet,
     f64::consts::PI,
     fmt::{self, Display},
     fs,
@@ -16,6 +17,8 @@ use super::{
     pairs::{self, PairRow},
     printer::Printer,
 };
+use factory::{product::HandUse, products::PRODUCTS};
+use format::Product;
 use kernel::{geom::TouchShape, seed::Stream};
 use publish::picture::{Colour, Picture, Solid, SolidView, solid_picture};
 use robot::{
@@ -52,6 +55,7 @@ struct Report {
     touch_opened: Vec<[String; 2]>,
     /// MJCF that keeps the pairs that always touch from pushing each other apart.
     exclude: Vec<String>,
+    uses: Vec<UseRow>,
     pictures: Vec<PathBuf>,
 }
 
@@ -100,6 +104,16 @@ struct EigengraspRow {
     range: [f64; 2],
 }
 
+/// A setting of jobs that use a hand.
+#[derive(Serialize)]
+struct UseRow {
+    product: Product,
+    /// The setting, as a job file has it.
+    setting: &'static str,
+    /// Reason why such a job cannot use this hand, with the remedy.
+    refusal: Option<String>,
+}
+
 /// The hand's shapes with their search trees, and where they sit on their links.
 struct Shapes {
     shapes: Vec<(Mount, TouchShape)>,
@@ -139,6 +153,7 @@ pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failu
         samples: arguments.samples,
         touch_opened: touching.map(|pair| pairs::names(&bodies, *pair)).collect(),
         exclude: pairs.iter().filter(|pair| pair.always_touches(arguments.samples)).map(PairRow::exclude).collect(),
+        uses: uses(&model),
         pairs,
         pictures: match &arguments.picture {
             Some(folder) => draw(hand, &shapes, folder)?,
@@ -165,6 +180,20 @@ fn anywhere(driven: &Driven, stream: &mut Stream) -> Motor {
         }
         _ => motor,
     }
+}
+
+/// Settings of all jobs that use hands, and whether this one will do.
+fn uses(model: &HandModel) -> Vec<UseRow> {
+    let mut rows = Vec::new();
+    for factory in PRODUCTS {
+        let row = |HandUse { setting, check }: &HandUse| UseRow {
+            product: factory.product,
+            setting,
+            refusal: check(model).err().map(|error| error.to_string()),
+        };
+        rows.extend(factory.hand_uses.iter().map(row));
+    }
+    rows
 }
 
 fn joint_name(hand: &Hand, joint: usize) -> String {
@@ -345,10 +374,28 @@ impl Display for Report {
             }
         }
         pairs::write_excludes(f, &self.exclude)?;
+        self.write_uses(f)?;
         if !self.pictures.is_empty() {
             writeln!(f)?;
         }
         self.pictures.iter().try_for_each(|picture| writeln!(f, "{}", picture.display()))
+    }
+}
+
+impl Report {
+    /// Writes which jobs can use the hand, and why others cannot: settings of one reason together.
+    fn write_uses(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let settings = |refusal: Option<&String>| {
+            let alike = self.uses.iter().filter(|row| row.refusal.as_ref() == refusal).map(|row| row.setting);
+            alike.collect::<Vec<_>>().join(", ")
+        };
+        match settings(None).as_str() {
+            "" => writeln!(f, "\nno job can use this hand")?,
+            able => writeln!(f, "\njobs that can use this hand: {able}")?,
+        }
+        let refusals: BTreeSet<&String> = self.uses.iter().filter_map(|row| row.refusal.as_ref()).collect();
+        let mut refusals = refusals.into_iter();
+        refusals.try_for_each(|reason| writeln!(f, "jobs that cannot: {}\n  {reason}", settings(Some(reason))))
     }
 }
 

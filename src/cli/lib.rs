@@ -10,6 +10,7 @@ mod exit;
 mod folder;
 mod hand;
 mod jobs;
+mod log;
 mod machine;
 mod merge;
 mod meshes;
@@ -25,14 +26,15 @@ mod submit;
 mod task;
 mod verify;
 
-use std::process::ExitCode;
+use std::{env, path, process::ExitCode};
 
 use clap::{CommandFactory, Parser};
 use factory::job::JobSet;
 use format::dataset::SetTable;
 
-use args::{Cli, Command, MeshesCommand, QueryCommand, RunArgs};
+use args::{Cli, Command, MeshesCommand, QueryCommand, RunArgs, SubmitArgs, VerifyArgs};
 use exit::{Exit, Failure};
+use log::Level;
 use printer::Printer;
 
 /// The grammar of the command line: every verb with its arguments.
@@ -42,13 +44,16 @@ pub fn command() -> clap::Command {
 
 /// Parses the arguments, runs the command, returns its exit code.
 pub fn main() -> ExitCode {
-    let printer = Printer::default();
+    let mut printer = Printer::default();
     let exit = match Cli::try_parse() {
         Ok(cli) => {
-            machine::outlive_file_limits().and_then(|()| dispatch(&cli.command, &printer)).unwrap_or_else(|failure| {
+            let ready = machine::outlive_file_limits().and_then(|()| open_log(&cli.command, &mut printer));
+            let exit = ready.and_then(|()| dispatch(&cli.command, &printer)).unwrap_or_else(|failure| {
                 printer.error(&failure);
                 failure.exit
-            })
+            });
+            printer.log(Level::Info, &format!("exit code {}", exit as u8));
+            exit
         }
         Err(error) => {
             // clap prints help and version to stdout and calls them errors; wrong arguments mean 2.
@@ -64,6 +69,23 @@ pub fn main() -> ExitCode {
     // A result that is lost is no success.
     let exit = if exit == Exit::Complete && printer.has_lost_output() { Exit::InputOutput } else { exit };
     exit.into()
+}
+
+/// Opens the log that a command asks for.
+fn open_log(command: &Command, printer: &mut Printer) -> Result<(), Failure> {
+    let (log, folder) = match command {
+        Command::Run(RunArgs { log, out, .. }) | Command::Submit(SubmitArgs { log, out, .. }) => (log, out),
+        Command::Verify(VerifyArgs { log, dir, .. }) => (log, dir),
+        _ => return Ok(()),
+    };
+    let Some(log) = log else { return Ok(()) };
+    if path::absolute(log)?.starts_with(path::absolute(folder)?) {
+        let (log, folder) = (log.display(), folder.display());
+        let message = format!("--log {log}: {folder} holds the dataset and nothing else; give a file outside of it");
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
+    let words = env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>();
+    printer.open_log(log, format!("graspmill {}: {}", env!("CARGO_PKG_VERSION"), words.join(" ")))
 }
 
 fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {

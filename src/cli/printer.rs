@@ -1,23 +1,61 @@
-//! The one printer: results to stdout, messages to stderr.
+//! The one printer: results to stdout, messages to stderr, both to the log where there is one.
 
 use std::{
+    fmt::Display,
     io::{self, IsTerminal, Write},
+    path::Path,
     sync::atomic::{AtomicBool, Ordering},
 };
 
 use serde::Serialize;
 
-use super::exit::Failure;
+use super::{
+    exit::{Exit, Failure},
+    log::{Level, Log},
+};
 
 /// Where everything that the program says goes.
 #[derive(Default)]
 pub struct Printer {
     has_lost_output: AtomicBool,
+    log: Option<Log>,
+    has_lost_log: AtomicBool,
 }
 
 impl Printer {
-    /// A result, to stdout. A reader that went away (`| head`) is no error.
+    /// Writes a log, too, of a command in these words.
+    pub fn open_log(&mut self, path: &Path, command: String) -> Result<(), Failure> {
+        let failed = |error| {
+            let what = format!("--log {}: {error}", path.display());
+            Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(what))
+        };
+        self.log = Some(Log::open(path, command).map_err(failed)?);
+        Ok(())
+    }
+
+    /// Lines for the log alone.
+    pub fn log(&self, level: Level, text: &str) {
+        self.log_by(|_| level, text);
+    }
+
+    fn log_by(&self, level: impl Fn(&str) -> Level, text: &str) {
+        let written = self.log.as_ref().map_or(Ok(()), |log| log.write(level, text));
+        // A run does not end for its log's sake; once is enough said.
+        if let Err(error) = written
+            && !self.has_lost_log.swap(true, Ordering::Relaxed)
+        {
+            self.show(format_args!("graspmill: writing the log: {error}; going on without it"));
+        }
+    }
+
+    /// A result, to stdout.
     pub fn result(&self, text: &str) {
+        self.print(text);
+        self.log_by(Level::of_result, text);
+    }
+
+    /// A reader that went away (`| head`) is no error.
+    fn print(&self, text: &str) {
         let mut out = io::stdout().lock();
         let end = if text.ends_with('\n') { "" } else { "\n" };
         match write!(out, "{text}{end}").and_then(|()| out.flush()) {
@@ -37,12 +75,19 @@ impl Printer {
 
     /// A result for machines, to stdout.
     pub fn json(&self, value: &impl Serialize) -> Result<(), Failure> {
-        self.result(&serde_json::to_string_pretty(value)?);
+        self.print(&serde_json::to_string_pretty(value)?);
+        self.log(Level::Info, &serde_json::to_string(value)?);
         Ok(())
     }
 
-    /// A line of talk, to stderr.
+    /// A message, to stderr.
     pub fn say(&self, text: &str) {
+        self.show(text);
+        self.log(Level::Info, text);
+    }
+
+    /// A line of progress, to stderr: the log has lines of its own.
+    pub fn show(&self, text: impl Display) {
         let _ = writeln!(io::stderr().lock(), "{text}");
     }
 
@@ -55,7 +100,8 @@ impl Printer {
                 text = format!("{text}: {cause}");
             }
         }
-        self.say(&text);
+        self.show(&text);
+        self.log(Level::Error, &text);
     }
 
     /// Whether a person watches stderr.

@@ -13,6 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::{
     args::ProgressMode,
     exit::{Exit, Failure},
+    log::Level,
     printer::Printer,
 };
 use factory::{Event, Progress};
@@ -21,11 +22,14 @@ use kernel::words::counted;
 
 /// Time between two plain or JSON lines.
 const PAUSE: Duration = Duration::from_secs(2);
+/// Time between two lines of progress in a log, which may be of days.
+const LOG_PAUSE: Duration = Duration::from_secs(10);
 
 /// A listener of one run.
 pub struct ProgressView {
     display: Display,
-    last_line: Mutex<Option<Instant>>,
+    pace: Pace,
+    log_pace: Pace,
     /// Product of the samples, once the plan stands.
     product: OnceLock<Product>,
     /// Samples made, in whatever shard.
@@ -52,7 +56,8 @@ impl ProgressView {
         };
         Self {
             display,
-            last_line: Mutex::new(None),
+            pace: Pace::new(PAUSE),
+            log_pace: Pace::new(LOG_PAUSE),
             product: OnceLock::new(),
             made: AtomicU64::new(0),
             safe: AtomicU64::new(0),
@@ -62,10 +67,11 @@ impl ProgressView {
     /// Says which of several runs this is.
     pub fn name(&self, printer: &Printer, name: &str) {
         match &self.display {
-            Display::Bar(_) | Display::Plain => printer.say(name),
-            Display::Json => printer.say(&serde_json::json!({ "event": "dataset", "name": name }).to_string()),
+            Display::Bar(_) | Display::Plain => printer.show(name),
+            Display::Json => printer.show(serde_json::json!({ "event": "dataset", "name": name })),
             Display::Silent => {}
         }
+        printer.log(Level::Info, &format!("dataset {name}"));
     }
 
     /// Shows one event.
@@ -80,20 +86,21 @@ impl ProgressView {
         match &self.display {
             Display::Silent => {}
             Display::Json => {
-                if self.due(event)
+                if self.pace.is_due(event)
                     && let Ok(line) = serde_json::to_string(event)
                 {
-                    printer.say(&line);
+                    printer.show(line);
                 }
             }
             Display::Plain => {
-                if self.due(event)
-                    && let Some(line) = plain_line(event, product)
-                {
-                    printer.say(&line);
+                if !matches!(event, Event::ShardFinished { .. }) && self.pace.is_due(event) {
+                    printer.show(plain_line(event, product));
                 }
             }
             Display::Bar(bar) => show_bar(bar, event, product),
+        }
+        if self.log_pace.is_due(event) {
+            printer.log(Level::Info, &plain_line(event, product));
         }
     }
 
@@ -109,20 +116,32 @@ impl ProgressView {
             printer.say(&kept_words(made, safe, *product));
         }
     }
+}
 
-    /// Rare events always, frequent ones every few seconds and at their end.
-    fn due(&self, event: &Event) -> bool {
-        let last = match event {
+/// When the next line of progress is due.
+struct Pace {
+    pause: Duration,
+    last: Mutex<Option<Instant>>,
+}
+
+impl Pace {
+    fn new(pause: Duration) -> Self {
+        Self { pause, last: Mutex::new(None) }
+    }
+
+    /// Rare events always, frequent ones after a pause and at their end.
+    fn is_due(&self, event: &Event) -> bool {
+        let is_last = match event {
             Event::Prepared { done, total } => done == total,
             Event::Progress(progress) => progress.made == progress.to_make,
             _ => return true,
         };
-        let Ok(mut line) = self.last_line.lock() else { return false };
-        let due = last || line.is_none_or(|at| at.elapsed() >= PAUSE);
-        if due {
-            *line = Some(Instant::now());
+        let Ok(mut last) = self.last.lock() else { return false };
+        let is_due = is_last || last.is_none_or(|at| at.elapsed() >= self.pause);
+        if is_due {
+            *last = Some(Instant::now());
         }
-        due
+        is_due
     }
 }
 
@@ -136,9 +155,9 @@ fn kept_words(made: u64, safe: u64, product: Product) -> String {
     }
 }
 
-fn plain_line(event: &Event, product: Option<Product>) -> Option<String> {
+fn plain_line(event: &Event, product: Option<Product>) -> String {
     let samples = plural(product);
-    Some(match event {
+    match event {
         Event::Prepared { done, total } => format!("meshes {done}/{total}"),
         Event::Planned { product: _, samples: count, samples_before, shards, shards_before, threads } => {
             let before = if *shards_before > 0 {
@@ -150,9 +169,9 @@ fn plain_line(event: &Event, product: Option<Product>) -> Option<String> {
             format!("{count} {samples} in {shards}{before}; {threads}")
         }
         Event::Progress(progress) => progress_text(progress, product),
-        Event::ShardFinished { .. } => return None,
+        Event::ShardFinished { file, samples: count, .. } => format!("finished {file}: {count} {samples}"),
         Event::Finishing => "writing index and manifest".to_owned(),
-    })
+    }
 }
 
 fn progress_text(progress: &Progress, product: Option<Product>) -> String {

@@ -48,8 +48,9 @@ fn failure(error: ReleaseError) -> Failure {
         ReleaseError::Dataset(error) => verify::damage(error),
         ReleaseError::NotIntact { .. } => Failure::new(Exit::Mismatch, error),
         ReleaseError::Preview(error) => run::preview_failure(error),
-        ReleaseError::About { .. } | ReleaseError::MayNotShip { .. } | ReleaseError::NothingToLeaveOut { .. } => {
-            Failure::new(Exit::BadSpec, error)
-        }
+        ReleaseError::NoAbout { .. }
+        | ReleaseError::About { .. }
+        | ReleaseError::MayNotShip { .. }
+        | ReleaseError::NothingToLeaveOut { .. } => Failure::new(Exit::BadSpec, error),
     }
 }

@@ -19,12 +19,12 @@ use super::{
 use factory::{
     Event, Parallelism, RunContext,
     job::JobText,
-    plan::JobSplits,
+    plan::{JobSplits, LeakReport},
     run::{OpenJob, RunSummary},
 };
 use format::{
-    Product,
-    dataset::{Manifest, layout},
+    Noun, Product,
+    dataset::{Counts, Manifest, layout},
 };
 use kernel::{
     ids::Digest,
@@ -88,7 +88,21 @@ pub fn show(
         let text = text(folder, parallelism, summary, seconds)?;
         printer.result(&format!("{text}\nnext: graspmill report {}", folder.display()));
     }
-    Ok(if summary.manifest.counts.refused_meshes > 0 { Exit::Refused } else { Exit::Complete })
+    Ok(exit_of(&summary.manifest))
+}
+
+/// The exit code of a dataset that is complete. One without a sample is of no use to anybody, though nothing failed.
+pub fn exit_of(manifest: &Manifest) -> Exit {
+    let Counts { kept, refused_meshes, .. } = &manifest.counts;
+    if *refused_meshes > 0 || *kept == 0 { Exit::Refused } else { Exit::Complete }
+}
+
+/// A warning where no sample was kept, with the reason of most rejects.
+fn no_sample(manifest: &Manifest) -> Option<String> {
+    let Counts { samples, kept: 0, rejected, .. } = &manifest.counts else { return None };
+    let Noun { one, .. } = manifest.product.samples;
+    let reasons: Vec<String> = rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+    Some(format!("no {one} was kept: of {samples}, all were rejected ({}); change the job", reasons.join(", ")))
 }
 
 /// Makes the dataset of a job in a folder, or the shards that are missing of it, and measures how long that took [s]. `inputs`:
@@ -138,7 +152,9 @@ pub fn preview_failure(error: PreviewError) -> Failure {
 
 /// Notes of a report about the run; part of no digest.
 fn notes(parallelism: &Parallelism, summary: &RunSummary, splits: Option<&JobSplits>, began: Instant) -> RunNotes {
-    let leaks = splits.into_iter().flat_map(|splits| splits.leaks.counts());
+    let of_splits = splits.map(|splits| &splits.leaks);
+    let leaks = of_splits.into_iter().flat_map(LeakReport::counts);
+    let intended = of_splits.and_then(LeakReport::intended);
     RunNotes {
         speed: (summary.made > 0).then(|| Speed {
             samples: summary.made,
@@ -147,6 +163,7 @@ fn notes(parallelism: &Parallelism, summary: &RunSummary, splits: Option<&JobSpl
             peak_memory: machine::peak_memory(),
         }),
         leaks: leaks.map(|(name, count)| (name.to_owned(), count)).collect(),
+        intended: intended.into_iter().map(str::to_owned).collect(),
     }
 }
 
@@ -220,7 +237,8 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
         let were = if counts.refused_meshes == 1 { "was" } else { "were" };
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
-    lines.extend(manifest.warnings.iter().map(|warning| format!("warning: {warning}")));
+    let warnings = manifest.warnings.iter().cloned().chain(no_sample(manifest));
+    lines.extend(warnings.map(|warning| format!("warning: {warning}")));
     // Of one class alone, the root over all says it.
     if manifest.classes.len() > 1 {
         lines.extend(manifest.classes.iter().map(|(class, root)| format!("{} {root}", class.name())));

@@ -63,7 +63,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
         let made = run::make(&job.text, &job_inputs(job, &arguments.out)?, &folder, &context);
         view.finish(printer, &made);
         let (summary, seconds) = made?;
-        if summary.manifest.counts.refused_meshes > 0 {
+        if run::exit_of(&summary.manifest) == Exit::Refused {
             exit = Exit::Refused;
         }
         texts.push(format!("{}\n{}", job.name, run::text(&folder, &parallelism, &summary, seconds)?));

@@ -203,16 +203,7 @@ impl Checked<'_> {
             lines.extend(made.differences.iter().map(|difference| {
                 format!("differs: sample {} ({}): {}", difference.sample, difference.id, difference.what)
             }));
-            lines.push(if made.differences.is_empty() {
-                format!(
-                    "{} of {} {samples} made again, all equal: with 95 % confidence fewer than {:.3} % of the dataset differ",
-                    made.samples,
-                    made.of_samples,
-                    100.0 * made.bound()
-                )
-            } else {
-                format!("{} of {} {samples} made again differ", made.differences.len(), made.samples)
-            });
+            lines.push(regeneration_in_words(made, samples));
         } else if arguments.regenerate.is_some() {
             lines.push(match report.is_intact() {
                 true => "nothing was made again: a recipe holds nothing to compare with; run its job.toml".to_owned(),
@@ -222,5 +213,67 @@ impl Checked<'_> {
         let verdict = if report.is_intact() { "is intact" } else { "is NOT intact" };
         lines.push(format!("{folder} {verdict}, root {}", report.saved));
         lines.join("\n")
+    }
+}
+
+/// Samples of a dataset that bound the share of differing ones by 1 %, with 95 % confidence: 299, rounded up.
+const SAMPLES_FOR_A_PERCENT: u64 = 300;
+
+/// Samples that differ, and what that says of the others.
+fn regeneration_in_words(made: &Regeneration, samples: &str) -> String {
+    let Regeneration { samples: count, of_samples, differences } = made;
+    let differ = differences.len();
+    if !differences.is_empty() {
+        return format!("{differ} of {count} {samples} made again differ");
+    }
+    if count >= of_samples {
+        return format!("0 of {count} {samples} made again differ: these are all");
+    }
+    let bound = made.bound();
+    let mut words = format!(
+        "0 of {count} {samples} made again differ: with 95 % confidence less than {} of all {of_samples} do",
+        percent_above(bound)
+    );
+    if bound > 0.01 {
+        let more = SAMPLES_FOR_A_PERCENT.min(*of_samples);
+        let reach = if more == *of_samples { "checks all of them" } else { "bounds them by 1 %" };
+        words += &format!("; --regenerate {more} {reach}");
+    }
+    words
+}
+
+/// A share in percent, rounded up, so that a bound stays one.
+fn percent_above(share: f64) -> String {
+    let (digits, steps) = if share >= 1e-3 { (1, 10.0) } else { (3, 1000.0) };
+    format!("{:.digits$} %", (100.0 * share * steps - 1e-9).ceil() / steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_is_said_with_the_way_to_a_better_one() {
+        let words = |samples, of_samples| {
+            regeneration_in_words(&Regeneration { samples, of_samples, differences: Vec::new() }, "samples")
+        };
+        assert_eq!(
+            words(5, 13_068),
+            "0 of 5 samples made again differ: with 95 % confidence less than 45.1 % of all 13068 do; --regenerate 300 \
+             bounds them by 1 %"
+        );
+        assert_eq!(
+            words(5, 36),
+            "0 of 5 samples made again differ: with 95 % confidence less than 45.1 % of all 36 do; --regenerate 36 checks \
+             all of them"
+        );
+        assert_eq!(
+            words(1000, 13_068),
+            "0 of 1000 samples made again differ: with 95 % confidence less than 0.3 % of all 13068 do"
+        );
+        assert_eq!(words(36, 36), "0 of 36 samples made again differ: these are all");
+        // The number that is advised keeps its promise.
+        let advised = Regeneration { samples: SAMPLES_FOR_A_PERCENT, of_samples: u64::MAX, differences: Vec::new() };
+        assert!(advised.bound() <= 0.01);
     }
 }

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use format::dataset::{BadShard, DatasetError};
-use kernel::{ids::ObjectId, words::number_ranges};
+use kernel::{cancel::Cancelled, ids::ObjectId, words::number_ranges};
 
 /// Any error of a tool below, boxed: the message is what counts.
 pub type Cause = Box<dyn Error + Send + Sync>;
@@ -47,6 +47,9 @@ pub enum ProduceError {
     /// The sample was made and could not be stored.
     #[error(transparent)]
     Store(#[from] DatasetError),
+    /// Somebody asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl ProduceError {
@@ -72,7 +75,7 @@ pub enum RunError {
     Dataset(#[from] DatasetError),
     /// A sample could not be made.
     #[error(transparent)]
-    Produce(#[from] ProduceError),
+    Produce(ProduceError),
     /// Code of graspmill panicked: a defect.
     #[error(
         "{what}: graspmill failed by a defect of its own: {message}; finished shards stay, and the same command resumes; \
@@ -97,6 +100,15 @@ pub enum RunError {
     /// The threads could not be started.
     #[error("starting threads: {0}; try fewer with --threads")]
     Threads(String),
+}
+
+impl From<ProduceError> for RunError {
+    fn from(error: ProduceError) -> Self {
+        match error {
+            ProduceError::Cancelled(Cancelled) => Self::Interrupted,
+            error => Self::Produce(error),
+        }
+    }
 }
 
 /// Lines about files that are no shards, after the list of missing ones.

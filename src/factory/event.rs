@@ -1,9 +1,6 @@
 //! Progress as typed events: one source feeds a bar, lines, JSON or silence.
 
-use std::{
-    sync::atomic::{AtomicBool, Ordering},
-    time::Duration,
-};
+use std::time::Duration;
 
 use serde::Serialize;
 
@@ -80,24 +77,3 @@ impl Progress {
 
 /// Listener to a run; called from any thread.
 pub type Listener<'a> = dyn Fn(Event) + Sync + 'a;
-
-/// A wish to stop, set by a signal handler; work ends at the next sample.
-#[derive(Debug, Default)]
-pub struct Cancel(AtomicBool);
-
-impl Cancel {
-    /// Not wished yet.
-    pub const fn new() -> Self {
-        Self(AtomicBool::new(false))
-    }
-
-    /// Wishes it.
-    pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether it was wished.
-    pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}

@@ -22,5 +22,6 @@ pub mod work;
 
 pub use context::{Parallelism, RunContext};
 pub use error::{Cause, ProduceError, RunError};
-pub use event::{Cancel, Event, Listener, Progress};
+pub use event::{Event, Listener, Progress};
+pub use kernel::cancel::{Cancel, Cancelled};
 pub use sink::{MadeFate, MadeSample, SampleSink, SampleWriter, TakeSample};

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::job::{DraftWork, JobContext};
 use form::{Checker, FormErrors, Schema};
 use format::Product;
+use sim::{HandError, HandModel};
 
 /// A product as the factory makes it: one row of the table of products.
 pub struct ProductFactory {
@@ -16,10 +17,20 @@ pub struct ProductFactory {
     pub profiles: [&'static str; 2],
     /// Paths of keys that people write and that no job has, each with a remedy.
     pub other_words: &'static [(&'static str, &'static str)],
+    /// Settings under which its jobs use a hand.
+    pub hand_uses: &'static [HandUse],
     /// Datasets that its jobs read.
     pub inputs: &'static [InputDataset],
     /// Checks the keys of a job, in a folder that relative paths start from.
     pub draft: fn(&toml::Table, Checker, &Path, &JobContext) -> Result<DraftWork, FormErrors>,
+}
+
+/// A setting under which jobs of a product use a hand.
+pub struct HandUse {
+    /// The setting, as a job file has it.
+    pub setting: &'static str,
+    /// Whether a hand can be used so.
+    pub check: fn(&HandModel) -> Result<(), HandError>,
 }
 
 /// A dataset that jobs of a product read.

@@ -57,11 +57,6 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     /// When one is gone, another one than when the job was resolved, or cannot be worked with.
     fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError>;
 
-    /// Bytes of the files that only this product has, beside its shards, as a guess for planning.
-    fn side_bytes(&self) -> f64 {
-        0.0
-    }
-
     /// Facts about the work for `estimate`, for people.
     fn remarks(&self) -> Vec<String> {
         Vec::new()
@@ -106,6 +101,15 @@ pub trait OpenWork: Sync {
     /// When the job's renderer is not available, or its hand cannot be read.
     fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError>;
 
+    /// Expected bytes of the files that only this product has and of what it adds to the dataset's tables, from a few of the
+    /// job's subjects, given by their indices. `folder` is of no dataset: files may be tried there.
+    ///
+    /// # Errors
+    /// When a subject is gone or another one than when the job was resolved.
+    fn side_bytes(&self, _visited: &[usize], _folder: &Path) -> Result<f64, ProduceError> {
+        Ok(0.0)
+    }
+
     /// Writes the files that only this product has and adds to the dataset's tables, after all shards are done.
     ///
     /// # Errors
@@ -137,11 +141,12 @@ pub trait Producer {
     /// Channels of every kept sample, in order.
     fn channels(&self) -> Vec<Channel>;
 
-    /// Loads a subject of the job, by its index; one that is loaded already stays.
+    /// Loads a subject of the job, by its index; one that is loaded already stays. What takes seconds looks at `cancel`
+    /// meanwhile.
     ///
     /// # Errors
-    /// When the subject is gone or another one than when the job was resolved.
-    fn load(&mut self, subject: usize) -> Result<(), ProduceError>;
+    /// When the subject is gone or another one than when the job was resolved, or somebody asks to stop.
+    fn load(&mut self, subject: usize, cancel: &Cancel) -> Result<(), ProduceError>;
 
     /// Makes the samples of one item of the loaded subject.
     ///

@@ -29,8 +29,8 @@ pub use products::{
     },
     grasps::{
         ClosedHand, FORCE, Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint, HandNames,
-        HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed, TrialFacts,
-        TrialHand, TrialMethod, TrialOutcome, TrialVerdict, WRENCH,
+        HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed, TableTrial,
+        TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialVerdict, TriedStates, WRENCH,
     },
     patches::{
         HeatmapPatch, HeatmapPoint, PATCH_POINTS, POINT_NAMES, PatchColour, PatchFacts, PatchHeatmap, PatchImageColour,

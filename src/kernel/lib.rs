@@ -1,6 +1,7 @@
 //! Kernels of graspmill, below everything else: vocabulary, ids, geometry, voxels, depth images, meshes.
 
 pub mod assets;
+pub mod cancel;
 pub mod contact;
 pub mod files;
 pub mod geom;

@@ -16,6 +16,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::{
     assets::{self, AssetRecord, MeshRefusal, MeshSource, PreparedMesh},
+    cancel::{Cancel, Cancelled},
     contact::ContactSurface,
     geom::{Aabb, MassProperties, NoSurface, RestingPoses, SolidGrid, TriMesh, TriangleTree},
     ids::ObjectId,
@@ -75,6 +76,18 @@ impl PreparedObject {
         self.solid.get_or_init(|| Arc::new(solid_occupancy(&self.mesh, self.inside_test(), false)))
     }
 
+    /// Refuses an object of whose solid no cell is inside, such as a sheet of a hair's thickness: it has no mass. `source` is
+    /// what it was prepared from.
+    ///
+    /// # Errors
+    /// Says the thickness and the remedy.
+    pub fn check_solid(&self, source: &MeshSource) -> Result<(), MeshRefusal> {
+        if self.mass().is_some() {
+            return Ok(());
+        }
+        Err(assets::refuse_without_solid(source, &self.mesh, self.record.volume, self.solid().pitch))
+    }
+
     /// Tree over the triangles, for rays and closest triangles.
     pub fn tree(&self) -> &Arc<TriangleTree> {
         self.tree.get_or_init(|| Arc::new(TriangleTree::new(&self.mesh)))
@@ -90,10 +103,26 @@ impl PreparedObject {
     /// # Errors
     /// When the mesh has no extent.
     pub fn contact_surface(&self) -> Result<&Arc<ContactSurface>, NoSurface> {
-        let made = self.contact_surface.get_or_init(|| {
-            ContactSurface::of_parts(&self.mesh, Arc::clone(self.surface()), Arc::clone(self.solid())).map(Arc::new)
-        });
-        made.as_ref().map_err(Clone::clone)
+        self.make_contact_surface(&Cancel::new()).expect("nobody cancels it");
+        self.contact_surface.get().expect("it was made").as_ref().map_err(Clone::clone)
+    }
+
+    /// Makes [`Self::contact_surface`] and what it needs, which takes seconds for a small object or a large mesh, unless
+    /// somebody wishes to stop.
+    ///
+    /// # Errors
+    /// When it is cancelled; parts that were made until then stay.
+    pub fn make_contact_surface(&self, cancel: &Cancel) -> Result<(), Cancelled> {
+        if self.contact_surface.get().is_some() {
+            return Ok(());
+        }
+        cancel.check()?;
+        let solid = Arc::clone(self.solid());
+        cancel.check()?;
+        let surface = Arc::clone(self.surface());
+        let made = ContactSurface::of_parts(&self.mesh, surface, solid, cancel)?;
+        self.contact_surface.get_or_init(|| made.map(Arc::new));
+        Ok(())
     }
 
     /// Mass properties of the solid at 1 kg/m^3; `None` when no cell is solid.

@@ -41,7 +41,8 @@ pub use products::{
         CompletionInspection, HandFacts, ObjectFacts, Setup, SplitFacts, TouchFacts, TouchKind, inspect_completion,
     },
     grasps::{
-        Calibration, GraspedObject, GraspsInspection, ReliabilityBin, TableFacts, TrialsInspection, inspect_grasps,
+        Calibration, GraspedObject, GraspsInspection, ReliabilityBin, TableFacts, TrialsInspection, VariantsInspection,
+        inspect_grasps,
     },
     pages_of,
     patches::{ChosenType, PatchObjectFacts, PatchesInspection, inspect_patches},

@@ -4,7 +4,7 @@
 //! in it and in nothing else. Reports and inspections do without it when it is not there.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs, io,
     path::{Path, PathBuf},
 };
@@ -25,6 +25,9 @@ pub struct RunNotes {
     /// Findings of the leak check: counts by name (`straddling_views`, `twin_groups`, ...).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub leaks: BTreeMap<String, u64>,
+    /// Names of those counts that the job is about, and that are no leaks.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub intended: BTreeSet<String>,
 }
 
 /// Speed of a run; for an interrupted run, that of its last part.
@@ -49,6 +52,19 @@ impl Speed {
 }
 
 impl RunNotes {
+    /// A count of the leak check in words, from its name.
+    pub fn leak_in_words(&self, name: &str) -> String {
+        let words = count_in_words(name);
+        if self.intended.contains(name) { format!("{words}, intended by the job") } else { words }
+    }
+
+    /// Whether a count of the leak check tells of a leak. Groups that a job names may stand on two sides: one that splits by
+    /// them keeps each on one.
+    pub fn is_leak(&self, name: &str, count: u64) -> bool {
+        let may_straddle = name == "groups_straddling" || self.intended.contains(name);
+        name.contains("straddling") && count > 0 && !may_straddle
+    }
+
     /// Reads the notes of a dataset's folder; empty ones when there are none.
     ///
     /// # Errors
@@ -88,4 +104,21 @@ pub(super) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), DatasetE
         let _ = fs::remove_file(&temporary);
         DatasetError::Io { action: "writing", path: path.to_owned(), source }
     })
+}
+
+/// A count of a run's leak check by its name.
+fn count_in_words(name: &str) -> String {
+    let words = match name {
+        "views" => "views of each object",
+        "distinct_rotations" => "different rotations of views",
+        "repeated_rotations" => "views with the rotation of an earlier view",
+        "straddling_views" => "holdout views with the rotation of a training view of the same object",
+        "objects_straddling" => "objects on more than one side of the split",
+        "geometries_straddling" => "geometries on more than one side of the split",
+        "twin_groups" => "groups of objects of the same shape",
+        "twin_groups_straddling" => "groups of objects of the same shape on more than one side of the split",
+        "groups_straddling" => "groups named by the job on more than one side of the split",
+        other => return other.replace('_', " "),
+    };
+    words.to_owned()
 }

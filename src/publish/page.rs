@@ -77,7 +77,7 @@ impl SpeedView {
 }
 
 /// A picture inside a page.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 pub(super) struct ImageView {
     /// Content as a `data:` address.
     uri: String,
@@ -90,5 +90,62 @@ impl ImageView {
     /// A picture, shown `width` x `height` pixels large.
     pub fn of(picture: &Picture, width: u32, height: u32) -> Self {
         Self { uri: picture.to_data_uri(), width, height }
+    }
+}
+
+/// A card of a page as the strip on top of it shows it.
+pub(super) struct StripCard {
+    /// Words below its pictures.
+    pub caption: String,
+    /// Pictures of the card, the telling ones first.
+    pub pictures: Vec<ImageView>,
+}
+
+/// A small picture on top of a page: it leads to its card.
+#[derive(Serialize)]
+pub(super) struct StripPicture {
+    image: ImageView,
+    caption: String,
+    /// Number of the card on the page, from 1.
+    card: usize,
+}
+
+impl StripPicture {
+    /// Pictures of a strip, at most.
+    pub const MAX: usize = 6;
+
+    /// The strip of a page with these cards, by their numbers from 1: the first picture of cards at even steps; of few cards
+    /// the second picture of each follows, and so on.
+    pub fn strip(cards: &[(usize, StripCard)]) -> Vec<Self> {
+        let shown = cards.len().min(Self::MAX);
+        let even: Vec<&(usize, StripCard)> = (0..shown).map(|step| &cards[step * cards.len() / shown]).collect();
+        let rounds = even.iter().map(|(_, card)| card.pictures.len()).max().unwrap_or(0);
+        let all = (0..rounds).flat_map(|round| {
+            even.iter().filter_map(move |(number, StripCard { caption, pictures })| {
+                Some(Self { image: pictures.get(round)?.clone(), caption: caption.clone(), card: *number })
+            })
+        });
+        all.take(Self::MAX).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers of the cards in the strip of so many cards with so many pictures each.
+    fn cards_in_strip(cards: usize, pictures: usize) -> Vec<usize> {
+        let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
+        let card = |number| (number, StripCard { caption: String::new(), pictures: vec![image.clone(); pictures] });
+        let cards: Vec<(usize, StripCard)> = (1..=cards).map(card).collect();
+        StripPicture::strip(&cards).iter().map(|picture| picture.card).collect()
+    }
+
+    #[test]
+    fn a_strip_shows_different_cards_first() {
+        assert_eq!(cards_in_strip(16, 2), [1, 3, 6, 9, 11, 14]);
+        assert_eq!(cards_in_strip(4, 4), [1, 2, 3, 4, 1, 2]);
+        assert_eq!(cards_in_strip(2, 1), [1, 2]);
+        assert_eq!((cards_in_strip(0, 1), cards_in_strip(3, 0)), (vec![], vec![]));
     }
 }

@@ -11,7 +11,7 @@ use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 use super::{
     convert::isometry,
     error::HandError,
-    hand_sim::{HandSim, Hold, STEP, Servo, is_finite, quaternion},
+    hand_sim::{GeomOwner, HandSim, Hold, Numerics, STEP, Servo, is_finite, quaternion},
     true_mesh::{ColliderLoan, TrueMeshCollider},
 };
 use robot::hand::{Driven, Hand, Motor};
@@ -172,6 +172,8 @@ pub struct HandWorker {
     /// The object's pose, expressed in the hand's base frame.
     pub(super) base_from_mount: IsometryMatrix3<f64>,
     steps: u32,
+    /// Steps of MuJoCo in each of ours.
+    substeps: u32,
     /// Where the joints were when one of them moved last.
     stood_at: Vec<f64>,
     /// For how many steps they have stood.
@@ -185,7 +187,8 @@ impl HandWorker {
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
         // Keeps the bits of touch by hands on a fixed object.
         let remembers = matches!(sim.hold, Hold::Free(_));
-        let collider = sim.true_mesh.as_ref().map(|mesh| TrueMeshCollider::new(&sim.model, mesh, remembers));
+        let collider = |mesh| TrueMeshCollider::new(&sim.model, mesh, sim.table.as_ref(), remembers);
+        let collider = sim.true_mesh.as_ref().map(collider);
         let mut worker = Self {
             sim: Arc::clone(sim),
             data,
@@ -197,6 +200,7 @@ impl HandWorker {
             slid: Vector3::zeros(),
             base_from_mount: IsometryMatrix3::identity(),
             steps: 0,
+            substeps: 1,
             stood_at,
             steps_at_rest: 0,
         };
@@ -277,6 +281,12 @@ impl HandWorker {
         self.touches()
     }
 
+    /// Sets how the simulation is computed from now on.
+    pub fn set_numerics(&mut self, numerics: Numerics) {
+        self.substeps = numerics.substeps();
+        numerics.set(self.data.model_opt_mut());
+    }
+
     /// Sets the effort of the motors from now on, until the next [`HandWorker::start`].
     pub fn set_effort(&mut self, effort: Effort) {
         self.effort = effort;
@@ -324,7 +334,9 @@ impl HandWorker {
             }
         }
         let loan = ColliderLoan::new(&mut self.collider);
-        self.data.step();
+        for _ in 0..self.substeps {
+            self.data.step();
+        }
         drop(loan);
         self.steps += 1;
         if let Some(kind) = self.instability() {
@@ -411,10 +423,10 @@ impl HandWorker {
     pub fn touches(&self) -> Vec<LinkTouch> {
         let mut found = Vec::new();
         for (index, contact) in self.data.contact().iter().enumerate() {
-            let sides = contact.geom.map(|geom| self.link_of(geom));
+            let sides = contact.geom.map(|geom| self.owner_of(geom));
             let (link, object_first) = match sides {
-                [Some(Some(link)), Some(None)] => (link, false),
-                [Some(None), Some(Some(link))] => (link, true),
+                [Some(GeomOwner::Link(link)), Some(GeomOwner::Object)] => (link, false),
+                [Some(GeomOwner::Object), Some(GeomOwner::Link(link))] => (link, true),
                 _ => continue,
             };
             // From the first geom to the second; the point lies half way between the two surfaces.
@@ -432,7 +444,8 @@ impl HandWorker {
     pub fn self_touches(&self) -> Vec<[usize; 2]> {
         let mut found = BTreeSet::new();
         for contact in self.data.contact() {
-            if let [Some(Some(one)), Some(Some(other))] = contact.geom.map(|geom| self.link_of(geom)) {
+            let sides = contact.geom.map(|geom| self.owner_of(geom));
+            if let [Some(GeomOwner::Link(one)), Some(GeomOwner::Link(other))] = sides {
                 found.insert([one.min(other), one.max(other)]);
             }
         }
@@ -444,9 +457,9 @@ impl HandWorker {
         self.sim.touch_sensors.iter().map(|(name, address)| (name.as_str(), self.data.sensordata()[*address]))
     }
 
-    /// The link of a geom: `Some(None)` is the object.
-    pub(super) fn link_of(&self, geom: i32) -> Option<Option<usize>> {
-        usize::try_from(geom).ok().map(|geom| self.sim.link_of_geom[geom])
+    /// Owner of a geom; `None` where MuJoCo's number names none.
+    pub(super) fn owner_of(&self, geom: i32) -> Option<GeomOwner> {
+        usize::try_from(geom).ok().map(|geom| self.sim.owners[geom])
     }
 
     /// Where a motor is after another step, before the joints move.

@@ -22,7 +22,7 @@ use mujoco_rs::{
     },
 };
 
-use super::{convert::placement, error::GlError, free_object::FreeObject, true_mesh::with_collider};
+use super::{convert::placement, error::GlError, free_object::FreeObject, table::Table, true_mesh::with_collider};
 
 type Egl = egl::DynamicInstance<egl::EGL1_4>;
 
@@ -107,8 +107,13 @@ pub(super) fn drop_meshes(spec: &mut MjSpec, model: &MjModel) -> Result<bool, Mj
 }
 
 /// The geoms that a true mesh is compared with, before a mesh in MuJoCo's order.
-const SOLIDS: [MjtGeomBase; 4] =
-    [MjtGeomBase::mjGEOM_SPHERE, MjtGeomBase::mjGEOM_CAPSULE, MjtGeomBase::mjGEOM_CYLINDER, MjtGeomBase::mjGEOM_BOX];
+const SOLIDS: [MjtGeomBase; 5] = [
+    MjtGeomBase::mjGEOM_PLANE,
+    MjtGeomBase::mjGEOM_SPHERE,
+    MjtGeomBase::mjGEOM_CAPSULE,
+    MjtGeomBase::mjGEOM_CYLINDER,
+    MjtGeomBase::mjGEOM_BOX,
+];
 
 /// MuJoCo's own collision functions of these and a mesh.
 static OWN_COLLISIONS: OnceLock<[mjfCollision; SOLIDS.len()]> = OnceLock::new();
@@ -134,7 +139,7 @@ unsafe extern "C" fn collide_with_mesh(
         }
     };
     // SAFETY: MuJoCo calls with a model, its data, numbers of its geoms, and room for as many contacts as the kind of solid may
-    // have (`Probe::most_contacts`).
+    // have (`Probe::max_contacts`; three for a plane).
     #[expect(unsafe_code, reason = "MuJoCo's structs")]
     unsafe {
         let found = with_collider(mesh, |collider| {
@@ -174,6 +179,16 @@ pub(super) fn set_object(data: &mut MjData<Box<MjModel>>, object: &FreeObject, [
     let kinds = unsafe { model.geom_condim_mut() };
     kinds[object.geom] = if torsion > 0.0 { 4 } else { 3 };
     data.set_const();
+}
+
+/// Gives the table of a thread's own model its friction.
+pub(super) fn set_table_friction(data: &mut MjData<Box<MjModel>>, table: &Table, friction: f64) {
+    // SAFETY: sizes, indices and addresses of the model stay as they are.
+    #[expect(unsafe_code, reason = "whoever has the model could swap it")]
+    let model = unsafe { data.model_mut() };
+    for plane in table.planes {
+        model.geom_friction_mut()[plane][0] = friction;
+    }
 }
 
 /// The C library's own word for its version.

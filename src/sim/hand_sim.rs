@@ -17,7 +17,7 @@ use mujoco_rs::{
         mj_option::MjOption,
     },
 };
-use nalgebra::{IsometryMatrix3, UnitQuaternion};
+use nalgebra::{IsometryMatrix3, Point3, UnitQuaternion};
 
 use super::{
     convert::{index, isometry},
@@ -26,6 +26,7 @@ use super::{
     free_object::FreeObject,
     hand::HandModel,
     model::{Inertia, add_mesh},
+    table::{self, Table},
     true_mesh::{self, TrueMesh, TrueMeshCollider},
 };
 use kernel::{
@@ -106,6 +107,15 @@ pub(super) enum Hold {
     Free(FreeObject),
 }
 
+/// Owner of a geom of the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum GeomOwner {
+    /// A link of the hand; 0 is the base.
+    Link(usize),
+    Object,
+    Table,
+}
+
 /// A compiled model of a hand and an object. Shared by threads; each makes its own [`super::HandWorker`].
 pub struct HandSim {
     pub(super) hand: Arc<Hand>,
@@ -118,8 +128,10 @@ pub struct HandSim {
     pub(super) true_mesh: Option<TrueMesh>,
     /// Solids of the hand that may touch the true mesh, and where each sits.
     solids: Vec<(Mount, Probe)>,
-    /// Link of the hand for each geom of the model, or `None` for a geom of the object.
-    pub(super) link_of_geom: Vec<Option<usize>>,
+    /// Owner of each geom of the model.
+    pub(super) owners: Vec<GeomOwner>,
+    /// The table, where the object may stand on one.
+    pub(super) table: Option<Table>,
     /// Names of the description's touch sensors, and where their values are.
     pub(super) touch_sensors: Vec<(String, usize)>,
 }
@@ -131,7 +143,7 @@ impl HandSim {
     /// When the object has no shape, a mesh, or a number that is not finite, or MuJoCo refuses it.
     pub fn new(model: &HandModel, object: &[Geometry]) -> Result<Self, HandError> {
         check(object)?;
-        Self::compile(model, None, |spec| add_shapes(object_body(spec), object), None)
+        Self::compile(model, None, |spec| add_shapes(object_body(spec), object), None, None)
     }
 
     /// Compiles the hand with an object that is a true mesh; of the hand's own geoms only boxes, balls, capsules and
@@ -141,7 +153,7 @@ impl HandSim {
     /// When another geom of the hand can touch, or MuJoCo refuses the hand.
     pub fn with_mesh(model: &HandModel, object: &Arc<ContactSurface>) -> Result<Self, HandError> {
         model.check_solids()?;
-        Self::compile(model, None, |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
+        Self::compile(model, None, |spec| true_mesh::add_geom(spec, object, object_body), Some(object), None)
     }
 
     /// Compiles the hand with a mesh as MuJoCo itself touches it: slow and right, or its convex hull. For comparison.
@@ -149,7 +161,7 @@ impl HandSim {
     /// # Errors
     /// When MuJoCo refuses the mesh or the hand.
     pub fn with_native_mesh(model: &HandModel, object: &TriMesh, contacts: NativeContacts) -> Result<Self, HandError> {
-        Self::compile(model, None, |spec| add_native(spec, object, contacts), None)
+        Self::compile(model, None, |spec| add_native(spec, object, contacts), None, None)
     }
 
     /// Compiles as [`HandSim::with_mesh`], the object free to move, with what it weighs.
@@ -158,9 +170,31 @@ impl HandSim {
         object: &Arc<ContactSurface>,
         mass: &MassProperties,
     ) -> Result<Self, HandError> {
+        Self::with_free_mesh_over(model, object, mass, None)
+    }
+
+    /// Compiles as [`HandSim::with_free_mesh`], with a table on which the object can stand.
+    pub(super) fn with_free_mesh_on_table(
+        model: &HandModel,
+        object: &Arc<ContactSurface>,
+        mass: &MassProperties,
+    ) -> Result<Self, HandError> {
+        let flat = || HandError::Object { reason: "it lies in a plane: it has no side to stand on".into() };
+        let corners = object.hull_corners().ok_or_else(flat)?;
+        Self::with_free_mesh_over(model, object, mass, Some(corners))
+    }
+
+    /// Compiles with a table where the corners of the object's convex hull are given.
+    fn with_free_mesh_over(
+        model: &HandModel,
+        object: &Arc<ContactSurface>,
+        mass: &MassProperties,
+        corners: Option<Vec<Point3<f64>>>,
+    ) -> Result<Self, HandError> {
         model.check_solids()?;
         check_mass(mass)?;
-        Self::compile(model, Some(mass), |spec| true_mesh::add_geom(spec, object, object_body), Some(object))
+        let add_geoms = |spec: &mut MjSpec| true_mesh::add_geom(spec, object, object_body);
+        Self::compile(model, Some(mass), add_geoms, Some(object), corners)
     }
 
     /// Compiles as [`HandSim::with_native_mesh`], the object free to move.
@@ -171,15 +205,17 @@ impl HandSim {
         contacts: NativeContacts,
     ) -> Result<Self, HandError> {
         check_mass(mass)?;
-        Self::compile(model, Some(mass), |spec| add_native(spec, object, contacts), None)
+        Self::compile(model, Some(mass), |spec| add_native(spec, object, contacts), None, None)
     }
 
-    /// Compiles with a free object where `mass` is given, else with one on slides.
+    /// Compiles with a free object where `mass` is given, else with one on slides; with a table where the corners of the
+    /// object's convex hull are given.
     fn compile(
         model: &HandModel,
         mass: Option<&MassProperties>,
         add_geoms: impl FnOnce(&mut MjSpec),
         surface: Option<&Arc<ContactSurface>>,
+        corners: Option<Vec<Point3<f64>>>,
     ) -> Result<Self, HandError> {
         let refused = refused_by(model);
         let (mut spec, gains) = hand_spec(model)?;
@@ -189,24 +225,33 @@ impl HandSim {
             None => add_object(&mut spec).map_err(refused)?,
         }
         add_geoms(&mut spec);
+        if corners.is_some() {
+            table::add(&mut spec, object_body);
+        }
         let mut compiled = spec.compile().map_err(refused)?;
         set_option(compiled.opt_mut());
         compiled.geom_solref_mut().fill(CONTACT_SOLREF);
         compiled.geom_solimp_mut().fill(CONTACT_SOLIMP);
         let servos = servos(&compiled, &hand, &gains);
-        let true_mesh = surface.map(|surface| {
-            let probes = TrueMeshCollider::probes(&compiled);
-            TrueMesh { surface: Arc::clone(surface), probes }
-        });
         let links = model.robot.all_links()?;
         let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
+        let table = corners.is_some().then(|| Table::of(&compiled, object_body));
+        let true_mesh = surface.map(|surface| TrueMesh {
+            surface: Arc::clone(surface),
+            probes: TrueMeshCollider::probes(&compiled),
+            corners: corners.unwrap_or_default(),
+        });
         let hold = match mass {
             Some(mass) => Hold::Free(free_object(&mut compiled, object_body, mass)),
             None => Hold::Slides(SLIDES.map(|name| servo(&compiled, name, slide_stiffness()))),
         };
-        // The object's body comes last: the description's bodies keep their numbers.
-        let link_of = |body: &i32| (index(*body) != object_body).then(|| links.of_body[index(*body)].0);
-        let link_of_geom = compiled.geom_bodyid().iter().map(link_of).collect();
+        // Bodies of the object and the table come last: the description's keep their numbers.
+        let owner = |body: &i32| match index(*body) {
+            body if body == object_body => GeomOwner::Object,
+            body if table.as_ref().is_some_and(|table| table.body == body) => GeomOwner::Table,
+            body => GeomOwner::Link(links.of_body[body].0),
+        };
+        let owners = compiled.geom_bodyid().iter().map(owner).collect();
         let touch_sensors = (0..compiled.sensor_type().len())
             .filter(|sensor| compiled.sensor_type()[*sensor] == MjtSensor::mjSENS_TOUCH)
             .map(|sensor| {
@@ -221,7 +266,8 @@ impl HandSim {
         };
         let probes = true_mesh.iter().flat_map(|mesh| mesh.probes.iter().enumerate());
         let solids = probes.filter_map(solid).collect();
-        Ok(Self { hand, model: Arc::new(compiled), servos, hold, true_mesh, solids, link_of_geom, touch_sensors })
+        let model = Arc::new(compiled);
+        Ok(Self { hand, model, servos, hold, true_mesh, solids, owners, table, touch_sensors })
     }
 
     /// A lower bound of the distance between the true mesh and the hand, with its links at these frames in its base [m];
@@ -455,14 +501,43 @@ pub(super) fn quaternion(pose: &IsometryMatrix3<f64>) -> [f64; 4] {
     [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
-/// The settings that held most grasps with least penetration; a pyramid for the friction cone, or impratio 1, would let most
-/// labels.
+/// Settings of the simulation of a hand and its object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numerics {
+    /// Steps of 2 ms, elliptic friction cones, `impratio` 10, 5 iterations against slip: the settings that hold most grasps with
+    /// least penetration.
+    #[default]
+    Standard,
+    /// The standard settings with steps of 1 ms.
+    HalfStep,
+    /// Elliptic friction cones, `impratio` 1, no iterations against slip.
+    PlainElliptic,
+    /// Pyramidal friction cones, `impratio` 1, no iterations against slip, as MuJoCo has them by default.
+    MujocoDefaults,
+}
+
+impl Numerics {
+    /// Steps of MuJoCo in 2 ms.
+    pub(super) fn substeps(self) -> u32 {
+        if self == Self::HalfStep { 2 } else { 1 }
+    }
+
+    /// Writes the settings into MuJoCo's options.
+    pub(super) fn set(self, option: &mut MjOption) {
+        let (cone, impratio, noslip) = match self {
+            Self::Standard | Self::HalfStep => (mjtCone::mjCONE_ELLIPTIC, 10.0, 5),
+            Self::PlainElliptic => (mjtCone::mjCONE_ELLIPTIC, 1.0, 0),
+            Self::MujocoDefaults => (mjtCone::mjCONE_PYRAMIDAL, 1.0, 0),
+        };
+        option.timestep = STEP / f64::from(self.substeps());
+        (option.cone, option.impratio, option.noslip_iterations) = (cone as i32, impratio, noslip);
+    }
+}
+
+/// Options that every simulation of a hand has.
 pub(super) fn set_option(option: &mut MjOption) {
-    option.timestep = STEP;
+    Numerics::Standard.set(option);
     option.integrator = mjtIntegrator::mjINT_IMPLICITFAST as i32;
-    option.cone = mjtCone::mjCONE_ELLIPTIC as i32;
-    option.impratio = 10.0;
-    option.noslip_iterations = 5;
     option.gravity = [0.0; 3];
     option.disableactuator = 1 << OWN_ACTUATORS;
     let needed = mjtDisableBit::mjDSBL_CONTACT as i32

@@ -34,9 +34,11 @@ mod gl;
 mod hand;
 mod hand_sim;
 mod model;
+mod placed_table;
 mod probe;
 mod robot;
 mod scene;
+mod table;
 mod trial;
 mod true_mesh;
 
@@ -48,12 +50,12 @@ pub use depth::SimWorker;
 pub use error::{GlError, HandError, RobotError, SceneError, SimError};
 pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd};
 pub use hand::HandModel;
-pub use hand_sim::{HandSim, NativeContacts};
+pub use hand_sim::{HandSim, NativeContacts, Numerics};
 pub use model::{Inertia, LIGHTS, SimModel};
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;
 pub use trial::{
-    Gravity, Grip, Outcome, Phase, PlainHand, Slip, Start, TrialConditions, TrialProtocol, TrialSim, TrialSpread,
-    TrialWorker, Verdict, WhileClosing, mass_of_volume, plain_hand,
+    Gravity, Grip, Outcome, Phase, PlainHand, Slip, Start, TableSupport, TrialConditions, TrialProtocol, TrialSim,
+    TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,
 };

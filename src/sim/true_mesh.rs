@@ -12,7 +12,10 @@ use mujoco_rs::wrappers::{
 };
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
-use super::convert::{index, solid};
+use super::{
+    convert::{index, solid},
+    table::{Table, TableContacts},
+};
 use kernel::contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact};
 
 /// The geom and the mesh that stand for a true mesh.
@@ -23,6 +26,8 @@ pub(super) struct TrueMesh {
     pub(super) surface: Arc<ContactSurface>,
     /// Solid of each geom of the model that may touch the mesh.
     pub(super) probes: Vec<Option<Probe>>,
+    /// Corners of the mesh's convex hull, in `Object` [m], where it stands on a table.
+    pub(super) corners: Vec<Point3<f64>>,
 }
 
 /// Working memory of one thread that finds the contacts of one true mesh.
@@ -32,6 +37,8 @@ pub(super) struct TrueMeshCollider {
     pub(super) geom: i32,
     /// Tracker of each geom of the model that may touch the mesh.
     trackers: Vec<Option<ContactTracker>>,
+    /// Points that the table carries, where there is one.
+    table: Option<TableContacts>,
     scratch: ContactScratch,
     found: Vec<SurfaceContact>,
 }
@@ -96,8 +103,8 @@ impl TrueMeshCollider {
         model.name_to_id(MjtObjBase::mjOBJ_GEOM, NAME).expect("the true mesh has a geom")
     }
 
-    /// Creates a collider that [remembers](ContactTracker::new), or not.
-    pub(super) fn new(model: &MjModel, mesh: &TrueMesh, remembers: bool) -> Self {
+    /// Creates a collider that [remembers](ContactTracker::new), or not; with a table where the model has one.
+    pub(super) fn new(model: &MjModel, mesh: &TrueMesh, table: Option<&Table>, remembers: bool) -> Self {
         Self {
             surface: Arc::clone(&mesh.surface),
             geom: Self::geom_of(model) as i32,
@@ -106,6 +113,7 @@ impl TrueMeshCollider {
                 .iter()
                 .map(|probe| probe.map(|probe| ContactTracker::new(probe, remembers)))
                 .collect(),
+            table: table.map(|table| TableContacts::new(table, &mesh.corners)),
             scratch: ContactScratch::default(),
             found: Vec::new(),
         }
@@ -125,9 +133,13 @@ impl TrueMeshCollider {
         margin: f64,
     ) -> impl Iterator<Item = WorldContact> + '_ {
         self.found.clear();
+        let object_from_geom = world_from_object.inv_mul(world_from_geom);
         if let Some(tracker) = &mut self.trackers[index(geom)] {
-            let object_from_geom = world_from_object.inv_mul(world_from_geom);
             tracker.contacts(&self.surface, &object_from_geom, margin, &mut self.scratch, &mut self.found);
+        } else if let Some(table) = &mut self.table
+            && let Some(plane) = table.plane(geom)
+        {
+            table.contacts(plane, &object_from_geom, margin, &mut self.found);
         }
         let world_from_object = *world_from_object;
         self.found.iter().map(move |contact| {
@@ -200,7 +212,8 @@ mod tests {
         model.geom_friction_mut().fill([0.5, 0.005, 0.002]);
         let model = Arc::new(model);
         let probes = TrueMeshCollider::probes(&model);
-        let collider = TrueMeshCollider::new(&model, &TrueMesh { surface: Arc::clone(surface), probes }, true);
+        let mesh = TrueMesh { surface: Arc::clone(surface), probes, corners: Vec::new() };
+        let collider = TrueMeshCollider::new(&model, &mesh, None, true);
         (Arc::clone(&model), MjData::new(model), Some(collider))
     }
 

@@ -1,11 +1,22 @@
 //! Datasets of grasps from job file to report: the same root whatever the threads, the kills and the order, and damage that
 //! is found.
 
-use std::{collections::BTreeSet, fs, path::Path, time::Duration};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::Path,
+    thread,
+    time::Duration,
+};
 
 use graspmill::{
+    factory::{
+        Cancel, Parallelism, ProduceError, RunContext, RunError,
+        job::{JobContext, JobText},
+        run::OpenJob,
+    },
     format::{
-        Channel, Grasp,
+        Channel, Grasp, GraspTrial,
         dataset::{DatasetReader, Manifest, Selection, verify},
         products::grasps::Shapes,
     },
@@ -16,6 +27,7 @@ use graspmill::{
 use crate::support::{
     files::{FULL_CHECK, assert_intact, flip_bit, read_json, read_text, repository_path},
     jobs::{NO_SPLIT, barrett_line},
+    meshes::{block, centred_block, off_of, round, write_stl},
     program::{Program, print_by_rerun},
     robots::BARRETT,
     workspace::Workspace,
@@ -84,26 +96,34 @@ fn threads_levels_kills_and_shards_change_no_byte() {
 fn samplers_without_a_search_make_datasets() {
     let workspace = write_job();
     let scene = repository_path("scenes/fetch_gripper.xml");
-    for (sampler, keys, max) in
-        [("uniform", "grasps = 3\nposes = \"any\"", 3), ("antipodal", "pairs = 100\nbest = 2", 2)]
-    {
+    for (name, sampler, keys, max) in [
+        ("uniform", "uniform", "grasps = 3\nposes = \"any\"", 3),
+        ("middles", "antipodal", "pairs = 100\nbest = 2\ndepth = \"middle\"", 2),
+        ("air", "antipodal", "pairs = 100\nbest = 2", 2),
+        ("table", "antipodal", "pairs = 100\nbest = 2\nsupport = \"table\"", 2),
+    ] {
         let job = format!(
-            "product = \"grasps\"\nname = \"{sampler}\"\nseed = 5\n[hand]\nscene = {scene:?}\n[[objects]]\n\
+            "product = \"grasps\"\nname = \"{name}\"\nseed = 5\n[hand]\nscene = {scene:?}\n[[objects]]\n\
              built_in = [\"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"{sampler}\"\n[{sampler}]\n{keys}\n\
              [keep]\ntorsion = 0.002\n{NO_SPLIT}"
         );
         workspace.write("job.toml", job);
-        let first = run(&workspace, &format!("{sampler}-one"), &["--threads", "1"]);
-        let two = run(&workspace, &format!("{sampler}-two"), &["--threads", "2", "--set", "shards.runs=1"]);
+        let first = run(&workspace, &format!("{name}-one"), &["--threads", "1"]);
+        let two = run(&workspace, &format!("{name}-two"), &["--threads", "2", "--set", "shards.runs=1"]);
         assert_eq!(two.root, first.root);
-        let scalar = format!("{sampler}-scalar");
+        let scalar = format!("{name}-scalar");
         workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
         assert_eq!(Manifest::read(&workspace.path(&scalar)).expect("a dataset"), first);
-        let reader = open(&workspace, &format!("{sampler}-one"));
+        let reader = open(&workspace, &format!("{name}-one"));
         let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
         let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
         assert!(runs.iter().all(|run| run.method.sampler == sampler && run.grasps.len() <= max));
-        assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{sampler}");
+        // On its table a run keeps its margin in one of the resting poses at least.
+        let above = |grasp: &Grasp| grasp.clearances.iter().any(|[shaped, _]| *shaped >= 0.002);
+        assert!(name != "table" || runs.iter().flat_map(|run| &run.grasps).all(above));
+        let max_advance = if ["air", "table"].contains(&name) { 0.0 } else { 0.03 };
+        assert!(runs.iter().all(|run| run.method.max_advance == max_advance), "{name}");
+        assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{name}");
     }
     let barrett = format!("hand.scene={}", repository_path(BARRETT).display());
     // Refused before anything is written, by both verbs.
@@ -115,12 +135,32 @@ fn samplers_without_a_search_make_datasets() {
     assert!(!workspace.path("barrett").exists());
 }
 
+/// Runs of a plate that lies on a table, wider than the gripper opens, are rejected, and the dataset says why.
+#[test]
+fn runs_on_a_table_without_a_state_say_why() {
+    let workspace = write_job();
+    workspace.write("plate.off", off_of(&centred_block([0.1, 0.1, 0.003])));
+    let job = format!(
+        "product = \"grasps\"\nname = \"plate\"\nseed = 5\n[hand]\nscene = {:?}\n[[objects]]\nlist = [\"plate.off\"]\n\
+         [[objects]]\nbuilt_in = [\"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"antipodal\"\n\
+         [antipodal]\npairs = 50\nsupport = \"table\"\n{NO_SPLIT}",
+        repository_path("scenes/panda_hand.xml")
+    );
+    workspace.write("job.toml", job);
+    let manifest = run(&workspace, "plate", &[]);
+    assert_eq!(manifest.counts.rejected.get("no_legal_state"), Some(&2), "{:?}", manifest.counts);
+    let rejects = read_text(workspace.path("plate").join("rejects.jsonl"));
+    let told = |line: &str| line.contains("of 50 pairs of points") && line.contains("nearer to the table");
+    assert!(rejects.lines().count() == 2 && rejects.lines().all(told), "{rejects}");
+}
+
 /// Physics is a class of its own: with it and without it the root of class exact is the same.
 #[test]
 fn trials_move_no_grasp() {
     let workspace = write_job();
     let plain = run(&workspace, "plain", &[]);
-    let asked = ["--set", "physics={roll_out_share=0.5,roll_outs=3}", "--set", "annealing.steps=300"];
+    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5}";
+    let asked = ["--set", physics, "--set", "annealing.steps=300"];
     let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
     assert_eq!(tried.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact, &NumberClass::Physics]);
@@ -132,20 +172,42 @@ fn trials_move_no_grasp() {
     );
     let [kept, tried_count, held, refused] =
         ["grasps_kept", "grasps_tried", "grasps_held", "grasps_refused"].map(|name| tried.counts.fact(name));
-    assert_eq!(tried_count, kept);
+    let closed: u64 = ["no_force_closure", "low_quality", "below_table"]
+        .map(|verdict| tried.counts.fact(&format!("grasps_{verdict}")))
+        .iter()
+        .sum();
+    assert_eq!(tried_count, kept + closed);
     assert!(held + refused <= tried_count && tried_count > 0, "{:?}", tried.counts.facts);
     assert!(!plain.counts.facts.contains_key("grasps_tried"), "{:?}", plain.counts.facts);
     let (out, reader) = (workspace.path("tried"), open(&workspace, "tried"));
-    let mut rolled_out = 0;
+    let (mut rolled_out, mut varied, mut first) = (0, 0, BTreeMap::new());
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
         let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
         let trials = trials.expect("a channel of trials");
-        assert_eq!(trials.trials.len(), run.kept().count());
+        let is_tried = |trial: &&GraspTrial| run.grasps[trial.grasp as usize].verdict.is_closed();
+        assert_eq!(trials.trials.iter().filter(is_tried).count(), trials.trials.len());
+        // Variants are of held grasps alone.
+        let held = |trial: &&GraspTrial| trial.outcome.verdict.is_held() || trial.variants.is_empty();
+        assert_eq!(trials.trials.iter().filter(held).count(), trials.trials.len());
+        varied += trials.trials.iter().filter(|trial| trial.variants.len() == 7).count();
+        first.insert(run.sample, (run, trials.clone()));
         assert!(trials.trials.iter().all(|trial| trial.perturbed.len() == 2));
         rolled_out += trials.trials.iter().filter(|trial| trial.roll_outs[0] == 3).count();
     }
     assert!(rolled_out > 0 && rolled_out < tried_count as usize, "{rolled_out}");
+    assert!(varied > 0 && varied < held as usize, "{varied} of {held}");
+    // The choice of what is tried moves no trial of a kept grasp.
+    let kept_alone = format!("{},tried=\"kept\"}}", physics.trim_end_matches('}'));
+    let fewer = run(&workspace, "kept-alone", &["--set", &kept_alone, "--set", "annealing.steps=300"]);
+    assert_eq!(fewer.counts.fact("grasps_tried"), kept);
+    for sample in open(&workspace, "kept-alone").iter(Selection::default()) {
+        let trials = sample.expect("a sample").grasp_trials().expect("readable").expect("a channel of trials");
+        let (run, of_all) = &first[&trials.sample];
+        let of_kept =
+            of_all.trials.iter().filter(|trial| run.grasps[trial.grasp as usize].verdict == GraspVerdict::Kept);
+        assert_eq!(of_kept.cloned().collect::<Vec<_>>(), trials.trials);
+    }
     assert_intact(&out, FULL_CHECK);
     Program::new("verify").args(["--regenerate", "3", "--seed", "2"]).arg(&out).succeed();
     let inspected = Program::on("inspect", &out).succeed().stdout;
@@ -321,4 +383,99 @@ fn damage_to_the_shapes_is_found() {
     fs::remove_file(out.join("manifest.json")).expect("removed");
     run(&workspace, "data", &[]);
     assert_intact(&out, FULL_CHECK);
+}
+
+/// A job for grasps over two objects, one of which is a sheet of a hair's thickness.
+fn write_job_with_sheet(sampler: &str, keys: &str) -> Workspace {
+    let workspace = Workspace::new();
+    write_stl(&workspace.path("sheet.stl"), &block([0.0; 3], [0.1, 0.07, 5e-5]));
+    let scene = repository_path("scenes/fetch_gripper.xml");
+    let job = format!(
+        "product = \"grasps\"\nseed = 5\n[hand]\nscene = {scene:?}\n[grasps]\nseeds = 1\nsampler = \"{sampler}\"\n{keys}\n\
+         [keep]\ntorsion = 0.002\n{NO_SPLIT}[[objects]]\nbuilt_in = [\"can-01\"]\n[[objects]]\nlist = [\"sheet.stl\"]\n"
+    );
+    workspace.write("job.toml", job);
+    workspace
+}
+
+#[test]
+fn an_object_without_a_solid_is_refused_before_the_run_and_the_others_are_made() {
+    for (sampler, keys) in [
+        ("annealing", "[annealing]\nsteps = 300\nmax_failures = 300"),
+        ("uniform", "[uniform]\ngrasps = 3\nposes = \"any\""),
+        ("antipodal", "[antipodal]\npairs = 100\nbest = 2"),
+    ] {
+        let workspace = write_job_with_sheet(sampler, keys);
+        let said = workspace.run_job("job", "data").expect_code(3).stdout;
+        for words in ["sheet.stl: no solid inside: it is about 49.9", "make it at least 0.391 mm thick"] {
+            assert!(said.contains(words), "{sampler}: {said}");
+        }
+        let assets = read_json(workspace.path("data/assets.json"));
+        assert_eq!(assets["objects"].as_array().map(Vec::len), Some(1), "{assets}");
+        assert_eq!(assets["refused"][0]["reason"], "no_solid", "{assets}");
+        assert_intact(workspace.path("data"), FULL_CHECK);
+        let job = workspace.path("job.toml");
+        let told = Program::on("estimate", &job).arg("--json").expect_code(3).json::<serde_json::Value>();
+        assert_eq!(told["refused_meshes"], 1);
+        // Alone it makes no job.
+        let said = Program::on("estimate", &job).set(["objects=[{list=[\"sheet.stl\"]}]"]).expect_code(2).stderr;
+        assert!(said.contains("no solid inside"), "{said}");
+    }
+}
+
+#[test]
+fn a_completion_job_takes_an_object_without_a_solid() {
+    let workspace = Workspace::new();
+    write_stl(&workspace.path("sheet.stl"), &block([0.0; 3], [0.1, 0.07, 5e-5]));
+    workspace.write("job.toml", format!("views = {{ even = 3 }}\n{NO_SPLIT}[[objects]]\nlist = [\"sheet.stl\"]\n"));
+    workspace.run_job("job", "data").succeed();
+}
+
+/// A job over tiny objects, whose distance grids take seconds.
+fn write_tiny_job() -> Workspace {
+    let workspace = Workspace::new();
+    let tiny: Vec<String> = (0..4).map(|index| format!("tiny-{index}.stl")).collect();
+    for (index, name) in tiny.iter().enumerate() {
+        write_stl(&workspace.path(name), &round(40, |theta, _| 0.003 + 1e-4 * (index as f64 * theta).sin()));
+    }
+    let job = format!(
+        "product = \"grasps\"\n{}[[objects]]\nlist = {tiny:?}\n[grasps]\nseeds = 1\n[annealing]\nsteps = 300\n{NO_SPLIT}",
+        barrett_line()
+    );
+    workspace.write("job.toml", job);
+    workspace
+}
+
+#[test]
+fn a_wish_to_stop_is_heard_while_an_object_is_prepared() {
+    let workspace = write_tiny_job();
+    let text = JobText::open(&workspace.path("job.toml"), &[]).expect("a job file");
+    let parallelism = Parallelism::available();
+    let context = RunContext::quiet(&parallelism);
+    let job = OpenJob::open(&text, &JobContext::default(), &context).expect("a job").job;
+    let work = job.work.open(job.seed, parallelism.level).expect("a hand");
+    let mut producer = work.producer().expect("a producer");
+    let cancel = Cancel::new();
+    cancel.cancel();
+    let heard = producer.load(0, &cancel);
+    assert!(matches!(heard, Err(ProduceError::Cancelled(_))), "{heard:?}");
+    assert!(matches!(RunError::from(heard.expect_err("a wish")), RunError::Interrupted));
+}
+
+#[test]
+fn signals_end_a_run_that_prepares_an_object() {
+    for signal in ["TERM", "INT", "USR1"] {
+        let workspace = write_tiny_job();
+        let out = workspace.path("data");
+        let mut run = workspace.run_job("job", "data").option("--threads", "1").start();
+        // The folder is there once the meshes have been read; the first object is prepared next.
+        while !out.exists() {
+            assert!(run.try_wait().expect("a state").is_none(), "the run ended before it began");
+            thread::sleep(Duration::from_millis(10));
+        }
+        thread::sleep(Duration::from_millis(100));
+        Program::of_system("kill").option("-s", signal).arg(run.id().to_string()).succeed();
+        assert_eq!(run.wait().expect("an end").code(), Some(75), "{signal}");
+        assert!(!out.join("manifest.json").exists(), "{signal}");
+    }
 }

@@ -6,5 +6,6 @@ mod kept_trials;
 mod patches;
 #[path = "../support/mod.rs"]
 mod support;
+mod table_trials;
 mod trials;
 mod wrench;

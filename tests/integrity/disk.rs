@@ -6,13 +6,10 @@
 
 use std::{path::Path, process::Command};
 
-use crate::{
-    support::{
-        jobs::NO_SPLIT,
-        program::{Program, print_root},
-        workspace::Workspace,
-    },
-    verification::ABOUT,
+use crate::support::{
+    jobs::{ABOUT, NO_SPLIT},
+    program::{Program, print_root},
+    workspace::Workspace,
 };
 
 /// A workspace with the dataset `whole`, its job `whole.toml`, and an about file.

@@ -7,11 +7,11 @@ use graspmill::{ids::Digest, seed::Stream};
 use crate::{
     support::{
         files::read_tree,
-        jobs::{NO_SPLIT, make_small_datasets},
+        jobs::{ABOUT, NO_SPLIT, make_small_datasets},
         program::Program,
         workspace::Workspace,
     },
-    verification::{ABOUT, Verification},
+    verification::Verification,
 };
 
 /// No parts of the dataset: damage of a preview is a note, and notes of a run stand in no digest.

@@ -55,6 +55,32 @@ fn alter(product: Product, payload: &[u8]) -> Option<(Vec<u8>, Facts)> {
     Some((bytes, facts))
 }
 
+/// The header that a dataset was closed with.
+pub fn header_of(reader: &DatasetReader) -> DatasetHeader {
+    let manifest = reader.manifest();
+    let product = manifest.product;
+    let assets = reader.assets().expect("assets");
+    let splits = product.has_splits.then(|| reader.splits().clone());
+    let of_classes = manifest
+        .class_topics
+        .iter()
+        .flat_map(|(class, topics)| topics.iter().map(|topic| (Channel::from_topic(topic).expect("a topic"), *class)));
+    DatasetHeader {
+        product,
+        generator: manifest.generator.clone(),
+        job: manifest.job,
+        job_text: reader.job_text().expect("a job"),
+        class: manifest.class_of(product.leading()).expect("a class"),
+        channel_classes: of_classes.collect::<BTreeMap<_, _>>(),
+        platform: manifest.platform.clone(),
+        assets: assets.objects.iter().map(|row| row.whole()).collect(),
+        hands: assets.hands.iter().map(|row| row.whole()).collect(),
+        refused: assets.refused.clone(),
+        splits,
+        warnings: manifest.warnings.clone(),
+    }
+}
+
 /// Writes the shard of one sample anew with another number in it, and index, tables and manifest after it: every digest
 /// fits. Returns the index of the sample.
 fn forge(folder: &Path) -> u64 {
@@ -113,26 +139,7 @@ fn forge(folder: &Path) -> u64 {
     }
     fs::remove_file(manifest.shard_path(folder, shard)).expect("the true shard goes");
     writer.finish().expect("a forged shard");
-    let assets = reader.assets().expect("assets");
-    let splits = product.has_splits.then(|| reader.splits().clone());
-    let of_classes = manifest
-        .class_topics
-        .iter()
-        .flat_map(|(class, topics)| topics.iter().map(|topic| (Channel::from_topic(topic).expect("a topic"), *class)));
-    let header = DatasetHeader {
-        product,
-        generator: manifest.generator.clone(),
-        job: manifest.job,
-        job_text: reader.job_text().expect("a job"),
-        class: manifest.class_of(leading).expect("a class"),
-        channel_classes: of_classes.collect::<BTreeMap<_, _>>(),
-        platform: manifest.platform.clone(),
-        assets: assets.objects.iter().map(|row| row.whole()).collect(),
-        hands: assets.hands.iter().map(|row| row.whole()).collect(),
-        refused: assets.refused.clone(),
-        splits,
-        warnings: manifest.warnings.clone(),
-    };
+    let header = header_of(&reader);
     drop(reader);
     let forged = finish_dataset(folder, &header, &ParquetIndex).expect("a forged dataset");
     assert_ne!(forged.root, manifest.root, "the root names what is there");

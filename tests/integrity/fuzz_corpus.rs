@@ -2,9 +2,9 @@
 //! did are named `crash-...`.
 
 #[path = "fuzz_seeds.rs"]
-mod seeds;
+pub mod seeds;
 #[path = "../../fuzz/targets/mod.rs"]
-mod targets;
+pub mod targets;
 
 use std::{fs, panic, time::Instant};
 

@@ -103,7 +103,8 @@ fn messages(bytes: &[u8]) -> Vec<(Vec<u8>, Vec<u8>)> {
     messages.map(|(_, body)| (body[..22].to_vec(), body[22..].to_vec())).collect()
 }
 
-fn records(mut bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
+/// Opcodes and bodies of records.
+pub fn records(mut bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
     let mut all = Vec::new();
     while let Some((head, rest)) = bytes.split_first_chunk::<9>() {
         let length = u64::from_le_bytes(head[1..].try_into().expect("8 bytes")) as usize;

@@ -10,7 +10,7 @@ use std::{
 
 use super::support::{
     files::{list_shards, repository_path},
-    jobs::NO_SPLIT,
+    jobs::{NO_SPLIT, small_job},
     program::Program,
     small_dataset::SmallDataset,
     workspace::Workspace,
@@ -181,5 +181,23 @@ fn inputs_that_are_no_files_are_refused() {
             let said = refused(program, &format!("{verb} of a job file, {kind}"));
             assert!(said.contains("not a regular file"), "{verb} of a job file, {kind}: {said}");
         }
+    }
+}
+
+#[test]
+fn a_leftover_that_is_no_file_is_not_waited_for() {
+    let workspace = Workspace::new();
+    let job = workspace.write("job.toml", small_job("completion"));
+    let data = workspace.path("data");
+    Program::run_job(&job, &data).option("--task", "0/2").succeed();
+    let leftover = data.join("shards/.completion-00001-of-00002.1-1-0.tmp");
+    for kind in KINDS {
+        replace(&leftover, kind);
+        let began = Instant::now();
+        for program in [Program::on("status", &data), Program::run_job(&job, &data), Program::on("merge", &data)] {
+            program.succeed();
+        }
+        assert!(began.elapsed() < 4 * AT_ONCE, "{kind}: {:?}", began.elapsed());
+        _ = fs::remove_file(data.join("manifest.json"));
     }
 }

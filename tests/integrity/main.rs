@@ -2,11 +2,15 @@
 
 mod difference;
 mod disk;
+mod evil_input;
 mod flips;
+mod forged;
 mod forger;
 mod fuzz_corpus;
 mod irregular;
 mod panics;
 #[path = "../support/mod.rs"]
 mod support;
+mod surroundings;
 mod verification;
+mod wire_tree;

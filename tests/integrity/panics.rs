@@ -12,7 +12,7 @@ use std::{
 
 use graspmill::{
     factory::{
-        Parallelism, ProduceError, RunContext, RunError, SampleWriter,
+        Cancel, Parallelism, ProduceError, RunContext, RunError, SampleWriter,
         job::{JobContext, JobObjects, JobText, SplitInput},
         plan::{JobSplits, SubjectItems},
         run::OpenJob,
@@ -129,9 +129,9 @@ impl Producer for DefectiveProducer<'_> {
         self.inner.channels()
     }
 
-    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+    fn load(&mut self, subject: usize, cancel: &Cancel) -> Result<(), ProduceError> {
         self.work.pass(Place::Load);
-        self.inner.load(subject)
+        self.inner.load(subject, cancel)
     }
 
     fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {

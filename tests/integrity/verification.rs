@@ -1,14 +1,10 @@
-//! The program's own verification, and the about file of releases.
+//! The program's own verification.
 
 use std::path::Path;
 
 use serde_json::Value;
 
 use crate::support::program::Program;
-
-/// An about file, for releases.
-pub const ABOUT: &str = "title = \"Two\"\nversion = \"1\"\ndate = \"2026-01-01\"\ndescription = \"Two shapes.\"\n\
-                     licence = \"CC-BY-4.0\"\n[[authors]]\nname = \"Nobody\"\n";
 
 /// An end of `verify --json`.
 pub struct Verification {

@@ -12,9 +12,9 @@ use graspmill::{
 };
 
 use crate::{
-    meshes::{join, reversed, scaled, sheet, shrunk, write_stl},
+    meshes::{join, reversed, scaled, sheet, shrunk},
     support::{
-        meshes::{block, bumpy, round},
+        meshes::{block, bumpy, round, write_stl},
         workspace::Workspace,
     },
 };

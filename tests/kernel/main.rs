@@ -1,9 +1,11 @@
 //! Kernels against truth that the library did not compute: meshes, solids, views, depth, sensors, fields and contacts.
 
+mod clean;
 mod contacts;
 mod defects;
 mod depths;
 mod field;
+mod hostile;
 mod meshes;
 mod sensors;
 mod solids;

@@ -15,7 +15,7 @@ use graspmill::{
 use serde::Deserialize;
 
 use crate::support::{
-    meshes::{block, built_in_mesh, scan_files},
+    meshes::{block, built_in_mesh, scan_files, write_stl},
     program::Program,
     workspace::Workspace,
 };
@@ -114,19 +114,6 @@ fn a_converted_glb_has_the_same_triangles() {
     Program::python().arg("scripts/convert_mesh.py").args([&glb, &ply]).succeed();
     let [wanted, record] = [stl, &ply].map(|path| prepare(&source(path)).unwrap().record);
     assert_eq!(record.geometry, wanted.geometry);
-}
-
-pub(crate) fn write_stl(path: &Path, mesh: &TriMesh) {
-    let mut file = vec![0; 80];
-    file.extend((mesh.triangles.len() as u32).to_le_bytes());
-    for face in &mesh.triangles {
-        file.extend([0; 12]);
-        for vertex in face {
-            file.extend(mesh.vertices[*vertex as usize].iter().flat_map(|x| x.to_le_bytes()));
-        }
-        file.extend([0; 2]);
-    }
-    fs::write(path, file).unwrap();
 }
 
 /// Indexed, with every vertex on its own line, which STL cannot hold.

@@ -438,7 +438,7 @@ fn check_rests(scans: &[PathBuf]) {
             let low = heights.fold(f64::INFINITY, f64::min);
             assert!(low.abs() < 1e-7, "{name}: {low} m over the table");
         }
-        let up = |pose: &RestingPose| (pose.world_from_object.rotation().inverse() * Vector3::z()).into();
+        let up = |pose: &RestingPose| pose.up().into();
         ours.push(poses.iter().map(|pose| (up(pose), pose.probability)).collect::<Vec<_>>());
     }
     let mut all = Vec::new();

@@ -1,5 +1,7 @@
 //! Pictures and reports of shapes that are known in closed form.
 
+use std::collections::BTreeSet;
+
 use graspmill::{
     geom::OccupancyGrid,
     publish::{
@@ -105,6 +107,31 @@ fn a_report_is_one_file_that_needs_nothing_else() {
 }
 
 #[test]
+fn overlaps_that_a_job_is_about_are_no_alarm() {
+    let workspace = Workspace::new();
+    let folder = workspace.path("shelf");
+    Shelf { views: 6, with_depth: false }.write(&folder);
+    let name = "twin_groups_straddling".to_owned();
+    let leaks = [(name.clone(), 6), ("groups_straddling".to_owned(), 1)].into();
+    let mut notes = RunNotes { leaks, ..RunNotes::default() };
+    let rendered = |notes: &RunNotes| {
+        notes.write(&folder).expect("notes");
+        let page = report(&folder, None).expect("a report").path;
+        (read_text(page), inspect_completion(&folder).expect("facts").to_string())
+    };
+    let (page, text) = rendered(&notes);
+    let twins = "6 groups of objects of the same shape on more than one side of the split";
+    assert!(page.contains(&format!("<li class=\"alarm\">{twins}</li>")), "{page}");
+    // Not split by groups, these may stand anywhere.
+    assert!(page.contains("<li>1 groups named by the job on more than one side of the split</li>"), "{page}");
+    assert!(text.contains(&format!("{twins}\n")), "{text}");
+    notes.intended.insert(name);
+    let (page, text) = rendered(&notes);
+    assert!(page.contains(&format!("<li>{twins}, intended by the job</li>")), "{page}");
+    assert!(text.contains(&format!("{twins}, intended by the job\n")), "{text}");
+}
+
+#[test]
 fn inspection_counts_what_stands_in_the_dataset() {
     let workspace = Workspace::new();
     let folder = workspace.path("shelf");
@@ -112,6 +139,7 @@ fn inspection_counts_what_stands_in_the_dataset() {
     RunNotes {
         speed: Some(Speed { samples: 36, seconds: 0.5, threads: 2, peak_memory: None }),
         leaks: [("twin_groups_straddling".to_owned(), 0)].into(),
+        intended: BTreeSet::new(),
     }
     .write(&folder)
     .unwrap();
@@ -132,7 +160,7 @@ fn inspection_counts_what_stands_in_the_dataset() {
         "36 planned",
         "72 samples/s",
         "broken.stl: 84 bytes of 50 084; copy the file again",
-        "0 twin groups straddling",
+        "0 groups of objects of the same shape on more than one side of the split",
     ] {
         assert!(text.contains(part), "'{part}' is missing in\n{text}");
     }

@@ -1,4 +1,4 @@
-//! Small jobs: a little of each product, in a second or two each.
+//! Small jobs: a little of each product, in a second or two each; and an about file.
 
 use std::path::{Path, PathBuf};
 
@@ -7,6 +7,10 @@ use super::{
     robots::{BARRETT, FETCH, FETCH_ARM, FETCH_SITE},
     workspace::Workspace,
 };
+
+/// An about file, for releases.
+pub const ABOUT: &str = "title = \"Two\"\nversion = \"1\"\ndate = \"2026-01-01\"\ndescription = \"Two shapes.\"\n\
+                     licence = \"CC-BY-4.0\"\n[[authors]]\nname = \"Nobody\"\n";
 
 /// All objects train.
 pub const NO_SPLIT: &str = "[split]\nvalidation_objects = 0\ntest_objects = 0\n";

@@ -57,6 +57,25 @@ pub fn read_stl(file: &Path) -> TriMesh {
     mesh
 }
 
+/// Writes a mesh as a binary STL.
+pub fn write_stl(path: &Path, mesh: &TriMesh) {
+    fs::write(path, stl_bytes(mesh)).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+}
+
+/// A mesh as a binary STL.
+pub fn stl_bytes(mesh: &TriMesh) -> Vec<u8> {
+    let mut file = vec![0; 80];
+    file.extend((mesh.triangles.len() as u32).to_le_bytes());
+    for face in &mesh.triangles {
+        file.extend([0; 12]);
+        for vertex in face {
+            file.extend(mesh.vertices[*vertex as usize].iter().flat_map(|part| part.to_le_bytes()));
+        }
+        file.extend([0; 2]);
+    }
+    file
+}
+
 /// A closed box wound outward.
 pub fn block(low: [f32; 3], high: [f32; 3]) -> TriMesh {
     let corner =
@@ -109,6 +128,14 @@ pub fn bumpy(rings: usize) -> TriMesh {
         vertex[2] *= 1.5;
     }
     mesh
+}
+
+/// An OFF file of a mesh [m].
+pub fn off_of(mesh: &TriMesh) -> String {
+    let corners = mesh.vertices.iter().map(|[x, y, z]| format!("{x} {y} {z}\n"));
+    let triangles = mesh.triangles.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
+    let rows: String = corners.chain(triangles).collect();
+    format!("OFF\n{} {} 0\n{rows}", mesh.vertices.len(), mesh.triangles.len())
 }
 
 /// An OFF file of a tetrahedron with right angles at the origin [m].

@@ -152,15 +152,41 @@ impl Program {
         self.0.spawn().unwrap_or_else(|error| panic!("{:?}: {error}", self.0))
     }
 
+    /// Begins, and can be sent signals. Its output is dropped.
+    pub fn start_running(self) -> Running {
+        Running(self.start())
+    }
+
     /// Kills it after this time; whether it was still at work.
     pub fn kill_after(self, time: Duration) -> bool {
-        let mut child = self.start();
+        let mut running = self.start_running();
         thread::sleep(time);
-        let at_work = child.try_wait().expect("a state").is_none();
-        // On Unix this is SIGKILL: nothing is cleaned up.
-        child.kill().expect("a kill");
-        child.wait().expect("an end");
+        let at_work = running.is_at_work();
+        running.signal("KILL");
+        running.wait();
         at_work
+    }
+}
+
+/// A program at work beside the test.
+#[derive(Debug)]
+pub struct Running(Child);
+
+impl Running {
+    /// Whether it has not ended yet.
+    pub fn is_at_work(&mut self) -> bool {
+        self.0.try_wait().expect("a state").is_none()
+    }
+
+    /// Sends a signal by its name: `KILL`. One that has ended takes no notice.
+    pub fn signal(&self, name: &str) {
+        let line = format!("kill -s {name} {} 2>/dev/null", self.0.id());
+        Program::of_system("sh").option("-c", line).finish();
+    }
+
+    /// Waits for its end: the exit code, `None` where a signal ended it.
+    pub fn wait(mut self) -> Option<i32> {
+        self.0.wait().expect("an end").code()
     }
 }
 

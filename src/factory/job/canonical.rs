@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{
     Job, JobObject, JobObjects, KnownMass,
     paths::{relative_to, with_slashes},
-    spec::{BuiltInSpec, HeadSpec, LimitsSpec, MeshRow, ObjectsSpec},
+    spec::{BuiltInSpec, HeadSpec, LimitsSpec, MeshRow, ObjectsSpec, SplitSpec},
 };
 use form::literal_pattern;
 use kernel::{
@@ -125,7 +125,9 @@ impl JobObjects {
         };
         let objects: Vec<Vec<String>> = self.list.iter().map(object).collect();
         let mut keys = toml::Table::new();
-        keys.insert("split".to_owned(), keys_of(&self.split.spec()).into());
+        // Words about the split, which decide nothing, stay out.
+        let split = SplitSpec { twins_intended: None, ..self.split.spec() };
+        keys.insert("split".to_owned(), keys_of(&split).into());
         keys.insert("objects".to_owned(), objects.into());
         keys
     }

@@ -13,7 +13,7 @@ use super::{
 };
 use form::{Checker, FormError, Path, Problem, did_you_mean, fits_path};
 use kernel::{
-    assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule, SizeRule},
+    assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule},
     ids::{Digest, ObjectId},
 };
 
@@ -146,7 +146,7 @@ fn check_entry(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
         }
     }
     if let Some(limits) = entry.limits {
-        let rule = size_rule(entry);
+        let rule = entry.size_rule();
         if rule.min > rule.max {
             let key = if limits.max.is_some() { "max" } else { "min" };
             let found = format!("{} m to {} m", rule.min, rule.max);
@@ -161,15 +161,6 @@ fn check_scale(checker: &mut Checker, path: &Path, scales: [(&str, bool); 3]) {
         for other in given {
             checker.contradiction(path.key(other), path.key(first), "each says how large the object is");
         }
-    }
-}
-
-fn size_rule(entry: &ObjectsSpec) -> SizeRule {
-    let default = SizeRule::default();
-    let limits = entry.limits;
-    SizeRule {
-        min: limits.and_then(|limits| limits.min).unwrap_or(default.min),
-        max: limits.and_then(|limits| limits.max).unwrap_or(default.max),
     }
 }
 
@@ -332,7 +323,7 @@ fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate
             name: row.name.unwrap_or_else(|| candidate.name().to_owned()),
             origin: candidate.origin.clone(),
             scale,
-            size: size_rule(entry),
+            size: entry.size_rule(),
             licence: row.licence,
             citation: row.citation,
             group: row.group,

@@ -19,6 +19,8 @@ pub struct DraftWork {
     pub objects: Option<ObjectsDraft>,
     /// Whether something depends on the mass of each object.
     pub with_masses: bool,
+    /// Whether each object must have a solid: a mesh of which no cell is inside is refused.
+    pub with_solids: bool,
     /// Makes the work of the prepared objects.
     pub make: MakeWork,
 }
@@ -37,6 +39,7 @@ impl DraftWork {
             notes: Vec::new(),
             objects: None,
             with_masses: false,
+            with_solids: false,
             make: Box::new(move |_, _| Arc::new(work)),
         }
     }
@@ -58,6 +61,7 @@ impl DraftWork {
             notes,
             objects,
             with_masses: false,
+            with_solids: false,
             make: Box::new(make),
         }
     }
@@ -65,7 +69,7 @@ impl DraftWork {
 
 impl fmt::Debug for DraftWork {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { shard_samples, draws_colours, rules, notes, objects, with_masses, make: _ } = self;
+        let Self { shard_samples, draws_colours, rules, notes, objects, with_masses, with_solids, make: _ } = self;
         f.debug_struct("DraftWork")
             .field("shard_samples", shard_samples)
             .field("draws_colours", draws_colours)
@@ -73,6 +77,7 @@ impl fmt::Debug for DraftWork {
             .field("notes", notes)
             .field("objects", objects)
             .field("with_masses", with_masses)
+            .field("with_solids", with_solids)
             .finish_non_exhaustive()
     }
 }

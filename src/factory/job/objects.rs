@@ -8,7 +8,7 @@ use super::{
 };
 use form::{Checker, Document, FormErrors, Path, did_you_mean, fits_name};
 use kernel::{
-    assets::{AssetRecord, MeshOrigin, MeshRefusal, MeshSource},
+    assets::{AssetRecord, MeshRefusal, MeshSource},
     ids::ObjectId,
 };
 
@@ -180,19 +180,11 @@ impl ObjectsDraft {
     }
 }
 
-/// File or built-in name of a mesh.
-fn origin_of(mesh: &FoundMesh) -> String {
-    match &mesh.source.origin {
-        MeshOrigin::File(path) => path.display().to_string(),
-        MeshOrigin::BuiltIn(name) => name.clone(),
-    }
-}
-
 /// Refusal of a mesh whose content is not the pinned one.
 fn changed(mesh: &FoundMesh, asset: &AssetRecord) -> Option<MeshRefusal> {
     let pinned = mesh.pinned.filter(|pinned| *pinned != asset.object)?;
     Some(MeshRefusal {
-        file: origin_of(mesh),
+        file: mesh.source.origin.to_string(),
         reason: "changed".to_owned(),
         problem: format!("its content is {}, the job pins {}", asset.object.0.short(), pinned.0.short()),
         location: None,
@@ -203,7 +195,7 @@ fn changed(mesh: &FoundMesh, asset: &AssetRecord) -> Option<MeshRefusal> {
 /// Refusal of a mesh that has the geometry of another one, by the other's name.
 fn duplicate(mesh: &FoundMesh, first: &str) -> MeshRefusal {
     MeshRefusal {
-        file: origin_of(mesh),
+        file: mesh.source.origin.to_string(),
         reason: "duplicate".to_owned(),
         problem: format!("has the same geometry as `{first}`"),
         location: None,

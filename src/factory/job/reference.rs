@@ -59,6 +59,7 @@ const ORDER: &[&str] = &[
     "citation",
     "table",
     "meshes",
+    "preset",
     "width",
     "height",
     "horizontal_fov",

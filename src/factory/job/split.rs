@@ -16,6 +16,8 @@ pub struct SplitSettings {
     pub by_group: bool,
     /// Objects whose shapes coincide stay on one side; `false` allows twins to straddle.
     pub keep_twins_together: bool,
+    /// Twins that straddle are what the job is about, and no leak.
+    pub twins_intended: bool,
     /// Views of one object with equal rotations stay on one side; `false` (`thesis`) only counts those that straddle.
     pub keep_equal_views_together: bool,
     /// Nested subsets of the training objects, smallest first.
@@ -72,12 +74,18 @@ impl SplitSettings {
             let found = "one that is no larger than the one before";
             checker.invalid("split.training_subsets", "sizes in growing order", found);
         }
+        let twins_intended = spec.twins_intended == Some(true);
+        if twins_intended && spec.keep_twins_together {
+            let because = "twins that stay together are on no two sides";
+            checker.contradiction("split.twins_intended", "split.keep_twins_together", because);
+        }
         Self {
             holdout_items: spec.holdout_items,
             validation_objects: validation,
             test_objects: test,
             by_group: spec.by_group,
             keep_twins_together: spec.keep_twins_together,
+            twins_intended,
             keep_equal_views_together: spec.keep_equal_views_together,
             training_subsets: subsets,
         }
@@ -91,6 +99,7 @@ impl SplitSettings {
             test_objects,
             by_group,
             keep_twins_together,
+            twins_intended,
             keep_equal_views_together,
             training_subsets,
         } = self;
@@ -111,6 +120,7 @@ impl SplitSettings {
             test_objects: choice(test_objects),
             by_group: *by_group,
             keep_twins_together: *keep_twins_together,
+            twins_intended: twins_intended.then_some(true),
             keep_equal_views_together: *keep_equal_views_together,
             training_subsets: training_subsets.iter().map(subset).collect(),
         }

@@ -68,6 +68,8 @@ pub struct LeakReport {
     pub twin_groups: u32,
     /// Groups of twins with members on more than one side.
     pub twin_groups_straddling: u32,
+    /// Whether the job is about such twins.
+    pub twins_intended: bool,
     /// Groups named by the job that stand on more than one side.
     pub groups_straddling: u32,
 }
@@ -79,7 +81,10 @@ impl LeakReport {
             (self.straddling_views, "holdout views have the rotation of a training view of the same object"),
             (self.objects_straddling.into(), "objects stand on more than one side of the split"),
             (self.geometries_straddling.into(), "geometries stand on more than one side of the split"),
-            (self.twin_groups_straddling.into(), "groups of objects of the same shape stand on more than one side"),
+            (
+                if self.twins_intended { 0 } else { self.twin_groups_straddling.into() },
+                "groups of objects of the same shape stand on more than one side",
+            ),
         ];
         leaks.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("leak: {count} {what}"))
     }
@@ -97,6 +102,11 @@ impl LeakReport {
             ("twin_groups_straddling", self.twin_groups_straddling.into()),
             ("groups_straddling", self.groups_straddling.into()),
         ]
+    }
+
+    /// Names of the counts of overlaps that the job is about.
+    pub fn intended(&self) -> Option<&'static str> {
+        self.twins_intended.then_some("twin_groups_straddling")
     }
 
     /// Whether nothing that a network trains on is also tested on (groups may straddle unless the job splits by them).
@@ -136,6 +146,7 @@ fn leaks(job: &SplitInput<'_>, twins: &[Vec<usize>], rows: &[ObjectSplit]) -> Le
                 .enumerate()
                 .flat_map(|(group, members)| members.iter().map(move |index| (group.to_be_bytes().to_vec(), *index))),
         ),
+        twins_intended: job.split.twins_intended,
         groups_straddling: straddling(
             &mut objects().filter_map(|(index, object)| Some((object.source.group.clone()?.into_bytes(), index))),
         ),

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use super::contain::contain;
-use crate::{Event, RunContext, RunError};
+use crate::{Event, ProduceError, RunContext, RunError};
 use kernel::{
     assets::{AssetRecord, MeshRefusal, MeshSource},
     object::PreparedObject,
@@ -20,11 +20,16 @@ pub struct PreparedAssets {
     pub shapes: Vec<Option<ShapeDescriptor>>,
 }
 
-/// Prepares every source; the meshes themselves are dropped again, so memory does not grow with their count.
+/// Prepares every source; the meshes themselves are dropped again, so memory does not grow with their count. `with_solids`:
+/// whether a mesh without a solid cell is refused.
 ///
 /// # Errors
 /// When the run is cancelled or threads can't be started; a mesh that cannot be used is not an error here.
-pub fn prepare_assets(sources: &[MeshSource], context: &RunContext<'_>) -> Result<PreparedAssets, RunError> {
+pub fn prepare_assets(
+    sources: &[MeshSource],
+    with_solids: bool,
+    context: &RunContext<'_>,
+) -> Result<PreparedAssets, RunError> {
     let done = AtomicU64::new(0);
     let total = sources.len() as u64;
     let prepare = |source: &MeshSource| {
@@ -32,11 +37,16 @@ pub fn prepare_assets(sources: &[MeshSource], context: &RunContext<'_>) -> Resul
             return Err(RunError::Interrupted);
         }
         let prepare_one = || {
-            let prepared = PreparedObject::prepare(source).map(|object| {
-                let shape = ShapeDescriptor::of(object.mesh(), object.inside_test());
-                (object.record().clone(), shape)
-            });
-            Ok::<_, RunError>(prepared)
+            let object = match PreparedObject::prepare(source) {
+                Ok(object) => object,
+                Err(refusal) => return Ok(Err(refusal)),
+            };
+            if let Some(Err(refusal)) = with_solids.then(|| object.check_solid(source)) {
+                return Ok(Err(refusal));
+            }
+            context.cancel.check()?;
+            let shape = ShapeDescriptor::of(object.mesh(), object.inside_test());
+            Ok::<_, ProduceError>(Ok((object.record().clone(), shape)))
         };
         let prepared = contain(|| format!("preparing the mesh `{}`", source.name), prepare_one)?;
         (context.listener)(Event::Prepared { done: done.fetch_add(1, Ordering::Relaxed) + 1, total });

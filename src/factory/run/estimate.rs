@@ -34,15 +34,15 @@ impl Estimate {
         // A subject whose items stand in two shards is loaded for each.
         let loading = plan.units().count() as f64 * rate.seconds_per_subject;
         let making = samples * rate.seconds_per_sample + loading;
-        // Measured on indices of 720 to 24,000 rows: a digest per channel, and the rest.
-        let index = 35.0 + 40.0 * rate.channels as f64;
         // Threads take whole shards: of three shards, one of two threads makes two.
         let share = if shards > 0.0 { (shards / threads).ceil() / shards } else { 0.0 };
         Self {
             subjects: job.work.subjects().len() as u64,
             samples: plan.samples,
             shards: plan.shards.len() as u64,
-            bytes: shards * rate.bytes_per_shard + samples * (rate.bytes_per_sample + index) + job.work.side_bytes(),
+            bytes: shards * rate.bytes_per_shard
+                + samples * (rate.bytes_per_sample + rate.bytes_per_row)
+                + rate.bytes_beside,
             core_seconds: opening_seconds + making,
             opening_seconds,
             seconds: opening_seconds / threads + making * share,

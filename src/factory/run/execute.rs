@@ -250,7 +250,7 @@ impl<'w> ShardMaker<'w> {
         let mut writer = ShardWriter::create(&shards_folder(task.folder), &header)?;
         for unit in &shard.units {
             let subject = || format!("preparing {}", subject_words(task.job, unit.subject));
-            contain(subject, || self.producer.load(unit.subject))?;
+            contain(subject, || self.producer.load(unit.subject, cancel))?;
             let mut next = unit.first;
             for item in unit.items.clone().map(ItemId) {
                 if cancel.is_cancelled() {

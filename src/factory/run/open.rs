@@ -55,7 +55,7 @@ impl OpenJob {
     /// When no usable object is left, the split names objects that the job does not have, or the work is interrupted.
     pub fn resolve(draft: JobDraft, run: &RunContext<'_>) -> Result<Self, OpenError> {
         let sources: Vec<_> = draft.sources().cloned().collect();
-        let prepared = prepare_assets(&sources, run)?;
+        let prepared = prepare_assets(&sources, draft.work.with_solids, run)?;
         let mut shapes = BTreeMap::new();
         for (record, shape) in prepared.records.iter().zip(prepared.shapes) {
             if let (Ok(record), Some(shape)) = (record, shape) {

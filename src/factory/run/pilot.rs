@@ -1,8 +1,9 @@
 //! Measures what the samples of a job cost, by making a few of them.
 
 use std::{
+    collections::BTreeSet,
     ops::Range,
-    path::Path,
+    path::{Path, PathBuf},
     sync::atomic::{AtomicUsize, Ordering},
     time::Duration,
 };
@@ -11,6 +12,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
 
 use super::{
+    OpenJob,
     contain::{contain, item_words, subject_words},
     execute::store,
 };
@@ -22,9 +24,10 @@ use crate::{
 };
 use format::{
     Channel, Facts,
-    dataset::{DatasetError, ShardHeader, ShardWriter},
+    dataset::{DatasetError, FinishedShard, ShardHeader, ShardWriter, TableSizes},
 };
 use kernel::ids::{ItemId, SampleId, SampleIndex, ShardId};
+use tables::ParquetIndex;
 
 /// Subjects that a pilot visits, where the job has so many.
 const VISITED_SUBJECTS: usize = 32;
@@ -51,19 +54,22 @@ pub struct PilotRate {
     pub seconds_per_subject: f64,
     /// Processor time of making and storing a sample, with as many threads at work as the run will have [s].
     pub seconds_per_sample: f64,
-    /// Bytes that a shard has before any sample stands in it.
+    /// Bytes that a shard has before any sample stands in it, with its row in the manifest.
     pub bytes_per_shard: f64,
     /// Bytes that a sample adds to its shard, kept or rejected, compressed.
     pub bytes_per_sample: f64,
-    /// Channels of a sample.
-    pub channels: u64,
+    /// Bytes that a sample adds to the tables: its row in the index, its line where it is rejected.
+    pub bytes_per_row: f64,
+    /// Bytes that do not depend on the samples: tables of objects and splits, the job, files that only its product has.
+    pub bytes_beside: f64,
 }
 
 /// Makes samples spread over the plan, on all threads, and stores them in shards in a folder of its own, which goes in the end.
 ///
 /// # Errors
 /// Errors of [`run`](super::run).
-pub fn pilot(job: &Job, plan: &Plan, limits: PilotLimits, context: &RunContext<'_>) -> Result<PilotRate, RunError> {
+pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> Result<PilotRate, RunError> {
+    let OpenJob { job, plan, .. } = open;
     let began = processor_time();
     let work = job.work.open(job.seed, context.parallelism.level)?;
     let opened = processor_time();
@@ -74,17 +80,21 @@ pub fn pilot(job: &Job, plan: &Plan, limits: PilotLimits, context: &RunContext<'
     let on_thread = |_: rayon::BroadcastContext<'_>| pilot.work_through(&visits, &next);
     let tallies: Result<Vec<Tally>, RunError> = context.parallelism.pool()?.broadcast(on_thread).into_iter().collect();
     let tally = tallies?.into_iter().fold(Tally::default(), Tally::plus);
+    let tables = TableSizes::measure(&tally.shards, &open.header(Path::new(".")), &ParquetIndex)?;
+    let visited: Vec<usize> = visits.iter().map(|visit| visit.subject).collect::<BTreeSet<_>>().into_iter().collect();
+    let side_bytes = work.side_bytes(&visited, folder.path())?;
     let per = |total: f64, count: u64| total / count.max(1) as f64;
-    let channels = work.producer()?.channels();
-    let bytes_per_shard = pilot.bytes_of_empty_shard(&channels)? as f64;
+    let bytes_per_shard = pilot.bytes_of_empty_shard(&work.producer()?.channels())? as f64;
+    let stored = tally.bytes as f64 - tally.shards.len() as f64 * bytes_per_shard;
     Ok(PilotRate {
         samples: tally.samples,
         seconds_of_opening: (opened - began).as_secs_f64(),
         seconds_per_subject: per(tally.loading.as_secs_f64(), tally.loads),
         seconds_per_sample: per(tally.making.as_secs_f64(), tally.samples),
-        bytes_per_shard,
-        channels: channels.len() as u64,
-        bytes_per_sample: per(tally.bytes as f64 - tally.shards as f64 * bytes_per_shard, tally.samples).max(0.0),
+        bytes_per_shard: bytes_per_shard + tables.per_shard,
+        bytes_per_sample: per(stored, tally.samples).max(0.0),
+        bytes_per_row: tables.per_sample,
+        bytes_beside: tables.fixed + side_bytes,
     })
 }
 
@@ -111,22 +121,23 @@ struct Visit {
 }
 
 /// Costs of what one thread made.
-#[derive(Clone, Copy, Default)]
+#[derive(Default)]
 struct Tally {
     samples: u64,
     loads: u64,
-    shards: u64,
+    shards: Vec<PathBuf>,
     bytes: u64,
     loading: Duration,
     making: Duration,
 }
 
 impl Tally {
-    fn plus(self, other: Self) -> Self {
+    fn plus(mut self, other: Self) -> Self {
+        self.shards.extend(other.shards);
         Self {
             samples: self.samples + other.samples,
             loads: self.loads + other.loads,
-            shards: self.shards + other.shards,
+            shards: self.shards,
             bytes: self.bytes + other.bytes,
             loading: self.loading + other.loading,
             making: self.making + other.making,
@@ -184,7 +195,7 @@ impl Pilot<'_> {
     ) -> Result<Tally, RunError> {
         let began = processor_time();
         let subject = || format!("preparing {}", subject_words(self.job, visit.subject));
-        contain(subject, || producer.load(visit.subject))?;
+        contain(subject, || producer.load(visit.subject, self.context.cancel))?;
         let loaded = processor_time();
         let mut samples: Vec<StoredSample> = Vec::new();
         for item in &visit.items {
@@ -202,18 +213,20 @@ impl Pilot<'_> {
             }
         }
         let count = samples.len() as u64;
-        let bytes = if count > 0 { self.store(index, &producer.channels(), &samples)? } else { 0 };
+        let stored = if count > 0 { Some(self.store(index, &producer.channels(), &samples)?) } else { None };
+        let bytes = stored.as_ref().map_or(0, |shard| shard.bytes);
         let (loading, making) = (loaded - began, processor_time() - loaded);
-        Ok(Tally { samples: count, loads: 1, shards: u64::from(count > 0), bytes, loading, making })
+        let shards = stored.into_iter().map(|shard| shard.path).collect();
+        Ok(Tally { samples: count, loads: 1, shards, bytes, loading, making })
     }
 
-    /// Size of a shard of these samples [bytes].
-    fn store(&self, index: usize, channels: &[Channel], samples: &[StoredSample]) -> Result<u64, RunError> {
+    /// Writes a shard of these samples.
+    fn store(&self, index: usize, channels: &[Channel], samples: &[StoredSample]) -> Result<FinishedShard, RunError> {
         let mut writer = self.shard(index, channels, samples.len() as u64)?;
         for (index, sample) in (0..).map(SampleIndex).zip(samples) {
             store(&mut writer, index, &sample.as_made())?;
         }
-        Ok(writer.finish()?.bytes)
+        Ok(writer.finish()?)
     }
 
     /// Size of a shard that holds one reject and nothing else [bytes].
@@ -288,8 +301,6 @@ impl StoredSample {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
 
     #[test]

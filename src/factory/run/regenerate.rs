@@ -38,7 +38,7 @@ pub struct Regeneration {
 }
 
 impl Regeneration {
-    /// When all of K random samples agree, fewer than this share of the dataset differs, with 95 % confidence
+    /// When all of K random samples agree, less than this share of the dataset differs, with 95 % confidence
     /// (1 - 0.05^(1/K), about 3/K; drawn without replacement it is less still).
     pub fn bound(&self) -> f64 {
         if self.samples >= self.of_samples { 0.0 } else { 1.0 - libm::pow(0.05, 1.0 / self.samples.max(1) as f64) }
@@ -72,7 +72,7 @@ pub fn regenerate(
         if context.cancel.is_cancelled() {
             return Err(RunError::Interrupted);
         }
-        contain(|| format!("preparing {}", subject_words(job, subject)), || producer.load(subject))?;
+        contain(|| format!("preparing {}", subject_words(job, subject)), || producer.load(subject, context.cancel))?;
         let mut made: BTreeMap<SampleId, Fate> = BTreeMap::new();
         let mut take = |sample: &MadeSample<'_>| {
             made.insert(sample.sample, fate_of(sample));

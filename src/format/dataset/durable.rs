@@ -74,8 +74,12 @@ pub(super) fn sync_folder(folder: &Path) -> Result<(), DatasetError> {
     kernel::files::sync_folder(folder).map_err(DatasetError::io("syncing", folder))
 }
 
-/// Whether a temporary file is a leftover: nobody holds its lock.
+/// Whether a temporary file is a leftover: nobody holds its lock. What is no regular file is none, and is not opened: a FIFO
+/// would wait for its reader.
 pub(super) fn is_leftover(path: &Path) -> bool {
+    if !path.is_file() {
+        return false;
+    }
     match OpenOptions::new().write(true).open(path) {
         Ok(file) => file.try_lock().is_ok(),
         Err(_) => false,

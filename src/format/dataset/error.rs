@@ -84,8 +84,8 @@ pub enum DatasetError {
         /// One thing in it.
         entry: String,
     },
-    /// A folder that is to be filled is a file.
-    #[error("{} is a file; give a new or empty folder", path.display())]
+    /// A folder that is to be read or filled is a file.
+    #[error("{} is a file; give a folder", path.display())]
     NotAFolder {
         /// The file.
         path: PathBuf,

@@ -107,7 +107,9 @@ pub fn finish_dataset(
     let roots = Roots::new(leaves, &classes, &subjects)?;
     let files = root_parts(folder, header.product)?;
     let root = roots.dataset(&asset_tree(header.assets.iter().chain(&header.hands)), &files, &header.job);
-    write_tables(folder, header, splits.as_ref())?;
+    for (name, text) in table_texts(header, splits.as_ref()) {
+        durable::write_file(folder, name, text.as_bytes())?;
+    }
     let entry = |name: &&str| {
         let (digest, bytes) = hash_file(&folder.join(name))?;
         Ok::<_, DatasetError>(((*name).to_owned(), FileEntry { digest, bytes }))
@@ -155,7 +157,8 @@ pub(super) fn root_parts(folder: &Path, product: Product) -> Result<Vec<(&'stati
     parts.map(|part| Ok((part.word, (part.digest)(folder)?))).collect()
 }
 
-fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTable>) -> Result<(), DatasetError> {
+/// The tables that do not depend on the samples, each by its file name.
+pub(super) fn table_texts(header: &DatasetHeader, splits: Option<&SplitTable>) -> Vec<(&'static str, String)> {
     let sorted = |rows: &[serde_json::Value]| {
         let mut rows = rows.to_vec();
         rows.sort_by_key(object_of);
@@ -170,12 +173,10 @@ fn write_tables(folder: &Path, header: &DatasetHeader, splits: Option<&SplitTabl
     if !header.hands.is_empty() {
         assets["hands"] = sorted(&header.hands).into();
     }
-    durable::write_file(folder, ASSETS, json_text(&assets).as_bytes())?;
-    if let Some(splits) = splits {
-        durable::write_file(folder, SPLITS, json_text(splits).as_bytes())?;
-    }
-    durable::write_file(folder, JOB, header.job_text.as_bytes())?;
-    Ok(())
+    let mut texts = vec![(ASSETS, json_text(&assets))];
+    texts.extend(splits.map(|splits| (SPLITS, json_text(splits))));
+    texts.push((JOB, header.job_text.clone()));
+    texts
 }
 
 /// Counts that grow with each shard.

@@ -91,6 +91,7 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
             }
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(_) if folder.is_file() => return Err(DatasetError::NotAFolder { path: folder.to_owned() }),
         Err(error) => return Err(DatasetError::io("reading", folder)(error)),
     }
     let shards = folder.join(SHARDS);
@@ -102,6 +103,11 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
 /// Text of the file of a mark; equal marks have equal texts.
 pub(super) fn mark_text(mark: &RunMark) -> String {
     serde_json::to_string_pretty(mark).expect("a run mark is plain data") + "\n"
+}
+
+/// Whether an error says that there is no such file, be it that its folder is none.
+pub(super) fn is_absent(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
 /// Where the shards of the dataset in `folder` stand.
@@ -121,7 +127,7 @@ pub fn read_mark(folder: &Path) -> Result<Option<RunMark>, DatasetError> {
     let path = folder.join(RUN);
     let text = match kernel::files::read(&path) {
         Ok(text) => text,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) if is_absent(&error) => return Ok(None),
         Err(error) => return Err(DatasetError::io("reading", &path)(error)),
     };
     let invalid = |error: serde_json::Error| DatasetError::Invalid {

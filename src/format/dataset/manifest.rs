@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    io,
     path::{Path, PathBuf},
 };
 
@@ -10,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     DatasetError,
-    folder::sorted_entries,
+    folder::{is_absent, sorted_entries},
     layout::{MANIFEST, RUN, SET, ShardName, files_of},
     seal::unsealed,
 };
@@ -23,6 +22,9 @@ use kernel::{
 /// The error of a folder that has no manifest: no folder, no dataset, or one that is not finished.
 pub fn without_manifest(folder: &Path) -> DatasetError {
     let folder = folder.to_owned();
+    if folder.is_file() {
+        return DatasetError::NotAFolder { path: folder };
+    }
     if !folder.is_dir() {
         return DatasetError::NoFolder { folder };
     }
@@ -122,6 +124,13 @@ impl ShardEntry {
     pub fn path(&self) -> String {
         format!("{}/{}", super::layout::SHARDS, self.file)
     }
+
+    /// Fewest bytes that a shard of so many samples has: a digest per kept sample and topic, a reason per rejected one.
+    /// `None` past all numbers.
+    fn least_bytes(&self, topics: usize) -> Option<u64> {
+        let digests = self.kept.checked_mul((size_of::<Digest>() * topics) as u64)?;
+        digests.checked_add(self.samples.checked_sub(self.kept)?)
+    }
 }
 
 /// One other file of a manifest.
@@ -145,9 +154,9 @@ impl Manifest {
             format_version: u32,
         }
         let path = folder.join(MANIFEST);
-        let text = kernel::files::read(&path).map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => without_manifest(folder),
-            _ => DatasetError::io("reading", &path)(error),
+        let text = kernel::files::read(&path).map_err(|error| match is_absent(&error) {
+            true => without_manifest(folder),
+            false => DatasetError::io("reading", &path)(error),
         })?;
         let unreadable = |error: serde_json::Error| invalid(&path, error.to_string());
         let Version { format_version: found } = serde_json::from_slice(&text).map_err(unreadable)?;
@@ -241,18 +250,25 @@ impl Manifest {
             if shard.first_sample != next || shard.samples == 0 || shard.kept > shard.samples {
                 return refuse(format!("shard {number} begins at sample {}, expected {next}", shard.first_sample));
             }
-            let Some(end) = shard.first_sample.checked_add(shard.samples) else {
-                return refuse(format!("shard {number} has {} samples", shard.samples));
+            // Memory is taken by the sample: a small file that claims many is refused before.
+            let least = shard.least_bytes(self.topics.len());
+            let (Some(end), Some(true)) =
+                (shard.first_sample.checked_add(shard.samples), least.map(|least| least <= shard.bytes))
+            else {
+                let ShardEntry { bytes, samples, kept, .. } = shard;
+                return refuse(format!("shard {number} has {bytes} bytes, too few for {samples} samples, {kept} kept"));
             };
             next = end;
         }
         let Counts { samples, kept, rejected, splits, facts, .. } = &self.counts;
-        let of_shards: u64 = self.shards.iter().map(|shard| shard.kept).sum();
+        let of_shards = sum(self.shards.iter().map(|shard| shard.kept));
+        let of_splits = sum(splits.values().copied());
+        let of_fates = sum(rejected.values().copied().chain([*kept]));
         let sums = [
             ("samples of the shards", next, *samples),
             ("kept samples of the shards", of_shards, *kept),
-            ("kept samples of the splits", splits.values().sum(), if self.product.has_splits { *kept } else { 0 }),
-            ("kept and rejected samples", kept + rejected.values().sum::<u64>(), *samples),
+            ("kept samples of the splits", of_splits, if self.product.has_splits { *kept } else { 0 }),
+            ("kept and rejected samples", of_fates, *samples),
         ];
         for (what, found, expected) in sums {
             if found != expected {
@@ -293,6 +309,11 @@ impl Manifest {
         }
         Ok(())
     }
+}
+
+/// Sum of counts; the largest number where it does not fit, which no dataset has.
+fn sum(mut counts: impl Iterator<Item = u64>) -> u64 {
+    counts.try_fold(0u64, u64::checked_add).unwrap_or(u64::MAX)
 }
 
 fn invalid(path: &Path, problem: String) -> DatasetError {

@@ -41,6 +41,7 @@ mod seal;
 mod set;
 pub(crate) mod shard;
 pub(crate) mod shard_file;
+mod sizes;
 mod subjects;
 mod verify;
 
@@ -62,4 +63,5 @@ pub use pending::{Pending, clear_pending, read_pending, write_pending};
 pub use reader::{DatasetReader, Sample, Samples, Selection};
 pub use set::{SetContent, SetEntry, SetObject, SetTable};
 pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
+pub use sizes::TableSizes;
 pub use verify::{Problem, VerifyLevel, VerifyOptions, VerifyProgress, VerifyReport, verify};

@@ -25,6 +25,8 @@ use kernel::{
 pub struct DatasetReader {
     folder: PathBuf,
     manifest: Manifest,
+    /// Channels of every kept sample, in order.
+    channels: Vec<Channel>,
     splits: SplitTable,
     table: SampleTable,
     shards: Vec<OnceLock<ShardFile>>,
@@ -61,7 +63,8 @@ impl DatasetReader {
         let splits = if manifest.product.has_splits { read_splits(folder)? } else { SplitTable::default() };
         let shards = manifest.shards.iter().map(|_| OnceLock::new()).collect();
         let table = SampleTable { flags: Vec::with_capacity(manifest.foreseen()), ..SampleTable::default() };
-        let mut reader = Self { folder: folder.to_owned(), splits, manifest, table, shards };
+        let channels = manifest.channels();
+        let mut reader = Self { folder: folder.to_owned(), channels, splits, manifest, table, shards };
         for shard in 0..reader.shards.len() {
             reader.take_outline(shard)?;
         }
@@ -153,11 +156,7 @@ impl DatasetReader {
             return Ok(None);
         }
         let Some((shard, chunk)) = self.chunk_of(index)? else { return Ok(None) };
-        let samples = self.samples_of(shard, chunk, |other| other == index)?;
-        samples.into_iter().next().map_or_else(
-            || Err(invalid(&self.shard(shard)?.path, format!("sample {index} is in the ledger, not in a chunk"))),
-            |sample| Ok(Some(sample)),
-        )
+        Ok(self.samples_of(shard, chunk, |other| other == index)?.into_iter().next())
     }
 
     /// Reads the sample of an id, as [`DatasetReader::sample`]; `None` also when the dataset does not know it. Samples of
@@ -199,10 +198,16 @@ impl DatasetReader {
             })
     }
 
+    /// Every chunk of every shard; an error where a kept sample stands in none.
     fn all_chunks(&self, chunks: &mut Vec<(usize, usize)>) -> Result<(), DatasetError> {
-        for shard in 0..self.shards.len() {
-            let count = self.shard(shard)?.chunks.len();
-            chunks.extend((0..count).map(|chunk| (shard, chunk)));
+        for (shard, entry) in self.manifest.shards.iter().enumerate() {
+            let file = self.shard(shard)?;
+            let mut samples = (entry.first_sample..entry.first_sample + entry.samples).map(SampleIndex);
+            let lost = samples.find(|index| self.table.kept(*index) && file.chunk_of(*index).is_none());
+            if let Some(index) = lost {
+                return Err(not_stored(file, index));
+            }
+            chunks.extend((0..file.chunks.len()).map(|chunk| (shard, chunk)));
         }
         Ok(())
     }
@@ -237,11 +242,11 @@ impl DatasetReader {
         let file = self.shard(shard)?;
         match file.chunk_of(index) {
             Some(chunk) => Ok(Some((shard, chunk))),
-            None => Err(invalid(&file.path, format!("sample {index} is in the ledger, not in a chunk"))),
+            None => Err(not_stored(file, index)),
         }
     }
 
-    /// The samples of a chunk that pass `wanted`, in order.
+    /// The samples of a chunk that pass `wanted`, in order: all that the chunk should hold, each whole. Only kept samples pass.
     fn samples_of(
         &self,
         shard: usize,
@@ -263,8 +268,28 @@ impl DatasetReader {
                 sample.payloads.push((channel, payload));
             }
         }
-        Ok(samples)
+        let (first, last) = file.chunks[chunk].samples;
+        let mut found = samples.iter();
+        for index in (first..=last).map(SampleIndex).filter(|index| wanted(*index)) {
+            let sample = found.next().filter(|sample| sample.index == index).ok_or_else(|| not_stored(file, index))?;
+            if !sample.channels().eq(self.channels.iter().copied()) {
+                let (found, expected) = (sample.payloads.len(), self.channels.len());
+                let problem = format!("sample {index} has {found} messages, expected one on each of {expected} topics");
+                return Err(invalid(&file.path, problem));
+            }
+        }
+        match found.next() {
+            Some(Sample { index, .. }) => {
+                Err(invalid(&file.path, format!("sample {index} stands out of order in chunk {chunk}")))
+            }
+            None => Ok(samples),
+        }
     }
+}
+
+/// The error of a kept sample whose messages are not where the shard's own index says.
+fn not_stored(file: &ShardFile, index: SampleIndex) -> DatasetError {
+    invalid(&file.path, format!("sample {index} is in the ledger, not in a chunk"))
 }
 
 /// One stored sample, all channels joined; channels are decoded when they are asked for.

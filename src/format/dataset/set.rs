@@ -2,7 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs, io,
+    fs,
     path::Path,
 };
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     DatasetError, DatasetReader, Manifest,
     durable::{self, TEMPORARY},
-    folder::sorted_entries,
+    folder::{is_absent, sorted_entries},
     layout::SET,
     seal::{sealed, unsealed},
 };
@@ -88,7 +88,7 @@ impl SetTable {
         let path = folder.join(SET);
         let text = match kernel::files::read(&path) {
             Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) if is_absent(&error) => return Ok(None),
             Err(error) => return Err(DatasetError::io("reading", &path)(error)),
         };
         let invalid = |problem: String| DatasetError::Invalid {

@@ -861,12 +861,21 @@ pub struct GraspTrials {
     /// rad, about each axis
     #[prost(double, tag = "13")]
     pub turn_spread: f64,
-    /// in the order of the kept grasps of the run
+    /// in the order of the tried grasps of the run
     #[prost(message, repeated, tag = "14")]
     pub trials: ::prost::alloc::vec::Vec<GraspTrial>,
     /// of a mass by table: where that has it from, as it says itself
     #[prost(string, tag = "15")]
     pub mass_source: ::prost::alloc::string::String,
+    /// kept: grasps of that verdict; closed: all whose closed hand touches with two links at least
+    #[prost(string, tag = "16")]
+    pub tried: ::prost::alloc::string::String,
+    /// names of the variants under which chosen grasps were tried again
+    #[prost(string, repeated, tag = "17")]
+    pub variants: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// one number where grasps were tried on a table, too: friction of the object against it
+    #[prost(double, repeated, tag = "18")]
+    pub table_friction: ::prost::alloc::vec::Vec<f64>,
 }
 /// The trials of one grasp.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -905,6 +914,21 @@ pub struct GraspTrial {
     /// of them; their share is the probability of success
     #[prost(uint32, tag = "12")]
     pub roll_outs_held: u32,
+    /// verdict under each of GraspTrials.variants; none of a grasp that was not chosen for them
+    #[prost(uint32, repeated, tag = "13")]
+    pub variants: ::prost::alloc::vec::Vec<u32>,
+    /// none where the hand would come below the table in every resting pose of the object
+    #[prost(message, optional, tag = "14")]
+    pub table: ::core::option::Option<TableTrial>,
+}
+/// A grasp of the object as it rests on a table: gravity is on, nothing holds the object while the hand closes.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct TableTrial {
+    /// a place in the resting poses of the object: the most likely one above whose table the hand stays
+    #[prost(uint32, tag = "1")]
+    pub resting_pose: u32,
+    #[prost(message, optional, tag = "2")]
+    pub outcome: ::core::option::Option<TrialOutcome>,
 }
 /// A grasp under perturbed conditions.
 #[derive(Clone, PartialEq, ::prost::Message)]

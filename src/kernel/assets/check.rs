@@ -7,9 +7,14 @@ use std::{
 
 use super::{
     AssetRecord, DuplicateOf, InsideMethod, MeshRefusal, MeshSource, PreparedMesh, ScaleRule, SizeRule, duplicates,
-    list_folder, prepare::prepare_and_judge,
+    list_folder,
+    prepare::{normalised_size, prepare_and_judge},
+    thin,
 };
-use crate::voxel::solid_occupancy;
+use crate::{
+    geom::{SolidGrid, TriMesh},
+    voxel::solid_occupancy,
+};
 
 /// The outcome of checking meshes; as JSON and, through `Display`, as a table for 80 to 100 columns.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -36,6 +41,8 @@ pub struct MeshCheckRow {
     pub undecided: Option<f64>,
     /// Volume of all parts as one solid, where the parts are closed and the record's sum over them may count space twice.
     pub union: Option<UnionVolume>,
+    /// Things a user should know that no record of a run holds, in words.
+    pub notes: Vec<String>,
 }
 
 /// Volume of a solid by its cells, space that several parts share counted once.
@@ -122,13 +129,51 @@ fn check(path: &Path, scale: ScaleRule, size: SizeRule) -> MeshCheckRow {
         let solid = solid_occupancy(&mesh, record.inside.test(), false);
         UnionVolume { volume: solid.volume(), cell: solid.pitch }
     });
+    let notes = note_size(&record, scale).into_iter().chain(note_thickness(&mesh, &record)).collect();
     let undecided = Some(judgement.undecided);
-    MeshCheckRow { file, record: Some(record), refusal: None, duplicate_of: None, undecided, union }
+    MeshCheckRow { file, record: Some(record), refusal: None, duplicate_of: None, undecided, union, notes }
+}
+
+/// Note about a mesh that was read in metres and has the size of a normalised one.
+fn note_size(record: &AssetRecord, scale: ScaleRule) -> Option<String> {
+    /// Deviation of a normalised size, as a share: text files hold six digits.
+    const EXACTLY: f64 = 1e-5;
+    let [x, y, z] = record.extents;
+    let longest = x.max(y).max(z);
+    let what = normalised_size(longest, libm::sqrt(x * x + y * y + z * z), EXACTLY)?;
+    (scale == ScaleRule::MetresPerUnit(1.0)).then(|| {
+        format!(
+            "{what}: it may be normalised, not in metres; if so, give its real longest side: --size 0.25 here, size = 0.25 \
+             in a job"
+        )
+    })
+}
+
+/// Note about a mesh of whose solid no cell is inside.
+fn note_thickness(mesh: &TriMesh, record: &AssetRecord) -> Option<String> {
+    let longest = record.extents.into_iter().fold(0.0, f64::max);
+    // Only a mesh of about that thickness is worth the solid.
+    if thin::thickness(mesh, record.volume) > 4.0 * longest / SolidGrid::SIDE as f64 {
+        return None;
+    }
+    let solid = solid_occupancy(mesh, record.inside.test(), false);
+    (solid.volume() == 0.0).then(|| {
+        let words = thin::words(mesh, record.volume, solid.pitch);
+        format!("no solid inside: {words}; jobs for grasps refuse it, complete grids of others are empty")
+    })
 }
 
 impl MeshCheckRow {
     fn of_refusal(file: String, refusal: MeshRefusal) -> Self {
-        Self { file, record: None, refusal: Some(refusal), duplicate_of: None, undecided: None, union: None }
+        Self {
+            file,
+            refusal: Some(refusal),
+            record: None,
+            duplicate_of: None,
+            undecided: None,
+            union: None,
+            notes: vec![],
+        }
     }
 }
 
@@ -193,6 +238,9 @@ fn write_remarks(f: &mut fmt::Formatter<'_>, row: &MeshCheckRow) -> fmt::Result 
             "at {share:.0} % of its surface neither side is clearly inside (docs/jobs.md, Meshes that are no solids)"
         );
         remark(f, "note", &text)?;
+    }
+    for note in &row.notes {
+        remark(f, "note", note)?;
     }
     if let Some(refusal) = &row.refusal {
         let location = refusal.location.as_ref().map(|location| format!(" ({location})")).unwrap_or_default();

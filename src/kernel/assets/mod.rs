@@ -19,6 +19,7 @@ mod read;
 mod refuse;
 mod shells;
 mod table;
+mod thin;
 mod undecided;
 mod weld;
 
@@ -31,6 +32,7 @@ pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
 pub use prepare::prepare;
 pub use read::read_triangles;
 use refuse::Refuse;
+pub use thin::refuse_without_solid;
 
 pub use table::{
     AssetRecord, InsideMethod, MeshOrigin, MeshRefusal, MeshSource, PreparedMesh, Repair, ScaleRule, SizeRule, Winding,

@@ -174,7 +174,9 @@ fn check_distance_from_origin(farthest: f64, longest: f64) -> Result<(), Refuse>
     /// Largest distance of neighbouring positions, as a share of the longest side.
     const MAX_SPACING: f64 = 1e-4;
     let nearest = farthest as f32;
-    let spacing = f64::from(nearest.next_up()) - f64::from(nearest);
+    // The largest number has no finite one above it.
+    let below = if nearest == f32::MAX { nearest.next_down() } else { nearest };
+    let spacing = f64::from(below.next_up()) - f64::from(below);
     if longest == 0.0 || spacing <= MAX_SPACING * longest {
         return Ok(());
     }
@@ -208,19 +210,22 @@ fn check_extent(mesh: &TriMesh, source: &MeshSource) -> Result<(), Refuse> {
         let problem = format!("{} distinct vertices; a solid has at least 4", mesh.vertices.len());
         return Err(Refuse::new("too_few_vertices", problem, "export a solid"));
     }
-    let longest = mesh.aabb().map_or(0.0, |aabb| aabb.longest_side());
+    let (longest, diagonal) =
+        mesh.aabb().map_or((0.0, 0.0), |aabb| (aabb.longest_side(), (aabb.max - aabb.min).norm()));
     let SizeRule { min, max } = source.size;
     if longest < min || longest > max {
         let reason = if longest < min { "too_small" } else { "too_large" };
         let problem = format!("longest side {}, outside {} to {}", length(longest), length(min), length(max));
-        return Err(Refuse::new(reason, problem, guess_unit(longest, source)));
+        return Err(Refuse::new(reason, problem, guess_unit(longest, diagonal, source)));
     }
     Ok(())
 }
 
 /// A remedy for a mesh of the wrong size: the real size of a normalised mesh, or the units that make it as large as a thing
 /// to grasp, the one nearest to 150 mm first.
-fn guess_unit(longest: f64, source: &MeshSource) -> String {
+fn guess_unit(longest: f64, diagonal: f64, source: &MeshSource) -> String {
+    /// Deviation of a normalised size, as a share.
+    const NORMALISED: f64 = 1e-3;
     const TYPICAL: f64 = 0.15;
     /// Units that modelling programs write.
     const COMMON: [&str; 4] = ["mm", "cm", "in", "m"];
@@ -230,12 +235,8 @@ fn guess_unit(longest: f64, source: &MeshSource) -> String {
         return "change its size, or widen the job's size limits".to_owned();
     };
     let in_file = longest / unit;
-    let is_normalised = |side: f64| libm::fabs(side - 1.0) < 1e-3;
-    if is_normalised(in_file) || is_normalised(in_file / 2.0) {
-        let side = in_file.round();
-        return format!(
-            "it is probably normalised (longest side {side}): set its real longest side, such as size = 0.25"
-        );
+    if let Some(what) = normalised_size(in_file, diagonal / unit, NORMALISED) {
+        return format!("it is probably normalised ({what}): set its real longest side, such as size = 0.25");
     }
     let distance = |unit: &LengthUnit| libm::fabs(libm::log(in_file * unit.metres / TYPICAL));
     let fits = |other: &&LengthUnit| {
@@ -257,6 +258,14 @@ fn guess_unit(longest: f64, source: &MeshSource) -> String {
         ),
         [first, ..] => format!("the file is probably in {}: set unit = \"{}\"", first.plural, first.symbol),
     }
+}
+
+/// The size that data sets of shapes give all of their meshes, if a mesh with this longest side and this diagonal of its box,
+/// in the file's unit, has one: ModelNet and ShapeNet, for example.
+pub(super) fn normalised_size(longest: f64, diagonal: f64, tolerance: f64) -> Option<&'static str> {
+    let sizes = [(longest, 1.0, "longest side 1"), (longest, 2.0, "longest side 2"), (diagonal, 1.0, "diagonal 1")];
+    let is_near = |found: f64, size: f64| libm::fabs(found - size) < tolerance * size;
+    sizes.into_iter().find(|&(found, size, _)| is_near(found, size)).map(|(.., what)| what)
 }
 
 fn check_volume(mesh: &TriMesh, shells: &Shells) -> Result<(), Refuse> {
@@ -439,14 +448,20 @@ fn warn_of_topology(
         let parts = counted(u64::from(shells.solids_in_solids), "part");
         warnings.push(format!("{parts} inside another and wound like it: taken as solid, not as a cavity"));
     }
+    if shells.is_crowd {
+        warnings.push(
+            "too many parts to tell which lie in one another: some may count as solid that are cavities".to_owned(),
+        );
+    }
     if shells.may_overlap {
         warnings.push("parts may overlap".to_owned());
     }
 }
 
 /// A length for people: the unit that leaves one to three digits before the point.
-fn length(metres: f64) -> String {
+pub(super) fn length(metres: f64) -> String {
     match metres {
+        metres if metres >= 1e9 => format!("{metres:.3e} m"),
         metres if metres >= 1.0 => format!("{metres:.3} m"),
         metres if metres >= 1e-4 => format!("{:.3} mm", 1e3 * metres),
         0.0 => "0 mm".to_owned(),

@@ -56,6 +56,8 @@ pub(super) struct Shells {
     pub(super) solids_in_solids: u32,
     /// Two closed shells whose boxes meet without one lying in the other: they may overlap.
     pub(super) may_overlap: bool,
+    /// There were too many closed shells to compare each with each: some count as lying in no other.
+    pub(super) is_crowd: bool,
     /// Volume under all faces [m^3], after turning; exact for closed shells.
     pub(super) volume: f64,
     /// Area of all faces [m^2].
@@ -99,6 +101,7 @@ pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
         cavities: nested(true),
         solids_in_solids: nested(false),
         may_overlap: container.may_overlap,
+        is_crowd: container.is_crowd,
         volume: volume_of(&shells, |_| true) / 6.0,
         area: area / 2.0,
         openness: of_area(drift.norm(), 1.0),
@@ -217,19 +220,18 @@ fn find_open(faces: &[[u32; 3]], edges: &Edges, of_face: &[u32], reversed: &[boo
         }
     }
     for crowd in &edges.crowded {
-        let mut balance: Vec<(u32, i32)> = Vec::with_capacity(crowd.len());
-        for &half in crowd {
+        let shell_and_step = |&half: &u32| {
             let (face, k) = (half as usize / 3, half as usize % 3);
             // Turning a face swaps its corners 1 and 2.
             let k = if reversed[face] { 2 - k } else { k };
-            let step = if faces[face][k] < faces[face][NEXT[k]] { 1 } else { -1 };
-            match balance.iter_mut().find(|entry| entry.0 == of_face[face]) {
-                Some(entry) => entry.1 += step,
-                None => balance.push((of_face[face], step)),
+            (of_face[face], if faces[face][k] < faces[face][NEXT[k]] { 1 } else { -1 })
+        };
+        let mut steps: Vec<(u32, i32)> = crowd.iter().map(shell_and_step).collect();
+        steps.sort_unstable_by_key(|(shell, _)| *shell);
+        for of_shell in steps.chunk_by(|a, b| a.0 == b.0) {
+            if of_shell.iter().map(|(_, step)| step).sum::<i32>() != 0 {
+                shells[of_shell[0].0 as usize].closed = false;
             }
-        }
-        for (shell, _) in balance.into_iter().filter(|&(_, balance)| balance != 0) {
-            shells[shell as usize].closed = false;
         }
     }
 }
@@ -268,25 +270,32 @@ struct Containers {
     /// The smallest closed shell around each closed shell.
     of_shell: Vec<Option<u32>>,
     may_overlap: bool,
+    is_crowd: bool,
 }
 
-/// Face tests that finding the containers may cost; a crowd of parts beyond it counts as overlapping.
-const CONTAINER_BUDGET: u64 = 200_000_000;
+impl Containers {
+    /// Ends the search: the shells are a crowd.
+    fn of_crowd(self) -> Self {
+        Self { may_overlap: true, is_crowd: true, ..self }
+    }
+}
+
+/// Face tests that finding the containers may cost, a few seconds; a crowd of parts beyond it counts as overlapping.
+const CONTAINER_BUDGET: u64 = 500_000_000;
 /// More closed shells than this are not compared with one another.
-const MAX_SHELLS: usize = 4096;
+const MAX_SHELLS: usize = 16_384;
 
 /// Which closed shell lies in which: boxes first, then crossings of a ray from a few of its vertices.
 fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
-    let mut found = Containers { of_shell: vec![None; shells.len()], may_overlap: false };
+    let mut found = Containers { of_shell: vec![None; shells.len()], may_overlap: false, is_crowd: false };
     let closed: Vec<u32> = (0..shells.len() as u32).filter(|&shell| shells[shell as usize].closed).collect();
     if closed.len() < 2 {
         return found;
     }
     if closed.len() > MAX_SHELLS {
-        found.may_overlap = true;
-        return found;
+        return found.of_crowd();
     }
-    let faces_of = |wanted: u32| (0..of_face.len()).filter(move |&face| of_face[face] == wanted);
+    let faces_of = faces_by_shell(of_face, shells);
     let mut budget = CONTAINER_BUDGET;
     for &inner in &closed {
         for &outer in &closed {
@@ -301,18 +310,16 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
             }
             let samples = 8.min(a.faces) as usize;
             let stride = a.faces as usize / samples;
-            budget = budget.saturating_sub(((samples + 2) * of_face.len()) as u64);
+            budget = budget.saturating_sub(samples as u64 * u64::from(b.faces));
             if budget == 0 {
-                found.may_overlap = true;
-                return found;
+                return found.of_crowd();
             }
-            let points: Vec<[f32; 3]> = faces_of(inner)
+            let mut points = faces_of[inner as usize]
+                .iter()
                 .step_by(stride)
                 .take(samples)
-                .map(|face| mesh.vertices[mesh.triangles[face][0] as usize])
-                .collect();
-            let inside = points.iter().filter(|&&point| encloses(mesh, faces_of(outer), point)).count();
-            if inside < points.len() {
+                .map(|&face| mesh.vertices[mesh.triangles[face as usize][0] as usize]);
+            if !points.all(|point| encloses(mesh, &faces_of[outer as usize], point)) {
                 found.may_overlap = true;
                 continue;
             }
@@ -328,13 +335,20 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
     found
 }
 
+/// The faces of each shell, in order.
+fn faces_by_shell(of_face: &[u32], shells: &[Shell]) -> Vec<Vec<u32>> {
+    let mut faces: Vec<Vec<u32>> = shells.iter().map(|shell| Vec::with_capacity(shell.faces as usize)).collect();
+    of_face.iter().zip(0..).for_each(|(&shell, face)| faces[shell as usize].push(face));
+    faces
+}
+
 /// Whether a ray from `point` along +x crosses the faces an odd number of times.
 ///
 /// Edges are taken half-open in (y, z), and each edge is judged from its lower vertex, so that a ray through an edge
 /// or a corner is counted once.
-fn encloses(mesh: &TriMesh, faces: impl Iterator<Item = usize>, point: [f32; 3]) -> bool {
+fn encloses(mesh: &TriMesh, faces: &[u32], point: [f32; 3]) -> bool {
     let mut odd = false;
-    for face in faces {
+    for face in faces.iter().map(|&face| face as usize) {
         let corners = mesh.triangles[face];
         let at = |k: usize| mesh.vertices[corners[k] as usize];
         // Faces whose z range does not hold the ray's height are skipped.

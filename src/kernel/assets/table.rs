@@ -32,6 +32,15 @@ pub struct MeshSource {
     pub group: Option<String>,
 }
 
+impl fmt::Display for MeshOrigin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(path) => write!(f, "{}", path.display()),
+            Self::BuiltIn(name) => f.write_str(name),
+        }
+    }
+}
+
 impl MeshSource {
     /// A file in metres, of any size that passes by itself, of which nothing else is known.
     pub fn of_file(name: impl Into<String>, path: &Path) -> Self {

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::{
+    cancel::{Cancel, Cancelled},
     geom::{Aabb, SolidGrid},
     voxel::channels::{Closest, Surface},
 };
@@ -28,22 +29,35 @@ pub struct DistanceGrid {
 /// triangles that are equally near costs most.
 const EXACT: f64 = 0.016;
 
+/// Points of a lattice, at most: 32 MiB of distances. A cube of 11 mm has so many in a margin of 12 mm.
+const MAX_POINTS: f64 = (1 << 23) as f64;
+
 /// Bound on the rounding error of distances stored as f32 [m]: they stay below a few metres.
 const ROUNDING: f64 = 1e-6;
 
 impl DistanceGrid {
-    /// `cells` cells along the longest side of the mesh's box, and a margin [m] around it.
-    pub fn new(surface: &Surface, solid: &SolidGrid, bounds: &Aabb, cells: u32, margin: f64) -> Self {
-        let cell = bounds.longest_side() / f64::from(cells.max(1));
+    /// `cells` cells along the longest side of the mesh's box, and a margin [m] around it. A small object in its margin has
+    /// fewer: distances are as exact, in larger cells.
+    ///
+    /// # Errors
+    /// When it is cancelled.
+    pub fn new(
+        surface: &Surface,
+        solid: &SolidGrid,
+        bounds: &Aabb,
+        cells: u32,
+        margin: f64,
+        cancel: &Cancel,
+    ) -> Result<Self, Cancelled> {
+        let (cell, counts) = lattice(bounds, cells, margin);
         let origin = bounds.min - Vector3::repeat(margin);
-        // Lattice points that cover the box and its margin.
-        let counts = bounds.extents().map(|side| ((side + 2.0 * margin) / cell).ceil() as usize + 1);
         let mut values = Vec::with_capacity(counts.iter().product());
         let at = |[x, y, z]: [usize; 3]| origin + Vector3::new(x as f64, y as f64, z as f64) * cell;
         // Each point starts from the nearest triangle of a neighbour: the search has little left to do.
         let mut column: Option<Closest> = None;
         for x in 0..counts[0] {
             for y in 0..counts[1] {
+                cancel.check()?;
                 let mut hint = column;
                 // How much of the last exact distance is left before the surface may be near.
                 let (mut last, mut left) = (0.0, 0.0);
@@ -63,7 +77,12 @@ impl DistanceGrid {
                 }
             }
         }
-        Self { origin, cell, counts, values, bounds: *bounds }
+        Ok(Self { origin, cell, counts, values, bounds: *bounds })
+    }
+
+    /// Points of the lattice.
+    pub fn points(&self) -> usize {
+        self.values.len()
     }
 
     /// A lower bound of the signed distance from the surface to a point in `Object` [m].
@@ -106,5 +125,47 @@ impl DistanceGrid {
     /// The mesh's own box, in `Object`.
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
+    }
+}
+
+/// Side of a cell [m] and points along each axis of a lattice that covers a box and its margin.
+fn lattice(bounds: &Aabb, cells: u32, margin: f64) -> (f64, [usize; 3]) {
+    let mut cell = bounds.longest_side() / f64::from(cells.max(1));
+    loop {
+        let counts = bounds.extents().map(|side| ((side + 2.0 * margin) / cell).ceil() as usize + 1);
+        let points: f64 = counts.iter().map(|&count| count as f64).product();
+        if points <= MAX_POINTS {
+            return (cell, counts);
+        }
+        // Rounding up to whole cells may take one more step.
+        cell *= libm::cbrt(points / MAX_POINTS).max(1.001);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube(side: f64) -> Aabb {
+        Aabb { min: Point3::origin(), max: Point3::origin() + Vector3::repeat(side) }
+    }
+
+    #[test]
+    fn the_points_of_a_lattice_are_bounded_however_small_the_object() {
+        for side in [0.02, 0.012, 0.0051, 0.002, 1e-5, 1e-9] {
+            let (cell, counts) = lattice(&cube(side), 64, 0.012);
+            let points: usize = counts.iter().product();
+            assert!(points <= 1 << 23, "{side}: {points}");
+            assert!(counts.iter().all(|&count| (count - 1) as f64 * cell >= side + 0.024), "{side}: {counts:?}");
+            // Where it is bounded, the bound is used.
+            assert!(side >= 0.012 || points > 8_000_000, "{side}: {points}");
+            assert_eq!(cell == side / 64.0, side >= 0.012, "{side}: {cell}");
+        }
+    }
+
+    #[test]
+    fn a_lattice_of_a_usual_object_has_the_cells_that_were_asked_for() {
+        let bounds = Aabb { min: Point3::origin(), max: Point3::new(0.016, 0.1, 0.05) };
+        assert_eq!(lattice(&bounds, 64, 0.012), (0.1 / 64.0, [27, 81, 49]));
     }
 }

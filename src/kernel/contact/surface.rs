@@ -6,7 +6,8 @@ use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
 use super::{DistanceGrid, Probe};
 use crate::{
-    geom::{Aabb, NoSurface, SolidGrid, TriMesh},
+    cancel::{Cancel, Cancelled},
+    geom::{Aabb, NoSurface, SolidGrid, TriMesh, convex_hull_corners},
     voxel::{
         InsideTest,
         channels::{Closest, Neighbourhood, Surface},
@@ -176,21 +177,28 @@ impl ContactSurface {
     /// # Errors
     /// When the mesh has no triangles.
     pub fn new(mesh: &TriMesh, inside: InsideTest) -> Result<Self, NoSurface> {
-        Self::of_parts(mesh, Arc::new(Surface::new(mesh)), Arc::new(solid_occupancy(mesh, inside, false)))
+        let (surface, solid) = (Arc::new(Surface::new(mesh)), Arc::new(solid_occupancy(mesh, inside, false)));
+        Self::of_parts(mesh, surface, solid, &Cancel::new()).expect("nobody cancels it")
     }
 
-    /// Adds the distance grid to a mesh's surface and solid that have been made already.
+    /// Adds the distance grid to a mesh's surface and solid that have been made already; [`NoSurface`] when the mesh has no
+    /// triangles.
     ///
     /// # Errors
-    /// When the mesh has no triangles.
-    pub fn of_parts(mesh: &TriMesh, surface: Arc<Surface>, solid: Arc<SolidGrid>) -> Result<Self, NoSurface> {
+    /// When it is cancelled.
+    pub fn of_parts(
+        mesh: &TriMesh,
+        surface: Arc<Surface>,
+        solid: Arc<SolidGrid>,
+        cancel: &Cancel,
+    ) -> Result<Result<Self, NoSurface>, Cancelled> {
         let bounds = mesh.aabb().filter(|bounds| bounds.longest_side() > 0.0 && !mesh.triangles.is_empty());
         let Some(bounds) = bounds else {
             let (triangles, vertices) = (mesh.triangles.len(), mesh.vertices.len());
-            return Err(NoSurface { triangles, vertices, reason: "it has no surface".to_owned() });
+            return Ok(Err(NoSurface { triangles, vertices, reason: "it has no surface".to_owned() }));
         };
-        let distances = DistanceGrid::new(&surface, &solid, &bounds, CELLS, MARGIN);
-        Ok(Self { surface, solid, distances })
+        let distances = DistanceGrid::new(&surface, &solid, &bounds, CELLS, MARGIN, cancel)?;
+        Ok(Ok(Self { surface, solid, distances }))
     }
 
     /// The mesh's box, in `Object`.
@@ -201,6 +209,12 @@ impl ContactSurface {
     /// The solid that it bounds.
     pub fn solid(&self) -> &SolidGrid {
         &self.solid
+    }
+
+    /// Corners of the mesh's convex hull, in `Object` [m]: what can touch a plane. `None` where the mesh lies in one.
+    pub fn hull_corners(&self) -> Option<Vec<Point3<f64>>> {
+        let points: Vec<_> = self.surface.vertices().iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
+        convex_hull_corners(&points)
     }
 
     /// Signed distance from the surface to a point in `Object` [m], negative inside; exact.

@@ -24,6 +24,15 @@ pub(super) struct ConvexHull {
     pub(super) facets: Vec<Facet>,
 }
 
+/// Corners of the convex hull of points [m], each once: those at which it is bent. `None` where the points lie in a plane.
+pub fn convex_hull_corners(points: &[Point3<f64>]) -> Option<Vec<Point3<f64>>> {
+    let hull = ConvexHull::of(points)?;
+    let mut used: Vec<u32> = hull.facets.iter().flat_map(|facet| facet.corners.iter().copied()).collect();
+    used.sort_unstable();
+    used.dedup();
+    Some(used.into_iter().map(|corner| hull.corners[corner as usize]).collect())
+}
+
 /// A facet: a convex polygon.
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
@@ -324,6 +333,17 @@ mod tests {
         let hull = of(&points).expect("a hull");
         check(&hull, &points);
         assert_eq!(hull.facets.len(), 2 * 500 - 4, "triangles");
+    }
+
+    /// A lattice of points in a box has eight; points in a plane have none.
+    #[test]
+    fn corners_are_those_at_which_the_hull_is_bent() {
+        let points = |from: &[[f64; 3]]| from.iter().map(|point| Point3::from(*point)).collect::<Vec<_>>();
+        let lattice = convex_hull_corners(&points(&grid(5))).expect("a hull");
+        assert_eq!(lattice.len(), 8);
+        let is_end = |part: f64| part.abs() < 1e-6 || (part - 1.0).abs() < 1e-6;
+        assert!(lattice.iter().all(|corner| is_end(corner.x) && is_end(corner.y) && is_end(2.0 * corner.z)));
+        assert!(convex_hull_corners(&points(&[[1.0; 3]; 5])).is_none());
     }
 
     #[test]

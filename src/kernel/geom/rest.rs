@@ -40,8 +40,15 @@ struct Stand {
     next: Option<usize>,
 }
 
+impl RestingPose {
+    /// Straight up, in `Object`: a unit vector.
+    pub fn up(&self) -> Vector3<f64> {
+        self.world_from_object.rotation().inverse() * Vector3::z()
+    }
+}
+
 impl RestingPoses {
-    /// Poses that are less likely are left out.
+    /// Poses that are less likely are left out, unless all are: a ball has many, none of them likely.
     pub const MIN: f64 = 0.01;
     /// Poses of an object, at most.
     pub const MAX: usize = 32;
@@ -55,7 +62,7 @@ impl RestingPoses {
         let cos = libm::cos(Self::ALIKE.to_radians());
         let mut poses: Vec<(Vector3<f64>, RestingPose)> = Vec::new();
         for pose in every_resting_pose(mesh, centre) {
-            let up = pose.world_from_object.rotation().inverse() * Vector3::z();
+            let up = pose.up();
             match poses.iter_mut().find(|(other, _)| other.dot(&up) > cos) {
                 Some((_, like)) => like.probability += pose.probability,
                 None => poses.push((up, pose)),
@@ -64,7 +71,9 @@ impl RestingPoses {
         let mut poses: Vec<RestingPose> = poses.into_iter().map(|(_, pose)| pose).collect();
         poses.sort_by(|one, other| other.probability.total_cmp(&one.probability));
         let all = poses.len();
-        poses.retain(|pose| pose.probability >= Self::MIN);
+        if poses.first().is_some_and(|likeliest| likeliest.probability >= Self::MIN) {
+            poses.retain(|pose| pose.probability >= Self::MIN);
+        }
         poses.truncate(Self::MAX);
         Self { left_out: (all - poses.len()) as u32, poses }
     }
@@ -202,7 +211,7 @@ mod tests {
     /// Where z of the object points, for each pose.
     fn ups(poses: &RestingPoses) -> Vec<[i64; 3]> {
         let up = |pose: &RestingPose| {
-            let up = pose.world_from_object.rotation().inverse() * Vector3::z();
+            let up = pose.up();
             up.map(|part| (part * 1e3).round() as i64).into()
         };
         poses.poses.iter().map(up).collect()
@@ -279,6 +288,21 @@ mod tests {
         // Between two of them there may be room for a few facets.
         assert!(found.left_out < 8 && found.probability_left_out() < 0.05, "{found:?}");
         assert!(every_resting_pose(&can, &Point3::origin()).len() > 100);
+    }
+
+    /// A ball rests on any of its facets; the likeliest poses stand for them, since it does rest.
+    #[test]
+    fn a_ball_rests_in_the_likeliest_of_many_poses() {
+        let point = |index: u32| {
+            let z = 1.0 - (2.0 * f64::from(index) + 1.0) / 2000.0;
+            let (sine, cosine) = (f64::from(index) * PI * (3.0 - 5.0_f64.sqrt())).sin_cos();
+            let across = (1.0 - z * z).sqrt();
+            [across * cosine, across * sine, z].map(|part| (0.02 * part) as f32)
+        };
+        let found = RestingPoses::of(&mesh((0..2000).map(point).collect()), &Point3::origin());
+        assert_eq!(found.poses.len(), RestingPoses::MAX);
+        assert!(found.poses[0].probability < RestingPoses::MIN && found.left_out > 50, "{found:?}");
+        assert!(found.poses.iter().all(|pose| (pose.height - 0.02).abs() < 1e-4));
     }
 
     #[test]

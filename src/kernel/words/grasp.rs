@@ -37,6 +37,11 @@ impl GraspVerdict {
             Self::BelowTable => "below_table",
         }
     }
+
+    /// Whether the closed hand touches the object with at least two links; the other verdicts judge how well it holds.
+    pub fn is_closed(self) -> bool {
+        !matches!(self, Self::Penetrates | Self::OpenHand)
+    }
 }
 
 /// Stretches of equal length that the course of a search is averaged over.

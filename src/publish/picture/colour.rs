@@ -27,6 +27,8 @@ impl Colour {
     pub const EXPLORED: Self = Self([0x56, 0xb4, 0xe9]);
     /// Where a hand took hold: vermilion of the same set.
     pub const HELD: Self = Self([0xd5, 0x5e, 0x00]);
+    /// Contacts over a hand and an object: black of the same set.
+    pub const CONTACT: Self = Self([0x00, 0x00, 0x00]);
     /// Errors: reddish purple of the same set.
     pub const WRONG: Self = Self([0xcc, 0x79, 0xa7]);
 

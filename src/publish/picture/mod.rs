@@ -142,6 +142,25 @@ impl Picture {
         square
     }
 
+    /// Paints a round dot about a point (column, row) [px]. Its rim, dark about a light dot and pale about a dark one, sets it
+    /// off from other dots and from its ground.
+    pub fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: Colour) {
+        let rim = Colour(if colour.oklab().lightness < 0.4 { [250; 3] } else { [20; 3] });
+        let inner = radius - (0.3 * radius).max(1.0);
+        let span = |middle: f64, end: u32| {
+            let [from, to] = [middle - radius - 1.0, middle + radius + 2.0].map(|pixel| pixel.max(0.0) as u32);
+            from..to.min(end)
+        };
+        let (columns, rows) = (span(x, self.width), span(y, self.height));
+        for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
+            let away = (f64::from(column) + 0.5 - x).hypot(f64::from(row) + 0.5 - y);
+            if away <= radius {
+                let ink = if away > inner { rim } else { colour };
+                self.pixels[(row * self.width + column) as usize] = ink.opaque();
+            }
+        }
+    }
+
     /// Paints a rectangle; what lies outside the picture is left out.
     pub fn fill(&mut self, columns: std::ops::Range<u32>, rows: std::ops::Range<u32>, pixel: [u8; 4]) {
         for row in rows.start..rows.end.min(self.height) {

@@ -31,12 +31,28 @@ pub struct SolidView {
     pub extent: f64,
 }
 
+impl SolidView {
+    /// Unit vectors of the picture: towards the eye, to the right and up.
+    fn axes(&self) -> (Unit<Vector3<f64>>, Vector3<f64>, Vector3<f64>) {
+        let ((sa, ca), (se, ce)) = (libm::sincos(self.azimuth), libm::sincos(self.elevation));
+        let to_eye = Unit::new_unchecked(Vector3::new(ca * ce, sa * ce, se));
+        let right = Vector3::new(-sa, ca, 0.0);
+        let up = to_eye.cross(&right);
+        (to_eye, right, up)
+    }
+
+    /// Column and row at which a picture of `side` pixels shows a point of the world [m].
+    pub fn pixel(&self, point: &Point3<f64>, side: u32) -> [f64; 2] {
+        let (_, right, up) = self.axes();
+        let (from_middle, side) = (point - self.middle, f64::from(side));
+        let scale = side / self.extent;
+        [side / 2.0 + from_middle.dot(&right) * scale, side / 2.0 - from_middle.dot(&up) * scale]
+    }
+}
+
 /// A square picture of `side` pixels on a clear ground.
 pub fn solid_picture(solids: &[Solid<'_>], view: &SolidView, side: u32) -> Picture {
-    let ((sa, ca), (se, ce)) = (libm::sincos(view.azimuth), libm::sincos(view.elevation));
-    let to_eye = Unit::new_unchecked(Vector3::new(ca * ce, sa * ce, se));
-    let right = Vector3::new(-sa, ca, 0.0);
-    let up = to_eye.cross(&right);
+    let (to_eye, right, up) = view.axes();
     let fine = side * FINE;
     let pixel = view.extent / f64::from(fine);
     // Far enough that everything lies before the eye.
@@ -119,6 +135,26 @@ mod tests {
             let both = [solid(&large, 0.0, Colour::PARTIAL), solid(&small, x, Colour::COMPLETE)];
             let [r, _, b, _] = solid_picture(&both, &view, 64).at(32, 32);
             assert_eq!(r > b, seen == Colour::COMPLETE, "{x}");
+        }
+    }
+
+    /// A small ball is drawn about the pixel that its middle projects to.
+    #[test]
+    fn points_are_where_solids_are_drawn() {
+        let ball = TouchShape::new(&Shape::Sphere { radius: 0.04 }).unwrap();
+        let view = SolidView { azimuth: 0.7, elevation: 0.4, middle: Point3::new(0.1, 0.0, -0.2), extent: 2.0 };
+        for at in [Point3::new(0.1, 0.0, -0.2), Point3::new(0.5, -0.3, 0.2), Point3::new(-0.4, 0.5, -0.6)] {
+            let pose = IsometryMatrix3::translation(at.x, at.y, at.z);
+            let picture = solid_picture(&[Solid { shape: &ball, pose, colour: Colour::PARTIAL }], &view, 200);
+            let drawn: Vec<[f64; 2]> = (0..200 * 200_u32)
+                .filter(|index| picture.pixels[*index as usize][3] == 255)
+                .map(|index| [f64::from(index % 200) + 0.5, f64::from(index / 200) + 0.5])
+                .collect();
+            let found = view.pixel(&at, 200);
+            for (axis, pixel) in found.into_iter().enumerate() {
+                let mean = drawn.iter().map(|drawn| drawn[axis]).sum::<f64>() / drawn.len() as f64;
+                assert!((mean - pixel).abs() < 0.5, "{at}: {mean} is not {pixel}");
+            }
         }
     }
 }

@@ -125,22 +125,15 @@ impl VoxelPainter {
     }
 
     /// Puts a dot on a picture of this painter at each position on the grid [cells], whatever stands before it.
-    pub fn dot(&self, picture: &mut Picture, Colour(ink): Colour, points: impl Iterator<Item = [f64; 3]>) {
+    pub fn dot(&self, picture: &mut Picture, colour: Colour, points: impl Iterator<Item = [f64; 3]>) {
         let pixels = self.scale / f64::from(FINE);
-        let radius = (0.45 * pixels).clamp(2.5, 6.0);
+        // As large as a cell, within limits: to be seen in a small picture and no blot in a large one.
+        let radius = (0.45 * pixels).clamp(f64::from(self.side) / 66.0, f64::from(self.side) / 50.0);
+        let half = f64::from(self.side) / 2.0;
         for point in points.map(Vector3::from) {
-            let half = f64::from(self.side) / 2.0;
             let x = (point.dot(&self.right) - self.middle[0]) * pixels + half;
             let y = (point.dot(&self.down) - self.middle[1]) * pixels + half;
-            let span = |middle: f64| (middle - radius - 1.0).max(0.0) as u32..(middle + radius + 2.0).max(0.0) as u32;
-            for (row, column) in span(y).flat_map(|row| span(x).map(move |column| (row, column))) {
-                let away = (f64::from(column) + 0.5 - x).hypot(f64::from(row) + 0.5 - y);
-                if away <= radius && row < picture.height && column < picture.width {
-                    // A pale rim, so that dots stand out from each other and from their ground.
-                    let [r, g, b] = if away > radius - 1.0 { [250, 250, 250] } else { ink };
-                    picture.pixels[(row * picture.width + column) as usize] = [r, g, b, 255];
-                }
-            }
+            picture.dot([x, y], radius, colour);
         }
     }
 

@@ -10,7 +10,7 @@ use super::{
     completion::{self, CompletionInspection, CompletionSurvey, HandFacts, TouchFacts, TouchKind},
     grasps::{
         self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
-        TrialsInspection,
+        TrialsInspection, VariantsInspection,
     },
     patches::{self, PatchSurvey, PatchesInspection},
     reachability::{self, ReachabilityFacts},
@@ -61,6 +61,7 @@ fn header(name: &str, product: Product, warnings: usize, is_full: bool) -> Inspe
         notes: RunNotes {
             speed: is_full.then_some(if warnings > 4 { speed } else { slow }),
             leaks: [("straddling_views".to_owned(), u64::from(is_full)), (name.to_owned(), 3)].into(),
+            intended: is_full.then(|| name.to_owned()).into_iter().collect(),
         },
     }
 }
@@ -87,6 +88,7 @@ fn completion_page(name: &str, warnings: usize, is_full: bool) -> Page {
         json!({ "resolution": 40, "width": 640, "height": 480, "fx": 550.0, "fy": 550.0, "cx": 320.0, "cy": 240.0 });
     let rest = json!({
         "channels": ["pair", "visibility", "touch_grasp"], "setup": is_full.then_some(setup),
+        "sensor": (warnings > 1).then_some(name), "truth": is_full.then_some(name),
         "planned": 9, "kept": if is_full { 5 } else { 0 }, "rejected": if is_full { json!({ name: 4 }) } else { json!({}) },
         "partial_cells": SPREAD, "complete_cells": SPREAD, "seen_ratio": SPREAD, "solid_share": SPREAD, "cut_off": 1,
         "splits": [{ "split": "training", "samples": 5, "objects": 1, "seen_ratio": SPREAD }],
@@ -141,6 +143,9 @@ fn trials(name: &str, is_full: bool) -> TrialsInspection {
     TrialsInspection {
         tried: 4,
         verdicts: [("held".to_owned(), 3)].into(),
+        by_quality: [("kept".to_owned(), [2, 2]), ("low_quality".to_owned(), [2, 1])].into(),
+        on_table: is_full.then(|| [("held".to_owned(), 1)].into()),
+        variants: is_full.then(|| VariantsInspection { grasps: 2, robust: 1, held: vec![(name.to_owned(), 1)] }),
         perturbed: if is_full { 8 } else { 0 },
         turned: 1,
         closed_penetration: SPREAD,
@@ -177,7 +182,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         verdicts: GraspVerdict::ALL.map(|verdict| (verdict.name().to_owned(), 1)).into(),
         energy: SPREAD,
         epsilon: SPREAD,
-        types: if is_full { vec![TypeFacts::new(12, [2, 1])] } else { Vec::new() },
+        types: (12..if is_full { 24 } else { 12 }).map(|kind| TypeFacts::new(kind, [2, 1])).collect(),
         table: TableFacts::default(),
         trials: tried.map(|is_full| trials(name, is_full)),
         acceptance: [0.5; STRETCHES],

@@ -1,6 +1,6 @@
 //! Why a release was not made.
 
-use std::path::PathBuf;
+use std::{io, path::PathBuf};
 
 use crate::preview::PreviewError;
 use form::FormErrors;
@@ -15,6 +15,14 @@ pub enum ReleaseError {
     /// The preview cannot be drawn.
     #[error(transparent)]
     Preview(#[from] PreviewError),
+    /// There is no about file, or it can't be read.
+    #[error("{}: {source}; `--about` names the file that says title, licence and authors (docs/releases.md)", path.display())]
+    NoAbout {
+        /// The path given.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
     /// The about file has mistakes.
     #[error("\n{}", _0.render().trim_end())]
     About(FormErrors),

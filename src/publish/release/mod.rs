@@ -108,8 +108,8 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     let reader = DatasetReader::open(options.folder)?;
     let rows = assets::rows(&reader)?;
     let names: Vec<&str> = rows.iter().map(|(_, row)| row.name.as_str()).collect();
-    let about_text =
-        kernel::files::read_to_string(options.about).map_err(DatasetError::io("reading", options.about))?;
+    let about_text = kernel::files::read_to_string(options.about)
+        .map_err(|source| ReleaseError::NoAbout { path: options.about.to_owned(), source })?;
     let about = About::read(options.about, &about_text, &names).map_err(ReleaseError::About)?;
     let job = job_table(&reader)?;
     let assets = assets::assets(&reader, &rows, &job, &about);
@@ -123,7 +123,7 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     let notes = RunNotes::read(options.folder)?;
     if !notes.leaks.is_empty() {
         // Speed differs from run to run and does not belong in a release.
-        RunNotes { speed: None, leaks: notes.leaks }.write(staging.path())?;
+        RunNotes { speed: None, ..notes }.write(staging.path())?;
     }
     let drawn = draw(options.folder, &staging, left_out)?;
     let left_out = leave_out(&staging, reader.manifest(), left_out)?;

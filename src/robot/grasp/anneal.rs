@@ -114,6 +114,7 @@ impl Annealer {
             potentials: counts.potentials,
             course: counts.course,
             grasps,
+            losses: None,
         }
     }
 

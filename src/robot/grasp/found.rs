@@ -1,5 +1,7 @@
 //! Results of a search for grasps.
 
+use std::fmt;
+
 use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
 use super::table::TableClearance;
@@ -106,4 +108,47 @@ pub struct GraspRun {
     pub course: [Stretch; STRETCHES],
     /// The best states, best first by total energy; no two are duplicates.
     pub grasps: Vec<Grasp>,
+    /// Why pairs of points came to no state, where a sampler took them anywhere along the pads.
+    pub losses: Option<PairLosses>,
+}
+
+/// Why pairs of points came to no state, by count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PairLosses {
+    /// Pairs that were drawn.
+    pub pairs: u32,
+    /// No point on the opposite side lies within the friction cones.
+    pub unopposed: u32,
+    /// Farther apart than the pads open.
+    pub too_wide: u32,
+    /// The hand would come nearer to the table than its margin, however it is rolled.
+    pub below_table: u32,
+    /// The opened hand would be in the object.
+    pub in_object: u32,
+    /// Closed, the pads do not both touch the object.
+    pub open: u32,
+    /// Closed, the hand is nearer to the table than its margin.
+    pub lowered: u32,
+    /// The object rests in no pose that is known: there is no table for it.
+    pub no_resting_pose: bool,
+}
+
+impl fmt::Display for PairLosses {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.no_resting_pose {
+            return f.write_str("no resting pose of the object is known, so there is no table for it");
+        }
+        write!(f, "of {} pairs of points", self.pairs)?;
+        let counts = [
+            (self.unopposed, "have no opposite point within the friction cones"),
+            (self.too_wide, "are farther apart than the pads open"),
+            (self.below_table, "would bring the hand nearer to the table than its margin"),
+            (self.in_object, "would have the opened hand in the object"),
+            (self.open, "are not held by both pads once closed"),
+            (self.lowered, "are nearer to the table than the margin once closed"),
+        ];
+        let told = counts.into_iter().filter(|(count, _)| *count > 0);
+        let told: Vec<String> = told.map(|(count, what)| format!(" {count} {what}")).collect();
+        f.write_str(&told.join(","))
+    }
 }

@@ -3,6 +3,7 @@
 //! After Ciocarlie and Allen 2009 and the thesis, chapters 4 and 7.3. Of class `exact`.
 
 mod anneal;
+mod antipodal;
 mod best;
 mod centring;
 mod closing;
@@ -16,6 +17,7 @@ mod meeting;
 mod motion;
 mod numbers;
 mod object;
+mod pads;
 mod pairs;
 mod rate;
 mod sampled;
@@ -23,6 +25,7 @@ mod settings;
 mod solids;
 mod state;
 mod table;
+mod tally;
 mod unsearchable;
 mod variables;
 pub mod wrench;
@@ -30,12 +33,13 @@ pub mod wrench;
 pub use anneal::Annealer;
 pub use closing::TOUCHES;
 pub use field::DistanceField;
-pub use found::{Energies, Grasp, GraspContact, GraspRun, Quality, Stretch};
+pub use found::{Energies, Grasp, GraspContact, GraspRun, PairLosses, Quality, Stretch};
 pub use kind::{KindDigits, camera_axes, wrist_roll};
 pub use object::ObjectSearch;
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, Rolls, Sampler, SearchFrame, Uniform, WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, Rolls, Sampler, SearchFrame, Support, Uniform,
+    WrenchSpace,
 };
 pub use solids::ALLOWED_OVERLAP;
 pub use state::HandSearch;

@@ -1,4 +1,4 @@
-//! Motion of a hand's links by its motors.
+//! Motion of a hand's links by its motors, and the posture that it comes in.
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
@@ -6,6 +6,16 @@ use crate::{
     hand::{Driven, Hand, Motor},
     kinematics::JointKind,
 };
+
+/// The opened hand, its shape as the eigengrasps begin with it.
+pub(super) fn preshape(hand: &Hand) -> Vec<f64> {
+    let shape = hand.eigengrasps().map_or_else(|| hand.opened(), |grasps| grasps.origin.clone());
+    let of = |(driven, shape): (&Driven, f64)| match driven.closing_sign() {
+        0.0 => shape.max(driven.range()[0]).min(driven.range()[1]),
+        _ => driven.opened,
+    };
+    hand.driven().iter().zip(shape).map(of).collect()
+}
 
 /// A motor between start and end, after it has moved by an angle.
 pub(super) fn motor_at(start: Motor, end: Motor, driven: &Driven, distance: f64) -> Motor {

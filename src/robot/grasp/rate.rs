@@ -18,7 +18,11 @@ use super::{
     wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
 };
 use crate::hand::Hand;
-use kernel::{contact::ContactSurface, geom::SimdLevel, words::GraspVerdict};
+use kernel::{
+    contact::ContactSurface,
+    geom::{RestingPose, SimdLevel},
+    words::GraspVerdict,
+};
 
 /// Edges of the cones whose hull's volume is taken.
 const VOLUME_EDGES: usize = 8;
@@ -69,8 +73,28 @@ impl Rating {
         self.energies(object, &object_from_base, &frames)
     }
 
-    /// Closes and rates a state.
+    /// Closes and rates a state, once the hand has come on along its approach until it meets the object.
     pub(super) fn started(&mut self, object: &ObjectSearch, start: Start) -> Grasp {
+        self.rated(object, start, self.keeping.advance)
+    }
+
+    /// Closes and rates a state, with the hand where it is.
+    pub(super) fn placed(&mut self, object: &ObjectSearch, start: Start) -> Grasp {
+        self.rated(object, start, 0.0)
+    }
+
+    /// The lowest point of the hand over the table, standing still with its links in these frames [m].
+    pub(super) fn height(
+        &self,
+        resting: &RestingPose,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+    ) -> f64 {
+        self.table.height(resting, object_from_base, frames)
+    }
+
+    /// Closes and rates a state, once the hand has come on by `max_advance` at most [m].
+    fn rated(&mut self, object: &ObjectSearch, start: Start, max_advance: f64) -> Grasp {
         let hand = Arc::clone(&self.hand);
         let Start { object_from_approach, posture, amplitudes } = start;
         let open = hand.posture_values(&posture);
@@ -98,8 +122,8 @@ impl Rating {
             return grasp;
         }
         let direction = object_from_approach.rotation * Vector3::z();
-        let max = self.keeping.advance;
-        grasp.advance = self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &direction, max);
+        grasp.advance =
+            self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &direction, max_advance);
         let advanced = Translation3::from(direction * grasp.advance);
         grasp.object_from_approach = advanced * object_from_approach;
         let mut object_from_base = advanced * object_from_base;

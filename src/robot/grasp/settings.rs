@@ -122,10 +122,33 @@ impl Rolls {
 /// A gripper's pads on pairs of points on opposite sides of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Antipodal {
-    /// Pairs that a run draws, at least 1.
+    /// Pairs that a run draws at most, at least 1.
     pub pairs: u32,
     /// The line between two points is within the friction cones of this coefficient, above 0.
     pub friction: f64,
-    /// Number of hand poses that are kept, best first by energy, at least 1.
+    /// Largest number of states that a run returns, at least 1.
     pub best: u32,
+    /// Hold of the gripper on a pair.
+    pub hold: PairHold,
+}
+
+/// Hold of a gripper on a pair of points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PairHold {
+    /// Half way along its pads, from any side; the hand then comes on to the object, and states of low energy are returned.
+    Middle,
+    /// Anywhere along its pads; the hand stays where it is.
+    Along(Support),
+}
+
+/// Support of an object while a hand takes hold of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Support {
+    /// Nothing: the hand may come from below, too.
+    Air,
+    /// A table, over which the hand stays by a margin, in one of the object's resting poses.
+    Table {
+        /// Least clearance of the hand over the table [m].
+        margin: f64,
+    },
 }

@@ -71,6 +71,13 @@ impl HandSolids {
         let pairs = bodies.pairs.iter().flat_map(all).collect();
         Ok(Self { solids, pairs })
     }
+
+    /// Farthest extent of a link's solids along a direction of unit length in the base frame, from the base frame's origin
+    /// [m]; minus infinity where the link has none.
+    pub(super) fn reach_along(&self, link: usize, direction: &Vector3<f64>, frames: &[IsometryMatrix3<f64>]) -> f64 {
+        let of_link = self.solids.iter().filter(|solid| solid.link == link);
+        of_link.map(|solid| solid.reach_along(direction, frames)).fold(f64::NEG_INFINITY, f64::max)
+    }
 }
 
 impl Solid {
@@ -94,6 +101,21 @@ impl Solid {
         let covers = covers.chunks(16).map(Balls::of).collect();
         let centre = link_from_shape * Point3::origin();
         Some(Self { link, shape: shape.clone(), link_from_shape, centre, reach, inner, covers, balls })
+    }
+
+    /// The solid's own frame expressed in the hand's base frame; `frames` are those of the links.
+    pub(super) fn base_from_shape(&self, frames: &[IsometryMatrix3<f64>]) -> IsometryMatrix3<f64> {
+        match self.link.checked_sub(1) {
+            Some(link) => frames[link] * self.link_from_shape,
+            None => self.link_from_shape,
+        }
+    }
+
+    /// Extent along a direction of unit length in the base frame, from the base frame's origin [m].
+    pub(super) fn reach_along(&self, direction: &Vector3<f64>, frames: &[IsometryMatrix3<f64>]) -> f64 {
+        let base_from_shape = self.base_from_shape(frames);
+        let along = base_from_shape.rotation.inverse() * direction;
+        base_from_shape.translation.vector.dot(direction) + self.shape.reach_along(&along)
     }
 }
 

@@ -86,6 +86,20 @@ impl TableWatch {
             .collect()
     }
 
+    /// The lowest point of the hand over the table, standing still with its links in these frames [m].
+    pub(super) fn height(
+        &self,
+        resting: &RestingPose,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+    ) -> f64 {
+        let mut table = Table::under(resting, object_from_base);
+        for solid in &self.solids.solids {
+            table.lower(&solid.shape, &solid.base_from_shape(frames));
+        }
+        table.lowest
+    }
+
     /// Drives all motors from start to end at once, each at its speed, and measures how low the hand comes.
     fn watch(&self, start: &[Motor], end: &[Motor], tables: &mut [Table]) {
         let hand = &self.hand;
@@ -103,10 +117,7 @@ impl TableWatch {
                 if stays {
                     continue;
                 }
-                let base_from_shape = match frame(&frames) {
-                    Some(frame) => frame * solid.link_from_shape,
-                    None => solid.link_from_shape,
-                };
+                let base_from_shape = solid.base_from_shape(&frames);
                 tables.iter_mut().for_each(|table| table.lower(&solid.shape, &base_from_shape));
             }
             before = Some(frames);

@@ -1,9 +1,9 @@
-//! Conditions of a trial: friction, mass, errors of the pose; and its protocol.
+//! Conditions of a trial: friction, mass, errors of the pose, a table; and its protocol.
 
-use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
-use crate::{closing::Effort, error::HandError};
-use kernel::seed::Stream;
+use crate::{closing::Effort, error::HandError, hand_sim::Numerics};
+use kernel::{geom::RestingPose, seed::Stream};
 
 /// Density where an object's mass is not known [kg/m^3], and the least and the largest mass that comes of it [kg].
 const DENSITY: f64 = 400.0;
@@ -22,6 +22,34 @@ pub enum Gravity {
     /// No lift and no shake: gravity along -z, z, -y, y, -x and x of the object as it lies at the start, one after another
     /// without a pause.
     Six,
+}
+
+/// Table on which the object rests at the start of a trial, at its lowest point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TableSupport {
+    /// Direction out of the table, in `Object`.
+    pub up: Unit<Vector3<f64>>,
+    /// Coefficient of sliding friction between the table and whatever touches it, exactly: that of object and hand does not
+    /// count.
+    pub friction: f64,
+}
+
+impl TableSupport {
+    /// Friction of a table of which nothing is known.
+    pub const FRICTION: f64 = 0.5;
+
+    /// The table of a resting pose, with a friction of [`TableSupport::FRICTION`].
+    pub fn under(pose: &RestingPose) -> Self {
+        Self { up: Unit::new_unchecked(pose.up()), friction: Self::FRICTION }
+    }
+
+    /// The table in `Object`: z up, its surface at the lowest of the corners of the object's convex hull.
+    pub(super) fn object_from_table(&self, corners: &[Point3<f64>]) -> IsometryMatrix3<f64> {
+        let lowest = corners.iter().map(|corner| self.up.dot(&corner.coords)).fold(f64::INFINITY, f64::min);
+        let half_turn = || Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let upright = Rotation3::rotation_between(&Vector3::z(), &self.up).unwrap_or_else(half_turn);
+        IsometryMatrix3::from_parts((self.up.into_inner() * lowest).into(), upright)
+    }
 }
 
 /// Conditions of a trial.
@@ -43,13 +71,22 @@ pub struct TrialConditions {
     pub backs_off: bool,
     /// Gravity on the held object.
     pub gravity: Gravity,
+    /// Whether nothing supports the object while the hand closes, whatever the protocol says.
+    pub is_free: bool,
+    /// Settings of the simulation.
+    pub numerics: Numerics,
+    /// Table on which the object rests while the hand closes, in a simulation that [has one](super::TrialSim::on_table).
+    /// Gravity pulls towards it from the beginning, the object is free whatever the protocol says, and the hand lifts it off;
+    /// errors of the pose move object and table together, against the hand. Without a table the object floats until it is
+    /// closed on.
+    pub table: Option<TableSupport>,
 }
 
 impl TrialConditions {
     /// Resistance of a contact to turning [m]: a fingertip's patch of 3 mm radius.
     pub const TORSION: f64 = 0.002;
 
-    /// Friction 0.5, a soft finger, nothing off.
+    /// Friction 0.5, a soft finger, nothing off, no table.
     pub fn new(mass: f64) -> Self {
         Self {
             friction: 0.5,
@@ -59,6 +96,9 @@ impl TrialConditions {
             turn: Vector3::zeros(),
             backs_off: false,
             gravity: Gravity::Lifted,
+            is_free: false,
+            numerics: Numerics::Standard,
+            table: None,
         }
     }
 
@@ -94,9 +134,23 @@ impl TrialConditions {
         if !(self.mass > 1e-6 && self.mass < 1e6) {
             return wrong("a mass", self.mass);
         }
-        match self.shift.iter().chain(&self.turn).find(|part| !part.is_finite()) {
-            Some(part) => wrong("a shift or rotation", *part),
-            None => Ok(()),
+        if let Some(part) = self.shift.iter().chain(&self.turn).find(|part| !part.is_finite()) {
+            return wrong("a shift or rotation", *part);
+        }
+        let Some(TableSupport { up, friction }) = self.table else { return Ok(()) };
+        if !(0.0..1e3).contains(&friction) {
+            return wrong("a table with a friction", friction);
+        }
+        let length = up.norm();
+        if !(1.0 - 1e-6..1.0 + 1e-6).contains(&length) {
+            return wrong("a table with an up direction of length", length);
+        }
+        match self.gravity {
+            Gravity::Lifted => Ok(()),
+            Gravity::Six => {
+                let reason = "a table and six directions of gravity: what is lifted off a table is lifted and shaken";
+                Err(HandError::Trial { reason: reason.into() })
+            }
         }
     }
 }
@@ -135,11 +189,11 @@ pub enum WhileClosing {
 pub struct TrialProtocol {
     /// Deepest start [m]; 0.98 mm at most, as deep as boxes are reported.
     pub start_depth: f64,
-    /// Longest closing, without gravity [s]; it ends before, when the hand is at rest.
+    /// Longest closing, without gravity unless there is a table [s]; it ends before, when the hand is at rest.
     pub closing: f64,
-    /// Support of the object meanwhile.
+    /// Support of the object meanwhile, unless it rests on a table.
     pub while_closing: WhileClosing,
-    /// Time for hand and object to settle once the object is let go, without gravity [s].
+    /// Time for hand and object to settle once the object is let go, without gravity [s]; none on a table, where it is free.
     pub settling: f64,
     /// Effort with which the hand closes, and goes on closing to the end.
     pub effort: Effort,
@@ -201,6 +255,12 @@ impl TrialProtocol {
         Vector3::z() * (rate * s * (60.0 + s * (-180.0 + s * 120.0)))
     }
 
+    /// Height of the hand `time` after the lift began [m]: what [`TrialProtocol::lifting`] is the second derivative of.
+    pub(super) fn lifted(&self, time: f64) -> f64 {
+        let s = time / self.lift_time;
+        self.lift * s * s * s * (10.0 + s * (-15.0 + s * 6.0))
+    }
+
     /// Acceleration `time` after the shake began: the second derivative of `shake sin(2 pi f t)` along each axis.
     pub(super) fn shaking(&self, time: f64) -> Vector3<f64> {
         Vector3::from(self.frequencies.map(|frequency| {
@@ -220,6 +280,7 @@ mod tests {
         let protocol = TrialProtocol::STANDARD;
         let (mut at, mut speed, mut fastest) = (0.0, 0.0, 0.0_f64);
         for step in 0..10_000 {
+            assert!((at - protocol.lifted(f64::from(step) * 1e-4)).abs() < 1e-5, "{step}: {at}");
             speed += protocol.lifting((f64::from(step) + 0.5) * 1e-4).z * 1e-4;
             at += speed * 1e-4;
             fastest = fastest.max(speed);
@@ -261,6 +322,19 @@ mod tests {
         assert!((moved.rotation.angle_to(&pose.rotation) - made[0].turn.norm()).abs() < 1e-9);
     }
 
+    /// A table's z is up in the object, whichever way that is, and no corner lies below it.
+    #[test]
+    fn tables_carry_the_lowest_corner() {
+        let corners = [[0.1, 0.0, 0.0], [-0.1, 0.02, 0.0], [0.0, 0.0, 0.3], [0.0, -0.05, -0.04]].map(Point3::from);
+        for up in [Vector3::z(), -Vector3::z(), Vector3::x(), Vector3::new(0.3, -0.5, 0.8)] {
+            let support = TableSupport { up: Unit::new_normalize(up), friction: 0.5 };
+            let table = support.object_from_table(&corners);
+            assert!((table.rotation * Vector3::z() - *support.up).norm() < 1e-12, "{up:?}");
+            let heights = corners.map(|corner| table.inverse_transform_point(&corner).z);
+            assert!(heights.iter().copied().fold(f64::INFINITY, f64::min).abs() < 1e-15, "{heights:?}");
+        }
+    }
+
     #[test]
     fn masses_are_brought_within_bounds() {
         assert_eq!([1e-6, 1e-3, 1.0].map(mass_of_volume), [0.02, 0.4, 2.0]);
@@ -270,6 +344,15 @@ mod tests {
             TrialConditions::new(0.0),
         ];
         assert!(wrong.iter().all(|conditions| conditions.check().is_err()));
+        let on_table = |up: Vector3<f64>, friction: f64, gravity: Gravity| {
+            let table = Some(TableSupport { up: Unit::new_unchecked(up), friction });
+            TrialConditions { table, gravity, ..TrialConditions::new(0.1) }.check().is_ok()
+        };
+        assert!(on_table(Vector3::z(), 0.5, Gravity::Lifted));
+        assert!(!on_table(Vector3::z() * 0.9, 0.5, Gravity::Lifted));
+        assert!(!on_table(Vector3::repeat(f64::NAN), 0.5, Gravity::Lifted));
+        assert!(!on_table(Vector3::z(), -0.1, Gravity::Lifted));
+        assert!(!on_table(Vector3::z(), 0.5, Gravity::Six));
         assert!(TrialProtocol { lift: f64::NAN, ..TrialProtocol::STANDARD }.check().is_err());
     }
 }

@@ -1,26 +1,31 @@
-//! Physics labels: a grasp closed on a free object, lifted and shaken.
+//! Physics labels: a grasp closed on a free object, which floats or rests on a table, lifted and shaken.
 //!
 //! The hand's base is the world, so that a move of the hand is a field of acceleration: what is at rest in a hand that speeds
 //! up by `a` feels `g - a`. For translations this is exact, for the object and for the links of the hand alike, and each
 //! worker has a model of its own whose gravity it may set. A speed that stays the same is not felt, so that the shake may
-//! begin at its full speed: its acceleration begins and ends at 0.
+//! begin at its full speed: its acceleration begins and ends at 0. The table recedes as the hand lifts. To MuJoCo it stands
+//! still in every step: what follows it down does so in small falls.
 
 mod conditions;
 mod outcome;
 mod replay;
+mod variant;
 mod worker;
 
 use std::sync::Arc;
 
-pub use conditions::{Gravity, TrialConditions, TrialProtocol, TrialSpread, WhileClosing, mass_of_volume};
+pub use conditions::{
+    Gravity, TableSupport, TrialConditions, TrialProtocol, TrialSpread, WhileClosing, mass_of_volume,
+};
 pub use outcome::{Grip, Outcome, Phase, Slip, Start, Verdict};
 pub use replay::{PlainHand, plain_hand};
+pub use variant::Variant;
 pub use worker::TrialWorker;
 
 use super::{
     error::HandError,
     hand::HandModel,
-    hand_sim::{HandSim, NativeContacts},
+    hand_sim::{HandSim, NativeContacts, Numerics},
 };
 use kernel::{
     contact::ContactSurface,
@@ -43,6 +48,16 @@ impl TrialSim {
     /// properties, or MuJoCo refuses the hand.
     pub fn new(model: &HandModel, object: &Arc<ContactSurface>, mass: &MassProperties) -> Result<Self, HandError> {
         let sim = Arc::new(HandSim::with_free_mesh(model, object, mass)?);
+        Ok(Self { sim, protocol: TrialProtocol::STANDARD })
+    }
+
+    /// Compiles as [`TrialSim::new`], with a table on which the object can rest: for conditions with a
+    /// [table](TrialConditions::table). Trials without one come out as those of [`TrialSim::new`].
+    ///
+    /// # Errors
+    /// Errors of [`TrialSim::new`], and when the mesh lies in a plane.
+    pub fn on_table(model: &HandModel, object: &Arc<ContactSurface>, mass: &MassProperties) -> Result<Self, HandError> {
+        let sim = Arc::new(HandSim::with_free_mesh_on_table(model, object, mass)?);
         Ok(Self { sim, protocol: TrialProtocol::STANDARD })
     }
 

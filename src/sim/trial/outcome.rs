@@ -11,7 +11,7 @@ use robot::hand::Motor;
 /// A part of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Phase {
-    /// The hand closes, without gravity.
+    /// The hand closes, without gravity unless the object rests on a table.
     Closing,
     /// The hand lifts.
     Lift,
@@ -26,7 +26,7 @@ pub enum Phase {
 pub enum Verdict {
     /// The object stayed, and two links at least touch it.
     Held,
-    /// The hand starts so deep in the object [m] that nothing was simulated.
+    /// The hand starts so deep in the object or the table [m] that nothing was simulated.
     Refused {
         /// Deepest [m].
         penetration: f64,
@@ -88,6 +88,8 @@ pub struct Start {
     pub base_from_object: IsometryMatrix3<f64>,
     /// Penetration of the object by the hand [m], 0 where it is clear; by exact distances from the true mesh.
     pub penetration: f64,
+    /// Depth of the hand's lowest point below the table [m], 0 where it is clear or there is none.
+    pub table_penetration: f64,
     /// Share of their range from closed to opened that the fingers have backed off, 0 to 1.
     pub opened_by: f64,
     /// Distance that the hand has drawn back along its approach [m].

@@ -89,7 +89,8 @@ struct Protocol {
 }
 
 /// The hand alone as trials compile it, and how it is driven; `None` where the description names mesh files, without which
-/// plain MuJoCo could not read it, and bodies without a name. Meshes touch nothing in trials: they are left out.
+/// plain MuJoCo could not read it, and bodies without a name. Meshes touch nothing in trials: they are left out. Trials on a
+/// table cannot be replayed from it: it says nothing of the table.
 ///
 /// # Errors
 /// When MuJoCo refuses the hand.

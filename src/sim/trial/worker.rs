@@ -12,7 +12,8 @@ use crate::{
     error::HandError,
     ffi,
     free_object::FreeObject,
-    hand_sim::{Hold, SLIDE_MASS, STEP, quaternion},
+    hand_sim::{GeomOwner, Hold, SLIDE_MASS, STEP, quaternion},
+    true_mesh::TrueMesh,
 };
 use kernel::contact::EDGE_RADIUS;
 
@@ -39,10 +40,29 @@ pub struct TrialWorker {
     /// Mass, friction and torsion that the model has.
     set: Option<[f64; 3]>,
     commands: Vec<Command>,
+    /// The table that the hand lifts the object off, as it stood when the lift began, in the hand's base frame.
+    receding: Option<IsometryMatrix3<f64>>,
 }
 
 /// Ends a trial early.
 type Decided<T> = Result<T, Verdict>;
+
+/// Penetration of the hand at the start [m], 0 where it is clear.
+#[derive(Clone, Copy)]
+struct Depths {
+    /// Depth of the base in the object.
+    base: f64,
+    /// Depth of the other links in the object.
+    fingers: f64,
+    /// Depth of the lowest link below the table.
+    table: f64,
+}
+
+impl Depths {
+    fn deepest(&self) -> f64 {
+        self.base.max(self.fingers).max(self.table)
+    }
+}
 
 impl TrialWorker {
     /// A worker with a model of its own.
@@ -50,7 +70,7 @@ impl TrialWorker {
         let Hold::Free(object) = sim.sim.hold else { unreachable!("trials are compiled with a free object") };
         let hand = HandWorker::new(&sim.sim);
         let commands = vec![Command::Close; sim.hand().driven().len()];
-        Self { hand, object, protocol: sim.protocol, set: None, commands }
+        Self { hand, object, protocol: sim.protocol, set: None, commands, receding: None }
     }
 
     /// Tries one grasp: the hand's posture before it closes, one value per driven joint, and the object expressed in its base
@@ -66,9 +86,12 @@ impl TrialWorker {
         conditions: &TrialConditions,
     ) -> Result<Outcome, HandError> {
         conditions.check()?;
+        self.hand.set_numerics(conditions.numerics);
+        let object_from_table = self.table_of(conditions)?;
+        self.receding = None;
         self.set_object(conditions, self.closing_mass(conditions));
         let pose = conditions.placed(base_from_object, &self.object.centre);
-        let start = self.seat(posture, &pose, conditions.backs_off)?;
+        let start = self.seat(posture, &pose, object_from_table.as_ref(), conditions.backs_off)?;
         let mut outcome = Outcome {
             verdict: Verdict::Held,
             start,
@@ -82,7 +105,7 @@ impl TrialWorker {
             steps: 0,
             warnings: 0,
         };
-        let decided = self.decide(&mut outcome, conditions);
+        let decided = self.decide(&mut outcome, conditions, object_from_table.as_ref());
         outcome.verdict = decided.err().unwrap_or(Verdict::Held);
         outcome.steps = self.hand.steps();
         outcome.warnings = self.hand.data.warning().iter().map(|warning| warning.number as u32).sum();
@@ -92,23 +115,50 @@ impl TrialWorker {
         Ok(outcome)
     }
 
+    /// The table under the object, in `Object`, and its friction in the model.
+    fn table_of(&mut self, conditions: &TrialConditions) -> Result<Option<IsometryMatrix3<f64>>, HandError> {
+        let Some(support) = conditions.table else { return Ok(None) };
+        let sim = Arc::clone(&self.hand.sim);
+        let (Some(table), Some(TrueMesh { corners, .. })) = (&sim.table, &sim.true_mesh) else {
+            let reason = "a table, in a simulation that has none: TrialSim::on_table makes one with it";
+            return Err(HandError::Trial { reason: reason.into() });
+        };
+        ffi::set_table_friction(&mut self.hand.data, table, support.friction);
+        Ok(Some(support.object_from_table(corners)))
+    }
+
     /// The phases, until one decides.
-    fn decide(&mut self, outcome: &mut Outcome, conditions: &TrialConditions) -> Decided<()> {
-        // Start too deep in the object: refused before any motion.
-        let penetration = outcome.start.penetration;
+    fn decide(
+        &mut self,
+        outcome: &mut Outcome,
+        conditions: &TrialConditions,
+        object_from_table: Option<&IsometryMatrix3<f64>>,
+    ) -> Decided<()> {
+        // Start too deep in the object or the table: refused before any motion.
+        let penetration = outcome.start.penetration.max(outcome.start.table_penetration);
         if penetration > self.deepest_start() {
             return Err(Verdict::Refused { penetration });
         }
+        // Axes in which the accelerations are given: those of the object at the start, or of the table, whose z is up. They act
+        // in the hand's base frame.
+        let base_from_object = outcome.start.base_from_object;
+        let base_from_table = object_from_table.map(|table| base_from_object * table);
+        let upright = base_from_table.map_or(base_from_object.rotation, |table| table.rotation);
+        if let Some(table) = &base_from_table {
+            self.hand.put_table(table);
+            self.hand.data.model_opt_mut().gravity = (upright * -Vector3::z() * GRAVITY).into();
+        }
         self.close(outcome, conditions)?;
-        // Axes of the object at the start, in which the accelerations are given; they act in the hand's base frame.
-        let upright = outcome.start.base_from_object.rotation;
         let reference = self.hand.base_from_object();
         let protocol = self.protocol;
         match conditions.gravity {
             Gravity::Lifted => {
                 // Apparent acceleration in the frame of the moving hand: gravity minus the acceleration of the motion.
                 let lift = |time| -protocol.lifting(time) - Vector3::z() * GRAVITY;
+                self.receding = base_from_table;
                 self.carry(outcome, &reference, (Phase::Lift, protocol.lift_time), |time| upright * lift(time))?;
+                self.receding = None;
+                self.hand.take_table_away();
                 let shake = |time| -protocol.shaking(time) - Vector3::z() * GRAVITY;
                 self.carry(outcome, &reference, (Phase::Shake, protocol.shake_time), |time| upright * shake(time))?;
             }
@@ -130,10 +180,16 @@ impl TrialWorker {
     /// Mass of the object while the hand closes [kg]: one that stays is heavy, so that contacts are as hard as on a
     /// wall.
     fn closing_mass(&self, conditions: &TrialConditions) -> f64 {
-        match self.protocol.while_closing {
+        match self.while_closing(conditions) {
             WhileClosing::Still => SLIDE_MASS,
             WhileClosing::Free | WhileClosing::Damped => conditions.mass,
         }
+    }
+
+    /// Support of the object while the hand closes, beside a table.
+    fn while_closing(&self, conditions: &TrialConditions) -> WhileClosing {
+        let is_free = conditions.is_free || conditions.table.is_some();
+        if is_free { WhileClosing::Free } else { self.protocol.while_closing }
     }
 
     /// Gives the object a mass [kg], and its friction.
@@ -155,20 +211,23 @@ impl TrialWorker {
         &mut self,
         posture: &[f64],
         base_from_object: &IsometryMatrix3<f64>,
+        object_from_table: Option<&IsometryMatrix3<f64>>,
         backs_off: bool,
     ) -> Result<Start, HandError> {
         self.hand.start(posture, base_from_object)?;
         self.hand.set_effort(self.protocol.effort);
         let (mut posture, mut pose) = (posture.to_vec(), *base_from_object);
         let (mut opened_by, mut drawn_back) = (0.0, 0.0);
-        let mut deepest = self.depths();
-        if backs_off && deepest.iter().any(|depth| *depth > self.deepest_start()) {
+        let depths = |worker: &Self, pose: &IsometryMatrix3<f64>| {
+            worker.depths(object_from_table.map(|table| pose * table).as_ref())
+        };
+        let mut deepest = depths(self, &pose);
+        if backs_off && deepest.deepest() > self.deepest_start() {
             let hand = Arc::clone(self.hand.hand());
             let frames = hand.link_frames(&hand.posture_values(&posture));
             let back = hand.approach_pose(&frames).isometry().rotation * Vector3::z() * DRAWS_BACK;
             loop {
-                let [base, fingers] = deepest;
-                if fingers > CLEAR && opened_by < 1.0 {
+                if deepest.fingers > CLEAR && opened_by < 1.0 {
                     opened_by = f64::min(opened_by + OPENS, 1.0);
                     for (value, driven) in posture.iter_mut().zip(hand.driven()) {
                         let range = driven.opened - driven.closed.unwrap_or(driven.opened);
@@ -176,7 +235,7 @@ impl TrialWorker {
                         let within = [one.min(other), one.max(other)];
                         *value = (*value + OPENS * range).max(within[0]).min(within[1]);
                     }
-                } else if base.max(fingers) > CLEAR && drawn_back < MAX_BACK {
+                } else if deepest.deepest() > CLEAR && drawn_back < MAX_BACK {
                     drawn_back += DRAWS_BACK;
                     pose = Translation3::from(back) * pose;
                 } else {
@@ -184,11 +243,12 @@ impl TrialWorker {
                 }
                 self.hand.start(&posture, &pose)?;
                 self.hand.set_effort(self.protocol.effort);
-                deepest = self.depths();
+                deepest = depths(self, &pose);
             }
         }
-        let penetration = deepest[0].max(deepest[1]);
-        Ok(Start { posture, base_from_object: pose, penetration, opened_by, drawn_back })
+        let Depths { base, fingers, table } = deepest;
+        let penetration = base.max(fingers);
+        Ok(Start { posture, base_from_object: pose, penetration, table_penetration: table, opened_by, drawn_back })
     }
 
     /// The deepest start that is none too deep [m]. A box or a cylinder whose core is cut by the surface is reported as deep as
@@ -197,21 +257,23 @@ impl TrialWorker {
         self.protocol.start_depth.min(0.98 * EDGE_RADIUS)
     }
 
-    /// Penetration of the object by the base and by the other links [m], 0 where they are clear.
-    fn depths(&self) -> [f64; 2] {
-        self.hand.touches().iter().fold([0.0; 2], |mut deepest, touch| {
-            let of = &mut deepest[usize::from(touch.link > 0)];
+    /// Penetration of the object and of a table by the hand as it stands.
+    fn depths(&self, base_from_table: Option<&IsometryMatrix3<f64>>) -> Depths {
+        let table = base_from_table.map_or(0.0, |table| self.hand.depth_below(table));
+        self.hand.touches().iter().fold(Depths { base: 0.0, fingers: 0.0, table }, |mut deepest, touch| {
+            let of = if touch.link > 0 { &mut deepest.fingers } else { &mut deepest.base };
             *of = f64::max(*of, -touch.distance);
             deepest
         })
     }
 
-    /// Closes the hand without gravity, and lets the object go.
+    /// Closes the hand, without gravity unless there is a table, and lets the object go.
     fn close(&mut self, outcome: &mut Outcome, conditions: &TrialConditions) -> Decided<()> {
         let from = outcome.start.base_from_object * self.object.centre;
+        let support = self.while_closing(conditions);
         for _ in 0..steps_in(self.protocol.closing) {
             self.step(Phase::Closing)?;
-            self.hold_object(outcome);
+            self.hold_object(outcome, support);
             if self.hand.is_at_rest() {
                 outcome.closed_at_rest = true;
                 break;
@@ -222,7 +284,7 @@ impl TrialWorker {
         }
         outcome.closing_time = f64::from(self.hand.steps()) * STEP;
         self.touching(outcome)?;
-        if self.protocol.while_closing != WhileClosing::Free {
+        if support != WhileClosing::Free {
             self.set_object(conditions, conditions.mass);
             for _ in 0..steps_in(self.protocol.settling) {
                 self.step(Phase::Closing)?;
@@ -249,12 +311,12 @@ impl TrialWorker {
 
     /// Takes from the object the motion or the speed that the last step gave it, as its support while the hand closes
     /// asks.
-    fn hold_object(&mut self, outcome: &Outcome) {
+    fn hold_object(&mut self, outcome: &Outcome, support: WhileClosing) {
         let FreeObject { address, dof, .. } = self.object;
-        if self.protocol.while_closing == WhileClosing::Free {
+        if support == WhileClosing::Free {
             return;
         }
-        if self.protocol.while_closing == WhileClosing::Still {
+        if support == WhileClosing::Still {
             let pose = &outcome.start.base_from_object;
             let coordinates = &mut self.hand.data.qpos_mut()[address..][..7];
             coordinates[..3].copy_from_slice(pose.translation.vector.as_slice());
@@ -276,6 +338,10 @@ impl TrialWorker {
         let origin = reference * self.object.centre;
         for step in 0..steps_in(time) {
             self.hand.data.model_opt_mut().gravity = field((f64::from(step) + 0.5) * STEP).into();
+            if let Some(table) = self.receding {
+                let lifted = self.protocol.lifted(f64::from(step) * STEP);
+                self.hand.put_table(&(table * Translation3::new(0.0, 0.0, -lifted)));
+            }
             self.step(phase)?;
             outcome.shaken_penetration = outcome.shaken_penetration.max(self.depth());
             let now = self.hand.base_from_object();
@@ -308,8 +374,10 @@ impl TrialWorker {
     /// Present overlap depth of hand and object [m].
     fn depth(&self) -> f64 {
         let object = self.object.geom as i32;
+        let of_hand = |geom: &i32| self.hand.owner_of(*geom) != Some(GeomOwner::Table);
         let of_object = self.hand.data.contact().iter().filter(|contact| contact.geom.contains(&object));
-        of_object.map(|contact| -contact.dist).fold(0.0, f64::max)
+        let of_both = of_object.filter(|contact| contact.geom.iter().all(of_hand));
+        of_both.map(|contact| -contact.dist).fold(0.0, f64::max)
     }
 
     fn grip(&self) -> Grip {
@@ -331,4 +399,208 @@ fn angle_between(one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>) -> f6
     // By the chord: good for small angles as well.
     let chord = (one.rotation.matrix() - other.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
     2.0 * libm::asin((chord / 2.0).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use mujoco_rs::wrappers::{
+        mj_data::MjData,
+        mj_editing::MjSpec,
+        mj_model::{MjModel, MjtGeomBase},
+    };
+    use nalgebra::Unit;
+
+    use super::*;
+    use crate::{
+        HandModel, TableSupport,
+        hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, set_option},
+    };
+    use kernel::{
+        assets::{MeshSource, list_folder, prepare},
+        contact::ContactSurface,
+        geom::{MassProperties, TriMesh},
+        object::PreparedObject,
+        voxel::InsideTest,
+    };
+
+    const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+    fn scan(name: &str) -> PreparedObject {
+        let files = list_folder(&Path::new(ROOT).join(".deps/ycb"));
+        let files = files.unwrap_or_else(|error| panic!("{error}; `make setup` fetches the scans"));
+        let path = files.into_iter().find(|file| file.to_string_lossy().contains(name)).expect("a scan");
+        prepare(&MeshSource::of_file(name, &path)).expect("a sound scan").into()
+    }
+
+    /// A closed box about the origin, by its half sides.
+    fn block(half: [f32; 3]) -> TriMesh {
+        let corner =
+            |corner: usize| std::array::from_fn(|axis| if corner >> axis & 1 == 0 { -half[axis] } else { half[axis] });
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        TriMesh { vertices: (0..8).map(corner).collect(), triangles }
+    }
+
+    fn on_table(surface: &Arc<ContactSurface>, mass: &MassProperties) -> TrialWorker {
+        let gripper = HandModel::open(&Path::new(ROOT).join("scenes/parallel_gripper.xml")).expect("the gripper");
+        TrialWorker::new(&TrialSim::on_table(&gripper, surface, mass).expect("a simulation"))
+    }
+
+    impl TrialWorker {
+        /// Puts the object on its table, a metre below the hand, with gravity along a direction of the table's frame; returns the
+        /// table, expressed in the hand's base frame.
+        fn stand(&mut self, conditions: &TrialConditions, gravity: Vector3<f64>) -> IsometryMatrix3<f64> {
+            let object_from_table = self.table_of(conditions).expect("fitting").expect("a table");
+            self.set_object(conditions, conditions.mass);
+            let away = IsometryMatrix3::translation(0.0, 0.0, -1.0) * object_from_table.inverse();
+            let opened = self.hand.hand().opened();
+            let start = self.seat(&opened, &away, Some(&object_from_table), false).expect("a pose");
+            let base_from_table = start.base_from_object * object_from_table;
+            self.hand.put_table(&base_from_table);
+            self.hand.data.model_opt_mut().gravity = (base_from_table.rotation * gravity).into();
+            base_from_table
+        }
+
+        /// Steps with the hand still; the table's force on the object along its normal [N].
+        fn wait(&mut self) -> f64 {
+            self.hand.step(&vec![Command::Hold; self.commands.len()]).expect("stable");
+            let data = &self.hand.data;
+            let is_table = |geom: &i32| self.hand.owner_of(*geom) == Some(GeomOwner::Table);
+            let contacts = data.contact().iter().enumerate().filter(|(_, contact)| contact.geom.iter().any(is_table));
+            contacts.map(|(index, _)| data.contact_force(index)[0]).sum()
+        }
+    }
+
+    /// From the point below the centre of mass to the nearest side of what an object stands on, at least nearly [m].
+    fn footing(corners: &[Point3<f64>], centre: &Point3<f64>, object_from_table: &IsometryMatrix3<f64>) -> f64 {
+        let seen = |point: &Point3<f64>| object_from_table.inverse_transform_point(point);
+        let foot = seen(centre).xy();
+        let stands: Vec<_> = corners.iter().map(seen).filter(|corner| corner.z < 1e-6).collect();
+        let reach = |step: u32| {
+            let (sine, cosine) = libm::sincos(f64::from(step) * std::f64::consts::TAU / 360.0);
+            let along = nalgebra::Vector2::new(cosine, sine);
+            stands.iter().map(|corner| along.dot(&(corner.xy() - foot))).fold(f64::NEG_INFINITY, f64::max)
+        };
+        (0..360).map(reach).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Objects in a resting pose stay on the table, and press on it with their weight; but for poses in which less than
+    /// 0.35 mm keeps them from tipping over.
+    #[test]
+    fn objects_rest_on_the_table() {
+        const KILOGRAMS: f64 = 0.3;
+        for name in ["006_mustard", "025_mug", "011_banana"] {
+            let object = scan(name);
+            let (surface, mass) = (object.contact_surface().expect("a surface"), object.mass().expect("a solid"));
+            let corners = surface.hull_corners().expect("a solid");
+            let mut worker = on_table(surface, mass);
+            let mut stable = 0.0;
+            for pose in &object.resting().poses {
+                let support = TableSupport::under(pose);
+                let conditions = TrialConditions { table: Some(support), ..TrialConditions::new(KILOGRAMS) };
+                worker.stand(&conditions, -Vector3::z() * GRAVITY);
+                let before = worker.hand.base_from_object();
+                let forces: Vec<f64> = (0..500).map(|_| worker.wait()).collect();
+                let after = worker.hand.base_from_object();
+                let moved = (after * mass.centre - before * mass.centre).norm();
+                let (turned, force) = (angle_between(&before, &after), forces[250..].iter().sum::<f64>() / 250.0);
+                let of_weight = force / (KILOGRAMS * GRAVITY);
+                let footing = footing(&corners, &mass.centre, &support.object_from_table(&corners));
+                println!(
+                    "{name} ({:.0} %, {} corners, footing {:.2} mm): moved {:.3} mm, {:.3} degrees, presses with \
+                     {of_weight:.4} of its weight, {} contacts",
+                    100.0 * pose.probability,
+                    corners.len(),
+                    1e3 * footing,
+                    1e3 * moved,
+                    turned.to_degrees(),
+                    worker.hand.data.contact().len(),
+                );
+                let stays = moved < 5e-4 && turned < 0.5_f64.to_radians();
+                assert!(stays || footing < 3.5e-4, "{name}: {moved} m, {turned} rad");
+                if stays {
+                    assert!((of_weight - 1.0).abs() < 0.02, "{name}: {of_weight} of its weight");
+                    stable += pose.probability;
+                }
+            }
+            assert!(stable > 0.85, "{name}: {stable}");
+        }
+    }
+
+    /// MuJoCo's own box on its own plane: how far it has slid along x after a number of steps [m].
+    fn native_slide(half: f64, friction: f64, gravity: Vector3<f64>, steps: u32) -> f64 {
+        ffi::prepare_library();
+        let mut spec = MjSpec::new();
+        let plane = spec.world_body_mut().add_geom();
+        plane.set_type(MjtGeomBase::mjGEOM_PLANE);
+        *plane.size_mut() = [0.0, 0.0, 1.0];
+        *plane.friction_mut() = [friction, 0.005, 1e-4];
+        plane.set_priority(2);
+        let body = spec.world_body_mut().add_body();
+        *body.pos_mut() = [0.0, 0.0, half];
+        body.add_free_joint();
+        let geom = body.add_geom();
+        geom.set_type(MjtGeomBase::mjGEOM_BOX);
+        *geom.size_mut() = [half; 3];
+        geom.set_mass(0.3);
+        let mut model = spec.compile().expect("a model");
+        set_option(model.opt_mut());
+        model.opt_mut().gravity = gravity.into();
+        model.geom_solref_mut().fill(CONTACT_SOLREF);
+        model.geom_solimp_mut().fill(CONTACT_SOLIMP);
+        let mut data: MjData<Box<MjModel>> = MjData::new(Box::new(model));
+        for _ in 0..steps {
+            data.step();
+        }
+        data.qpos()[0]
+    }
+
+    /// A cube on a tilted table slides where the tilt is more than friction holds, by g (sin - mu cos) t^2 / 2, as MuJoCo's own
+    /// box does on its own plane; the hand's friction does not count.
+    #[test]
+    fn a_cube_slides_where_friction_ends() {
+        const FRICTION: f64 = 0.4;
+        let half = 0.03_f32;
+        let surface = Arc::new(ContactSurface::new(&block([half; 3]), InsideTest::Crossings).expect("a surface"));
+        let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+        let mut worker = on_table(&surface, &mass);
+        let table = Some(TableSupport { up: Vector3::z_axis(), friction: FRICTION });
+        for of_limit in [0.5, 0.9, 0.97, 1.03, 1.1, 1.2] {
+            let angle = libm::atan(of_limit * FRICTION);
+            let (sine, cosine) = libm::sincos(angle);
+            let gravity = Vector3::new(sine, 0.0, -cosine) * GRAVITY;
+            let way = |acceleration: f64| 0.5 * acceleration * 0.6 * 0.6;
+            let slide = way(GRAVITY * (sine - FRICTION * cosine).max(0.0));
+            let native = native_slide(f64::from(half), FRICTION, gravity, 300);
+            for hand_friction in [0.1, 2.0] {
+                let conditions = TrialConditions { friction: hand_friction, table, ..TrialConditions::new(0.3) };
+                let base_from_table = worker.stand(&conditions, gravity);
+                let before = worker.centre();
+                let force = (0..300).map(|_| worker.wait()).sum::<f64>() / 300.0;
+                let moved = base_from_table.inverse_transform_vector(&(worker.centre() - before));
+                println!(
+                    "tan {of_limit} of {FRICTION}: {:.2} mm aside, {:.3} down; {:.2} in closed form, {:.2} by MuJoCo's \
+                     box; {:.4} of its weight",
+                    1e3 * moved.x,
+                    -1e3 * moved.z,
+                    1e3 * slide,
+                    1e3 * native,
+                    force / (0.3 * GRAVITY * cosine),
+                );
+                // To a hundredth of what friction takes from the way.
+                let of_friction = 0.01 * way(GRAVITY * FRICTION * cosine);
+                let off = if slide > 0.0 { of_friction } else { 1e-4 };
+                assert!((moved.x - slide).abs() < off, "{of_limit}: {moved:?}, {slide}");
+                assert!((moved.x - native).abs() < 1e-5 + 0.001 * native, "{of_limit}: {moved:?}, {native}");
+                // A box that slides fast hops.
+                assert!((force / (0.3 * GRAVITY * cosine) - 1.0).abs() < 0.03, "{of_limit}: {force} N");
+            }
+        }
+        // A table without a side up refuses to be one.
+        let table = Some(TableSupport { up: Unit::new_unchecked(Vector3::z() * 2.0), friction: FRICTION });
+        let conditions = TrialConditions { table, ..TrialConditions::new(0.3) };
+        assert!(worker.run(&[0.03], &IsometryMatrix3::identity(), &conditions).is_err());
+    }
 }

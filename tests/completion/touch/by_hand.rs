@@ -58,14 +58,14 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
     for part in [
         &format!("\n  exact     {exact}\n  physics   {physics}\n"),
         "touch_exploration by claw",
-        "of 3.0 approaches a sample",
+        "of 3.0 approaches per sample",
         "gaps -0.010 mm in the median, from -0.010 to -0.010",
         &format!("approaches: {kept} at rest, 0 timed out, {kept} missed, {kept} unstable"),
     ] {
         assert!(text.contains(part), "{part} is missing in\n{text}");
     }
     let page = read_text(report(&data, None).expect("a report").path);
-    for part in ["by exploration (#56b4e9)", "by the grasp (#d55e00)", "Class physics", "touch_grasp by claw"] {
+    for part in ["by exploration (light blue)", "by the grasp (red)", "Class physics", "touch_grasp by claw"] {
         assert!(page.contains(part), "{part} is missing");
     }
 

@@ -65,7 +65,7 @@ fn touch_is_read_checked_exported_and_drawn() {
     sums.kinds.push(rays);
     let cells = sums.cells;
     assert_eq!(facts.touch, Some(sums));
-    assert!(facts.to_string().contains("of 60.0 probes a sample"), "{facts}");
+    assert!(facts.to_string().contains("of 60.0 probes per sample"), "{facts}");
     let page = read_text(report(&data, None).expect("a report").path);
     for part in ["Touch points, from behind", "Partial and touch, from behind", "in sight of the camera", "tactile"] {
         assert!(page.contains(part), "{part} is missing");

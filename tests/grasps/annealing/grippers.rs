@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use graspmill::{
     geom::SimdLevel,
-    grasp::{Antipodal, GraspSampler, Keeping, Rolls, Uniform, axes},
+    grasp::{Antipodal, GraspSampler, Keeping, PairHold, Rolls, Uniform, axes},
     words::GraspVerdict,
 };
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
@@ -13,12 +13,12 @@ use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 use super::{QUICK, Searcher, stream};
 use crate::support::{annealing::KEEPING, robots::GRIPPER};
 
-const FETCH_GRIPPER: &str = "scenes/fetch_gripper.xml";
+pub(super) const FETCH_GRIPPER: &str = "scenes/fetch_gripper.xml";
 
 /// Contacts that hold torsion.
-const WITH_TORSION: Keeping = Keeping { torsion: Some(0.002), ..KEEPING };
+pub(super) const WITH_TORSION: Keeping = Keeping { torsion: Some(0.002), ..KEEPING };
 
-fn sampler(searcher: &Searcher) -> GraspSampler {
+pub(super) fn sampler(searcher: &Searcher) -> GraspSampler {
     GraspSampler::new(&searcher.search, &QUICK, &WITH_TORSION, SimdLevel::detect())
 }
 
@@ -120,7 +120,7 @@ fn axes_stand_upright_or_anyhow() {
 #[test]
 fn antipodal_pads_face_each_other_across_the_object() {
     let searcher = Searcher::with_hand("can-01", FETCH_GRIPPER);
-    let antipodal = Antipodal { pairs: 150, friction: 0.3, best: 5 };
+    let antipodal = Antipodal { pairs: 150, friction: 0.3, best: 5, hold: PairHold::Middle };
     let run = sampler(&searcher).antipodal(&searcher.object, &antipodal, &mut stream(3));
     assert_eq!((run.steps, run.tries, run.grasps.len()), (150, 150, 5));
     let found: u32 = run.course.iter().map(|stretch| stretch.accepted).sum();

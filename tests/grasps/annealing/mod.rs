@@ -1,5 +1,6 @@
 //! Annealing: the grasps that it finds, their ratings, and how hands close, against what others compute.
 
+mod antipodal;
 mod closing;
 mod energies;
 mod grippers;
@@ -21,6 +22,7 @@ use graspmill::{
     object::inside_test,
     seed::Stream,
     sim::HandModel,
+    voxel::InsideTest,
 };
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 
@@ -54,15 +56,25 @@ impl Searcher {
         Self::from_parts(prepare(&MeshSource::of_file("scan", file)).expect("a sound scan"), BARRETT)
     }
 
+    /// A hand and a closed mesh.
+    fn with_mesh(mesh: TriMesh, scene: &str) -> Self {
+        let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+        Self::from_surface(mesh, surface, scene)
+    }
+
     fn from_parts(prepared: PreparedMesh, scene: &str) -> Self {
         let surface = ContactSurface::new(&prepared.mesh, inside_test(&prepared.record)).expect("a surface");
+        Self::from_surface(prepared.mesh, surface, scene)
+    }
+
+    fn from_surface(mesh: TriMesh, surface: ContactSurface, scene: &str) -> Self {
         let surface = Arc::new(surface);
         let model = open_hand(scene);
         let (bodies, _) = model.bodies().expect("its bodies");
         let hand = Arc::clone(model.hand());
         let search = Arc::new(HandSearch::new(&hand, &bodies).expect("eigengrasps"));
-        let object = ObjectSearch::new(&surface, &prepared.mesh).expect("a solid");
-        Self { model, hand, search, mesh: prepared.mesh, surface, object }
+        let object = ObjectSearch::new(&surface, &mesh).expect("a solid");
+        Self { model, hand, search, mesh, surface, object }
     }
 
     fn annealer(&self, settings: &Annealing, level: SimdLevel) -> Annealer {

@@ -39,7 +39,7 @@ fn extreme_points(shape: &Shape) -> (Vec<Point3<f64>>, f64) {
 }
 
 /// The lowest point of a hand above the table [m].
-fn lowest(
+pub(super) fn lowest(
     bodies: &[Body],
     pose: &RestingPose,
     object_from_base: &IsometryMatrix3<f64>,
@@ -59,7 +59,7 @@ fn lowest(
     low
 }
 
-fn object_from_base(hand: &Hand, grasp: &Grasp) -> IsometryMatrix3<f64> {
+pub(super) fn object_from_base(hand: &Hand, grasp: &Grasp) -> IsometryMatrix3<f64> {
     let frames = hand.link_frames(&hand.posture_values(&grasp.posture));
     grasp.object_from_approach * hand.approach_pose(&frames).isometry().inverse()
 }

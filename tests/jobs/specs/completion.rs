@@ -220,6 +220,10 @@ fn every_form_of_every_setting() {
         ("sensor={profile='d435', constants={window_px=4}}", false),
         ("sensor.constants.baseline_m=0.06", false),
         ("camera={fx=500}", true),
+        ("camera={preset='d435-848x480', near=0.2}", true),
+        ("camera.preset=d435", false),
+        ("camera={preset='d435-848x480', width=640}", false),
+        ("camera={preset='d435-848x480', horizontal_fov=1.2}", false),
         ("camera={fy=500}", false),
         ("camera={scene='a.xml', camera='depth'}", false),
         ("split.test_objects=['bowl-*']", true),
@@ -312,6 +316,31 @@ fn the_digest_names_what_data_depend_on_and_nothing_else() {
     let settings = |overrides: &[&str]| resolve(read(MINIMAL, overrides).expect("a job")).sample_settings();
     assert_eq!(settings(&["objects=[{built_in=['bowl-02']}]", "split.test_objects=1"]), settings(&[]));
     assert_ne!(settings(&["distance=1.1"]), settings(&[]));
+}
+
+#[test]
+fn a_named_camera_is_its_numbers() {
+    let digest = |overrides: &[&str]| resolve(read(MINIMAL, overrides).expect("a job")).digest();
+    for (name, numbers) in [
+        ("d435-848x480", "camera={width=848, height=480, fx=424}"),
+        ("d435-1280x720", "camera={width=1280, height=720, fx=640, cy=360}"),
+        ("kinect-v1-640x480", "camera={fx=586.3, fy=586.3, cx=320, cy=240}"),
+    ] {
+        let preset = format!("camera.preset={name}");
+        assert_eq!(digest(&[&preset]), digest(&[numbers]), "{name}");
+        assert_ne!(digest(&[&preset, "camera.near=0.2"]), digest(&[&preset]), "{name}");
+        // The resolved job has the numbers, whatever the name will mean some day.
+        let text = resolve(read(MINIMAL, &[&preset]).expect("a job")).to_toml(Path::new("jobs"));
+        let camera = text.split_once("[camera]").expect("a camera").1;
+        assert!(camera.starts_with("\ncx = ") && !camera.contains("preset ="), "{camera}");
+    }
+    let said = |setting: &str| read(MINIMAL, &[setting]).expect_err("a mistake").render();
+    let near = said("camera.preset=d435-848x840");
+    assert!(near.contains("did you mean `d435-848x480`?"), "{near}");
+    let twice = said("camera={preset='zed-1280x720', fx=700}");
+    assert!(twice.contains("camera.fx") && twice.contains("camera.preset"), "{twice}");
+    let angle = said("camera={preset='zed-1280x720', fovy=0.8}");
+    assert!(angle.contains("`camera.horizontal_fov` in radians"), "{angle}");
 }
 
 #[test]

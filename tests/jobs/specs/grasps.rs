@@ -5,7 +5,7 @@ use std::path::Path;
 use graspmill::{
     factory::{job::Job, plan::Plan, products::grasps::GraspJob},
     format::{Channel, Product},
-    grasp::{AmplitudeRange, EnergyKind, SearchFrame, WrenchSpace},
+    grasp::{AmplitudeRange, EnergyKind, PairHold, Sampler, SearchFrame, Support, WrenchSpace},
     words::NumberClass,
 };
 
@@ -95,6 +95,13 @@ fn mistakes_are_shown_at_once_with_their_places() {
         (&["grasps.sampler=uniform", "uniform.rolls=[nan]"], "uniform.rolls[0]", "a number"),
         (&["uniform.grasps=50"], "uniform", "settings of another sampler"),
         (&["grasps.sampler=antipodal", "uniform={poses=\"any\"}"], "uniform", "settings of another sampler"),
+        (&[GRIPPER, "grasps.sampler=antipodal", "keep.advance=0.01"], "keep.advance", "stays at the depth"),
+        (&[GRIPPER, "grasps.sampler=antipodal", "antipodal.margin=0.01"], "antipodal.margin", "without a table"),
+        (
+            &[GRIPPER, "grasps.sampler=antipodal", "antipodal={depth=\"middle\",support=\"table\"}"],
+            "antipodal.support",
+            "a table needs \"any\"",
+        ),
         (&["annealing.steps=50", "annealing.max_failures=60"], "annealing.max_failures", "no seed is ever given up"),
         (&["annealing.amplitudes={clamped=0.0}"], "annealing.amplitudes.clamped", "above 0"),
         (&["keep.torsion=0"], "keep.torsion", "above 0"),
@@ -136,11 +143,15 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         vec![],
         vec!["profile=thesis", "keep.torsion=0.02", "split.test_objects=[\"can-*\"]"],
         vec!["physics={}"],
+        vec!["physics={tried=\"kept\",variant_share=0.5,table=false}"],
         vec!["physics={friction=0.2,mass=0.3,perturbed=0,roll_out_share=0.1,roll_outs=4,gravity=\"six\"}"],
         vec!["annealing.energy=contact", "annealing.descent=true", "grasps.seeds=7", "shards.runs=5"],
         vec!["grasps.sampler=uniform", "profile=thesis"],
         vec!["grasps.sampler=uniform", "uniform={grasps=7,poses=\"any\",rolls=[0.5]}", "annealing.energy=contact"],
         vec![GRIPPER, "grasps.sampler=antipodal", "antipodal={pairs=70,friction=0.3,best=5}", "annealing.friction=0.5"],
+        vec![GRIPPER, "grasps.sampler=antipodal", "antipodal={support=\"table\",margin=0.01}"],
+        vec![GRIPPER, "grasps.sampler=antipodal", "antipodal.depth=middle", "keep.advance=0.01"],
+        vec![GRIPPER, "grasps.sampler=antipodal", "profile=thesis"],
     ] {
         let job = job(&overrides);
         let text = job.to_toml(Path::new("jobs"));
@@ -191,15 +202,39 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         let uniform = "grasps.sampler=uniform";
         assert_ne!(job(&[uniform, other]).digest(), job(&[uniform]).digest(), "{other}");
     }
-    // Antipodal grasps are of grippers alone.
-    let antipodal = "grasps.sampler=antipodal";
-    assert_ne!(job(&[GRIPPER, antipodal]).digest(), job(&[GRIPPER]).digest());
-    for other in ["antipodal.pairs=70", "antipodal.friction=0.4", "antipodal.best=7"] {
-        assert_ne!(job(&[GRIPPER, antipodal, other]).digest(), job(&[GRIPPER, antipodal]).digest(), "{other}");
-    }
     let split = job(&["split.test_objects=2"]);
     assert_ne!(split.digest(), plain.digest());
     assert_eq!(split.sample_settings(), plain.sample_settings());
+    for other in ["tried=\"kept\"", "variant_share=0", "table=false", "table_friction=0.3", "perturbed=0"] {
+        let physics = format!("physics={{{other}}}");
+        assert_ne!(job(&[&physics]).digest(), job(&["physics={}"]).digest(), "{other}");
+    }
+}
+
+/// Antipodal grasps are of grippers alone, and their settings count.
+#[test]
+fn pairs_are_taken_along_the_pads_unless_the_thesis_is_asked() {
+    let antipodal = "grasps.sampler=antipodal";
+    assert_ne!(job(&[GRIPPER, antipodal]).digest(), job(&[GRIPPER]).digest());
+    for other in [
+        "antipodal.pairs=70",
+        "antipodal.friction=0.4",
+        "antipodal.best=7",
+        "antipodal.depth=middle",
+        "antipodal.support=table",
+    ] {
+        assert_ne!(job(&[GRIPPER, antipodal, other]).digest(), job(&[GRIPPER, antipodal]).digest(), "{other}");
+    }
+    let table = [GRIPPER, antipodal, "antipodal.support=table"];
+    assert_ne!(job(&[&table[..], &["antipodal.margin=0.01"]].concat()).digest(), job(&table).digest());
+    // The profile of the thesis takes pairs half way along the pads, as before there was a choice.
+    let hold = |overrides: &[&str]| match &work(&job(overrides)).settings.sampler {
+        Sampler::Antipodal(antipodal) => antipodal.hold,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(hold(&[GRIPPER, antipodal]), PairHold::Along(Support::Air));
+    assert_eq!(hold(&table), PairHold::Along(Support::Table { margin: 0.002 }));
+    assert_eq!(hold(&[GRIPPER, antipodal, "profile=thesis"]), PairHold::Middle);
 }
 
 #[test]
@@ -217,5 +252,4 @@ fn tables_name_the_hand_and_costs_grow_with_the_steps() {
     assert_eq!(work(&plain).settings.physics, None);
     let header = tables(&tried);
     assert_eq!(header.channel_classes, [(Channel::GRASP_TRIALS, NumberClass::Physics)].into_iter().collect());
-    assert!(plain.work.side_bytes() > 0.0);
 }

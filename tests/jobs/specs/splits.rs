@@ -1,6 +1,6 @@
 //! Splits: exact where counts are asked for, steady where objects come and go, free of leaks.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use graspmill::{
     assets::{AssetRecord, MeshRefusal},
@@ -160,6 +160,16 @@ fn twins_never_straddle_unless_allowed() {
         let split = split_of(&apart, &twins);
         let leaks = &split.leaks;
         assert!(leaks.twin_groups_straddling > 0 && !leaks.is_clean());
+        assert_eq!((leaks.warnings().count(), leaks.intended()), (1, None));
+        // A job that is about its twins: the same split and digest, the same counts, and no warning.
+        let meant = self::job(120, &[models, "split.keep_twins_together=false", "split.twins_intended=true"]);
+        assert_eq!(meant.digest(), apart.digest());
+        let intended = split_of(&meant, &twins);
+        assert_eq!(intended.table, split.table);
+        assert_eq!(intended.leaks.counts(), leaks.counts());
+        assert_eq!((intended.leaks.warnings().count(), intended.leaks.intended()), (0, Some("twin_groups_straddling")));
+        let text = meant.to_toml(Path::new("jobs"));
+        assert!(text.contains("twins_intended = true") && !apart.to_toml(Path::new("jobs")).contains("twins_intended"));
     }
     // Clusters are chosen as often as single objects are.
     let mut tested = [0; 2];

@@ -14,7 +14,7 @@ use super::link_named;
 use crate::support::{
     files::read_text,
     program::Program,
-    robots::{BARRETT, open_hand},
+    robots::{BARRETT, GRIPPER, open_hand},
     workspace::Workspace,
 };
 
@@ -56,6 +56,10 @@ fn the_guides_hand_opens_and_closes() {
         "left_pad                 left_tip         (0, ",
         "amplitude -0.649 .. 1.096",
         "opened, nothing touches",
+        "jobs that can use this hand: touch.exploration = true, touch.grasp = true, grasps.sampler = \"annealing\", \
+         grasps.sampler = \"uniform\"\n",
+        "jobs that cannot: grasps.sampler = \"antipodal\"\n  ",
+        "two_fingers.toml: pads are placed on pairs of points by a gripper alone",
     ] {
         assert!(text.contains(expected), "{expected} is not in\n{text}");
     }
@@ -78,6 +82,34 @@ fn hand_check_explains_mistakes_and_prints_json() {
     assert!(report["contacts"].as_array().expect("contacts").iter().all(|contact| off_surface(contact) < 1e-9));
     assert_eq!(report["exclude"].as_array().expect("pairs that always touch").len(), 0);
     assert_eq!(report["touch_opened"].as_array().expect("pairs").len(), 0);
+    assert_eq!(refused_settings(&report), ["grasps.sampler = \"antipodal\""]);
     // The table's own path does as well.
     check(&Path::new(BARRETT).with_extension("toml")).option("--samples", "0").succeed();
+}
+
+/// Settings of jobs that cannot use a hand, as `hand check` lists them.
+fn refused_settings(report: &Value) -> Vec<&str> {
+    let uses = report["uses"].as_array().expect("uses").iter();
+    uses.filter(|row| !row["refusal"].is_null()).filter_map(|row| row["setting"].as_str()).collect()
+}
+
+#[test]
+fn hand_check_says_which_jobs_can_use_a_hand() {
+    let check = |file: &Path| Program::new("hand").arg("check").arg(file).option("--samples", "0");
+    assert!(refused_settings(&check(GRIPPER.as_ref()).read_json()).is_empty());
+    // Two points that may touch: enough to feel with, too few to search with.
+    let folder = Workspace::new();
+    let path = folder.write("pincers.xml", read_text(GRIPPER));
+    let table = read_text(Path::new(GRIPPER).with_extension("toml"));
+    let (head, rest) = table.split_once("  { name = \"left_low\"").expect("contacts");
+    let (_, tail) = rest.split_once("\n]\n").expect("their end");
+    folder.write("pincers.toml", format!("{head}]\n{tail}"));
+    let samplers = ["annealing", "uniform", "antipodal"].map(|sampler| format!("grasps.sampler = \"{sampler}\""));
+    assert_eq!(refused_settings(&check(&path).read_json()), samplers);
+    let said = check(&path).succeed().stdout;
+    let expected = format!("jobs that cannot: {}\n  {}: ", samplers.join(", "), folder.path("pincers.toml").display());
+    let touch = "jobs that can use this hand: touch.exploration = true, touch.grasp = true\n";
+    for expected in [touch, &expected, "three points that may touch"] {
+        assert!(said.contains(expected), "{expected} is not in\n{said}");
+    }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::json;
 
 use super::built_in::BuiltInSpec;
-use kernel::words::LengthUnit;
+use kernel::{assets::SizeRule, words::LengthUnit};
 
 /// One source of objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -141,14 +141,26 @@ impl JsonSchema for UnitSpec {
     }
 }
 
+impl ObjectsSpec {
+    /// Which longest sides pass, with the defaults where nothing is written.
+    pub(crate) fn size_rule(&self) -> SizeRule {
+        let default = SizeRule::default();
+        let limits = self.limits;
+        SizeRule {
+            min: limits.and_then(|limits| limits.min).unwrap_or(default.min),
+            max: limits.and_then(|limits| limits.max).unwrap_or(default.max),
+        }
+    }
+}
+
 /// Which longest sides pass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitsSpec {
-    /// Shortest longest side. Without it, 0.005.
+    /// Smallest length of the longest side that passes. Without it, 0.005.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.01]))]
     pub min: Option<f64>,
-    /// Longest longest side. Without it, 2.
+    /// Largest length of the longest side that passes. Without it, 2.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.5]))]
     pub max: Option<f64>,
 }

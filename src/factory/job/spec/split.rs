@@ -18,6 +18,10 @@ pub struct SplitSpec {
     pub by_group: bool,
     /// Objects whose shapes coincide after pose and scale are taken away stay on one side.
     pub keep_twins_together: bool,
+    /// Twins on both sides of the split are what this job is about: the dataset's report says so and warns of no leak. Wants
+    /// `keep_twins_together = false`. Without it, false. Changes neither data nor split, and no digest depends on it.
+    #[schemars(extend("examples" = [true]))]
+    pub twins_intended: Option<bool>,
     /// Views of one object with equal rotations stay on one side; where not, those that straddle are counted.
     pub keep_equal_views_together: bool,
     /// Nested subsets of the training objects, smallest first: counts (94) or shares (0.5).

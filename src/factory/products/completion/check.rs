@@ -5,6 +5,7 @@ use std::path::{Path as FilePath, PathBuf};
 use nalgebra::{Matrix3, Rotation3};
 
 use super::{
+    cameras::named_camera,
     channels::Channels,
     check_touch::touch,
     settings::{CompletionSettings, Distance, Gate, SceneCamera},
@@ -24,7 +25,8 @@ const MAX_VIEWS: usize = 1_000_000;
 /// The product's settings; placeholders stand in for values that were reported as wrong.
 pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &FilePath) -> CompletionSettings {
     let (camera, scene) = camera(checker, &spec.camera, folder);
-    let distance = distance(checker, spec.distance, camera.near);
+    let largest = spec.objects.iter().map(|entry| entry.size_rule().max).fold(0.0, f64::max);
+    let distance = distance(checker, spec.distance, &camera, largest);
     let gate = Gate { min_partial_cells: spec.gate.min_partial_cells, min_overlap: spec.gate.min_overlap };
     let cells = u64::from(spec.grid.resolution).pow(3);
     if u64::from(gate.min_partial_cells) > cells {
@@ -114,6 +116,16 @@ fn camera(checker: &mut Checker, spec: &CameraSpec, folder: &FilePath) -> (Intri
     const NUMBERS: [&str; 6] = ["horizontal_fov", "fx", "fy", "cx", "cy", "near"];
     const DEFAULT_FOV: f64 = 1.047;
     let written = |key: &str| checker.has(&format!("camera.{key}"));
+    // The schema lists the names.
+    if let Some(camera) = spec.preset.as_deref().and_then(named_camera) {
+        let others = ["width", "height", "scene", "camera"].into_iter().chain(NUMBERS);
+        let others: Vec<&str> = others.filter(|key| *key != "near" && written(key)).collect();
+        for key in others {
+            let because = "the preset says what its camera is";
+            checker.contradiction(&format!("camera.{key}"), "camera.preset", because);
+        }
+        return (camera.intrinsics(spec.near), None);
+    }
     let (focal, given): (Vec<&str>, Vec<&str>) = (
         ["fx", "fy"].into_iter().filter(|key| written(key)).collect(),
         NUMBERS.into_iter().filter(|key| written(key)).collect(),
@@ -173,20 +185,35 @@ fn scene_camera(checker: &mut Checker, spec: &CameraSpec, scene: PathBuf) -> (In
     (camera, Some(scene))
 }
 
-fn distance(checker: &mut Checker, spec: DistanceSpec, near: f64) -> Distance {
+/// Distance from the camera to the pivot. `largest`: longest side of an object that the job allows [m].
+fn distance(checker: &mut Checker, spec: DistanceSpec, camera: &Intrinsics, largest: f64) -> Distance {
+    let near = camera.near;
     let beyond_near = |checker: &mut Checker, key: &str, distance: f64| {
         if distance <= near {
             let expected = format!("a distance beyond camera.near = {near} m");
             checker.invalid(key, expected, format!("{distance} m"));
         }
     };
+    // Farther away, hardly a view would see the object at all.
+    let farthest = largest * camera.fx.max(camera.fy);
+    let within_sight = |checker: &mut Checker, key: &str, distance: f64| {
+        if distance > farthest && !checker.is_wrong("camera") {
+            let expected = format!(
+                "at most {farthest:.0} m, where an object of {largest} m, the largest that `objects.limits` allow, is one \
+                 pixel wide"
+            );
+            checker.invalid(key, expected, format!("{distance:e} m"));
+        }
+    };
     match spec {
         DistanceSpec::Fixed(distance) => {
             beyond_near(checker, "distance", distance);
+            within_sight(checker, "distance", distance);
             Distance::Fixed(distance)
         }
         DistanceSpec::Range(range) => {
             beyond_near(checker, "distance.min", range.min);
+            within_sight(checker, "distance.max", range.max);
             if range.max < range.min {
                 checker.invalid("distance.max", format!("at least min = {} m", range.min), format!("{} m", range.max));
             }

@@ -6,9 +6,15 @@ use super::{
     settings::{RandomRays, Touch, TouchByHand},
     spec_touch::TouchSpec,
 };
-use crate::job::read_hand;
+use crate::{job::read_hand, product::HandUse};
 use form::Checker;
 use sim::HandModel;
+
+/// Kinds of touch by a hand, each with whether a hand can do it.
+pub(super) const HAND_USES: &[HandUse] = &[
+    HandUse { setting: "touch.exploration = true", check: HandModel::check_solids },
+    HandUse { setting: "touch.grasp = true", check: HandModel::check_solids },
+];
 
 /// Kinds of touch.
 pub(super) fn touch(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) -> Touch {

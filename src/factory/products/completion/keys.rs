@@ -47,6 +47,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         Distance::Fit { share } => DistanceSpec::Fit(FitDistance { fit: share }),
     };
     spec.camera = CameraSpec {
+        preset: None,
         width: camera.width,
         height: camera.height,
         horizontal_fov: None,

@@ -5,6 +5,7 @@
 //! -> complete -> gate -> records (`encode`): the pair, channels beside it
 //! (`channels`), touch (`touch`).
 
+mod cameras;
 mod channels;
 mod check;
 mod check_touch;

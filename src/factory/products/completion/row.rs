@@ -5,7 +5,9 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::{
+    cameras::{CAMERAS, NamedCamera},
     check,
+    check_touch::HAND_USES,
     settings::{CompletionJob, CompletionSettings, Renderer},
     spec::{CompletionSpec, PROFILES},
 };
@@ -32,6 +34,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
         "give `camera.horizontal_fov` in radians: 2 atan(width / height * tan(fovy / 2)), or a camera of an MJCF file by \
          `camera.scene`",
     )],
+    hand_uses: HAND_USES,
     inputs: &[],
     draft,
 };
@@ -39,7 +42,20 @@ pub static FACTORY: ProductFactory = ProductFactory {
 fn keys(title: &str) -> Schema {
     let mut schema = schema_of::<CompletionSpec>(title);
     describe_sensors(&mut schema.value_mut()["properties"]["sensor"]["properties"]);
+    describe_cameras(&mut schema.value_mut()["properties"]["camera"]["properties"]["preset"]);
     schema
+}
+
+/// Lists the cameras that have names.
+fn describe_cameras(preset: &mut Value) {
+    let choice = |NamedCamera { name, focal, source, .. }: &NamedCamera| {
+        let description = format!("{focal} px ({source}).");
+        json!({ "const": name, "type": "string", "description": description })
+    };
+    if let Some(preset) = preset.as_object_mut() {
+        preset.remove("type");
+        preset.insert("oneOf".to_owned(), CAMERAS.iter().map(choice).collect());
+    }
 }
 
 /// Lists the sensor model's own profiles and constants.

@@ -27,7 +27,7 @@ pub struct CompletionSpec {
     /// The point that an object is rotated about, and that stands at the stated distance.
     #[schemars(extend("examples" = ["box_centre"]))]
     pub pivot: Pivot,
-    /// The camera, by numbers or from an MJCF scene.
+    /// The camera, by numbers, by the name of a depth sensor, or from an MJCF scene.
     pub camera: CameraSpec,
     /// From the camera to the pivot, along the optical axis: a number, a range, or a share of the image to fill.
     #[schemars(extend("x-unit" = "m"))]
@@ -196,6 +196,9 @@ pub struct MatrixViews {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSpec {
+    /// A depth sensor's size of image and focal length, in place of all other keys but `near`. The resolved job has the numbers.
+    #[schemars(extend("examples" = ["d435-848x480"]))]
+    pub preset: Option<String>,
     /// Image width.
     #[schemars(range(min = 1, max = 16384), extend("x-unit" = "px"))]
     pub width: u32,

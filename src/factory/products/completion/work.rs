@@ -16,6 +16,7 @@ use crate::{
 };
 use format::{Channel, Product};
 use kernel::{
+    cancel::Cancel,
     geom::{DepthCrop, SimdLevel},
     ids::SampleId,
     render::{DepthError, DepthSource},
@@ -128,7 +129,7 @@ struct DepthAgain<'j> {
 impl DepthSource for DepthAgain<'_> {
     fn depth(&mut self, sample: &SampleId) -> Result<Option<DepthCrop>, DepthError> {
         let Some(object) = self.job.objects.ids().position(|id| id == sample.subject) else { return Ok(None) };
-        self.worker.load(object)?;
+        self.worker.load(object, &Cancel::new())?;
         Ok(Some(self.worker.depth_of(sample.item)?.clone()))
     }
 }

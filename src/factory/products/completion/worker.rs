@@ -13,6 +13,7 @@ use super::{
 use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
 use format::{Channel, PairFacts, VoxelPair};
 use kernel::{
+    cancel::Cancel,
     geom::{DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
     ids::{Digest, ItemId, ObjectId, SampleId},
     render::{Rasteriser, SensorScratch},
@@ -123,10 +124,15 @@ impl<'j> CompletionWorker<'j> {
     }
 
     /// Prepares an object again and checks that it is still the one of the job.
-    fn prepare(&self, index: usize) -> Result<LoadedObject, ProduceError> {
+    fn prepare(&self, index: usize, cancel: &Cancel) -> Result<LoadedObject, ProduceError> {
         let ViewScratch { job, settings, level, source, .. } = &self.scratch;
         let prepared = prepared(&job.objects.list[index])?;
+        cancel.check()?;
         let sim = source.model(prepared.mesh())?;
+        if self.hand.is_some() {
+            prepared.make_contact_surface(cancel)?;
+        }
+        cancel.check()?;
         let hand = self.hand.as_ref().map(|hand| hand.on_object(&prepared)).transpose()?;
         Ok(LoadedObject { object: CompletionObject::new(&prepared, settings, *level, sim), hand })
     }
@@ -233,11 +239,11 @@ impl Producer for CompletionWorker<'_> {
         channels_of(self.scratch.settings)
     }
 
-    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+    fn load(&mut self, subject: usize, cancel: &Cancel) -> Result<(), ProduceError> {
         if self.loaded.as_ref().is_none_or(|(index, _)| *index != subject) {
             // The memory of the object before goes first.
             self.loaded = None;
-            self.loaded = Some((subject, self.prepare(subject)?));
+            self.loaded = Some((subject, self.prepare(subject, cancel)?));
         }
         Ok(())
     }

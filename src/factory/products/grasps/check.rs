@@ -7,14 +7,16 @@ use super::{
     keys::SEARCH_KEYS,
     settings::{GraspSettings, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec, KeepSpec,
-        MassSpec, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec, UniformSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, DepthSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec,
+        KeepSpec, MassSpec, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::job::{JobHand, read_hand};
 use form::Checker;
+use format::TriedStates;
 use robot::grasp::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, Rolls, Sampler, SearchFrame, Uniform, WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, Rolls, Sampler, SearchFrame, Support, Uniform,
+    WrenchSpace,
 };
 use sim::HandModel;
 
@@ -65,8 +67,36 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
             })
         }
         SamplerSpec::Antipodal => {
-            let &AntipodalSpec { pairs, friction, best } = &spec.antipodal;
-            Sampler::Antipodal(Antipodal { pairs, friction, best })
+            let &AntipodalSpec { pairs, friction, best, .. } = &spec.antipodal;
+            Sampler::Antipodal(Antipodal { pairs, friction, best, hold: pair_hold(checker, &spec.antipodal) })
+        }
+    }
+}
+
+fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
+    let &AntipodalSpec { depth, support, margin, .. } = spec;
+    if support == SupportSpec::Air && checker.has("antipodal.margin") {
+        let because = "without a table there is nothing to keep away from";
+        checker.contradiction("antipodal.margin", "antipodal.support = \"air\"", because);
+    }
+    match (depth, support) {
+        (DepthSpec::Middle, support) => {
+            if support == SupportSpec::Table {
+                let because = "half way along its pads a gripper has its tips below what lies on a table";
+                let remedy = "antipodal.depth = \"middle\"; a table needs \"any\"";
+                checker.contradiction("antipodal.support", remedy, because);
+            }
+            PairHold::Middle
+        }
+        (DepthSpec::Any, support) => {
+            if checker.has("keep.advance") {
+                let because = "the hand stays at the depth that was drawn";
+                checker.contradiction("keep.advance", "antipodal.depth = \"any\"", because);
+            }
+            PairHold::Along(match support {
+                SupportSpec::Air => Support::Air,
+                SupportSpec::Table => Support::Table { margin },
+            })
         }
     }
 }
@@ -111,12 +141,31 @@ fn keeping(spec: &KeepSpec) -> Keeping {
 }
 
 fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
-    let &PhysicsSpec { friction, mass, perturbed, roll_out_share, roll_outs, gravity } = spec;
+    let &PhysicsSpec {
+        tried,
+        friction,
+        mass,
+        perturbed,
+        roll_out_share,
+        roll_outs,
+        variant_share,
+        gravity,
+        table,
+        table_friction,
+    } = spec;
     if roll_out_share == 0.0 && checker.has("physics.roll_outs") {
         let because = "no grasp is rolled out: the share is 0";
         checker.contradiction("physics.roll_outs", "physics.roll_out_share = 0", because);
     }
+    if !table && checker.has("physics.table_friction") {
+        let because = "no grasp is tried on a table";
+        checker.contradiction("physics.table_friction", "physics.table = false", because);
+    }
     Physics {
+        tried: match tried {
+            TriedSpec::Closed => TriedStates::Closed,
+            TriedSpec::Kept => TriedStates::Kept,
+        },
         friction,
         mass: match mass {
             MassSpec::Auto(_) => None,
@@ -125,7 +174,9 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         perturbed,
         roll_out_share,
         roll_outs,
+        variant_share,
         six_directions: gravity == GravitySpec::Six,
+        table_friction: table.then_some(table_friction),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{ProduceError, job::JobHand, objects::check_hand};
+use crate::{ProduceError, job::JobHand, objects::check_hand, product::HandUse};
 use robot::{
     collision::Bodies,
     grasp::{HandSearch, Sampler},
@@ -10,13 +10,24 @@ use robot::{
 };
 use sim::{HandError, HandModel};
 
+/// Samplers, each with whether grasps can be found for a hand by it.
+pub const HAND_USES: &[HandUse] = &[
+    HandUse { setting: "grasps.sampler = \"annealing\"", check: HandModel::check_grasping },
+    HandUse { setting: "grasps.sampler = \"uniform\"", check: HandModel::check_grasping },
+    HandUse { setting: "grasps.sampler = \"antipodal\"", check: can_place_pads },
+];
+
 /// Whether grasps can be found for a hand by a sampler.
 pub fn can_grasp(model: &HandModel, sampler: &Sampler) -> Result<(), HandError> {
-    model.check_grasping()?;
     match sampler {
-        Sampler::Antipodal(_) => model.check_gripper(),
-        Sampler::Annealing | Sampler::Uniform(_) => Ok(()),
+        Sampler::Antipodal(_) => can_place_pads(model),
+        Sampler::Annealing | Sampler::Uniform(_) => model.check_grasping(),
     }
+}
+
+fn can_place_pads(model: &HandModel) -> Result<(), HandError> {
+    model.check_grasping()?;
+    model.check_gripper()
 }
 
 /// A job's hand, read once for all threads.

@@ -5,12 +5,16 @@ use std::path::Path;
 use super::{
     settings::{GraspJob, GraspSettings, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, EnergySpec, FrameSpec, GraspsSpec,
-        GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec, UniformSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, DepthSpec, EnergySpec, FrameSpec,
+        GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec,
+        SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::job::{keys_of, without};
-use robot::grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, Sampler, SearchFrame, WrenchSpace};
+use format::TriedStates;
+use robot::grasp::{
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, Sampler, SearchFrame, Support, WrenchSpace,
+};
 
 /// Keys of the annealing that say how it searches; the others rate the states of any sampler.
 pub(super) const SEARCH_KEYS: [&str; 7] = [
@@ -37,7 +41,16 @@ impl GraspJob {
         match sampler {
             Sampler::Annealing => idle.extend(["uniform", "antipodal"]),
             Sampler::Uniform(_) => idle.push("antipodal"),
-            Sampler::Antipodal(_) => idle.push("uniform"),
+            Sampler::Antipodal(antipodal) => {
+                idle.push("uniform");
+                match antipodal.hold {
+                    PairHold::Middle | PairHold::Along(Support::Air) => idle.push("antipodal.margin"),
+                    PairHold::Along(Support::Table { .. }) => {}
+                }
+                if antipodal.hold != PairHold::Middle {
+                    idle.push("keep.advance");
+                }
+            }
         }
         if *sampler != Sampler::Annealing {
             idle.extend(SEARCH_KEYS);
@@ -47,6 +60,9 @@ impl GraspJob {
         }
         if physics.is_some_and(|physics| physics.roll_out_share == 0.0) {
             idle.push("physics.roll_outs");
+        }
+        if physics.is_some_and(|physics| physics.table_friction.is_none()) {
+            idle.push("physics.table_friction");
         }
         without(keys_of(&spec), &idle)
     }
@@ -64,8 +80,13 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             SamplerSpec::Uniform
         }
         Sampler::Antipodal(antipodal) => {
-            let &robot::grasp::Antipodal { pairs, friction, best } = antipodal;
-            spec.antipodal = AntipodalSpec { pairs, friction, best };
+            let &Antipodal { pairs, friction, best, hold } = antipodal;
+            let (depth, support, margin) = match hold {
+                PairHold::Middle => (DepthSpec::Middle, SupportSpec::Air, spec.antipodal.margin),
+                PairHold::Along(Support::Air) => (DepthSpec::Any, SupportSpec::Air, spec.antipodal.margin),
+                PairHold::Along(Support::Table { margin }) => (DepthSpec::Any, SupportSpec::Table, margin),
+            };
+            spec.antipodal = AntipodalSpec { pairs, friction, best, depth, support, margin };
             SamplerSpec::Antipodal
         }
     };
@@ -74,14 +95,31 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
     let space = space_spec(space);
     spec.keep = KeepSpec { friction, edges, torsion, space, min_epsilon, advance, max_penetration, table };
     spec.physics = physics.map(|physics| {
-        let Physics { friction, mass, perturbed, roll_out_share, roll_outs, six_directions } = physics;
+        let Physics {
+            tried,
+            friction,
+            mass,
+            perturbed,
+            roll_out_share,
+            roll_outs,
+            variant_share,
+            six_directions,
+            table_friction,
+        } = physics;
         PhysicsSpec {
+            tried: match tried {
+                TriedStates::Closed => TriedSpec::Closed,
+                TriedStates::Kept => TriedSpec::Kept,
+            },
             friction,
             mass: mass.map_or(MassSpec::Auto(AutoMass::Auto), MassSpec::Kilograms),
             perturbed,
             roll_out_share,
             roll_outs,
+            variant_share,
             gravity: if six_directions { GravitySpec::Six } else { GravitySpec::Lifted },
+            table: table_friction.is_some(),
+            table_friction: table_friction.unwrap_or_default(),
         }
     });
     spec

@@ -7,13 +7,14 @@ use kernel::{
     ids::{ObjectId, SampleId},
 };
 use robot::{
-    grasp::{self, EnergyKind, STAND_OFF, Sampler, WrenchSpace},
+    grasp::{self, EnergyKind, PairHold, STAND_OFF, Sampler, WrenchSpace},
     hand::Hand,
 };
 
 /// Method record: settings that energies and quality are computed with.
 pub(super) fn method(settings: &GraspSettings) -> GraspMethod {
     let GraspSettings { sampler, annealing, keeping, .. } = settings;
+    let stays = matches!(sampler, Sampler::Antipodal(antipodal) if antipodal.hold != PairHold::Middle);
     let sampler = match sampler {
         Sampler::Annealing => "annealing",
         Sampler::Uniform(_) => "uniform",
@@ -36,7 +37,7 @@ pub(super) fn method(settings: &GraspSettings) -> GraspMethod {
         space: space(keeping.space),
         min_epsilon: keeping.min_epsilon,
         max_penetration: keeping.max_penetration,
-        max_advance: keeping.advance,
+        max_advance: if stays { 0.0 } else { keeping.advance },
         stand_off: STAND_OFF,
     }
 }

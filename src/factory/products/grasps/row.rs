@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{
     check,
+    hand::HAND_USES,
     settings::GraspJob,
     spec::{GraspsSpec, PROFILES},
 };
@@ -20,6 +21,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys: schema_of::<GraspsSpec>,
     profiles: PROFILES,
     other_words: &[("grasps.runs", "`grasps.seeds` says how many runs each object has")],
+    hand_uses: HAND_USES,
     inputs: &[],
     draft,
 };
@@ -32,5 +34,5 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     let shard_samples = spec.shards.runs.unwrap_or(settings.seeds);
     let with_masses = settings.asks_for_masses();
     let work = DraftWork::of_objects(objects, shard_samples, |objects, _| GraspJob { objects, hand, settings });
-    Ok(DraftWork { with_masses, ..work })
+    Ok(DraftWork { with_masses, with_solids: true, ..work })
 }

@@ -1,6 +1,7 @@
 //! A job for grasps, checked.
 
 use crate::job::{JobHand, JobObjects};
+use format::TriedStates;
 use robot::grasp::{Annealing, Keeping, Sampler};
 
 /// Settings, hand and objects of a job for grasps.
@@ -25,7 +26,7 @@ pub struct GraspSettings {
     pub annealing: Annealing,
     /// Conditions under which a grasp is kept.
     pub keeping: Keeping,
-    /// Physical trials of the kept grasps; `None` without.
+    /// Physical trials; `None` without.
     pub physics: Option<Physics>,
 }
 
@@ -36,9 +37,11 @@ impl GraspSettings {
     }
 }
 
-/// Physical trials of the kept grasps.
+/// Physical trials of the states that a run found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Physics {
+    /// States that are tried.
+    pub tried: TriedStates,
     /// Coefficient of friction.
     pub friction: f64,
     /// Mass of every object [kg]; `None`: as the job knows it, otherwise by its volume.
@@ -49,8 +52,12 @@ pub struct Physics {
     pub roll_out_share: f64,
     /// Runs of each grasp that is rolled out, at least 1.
     pub roll_outs: u32,
+    /// Share of the held grasps that are tried under every variant, 0 to 1.
+    pub variant_share: f64,
     /// Gravity from six directions, without lift and shake.
     pub six_directions: bool,
+    /// Friction of the object against the table on which grasps are tried as well; `None` where they are not.
+    pub table_friction: Option<f64>,
 }
 
 impl GraspSettings {

@@ -30,7 +30,7 @@ pub struct GraspsSpec {
     /// Criteria by which the states of a search become kept grasps, after the hand was closed. Rejected states stay in the
     /// dataset, with the reason.
     pub keep: KeepSpec,
-    /// Physical trials of the kept grasps: the hand closes on the free object in a simulation, lifts and shakes it. Without the
+    /// Physical trials: the hand closes on the free object in a simulation, lifts and shakes it. Without the
     /// section there are none. Trials change no grasp.
     #[schemars(extend("examples" = [{ "friction": 0.5 }]))]
     pub physics: Option<PhysicsSpec>,
@@ -104,15 +104,48 @@ pub enum PosesSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AntipodalSpec {
-    /// Pairs of points that a run draws from the whole surface, each with a roll of the hand about its line.
+    /// Pairs of points that a run draws from the whole surface at most; with `depth = "any"` it ends once it has its states.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "pairs"))]
     pub pairs: u32,
     /// Friction coefficient of these cones.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
     pub friction: f64,
-    /// States that a run keeps, the best by energy, no two alike.
+    /// States that a run keeps, no two alike.
     #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
     pub best: u32,
+    /// Where along its pads the gripper takes a pair.
+    #[schemars(extend("examples" = ["any"]))]
+    pub depth: DepthSpec,
+    /// Support of the object while the gripper takes hold of it.
+    #[schemars(extend("examples" = ["table"]))]
+    pub support: SupportSpec,
+    /// With `support = "table"`: smallest height of the hand over the table, on the last 10 cm of its approach and while it
+    /// closes.
+    #[schemars(range(min = 0, max = 0.1), extend("x-unit" = "m"))]
+    pub margin: f64,
+}
+
+/// Where along its pads a gripper takes a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DepthSpec {
+    /// Anywhere between the innermost contacts of the pads and 3 mm before the tips, and the hand stays there. States are those
+    /// that both pads hold once closed, no two of them within 2 cm and 15 degrees of each other.
+    Any,
+    /// Half way along the pads; the hand then comes on to the object by `keep.advance`. States are the best by energy, no two
+    /// of them duplicates as annealing has them.
+    Middle,
+}
+
+/// Support of an object while a hand takes hold of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SupportSpec {
+    /// Nothing: the hand may come from any side.
+    Air,
+    /// A table: each run draws one of the object's resting poses by its probability, and the hand comes from above or from
+    /// aside and stays above the table.
+    Table,
 }
 
 /// Simulated annealing.
@@ -240,10 +273,14 @@ pub struct KeepSpec {
     pub table: bool,
 }
 
-/// Physical trials of the kept grasps.
+/// Physical trials of the states that a run found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhysicsSpec {
+    /// States that are tried. All others are untried: nothing says that they fail.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["kept"]))]
+    pub tried: TriedSpec,
     /// Coefficient of friction between object and hand.
     #[serde(default = "physics::friction")]
     #[schemars(range(min = 0, max = 10))]
@@ -258,7 +295,7 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::perturbed")]
     #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
     pub perturbed: u32,
-    /// Share of the kept grasps whose probability of success is measured.
+    /// Share of the tried grasps whose probability of success is measured.
     #[serde(default)]
     #[schemars(range(min = 0, max = 1), extend("examples" = [0.1]))]
     pub roll_out_share: f64,
@@ -266,10 +303,37 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::roll_outs")]
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
     pub roll_outs: u32,
+    /// Share of the held grasps that are tried under seven variants as well: friction lower by 20 % and by 40 %, twice the mass,
+    /// nothing that supports the object while the hand closes, half the step, elliptic friction cones without `impratio` and
+    /// iterations against slip, and MuJoCo's default solver settings. A grasp that holds under all of them is robust.
+    #[serde(default = "physics::variant_share")]
+    #[schemars(range(min = 0, max = 1))]
+    pub variant_share: f64,
     /// Gravity on the object once it is held.
     #[serde(default)]
     #[schemars(extend("examples" = ["six"]))]
     pub gravity: GravitySpec,
+    /// Tries each state on a table as well: the object rests in the most likely of its resting poses in which the hand stays
+    /// above the table, gravity is on, and nothing but the table holds the object while the hand closes; then the hand lifts
+    /// and shakes it.
+    #[serde(default = "physics::table")]
+    pub table: bool,
+    /// Coefficient of friction between object and table, and between hand and table.
+    #[serde(default = "physics::friction")]
+    #[schemars(range(min = 0, max = 10))]
+    pub table_friction: f64,
+}
+
+/// Choice of the states that are tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TriedSpec {
+    /// Every state whose closed hand touches with two links at least, whatever its quality: the trial alone says whether it
+    /// holds.
+    #[default]
+    Closed,
+    /// Kept grasps alone: a state that fails the criteria of `[keep]` stays untried.
+    Kept,
 }
 
 /// Defaults of keys of `[physics]` that are not written: the section itself has none.
@@ -290,6 +354,14 @@ mod physics {
 
     pub(super) fn roll_outs() -> u32 {
         16
+    }
+
+    pub(super) fn variant_share() -> f64 {
+        0.1
+    }
+
+    pub(super) fn table() -> bool {
+        true
     }
 }
 

@@ -1,4 +1,4 @@
-//! Physical trials of the grasps that a run kept.
+//! Physical trials of the states that a run found.
 
 use std::sync::Arc;
 
@@ -10,19 +10,18 @@ use crate::{
     job::{JobHand, KnownMass},
 };
 use format::{
-    ClosedHand, Grasp, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TrialFacts, TrialMethod,
-    TrialOutcome, TrialVerdict,
+    ClosedHand, Grasp, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialFacts,
+    TrialMethod, TrialOutcome, TrialVerdict,
 };
 use kernel::{
     contact::ContactSurface,
-    geom::{MassProperties, Pose},
+    geom::{MassProperties, Pose, RestingPoses},
     ids::SampleId,
     seed::Stream,
-    words::GraspVerdict,
 };
 use sim::{
-    Gravity, Grip, HandError, HandModel, Outcome, TrialConditions, TrialSim, TrialSpread, TrialWorker, Verdict,
-    mass_of_volume,
+    Gravity, Grip, HandError, HandModel, Outcome, TableSupport, TrialConditions, TrialSim, TrialSpread, TrialWorker,
+    Variant, Verdict, mass_of_volume,
 };
 
 const SPREAD: TrialSpread = TrialSpread::STANDARD;
@@ -41,6 +40,8 @@ pub(super) struct Trials {
 struct TriedObject {
     worker: TrialWorker,
     conditions: TrialConditions,
+    /// Tables under the resting poses of the object, the most likely first; none where grasps are not tried on one.
+    tables: Vec<TableSupport>,
 }
 
 impl Trials {
@@ -66,6 +67,13 @@ impl Trials {
                 mass_source: String::new(),
                 gravity: if settings.six_directions { "six" } else { "lifted" }.to_owned(),
                 spreads: [friction, mass, shift, turn],
+                tried: settings.tried,
+                variants: if settings.variant_share > 0.0 {
+                    Variant::ALL.map(|variant| variant.name().to_owned()).to_vec()
+                } else {
+                    Vec::new()
+                },
+                table_friction: settings.table_friction,
             },
             trials: Vec::new(),
         };
@@ -76,12 +84,21 @@ impl Trials {
     ///
     /// # Errors
     /// When it has no solid inside, or MuJoCo refuses the hand.
-    pub fn load(&mut self, surface: &Arc<ContactSurface>, known: Option<&KnownMass>) -> Result<(), ProduceError> {
+    pub fn load(
+        &mut self,
+        surface: &Arc<ContactSurface>,
+        resting: &RestingPoses,
+        known: Option<&KnownMass>,
+    ) -> Result<(), ProduceError> {
         self.object = None;
         let no_solid = || ProduceError::unusable(&self.scene, "no solid to be weighed");
         let properties = MassProperties::of_solid(surface.solid()).ok_or_else(no_solid)?;
-        let sim = TrialSim::new(&self.model, surface, &properties)
-            .map_err(|error| ProduceError::unusable(&self.scene, error))?;
+        let compile = if self.settings.table_friction.is_some() { TrialSim::on_table } else { TrialSim::new };
+        let sim =
+            compile(&self.model, surface, &properties).map_err(|error| ProduceError::unusable(&self.scene, error))?;
+        let tables = self.settings.table_friction.map(|friction| {
+            resting.poses.iter().map(|pose| TableSupport { friction, ..TableSupport::under(pose) }).collect()
+        });
         let (mass, from, source) = match (self.settings.mass, known) {
             (Some(mass), _) => (mass, "job", ""),
             (None, Some(known)) => (known.kilograms, "table", known.source.as_str()),
@@ -91,22 +108,23 @@ impl Trials {
         let conditions = TrialConditions { friction: self.settings.friction, gravity, ..TrialConditions::new(mass) };
         let method = &mut self.record.method;
         (method.mass, method.mass_from, method.mass_source) = (mass, from.to_owned(), source.to_owned());
-        self.object = Some(TriedObject { worker: TrialWorker::new(&sim), conditions });
+        let (worker, tables) = (TrialWorker::new(&sim), tables.unwrap_or_default());
+        self.object = Some(TriedObject { worker, conditions, tables });
         Ok(())
     }
 
-    /// Tries the kept grasps of a run and appends the payload.
+    /// Tries the states of a run that the job asks for and appends the payload.
     ///
     /// # Errors
     /// When a grasp does not fit the hand.
     pub fn run(&mut self, run: &GraspRun, payload: &mut Vec<u8>) -> Result<TrialFacts, ProduceError> {
         let Self { scene, settings, seed, object, record, .. } = self;
         let object = object.as_mut().expect("an object is loaded before its grasps are tried");
-        let mut draws = Draws::new(*seed, &run.sample);
         record.sample = run.sample;
         record.trials.clear();
         for (index, grasp) in (0..).zip(&run.grasps) {
-            if grasp.verdict == GraspVerdict::Kept {
+            if settings.tried.includes(grasp.verdict) {
+                let mut draws = Draws::new(*seed, &run.sample, index);
                 let trial = object
                     .grasp(index, grasp, settings, &mut draws)
                     .map_err(|error| ProduceError::unusable(scene.as_str(), error))?;
@@ -118,18 +136,23 @@ impl Trials {
     }
 }
 
-/// A sample's own streams: what one setting asks for moves no draw of another.
+/// A grasp's own streams: what one setting asks for, or which other grasps are tried, moves no draw.
 struct Draws {
     perturbed: Stream,
     chosen: Stream,
     rolled_out: Stream,
+    chosen_for_variants: Stream,
 }
 
 impl Draws {
-    fn new(seed: u64, sample: &SampleId) -> Self {
-        let [perturbed, chosen, rolled_out] =
-            ["perturbed trials", "chosen for roll-outs", "roll-outs"].map(|name| Stream::of_sample(seed, sample, name));
-        Self { perturbed, chosen, rolled_out }
+    fn new(seed: u64, sample: &SampleId, grasp: u32) -> Self {
+        let stream = |purpose: &str| Stream::of_sample(seed, sample, &format!("{purpose} of grasp {grasp}"));
+        Self {
+            perturbed: stream("perturbed trials"),
+            chosen: stream("chosen for roll-outs"),
+            rolled_out: stream("roll-outs"),
+            chosen_for_variants: stream("chosen for variants"),
+        }
     }
 }
 
@@ -163,8 +186,21 @@ impl TriedObject {
                 roll_outs = [roll_outs[0] + 1, roll_outs[1] + u32::from(held)];
             }
         }
+        let mut variants = Vec::new();
+        if draws.chosen_for_variants.unit() < settings.variant_share && outcome.verdict.is_held() {
+            for variant in Variant::ALL {
+                variants.push(verdict(&run(&variant.of(&conditions))?.verdict));
+            }
+        }
+        // The most likely pose of the object in which the hand stays above the table.
+        let above = grasp.clearances.iter().zip(&self.tables).position(|([shaped, _], _)| *shaped >= 0.0);
+        let mut table = None;
+        if let Some(pose) = above {
+            let on_table = TrialConditions { table: Some(self.tables[pose]), gravity: Gravity::Lifted, ..conditions };
+            table = Some(TableTrial { resting_pose: pose as u32, outcome: recorded(&run(&on_table)?) });
+        }
         let closed = outcome.closed.as_ref().map(closed_hand);
-        Ok(GraspTrial { grasp: index, outcome: recorded(&outcome), closed, perturbed, roll_outs })
+        Ok(GraspTrial { grasp: index, outcome: recorded(&outcome), closed, perturbed, roll_outs, variants, table })
     }
 }
 

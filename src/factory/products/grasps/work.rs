@@ -17,12 +17,12 @@ use crate::{
     work::{Closing, OpenWork, Producer, Work, WorkTables},
 };
 use format::{
-    Channel, Product,
+    Channel, ObjectShape, Product,
     products::grasps::{ShapesWriter, add_resting},
 };
 use kernel::{
     geom::{RestingPoses, SimdLevel},
-    ids::{Digest, ObjectId},
+    ids::{Digest, JobDigest, ObjectId},
     words::NumberClass,
 };
 use sim::sim_facts;
@@ -77,11 +77,6 @@ impl Work for GraspJob {
         Ok(Box::new(OpenGrasps { job: self, hand: GraspHand::open(&self.hand, &self.settings.sampler)?, seed, level }))
     }
 
-    fn side_bytes(&self) -> f64 {
-        // Measured on 78 scans: meshes in `shapes.mcap`, and resting poses in the asset table.
-        self.objects.list.iter().map(|object| 11.0 * object.asset.triangles as f64 + 7e3).sum()
-    }
-
     fn remarks(&self) -> Vec<String> {
         vec![format!("{} runs per object", self.settings.seeds)]
     }
@@ -100,6 +95,25 @@ impl OpenWork for OpenGrasps<'_> {
         Ok(Box::new(GraspWorker::new(self.job, self.seed, &self.hand, self.level)?))
     }
 
+    /// Bytes of `shapes.mcap` and of the resting poses, by those of a few objects: meshes grow with their triangles.
+    fn side_bytes(&self, visited: &[usize], folder: &Path) -> Result<f64, ProduceError> {
+        let all = &self.job.objects.list;
+        let measured: Vec<&JobObject> = visited.iter().take(MEASURED_OBJECTS).map(|index| &all[*index]).collect();
+        let triangles =
+            |objects: &[&JobObject]| objects.iter().map(|object| object.asset.triangles as f64).sum::<f64>();
+        let share = triangles(&all.iter().collect::<Vec<_>>()) / triangles(&measured).max(1.0);
+        let (mut shapes, mut resting) = (Vec::new(), 0.0);
+        for object in &measured {
+            let (shape, poses) = object_shape(object)?;
+            resting += bytes_of_resting(&poses);
+            shapes.push(shape);
+        }
+        shapes.sort_by_key(|shape| shape.object);
+        let hand = self.bytes_of_shapes(&[], folder)?;
+        let meshes = self.bytes_of_shapes(&shapes, folder)? - hand;
+        Ok(hand + meshes * share + resting * all.len() as f64 / measured.len().max(1) as f64)
+    }
+
     /// Writes `shapes.mcap`, and the resting poses of every object into its row of the asset table.
     fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
         let resting = self.write_shapes(closing)?;
@@ -113,7 +127,25 @@ impl OpenWork for OpenGrasps<'_> {
     }
 }
 
+/// Objects whose shapes and resting poses an estimate measures.
+const MEASURED_OBJECTS: usize = 8;
+
+/// Bytes of resting poses in the asset table.
+fn bytes_of_resting(poses: &RestingPoses) -> f64 {
+    let mut row = serde_json::Map::new();
+    add_resting(&mut row, poses);
+    serde_json::to_string_pretty(&serde_json::json!({ "objects": [row] })).map_or(0.0, |text| text.len() as f64)
+}
+
 impl OpenGrasps<'_> {
+    /// Size of the file of the hand and these shapes, which is written into a folder of no dataset [bytes].
+    fn bytes_of_shapes(&self, shapes: &[ObjectShape], folder: &Path) -> Result<f64, ProduceError> {
+        let job = JobDigest(Digest([0; 32]));
+        let mut writer = ShapesWriter::create(folder, &job, &hand_shape(&self.hand, self.job.hand.id))?;
+        shapes.iter().try_for_each(|shape| writer.object(shape))?;
+        Ok(writer.finish(trial_hand(self.job)?.as_ref())? as f64)
+    }
+
     /// Writes the shapes of the hand and of every object, a few meshes in memory at a time. Returns the resting poses of each
     /// object.
     fn write_shapes(&self, closing: &Closing<'_>) -> Result<BTreeMap<ObjectId, RestingPoses>, RunError> {

@@ -12,6 +12,7 @@ use super::{
 use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
 use format::{Channel, GraspRun, RunStretch};
 use kernel::{
+    cancel::Cancel,
     geom::{Pose, SimdLevel},
     ids::{Digest, ItemId, ObjectId, SampleId},
     seed::Stream,
@@ -87,10 +88,11 @@ impl<'j> GraspWorker<'j> {
         })
     }
 
-    fn prepare(&mut self, index: usize) -> Result<LoadedObject, ProduceError> {
+    fn prepare(&mut self, index: usize, cancel: &Cancel) -> Result<LoadedObject, ProduceError> {
         let object = &self.job.objects.list[index];
         let prepared = prepared(object)?;
         let name = || object.source.name.clone();
+        prepared.make_contact_surface(cancel)?;
         let surface = prepared.contact_surface().map_err(|error| ProduceError::unusable(name(), error))?;
         let id = object.id();
         let mut stream = Stream::of_job(self.seed, &id.0.0, "grasp seeds");
@@ -99,10 +101,13 @@ impl<'j> GraspWorker<'j> {
             Sampler::Uniform(uniform) => axes(surface, uniform, *runs, &mut stream),
             _ => seeds(surface, *runs, &mut stream),
         };
+        cancel.check()?;
         let search = ObjectSearch::of_object(&prepared).map_err(|error| ProduceError::unusable(name(), error))?;
+        // A job refuses such an object when it is opened.
         let search = search.ok_or_else(|| ProduceError::unusable(name(), "it has no solid inside"))?;
+        cancel.check()?;
         if let Some(trials) = &mut self.trials {
-            trials.load(surface, object.mass.as_ref())?;
+            trials.load(surface, search.resting(), object.mass.as_ref())?;
         }
         Ok(LoadedObject { id, seeds, search })
     }
@@ -114,11 +119,11 @@ impl Producer for GraspWorker<'_> {
         std::iter::once(Channel::GRASP_RUN).chain(trials).collect()
     }
 
-    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+    fn load(&mut self, subject: usize, cancel: &Cancel) -> Result<(), ProduceError> {
         if self.loaded.as_ref().is_none_or(|(index, _)| *index != subject) {
             // The memory of the object before goes first.
             self.loaded = None;
-            self.loaded = Some((subject, self.prepare(subject)?));
+            self.loaded = Some((subject, self.prepare(subject, cancel)?));
         }
         Ok(())
     }
@@ -134,10 +139,15 @@ impl Producer for GraspWorker<'_> {
             Search::Antipodal(search, antipodal) => search.antipodal(&object.search, antipodal, &mut stream),
         };
         recorded(&run, sample, &self.hand.hand, &mut self.record);
+        // A run over pairs ends once it has its states: it asks for no more pairs than it has drawn.
+        self.record.asked_steps = if run.losses.is_some() { run.steps } else { self.job.settings.steps() };
         self.record.resting_poses = object.search.resting().poses.len() as u32;
         let mut facts = self.record.facts();
         if run.grasps.is_empty() {
-            let detail = format!("{} of {} steps had no legal neighbour", run.failed, run.steps);
+            let detail = run.losses.as_ref().map_or_else(
+                || format!("{} of {} steps had no legal neighbour", run.failed, run.steps),
+                ToString::to_string,
+            );
             return out.reject(sample, facts, NO_LEGAL_STATE, &detail);
         }
         if let Some(payload) = out.payload(Channel::GRASP_RUN) {

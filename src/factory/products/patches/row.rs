@@ -19,6 +19,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys: schema_of::<PatchesSpec>,
     profiles: PROFILES,
     other_words: &[],
+    hand_uses: &[],
     inputs: &[InputDataset { section: "grasps", product: Product::GRASPS }],
     draft,
 };

@@ -15,6 +15,7 @@ use format::{
 };
 use kernel::{
     assets::object_id,
+    cancel::Cancel,
     geom::{Pose, RenderMesh, SimdLevel},
     ids::{ItemId, SampleId},
     render::Rasteriser,
@@ -193,7 +194,7 @@ impl Producer for PatchWorker<'_> {
         [Channel::PATCH].into_iter().chain(colour).chain(image).chain(image_colour).chain(heatmap).collect()
     }
 
-    fn load(&mut self, subject: usize) -> Result<(), ProduceError> {
+    fn load(&mut self, subject: usize, _cancel: &Cancel) -> Result<(), ProduceError> {
         if self.loaded.as_ref().is_none_or(|(index, _)| *index != subject) {
             // The memory of the one before goes first.
             self.loaded = None;

@@ -19,6 +19,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys: schema_of::<ReachabilitySpec>,
     profiles: PROFILES,
     other_words: &[],
+    hand_uses: &[],
     inputs: &[],
     draft,
 };

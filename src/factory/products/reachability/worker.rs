@@ -8,6 +8,7 @@ use crate::{ProduceError, SampleWriter, work::Producer};
 use format::{Channel, ReachabilityBlock};
 use kernel::{
     assets::Description,
+    cancel::Cancel,
     ids::{ItemId, ObjectId, SampleId},
 };
 
@@ -47,7 +48,7 @@ impl Producer for ReachabilityWorker<'_> {
     }
 
     /// The one robot is read once for all threads; here it is checked that its files are still those of the job.
-    fn load(&mut self, _subject: usize) -> Result<(), ProduceError> {
+    fn load(&mut self, _subject: usize, _cancel: &Cancel) -> Result<(), ProduceError> {
         if !self.loaded {
             let robot = &self.job.robot;
             let description = Description::read(&robot.scene).map_err(ProduceError::gone)?;

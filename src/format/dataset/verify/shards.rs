@@ -184,9 +184,15 @@ fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: 
         })
         .peekable();
     for chunk in 0..file.chunks.len() {
-        let (_, last) = file.chunks[chunk].samples;
+        let (first, last) = file.chunks[chunk].samples;
         match file.read_chunk(chunk) {
             Ok(messages) => {
+                let indices = || messages.iter().map(|message| message.index.0);
+                if indices().min().zip(indices().max()) != Some((first, last)) {
+                    let what =
+                        format!("the shard's index says that it holds samples {first} to {last}, which it does not");
+                    findings.push(format!("chunk {chunk}"), what);
+                }
                 for message in messages {
                     while let Some((row, channel, _)) =
                         expected.next_if(|(row, channel, _)| (row.index, *channel) < (message.index, message.channel))

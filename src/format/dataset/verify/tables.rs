@@ -26,7 +26,7 @@ use super::{
     },
     report::{Problem, VerifyReport, whole},
 };
-use crate::Channel;
+use crate::{Channel, FORMAT_VERSION};
 use kernel::{
     ids::{Digest, ObjectId},
     words::{Split, SplitTable},
@@ -55,16 +55,20 @@ pub(super) fn check_files(folder: &Path, manifest: &Manifest) -> Vec<Problem> {
 /// The rows of the asset table that stand in the root.
 #[derive(serde::Deserialize)]
 pub(super) struct AssetRows {
+    format_version: u32,
     pub objects: Vec<serde_json::Value>,
     #[serde(default)]
     pub hands: Vec<serde_json::Value>,
-    #[serde(default)]
     pub refused: Vec<serde_json::Value>,
 }
 
 pub(super) fn read_assets(folder: &Path) -> Result<AssetRows, String> {
     let text = kernel::files::read(&folder.join(ASSETS)).map_err(|error| error.to_string())?;
-    serde_json::from_slice(&text).map_err(|error| error.to_string())
+    let rows: AssetRows = serde_json::from_slice(&text).map_err(|error| error.to_string())?;
+    match rows.format_version {
+        FORMAT_VERSION => Ok(rows),
+        found => Err(format!("it has format version {found}, the manifest says {FORMAT_VERSION}")),
+    }
 }
 
 pub(super) fn check_foreign(

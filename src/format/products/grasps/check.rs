@@ -1,6 +1,9 @@
 //! Checks of runs, of their trials, and of the shapes beside them.
 
-use super::{GraspRun, GraspTrials, SHAPES, Shapes, facts::FIRST_OF_TRIALS};
+use super::{
+    GraspRun, GraspTrials, SHAPES, Shapes,
+    facts::{FIRST_OF_TRIALS, TRIAL_FACTS},
+};
 use crate::{
     Channel, CheckSample, CheckedRecord, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError,
     dataset::DatasetError,
@@ -17,10 +20,10 @@ pub(crate) static CHECKS: ProductChecks = ProductChecks {
     files: &[FileCheck { name: SHAPES, in_root: None, check: check_shapes }],
 };
 
-/// Checks of one thread; remembers whose run it saw, and the indices of its kept grasps.
+/// Checks of one thread; remembers whose run it saw, the verdicts on its states and the number of its resting poses.
 #[derive(Default)]
 struct RunCheck {
-    kept: Option<(SampleId, Vec<u32>)>,
+    seen: Option<(SampleId, Vec<GraspVerdict>, u32)>,
 }
 
 impl CheckSample for RunCheck {
@@ -32,10 +35,10 @@ impl CheckSample for RunCheck {
 impl RunCheck {
     fn check_run(&mut self, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         let run = GraspRun::decode(payload)?;
-        let kept = (0..).zip(&run.grasps).filter(|(_, grasp)| grasp.verdict == GraspVerdict::Kept);
-        self.kept = Some((run.sample, kept.map(|(index, _)| index).collect()));
+        let verdicts = run.grasps.iter().map(|grasp| grasp.verdict).collect();
+        self.seen = Some((run.sample, verdicts, run.resting_poses));
         let facts = Facts::from(run.facts());
-        let of_trials = FIRST_OF_TRIALS..FIRST_OF_TRIALS + 3;
+        let of_trials = FIRST_OF_TRIALS..FIRST_OF_TRIALS + TRIAL_FACTS;
         let mut checked = CheckedRecord::of(run.sample);
         checked.facts =
             (facts.values().iter().copied().enumerate()).filter(|(fact, _)| !of_trials.contains(fact)).collect();
@@ -44,8 +47,8 @@ impl RunCheck {
 
     fn check_trials(&self, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         let trials = GraspTrials::decode(payload)?;
-        if let Some((_, kept)) = self.kept.as_ref().filter(|(sample, _)| *sample == trials.sample) {
-            trials.check_beside(kept)?;
+        if let Some((_, verdicts, poses)) = self.seen.as_ref().filter(|(sample, ..)| *sample == trials.sample) {
+            trials.check_beside(verdicts, *poses)?;
         }
         let mut checked = CheckedRecord::of(trials.sample);
         checked.facts = (FIRST_OF_TRIALS..).zip(trials.facts().values()).collect();

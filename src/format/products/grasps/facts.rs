@@ -23,12 +23,16 @@ pub struct GraspFacts {
 /// Counts of trials of grasps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TrialFacts {
-    /// Grasps that were tried: all that were kept.
+    /// States that were tried.
     pub tried: u32,
     /// Tried grasps that held.
     pub held: u32,
     /// Tried grasps that were refused: the hand starts too deep in the object.
     pub refused: u32,
+    /// States that were tried on a table as well.
+    pub tried_on_table: u32,
+    /// States of these that lifted the object from it.
+    pub held_on_table: u32,
 }
 
 /// Topic of the trials, without which a dataset has no columns of them.
@@ -43,7 +47,7 @@ const fn trials(name: &'static str, meaning: &'static str) -> FactFormat {
 }
 
 /// Columns of the facts: verdicts in the order of [`GraspVerdict::ALL`], then the others.
-pub(super) const FACTS: [FactFormat; VERDICTS + 6] = [
+pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + 3] = [
     fact("grasps_kept", FactKind::Count, "Grasps that are kept."),
     fact("grasps_penetrates", FactKind::Count, "States too deep in the mesh before the hand closes."),
     fact("grasps_open_hand", FactKind::Count, "States whose closed hand touches with one link or none."),
@@ -54,9 +58,14 @@ pub(super) const FACTS: [FactFormat; VERDICTS + 6] = [
     trials("grasps_tried", "Grasps that were tried in physics."),
     trials("grasps_held", "Tried grasps that held."),
     trials("grasps_refused", "Tried grasps whose hand starts too deep in the object."),
+    trials("grasps_tried_on_table", "Grasps that were tried on a table as well."),
+    trials("grasps_held_on_table", "Grasps that lifted the object from a table."),
     fact("best_energy", FactKind::Number, "Lowest energy of any state; infinite without one."),
     fact("best_epsilon", FactKind::Number, "Highest epsilon of a kept grasp; 0 without one."),
 ];
+
+/// Number of the facts of trials.
+pub(super) const TRIAL_FACTS: usize = 5;
 
 /// Index of the first fact of trials.
 pub(super) const FIRST_OF_TRIALS: usize = VERDICTS + 1;
@@ -87,8 +96,9 @@ impl GraspFacts {
 
 impl TrialFacts {
     /// The counts in the order of their columns.
-    pub(super) fn values(self) -> [f64; 3] {
-        [self.tried, self.held, self.refused].map(f64::from)
+    pub(super) fn values(self) -> [f64; TRIAL_FACTS] {
+        let Self { tried, held, refused, tried_on_table, held_on_table } = self;
+        [tried, held, refused, tried_on_table, held_on_table].map(f64::from)
     }
 }
 
@@ -102,13 +112,14 @@ impl From<GraspFacts> for Facts {
 
 impl From<&Facts> for GraspFacts {
     fn from(facts: &Facts) -> Self {
-        let [tried, held, refused] = [0, 1, 2].map(|index| facts.integer(FIRST_OF_TRIALS + index));
+        let [tried, held, refused, tried_on_table, held_on_table] =
+            std::array::from_fn(|index| facts.integer(FIRST_OF_TRIALS + index));
         Self {
             verdicts: std::array::from_fn(|index| facts.integer(index)),
             given_up: facts.integer(VERDICTS) != 0,
-            trials: TrialFacts { tried, held, refused },
-            best_energy: facts.values()[FIRST_OF_TRIALS + 3],
-            best_epsilon: facts.values()[FIRST_OF_TRIALS + 4],
+            trials: TrialFacts { tried, held, refused, tried_on_table, held_on_table },
+            best_energy: facts.values()[FIRST_OF_TRIALS + TRIAL_FACTS],
+            best_epsilon: facts.values()[FIRST_OF_TRIALS + TRIAL_FACTS + 1],
         }
     }
 }
@@ -127,11 +138,12 @@ mod tests {
             best_energy: -0.5,
             best_epsilon: 0.25,
             given_up: true,
-            trials: TrialFacts { tried: 7, held: 8, refused: 9 },
+            trials: TrialFacts { tried: 7, held: 8, refused: 9, tried_on_table: 10, held_on_table: 11 },
         };
         let values = Facts::from(facts);
         assert_eq!(GraspFacts::from(&values), facts);
         assert_eq!(values.values().len(), FACTS.len());
-        assert_eq!((FACTS[FIRST_OF_TRIALS].name, FACTS[FIRST_OF_TRIALS + 3].name), ("grasps_tried", "best_energy"));
+        let after = FACTS[FIRST_OF_TRIALS + TRIAL_FACTS].name;
+        assert_eq!((FACTS[FIRST_OF_TRIALS].name, after), ("grasps_tried", "best_energy"));
     }
 }

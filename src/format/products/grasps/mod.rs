@@ -1,4 +1,4 @@
-//! Grasps: runs that searched for grasps of a hand on an object, and physical trials of what they kept.
+//! Grasps: runs that searched for grasps of a hand on an object, and physical trials of what they found.
 
 mod check;
 mod facts;
@@ -12,6 +12,7 @@ mod shapes_file;
 mod trial;
 #[cfg(test)]
 mod trial_tests;
+mod tried;
 
 pub(super) use check::CHECKS;
 pub use facts::{GraspFacts, TrialFacts};
@@ -21,8 +22,9 @@ pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunSt
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
 pub use shapes_file::{Shapes, ShapesWriter};
 pub use trial::{
-    ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TrialMethod, TrialOutcome, TrialVerdict,
+    ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod, TrialOutcome,
 };
+pub use tried::{TrialVerdict, TriedStates};
 
 use crate::{
     Channel, Product,
@@ -37,7 +39,7 @@ impl Product {
 impl Channel {
     /// [`GraspRun`]: one run of the search and the grasps that it found; every sample of grasps has one.
     pub const GRASP_RUN: Self = Self::at("/grasps/run");
-    /// [`GraspTrials`]: physical trials of the grasps that a run kept.
+    /// [`GraspTrials`]: physical trials of grasps of a run.
     pub const GRASP_TRIALS: Self = Self::at(facts::TRIALS);
 }
 
@@ -50,7 +52,7 @@ impl Sample {
         self.leading(Channel::GRASP_RUN, GraspRun::decode)
     }
 
-    /// Trials of the grasps that the run kept; `None` where the dataset has none.
+    /// Trials of grasps of the run; `None` where the dataset has none.
     ///
     /// # Errors
     /// When the payload is no valid record.

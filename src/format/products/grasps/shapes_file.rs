@@ -86,11 +86,11 @@ impl ShapesWriter {
         written.map_err(DatasetError::mcap("writing", self.temporary.path()))
     }
 
-    /// Publishes the file, with the hand as trials had it.
+    /// Publishes the file, with the hand as trials had it. Returns its size [bytes].
     ///
     /// # Errors
     /// When it can't be written.
-    pub fn finish(self, trial_hand: Option<&TrialHand>) -> Result<(), DatasetError> {
+    pub fn finish(self, trial_hand: Option<&TrialHand>) -> Result<u64, DatasetError> {
         let Self { mut writer, file, temporary, folder, next, .. } = self;
         let texts = trial_hand.map(|TrialHand { mjcf, drive }| [mjcf, drive]);
         let attach = |((name, media_type), text): ((&str, &str), &String)| {
@@ -102,7 +102,8 @@ impl ShapesWriter {
         let finished = attached.and_then(|()| writer.finish().map(|_| ()));
         finished.map_err(DatasetError::mcap("writing", temporary.path()))?;
         writer.into_inner().flush().map_err(DatasetError::io("writing", temporary.path()))?;
-        temporary.publish(&file, &folder, SHAPES).map(|_| ())
+        let bytes = file.metadata().map_err(DatasetError::io("measuring", temporary.path()))?.len();
+        temporary.publish(&file, &folder, SHAPES).map(|_| bytes)
     }
 }
 

@@ -1,9 +1,9 @@
-//! Physical trials of a run's kept grasps: what came of each, and how it closed.
+//! Physical trials of a run's grasps: what came of each, and how it closed.
 
 use nalgebra::Vector3;
 use prost::Message;
 
-use super::TrialFacts;
+use super::{TrialFacts, TrialVerdict, TriedStates};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, pose, ranged},
@@ -12,76 +12,10 @@ use crate::codec::{
 use kernel::{
     geom::{HandBase, Object, Pose},
     ids::SampleId,
+    words::GraspVerdict,
 };
 
 const MESSAGE: &str = "GraspTrials";
-
-/// Verdict on a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum TrialVerdict {
-    /// The object stayed in the hand, and two links at least touch it.
-    Held,
-    /// The hand starts too deep in the object: nothing was simulated.
-    StartsTooDeep,
-    /// The closed hand does not touch the object.
-    NotTouching,
-    /// The closed hand touches it with one link.
-    OneLink,
-    /// The object left while the hand closed.
-    LostClosing,
-    /// While it was lifted.
-    LostLifting,
-    /// While it was shaken.
-    LostShaking,
-    /// Under one of six directions of gravity.
-    LostTurned,
-    /// The object stayed, but in the end fewer than two links touch it.
-    LetGo,
-    /// The numbers blew up.
-    Unstable,
-}
-
-impl TrialVerdict {
-    /// Every verdict, in the order of their numbers on disk.
-    pub const ALL: [Self; 10] = [
-        Self::Held,
-        Self::StartsTooDeep,
-        Self::NotTouching,
-        Self::OneLink,
-        Self::LostClosing,
-        Self::LostLifting,
-        Self::LostShaking,
-        Self::LostTurned,
-        Self::LetGo,
-        Self::Unstable,
-    ];
-
-    /// The name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Held => "held",
-            Self::StartsTooDeep => "starts_too_deep",
-            Self::NotTouching => "not_touching",
-            Self::OneLink => "one_link",
-            Self::LostClosing => "lost_closing",
-            Self::LostLifting => "lost_lifting",
-            Self::LostShaking => "lost_shaking",
-            Self::LostTurned => "lost_turned",
-            Self::LetGo => "let_go",
-            Self::Unstable => "unstable",
-        }
-    }
-
-    /// The verdict of a name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
-    }
-
-    /// Whether the grasp held.
-    pub fn is_held(self) -> bool {
-        self == Self::Held
-    }
-}
 
 /// Conditions of a trial, and the spread of perturbed ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,6 +34,12 @@ pub struct TrialMethod {
     pub gravity: String,
     /// Standard deviations of perturbed runs: of the logarithms of friction and mass, of position [m] and rotation [rad].
     pub spreads: [f64; 4],
+    /// States that are tried; all others are untried, and no trial says that they fail.
+    pub tried: TriedStates,
+    /// Names of the variants under which chosen grasps are tried again.
+    pub variants: Vec<String>,
+    /// Friction of the object against the table; `None` where grasps are not tried on one.
+    pub table_friction: Option<f64>,
 }
 
 /// Outcome of one trial.
@@ -172,6 +112,15 @@ pub struct PerturbedTrial {
     pub outcome: TrialOutcome,
 }
 
+/// Trial of a grasp of the object as it rests on a table: gravity is on, and nothing holds the object while the hand closes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableTrial {
+    /// Index in the resting poses of the object: the most likely one above whose table the hand stays.
+    pub resting_pose: u32,
+    /// Outcome of the trial.
+    pub outcome: TrialOutcome,
+}
+
 /// All trials of one grasp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspTrial {
@@ -185,6 +134,11 @@ pub struct GraspTrial {
     pub perturbed: Vec<PerturbedTrial>,
     /// More such trials, and how many of them held; 0 of a grasp that was not chosen for them.
     pub roll_outs: [u32; 2],
+    /// Verdict under each of [`TrialMethod::variants`]; none of a grasp that was not chosen for them.
+    pub variants: Vec<TrialVerdict>,
+    /// Trial on a table; `None` where the hand would come below it in every resting pose of the object, and in datasets
+    /// without such trials.
+    pub table: Option<TableTrial>,
 }
 
 impl GraspTrial {
@@ -194,6 +148,17 @@ impl GraspTrial {
         (count > 0).then(|| f64::from(held) / f64::from(count))
     }
 
+    /// Whether the grasp held, and holds under every variant too; `None` where no variant was tried.
+    pub fn is_robust(&self) -> Option<bool> {
+        let holds = self.outcome.verdict.is_held() && self.variants.iter().all(|verdict| verdict.is_held());
+        (!self.variants.is_empty()).then_some(holds)
+    }
+
+    /// Whether the grasp lifted the object from a table; `None` where it was not tried on one.
+    pub fn is_held_on_table(&self) -> Option<bool> {
+        self.table.as_ref().map(|trial| trial.outcome.verdict.is_held())
+    }
+
     /// Perturbed runs whose verdict is another one: held or not.
     pub fn turned(&self) -> usize {
         let held = self.outcome.verdict.is_held();
@@ -201,7 +166,7 @@ impl GraspTrial {
     }
 }
 
-/// Trials of the kept grasps of one run.
+/// Trials of the grasps of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspTrials {
     /// Which sample.
@@ -214,7 +179,7 @@ pub struct GraspTrials {
     pub joints: u32,
     /// Method of the trials.
     pub method: TrialMethod,
-    /// One per kept grasp, in their order.
+    /// One per tried grasp, in their order.
     pub trials: Vec<GraspTrial>,
 }
 
@@ -230,20 +195,40 @@ impl GraspTrials {
             tried: self.trials.len() as u32,
             held: count(TrialVerdict::is_held),
             refused: count(|verdict| verdict == TrialVerdict::StartsTooDeep),
+            tried_on_table: self.trials.iter().flat_map(|trial| &trial.table).count() as u32,
+            held_on_table: self.trials.iter().filter(|trial| trial.is_held_on_table() == Some(true)).count() as u32,
         }
     }
 
-    /// `Err` unless there is one trial per kept grasp of the run; `kept` are the indices of these.
-    pub(super) fn check_beside(&self, kept: &[u32]) -> Result<(), RecordError> {
-        lengthy(MESSAGE, "trials", kept.len(), self.trials.len())?;
-        let other = self.trials.iter().zip(kept).find(|(trial, kept)| trial.grasp != **kept);
+    /// `Err` unless there is one trial per state of the run that the method tries, on tables of its object's resting poses;
+    /// `verdicts` are those of all states of the run.
+    pub(super) fn check_beside(&self, verdicts: &[GraspVerdict], resting_poses: u32) -> Result<(), RecordError> {
+        let tried = (0..).zip(verdicts).filter(|(_, verdict)| self.method.tried.includes(**verdict));
+        let tried: Vec<u32> = tried.map(|(index, _)| index).collect();
+        lengthy(MESSAGE, "trials", tried.len(), self.trials.len())?;
+        let other = self.trials.iter().zip(&tried).find(|(trial, tried)| trial.grasp != **tried);
         let value = other.map_or(0.0, |(trial, _)| f64::from(trial.grasp));
-        ranged(MESSAGE, "trials.grasp", value, other.is_none(), "the indices of the kept grasps of the run")
+        ranged(MESSAGE, "trials.grasp", value, other.is_none(), "the indices of the tried states of the run")?;
+        let pose = |trial: &GraspTrial| trial.table.as_ref().map(|table| table.resting_pose);
+        let beyond = self.trials.iter().filter_map(pose).find(|pose| *pose >= resting_poses);
+        let value = f64::from(beyond.unwrap_or_default());
+        ranged(MESSAGE, "trials.table.resting_pose", value, beyond.is_none(), "below the resting poses of the object")
     }
 
     /// Appends the payload to `out`; equal records give equal bytes.
     pub fn encode(&self, out: &mut Vec<u8>) {
-        let TrialMethod { friction, torsion, mass, mass_from, mass_source, gravity, spreads } = &self.method;
+        let TrialMethod {
+            friction,
+            torsion,
+            mass,
+            mass_from,
+            mass_source,
+            gravity,
+            spreads,
+            tried,
+            variants,
+            table_friction,
+        } = &self.method;
         wire::sample(out, 1, &self.sample);
         wire::bytes(out, 2, self.hand.as_bytes());
         self.links.iter().for_each(|name| wire::element(out, 3, name.as_bytes()));
@@ -260,6 +245,9 @@ impl GraspTrials {
             nested(out, 14, |out| trial.encode(out));
         }
         wire::bytes(out, 15, mass_source.as_bytes());
+        wire::bytes(out, 16, tried.name().as_bytes());
+        variants.iter().for_each(|name| wire::element(out, 17, name.as_bytes()));
+        wire::doubles(out, 18, table_friction.as_slice());
     }
 
     /// Reads and checks a payload.
@@ -274,6 +262,8 @@ impl GraspTrials {
         ranged(MESSAGE, "links", links.len() as f64, links.len() == joints as usize + 1, "one more than joints")?;
         named("mass_from", &raw.mass_from, &SOURCES)?;
         named("gravity", &raw.gravity, &GRAVITIES)?;
+        named("tried", &raw.tried, &TriedStates::ALL.map(TriedStates::name))?;
+        let tried = TriedStates::from_name(&raw.tried).expect("the name is known");
         ranged(MESSAGE, "mass", raw.mass, raw.mass > 0.0 && raw.mass.is_finite(), "positive and finite")?;
         let spreads = [raw.friction_spread, raw.mass_spread, raw.shift_spread, raw.turn_spread];
         for (field, value) in [("friction", raw.friction), ("torsion", raw.torsion)]
@@ -282,11 +272,17 @@ impl GraspTrials {
         {
             not_below_zero(field, value)?;
         }
+        lengthy(MESSAGE, "table_friction", raw.table_friction.len().min(1), raw.table_friction.len())?;
+        let table_friction = raw.table_friction.first().copied();
+        not_below_zero("table_friction", table_friction.unwrap_or_default())?;
         let mut read: Vec<GraspTrial> = Vec::with_capacity(raw.trials.len());
         for trial in &raw.trials {
             let ascends = read.last().is_none_or(|before| before.grasp < trial.grasp);
             ranged(MESSAGE, "trials.grasp", f64::from(trial.grasp), ascends, "ascending")?;
-            read.push(GraspTrial::of(trial, joints as usize)?);
+            let on_table = u32::from(trial.table.is_some());
+            let may_be = on_table == 0 || table_friction.is_some();
+            ranged(MESSAGE, "trials.table", f64::from(on_table), may_be, "none without a table_friction")?;
+            read.push(GraspTrial::of(trial, joints as usize, raw.variants.len())?);
         }
         let (friction, torsion, mass) = (raw.friction, raw.torsion, raw.mass);
         let (mass_from, mass_source, gravity) = (raw.mass_from, raw.mass_source, raw.gravity);
@@ -295,7 +291,18 @@ impl GraspTrials {
             hand: raw.hand,
             links,
             joints,
-            method: TrialMethod { friction, torsion, mass, mass_from, mass_source, gravity, spreads },
+            method: TrialMethod {
+                friction,
+                torsion,
+                mass,
+                mass_from,
+                mass_source,
+                gravity,
+                spreads,
+                tried,
+                variants: raw.variants,
+                table_friction,
+            },
             trials: read,
         })
     }
@@ -347,11 +354,21 @@ impl GraspTrial {
         }
         wire::uint32(out, 11, self.roll_outs[0]);
         wire::uint32(out, 12, self.roll_outs[1]);
+        wire::uint32s(out, 13, self.variants.iter().map(|verdict| *verdict as u32));
+        if let Some(TableTrial { resting_pose, outcome }) = &self.table {
+            nested(out, 14, |out| {
+                wire::uint32(out, 1, *resting_pose);
+                nested(out, 2, |out| outcome.encode(out));
+            });
+        }
     }
 
-    fn of(trial: &proto::GraspTrial, joints: usize) -> Result<Self, RecordError> {
+    fn of(trial: &proto::GraspTrial, joints: usize, variants: usize) -> Result<Self, RecordError> {
         let [count, held] = [trial.roll_outs, trial.roll_outs_held];
         ranged(MESSAGE, "trials.roll_outs_held", f64::from(held), held <= count, "at most roll_outs")?;
+        if !trial.variants.is_empty() {
+            lengthy(MESSAGE, "trials.variants", variants, trial.variants.len())?;
+        }
         let perturbed = trial.perturbed.iter().map(|trial| {
             for (field, value) in [("perturbed.friction", trial.friction), ("perturbed.mass", trial.mass)] {
                 not_below_zero(field, value)?;
@@ -370,7 +387,19 @@ impl GraspTrial {
             closed: ClosedHand::of(trial, joints)?,
             perturbed: perturbed.collect::<Result<_, RecordError>>()?,
             roll_outs: [count, held],
+            variants: trial
+                .variants
+                .iter()
+                .map(|number| verdict_of("trials.variants", *number))
+                .collect::<Result<_, RecordError>>()?,
+            table: trial.table.as_ref().map(TableTrial::of).transpose()?,
         })
+    }
+}
+
+impl TableTrial {
+    fn of(trial: &proto::TableTrial) -> Result<Self, RecordError> {
+        Ok(Self { resting_pose: trial.resting_pose, outcome: TrialOutcome::of(trial.outcome.as_ref())? })
     }
 }
 
@@ -427,13 +456,7 @@ impl TrialOutcome {
     fn of(outcome: Option<&proto::TrialOutcome>) -> Result<Self, RecordError> {
         let missing = RecordError::Missing { message: MESSAGE, field: "trials.outcome" };
         let outcome = outcome.ok_or(missing)?;
-        let unknown = RecordError::Range {
-            message: MESSAGE,
-            field: "outcome.verdict",
-            value: f64::from(outcome.verdict),
-            allowed: "0 to 9",
-        };
-        let verdict = TrialVerdict::ALL.get(outcome.verdict as usize).copied().ok_or(unknown)?;
+        let verdict = verdict_of("outcome.verdict", outcome.verdict)?;
         let penetration = [outcome.start_penetration, outcome.closed_penetration, outcome.shaken_penetration];
         for (field, value) in [
             ("outcome.time", outcome.time),
@@ -466,6 +489,12 @@ impl TrialOutcome {
             warnings: outcome.warnings,
         })
     }
+}
+
+/// The verdict of a number on disk.
+fn verdict_of(field: &'static str, number: u32) -> Result<TrialVerdict, RecordError> {
+    let unknown = RecordError::Range { message: MESSAGE, field, value: f64::from(number), allowed: "0 to 9" };
+    TrialVerdict::ALL.get(number as usize).copied().ok_or(unknown)
 }
 
 /// `Err` unless the text is one of these.

@@ -8,6 +8,7 @@ use crate::codec::proto;
 use kernel::{
     geom::Pose,
     ids::{Digest, ItemId, ObjectId, SampleId},
+    words::GraspVerdict,
 };
 
 fn outcome(verdict: TrialVerdict) -> TrialOutcome {
@@ -61,6 +62,9 @@ fn trials() -> GraspTrials {
             mass_source: "scales".to_owned(),
             gravity: "lifted".to_owned(),
             spreads: [0.2, 0.1, 0.001, 0.0175],
+            tried: TriedStates::Closed,
+            variants: vec!["free".to_owned(), "heavy".to_owned()],
+            table_friction: Some(0.4),
         },
         trials: vec![
             GraspTrial {
@@ -69,8 +73,18 @@ fn trials() -> GraspTrials {
                 closed: Some(closed),
                 perturbed: vec![perturbed],
                 roll_outs: [16, 12],
+                variants: vec![TrialVerdict::Held, TrialVerdict::LetGo],
+                table: Some(TableTrial { resting_pose: 2, outcome: outcome(TrialVerdict::LostLifting) }),
             },
-            GraspTrial { grasp: 4, outcome: refused, closed: None, perturbed: vec![], roll_outs: [0; 2] },
+            GraspTrial {
+                grasp: 4,
+                outcome: refused,
+                closed: None,
+                perturbed: vec![],
+                roll_outs: [0; 2],
+                variants: vec![],
+                table: None,
+            },
         ],
     }
 }
@@ -82,10 +96,11 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     assert_eq!(GraspTrials::decode(&payload), Ok(trials()));
     let generated = proto::GraspTrials::decode(payload.as_slice()).unwrap();
     assert_eq!(generated.encode_to_vec(), payload);
-    assert_eq!(trials().facts(), TrialFacts { tried: 2, held: 1, refused: 1 });
+    assert_eq!(trials().facts(), TrialFacts { tried: 2, held: 1, refused: 1, tried_on_table: 1, held_on_table: 0 });
     assert_eq!((trials().trials[0].success(), trials().trials[0].turned()), (Some(0.75), 1));
     assert_eq!(trials().trials[1].success(), None);
-    let lies: [fn(&mut proto::GraspTrials); 13] = [
+    assert_eq!([0, 1].map(|index| trials().trials[index].is_robust()), [Some(false), None]);
+    let lies: [fn(&mut proto::GraspTrials); 19] = [
         |trials| trials.sample = None,
         |trials| trials.joints = 3,
         |trials| trials.mass = 0.0,
@@ -99,12 +114,25 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
         |trials| trials.trials[0].roll_outs_held = 17,
         |trials| trials.trials[1].outcome.as_mut().unwrap().verdict = 10,
         |trials| trials.trials[0].perturbed[0].shift.push(0.0),
+        |trials| trials.tried = "all".to_owned(),
+        |trials| trials.trials[0].variants.push(0),
+        |trials| trials.trials[0].variants[0] = 10,
+        |trials| trials.table_friction.clear(),
+        |trials| trials.table_friction.push(0.5),
+        |trials| trials.trials[0].table.as_mut().unwrap().outcome = None,
     ];
     for (number, lie) in lies.into_iter().enumerate() {
         let mut lying = generated.clone();
         lie(&mut lying);
         assert!(GraspTrials::decode(&lying.encode_to_vec()).is_err(), "lie {number}");
     }
-    assert!(trials().check_beside(&[1, 4]).is_ok());
-    assert!(trials().check_beside(&[1]).is_err() && trials().check_beside(&[1, 3]).is_err());
+    let [open, low, kept] = [GraspVerdict::OpenHand, GraspVerdict::LowQuality, GraspVerdict::Kept];
+    let mut tried = trials();
+    assert!(tried.check_beside(&[open, low, open, open, kept], 3).is_ok());
+    assert!(tried.check_beside(&[open, low, open, open, kept], 2).is_err());
+    assert!(tried.check_beside(&[open, low, open, open], 3).is_err());
+    assert!(tried.check_beside(&[low, open, open, open, kept], 3).is_err());
+    tried.method.tried = TriedStates::Kept;
+    assert!(tried.check_beside(&[open, low, open, open, kept], 3).is_err());
+    assert!(tried.check_beside(&[low, kept, low, open, kept], 3).is_ok());
 }

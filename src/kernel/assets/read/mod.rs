@@ -1,5 +1,6 @@
 //! Mesh files as they stand: STL, OBJ, PLY and OFF, with the byte or line of whatever is wrong.
 
+mod disguise;
 mod obj;
 mod off;
 mod ply;
@@ -64,16 +65,22 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
         return Err(Refuse::new("lfs_pointer", "a Git LFS pointer stands in for the mesh", "run git lfs pull"));
     }
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    let raw = match extension.as_deref() {
-        Some("stl") => stl::read(bytes)?,
-        Some("obj") => obj::read(bytes)?,
-        Some("ply") => ply::read(bytes)?,
-        Some("off") => off::read(bytes)?,
+    let reader: fn(&[u8]) -> Result<RawMesh, Refuse> = match extension.as_deref() {
+        Some("stl") => stl::read,
+        Some("obj") => obj::read,
+        Some("ply") => ply::read,
+        Some("off") => off::read,
         Some(other) => {
             return Err(Refuse::new("format", format!("the format .{other} is not read"), CONVERT));
         }
         None => return Err(Refuse::new("format", "the file has no extension that names its format", CONVERT)),
     };
+    // A file that does not read as its name says may be something else that tells its name.
+    read_faces(reader, bytes).map_err(|refuse| disguise::refusal(bytes, extension.as_deref()).unwrap_or(refuse))
+}
+
+fn read_faces(reader: fn(&[u8]) -> Result<RawMesh, Refuse>, bytes: &[u8]) -> Result<RawMesh, Refuse> {
+    let raw = reader(bytes)?;
     if raw.faces.is_empty() {
         return Err(Refuse::new(
             "no_faces",

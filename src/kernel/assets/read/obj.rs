@@ -6,14 +6,14 @@
 use super::{
     polygons::Builder,
     raw::RawMesh,
-    text::{Lines, position, syntax, words},
+    text::{Lines, clipped, position, syntax, without_mark, words},
 };
 use crate::assets::Refuse;
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     let mut builder = Builder::default();
     let mut curved = 0;
-    let mut lines = Lines::of(bytes);
+    let mut lines = Lines::of(without_mark(bytes));
     let mut joined = Vec::new();
     while let Some((line, mut text)) = lines.next() {
         // A backslash at the end goes on in the next line.
@@ -55,7 +55,7 @@ fn corner(word: &[u8], vertices: usize, line: usize) -> Result<i64, Refuse> {
         Some(number @ 1..) => Ok(number - 1),
         Some(0) => Err(syntax("a face names vertex 0; OBJ counts from 1", line)),
         Some(number) => Ok(vertices as i64 + number),
-        None => Err(syntax(format!("\"{}\" is no corner of a face", String::from_utf8_lossy(word)), line)),
+        None => Err(syntax(format!("\"{}\" is no corner of a face", clipped(word)), line)),
     }
 }
 

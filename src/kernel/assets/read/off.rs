@@ -3,12 +3,12 @@
 use super::{
     polygons::Builder,
     raw::{CONVERT, RawMesh},
-    text::{Lines, ends_early, number, position, syntax, whole, without_comment, words},
+    text::{Lines, ends_early, number, position, syntax, whole, without_comment, without_mark, words},
 };
 use crate::assets::Refuse;
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
-    let mut lines = Lines::of(bytes)
+    let mut lines = Lines::of(without_mark(bytes))
         .map(|(line, text)| (line, without_comment(text)))
         .filter(|(_, text)| words(text).next().is_some());
     let (mut line, mut text) = lines.next().ok_or_else(|| ends_early("only comments", 1))?;
@@ -20,12 +20,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
         (line, text) = lines.next().ok_or_else(|| ends_early("no line of counts", line))?;
     }
     let mut counts = words(text);
-    let mut count = |what: &str| match whole(counts.next(), what, line)? {
-        count if count >= 0 => Ok(count as usize),
-        count => Err(syntax(format!("{what} is {count}"), line)),
-    };
     // The count of edges is often missing and never used.
-    let (vertices, faces) = (count("the number of vertices")?, count("the number of faces")?);
+    let vertices = count(counts.next(), "the number of vertices", line)?;
+    let faces = count(counts.next(), "the number of faces", line)?;
 
     let mut builder = Builder::default();
     builder.reserve(vertices.min(bytes.len() / 6), faces.min(bytes.len() / 6));
@@ -36,12 +33,20 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     for face in 0..faces {
         (line, text) = lines.next().ok_or_else(|| ends_early(format!("{face} of {faces} faces"), line))?;
         let mut words = words(text);
-        for _ in 0..whole(words.next(), "the number of corners", line)? {
+        for _ in 0..count(words.next(), "the number of corners", line)? {
             builder.corner(whole(words.next(), "a corner", line)?, || format!("line {line}"))?;
         }
         builder.end_polygon();
     }
     builder.finish()
+}
+
+/// The next word as a count.
+fn count(word: Option<&[u8]>, what: &str, line: usize) -> Result<usize, Refuse> {
+    match whole(word, what, line)? {
+        count if count >= 0 => Ok(count as usize),
+        count => Err(syntax(format!("{what} is {count}"), line)),
+    }
 }
 
 /// The keyword, empty where there is none, and the rest of its line.

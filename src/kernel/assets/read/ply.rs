@@ -3,11 +3,12 @@
 use super::{
     polygons::Builder,
     raw::{CONVERT, RawMesh},
-    text::{Lines, number, syntax, words},
+    text::{Lines, clipped, number, syntax, without_mark, words},
 };
 use crate::assets::Refuse;
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
+    let bytes = without_mark(bytes);
     let header = Header::read(bytes)?;
     let mut body = Body::new(bytes, &header);
     let mut builder = Builder::default();
@@ -25,7 +26,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
             }
             ("vertex", None, _) => return Err(Refuse::new("syntax", "its vertices have no x, y and z", AGAIN)),
             ("face", _, Some(list)) => {
-                builder.reserve(0, plausible);
+                // A triangle takes at least four bytes.
+                builder.reserve(0, plausible.min(bytes.len() / 4));
                 for row in 0..element.count {
                     body.face(&mut builder, element, list, row)?;
                 }
@@ -33,6 +35,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
             ("tristrips", ..) if element.count > 0 => {
                 return Err(Refuse::new("format", "triangle strips are not read", CONVERT));
             }
+            // Rows of nothing, however many.
+            _ if element.properties.is_empty() => {}
             _ => {
                 for row in 0..element.count {
                     body.skip(&element.properties, element, row)?;
@@ -75,7 +79,7 @@ impl Type {
             b"uint" | b"uint32" => Self::U32,
             b"float" | b"float32" => Self::F32,
             b"double" | b"float64" => Self::F64,
-            other => return Err(syntax(format!("\"{}\" is no PLY type", String::from_utf8_lossy(other)), line)),
+            other => return Err(syntax(format!("\"{}\" is no PLY type", clipped(other)), line)),
         })
     }
 
@@ -163,12 +167,16 @@ impl Header {
                         Some(b"ascii") => Form::Text,
                         Some(b"binary_little_endian") => Form::Little,
                         Some(b"binary_big_endian") => Form::Big,
-                        other => return Err(syntax(format!("\"{}\" is no PLY format", text_of(other)), line)),
+                        other => {
+                            let problem = format!("\"{}\" is no PLY format", clipped(other.unwrap_or_default()));
+                            return Err(syntax(problem, line));
+                        }
                     });
                 }
                 Some(b"element") => {
                     let (name, count) = (text_of(words.next()), text_of(words.next()));
-                    let count = count.parse().map_err(|_| syntax(format!("\"{count}\" is no count"), line))?;
+                    let no_count = || syntax(format!("\"{}\" is no count", clipped(count.as_bytes())), line);
+                    let count = count.parse().map_err(|_| no_count())?;
                     elements.push(Element { name, count, properties: Vec::new() });
                 }
                 Some(b"property") => {
@@ -188,7 +196,7 @@ impl Header {
                 }
                 Some(b"comment" | b"obj_info") | None => {}
                 Some(other) => {
-                    let problem = format!("\"{}\" has no meaning in a PLY header", String::from_utf8_lossy(other));
+                    let problem = format!("\"{}\" has no meaning in a PLY header", clipped(other));
                     return Err(syntax(problem, line));
                 }
             }
@@ -249,8 +257,8 @@ impl<'a> Body<'a> {
 
     #[cold]
     fn ends_in(&self, element: &Element, row: u64) -> Refuse {
-        let problem =
-            format!("the header declares {} of element {}, the file ends after {row}", element.count, element.name);
+        let name = clipped(element.name.as_bytes());
+        let problem = format!("the header declares {} of element {name}, the file ends after {row}", element.count);
         Refuse::new("truncated", problem, "copy or export it again").at(self.location())
     }
 
@@ -282,6 +290,11 @@ impl<'a> Body<'a> {
             }
             for _ in 0..self.length(property, element, row)? {
                 let corner = self.value(property.item, element, row)?;
+                if corner as i64 as f64 != corner {
+                    let problem = format!("a face names vertex {corner}, no whole number");
+                    let location = format!("face {}, {}", row + 1, self.location());
+                    return Err(Refuse::new("syntax", problem, AGAIN).at(location));
+                }
                 builder.corner(corner as i64, || format!("face {}, {}", row + 1, self.location()))?;
             }
             builder.end_polygon();
@@ -298,7 +311,8 @@ impl<'a> Body<'a> {
         if length >= 0.0 && length % 1.0 == 0.0 {
             return Ok(length as u64);
         }
-        let problem = format!("a list of {} of element {} has {length} items", property.name, element.name);
+        let [list, name] = [&property.name, &element.name].map(|name| clipped(name.as_bytes()));
+        let problem = format!("a list of {list} of element {name} has {length} items");
         Err(Refuse::new("syntax", problem, AGAIN).at(self.location()))
     }
 

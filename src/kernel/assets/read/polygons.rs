@@ -88,8 +88,19 @@ fn out_of_range(index: i64, vertices: usize, location: String) -> Refuse {
     Refuse::new("index_out_of_range", problem, "export it again: vertices are missing or the file was cut").at(location)
 }
 
-/// Most corners of a polygon that is cut ear by ear; the time grows with the cube.
+/// Most corners of a polygon that is cut ear by ear; the time grows with the square, at worst with the cube.
 const MAX_CORNERS: usize = 1000;
+
+/// Knowledge about a corner of a polygon that is being cut, as long as its neighbours stay.
+#[derive(Clone, Copy)]
+enum Corner {
+    Unknown,
+    Ear,
+    /// The outline bends to the right at this corner.
+    Concave,
+    /// Another corner, this one, lies in its triangle.
+    BlockedBy(usize),
+}
 
 /// Cuts a polygon into triangles: a fan where that is right (convex polygons), ears otherwise.
 fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]>) {
@@ -114,17 +125,32 @@ fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]
     }
     // Ear clipping: an ear has a convex corner and no other corner inside.
     let mut rest: Vec<usize> = (0..count).collect();
+    let mut known = vec![Corner::Unknown; count];
+    let mut is_cut = vec![false; count];
     while rest.len() > 3 {
         let around = |i: usize| {
             let n = rest.len();
             (rest[(i + n - 1) % n], rest[i], rest[(i + 1) % n])
         };
-        let is_ear = |&i: &usize| {
+        let judge = |i: usize| {
             let (a, b, c) = around(i);
+            let is_convex = up(a, b, c) > 0.0;
+            if !is_convex {
+                return Corner::Concave;
+            }
             let blocks = |&p: &usize| {
                 p != a && p != b && p != c && up(a, b, p) >= 0.0 && up(b, c, p) >= 0.0 && up(c, a, p) >= 0.0
             };
-            up(a, b, c) > 0.0 && !rest.iter().any(blocks)
+            rest.iter().copied().find(blocks).map_or(Corner::Ear, Corner::BlockedBy)
+        };
+        let mut is_ear = |&i: &usize| {
+            let corner = &mut known[rest[i]];
+            match *corner {
+                Corner::Unknown => *corner = judge(i),
+                Corner::BlockedBy(blocker) if is_cut[blocker] => *corner = judge(i),
+                _ => {}
+            }
+            matches!(corner, Corner::Ear)
         };
         // A polygon that crosses itself may have no ear; then the widest corner goes.
         let ear = (0..rest.len()).find(|i| is_ear(i)).unwrap_or_else(|| {
@@ -134,6 +160,8 @@ fn triangulate(positions: &[[f64; 3]], polygon: &[u32], faces: &mut Vec<[u32; 3]
         let (a, b, c) = around(ear);
         faces.push([a, b, c].map(|corner| polygon[corner]));
         rest.remove(ear);
+        is_cut[b] = true;
+        [a, c].into_iter().for_each(|neighbour| known[neighbour] = Corner::Unknown);
     }
     faces.push([rest[0], rest[1], rest[2]].map(|corner| polygon[corner]));
 }

@@ -5,7 +5,7 @@
 use super::{
     polygons::Builder,
     raw::RawMesh,
-    text::{Lines, ends_early, position, syntax, words},
+    text::{Lines, clipped, ends_early, position, syntax, without_mark, words},
 };
 use crate::assets::{Refuse, weld::Welder};
 
@@ -16,8 +16,9 @@ const RECORD: usize = 50;
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     let declared = bytes.get(80..HEADER).map(|count| u64::from(u32::from_le_bytes(count.try_into().expect("4 bytes"))));
     let fits = declared.is_some_and(|count| HEADER as u64 + RECORD as u64 * count == bytes.len() as u64);
-    if !fits && looks_ascii(bytes) {
-        return ascii(bytes);
+    let text = without_mark(bytes);
+    if !fits && looks_ascii(text) {
+        return ascii(text);
     }
     match declared {
         Some(declared) => binary(bytes, declared),
@@ -118,8 +119,7 @@ fn ascii(bytes: &[u8]) -> Result<RawMesh, Refuse> {
         } else if word.eq_ignore_ascii_case(b"endsolid") {
             open = false;
         } else if !word.is_empty() && !IGNORED.iter().any(|known| word.eq_ignore_ascii_case(known)) {
-            let word = String::from_utf8_lossy(&word[..word.len().min(20)]).into_owned();
-            return Err(syntax(format!("\"{word}\" has no meaning in an ASCII STL"), line));
+            return Err(syntax(format!("\"{}\" has no meaning in an ASCII STL", clipped(word)), line));
         }
     }
     if corners > 0 || open {

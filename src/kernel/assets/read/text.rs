@@ -2,6 +2,11 @@
 
 use crate::assets::Refuse;
 
+/// A text without the mark of UTF-8 that some programs put in front of it.
+pub(super) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text)
+}
+
 /// The lines of a text, from 1; they end with LF, CR LF or CR.
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
@@ -40,6 +45,14 @@ pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
+/// A word as messages quote it: without what a terminal would obey, and only its beginning where it is long.
+pub(super) fn clipped(word: &[u8]) -> String {
+    const LONGEST: usize = 40;
+    let start = String::from_utf8_lossy(&word[..word.len().min(LONGEST)]);
+    let rest = if word.len() > LONGEST { "..." } else { "" };
+    format!("{}{rest}", start.escape_debug())
+}
+
 /// A line without what follows `#`.
 pub(super) fn without_comment(line: &[u8]) -> &[u8] {
     &line[..line.iter().position(|&byte| byte == b'#').unwrap_or(line.len())]
@@ -55,10 +68,10 @@ pub(super) fn number(word: Option<&[u8]>, what: &str, line: usize) -> Result<f64
         Ok(number) => Ok(number),
         Err(_) if word.contains(&b'#') => Ok(f64::NAN),
         Err(_) if word.contains(&b',') && text.replace(',', ".").parse::<f64>().is_ok() => {
-            let problem = format!("{what} is {text}, with a decimal comma");
+            let problem = format!("{what} is {}, with a decimal comma", clipped(word));
             Err(Refuse::new("syntax", problem, "export it again with decimal points").at(format!("line {line}")))
         }
-        Err(_) => Err(syntax(format!("{what} is \"{}\", no number", String::from_utf8_lossy(word)), line)),
+        Err(_) => Err(syntax(format!("{what} is \"{}\", no number", clipped(word)), line)),
     }
 }
 

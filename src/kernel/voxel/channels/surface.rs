@@ -99,6 +99,11 @@ impl Surface {
         surface
     }
 
+    /// Vertices of the mesh, in `Object` [m].
+    pub fn vertices(&self) -> &[[f32; 3]] {
+        &self.vertices
+    }
+
     /// Total area [m^2].
     pub fn area(&self) -> f64 {
         self.areas.last().copied().unwrap_or(0.0)

@@ -12,7 +12,9 @@ use crate::export::{
     selected::{SampleNames, SelectedSamples},
     target::Target,
 };
-use format::{Channel, Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, dataset::DatasetReader};
+use format::{
+    Channel, Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, TableTrial, dataset::DatasetReader,
+};
 use tables::{
     ColumnType::{Boolean, F64, F64s, Text, U32},
     Value,
@@ -296,8 +298,12 @@ fn quality_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
     ]
 }
 
+fn on_table<'a>(row: &GraspRow<'a>) -> Option<&'a TableTrial> {
+    row.trial?.table.as_ref()
+}
+
 /// Columns of what came of a grasp's trial.
-fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 6] {
+fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 10] {
     fn count(row: &GraspRow<'_>, count: fn(&GraspTrial) -> usize) -> Value<'static> {
         row.trial.map_or(Value::Empty, |trial| Value::U32(count(trial) as u32))
     }
@@ -322,6 +328,24 @@ fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 6] {
         }),
         RowColumn::optional("roll_outs_held", U32, "number of them that held; their share is a probability", |row| {
             count(row, |trial| trial.roll_outs[1] as usize)
+        }),
+        RowColumn::optional(
+            "robust",
+            Boolean,
+            "whether it holds under every variant of the conditions too; none where no variant was tried",
+            |row| row.trial.and_then(GraspTrial::is_robust).map_or(Value::Empty, Value::Boolean),
+        ),
+        RowColumn::optional(
+            "table_pose",
+            U32,
+            "resting pose of the object in which it was tried on a table as well; none where it was not",
+            |row| on_table(row).map_or(Value::Empty, |trial| Value::U32(trial.resting_pose)),
+        ),
+        RowColumn::optional("table_trial", Text, "verdict on that trial", |row| {
+            on_table(row).map_or(Value::Empty, |trial| Value::Text(trial.outcome.verdict.name()))
+        }),
+        RowColumn::optional("held_on_table", Boolean, "whether it lifted the object from the table", |row| {
+            row.trial.and_then(GraspTrial::is_held_on_table).map_or(Value::Empty, Value::Boolean)
         }),
     ]
 }

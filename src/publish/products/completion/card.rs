@@ -8,7 +8,7 @@ use super::gallery::Pick;
 use crate::{
     chart::{percent, round_step},
     markup::Markup,
-    page::ImageView,
+    page::{ImageView, StripCard},
     picture::{
         Colour, DepthRange, Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture,
         height_map,
@@ -25,10 +25,15 @@ const SIDE: u32 = 400;
 /// Side of a picture on the page [px].
 const SHOWN_SIDE: u32 = 200;
 
+/// Name of the panel with touch on the whole solid.
+const TOUCH_POINTS: &str = "Touch points, from behind";
+/// Name of the panel with both grids, as the camera's side sees them.
+const BOTH: &str = "Both, from the camera's side";
+
 /// The card of a sample: pictures and numbers.
 #[derive(Serialize)]
 pub(crate) struct CardView {
-    object: String,
+    pub object: String,
     view: String,
     why: String,
     split: String,
@@ -91,6 +96,16 @@ impl CardView {
             panels: panels(sample, &pair)?,
         })
     }
+
+    /// The card as the strip on top of the page shows it: touch on the solid where there is any, else both grids.
+    pub fn for_strip(&self) -> StripCard {
+        let named = |name: &str| self.panels.iter().find(|panel| panel.name == name);
+        let panel = named(TOUCH_POINTS).or_else(|| named(BOTH));
+        StripCard {
+            caption: format!("{}, view {}", self.object, self.view),
+            pictures: panel.map(|panel| panel.image.clone()).into_iter().collect(),
+        }
+    }
 }
 
 /// Grids from two sides, touch where there is any, and slices.
@@ -102,7 +117,7 @@ fn panels(sample: &Sample, pair: &VoxelPair) -> Result<Vec<PanelView>, DatasetEr
     let grids = [
         (front.draw(Some(partial), None), "Partial", "what the camera saw"),
         (front.draw(None, Some(complete)), "Complete", "the whole solid"),
-        (front.draw(Some(partial), Some(complete)), "Both, from the camera's side", "blue on orange"),
+        (front.draw(Some(partial), Some(complete)), BOTH, "blue on orange"),
         (behind.draw(Some(partial), Some(complete)), "Both, from behind", "orange was hidden"),
     ];
     let grids = grids.map(|(picture, name, hint)| PanelView::new(&picture.with_few_colours(), name, hint));
@@ -168,8 +183,7 @@ fn touch_points(touched: &TouchedPair, behind: &VoxelPainter) -> Picture {
     let point =
         |contact: &TouchContact| std::array::from_fn(|axis| (f64::from(contact.position[axis]) - lower[axis]) / cell);
     for (channel, TactileContacts { contacts, .. }) in &touched.touch {
-        let (colour, _) = kind_of_touch(*channel);
-        behind.dot(&mut points, colour, contacts.iter().map(point));
+        behind.dot(&mut points, dot_meaning(*channel).colour, contacts.iter().map(point));
     }
     points
 }
@@ -181,8 +195,8 @@ fn touch_panels(touched: &TouchedPair, behind: &VoxelPainter) -> [PanelView; 2] 
     let points = touch_points(touched, behind);
     let mut kinds = Vec::new();
     for (channel, TactileContacts { contacts, .. }) in touch {
-        let (colour, word) = kind_of_touch(*channel);
-        kinds.push(format!("{} {word} ({})", contacts.len(), colour.hex()));
+        let DotMeaning { colour_name: colour, word, .. } = dot_meaning(*channel);
+        kinds.push(format!("{} {word} ({colour})", contacts.len()));
     }
     let count: usize = touch.iter().map(|(_, contacts)| contacts.contacts.len()).sum();
     // A lone kind needs no word for its colour.
@@ -190,17 +204,25 @@ fn touch_panels(touched: &TouchedPair, behind: &VoxelPainter) -> [PanelView; 2] 
     let [cells, points] = [cells, points].map(Picture::with_few_colours);
     [
         PanelView::new(&cells, "Partial and touch, from behind", format!("green: {} touched cells", tactile.count())),
-        PanelView::new(&points, "Touch points, from behind", format!("{counts} on the solid")),
+        PanelView::new(&points, TOUCH_POINTS, format!("{counts} on the solid")),
     ]
 }
 
-/// The colour of a kind's dots, and how they came about.
-fn kind_of_touch(channel: Channel) -> (Colour, &'static str) {
-    match channel {
-        Channel::TOUCH_EXPLORATION => (Colour::EXPLORED, "by exploration"),
-        Channel::TOUCH_GRASP => (Colour::HELD, "by the grasp"),
-        _ => (Colour::TOUCHED, "by rays"),
-    }
+/// Dots of one kind of touch.
+struct DotMeaning {
+    colour: Colour,
+    colour_name: &'static str,
+    /// Origin of the contacts, in words.
+    word: &'static str,
+}
+
+fn dot_meaning(channel: Channel) -> DotMeaning {
+    let (colour, colour_name, word) = match channel {
+        Channel::TOUCH_EXPLORATION => (Colour::EXPLORED, "light blue", "by exploration"),
+        Channel::TOUCH_GRASP => (Colour::HELD, "red", "by the grasp"),
+        _ => (Colour::TOUCHED, "green", "by rays"),
+    };
+    DotMeaning { colour, colour_name, word }
 }
 
 /// Where a card's depth comes from.
@@ -223,7 +245,7 @@ impl DepthKind {
 
 /// Depth in colour with a scale of depth [m] and one of length across the view; `None` where nothing returned.
 fn depth_drawing(crop: &DepthCrop, pair: &VoxelPair, kind: DepthKind) -> Option<Markup> {
-    const BOX: (f64, f64) = (142.0, 160.0);
+    const BOX: (f64, f64) = (134.0, 160.0);
     let range = DepthRange::of(crop)?;
     let crop = &crop.trimmed();
     let zoom = (SIDE / crop.width.max(crop.height).max(1)).clamp(1, 10);
@@ -238,7 +260,7 @@ fn depth_drawing(crop: &DepthCrop, pair: &VoxelPair, kind: DepthKind) -> Option<
     };
     let metres = round_step(w / scale * metres_a_pixel * 0.2);
     let length = metres / metres_a_pixel * scale;
-    let digits = if range.far - range.near < 0.02 { 4 } else { 3 };
+    let digits = if range.far - range.near < 0.02 && range.far < 10.0 { 4 } else { 3 };
     let mut svg = format!(
         r#"<svg class="depth" viewBox="0 0 200 200" role="img" aria-label="depth from {0:.3} to {1:.3} m"><title>depth from {0:.3} to {1:.3} m</title>"#,
         range.near, range.far
@@ -248,21 +270,24 @@ fn depth_drawing(crop: &DepthCrop, pair: &VoxelPair, kind: DepthKind) -> Option<
         r#"<image x="{left:.1}" y="{top:.1}" width="{w:.1}" height="{h:.1}" preserveAspectRatio="none" href="{}"/>"#,
         picture.to_data_uri()
     );
-    let _ = write!(
-        svg,
-        r#"<image x="152" y="16" width="9" height="130" preserveAspectRatio="none" href="{}"/>"#,
-        colour_bar(1, 64).to_data_uri()
-    );
-    for (share, y) in [(0.0, 21.0), (0.5, 85.0), (1.0, 146.0)] {
-        let depth = range.near + (range.far - range.near) * share;
-        let _ = write!(svg, r#"<text x="164" y="{y}">{depth:.digits$}</text>"#);
+    let number = |share: f64| format!("{:.digits$}", range.near + (range.far - range.near) * share);
+    if number(0.0) == number(1.0) {
+        // A face across the view has one depth and one colour.
+        let _ = write!(svg, r#"<text x="146" y="89">{}</text>"#, number(0.5));
+    } else {
+        let bar = colour_bar(1, 64).to_data_uri();
+        let _ =
+            write!(svg, r#"<image x="142" y="20" width="9" height="130" preserveAspectRatio="none" href="{bar}"/>"#);
+        for (share, y) in [(0.0, 27), (0.5, 89), (1.0, 151)] {
+            let _ = write!(svg, r#"<text x="154" y="{y}">{}</text>"#, number(share));
+        }
     }
     svg.push_str(r#"<text class="quiet" x="200" y="11" text-anchor="end">depth [m]</text>"#);
     let _ = write!(
         svg,
         r#"<path class="ruler" d="M{0:.1} 178v5h{length:.1}v-5"/><text x="{1:.1}" y="196" text-anchor="middle">{2}</text></svg>"#,
-        72.0 - length / 2.0,
-        72.0,
+        left + (w - length) / 2.0,
+        left + w / 2.0,
         length_in_words(metres),
     );
     Some(Markup(svg))
@@ -293,7 +318,7 @@ impl CardView {
             inside: percent(1.0),
             cell: "3.20".to_owned(),
             depth: DepthView { drawing: returned.then(|| Markup("<svg></svg>".to_owned())), caption: "Depth" },
-            panels: vec![PanelView::new(&picture, "Partial", "what the camera saw")],
+            panels: vec![PanelView::new(&picture, BOTH, "blue on orange")],
         }
     }
 }

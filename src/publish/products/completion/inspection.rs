@@ -18,6 +18,12 @@ pub struct CompletionInspection {
     pub channels: Vec<String>,
     /// Grid and camera, from the first kept sample; `None` when nothing was kept.
     pub setup: Option<Setup>,
+    /// Profile of the sensor whose noise the depth has; `None` for a perfect sensor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<String>,
+    /// Rule by which a cell of the complete grid is occupied; `None` where the job's text does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth: Option<String>,
     /// Samples of the plan: kept + rejected.
     pub planned: u64,
     /// Stored samples.

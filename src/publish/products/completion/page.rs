@@ -1,6 +1,6 @@
 //! The page of a dataset of completion: what a sample is, pictures of samples, distributions, splits and objects.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use super::{
 use crate::{
     chart::{Figure, grouped, percent, short},
     markup::Markup,
-    page::{DatasetView, SpeedView},
+    page::{DatasetView, SpeedView, StripPicture},
     picture::{Colour, SLICE_COLOURS},
     tally::SpreadRow,
 };
@@ -24,6 +24,8 @@ use format::{
 };
 use kernel::ids::ObjectId;
 
+/// Rule of a job by which every cell that a perfect camera sees is solid.
+const ALL_OF_SURFACE: &str = "any_overlap";
 /// Warnings that stand open in the header; more of them are folded.
 const OPEN_WARNINGS: usize = 4;
 
@@ -31,6 +33,7 @@ const OPEN_WARNINGS: usize = 4;
 #[derive(Serialize)]
 pub(crate) struct CompletionPage<'a> {
     dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
     numbers: HeaderNumbers,
     speed: Option<SpeedView>,
     meaning: MeaningView,
@@ -47,13 +50,14 @@ impl<'a> CompletionPage<'a> {
         let facts = &survey.facts;
         Self {
             dataset: DatasetView::of(&facts.header),
+            strip: strip(&cards),
             numbers: HeaderNumbers::of(facts),
             speed: SpeedView::of(&facts.header, "samples"),
             meaning: MeaningView::of(facts),
-            cards,
             distributions: DistributionsView::of(survey),
             splits: SplitsView::of(survey),
-            objects: ObjectsView::of(facts),
+            objects: ObjectsView::of(facts, &cards),
+            cards,
             job,
         }
     }
@@ -71,6 +75,16 @@ pub(super) fn cards(reader: &DatasetReader, survey: &CompletionSurvey) -> Result
         }
     }
     Ok(cards)
+}
+
+/// The strip on top: the first card of each object, then the others.
+fn strip(cards: &[CardView]) -> Vec<StripPicture> {
+    let mut objects = BTreeSet::new();
+    let (first, others): (Vec<_>, Vec<_>) =
+        (1..).zip(cards).partition(|(_, card): &(usize, &CardView)| objects.insert(card.object.as_str()));
+    let few = first.len() < StripPicture::MAX;
+    let shown = first.into_iter().chain(others.into_iter().filter(|_| few));
+    StripPicture::strip(&shown.map(|(number, card)| (number, card.for_strip())).collect::<Vec<_>>())
 }
 
 /// The numbers that matter most.
@@ -124,7 +138,7 @@ struct MeaningView {
 #[derive(Serialize)]
 struct ColourView {
     hex: String,
-    name: &'static str,
+    name: String,
 }
 
 impl MeaningView {
@@ -140,9 +154,21 @@ impl MeaningView {
     }
 }
 
+/// Meaning of cells that the camera saw but that are not solid: noise that the job orders is no mistake.
+fn seen_outside_in_words(facts: &CompletionInspection) -> String {
+    match (&facts.sensor, &facts.truth) {
+        (Some(sensor), _) => format!("seen outside the solid: noise of the sensor that the job orders ({sensor})"),
+        (None, Some(truth)) if truth != ALL_OF_SURFACE => {
+            format!("seen outside the solid, as the job's truth rule {truth} allows")
+        }
+        _ => "seen outside the solid (an error in standard data)".to_owned(),
+    }
+}
+
 fn colours(facts: &CompletionInspection) -> Vec<ColourView> {
     let colours = SLICE_COLOURS;
     let stored = facts.channels.iter().any(|channel| channel == "visibility");
+    let seen_outside = &seen_outside_in_words(facts);
     let unseen = if stored { "not solid, not seen" } else { "not solid (what is free is not stored)" };
     let rows = [
         (Some(colours.partial), "partial: seen by the camera"),
@@ -150,9 +176,10 @@ fn colours(facts: &CompletionInspection) -> Vec<ColourView> {
         (facts.touch.is_some().then_some(Colour::TOUCHED), "touched (in the pictures from behind)"),
         (stored.then_some(colours.free), "seen to be free"),
         (Some(colours.unseen), unseen),
-        (Some(colours.wrong), "seen outside the solid (an error in standard data)"),
+        (Some(colours.wrong), seen_outside),
     ];
-    rows.into_iter().filter_map(|(colour, name)| Some(ColourView { hex: colour?.hex(), name })).collect()
+    let view = |(colour, name): (Option<Colour>, &str)| Some(ColourView { hex: colour?.hex(), name: name.to_owned() });
+    rows.into_iter().filter_map(view).collect()
 }
 
 /// Name, shape and meaning of the arrays of the stored channels; `N` in a shape is the resolution.
@@ -255,10 +282,11 @@ impl SplitsView {
             }
         });
         let sizes: Vec<String> = facts.training_subsets.iter().map(u32::to_string).collect();
-        let counted = facts.header.notes.leaks.iter().map(|(what, count)| LeakRow {
+        let notes = &facts.header.notes;
+        let counted = notes.leaks.iter().map(|(name, count)| LeakRow {
             count: grouped(*count),
-            what: what.replace('_', " "),
-            is_alarming: what.contains("straddling") && *count > 0,
+            what: notes.leak_in_words(name),
+            is_alarming: notes.is_leak(name, *count),
         });
         Self {
             rows: rows.collect(),
@@ -284,6 +312,8 @@ struct ObjectsView<'a> {
 struct ObjectRow<'a> {
     id: String,
     name: &'a str,
+    /// Number of its first card; `None` without one.
+    card: Option<usize>,
     /// Triangles, longest side, closed, kept of planned, mean partial cells, least inside the grid, split.
     figures: [String; 7],
     licence: &'a str,
@@ -298,12 +328,13 @@ struct RemarkView {
 }
 
 impl<'a> ObjectsView<'a> {
-    fn of(facts: &'a CompletionInspection) -> Self {
+    fn of(facts: &'a CompletionInspection, cards: &[CardView]) -> Self {
+        let card = |name: &str| Some(1 + cards.iter().position(|card| card.object == name)?);
         let mut citations: Vec<&str> = facts.objects.iter().filter_map(|object| object.citation.as_deref()).collect();
         citations.sort_unstable();
         citations.dedup();
         Self {
-            rows: facts.objects.iter().map(ObjectRow::of).collect(),
+            rows: facts.objects.iter().map(|object| ObjectRow::of(object, card(&object.name))).collect(),
             refused: &facts.refused,
             refused_count: facts.refused.len(),
             citations,
@@ -312,11 +343,12 @@ impl<'a> ObjectsView<'a> {
 }
 
 impl<'a> ObjectRow<'a> {
-    fn of(object: &'a ObjectFacts) -> Self {
+    fn of(object: &'a ObjectFacts, card: Option<usize>) -> Self {
         let unknown = || "?".to_owned();
         Self {
             id: object.object.to_string(),
             name: &object.name,
+            card,
             figures: [
                 object.triangles.map_or_else(unknown, grouped),
                 object.longest_side().map_or_else(unknown, |side| format!("{:.1} mm", side * 1e3)),

@@ -22,6 +22,9 @@ use kernel::{
     words::Split,
 };
 
+/// Profile of a job's sensor where depth has no noise.
+const PERFECT_SENSOR: &str = "none";
+
 /// Everything that a report needs but the pictures.
 pub(crate) struct CompletionSurvey {
     pub facts: CompletionInspection,
@@ -118,10 +121,14 @@ impl CompletionSurvey {
             objects: pass.objects_of_split.get(&split).map_or(0, |objects| objects.len() as u64),
             seen_ratio: pass.ratio_of_split.get(&split).map(Tally::spread).unwrap_or_default(),
         });
+        let job: toml::Table = reader.job_text()?.parse().unwrap_or_default();
+        let word = |table: &str, key: &str| job.get(table)?.get(key)?.as_str().map(str::to_owned);
         let facts = CompletionInspection {
             header: InspectionHeader::of(reader)?,
             channels: manifest.channels().into_iter().map(|channel: Channel| channel.name().to_owned()).collect(),
             setup: setup_of(reader)?,
+            sensor: word("sensor", "profile").filter(|profile| profile != PERFECT_SENSOR),
+            truth: word("truth", "rule"),
             planned: manifest.counts.samples,
             kept: manifest.counts.kept,
             rejected: manifest.counts.rejected.clone(),

@@ -23,7 +23,7 @@ impl fmt::Display for CompletionInspection {
         }
         self.header.write_shards(f)?;
         let each = self.header.shard_bytes.checked_div(self.kept).unwrap_or(0);
-        writeln!(f, ", {} bytes a kept sample", grouped(each))?;
+        writeln!(f, ", {} bytes per kept sample", grouped(each))?;
         writeln!(f, "  channels  {}", self.channels.join(", "))?;
         if let Some(setup) = &self.setup {
             let (n, width, height) = (setup.resolution, setup.width, setup.height);
@@ -32,6 +32,9 @@ impl fmt::Display for CompletionInspection {
                 "  grid      {n} x {n} x {n} cells; image {width} x {height} px, focal length {:.2} px",
                 setup.fx
             )?;
+        }
+        if let Some(sensor) = &self.sensor {
+            writeln!(f, "  sensor    {sensor}: its noise is in the depth")?;
         }
         if let Some(speed) = &self.header.notes.speed {
             let rate = grouped(speed.rate().round() as u64);
@@ -71,8 +74,9 @@ impl CompletionInspection {
         for names in &self.leaking_geometry {
             writeln!(f, "  LEAK: equal geometry on different sides: {}", names.join(", "))?;
         }
-        for (what, count) in &self.header.notes.leaks {
-            writeln!(f, "  {:>9} {}", grouped(*count), what.replace('_', " "))?;
+        let notes = &self.header.notes;
+        for (name, count) in &notes.leaks {
+            writeln!(f, "  {:>9} {}", grouped(*count), notes.leak_in_words(name))?;
         }
         Ok(())
     }

@@ -144,9 +144,9 @@ impl fmt::Display for TouchFacts {
         for TouchKind { channel, probes, contacts, visible, outside, hand } in kinds {
             let by = hand.as_ref().map_or_else(String::new, |hand| format!(" by {}", hand.hand));
             let word = if hand.is_some() { "approaches" } else { "probes" };
-            write!(f, "  {channel}{by}: {:.1} contacts of {:.1} {word} a sample", each(*contacts), each(*probes))?;
+            write!(f, "  {channel}{by}: {:.1} contacts of {:.1} {word} per sample", each(*contacts), each(*probes))?;
             match hand {
-                Some(_) => writeln!(f, ", {:.1} an approach", Self::share(*contacts, *probes))?,
+                Some(_) => writeln!(f, ", {:.1} per approach", Self::share(*contacts, *probes))?,
                 None => writeln!(f)?,
             }
             let hidden = contacts - visible;
@@ -156,7 +156,7 @@ impl fmt::Display for TouchFacts {
         }
         write!(
             f,
-            "  {:.1} touched cells a sample, {} of them seen, too",
+            "  {:.1} touched cells per sample, {} of them seen, too",
             each(*cells),
             share(*cells_in_partial, *cells)
         )

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::inspection::{GraspIndex, GraspSurvey, GraspedObject};
 use crate::{
-    page::ImageView,
+    page::{ImageView, StripCard},
     picture::{Colour, Picture, Solid, SolidView, solid_picture},
 };
 use format::{
@@ -24,15 +24,15 @@ use kernel::{
 const SHOWN: usize = 16;
 /// Side of a picture [px].
 const SIDE: u32 = 200;
-/// Radius of the dot at a contact [m].
-const DOT: f64 = 0.003;
+/// Side of a picture over the radius of the dot at a contact.
+const SIDE_OVER_DOT: f64 = 56.0;
 /// Elevation from which a grasp is drawn [rad].
 const ELEVATION: f64 = 0.35;
 
 /// The card of an object: pictures of its grasps.
 #[derive(Serialize)]
 pub(crate) struct CardView {
-    object: String,
+    pub object: String,
     kept: u64,
     found: u64,
     runs: u64,
@@ -43,8 +43,8 @@ pub(crate) struct CardView {
 #[derive(Serialize)]
 struct PanelView {
     image: ImageView,
-    /// Why it is shown: the best, the worst.
-    word: &'static str,
+    /// Reason for which it is shown.
+    why: &'static str,
     epsilon: String,
     energy: String,
     contacts: usize,
@@ -54,10 +54,8 @@ struct PanelView {
 /// A hand that is drawn.
 struct DrawnHand {
     shape: HandShape,
-    /// One a solid of the shape.
+    /// One per solid of the shape.
     solids: Vec<TouchShape>,
-    /// Mark of a contact.
-    dot: TouchShape,
 }
 
 impl DrawnHand {
@@ -65,8 +63,7 @@ impl DrawnHand {
     fn of(shapes: &Shapes) -> Result<Option<Self>, DatasetError> {
         let shape = shapes.hand()?;
         let solids: Result<_, NoSurface> = shape.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
-        let dot = TouchShape::new(&Shape::Sphere { radius: DOT });
-        Ok(solids.ok().zip(dot.ok()).map(|(solids, dot)| Self { shape, solids, dot }))
+        Ok(solids.ok().map(|solids| Self { shape, solids }))
     }
 }
 
@@ -164,13 +161,13 @@ fn card(
 ) -> Result<CardView, DatasetError> {
     let mut panels = Vec::new();
     let solid = solid_of(mesh);
-    for (word, found) in picks {
+    for (why, found) in picks {
         let Some(sample) = reader.sample(found.run)? else { continue };
         let run = sample.grasp_run()?;
         let (Some(grasp), Ok(solid)) = (run.grasps.get(found.grasp), &solid) else { continue };
         for aside in [FRAC_PI_2, 0.0] {
             let picture = draw(grasp, solid, hand, aside, SIDE).with_few_colours();
-            panels.push(PanelView::of(&run, grasp, word, &picture));
+            panels.push(PanelView::of(&run, grasp, why, &picture));
         }
     }
     Ok(CardView {
@@ -182,11 +179,19 @@ fn card(
     })
 }
 
+impl CardView {
+    /// The card as the strip on top of the page shows it.
+    pub fn for_strip(&self) -> StripCard {
+        let pictures = self.panels.iter().map(|panel| panel.image.clone());
+        StripCard { caption: self.object.clone(), pictures: pictures.collect() }
+    }
+}
+
 impl PanelView {
-    fn of(run: &GraspRun, grasp: &Grasp, word: &'static str, picture: &Picture) -> Self {
+    fn of(run: &GraspRun, grasp: &Grasp, why: &'static str, picture: &Picture) -> Self {
         Self {
             image: ImageView::of(picture, SIDE, SIDE),
-            word,
+            why,
             epsilon: format!("{:.3}", grasp.epsilon(&run.method)),
             energy: format!("{:.2}", grasp.energy),
             contacts: grasp.contacts.len(),
@@ -195,7 +200,8 @@ impl PanelView {
     }
 }
 
-/// Object, hand and contacts, `azimuth` away from the approach's azimuth [rad].
+/// Object and hand, `aside` away from the approach's azimuth [rad], and a dot at each contact over them: contacts lie between
+/// hand and object, where nothing could be seen of them.
 fn draw(grasp: &Grasp, object: &TouchShape, hand: &DrawnHand, aside: f64, side: u32) -> Picture {
     let frames = hand.shape.link_frames(&grasp.joints);
     let parts = hand.shape.solids.iter().zip(&hand.solids);
@@ -207,13 +213,13 @@ fn draw(grasp: &Grasp, object: &TouchShape, hand: &DrawnHand, aside: f64, side: 
         })
         .collect();
     solids.push(Solid { shape: object, pose: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
-    solids.extend(grasp.contacts.iter().map(|contact| Solid {
-        shape: &hand.dot,
-        pose: IsometryMatrix3::translation(contact.point[0], contact.point[1], contact.point[2]),
-        colour: Colour::HELD,
-    }));
     let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), aside);
-    solid_picture(&solids, &view, side)
+    let mut picture = solid_picture(&solids, &view, side);
+    for contact in &grasp.contacts {
+        let pixel = view.pixel(&Point3::from(contact.point), side);
+        picture.dot(pixel, f64::from(side) / SIDE_OVER_DOT, Colour::CONTACT);
+    }
+    picture
 }
 
 /// Hand and object in the middle, seen from the side of the approach.
@@ -237,7 +243,7 @@ impl CardView {
     pub fn example(object: &str) -> Self {
         let panel = PanelView {
             image: ImageView::of(&Picture::filled(1, 1, [0; 4]), SIDE, SIDE),
-            word: "best",
+            why: "highest epsilon",
             epsilon: "0.123".to_owned(),
             energy: "-1.20".to_owned(),
             contacts: 4,

@@ -17,7 +17,7 @@ use format::{
 };
 use kernel::{
     ids::{ObjectId, SampleIndex},
-    words::{GraspVerdict, STRETCHES},
+    words::{GraspVerdict, STRETCHES, counted},
 };
 
 /// Content of a dataset of grasps. `Display` is for people; serialised, it is for machines.
@@ -188,9 +188,9 @@ impl ObjectSums {
     /// The best and the worst kept grasp; without one, the state of lowest energy.
     fn picks(&self) -> Vec<(&'static str, GraspIndex)> {
         match (self.extremes, self.lowest) {
-            (Some([(_, best), (_, worst)]), _) if best == worst => vec![("the only", best)],
-            (Some([(_, best), (_, worst)]), _) => vec![("best", best), ("worst", worst)],
-            (None, Some((_, lowest))) => vec![("not kept", lowest)],
+            (Some([(_, best), (_, worst)]), _) if best == worst => vec![("the only kept grasp", best)],
+            (Some([(_, best), (_, worst)]), _) => vec![("highest epsilon", best), ("lowest epsilon", worst)],
+            (None, Some((_, lowest))) => vec![("none kept: lowest energy", lowest)],
             (None, None) => Vec::new(),
         }
     }
@@ -241,12 +241,13 @@ impl Pass {
 
 impl Pass {
     fn trials(&mut self, run: &GraspRun, trials: &GraspTrials) {
-        self.trials.add(trials);
+        self.trials.add(run, trials);
         let object = self.objects.entry(run.sample.subject).or_default();
         for trial in &trials.trials {
             let held = u64::from(trial.outcome.verdict.is_held());
             object.trials = [object.trials[0] + 1, object.trials[1] + held];
-            if let Some(kind) = run.grasps.get(trial.grasp as usize).and_then(|grasp| grasp.kind) {
+            let grasp = run.grasps.get(trial.grasp as usize);
+            if let Some(kind) = grasp.filter(|grasp| grasp.verdict == GraspVerdict::Kept).and_then(|grasp| grasp.kind) {
                 self.types.entry(kind).or_default()[1] += held;
             }
         }
@@ -332,6 +333,17 @@ fn facts(
     })
 }
 
+/// Types that a table lists: the most common ones.
+pub(super) const SHOWN_TYPES: usize = 10;
+
+/// The types beyond those that a table lists, with the count of their grasps; `None` where it lists all.
+pub(super) fn more_types_in_words(types: &[TypeFacts]) -> Option<String> {
+    let more = types.get(SHOWN_TYPES..).filter(|more| !more.is_empty())?;
+    let grasps = more.iter().map(|row| row.grasps).sum();
+    let are = if more.len() == 1 { "is" } else { "are" };
+    Some(format!("{} with {} {are} not listed", counted(more.len() as u64, "more type"), counted(grasps, "grasp")))
+}
+
 /// Counts of states by the names of their verdicts.
 pub(super) type VerdictCounts = BTreeMap<String, u64>;
 
@@ -352,7 +364,8 @@ pub(super) fn found_and_kept(verdicts: &VerdictCounts) -> [u64; 2] {
 /// One line with the counts of grasps.
 pub(super) fn grasp_counts_in_words(verdicts: &VerdictCounts) -> String {
     let count = |verdict: GraspVerdict| verdicts.get(verdict.name()).copied().filter(|count| *count > 0);
-    let other = |verdict: GraspVerdict| Some(format!("{} {}", grouped(count(verdict)?), verdict.name()));
+    let other =
+        |verdict: GraspVerdict| Some(format!("{} {}", grouped(count(verdict)?), verdict.name().replace('_', " ")));
     let others: Vec<String> = GraspVerdict::ALL.into_iter().skip(1).filter_map(other).collect();
     let [found, kept] = found_and_kept(verdicts);
     let others = if others.is_empty() { String::new() } else { format!(" ({})", others.join(", ")) };
@@ -386,15 +399,20 @@ impl fmt::Display for GraspsInspection {
         if !self.types.is_empty() {
             writeln!(f, "\ntype      grasps     held  spread  proximal  distal  roll")?;
         }
-        for TypeFacts { kind, grasps, held, digits: [spread, a, b, c, d, e, g, roll] } in self.types.iter().take(8) {
+        for TypeFacts { kind, grasps, held, digits: [spread, a, b, c, d, e, g, roll] } in
+            self.types.iter().take(SHOWN_TYPES)
+        {
             let held = if self.trials.is_some() { percent(*held as f64 / *grasps as f64) } else { "-".to_owned() };
             let grasps = grouped(*grasps);
             writeln!(f, "{kind:>6} {grasps:>9} {held:>8}  {spread:>6}  {a:>4} {b} {c}  {d:>2} {e} {g}  {roll:>4}")?;
         }
+        if let Some(more) = more_types_in_words(&self.types) {
+            writeln!(f, "       {more}")?;
+        }
         let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
         writeln!(
             f,
-            "\n{:<wide$}    runs  given up    found     kept     held  rests  on table  best energy  best epsilon",
+            "\n{:<wide$}    runs  given up    found     kept     held  rests  on table  lowest energy  highest epsilon",
             "object"
         )?;
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
@@ -409,12 +427,28 @@ impl fmt::Display for GraspsInspection {
             writeln!(
                 f,
                 "{name:<wide$}  {runs:>6}  {given_up:>8} {found:>8} {kept:>8} {held:>8}  {resting:>5}  {on_table:>8}  \
-                 {energy:>11}  {epsilon:>12}"
+                 {energy:>13}  {epsilon:>15}"
             )?;
         }
         if let Some(speed) = &self.header.notes.speed {
             writeln!(f, "\nspeed: {:.2} runs/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;
         }
         self.header.write_warnings(f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_of_types_says_what_it_leaves_out() {
+        let words = |count: u32| {
+            let types: Vec<TypeFacts> = (0..count).map(|kind| TypeFacts::new(kind, [1, 0])).collect();
+            more_types_in_words(&types)
+        };
+        assert_eq!((words(0), words(10)), (None, None));
+        assert_eq!(words(11).as_deref(), Some("1 more type with 1 grasp is not listed"));
+        assert_eq!(words(55).as_deref(), Some("45 more types with 45 grasps are not listed"));
     }
 }

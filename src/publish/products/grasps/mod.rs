@@ -12,7 +12,7 @@ mod trials;
 pub use calibration::{Calibration, ReliabilityBin};
 pub use inspection::{GraspedObject, GraspsInspection, TableFacts, inspect_grasps};
 pub use row::PAGES;
-pub use trials::TrialsInspection;
+pub use trials::{TrialsInspection, VariantsInspection};
 
 #[cfg(test)]
 pub(super) use self::{

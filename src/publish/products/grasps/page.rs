@@ -4,25 +4,26 @@ use serde::Serialize;
 
 use super::{
     gallery::CardView,
-    inspection::{GraspSurvey, GraspedObject, GraspsInspection, TableFacts, found_and_kept, grasp_counts_in_words},
+    inspection::{
+        GraspSurvey, GraspedObject, GraspsInspection, SHOWN_TYPES, TableFacts, found_and_kept, grasp_counts_in_words,
+        more_types_in_words,
+    },
     replayed::ReplayView,
     trials::TrialsView,
 };
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent, value_histogram},
     markup::Markup,
-    page::{DatasetView, SpeedView},
+    page::{DatasetView, SpeedView, StripPicture},
 };
 use format::{FORCE, GraspMethod, HandNames};
-use kernel::words::{GraspVerdict, STRETCHES};
-
-/// Types that a page lists.
-const TYPES: usize = 24;
+use kernel::words::{GraspVerdict, STRETCHES, counted};
 
 /// The page as its template takes it.
 #[derive(Serialize)]
 pub(crate) struct GraspsPage<'a> {
     dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
     numbers: HeaderNumbers,
     hand: &'a str,
     /// Sampler of the states.
@@ -56,6 +57,8 @@ impl<'a> GraspsPage<'a> {
         let facts = &survey.facts;
         Self {
             dataset: DatasetView::of(&facts.header),
+            strip: strip(cards.as_deref().unwrap_or_default()),
+            objects: objects(facts, cards.as_deref().unwrap_or_default()),
             numbers: HeaderNumbers::of(facts),
             hand: facts.hand.as_deref().unwrap_or("a hand"),
             sampler: survey.method.as_ref().map_or("annealing", |(method, _)| &method.sampler),
@@ -69,10 +72,14 @@ impl<'a> GraspsPage<'a> {
             replay,
             course: (0..STRETCHES).map(|tenth| CourseRow::of(facts, tenth)).collect(),
             types: (!facts.types.is_empty()).then(|| TypesView::of(facts)),
-            objects: facts.objects.iter().map(|object| ObjectRow::of(facts, object)).collect(),
             job,
         }
     }
+}
+
+/// The strip on top: a picture of each object in turn.
+fn strip(cards: &[CardView]) -> Vec<StripPicture> {
+    StripPicture::strip(&(1..).zip(cards.iter().map(CardView::for_strip)).collect::<Vec<_>>())
 }
 
 /// The numbers that matter most.
@@ -248,23 +255,31 @@ impl CourseRow {
 /// The most common types.
 #[derive(Serialize)]
 struct TypesView {
+    /// Count of all types.
     count: String,
     /// Kept grasps with a type.
     grasps: String,
     /// Type, grasps, share, digits; with trials the count that held.
     rows: Vec<Vec<String>>,
+    /// Types without a row, and their grasps; `None` where each has one.
+    more: Option<String>,
 }
 
 impl TypesView {
     fn of(facts: &GraspsInspection) -> Self {
         let all: u64 = facts.types.iter().map(|row| row.grasps).sum();
-        let rows = facts.types.iter().take(TYPES).map(|row| {
+        let rows = facts.types.iter().take(SHOWN_TYPES).map(|row| {
             let mut cells = vec![row.kind.to_string(), grouped(row.grasps), percent(row.grasps as f64 / all as f64)];
             cells.extend(row.digits_in_words());
             cells.extend(held_cell(facts, row.held, row.grasps));
             cells
         });
-        Self { count: grouped(facts.types.len() as u64), grasps: grouped(all), rows: rows.collect() }
+        Self {
+            count: counted(facts.types.len() as u64, "type"),
+            grasps: grouped(all),
+            rows: rows.collect(),
+            more: more_types_in_words(&facts.types),
+        }
     }
 }
 
@@ -281,11 +296,17 @@ fn held_cell(facts: &GraspsInspection, held: u64, tried: u64) -> Option<String> 
 struct ObjectRow<'a> {
     id: String,
     name: &'a str,
+    /// Number of its card; `None` without one.
+    card: Option<usize>,
     figures: Vec<String>,
 }
 
+fn objects<'a>(facts: &'a GraspsInspection, cards: &[CardView]) -> Vec<ObjectRow<'a>> {
+    facts.objects.iter().map(|object| ObjectRow::of(facts, object, cards)).collect()
+}
+
 impl<'a> ObjectRow<'a> {
-    fn of(facts: &GraspsInspection, object: &'a GraspedObject) -> Self {
+    fn of(facts: &GraspsInspection, object: &'a GraspedObject, cards: &[CardView]) -> Self {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
         let GraspedObject { name, object: id, verdicts, trials, resting, likely, table, .. } = object;
         let mut figures = vec![grouped(object.runs), grouped(object.given_up), grouped(object.found())];
@@ -299,6 +320,7 @@ impl<'a> ObjectRow<'a> {
             number(object.best_energy),
             number(object.best_epsilon),
         ]);
-        Self { id: id.to_string(), name, figures }
+        let card = cards.iter().position(|card| card.object == *name).map(|index| 1 + index);
+        Self { id: id.to_string(), name, card, figures }
     }
 }

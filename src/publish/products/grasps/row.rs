@@ -31,10 +31,11 @@ pub static PAGES: ProductPages = ProductPages {
     words: ProductWords {
         lead: "How a hand can hold objects: poses, joints, contacts, quality and a verdict for every grasp that was found.",
         sample: "one search from one seed on an object, with all grasps that it found",
-        labels: "quality and a verdict for each grasp; outcomes of physical trials where the job asks for them",
+        labels: "analytic quality of each state; where the job asks for physical trials, whether it held: a state that was not tried \
+                 is untested, not bad",
         acquisition: "Grasps were searched on the objects' meshes, the hand was closed in simulation, and quality computed.",
         reading: "`shapes.mcap` holds the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed.",
-        legend: "The closed hand (blue) on the object (orange), a dot at each contact, from two sides; of each object the \
+        legend: "The closed hand (blue) on the object (orange), a black dot at each contact, from two sides; of each object the \
                  kept grasp of the highest epsilon, or the state of lowest energy where none was kept.",
         regenerated: 8,
         tasks: &["robotics"],

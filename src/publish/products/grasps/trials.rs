@@ -10,15 +10,25 @@ use crate::{
     markup::Markup,
     tally::Spread,
 };
-use format::{GraspTrials, TrialMethod, TrialVerdict};
+use format::{GraspRun, GraspTrials, TrialMethod, TrialVerdict, TriedStates};
+use kernel::words::GraspVerdict;
 
-/// Outcomes of trying the kept grasps in MuJoCo.
+/// Outcomes of trying grasps in MuJoCo.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialsInspection {
     /// Grasps that were tried.
     pub tried: u64,
     /// Tried grasps by verdict.
     pub verdicts: BTreeMap<String, u64>,
+    /// Tried grasps, and of them held, by the verdict on their quality.
+    #[serde(default)]
+    pub by_quality: BTreeMap<String, [u64; 2]>,
+    /// Grasps that were tried on a table as well, by verdict; absent without such trials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_table: Option<BTreeMap<String, u64>>,
+    /// Held grasps that were tried under variants of the conditions; absent without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub variants: Option<VariantsInspection>,
     /// Perturbed runs of them.
     pub perturbed: u64,
     /// Perturbed runs whose verdict, held or not, is another than that of the grasp itself.
@@ -36,8 +46,28 @@ pub struct TrialsInspection {
     /// Calibration of that probability; `None` where no grasp was rolled out and perturbed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
-    /// Friction and gravity of the first sample.
+    /// Tried states, friction and gravity of the first sample, and sources of masses.
     pub conditions: String,
+}
+
+/// Trials of held grasps under variants of the conditions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VariantsInspection {
+    /// Grasps that were tried under all variants.
+    pub grasps: u64,
+    /// Grasps that hold under all of them.
+    pub robust: u64,
+    /// Name of each variant, and the grasps that hold under it, in the order of the records.
+    pub held: Vec<(String, u64)>,
+}
+
+impl VariantsInspection {
+    /// One line.
+    fn in_words(&self) -> String {
+        let [robust, grasps] = [self.robust, self.grasps].map(grouped);
+        let each: Vec<String> = self.held.iter().map(|(name, held)| format!("{name} {}", grouped(*held))).collect();
+        format!("{robust} of {grasps} held grasps hold under every variant ({})", each.join(", "))
+    }
 }
 
 impl TrialsInspection {
@@ -48,15 +78,26 @@ impl TrialsInspection {
 
     /// One line with the counts.
     pub fn in_words(&self) -> String {
-        let others = TrialVerdict::ALL.into_iter().skip(1).filter_map(|verdict| {
-            let count = self.verdicts.get(verdict.name())?;
-            Some(format!("{} {}", grouped(*count), verdict.name()))
-        });
-        let others: Vec<String> = others.collect();
-        let others = if others.is_empty() { String::new() } else { format!(" ({})", others.join(", ")) };
-        let share = percent(self.held() as f64 / self.tried.max(1) as f64);
-        format!("{} grasps tried, {} of them held: {share}{others}", grouped(self.tried), grouped(self.held()))
+        format!("{} grasps tried, {}", grouped(self.tried), held_in_words(&self.verdicts))
     }
+
+    /// One line with the counts of trials on a table; `None` without them.
+    pub fn on_table_in_words(&self) -> Option<String> {
+        let verdicts = self.on_table.as_ref()?;
+        let tried = verdicts.values().sum();
+        Some(format!("{} grasps tried on a table, {}", grouped(tried), held_in_words(verdicts)))
+    }
+}
+
+/// Count and share of the trials that held, and the other verdicts.
+fn held_in_words(verdicts: &BTreeMap<String, u64>) -> String {
+    let count = |verdict: TrialVerdict| verdicts.get(verdict.name()).copied();
+    let other =
+        |verdict: TrialVerdict| Some(format!("{} {}", grouped(count(verdict)?), verdict.name().replace('_', " ")));
+    let others: Vec<String> = TrialVerdict::ALL.into_iter().skip(1).filter_map(other).collect();
+    let others = if others.is_empty() { String::new() } else { format!(" ({})", others.join(", ")) };
+    let (held, tried) = (count(TrialVerdict::Held).unwrap_or(0), verdicts.values().sum::<u64>());
+    format!("{} of them held: {}{others}", grouped(held), percent(held as f64 / tried.max(1) as f64))
 }
 
 impl fmt::Display for TrialsInspection {
@@ -82,11 +123,30 @@ impl fmt::Display for TrialsInspection {
         if let Some(calibration) = &self.calibration {
             writeln!(f, "  {}", calibration.in_words())?;
         }
+        if let Some(words) = self.on_table_in_words() {
+            writeln!(f, "  {words}")?;
+        }
+        for [verdict, tried, held] in self.quality_rows() {
+            writeln!(f, "  {:<24} {tried} tried, {held} held", format!("verdict {verdict}"))?;
+        }
+        if let Some(variants) = &self.variants {
+            writeln!(f, "  {}", variants.in_words())?;
+        }
         Ok(())
     }
 }
 
 impl TrialsInspection {
+    /// Verdict on the quality, tried grasps, and of them held with the share.
+    fn quality_rows(&self) -> Vec<[String; 3]> {
+        let row = |verdict: GraspVerdict| {
+            let [tried, held] = *self.by_quality.get(verdict.name())?;
+            let share = percent(held as f64 / tried.max(1) as f64);
+            Some([verdict.name().replace('_', " "), grouped(tried), format!("{} ({share})", grouped(held))])
+        };
+        GraspVerdict::ALL.into_iter().filter_map(row).collect()
+    }
+
     fn spreads(&self) -> [(&'static str, &Spread); 3] {
         [
             ("penetration when closed", &self.closed_penetration),
@@ -101,6 +161,9 @@ impl TrialsInspection {
 pub(crate) struct TrialSums {
     tried: u64,
     verdicts: BTreeMap<String, u64>,
+    by_quality: BTreeMap<String, [u64; 2]>,
+    on_table: Option<BTreeMap<String, u64>>,
+    variants: VariantsInspection,
     perturbed: u64,
     turned: u64,
     depths: [Vec<f64>; 2],
@@ -114,14 +177,31 @@ pub(crate) struct TrialSums {
 }
 
 impl TrialSums {
-    pub fn add(&mut self, trials: &GraspTrials) {
+    pub fn add(&mut self, run: &GraspRun, trials: &GraspTrials) {
         if self.method.is_none() {
             self.method = Some(trials.method.clone());
+            self.on_table = trials.method.table_friction.map(|_| BTreeMap::new());
+            self.variants.held = trials.method.variants.iter().map(|name| (name.clone(), 0)).collect();
         }
         *self.masses.entry(trials.method.mass_from.clone()).or_default() += trials.trials.len() as u64;
         for trial in &trials.trials {
             let outcome = &trial.outcome;
             self.tried += 1;
+            if let Some(grasp) = run.grasps.get(trial.grasp as usize) {
+                let [tried, held] = self.by_quality.entry(grasp.verdict.name().to_owned()).or_default();
+                *tried += 1;
+                *held += u64::from(outcome.verdict.is_held());
+            }
+            if let (Some(on_table), Some(trial)) = (&mut self.on_table, &trial.table) {
+                *on_table.entry(trial.outcome.verdict.name().to_owned()).or_default() += 1;
+            }
+            if let Some(is_robust) = trial.is_robust() {
+                self.variants.grasps += 1;
+                self.variants.robust += u64::from(is_robust);
+                for ((_, held), verdict) in self.variants.held.iter_mut().zip(&trial.variants) {
+                    *held += u64::from(verdict.is_held());
+                }
+            }
             *self.verdicts.entry(outcome.verdict.name().to_owned()).or_default() += 1;
             self.perturbed += trial.perturbed.len() as u64;
             self.turned += trial.turned() as u64;
@@ -145,9 +225,16 @@ impl TrialSums {
         };
         let [closed, shaken] = self.depths.map(Spread::of);
         let pull = if method.gravity == "six" { "gravity from six directions" } else { "lifted and shaken" };
+        let tried = match method.tried {
+            TriedStates::Kept => "kept grasps alone",
+            TriedStates::Closed => "every state that closes with two links",
+        };
         Some(TrialsInspection {
             tried: self.tried,
             verdicts: self.verdicts,
+            by_quality: self.by_quality,
+            on_table: self.on_table,
+            variants: (self.variants.grasps > 0).then_some(self.variants),
             perturbed: self.perturbed,
             turned: self.turned,
             closed_penetration: closed,
@@ -156,7 +243,7 @@ impl TrialSums {
             not_at_rest: self.not_at_rest,
             success: (!self.success.is_empty()).then(|| Spread::of(self.success)),
             calibration: self.calibration.finish(),
-            conditions: format!("friction {}, {pull}, mass by {}", method.friction, masses.join(", by ")),
+            conditions: format!("{tried}, friction {}, {pull}, mass by {}", method.friction, masses.join(", by ")),
         })
     }
 }
@@ -164,15 +251,47 @@ impl TrialSums {
 /// Trials as the page's template takes them.
 #[derive(Serialize)]
 pub(crate) struct TrialsView {
+    /// Tried grasps that held, and that did not.
+    held: String,
+    failed: String,
     conditions: String,
     counts: String,
     perturbed: Option<PerturbedView>,
     /// Tried grasps by verdict.
     verdicts: Markup,
+    /// Verdict on the quality, tried grasps, and of them held.
+    by_quality: Vec<[String; 3]>,
+    /// Counts of trials on a table.
+    on_table: Option<String>,
+    /// Variants of the conditions.
+    variants: Option<VariantsView>,
     /// Name, median, 95 % and largest value of depths and slips of grasps that held.
     spreads: Vec<[String; 4]>,
     success: Option<SuccessView>,
     calibration: Option<CalibrationView>,
+}
+
+/// Trials under variants of the conditions.
+#[derive(Serialize)]
+struct VariantsView {
+    grasps: String,
+    robust: String,
+    /// Name of the variant, grasps that hold under it, and their share.
+    rows: Vec<[String; 3]>,
+}
+
+impl VariantsView {
+    fn of(variants: &VariantsInspection) -> Self {
+        let row = |(name, held): &(String, u64)| {
+            let share = percent(*held as f64 / variants.grasps.max(1) as f64);
+            [name.replace('_', " "), grouped(*held), share]
+        };
+        Self {
+            grasps: grouped(variants.grasps),
+            robust: grouped(variants.robust),
+            rows: variants.held.iter().map(row).collect(),
+        }
+    }
 }
 
 /// Runs under conditions a little off.
@@ -206,6 +325,8 @@ impl TrialsView {
             mean: format!("{mean:.2}"),
         });
         Self {
+            held: grouped(trials.held()),
+            failed: grouped(trials.tried - trials.held()),
             conditions: trials.conditions.clone(),
             counts: trials.in_words(),
             perturbed: (trials.perturbed > 0).then(|| PerturbedView {
@@ -213,6 +334,9 @@ impl TrialsView {
                 turned: percent(trials.turned as f64 / trials.perturbed as f64),
             }),
             verdicts: bar_chart("grasps by verdict of their trial", &bars.collect::<Vec<_>>()),
+            by_quality: trials.quality_rows(),
+            on_table: trials.on_table_in_words(),
+            variants: trials.variants.as_ref().map(VariantsView::of),
             spreads: spreads.into(),
             success,
             calibration: trials.calibration.as_ref().map(Calibration::view),

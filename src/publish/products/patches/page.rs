@@ -9,13 +9,16 @@ use super::{
 use crate::{
     chart::{Ink, grouped, percent, value_histogram},
     markup::Markup,
-    page::DatasetView,
+    page::{DatasetView, StripPicture},
 };
 
 /// The page as its template takes it.
 #[derive(Serialize)]
 pub(crate) struct PatchesPage<'a> {
     dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
+    /// Whether patches are in colour, too.
+    in_colour: bool,
     numbers: HeaderNumbers,
     /// Root digest of the exact numbers of the grasps.
     grasps: Option<String>,
@@ -44,13 +47,15 @@ impl<'a> PatchesPage<'a> {
         };
         Self {
             dataset: DatasetView::of(&facts.header),
+            strip: StripPicture::strip(&(1..).zip(cards.iter().map(CardView::for_strip)).collect::<Vec<_>>()),
+            in_colour: facts.colour,
             numbers: HeaderNumbers::of(facts),
             grasps: facts.grasps.map(|root| root.to_string()),
             types: TypesView::of(facts),
+            objects: objects(facts, &cards),
             cards,
             epsilon: (!survey.epsilons.is_empty()).then(|| epsilon().svg()),
             rejects: rejects(facts),
-            objects: objects(facts),
             job,
         }
     }
@@ -127,14 +132,17 @@ fn rejects(facts: &PatchesInspection) -> Vec<[String; 3]> {
 struct ObjectRow<'a> {
     id: String,
     name: &'a str,
+    /// Number of its first card; `None` without one.
+    card: Option<usize>,
     samples: String,
     kept: String,
 }
 
-fn objects(facts: &PatchesInspection) -> Vec<ObjectRow<'_>> {
+fn objects<'a>(facts: &'a PatchesInspection, cards: &[CardView]) -> Vec<ObjectRow<'a>> {
     let rows = facts.objects.iter().map(|object| ObjectRow {
         id: object.object.to_string(),
         name: &object.name,
+        card: cards.iter().position(|card| card.object == object.name).map(|index| 1 + index),
         samples: grouped(object.samples),
         kept: grouped(object.kept),
     });

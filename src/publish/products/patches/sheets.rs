@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::inspection::PatchSurvey;
 use crate::{
-    page::ImageView,
+    page::{ImageView, StripCard},
     picture::{DepthRange, Picture, depth_picture},
 };
 use format::{
@@ -24,7 +24,7 @@ const ZOOM: u32 = 2;
 /// The card of a grasp: its patches.
 #[derive(Serialize)]
 pub(crate) struct CardView {
-    object: String,
+    pub object: String,
     r#type: u32,
     /// Index of the type among the chosen ones.
     type_index: u32,
@@ -99,6 +99,14 @@ impl CardView {
             rank: patch.rank,
             panels: colours.chain(depths).collect(),
         }
+    }
+}
+
+impl CardView {
+    /// The card as the strip on top of the page shows it.
+    pub fn for_strip(&self) -> StripCard {
+        let pictures = self.panels.iter().map(|panel| panel.image.clone());
+        StripCard { caption: format!("{}, type {}", self.object, self.r#type), pictures: pictures.collect() }
     }
 }
 

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     chart::{grouped, percent, short},
     markup::Markup,
-    page::{DatasetView, SpeedView},
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture},
     picture::Picture,
 };
 use format::ReachabilityField;
@@ -20,6 +20,8 @@ use kernel::geom::{AxisUnit, FieldMetric, PoseGrid, PoseLabel};
 
 /// Level cross-sections.
 const LEVELS: usize = 4;
+/// Side of a picture of the strip, at most: twice its size on the page [px].
+const STRIP_SIDE: u32 = 320;
 /// Name of a job's collisions where none are checked.
 const NO_COLLISIONS: &str = "none";
 
@@ -27,8 +29,13 @@ const NO_COLLISIONS: &str = "none";
 #[derive(Serialize)]
 pub(crate) struct ReachabilityPage<'a> {
     dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
     numbers: HeaderNumbers,
     speed: Option<SpeedView>,
+    /// Poses per second, where the run left its figures.
+    poses_per_second: Option<String>,
+    /// The reachable pose farthest from the border as `--pose` takes it; `None` where none is reachable.
+    deepest: Option<String>,
     labels: [LabelView; 3],
     robot: RobotView<'a>,
     solver: &'a str,
@@ -62,8 +69,14 @@ impl<'a> ReachabilityPage<'a> {
         };
         Self {
             dataset: DatasetView::of(&facts.header),
+            strip: strip([upright].iter().chain(&levels), grid, &census),
             numbers: HeaderNumbers::of(facts),
             speed: SpeedView::of(&facts.header, "positions"),
+            poses_per_second: facts.header.notes.speed.as_ref().map(|speed| {
+                let per_position = facts.poses as f64 / facts.positions.max(1) as f64;
+                grouped((speed.rate() * per_position).round() as u64)
+            }),
+            deepest: deepest_pose(field),
             labels: ORDER.map(|label| LabelView::of(facts, label)),
             robot: RobotView::of(facts),
             solver: &facts.solver,
@@ -78,6 +91,27 @@ impl<'a> ReachabilityPage<'a> {
             job,
         }
     }
+}
+
+/// The strip on top: each cross-section, small.
+fn strip<'a>(cuts: impl Iterator<Item = &'a Cut>, grid: &PoseGrid, census: &Census) -> Vec<StripPicture> {
+    let card = |cut: &Cut| {
+        let picture = cut.picture(grid, census, cut.fitting_cell(grid, STRIP_SIDE)).with_few_colours();
+        let (width, height) = (picture.width, picture.height);
+        StripCard { caption: cut.name(grid), pictures: vec![ImageView::of(&picture, width, height)] }
+    };
+    StripPicture::strip(&(1..).zip(cuts.map(card)).collect::<Vec<_>>())
+}
+
+/// The reachable pose with the smallest signed distance, x, y, z [m], roll, pitch, yaw [rad], as `--pose` takes it; `None`
+/// where none is reachable.
+fn deepest_pose(field: &ReachabilityField) -> Option<String> {
+    let cells = field.labels.iter().zip(&field.distances).enumerate();
+    let reachable = cells.filter(|(_, (label, _))| **label == PoseLabel::Reachable);
+    let (cell, _) = reachable.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
+    // Tenths of millimetres and of milliradians; zero has no sign.
+    let number = |value: f64| ((value * 1e4).round() / 1e4 + 0.0).to_string();
+    Some(field.header.grid.pose(cell).map(number).join(","))
 }
 
 /// The upright cross-section and one level one as pictures, with where they are; `cell` pixels per position.
@@ -95,9 +129,7 @@ pub(crate) fn upright_picture(field: &ReachabilityField, side: u32) -> Picture {
     let census = Census::of(field);
     let (upright, _) = cuts(field, &census);
     let grid = &field.header.grid;
-    let [across, _, up] = grid.position_counts();
-    let cell = (side / across.max(up).max(1) as u32).max(1);
-    upright.picture(grid, &census, cell)
+    upright.picture(grid, &census, upright.fitting_cell(grid, side))
 }
 
 /// The upright cross-section through the middle, and level ones from above.
@@ -119,23 +151,11 @@ fn band(field: &ReachabilityField) -> f64 {
 struct HeaderNumbers {
     poses: String,
     positions: String,
-    /// Poses per second, where the run left its figures.
-    rate: Option<String>,
-    /// The position in the middle of the grid.
-    middle: String,
 }
 
 impl HeaderNumbers {
     fn of(facts: &ReachabilityFacts) -> Self {
-        let per_position = facts.poses as f64 / facts.positions.max(1) as f64;
-        let speed = facts.header.notes.speed.as_ref();
-        let middle = |axis: &AxisFacts| short(axis.first + (axis.count / 2) as f64 * axis.step);
-        Self {
-            poses: grouped(facts.poses),
-            positions: grouped(facts.positions),
-            rate: speed.map(|speed| grouped((speed.rate() * per_position).round() as u64)),
-            middle: facts.axes[..3].iter().map(middle).collect::<Vec<_>>().join(","),
-        }
+        Self { poses: grouped(facts.poses), positions: grouped(facts.positions) }
     }
 }
 

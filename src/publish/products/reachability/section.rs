@@ -78,17 +78,18 @@ impl Cut {
         // Roses at the rim reach so far out of it.
         let out = (SIDE - cell) / 2.0;
         let name = escaped(&self.name(grid));
+        // All cuts are as large as on paper: the same marks and letters whatever the count of positions.
+        let wide = width + MARGIN + 8.0 + 2.0 * out;
         let mut svg = format!(
             concat!(
-                r#"<svg class="chart cut" viewBox="{} {} {} {}" role="img" aria-label="cross-section {}">"#,
-                "<title>cross-section {}</title>"
+                r#"<svg class="chart cut" style="max-width:{wide}px" viewBox="{} {} {wide} {}" role="img" "#,
+                r#"aria-label="cross-section {name}"><title>cross-section {name}</title>"#
             ),
             -MARGIN - out,
             -8.0 - out,
-            width + MARGIN + 8.0 + 2.0 * out,
             height + MARGIN + 2.0 * out,
-            name,
-            name,
+            wide = wide,
+            name = name,
         );
         let plane = self.plane(grid, census);
         let _ = write!(
@@ -126,6 +127,13 @@ impl Cut {
             Self::Upright(y) => [right, y, up],
         };
         PoseGrid::position(grid.position_counts(), index)
+    }
+
+    /// Pixels per position, as many as a square of `side` pixels allows.
+    pub fn fitting_cell(self, grid: &PoseGrid, side: u32) -> u32 {
+        let ([right, up, _], _) = self.axes();
+        let positions = grid.position_counts()[right].max(grid.position_counts()[up]);
+        (side / positions.max(1) as u32).max(1)
     }
 
     /// The cut as a picture without roses, `cell` pixels per position: green as far as directions are reachable, orange as far

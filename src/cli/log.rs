@@ -1,0 +1,103 @@
+//! The log of a command: what it says and how far it is, as plain lines in a file.
+
+use std::{
+    fs::{File, OpenOptions},
+    io::{self, Write},
+    path::Path,
+    sync::{Mutex, PoisonError},
+    time::SystemTime,
+};
+
+use chrono::{DateTime, SecondsFormat, Utc};
+
+/// Weight of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// Something happened.
+    Info,
+    /// Something that a user should know.
+    Warning,
+    /// Something failed, or a check found a fault.
+    Error,
+}
+
+impl Level {
+    /// Level of a line of a result: lines about faults begin with a word that says so.
+    pub fn of_result(line: &str) -> Self {
+        match line.split_once(": ") {
+            Some(("warning", _)) => Self::Warning,
+            Some(("problem" | "differs", _)) => Self::Error,
+            _ => Self::Info,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// A log that is open. It grows: a command that is given again goes on in the same file.
+pub struct Log {
+    state: Mutex<State>,
+}
+
+struct State {
+    file: File,
+    /// The first line, until another follows it: a program that starts itself again writes it once.
+    first: Option<String>,
+}
+
+impl Log {
+    /// Opens a log, or begins one, for a command in these words.
+    ///
+    /// # Errors
+    /// When something else than a regular file stands there, or it cannot be written.
+    pub fn open(path: &Path, command: String) -> io::Result<Self> {
+        let file = OpenOptions::new().append(true).create(true).open(kernel::files::replaceable(path)?)?;
+        Ok(Self { state: Mutex::new(State { file, first: Some(command) }) })
+    }
+
+    /// Adds the lines of a text.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, level: impl Fn(&str) -> Level, text: &str) -> io::Result<()> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let time = DateTime::<Utc>::from(SystemTime::now()).to_rfc3339_opts(SecondsFormat::Millis, true);
+        let written = |level: Level, line: &str| format!("{time} {:7} {line}\n", level.name());
+        let mut lines = state.first.take().map_or_else(String::new, |first| written(Level::Info, &first));
+        lines.extend(text.lines().filter(|line| !line.is_empty()).map(|line| written(level(line), line)));
+        // In one call, so that the lines of two tasks that write one file do not mix.
+        state.file.write_all(lines.as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_have_a_time_and_a_level_and_a_log_grows() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.log");
+        for _ in 0..2 {
+            let log = Log::open(&path, "a command".to_owned()).expect("a log");
+            log.write(Level::of_result, "two\n\nproblem: lines").expect("room");
+            log.write(|_| Level::Warning, "one").expect("room");
+        }
+        let text = kernel::files::read_to_string(&path).expect("text");
+        let mut lines = Vec::new();
+        for line in text.lines() {
+            let (time, rest) = line.split_once(' ').expect("a time");
+            assert!(DateTime::parse_from_rfc3339(time).is_ok() && time.ends_with('Z'), "{line}");
+            lines.push(rest);
+        }
+        let written = ["info    a command", "info    two", "error   problem: lines", "warning one"];
+        assert_eq!(lines, [written, written].concat());
+        assert!(Log::open(folder.path(), String::new()).is_err(), "a folder is no log");
+    }
+}

@@ -1,0 +1,105 @@
+//! Words of trials: which states are tried, and the verdicts.
+
+use kernel::words::GraspVerdict;
+
+/// Choice of the states that are tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TriedStates {
+    /// Kept grasps alone.
+    Kept,
+    /// All states whose closed hand touches with two links at least, whatever their quality.
+    Closed,
+}
+
+impl TriedStates {
+    /// Every choice.
+    pub const ALL: [Self; 2] = [Self::Kept, Self::Closed];
+
+    /// The name on disk.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::Closed => "closed",
+        }
+    }
+
+    /// The choice of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|states| states.name() == name)
+    }
+
+    /// Whether a state of this verdict is tried.
+    pub fn includes(self, verdict: GraspVerdict) -> bool {
+        match self {
+            Self::Kept => verdict == GraspVerdict::Kept,
+            Self::Closed => verdict.is_closed(),
+        }
+    }
+}
+
+/// Verdict on a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum TrialVerdict {
+    /// The object stayed in the hand, and two links at least touch it.
+    Held,
+    /// The hand starts too deep in the object: nothing was simulated.
+    StartsTooDeep,
+    /// The closed hand does not touch the object.
+    NotTouching,
+    /// The closed hand touches it with one link.
+    OneLink,
+    /// The object left while the hand closed.
+    LostClosing,
+    /// While it was lifted.
+    LostLifting,
+    /// While it was shaken.
+    LostShaking,
+    /// Under one of six directions of gravity.
+    LostTurned,
+    /// The object stayed, but in the end fewer than two links touch it.
+    LetGo,
+    /// The numbers blew up.
+    Unstable,
+}
+
+impl TrialVerdict {
+    /// Every verdict, in the order of their numbers on disk.
+    pub const ALL: [Self; 10] = [
+        Self::Held,
+        Self::StartsTooDeep,
+        Self::NotTouching,
+        Self::OneLink,
+        Self::LostClosing,
+        Self::LostLifting,
+        Self::LostShaking,
+        Self::LostTurned,
+        Self::LetGo,
+        Self::Unstable,
+    ];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::StartsTooDeep => "starts_too_deep",
+            Self::NotTouching => "not_touching",
+            Self::OneLink => "one_link",
+            Self::LostClosing => "lost_closing",
+            Self::LostLifting => "lost_lifting",
+            Self::LostShaking => "lost_shaking",
+            Self::LostTurned => "lost_turned",
+            Self::LetGo => "let_go",
+            Self::Unstable => "unstable",
+        }
+    }
+
+    /// The verdict of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+    }
+
+    /// Whether the grasp held.
+    pub fn is_held(self) -> bool {
+        self == Self::Held
+    }
+}

@@ -1,0 +1,80 @@
+//! Variants of a trial: how far a label depends on choices that another laboratory would make otherwise.
+
+use super::{Numerics, TrialConditions};
+
+/// A change of one condition of a trial. A grasp whose label stands under all of them is robust.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Variant {
+    /// Friction lower by 20 %.
+    LessFriction,
+    /// Friction lower by 40 %.
+    LittleFriction,
+    /// Twice the mass.
+    DoubleMass,
+    /// Nothing supports the object while the hand closes.
+    FreeObject,
+    /// Half the step.
+    HalfStep,
+    /// Elliptic friction cones as ours, otherwise MuJoCo's defaults.
+    PlainElliptic,
+    /// MuJoCo's defaults: pyramidal friction cones, `impratio` 1, no iterations against slip.
+    MujocoDefaults,
+}
+
+impl Variant {
+    /// Every variant, in the order of its verdict in a record.
+    pub const ALL: [Self; 7] = [
+        Self::LessFriction,
+        Self::LittleFriction,
+        Self::DoubleMass,
+        Self::FreeObject,
+        Self::HalfStep,
+        Self::PlainElliptic,
+        Self::MujocoDefaults,
+    ];
+
+    /// The name in records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LessFriction => "friction_80_percent",
+            Self::LittleFriction => "friction_60_percent",
+            Self::DoubleMass => "mass_200_percent",
+            Self::FreeObject => "free_object",
+            Self::HalfStep => "half_step",
+            Self::PlainElliptic => "plain_elliptic",
+            Self::MujocoDefaults => "mujoco_defaults",
+        }
+    }
+
+    /// The conditions with this change.
+    #[must_use]
+    pub fn of(self, conditions: &TrialConditions) -> TrialConditions {
+        let same = *conditions;
+        match self {
+            Self::LessFriction => TrialConditions { friction: 0.8 * same.friction, ..same },
+            Self::LittleFriction => TrialConditions { friction: 0.6 * same.friction, ..same },
+            Self::DoubleMass => TrialConditions { mass: 2.0 * same.mass, ..same },
+            Self::FreeObject => TrialConditions { is_free: true, ..same },
+            Self::HalfStep => TrialConditions { numerics: Numerics::HalfStep, ..same },
+            Self::PlainElliptic => TrialConditions { numerics: Numerics::PlainElliptic, ..same },
+            Self::MujocoDefaults => TrialConditions { numerics: Numerics::MujocoDefaults, ..same },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn every_variant_changes_one_condition_and_has_a_name_of_its_own() {
+        let plain = TrialConditions::new(0.25);
+        let changed = Variant::ALL.map(|variant| variant.of(&plain));
+        assert!(changed.iter().all(|conditions| *conditions != plain && conditions.check().is_ok()));
+        assert_eq!([0, 1].map(|index| changed[index].friction), [0.4, 0.3]);
+        assert_eq!((changed[2].mass, changed[3].is_free), (0.5, true));
+        assert_eq!(Variant::ALL.map(Variant::name).into_iter().collect::<BTreeSet<_>>().len(), Variant::ALL.len());
+    }
+}
