@@ -34,10 +34,10 @@ SAMPLERS = {
 GRIPPER_SAMPLERS = ["annealing", "uniform", "middles", "air", "table"]
 # Job, settings over it, samplers.
 HANDS = {
-    "barrett": ("ycb-grasps.toml", [], ["annealing", "uniform"]),
+    "barrett": ("ycb-grasps.toml", [], ["annealing", "uniform", "air", "table"]),
     "panda": ("panda-grasps.toml", [], GRIPPER_SAMPLERS),
     "fetch": ("panda-grasps.toml", ["hand.scene=../scenes/fetch_gripper.xml"], GRIPPER_SAMPLERS),
-    "allegro": ("allegro-grasps.toml", [], ["annealing", "uniform"]),
+    "allegro": ("allegro-grasps.toml", [], ["annealing", "uniform", "air", "table"]),
 }
 
 

@@ -256,12 +256,21 @@ pub enum HandError {
         /// Part that the hand lacks.
         what: &'static str,
     },
-    /// A hand whose pads cannot be placed on pairs of points.
+    /// A hand whose pads have no middles that could be placed on pairs of points.
     #[error(
-        "{}: pads are placed on pairs of points by a gripper alone: a `width` in its table, its pads slid towards each other by one motor; grasps.sampler = \"annealing\" and \"uniform\" take every hand",
+        "{}: only a gripper has middles of pads: a `width` in its table, its pads slid towards each other by one motor; antipodal.depth = \"any\" takes every hand with contacts that face each other",
         path.display()
     )]
     NoGripper {
+        /// The hand's table.
+        path: PathBuf,
+    },
+    /// A hand that cannot take a pair of points between two of its contacts.
+    #[error(
+        "{}: no two of its contacts face each other in a posture of its eigengrasps, so it takes no pair of points between them; grasps.sampler = \"annealing\" and \"uniform\" take every hand",
+        path.display()
+    )]
+    NoOpposition {
         /// The hand's table.
         path: PathBuf,
     },

@@ -17,6 +17,7 @@ use super::{
 };
 use robot::{
     collision::{Bodies, Body, Shape},
+    grasp::has_opposition,
     hand::{Coupling, Hand, HandTable, Mount, Skeleton},
     kinematics::{JointTree, TreeJoint},
 };
@@ -84,13 +85,22 @@ impl HandModel {
         }
     }
 
-    /// Whether its pads can be placed on pairs of points, as antipodal sampling does.
+    /// Whether the middles of its pads can be placed on pairs of points.
     ///
     /// # Errors
     /// When they do not slide towards each other by one motor.
     pub fn check_gripper(&self) -> Result<(), HandError> {
         let no_gripper = || HandError::NoGripper { path: HandTable::beside(&self.robot.path) };
         self.hand.closing_line().map(|_| ()).ok_or_else(no_gripper)
+    }
+
+    /// Whether two contacts face each other in some posture: between them a hand that is no gripper takes pairs of points.
+    ///
+    /// # Errors
+    /// When none do.
+    pub fn check_opposition(&self) -> Result<(), HandError> {
+        let path = || HandTable::beside(&self.robot.path);
+        if has_opposition(&self.hand) { Ok(()) } else { Err(HandError::NoOpposition { path: path() }) }
     }
 
     /// Whether all that can touch is a box, a ball, a capsule or a cylinder: only these touch true meshes.

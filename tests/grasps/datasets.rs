@@ -125,12 +125,13 @@ fn samplers_without_a_search_make_datasets() {
         assert!(runs.iter().all(|run| run.method.max_advance == max_advance), "{name}");
         assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{name}");
     }
-    let barrett = format!("hand.scene={}", repository_path(BARRETT).display());
+    let barrett =
+        [format!("hand.scene={}", repository_path(BARRETT).display()), "antipodal={depth=\"middle\"}".to_owned()];
     // Refused before anything is written, by both verbs.
     let job = workspace.path("job.toml");
     for program in [workspace.run_job("job", "barrett"), Program::on("estimate", &job)] {
-        let said = program.set([&barrett]).expect_code(2).stderr;
-        assert!(said.contains("placed on pairs of points by a gripper alone"), "{said}");
+        let said = program.set(&barrett).expect_code(2).stderr;
+        assert!(said.contains("only a gripper has middles of pads"), "{said}");
     }
     assert!(!workspace.path("barrett").exists());
 }

@@ -184,8 +184,8 @@ const JOBS: [(&str, &str); 61] = [
     ),
     (
         "product = \"grasps\"\nhand = { scene = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[grasps]\n\
-     sampler = \"antipodal\"",
-        "by a gripper alone",
+     sampler = \"antipodal\"\n[antipodal]\ndepth = \"middle\"",
+        "only a gripper has middles of pads",
     ),
     (r#"product = "reachability""#, "robot"),
     ("product = \"reachability\"\nROBOT", "poses"),

@@ -1,4 +1,5 @@
-//! Pads of a gripper on pairs of points on opposite sides of an object: contacts come first, and the hand follows from them.
+//! Hands on pairs of points on opposite sides of an object: contacts come first, and the hand follows from them. A gripper takes
+//! a pair between its pads, every other hand between two of its contacts that face each other.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -6,15 +7,17 @@ use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
 use super::{
     best::{BestList, Candidate, Likeness},
-    found::{Grasp, GraspRun, PairLosses},
+    found::{Grasp, GraspContact, GraspRun, PairLosses},
     frame::Frame,
     object::ObjectSearch,
-    pads::Pads,
+    opposition::Oppositions,
+    pads::{Grip, Pads},
     pairs::Pair,
     rate::Start,
     sampled::{BEFORE, GraspSampler},
     settings::{Antipodal, PairHold, Support},
     solids::ALLOWED_OVERLAP,
+    state::is_feasible,
     tally::Tally,
     variables::State,
 };
@@ -23,11 +26,33 @@ use kernel::{
     seed::Stream,
 };
 
-/// Rolls about the line of a pair that are tried at most.
-const ROLLS: u32 = 8;
+/// Rolls about the line of a pair that are tried at most: of a gripper, and of every hold of another hand.
+const ROLLS: [u32; 2] = [8, 24];
+
+/// Holds of a hand of many fingers that are tried on a pair at most.
+const HOLDS: u32 = 4;
 
 /// An opened pad is so far from its point at least [m]; [`BEFORE`] where the hand opens that far.
 const MIN_GAP: f64 = 0.001;
+
+/// A hand of many fingers is opened for a pair by so much at least and at most [m].
+const OPENED_BY: [f64; 2] = [0.002, 0.016];
+
+/// Fingers that sink as they close: the hand is lifted by what they lack of the margin, and by this [m], where that is no
+/// more than [`MAX_LIFT`].
+const LIFT: f64 = 0.0005;
+
+/// Farther than this no hand is lifted [m].
+const MAX_LIFT: f64 = 0.03;
+
+/// Two contacts hold an object between them where the cosine of the angle between their normals is below this.
+const MAX_OPPOSED: f64 = -0.5;
+
+/// Parts of a hand between which it takes a pair.
+enum Holds<'a> {
+    Pads(&'a Pads),
+    Contacts(&'a Oppositions),
+}
 
 /// A table below an object.
 struct Table<'a> {
@@ -43,21 +68,32 @@ impl GraspSampler {
     /// A run over pairs of points on opposite sides of an object, drawn over all its surface.
     ///
     /// # Panics
-    /// When the hand has no [`Hand::closing_line`](crate::hand::Hand::closing_line).
+    /// When [`PairHold::Middle`] is asked of a hand without a
+    /// [`Hand::closing_line`](crate::hand::Hand::closing_line).
     pub fn antipodal(&mut self, object: &ObjectSearch, antipodal: &Antipodal, stream: &mut Stream) -> GraspRun {
-        let pads = Pads::new(&self.hand).expect("pairs are asked of hands that close along a line");
+        let pads = Pads::new(&self.hand);
         match antipodal.hold {
-            PairHold::Middle => self.by_middles(object, &pads, antipodal, stream),
-            PairHold::Along(support) => self.along_pads(object, &pads, antipodal, support, stream),
+            PairHold::Middle => {
+                let pads = pads.expect("the middles of its pads are asked of a hand that closes along a line");
+                self.by_middles(object, &pads, antipodal, stream)
+            }
+            PairHold::Along(support) => {
+                let search = Arc::clone(&self.search);
+                let holds = match &pads {
+                    Some(pads) => Holds::Pads(pads),
+                    None => Holds::Contacts(search.oppositions()),
+                };
+                self.along(object, &holds, antipodal, support, stream)
+            }
         }
     }
 
-    /// Pairs anywhere along the pads: the first that both pads hold once closed, no two alike. The run ends once it has its
+    /// Pairs anywhere along the fingers: the first that the hand holds once closed, no two alike. The run ends once it has its
     /// states.
-    fn along_pads(
+    fn along(
         &mut self,
         object: &ObjectSearch,
-        pads: &Pads,
+        holds: &Holds<'_>,
         antipodal: &Antipodal,
         support: Support,
         stream: &mut Stream,
@@ -85,20 +121,23 @@ impl GraspSampler {
             };
             losses.pairs += 1;
             losses.unopposed += u32::from(pair.is_none());
-            let start = pair.and_then(|pair| self.place(object, pads, &pair, table.as_ref(), &mut losses, stream));
+            let start = pair.and_then(|pair| self.place(object, holds, &pair, table.as_ref(), &mut losses, stream));
             energies.push(start.as_ref().map(|start| self.rating.energies_of(object, start).total));
             // Closing costs most: what is like a state that is there already is left out before.
             let is_known = |frame: &Frame| frames.iter().any(|known| alike.joins(known, frame));
             let Some(start) = start.filter(|start| !is_known(&Frame::of(&start.object_from_approach))) else {
                 continue;
             };
-            let grasp = self.rating.placed(object, start);
+            let mut grasp = self.rating.placed(object, start.clone());
+            if let (Some(table), Holds::Contacts(_)) = (&table, holds)
+                && let Some(lifted) = table.lifted(&grasp, start)
+            {
+                grasp = self.rating.placed(object, lifted);
+            }
             let frame = Frame::of(&grasp.object_from_approach);
-            let is_low =
-                |table: &Table<'_>| grasp.clearances.get(table.index).is_none_or(|lowest| lowest.shaped < table.margin);
-            if !self.is_held(&grasp) {
+            if !self.is_held(holds, &grasp) {
                 losses.open += 1;
-            } else if table.as_ref().is_some_and(is_low) {
+            } else if table.as_ref().is_some_and(|table| table.lacks(&grasp).is_none_or(|lacks| lacks > 0.0)) {
                 losses.lowered += 1;
             } else if !is_known(&frame) {
                 grasps.push(grasp);
@@ -114,38 +153,72 @@ impl GraspSampler {
         GraspRun { losses: Some(losses), ..tally.run(&seed, grasps) }
     }
 
-    /// The opened gripper about a pair, at a roll and a depth along its pads where it is neither in the object nor too near
+    /// The hand opened a little farther than a pair; `None` where it does not open so far.
+    fn grip(&self, holds: &Holds<'_>, pair: &Pair, stream: &mut Stream) -> Option<Grip> {
+        let (hand, solids, length) = (&self.hand, &self.closing.solids, pair.length());
+        match holds {
+            Holds::Pads(pads) => {
+                let gap = ((pads.widest - length) / 2.0).min(BEFORE[1]);
+                let value = pads.value((length + 2.0 * gap).min(pads.widest)).filter(|_| gap >= MIN_GAP)?;
+                Some(pads.grip(hand, solids, value))
+            }
+            Holds::Contacts(oppositions) => oppositions.draw(hand, solids, OPENED_BY.map(|by| length + by), stream),
+        }
+    }
+
+    /// The opened hand about a pair, at a roll and a depth along its fingers where it is neither in the object nor too near
     /// to the table; `None` where there is none.
     fn place(
         &mut self,
         object: &ObjectSearch,
-        pads: &Pads,
+        holds: &Holds<'_>,
         pair: &Pair,
         table: Option<&Table<'_>>,
         losses: &mut PairLosses,
         stream: &mut Stream,
     ) -> Option<Start> {
-        let hand = Arc::clone(&self.hand);
-        // Opened a little farther than the pair; either pad may take its first point.
-        let gap = ((pads.widest - pair.length()) / 2.0).min(BEFORE[1]);
-        let value = pads.value((pair.length() + 2.0 * gap).min(pads.widest)).filter(|_| gap >= MIN_GAP);
-        let Some(value) = value else {
-            losses.too_wide += 1;
-            return None;
+        let (tries, rolls) = match holds {
+            Holds::Pads(_) => (1, ROLLS[0]),
+            Holds::Contacts(_) => (HOLDS, ROLLS[1]),
         };
-        let posture = pads.posture(&hand, value);
-        let joints = hand.posture_values(&posture);
-        let frames = hand.link_frames(&joints);
-        let base_from_pads = pads.base_from_pads(&hand, &frames);
-        let base_from_approach = *hand.approach_pose(&frames).isometry();
+        let (mut is_opened, mut is_above) = (false, false);
+        for _ in 0..tries {
+            let Some(grip) = self.grip(holds, pair, stream) else { break };
+            is_opened = true;
+            let found = self.place_grip(object, &grip, pair, (table, rolls), &mut is_above, stream);
+            if let Some(object_from_approach) = found {
+                return Some(Start { object_from_approach, posture: grip.posture, amplitudes: grip.amplitudes });
+            }
+        }
+        match (is_opened, is_above) {
+            (false, _) => losses.too_wide += 1,
+            (_, true) => losses.in_object += 1,
+            (_, false) => losses.below_table += 1,
+        }
+        None
+    }
+
+    /// Where the approach frame of a hand that is opened like this is, at the first of so many rolls where it is neither in the
+    /// object nor too near to the table; `is_above` is set where the table alone would allow a roll.
+    fn place_grip(
+        &mut self,
+        object: &ObjectSearch,
+        grip: &Grip,
+        pair: &Pair,
+        (table, rolls): (Option<&Table<'_>>, u32),
+        is_above: &mut bool,
+        stream: &mut Stream,
+    ) -> Option<IsometryMatrix3<f64>> {
+        let Grip { amplitudes, joints, frames, base_from_line, extent, .. } = grip;
+        let base_from_approach = *self.hand.approach_pose(frames).isometry();
         let approach = base_from_approach.rotation * Vector3::z();
-        let [inner, outer] = pads.extent(&hand, &self.closing.solids, &frames);
+        let [inner, outer] = *extent;
+        // Either side of the hand may take the first point.
         let line = if stream.unit() < 0.5 { pair.inward() } else { -pair.inward() };
         // Cheap tests first: the table by geometry, then the object.
-        let mut is_above = false;
-        for _ in 0..ROLLS {
+        for _ in 0..rolls {
             let (roll, share) = (stream.uniform(0.0, TAU), stream.unit());
-            let base_from_pair = |depth: f64| Translation3::from(approach * depth) * base_from_pads;
+            let base_from_pair = |depth: f64| Translation3::from(approach * depth) * *base_from_line;
             let object_from_base = |roll: f64, depth: f64| {
                 let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&line, roll));
                 let object_from_pair = IsometryMatrix3::from_parts(Translation3::from(pair.middle()), rotation);
@@ -159,35 +232,46 @@ impl GraspSampler {
                     roll += TAU / 2.0;
                 }
                 // Backing off by a length lifts the hand by that length times the rise.
-                let spare = self.rating.height(table.pose, &object_from_base(roll, outer), &frames) - table.margin;
+                let spare = self.rating.height(table.pose, &object_from_base(roll, outer), frames) - table.margin;
                 if spare < 0.0 {
                     continue;
                 }
                 first = first.max(outer - spare / rise(roll).max(f64::MIN_POSITIVE));
             }
-            is_above = true;
+            *is_above = true;
             // A depth of those that are left.
             let here = object_from_base(roll, first + (outer - first) * share);
-            if self.closing.penetration(&object.surface, &here, &joints) <= ALLOWED_OVERLAP {
-                return Some(Start {
-                    object_from_approach: here * base_from_approach,
-                    posture,
-                    amplitudes: Vec::new(),
-                });
+            if self.is_clear(object, &here, amplitudes)
+                && self.closing.penetration(&object.surface, &here, joints) <= ALLOWED_OVERLAP
+            {
+                return Some(here * base_from_approach);
             }
-        }
-        if is_above {
-            losses.in_object += 1;
-        } else {
-            losses.below_table += 1;
         }
         None
     }
 
-    /// Whether both pads touch.
-    fn is_held(&self, grasp: &Grasp) -> bool {
-        let touches = |side: f64| grasp.contacts.iter().any(|contact| self.hand.closing_side(contact.link) == side);
-        touches(1.0) && touches(-1.0)
+    /// Whether the hand in a posture of amplitudes may be clear of the object, by the test of annealing, which is by far the
+    /// cheaper one; true of a gripper without amplitudes.
+    fn is_clear(&mut self, object: &ObjectSearch, object_from_base: &IsometryMatrix3<f64>, amplitudes: &[f64]) -> bool {
+        let base = Frame::of(object_from_base);
+        amplitudes.is_empty()
+            || is_feasible(self.level, &self.search, &object.field, &base, amplitudes, &mut self.scratch)
+    }
+
+    /// Whether the closed hand holds the object between both pads, or between two links that press against each other.
+    fn is_held(&self, holds: &Holds<'_>, grasp: &Grasp) -> bool {
+        let contacts = &grasp.contacts;
+        match holds {
+            Holds::Pads(_) => {
+                let touches = |side: f64| contacts.iter().any(|contact| self.hand.closing_side(contact.link) == side);
+                touches(1.0) && touches(-1.0)
+            }
+            Holds::Contacts(_) => contacts.iter().enumerate().any(|(index, one)| {
+                let opposes =
+                    |other: &GraspContact| one.link != other.link && one.normal.dot(&other.normal) < MAX_OPPOSED;
+                contacts[..index].iter().any(opposes)
+            }),
+        }
     }
 
     /// Pairs half way along the pads, at any roll: the best by energy, no two duplicates.
@@ -251,5 +335,20 @@ impl<'a> Table<'a> {
         let index = drawn.or(poses.len().checked_sub(1))?;
         let pose = &poses[index];
         Some(Self { index, pose, up: pose.up(), margin })
+    }
+
+    /// Height that a closed hand lacks of the margin [m], below 0 where it keeps it; `None` where it was not closed.
+    fn lacks(&self, grasp: &Grasp) -> Option<f64> {
+        Some(self.margin - grasp.clearances.get(self.index)?.shaped)
+    }
+
+    /// The start of a grasp whose fingers sink too low as they close, moved back along its approach by what they lack; `None`
+    /// where they do not, or where that is too far.
+    fn lifted(&self, grasp: &Grasp, start: Start) -> Option<Start> {
+        let lacks = self.lacks(grasp).filter(|lacks| *lacks > 0.0)?;
+        let direction = start.object_from_approach.rotation * Vector3::z();
+        let back = (lacks + LIFT) / -self.up.dot(&direction);
+        let object_from_approach = Translation3::from(direction * -back) * start.object_from_approach;
+        (0.0..=MAX_LIFT).contains(&back).then_some(Start { object_from_approach, ..start })
     }
 }

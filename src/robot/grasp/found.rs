@@ -119,13 +119,13 @@ pub struct PairLosses {
     pub pairs: u32,
     /// No point on the opposite side lies within the friction cones.
     pub unopposed: u32,
-    /// Farther apart than the pads open.
+    /// Farther apart than the hand opens.
     pub too_wide: u32,
     /// The hand would come nearer to the table than its margin, however it is rolled.
     pub below_table: u32,
     /// The opened hand would be in the object.
     pub in_object: u32,
-    /// Closed, the pads do not both touch the object.
+    /// Closed, the hand does not hold the object from both sides.
     pub open: u32,
     /// Closed, the hand is nearer to the table than its margin.
     pub lowered: u32,
@@ -141,10 +141,10 @@ impl fmt::Display for PairLosses {
         write!(f, "of {} pairs of points", self.pairs)?;
         let counts = [
             (self.unopposed, "have no opposite point within the friction cones"),
-            (self.too_wide, "are farther apart than the pads open"),
+            (self.too_wide, "are farther apart than the hand opens"),
             (self.below_table, "would bring the hand nearer to the table than its margin"),
             (self.in_object, "would have the opened hand in the object"),
-            (self.open, "are not held by both pads once closed"),
+            (self.open, "are not held from both sides once closed"),
             (self.lowered, "are nearer to the table than the margin once closed"),
         ];
         let told = counts.into_iter().filter(|(count, _)| *count > 0);

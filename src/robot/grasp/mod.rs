@@ -17,6 +17,7 @@ mod meeting;
 mod motion;
 mod numbers;
 mod object;
+mod opposition;
 mod pads;
 mod pairs;
 mod rate;
@@ -36,6 +37,7 @@ pub use field::DistanceField;
 pub use found::{Energies, Grasp, GraspContact, GraspRun, PairLosses, Quality, Stretch};
 pub use kind::{KindDigits, camera_axes, wrist_roll};
 pub use object::ObjectSearch;
+pub use opposition::has_opposition;
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
     AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, Rolls, Sampler, SearchFrame, Support, Uniform,

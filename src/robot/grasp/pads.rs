@@ -7,7 +7,22 @@ use crate::hand::Hand;
 use kernel::geom::rotation_towards;
 
 /// Nearer to the tips of the fingers no pad takes hold: there their edges are rounded [m].
-const TIP: f64 = 0.003;
+pub(super) const TIP: f64 = 0.003;
+
+/// A hand in a posture, with the line along which it holds a pair of points.
+pub(super) struct Grip {
+    /// One value per driven joint.
+    pub(super) posture: Vec<f64>,
+    /// Amplitudes of the eigengrasps that make it; none of a gripper.
+    pub(super) amplitudes: Vec<f64>,
+    /// All joints in that posture, and the frames of its links, expressed in the base frame.
+    pub(super) joints: Vec<f64>,
+    pub(super) frames: Vec<IsometryMatrix3<f64>>,
+    /// Origin half way between what holds, z from one to the other.
+    pub(super) base_from_line: IsometryMatrix3<f64>,
+    /// The part of the approach along which a pair can be held, from that origin on [m].
+    pub(super) extent: [f64; 2],
+}
 
 /// The two pads of a gripper.
 pub(super) struct Pads {
@@ -48,6 +63,16 @@ impl Pads {
         posture
     }
 
+    /// The gripper with its motor at a value.
+    pub(super) fn grip(&self, hand: &Hand, solids: &HandSolids, value: f64) -> Grip {
+        let posture = self.posture(hand, value);
+        let joints = hand.posture_values(&posture);
+        let frames = hand.link_frames(&joints);
+        let base_from_line = self.base_from_pads(hand, &frames);
+        let extent = self.extent(hand, solids, &frames);
+        Grip { posture, amplitudes: Vec::new(), joints, frames, base_from_line, extent }
+    }
+
     /// A frame half way between the pads, its z along the first one's direction of motion; the middle of a pad is that of its
     /// contacts.
     pub(super) fn base_from_pads(&self, hand: &Hand, frames: &[IsometryMatrix3<f64>]) -> IsometryMatrix3<f64> {
@@ -62,7 +87,7 @@ impl Pads {
 
     /// The part of the approach that both pads cover, from their middle on [m]: from the innermost of their contacts to just
     /// before the tips of their links.
-    pub(super) fn extent(&self, hand: &Hand, solids: &HandSolids, frames: &[IsometryMatrix3<f64>]) -> [f64; 2] {
+    fn extent(&self, hand: &Hand, solids: &HandSolids, frames: &[IsometryMatrix3<f64>]) -> [f64; 2] {
         let approach = hand.approach_pose(frames).isometry().rotation * Vector3::z();
         let middle = self.base_from_pads(hand, frames).translation.vector.dot(&approach);
         let of_pad = |link: usize| {

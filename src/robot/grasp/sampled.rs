@@ -15,7 +15,7 @@ use super::{
     rate::{Rating, Start},
     settings::{Annealing, Keeping, Uniform},
     solids::Solid,
-    state::HandSearch,
+    state::{HandSearch, StateScratch},
     tally::Tally,
 };
 use crate::{hand::Hand, kinematics::JointKind};
@@ -30,6 +30,9 @@ pub(super) const BEFORE: [f64; 2] = [0.1, 0.005];
 /// One thread's sampling of one hand.
 pub struct GraspSampler {
     pub(super) hand: Arc<Hand>,
+    pub(super) search: Arc<HandSearch>,
+    pub(super) level: SimdLevel,
+    pub(super) scratch: StateScratch,
     pub(super) closing: Closing,
     pub(super) rating: Rating,
     pub(super) best: BestList,
@@ -40,6 +43,9 @@ impl GraspSampler {
     pub fn new(search: &Arc<HandSearch>, annealing: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
         Self {
             hand: Arc::clone(&search.hand),
+            search: Arc::clone(search),
+            level: level.usable(),
+            scratch: search.scratch(),
             closing: Closing::new(&search.hand, &search.solids),
             rating: Rating::new(search, annealing, keeping, level.usable()),
             best: BestList::new(0),

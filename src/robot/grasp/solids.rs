@@ -78,6 +78,26 @@ impl HandSolids {
         let of_link = self.solids.iter().filter(|solid| solid.link == link);
         of_link.map(|solid| solid.reach_along(direction, frames)).fold(f64::NEG_INFINITY, f64::max)
     }
+
+    /// The ball in a link's solids that ends farthest along a direction of unit length in the base frame: its centre in that
+    /// frame, and its radius [m]; `None` where the link has none.
+    pub(super) fn farthest_ball(
+        &self,
+        link: usize,
+        direction: &Vector3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+    ) -> Option<(Point3<f64>, f64)> {
+        let base_from_link = |point: Point3<f64>| if link == 0 { point } else { frames[link - 1] * point };
+        let balls = self.solids.iter().filter(|solid| solid.link == link).flat_map(|solid| &solid.balls);
+        let each = balls.flat_map(|block| {
+            (0..LANES).map(|lane| {
+                let centre = Point3::new(block.x[lane], block.y[lane], block.z[lane]).map(f64::from);
+                (base_from_link(centre), f64::from(block.radius[lane]))
+            })
+        });
+        let end = |(centre, radius): &(Point3<f64>, f64)| centre.coords.dot(direction) + radius;
+        each.max_by(|one, other| end(one).total_cmp(&end(other)))
+    }
 }
 
 impl Solid {

@@ -1,6 +1,6 @@
 //! Whether a state of the hand is legal, and how near its virtual contacts are.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 
@@ -9,6 +9,7 @@ use super::{
     frame::Frame,
     links::{Links, MAX_JOINTS},
     meeting::{ClearPostures, overlap},
+    opposition::Oppositions,
     solids::{ALLOWED_OVERLAP, Balls, HandSolids, LANES, Solid},
     unsearchable::UnsearchableHand,
     variables::check_amplitudes,
@@ -33,6 +34,8 @@ pub struct HandSearch {
     contacts: Vec<Virtual>,
     pub(super) base_from_approach: Frame,
     clear: ClearPostures,
+    /// Made when it is first asked for.
+    oppositions: OnceLock<Oppositions>,
 }
 
 struct Middles {
@@ -105,7 +108,12 @@ impl HandSearch {
         let base_from_approach = Frame::of(&approach.link_from_frame);
         let clear = ClearPostures::new(hand, &links, &solids);
         let hand = Arc::clone(hand);
-        Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear })
+        Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear, oppositions: OnceLock::new() })
+    }
+
+    /// Contacts that face each other, over the hand's postures.
+    pub(super) fn oppositions(&self) -> &Oppositions {
+        self.oppositions.get_or_init(|| Oppositions::new(&self.hand, &self.solids))
     }
 
     pub(super) fn scratch(&self) -> StateScratch {

@@ -25,7 +25,7 @@ fn antipodal(pairs: u32, support: Support) -> Antipodal {
 }
 
 /// The table of a run, and its pose of the object.
-fn table_of<'s>(searcher: &'s Searcher, run: &GraspRun) -> &'s RestingPose {
+pub(super) fn table_of<'s>(searcher: &'s Searcher, run: &GraspRun) -> &'s RestingPose {
     let is_it = |pose: &&RestingPose| {
         let apart = pose.world_from_object.isometry() * run.object_from_seed;
         apart.translation.vector.norm() < 1e-9 && apart.rotation.angle() < 1e-6
@@ -41,7 +41,7 @@ fn heights(searcher: &Searcher, pose: &RestingPose) -> [f64; 2] {
 }
 
 /// Fingers that slide go straight: a gripper is lowest at one of the ends of its way, which is evaluated solid by solid.
-fn height_of_hand(searcher: &Searcher, pose: &RestingPose, grasp: &Grasp) -> f64 {
+pub(super) fn height_of_hand(searcher: &Searcher, pose: &RestingPose, grasp: &Grasp) -> f64 {
     let hand = &searcher.hand;
     let (bodies, _) = searcher.model.bodies().expect("its bodies");
     let here = object_from_base(hand, grasp);
@@ -60,7 +60,7 @@ fn depth(grasp: &Grasp) -> f64 {
     grasp.contacts.iter().map(|contact| (from_palm * contact.point).z).sum::<f64>() / grasp.contacts.len() as f64
 }
 
-fn are_unlike(grasps: &[Grasp]) -> bool {
+pub(super) fn are_unlike(grasps: &[Grasp]) -> bool {
     let frames: Vec<_> = grasps.iter().map(|grasp| grasp.object_from_approach).collect();
     let alike = |one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>| {
         (one.translation.vector - other.translation.vector).norm() < 0.02

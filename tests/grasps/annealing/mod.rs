@@ -4,6 +4,7 @@ mod antipodal;
 mod closing;
 mod energies;
 mod grippers;
+mod oppositions;
 mod scans;
 mod search;
 mod table;

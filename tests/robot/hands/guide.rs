@@ -57,9 +57,7 @@ fn the_guides_hand_opens_and_closes() {
         "amplitude -0.649 .. 1.096",
         "opened, nothing touches",
         "jobs that can use this hand: touch.exploration = true, touch.grasp = true, grasps.sampler = \"annealing\", \
-         grasps.sampler = \"uniform\"\n",
-        "jobs that cannot: grasps.sampler = \"antipodal\"\n  ",
-        "two_fingers.toml: pads are placed on pairs of points by a gripper alone",
+         grasps.sampler = \"uniform\", grasps.sampler = \"antipodal\"\n",
     ] {
         assert!(text.contains(expected), "{expected} is not in\n{text}");
     }
@@ -82,7 +80,7 @@ fn hand_check_explains_mistakes_and_prints_json() {
     assert!(report["contacts"].as_array().expect("contacts").iter().all(|contact| off_surface(contact) < 1e-9));
     assert_eq!(report["exclude"].as_array().expect("pairs that always touch").len(), 0);
     assert_eq!(report["touch_opened"].as_array().expect("pairs").len(), 0);
-    assert_eq!(refused_settings(&report), ["grasps.sampler = \"antipodal\""]);
+    assert_eq!(refused_settings(&report), [""; 0]);
     // The table's own path does as well.
     check(&Path::new(BARRETT).with_extension("toml")).option("--samples", "0").succeed();
 }

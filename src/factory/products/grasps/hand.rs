@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::{ProduceError, job::JobHand, objects::check_hand, product::HandUse};
 use robot::{
     collision::Bodies,
-    grasp::{HandSearch, Sampler},
+    grasp::{HandSearch, PairHold, Sampler},
     hand::Hand,
 };
 use sim::{HandError, HandModel};
@@ -14,20 +14,24 @@ use sim::{HandError, HandModel};
 pub const HAND_USES: &[HandUse] = &[
     HandUse { setting: "grasps.sampler = \"annealing\"", check: HandModel::check_grasping },
     HandUse { setting: "grasps.sampler = \"uniform\"", check: HandModel::check_grasping },
-    HandUse { setting: "grasps.sampler = \"antipodal\"", check: can_place_pads },
+    HandUse { setting: "grasps.sampler = \"antipodal\"", check: can_take_pairs },
 ];
 
 /// Whether grasps can be found for a hand by a sampler.
 pub fn can_grasp(model: &HandModel, sampler: &Sampler) -> Result<(), HandError> {
     match sampler {
-        Sampler::Antipodal(_) => can_place_pads(model),
+        Sampler::Antipodal(antipodal) => {
+            can_take_pairs(model)?;
+            if antipodal.hold == PairHold::Middle { model.check_gripper() } else { Ok(()) }
+        }
         Sampler::Annealing | Sampler::Uniform(_) => model.check_grasping(),
     }
 }
 
-fn can_place_pads(model: &HandModel) -> Result<(), HandError> {
+fn can_take_pairs(model: &HandModel) -> Result<(), HandError> {
     model.check_grasping()?;
-    model.check_gripper()
+    // A gripper takes them between its pads.
+    model.check_gripper().or_else(|_| model.check_opposition())
 }
 
 /// A job's hand, read once for all threads.

@@ -68,8 +68,9 @@ pub enum SamplerSpec {
     Annealing,
     /// Approaches spread evenly around an axis of the object, without a search: `[uniform]`.
     Uniform,
-    /// A gripper's pads on opposite sides of the object, without a search: `[antipodal]`. Needs a hand with a `width` whose two
-    /// pads one motor slides towards each other.
+    /// The hand on two points on opposite sides of the object, without a search: `[antipodal]`. A gripper, whose two pads one
+    /// motor slides towards each other, takes them between its pads; every other hand between two of its contacts that face
+    /// each other in a posture of its eigengrasps.
     Antipodal,
 }
 
@@ -100,7 +101,7 @@ pub enum PosesSpec {
     Any,
 }
 
-/// A gripper's pads on pairs of points whose line is within the friction cones of both.
+/// Hands on pairs of points whose line is within the friction cones of both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AntipodalSpec {
@@ -113,10 +114,10 @@ pub struct AntipodalSpec {
     /// States that a run keeps, no two alike.
     #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
     pub best: u32,
-    /// Where along its pads the gripper takes a pair.
+    /// Where along its fingers the hand takes a pair.
     #[schemars(extend("examples" = ["any"]))]
     pub depth: DepthSpec,
-    /// Support of the object while the gripper takes hold of it.
+    /// Support of the object while the hand takes hold of it.
     #[schemars(extend("examples" = ["table"]))]
     pub support: SupportSpec,
     /// With `support = "table"`: smallest height of the hand over the table, on the last 10 cm of its approach and while it
@@ -125,14 +126,15 @@ pub struct AntipodalSpec {
     pub margin: f64,
 }
 
-/// Where along its pads a gripper takes a pair.
+/// Where along its fingers a hand takes a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DepthSpec {
-    /// Anywhere between the innermost contacts of the pads and 3 mm before the tips, and the hand stays there. States are those
-    /// that both pads hold once closed, no two of them within 2 cm and 15 degrees of each other.
+    /// Anywhere from the innermost contacts of a gripper's pads, or from between the two contacts of another hand, to 3 mm before
+    /// the tips, and the hand stays there. States are those that both pads hold once closed, or two links that press against
+    /// each other; no two of them are within 2 cm and 15 degrees of each other.
     Any,
-    /// Half way along the pads; the hand then comes on to the object by `keep.advance`. States are the best by energy, no two
+    /// Half way along a gripper's pads; the hand then comes on to the object by `keep.advance`. States are the best by energy, no two
     /// of them duplicates as annealing has them.
     Middle,
 }
