@@ -69,7 +69,7 @@ struct Place {
     link: usize,
 }
 
-/// Whether two contacts or tips of a hand face each other in any posture of its eigengrasps.
+/// Whether two contacts of a hand face each other in any posture of its eigengrasps.
 pub fn has_opposition(hand: &Hand) -> bool {
     postures(hand).iter().any(|posture| {
         let frames = hand.link_frames(&hand.posture_values(&posture.values));
