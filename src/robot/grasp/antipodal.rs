@@ -71,7 +71,7 @@ impl GraspSampler {
     /// When [`PairHold::Middle`] is asked of a hand without a
     /// [`Hand::closing_line`](crate::hand::Hand::closing_line).
     pub fn antipodal(&mut self, object: &ObjectSearch, antipodal: &Antipodal, stream: &mut Stream) -> GraspRun {
-        let pads = Pads::new(&self.hand);
+        let pads = Pads::new(&self.search.hand);
         match antipodal.hold {
             PairHold::Middle => {
                 let pads = pads.expect("the middles of its pads are asked of a hand that closes along a line");
@@ -155,7 +155,7 @@ impl GraspSampler {
 
     /// The hand opened a little farther than a pair; `None` where it does not open so far.
     fn grip(&self, holds: &Holds<'_>, pair: &Pair, stream: &mut Stream) -> Option<Grip> {
-        let (hand, solids, length) = (&self.hand, &self.closing.solids, pair.length());
+        let (hand, solids, length) = (&self.search.hand, &self.closing.solids, pair.length());
         match holds {
             Holds::Pads(pads) => {
                 let gap = ((pads.widest - length) / 2.0).min(BEFORE[1]);
@@ -210,7 +210,7 @@ impl GraspSampler {
         stream: &mut Stream,
     ) -> Option<IsometryMatrix3<f64>> {
         let Grip { amplitudes, joints, frames, base_from_line, extent, .. } = grip;
-        let base_from_approach = *self.hand.approach_pose(frames).isometry();
+        let base_from_approach = *self.search.hand.approach_pose(frames).isometry();
         let approach = base_from_approach.rotation * Vector3::z();
         let [inner, outer] = *extent;
         // Either side of the hand may take the first point.
@@ -232,7 +232,7 @@ impl GraspSampler {
                     roll += TAU / 2.0;
                 }
                 // Backing off by a length lifts the hand by that length times the rise.
-                let spare = self.rating.height(table.pose, &object_from_base(roll, outer), frames) - table.margin;
+                let spare = self.rating.table.height(table.pose, &object_from_base(roll, outer), frames) - table.margin;
                 if spare < 0.0 {
                     continue;
                 }
@@ -263,7 +263,8 @@ impl GraspSampler {
         let contacts = &grasp.contacts;
         match holds {
             Holds::Pads(_) => {
-                let touches = |side: f64| contacts.iter().any(|contact| self.hand.closing_side(contact.link) == side);
+                let touches =
+                    |side: f64| contacts.iter().any(|contact| self.search.hand.closing_side(contact.link) == side);
                 touches(1.0) && touches(-1.0)
             }
             Holds::Contacts(_) => contacts.iter().enumerate().any(|(index, one)| {
@@ -299,7 +300,7 @@ impl GraspSampler {
         }
         let start = |candidate: &Candidate| Start {
             object_from_approach: candidate.object_from_approach.isometry(),
-            posture: pads.posture(&self.hand, candidate.state[0]),
+            posture: pads.posture(&self.search.hand, candidate.state[0]),
             amplitudes: Vec::new(),
         };
         let grasps = self.best.list().iter().map(|candidate| self.rating.started(object, start(candidate))).collect();
@@ -309,7 +310,7 @@ impl GraspSampler {
     /// The gripper with the middles of its pads on both sides of a pair, a little open; `None` where it does not open so far,
     /// or would be in the object.
     fn on_middles(&mut self, object: &ObjectSearch, pads: &Pads, pair: &Pair, roll: f64) -> Option<Start> {
-        let hand = Arc::clone(&self.hand);
+        let hand = Arc::clone(&self.search.hand);
         let posture = pads.posture(&hand, pads.value(pair.length() + 2.0 * BEFORE[1])?);
         let joints = hand.posture_values(&posture);
         let base_from_pads = pads.base_from_pads(&hand, &hand.link_frames(&joints));

@@ -7,8 +7,6 @@ use std::collections::BTreeMap;
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
 use super::{
-    frame::Frame,
-    meeting::overlap,
     motion::moves,
     pads::{Grip, TIP},
     solids::HandSolids,
@@ -47,6 +45,8 @@ struct Opposition {
 /// All of a hand.
 pub(super) struct Oppositions {
     postures: Vec<Posture>,
+    /// Links that end the fingers that close.
+    tips: Vec<usize>,
     /// Between tips, and between contacts: those of the same links together, the narrowest first.
     of_links: [Vec<Vec<Opposition>>; 2],
 }
@@ -73,18 +73,23 @@ struct Place {
 pub fn has_opposition(hand: &Hand) -> bool {
     postures(hand).iter().any(|posture| {
         let frames = hand.link_frames(&hand.posture_values(&posture.values));
-        !facing(&contacts(hand, &frames)).is_empty()
+        let contacts: Vec<Place> = (0..hand.contacts().len()).map(|index| contact(hand, &frames, index)).collect();
+        !facing(&contacts).is_empty()
     })
 }
 
 impl Oppositions {
-    pub(super) fn new(hand: &Hand, solids: &HandSolids) -> Self {
+    /// Over the postures of whose amplitudes `is_clear` says that no two links of the hand overlap.
+    pub(super) fn new(hand: &Hand, solids: &HandSolids, mut is_clear: impl FnMut(&[f64]) -> bool) -> Self {
         let postures: Vec<Posture> =
-            postures(hand).into_iter().filter(|posture| is_clear(hand, solids, &posture.values)).collect();
+            postures(hand).into_iter().filter(|posture| is_clear(&posture.amplitudes)).collect();
+        let tips: Vec<usize> = (1..=hand.tree().len()).filter(|link| is_tip(hand, solids, *link)).collect();
         let mut of_links = [(); 2].map(|()| BTreeMap::<[Side; 2], Vec<Opposition>>::new());
         let count = hand.contacts().len();
         for (number, posture) in (0..).zip(&postures) {
-            let places = places(hand, solids, &hand.link_frames(&hand.posture_values(&posture.values)));
+            let frames = hand.link_frames(&hand.posture_values(&posture.values));
+            let places: Vec<Place> =
+                (0..count + tips.len()).map(|index| place(hand, solids, &tips, &frames, index)).collect();
             for (kind, places, first) in [(0, &places[count..], count), (1, &places[..count], 0)] {
                 for (sides, width) in facing(places) {
                     let links = sides.map(|side| side.map(|place| places[place].link));
@@ -98,7 +103,7 @@ impl Oppositions {
             lists.iter_mut().for_each(|list| list.sort_by(|one, other| one.width.total_cmp(&other.width)));
             lists
         });
-        Self { postures, of_links }
+        Self { postures, tips, of_links }
     }
 
     /// Draws two sides at a width within a range [m]: tips or contacts first, then links, then a posture, all as likely. `None`
@@ -122,30 +127,31 @@ impl Oppositions {
         let kind = usize::from(kind < 0.5 && !found[1].is_empty() || found[0].is_empty());
         let list = found[kind].get((choice * found[kind].len() as f64) as usize)?;
         let Opposition { posture, sides, .. } = &list[(share * list.len() as f64) as usize];
-        Some(grip(hand, solids, &self.postures[*posture as usize], sides))
+        Some(self.grip(hand, solids, &self.postures[*posture as usize], sides))
     }
-}
 
-/// The hand in a posture, to hold a pair between two sides.
-fn grip(hand: &Hand, solids: &HandSolids, posture: &Posture, sides: &[Side; 2]) -> Grip {
-    let joints = hand.posture_values(&posture.values);
-    let frames = hand.link_frames(&joints);
-    let places = places(hand, solids, &frames);
-    let [first, second] = sides.map(|side| both(side.map(|place| &places[place])));
-    let line = (second.point - first.point).normalize();
-    let middle = nalgebra::center(&first.point, &second.point).coords + line * ((first.radius - second.radius) / 2.0);
-    let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&line, 0.0));
-    let approach = hand.approach_pose(&frames).isometry().rotation * Vector3::z();
-    // From between the sides to just before the nearest of the tips.
-    let reach = |place: &usize| solids.reach_along(places[*place].link, &approach, &frames);
-    let tip = sides.as_flattened().iter().map(reach).fold(f64::INFINITY, f64::min);
-    Grip {
-        base_from_line: IsometryMatrix3::from_parts(Translation3::from(middle), rotation),
-        extent: [0.0, (tip - TIP - middle.dot(&approach)).max(0.0)],
-        posture: posture.values.clone(),
-        amplitudes: posture.amplitudes.clone(),
-        joints,
-        frames,
+    /// The hand in a posture, to hold a pair between two sides.
+    fn grip(&self, hand: &Hand, solids: &HandSolids, posture: &Posture, sides: &[Side; 2]) -> Grip {
+        let joints = hand.posture_values(&posture.values);
+        let frames = hand.link_frames(&joints);
+        let sides = sides.map(|side| side.map(|index| place(hand, solids, &self.tips, &frames, index)));
+        let [first, second] = sides.each_ref().map(|[one, other]| both([one, other]));
+        let line = (second.point - first.point).normalize();
+        let middle =
+            nalgebra::center(&first.point, &second.point).coords + line * ((first.radius - second.radius) / 2.0);
+        let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&line, 0.0));
+        let approach = hand.approach_pose(&frames).isometry().rotation * Vector3::z();
+        // From between the sides to just before the nearest of the tips.
+        let reach = |place: &Place| solids.reach_along(place.link, &approach, &frames);
+        let tip = sides.as_flattened().iter().map(reach).fold(f64::INFINITY, f64::min);
+        Grip {
+            base_from_line: IsometryMatrix3::from_parts(Translation3::from(middle), rotation),
+            extent: [0.0, (tip - TIP - middle.dot(&approach)).max(0.0)],
+            posture: posture.values.clone(),
+            amplitudes: posture.amplitudes.clone(),
+            joints,
+            frames,
+        }
     }
 }
 
@@ -169,31 +175,22 @@ fn postures(hand: &Hand) -> Vec<Posture> {
     (0..side.pow(count as u32)).map(of).collect()
 }
 
-/// Whether no two links of the hand overlap in a posture.
-fn is_clear(hand: &Hand, solids: &HandSolids, posture: &[f64]) -> bool {
-    let frames = hand.link_frames(&hand.posture_values(posture));
-    let frames: Vec<Frame> = std::iter::once(Frame::identity()).chain(frames.iter().map(Frame::of)).collect();
-    !solids.pairs.iter().any(|[one, other]| overlap(&solids.solids[*one], &solids.solids[*other], &frames))
+/// A place by its index, as those of a [`Side`].
+fn place(hand: &Hand, solids: &HandSolids, tips: &[usize], frames: &[IsometryMatrix3<f64>], index: usize) -> Place {
+    match index.checked_sub(hand.contacts().len()) {
+        Some(tip) => {
+            let approach = hand.approach_pose(frames).isometry().rotation * Vector3::z();
+            let link = tips[tip];
+            let (point, radius) = solids.farthest_ball(link, &approach, frames).expect("a tip has solids");
+            Place { point, radius, normal: None, link }
+        }
+        None => contact(hand, frames, index),
+    }
 }
 
-/// Contacts of a hand, and after them the tips of its fingers.
-fn places(hand: &Hand, solids: &HandSolids, frames: &[IsometryMatrix3<f64>]) -> Vec<Place> {
-    let approach = hand.approach_pose(frames).isometry().rotation * Vector3::z();
-    let tip = |link: usize| {
-        let (point, radius) = solids.farthest_ball(link, &approach, frames)?;
-        Some(Place { point, radius, normal: None, link })
-    };
-    let mut places = contacts(hand, frames);
-    places.extend((1..=hand.tree().len()).filter(|link| is_tip(hand, solids, *link)).filter_map(tip));
-    places
-}
-
-fn contacts(hand: &Hand, frames: &[IsometryMatrix3<f64>]) -> Vec<Place> {
-    let place = |contact: usize| {
-        let (point, normal) = hand.contact_in_base(contact, frames);
-        Place { point, radius: 0.0, normal: Some(normal.into_inner()), link: hand.contacts()[contact].link }
-    };
-    (0..hand.contacts().len()).map(place).collect()
+fn contact(hand: &Hand, frames: &[IsometryMatrix3<f64>], index: usize) -> Place {
+    let (point, normal) = hand.contact_in_base(index, frames);
+    Place { point, radius: 0.0, normal: Some(normal.into_inner()), link: hand.contacts()[index].link }
 }
 
 /// Whether a link ends a finger that closes.

@@ -18,11 +18,7 @@ use super::{
     wrench::{Contact, EpsilonLimits, EpsilonSolver, FrictionCone, HullSolver, MassFrame, WrenchSet},
 };
 use crate::hand::Hand;
-use kernel::{
-    contact::ContactSurface,
-    geom::{RestingPose, SimdLevel},
-    words::GraspVerdict,
-};
+use kernel::{contact::ContactSurface, geom::SimdLevel, words::GraspVerdict};
 
 /// Edges of the cones whose hull's volume is taken.
 const VOLUME_EDGES: usize = 8;
@@ -41,7 +37,7 @@ pub(super) struct Start {
 pub(super) struct Rating {
     hand: Arc<Hand>,
     closing: Closing,
-    table: TableWatch,
+    pub(super) table: TableWatch,
     keeping: Keeping,
     energy: EnergyKind,
     potential_scale: f64,
@@ -81,16 +77,6 @@ impl Rating {
     /// Closes and rates a state, with the hand where it is.
     pub(super) fn placed(&mut self, object: &ObjectSearch, start: Start) -> Grasp {
         self.rated(object, start, 0.0)
-    }
-
-    /// The lowest point of the hand over the table, standing still with its links in these frames [m].
-    pub(super) fn height(
-        &self,
-        resting: &RestingPose,
-        object_from_base: &IsometryMatrix3<f64>,
-        frames: &[IsometryMatrix3<f64>],
-    ) -> f64 {
-        self.table.height(resting, object_from_base, frames)
     }
 
     /// Closes and rates a state, once the hand has come on by `max_advance` at most [m].

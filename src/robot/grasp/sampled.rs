@@ -18,7 +18,7 @@ use super::{
     state::{HandSearch, StateScratch},
     tally::Tally,
 };
-use crate::{hand::Hand, kinematics::JointKind};
+use crate::kinematics::JointKind;
 use kernel::{
     geom::{SimdLevel, rotation_towards},
     seed::Stream,
@@ -29,7 +29,6 @@ pub(super) const BEFORE: [f64; 2] = [0.1, 0.005];
 
 /// One thread's sampling of one hand.
 pub struct GraspSampler {
-    pub(super) hand: Arc<Hand>,
     pub(super) search: Arc<HandSearch>,
     pub(super) level: SimdLevel,
     pub(super) scratch: StateScratch,
@@ -42,7 +41,6 @@ impl GraspSampler {
     /// With vector instructions up to a level; what is found is the same at all. Of `annealing` the energy alone counts.
     pub fn new(search: &Arc<HandSearch>, annealing: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
         Self {
-            hand: Arc::clone(&search.hand),
             search: Arc::clone(search),
             level: level.usable(),
             scratch: search.scratch(),
@@ -80,7 +78,7 @@ impl GraspSampler {
     /// Comes along an approach from afar with the opened hand until it meets the object, or the approach frame is where it was
     /// to come to, and closes there but for the last part of each motor's range.
     fn come(&mut self, object: &ObjectSearch, object_from_approach: &IsometryMatrix3<f64>) -> Start {
-        let hand = Arc::clone(&self.hand);
+        let hand = Arc::clone(&self.search.hand);
         let opened = preshape(&hand);
         let joints = hand.posture_values(&opened);
         let approach_from_base = hand.approach_pose(&hand.link_frames(&joints)).isometry().inverse();
@@ -106,8 +104,8 @@ impl GraspSampler {
 
     /// Radius of a ball about the approach frame's origin that holds the hand [m].
     fn reach(&self, joints: &[f64]) -> f64 {
-        let frames = self.hand.link_frames(joints);
-        let origin = self.hand.approach_pose(&frames).isometry().translation.vector;
+        let frames = self.search.hand.link_frames(joints);
+        let origin = self.search.hand.approach_pose(&frames).isometry().translation.vector;
         let far = |solid: &Solid| {
             let centre = if solid.link == 0 { solid.centre } else { frames[solid.link - 1] * solid.centre };
             (centre.coords - origin).norm() + solid.reach

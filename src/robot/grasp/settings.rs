@@ -93,7 +93,7 @@ pub enum Sampler {
     Annealing,
     /// Approaches all round an axis.
     Uniform(Uniform),
-    /// A gripper's pads on opposite sides of the object.
+    /// Hands on pairs of points on opposite sides of the object.
     Antipodal(Antipodal),
 }
 
@@ -119,7 +119,7 @@ impl Rolls {
     }
 }
 
-/// A gripper's pads on pairs of points on opposite sides of the object.
+/// Hands on pairs of points on opposite sides of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Antipodal {
     /// Pairs that a run draws at most, at least 1.
@@ -128,16 +128,16 @@ pub struct Antipodal {
     pub friction: f64,
     /// Largest number of states that a run returns, at least 1.
     pub best: u32,
-    /// Hold of the gripper on a pair.
+    /// Hold of the hand on a pair.
     pub hold: PairHold,
 }
 
-/// Hold of a gripper on a pair of points.
+/// Hold of a hand on a pair of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PairHold {
-    /// Half way along its pads, from any side; the hand then comes on to the object, and states of low energy are returned.
+    /// Half way along the pads of a gripper, from any side; the hand then comes on to the object, and states of low energy are returned.
     Middle,
-    /// Anywhere along its pads; the hand stays where it is.
+    /// Anywhere along its fingers; the hand stays where it is.
     Along(Support),
 }
 

@@ -113,7 +113,13 @@ impl HandSearch {
 
     /// Contacts that face each other, over the hand's postures.
     pub(super) fn oppositions(&self) -> &Oppositions {
-        self.oppositions.get_or_init(|| Oppositions::new(&self.hand, &self.solids))
+        self.oppositions.get_or_init(|| {
+            let mut scratch = self.scratch();
+            Oppositions::new(&self.hand, &self.solids, |amplitudes| {
+                self.set_frames(&Frame::identity(), amplitudes, &mut scratch);
+                self.is_clear_of_itself(&mut scratch)
+            })
+        })
     }
 
     pub(super) fn scratch(&self) -> StateScratch {

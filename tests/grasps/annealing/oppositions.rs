@@ -4,14 +4,14 @@
 use std::collections::BTreeSet;
 
 use graspmill::{
-    geom::{SimdLevel, TriMesh},
-    grasp::{Antipodal, Grasp, GraspRun, GraspSampler, PairHold, Support},
+    geom::TriMesh,
+    grasp::{Antipodal, Grasp, GraspRun, PairHold, Support},
 };
 
 use super::{
-    QUICK, Searcher,
-    antipodal::{are_unlike, height_of_hand, table_of},
-    grippers::{WITH_TORSION, sampler},
+    Searcher,
+    antipodal::{are_unlike, assert_is_the_same, height_of_hand, table_of},
+    grippers::sampler,
     stream,
 };
 use crate::support::{meshes::centred_block, robots::BARRETT};
@@ -89,13 +89,5 @@ fn in_the_air_hands_come_from_all_sides_and_hold_against_the_palm() {
 
 #[test]
 fn a_run_between_contacts_is_the_same_every_time_and_at_every_level() {
-    let searcher = Searcher::with_mesh(bar(), BARRETT);
-    let table = antipodal(60, Support::Table { margin: MARGIN });
-    let run = |sampler: &mut GraspSampler| format!("{:?}", sampler.antipodal(&searcher.object, &table, &mut stream(3)));
-    let mut used = sampler(&searcher);
-    let first = run(&mut used);
-    assert_eq!(run(&mut used), first, "nothing of the run before is left");
-    assert_eq!(run(&mut sampler(&searcher)), first);
-    let mut scalar = GraspSampler::new(&searcher.search, &QUICK, &WITH_TORSION, SimdLevel::Scalar);
-    assert_eq!(run(&mut scalar), first);
+    assert_is_the_same(&Searcher::with_mesh(bar(), BARRETT), &antipodal(60, Support::Table { margin: MARGIN }));
 }
