@@ -75,6 +75,8 @@ pub(super) fn environment(templates: impl IntoIterator<Item = Template>) -> Envi
     });
     environment.set_formatter(write);
     let safe = |escaped: fn(&str) -> String| move |text: &str| Value::from_safe_string(escaped(text));
+    // A page without samples to show has no strip.
+    environment.add_test("defined", |value: &Value| !value.is_undefined());
     environment.add_filter("address", safe(escape::address));
     environment.add_filter("code", safe(escape::code));
     environment.add_filter("prose", safe(escape::prose));
