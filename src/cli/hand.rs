@@ -73,6 +73,8 @@ struct DrivenRow {
     speed: f64,
     /// [N m] or [N].
     torque: f64,
+    /// Load at which the stopped joint gives way [N m] or [N].
+    holding_torque: f64,
     followers: Vec<FollowerRow>,
 }
 
@@ -84,6 +86,8 @@ struct FollowerRow {
     after_breakaway: Option<f64>,
     /// Torque or force that stops it then [N m] or [N].
     torque: Option<f64>,
+    /// Load at which it gives way once it is stopped [N m] or [N].
+    holding_torque: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -208,6 +212,7 @@ fn driven_row(hand: &Hand, driven: &Driven) -> DrivenRow {
             ratio: follower.ratio,
             after_breakaway: alone.map(|breakaway| breakaway.ratio),
             torque: alone.map(|breakaway| breakaway.torque),
+            holding_torque: alone.map(|breakaway| breakaway.holding_torque),
         }
     };
     let slides = hand.tree().joints()[driven.joint].joint.kind == JointKind::Prismatic;
@@ -220,6 +225,7 @@ fn driven_row(hand: &Hand, driven: &Driven) -> DrivenRow {
         closed: driven.closed,
         speed: driven.speed,
         torque: driven.torque,
+        holding_torque: driven.holding_torque,
         followers: driven.followers.iter().enumerate().map(follower).collect(),
     }
 }
@@ -401,16 +407,19 @@ impl Report {
 
 impl Display for DrivenRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, joint, unit, limits: [low, high], opened, speed, torque, .. } = self;
+        let Self { name, joint, unit, limits: [low, high], opened, speed, torque, holding_torque, .. } = self;
         let force = if *unit == "m" { "N" } else { "N m" };
         let closed = self.closed.map_or("does not close the hand".to_owned(), |closed| format!("closed {closed:.4}"));
         writeln!(f, "  {name:24} {joint}: {low:.4} .. {high:.4} {unit}, opened {opened:.4}, {closed}")?;
-        writeln!(f, "  {:24} {speed} {unit}/s, stopped by {torque} {force}", "")?;
+        writeln!(f, "  {:24} {speed} {unit}/s, stopped by {torque} {force}, holds {holding_torque}", "")?;
         for follower in &self.followers {
             write!(f, "  {:24} {} follows at {:.4}", "", follower.joint, follower.ratio)?;
-            match (follower.after_breakaway, follower.torque) {
-                (Some(ratio), Some(torque)) => {
-                    writeln!(f, "; when {joint} is stopped, goes on at {ratio:.4} until {torque} {force}")?;
+            match (follower.after_breakaway, follower.torque, follower.holding_torque) {
+                (Some(ratio), Some(torque), Some(holds)) => {
+                    writeln!(
+                        f,
+                        "; when {joint} is stopped, goes on at {ratio:.4} until {torque} {force}, holds {holds}"
+                    )?;
                 }
                 _ => writeln!(f)?,
             }

@@ -12,6 +12,7 @@ use super::{
     convert::isometry,
     error::HandError,
     hand_sim::{GeomOwner, HandSim, Hold, Numerics, STEP, Servo, is_finite, quaternion},
+    moved::{Moved, moved},
     true_mesh::{ColliderLoan, TrueMeshCollider},
 };
 use robot::hand::{Driven, Hand, Motor};
@@ -143,15 +144,6 @@ struct Drive {
     stood: u32,
     /// Steps since it stood last.
     since_stood: u32,
-}
-
-/// A joint as a motor moves it now.
-struct Moved {
-    joint: usize,
-    /// Travel per unit of the motor.
-    rate: f64,
-    /// Torque or force that stops the motor [N m or N].
-    torque: f64,
 }
 
 /// Working memory of one thread that moves a hand; its state is its own.
@@ -482,6 +474,7 @@ impl HandWorker {
         // Count of the steps at a stand; a change of direction restarts it.
         let direction = if arrived { drive.direction } else { left.signum() };
         let stood = if direction == drive.direction { drive.stood } else { 0 };
+        let motor = self.slipped(driven, motor);
         // Stopped by the torque of a joint: the motor stands, or its clutch opens after a while.
         if let Some(angle) = self.stop(driven, Drive { stood, ..drive }, direction) {
             let motor = driven.driven_to(motor, angle);
@@ -514,15 +507,16 @@ impl HandWorker {
     /// Where a motor stands that a joint's torque has stopped in between; `None` while it moves freely.
     ///
     /// A servo that lags while it moves would be wound up by the lag when it is stopped. The motor is put where its spring
-    /// holds the torque and no more, until it has stood for a while: from then on its gears hold what they have reached.
+    /// holds the torque and no more, until it has stood for a while: from then on its gears hold what they have reached, and
+    /// give way to what is more than their holding torque.
     fn stop(&self, driven: &Driven, Drive { motor, stood, .. }: Drive, left: f64) -> Option<f64> {
-        let stops = moved(driven, motor).filter_map(|Moved { joint, rate, torque }| {
+        let stops = moved(driven, motor).filter_map(|Moved { joint, rate, torque, holding_torque }| {
             let torque = self.effort.torque * torque;
             let pushes = self.torques[joint] * left * rate.signum();
-            if pushes >= torque && stood < STEPS_AT_REST {
-                let Servo { stiffness, address, .. } = self.sim.servos[joint];
-                let held = self.data.qpos()[address] + left * rate.signum() * torque / stiffness;
-                return Some(motor.angle + (held - self.wanted[joint]) / rate);
+            let most = if stood < STEPS_AT_REST { torque } else { holding_torque };
+            if pushes >= most {
+                let command = self.command_for(joint, left * rate.signum() * most);
+                return Some(motor.angle + (command - self.wanted[joint]) / rate);
             }
             (stood > 0 && pushes >= HOLDS * torque).then_some(motor.angle)
         });
@@ -530,9 +524,26 @@ impl HandWorker {
         stops.min_by(|a, b| (left * a).total_cmp(&(left * b)))
     }
 
+    /// A motor whose joint, left behind by an open clutch, gives way to more than its gears hold.
+    fn slipped(&self, driven: &Driven, motor: Motor) -> Motor {
+        let closes = driven.closing_sign();
+        let gives_way = motor.released.is_some() && closes * self.torques[driven.joint] > driven.holding_torque;
+        if gives_way {
+            Motor { released: Some(self.command_for(driven.joint, closes * driven.holding_torque)), ..motor }
+        } else {
+            motor
+        }
+    }
+
+    /// Command of a servo whose spring has a torque where its joint is.
+    fn command_for(&self, joint: usize, torque: f64) -> f64 {
+        let Servo { stiffness, address, .. } = self.sim.servos[joint];
+        self.data.qpos()[address] + torque / stiffness
+    }
+
     /// Largest acceleration of a motor.
     fn acceleration(&self, driven: &Driven, motor: Motor) -> f64 {
-        let of = |Moved { joint, rate, torque }: Moved| {
+        let of = |Moved { joint, rate, torque, .. }: Moved| {
             START * self.effort.torque * torque / (self.sim.servos[joint].inertia * rate.abs())
         };
         moved(driven, motor).map(of).fold(f64::INFINITY, f64::min)
@@ -567,22 +578,6 @@ impl HandWorker {
         ];
         kinds.into_iter().find(|(warning, _)| self.data.warning()[*warning as usize].number > 0).map(|(_, kind)| kind)
     }
-}
-
-/// Joints that a motor moves now: with an open clutch one follower alone.
-fn moved(driven: &Driven, motor: Motor) -> impl Iterator<Item = Moved> {
-    let own = Moved { joint: driven.joint, rate: 1.0, torque: driven.torque };
-    let followers = driven.followers.iter().enumerate().map(move |(index, follower)| {
-        let alone = driven.breakaway.filter(|breakaway| breakaway.follower == index);
-        let rate = match (alone, motor.released) {
-            (Some(breakaway), Some(_)) => breakaway.ratio,
-            _ => follower.ratio,
-        };
-        let torque = alone.map_or(driven.torque, |breakaway| breakaway.torque);
-        (Moved { joint: follower.joint, rate, torque }, alone.is_some())
-    });
-    let all = std::iter::once((own, false)).chain(followers);
-    all.filter(move |(moved, alone)| moved.rate != 0.0 && (*alone || motor.released.is_none())).map(|(moved, _)| moved)
 }
 
 #[cfg(test)]

@@ -34,6 +34,7 @@ mod gl;
 mod hand;
 mod hand_sim;
 mod model;
+mod moved;
 mod placed_table;
 mod probe;
 mod robot;

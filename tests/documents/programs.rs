@@ -72,7 +72,7 @@ fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {
     let mass = object.mass().expect("the bottle is solid");
     let sim = TrialSim::new(&model, object.contact_surface()?, mass)?;
     let mut worker = TrialWorker::new(&sim);
-    let (posture, base_from_object) = (model.hand().opened(), IsometryMatrix3::translation(0.0, 0.0, 0.09));
+    let (posture, base_from_object) = (model.hand().opened(), IsometryMatrix3::translation(0.0, 0.0, 0.077));
     let conditions = TrialConditions::new(mass_of_volume(mass.volume));
     let outcome = worker.run(&posture, &base_from_object, &conditions)?;
     println!("{:?}", outcome.verdict);

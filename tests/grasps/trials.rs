@@ -138,6 +138,25 @@ fn a_pinch_slips_where_friction_ends() {
     }
 }
 
+/// A stopped finger of the gripper bears 1.25 times the 40 N that its motor gives, and creeps under more: gravity along the line of
+/// the pads pushes a thin brick of 200 N away, and not one of 45 N; friction carries both in all other directions.
+#[test]
+fn a_stopped_finger_gives_way_beyond_what_it_holds() {
+    let mut worker = gripper(&centred_block([0.02, 0.005, 0.02]), TrialProtocol::STANDARD);
+    let mut at = |weight: f64| {
+        let conditions =
+            TrialConditions { friction: 4.0, gravity: Gravity::Six, ..TrialConditions::new(weight / 9.81) };
+        worker.run(&[0.035], &pinched(), &conditions).expect("a pose")
+    };
+    let (light, heavy) = (at(45.0), at(200.0));
+    assert!(light.verdict.is_held(), "{light:?}");
+    // Two of the six directions lie along y of the hand's base.
+    let along = light.start.base_from_object.rotation.inverse() * Vector3::y();
+    let axis = 2 - u8::try_from(along.iamax()).expect("an axis");
+    let is_along = |verdict: &Verdict| matches!(verdict, Verdict::Lost { phase: Phase::Turned(direction), .. } if direction / 2 == axis);
+    assert!(is_along(&heavy.verdict), "axis {axis}: {heavy:?}");
+}
+
 /// Friction lets go in the shake of an object that it carries at rest, when g and the shake's acceleration ask for more.
 #[test]
 fn lift_and_shake_are_felt() {

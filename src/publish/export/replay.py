@@ -4,6 +4,8 @@
     pip install mujoco==3.17.0 numpy
     python replay.py                      every grasp here; writes agreement.json
     python replay.py 025_mug --view       one object's, in MuJoCo's viewer
+    python replay.py --stored held --variant defaults
+                                          those that held, under MuJoCo's default solver settings
 
 `hand.xml` is the hand with a servo for each joint, `<object>/scene.xml` that hand with the object: MuJoCo's own contacts,
 with the triangles of the mesh as a rigid flex (`scene_sdf.xml`: with an octree of distances, some times slower). `drive.json`
@@ -87,17 +89,17 @@ class Hand:
             self.data.ctrl[joint.control] = joint.told
 
     def moved(self, motor, state):
-        """Joints that a motor moves now: how far for a unit of it, and what stops it."""
+        """Joints that a motor moves now: how far for a unit of it, what stops it, and what it bears once it stands."""
         engaged = state.released is None
         if engaged:
-            yield self.joints[motor["joint"]], 1.0, self.torque * motor["torque"]
+            yield self.joints[motor["joint"]], 1.0, self.torque * motor["torque"], holds(motor)
         for follower in motor["followers"]:
             alone = follower["alone"]
             if engaged or alone:
                 ratio = follower["ratio"] if engaged else alone["ratio"]
                 if ratio != 0.0:
-                    torque = alone["torque"] if alone else motor["torque"]
-                    yield self.joints[follower["joint"]], ratio, self.torque * torque
+                    law = alone or motor
+                    yield self.joints[follower["joint"]], ratio, self.torque * law["torque"], holds(law)
 
     def closed(self, motor, state):
         """The motor's angle at which the hand is closed."""
@@ -113,17 +115,25 @@ class Hand:
     def stop(self, motor, state, way):
         """Where a joint's torque has stopped the motor; None while it moves freely."""
         found = None
-        for joint, ratio, torque in self.moved(motor, state):
+        for joint, ratio, torque, holding_torque in self.moved(motor, state):
             sign = way * math.copysign(1.0, ratio)
             pushes, angle = joint.torque * sign, None
-            if pushes >= torque and state.stood < self.law["steps_at_rest"]:
-                held = self.data.qpos[joint.address] + sign * torque / joint.stiffness
+            most = torque if state.stood < self.law["steps_at_rest"] else holding_torque
+            if pushes >= most:
+                held = self.data.qpos[joint.address] + sign * most / joint.stiffness
                 angle = state.angle + (held - joint.told) / ratio
             elif state.stood > 0 and pushes >= self.law["holds"] * torque:
                 angle = state.angle
             if angle is not None and (found is None or way * angle < way * found):
                 found = angle
         return found
+
+    def give_way(self, motor, state):
+        """A joint that an open clutch has left behind gives way to more than its gears hold."""
+        if state.released is not None:
+            joint, closes = self.joints[motor["joint"]], closing_sign(motor)
+            if closes * joint.torque > holds(motor):
+                state.released = self.data.qpos[joint.address] + closes * holds(motor) / joint.stiffness
 
     def turn(self, motor, state):
         """A motor's next step, towards the closed hand."""
@@ -136,6 +146,7 @@ class Hand:
         direction = state.direction if arrived else math.copysign(1.0, way)
         state.stood = state.stood if direction == state.direction else 0
         state.direction = direction
+        self.give_way(motor, state)
         stopped = self.stop(motor, state, direction)
         if stopped is not None:
             self.move(motor, state, stopped)
@@ -151,13 +162,14 @@ class Hand:
             moved = list(self.moved(motor, state))
             followed = all(
                 abs(joint.told - self.data.qpos[joint.address]) * joint.stiffness < torque / self.torque
-                for joint, _, torque in moved
+                for joint, _, torque, _ in moved
             )
             state.stood, state.speed = (state.stood + 1 if followed else 0), 0.0
         else:
             step = self.model.opt.timestep
             change = step * min(
-                self.law["start"] * torque / (joint.inertia * abs(ratio)) for joint, ratio, torque in self.moved(motor, state)
+                self.law["start"] * torque / (joint.inertia * abs(ratio))
+                for joint, ratio, torque, _ in self.moved(motor, state)
             )
             speed = min(max(direction * self.speed * motor["speed"], state.speed - change), state.speed + change)
             arrives = speed * step * direction >= abs(way)
@@ -192,16 +204,29 @@ class Hand:
         return self.at_rest_for >= steps and all(state.since_stood < steps for state in self.states)
 
 
+def holds(joint):
+    """Load at which a stopped joint gives way; datasets of earlier versions have joints that never do."""
+    return joint.get("holding_torque", math.inf)
+
+
 def closing_sign(motor):
     if motor["closed"] is None or motor["closed"] == motor["opened"]:
         return 0.0
     return math.copysign(1.0, motor["closed"] - motor["opened"])
 
 
+VARIANTS = {
+    "stored": "as the dataset has them",
+    "free": "nothing brakes the object while the hand closes on it",
+    "defaults": "MuJoCo's default solver settings: pyramidal cones, impratio 1, no iterations against slip",
+}
+
+
 class Trial:
     """One grasp: closed on the free object without gravity, lifted and shaken."""
 
-    def __init__(self, model, drive, gravity, grasp, show=lambda: None):
+    def __init__(self, model, drive, gravity, grasp, is_free=False, show=lambda: None):
+        self.is_free = is_free
         self.model, self.data, self.protocol, self.gravity = model, mujoco.MjData(model), drive["protocol"], gravity
         self.body = model.body("object").id
         joint = model.joint("object").id
@@ -268,12 +293,13 @@ class Trial:
         for _ in self.steps(protocol["closing"]):
             self.step()
             # It gives way to what pushes it, and stands as soon as nothing does.
-            self.data.qvel[self.dof : self.dof + 6] = 0.0
+            if not self.is_free:
+                self.data.qvel[self.dof : self.dof + 6] = 0.0
             if self.hand.is_at_rest():
                 break
             if np.linalg.norm(self.place()[1] - begun) > PUSHED_AWAY:
                 return "lost_closing"
-        for settled in (False, True):
+        for settled in (False,) if self.is_free else (False, True):
             if settled:
                 for _ in self.steps(protocol["settling"]):
                     self.step()
@@ -314,17 +340,21 @@ class Trial:
 
 def replay(work):
     """All grasps of an object."""
-    folder, contacts, starts, view = work
+    folder, contacts, starts, variant, stored, view = work
     drive, told = (json.loads((HERE / name).read_text()) for name in ("drive.json", f"{folder}/grasps.json"))
     spec = mujoco.MjSpec.from_file(str(HERE / folder / ("scene_sdf.xml" if contacts == "sdf" else "scene.xml")))
     for mesh in spec.meshes:
         # Finer than by default; no attribute of a file says so.
         mesh.octree_maxdepth = 8
     spec.option.sdf_initpoints = starts
+    if variant == "defaults":
+        spec.option.cone, spec.option.impratio, spec.option.noslip_iterations = mujoco.mjtCone.mjCONE_PYRAMIDAL, 1.0, 0
     model = spec.compile()
     found = []
     for grasp in told["grasps"]:
-        trial = Trial(model, drive, told["gravity"], grasp)
+        if stored and (grasp["expected"]["verdict"] == "held") != (stored == "held"):
+            continue
+        trial = Trial(model, drive, told["gravity"], grasp, variant == "free")
         if view:
             from mujoco import viewer
 
@@ -350,11 +380,15 @@ def main():
     parser.add_argument("objects", nargs="*", help="folders of objects (default: all)")
     parser.add_argument("--contacts", choices=["surface", "sdf"], default="surface", help="MuJoCo's own contacts: triangles, or distances")
     parser.add_argument("--starts", type=int, default=40, help="with sdf: points that MuJoCo begins its descents to contacts from")
+    variants = "; ".join(f"{name}: {what}" for name, what in VARIANTS.items())
+    parser.add_argument("--variant", choices=VARIANTS, default="stored", help=f"conditions of the trials; {variants}")
+    parser.add_argument("--stored", choices=["held", "failed"], help="only grasps that the dataset says held, or failed")
     parser.add_argument("--processes", type=int, default=1, help="objects at a time")
     parser.add_argument("--view", action="store_true", help="show the trials in MuJoCo's viewer")
     arguments = parser.parse_args()
     folders = arguments.objects or sorted(path.parent.name for path in HERE.glob("*/grasps.json"))
-    work = [(folder, arguments.contacts, arguments.starts, arguments.view) for folder in folders]
+    chosen = (arguments.contacts, arguments.starts, arguments.variant, arguments.stored, arguments.view)
+    work = [(folder, *chosen) for folder in folders]
     found = []
     with multiprocessing.Pool(arguments.processes) if arguments.processes > 1 else Serial() as pool:
         for place, some in enumerate(pool.imap(replay, work)):
@@ -368,7 +402,7 @@ def main():
     print(f"{len(found) - len(others)} of {len(found)} grasps held or not as in the dataset")
     sure = [sum(is_sure(one) for one in some) for some in (found, others)]
     print(f"{sure[0] - sure[1]} of the {sure[0]} whose perturbed runs all ended as they did")
-    if not arguments.objects:
+    if not arguments.objects and not arguments.stored and arguments.variant == "stored":
         facts = {"root": json.loads((HERE / "export.json").read_text())["root"], "mujoco": mujoco.__version__,
                  "contacts": arguments.contacts, "replayed": len(found), "agreed": len(found) - len(others),
                  "sure": sure[0], "sure_agreed": sure[0] - sure[1], "others": others}

@@ -15,7 +15,7 @@ use super::{
     pairs::Pair,
     rate::Start,
     sampled::{BEFORE, GraspSampler},
-    settings::{Antipodal, PairHold, Support},
+    settings::{Antipodal, PairHold, RestingChoice, Support},
     solids::ALLOWED_OVERLAP,
     state::is_feasible,
     tally::Tally,
@@ -101,8 +101,8 @@ impl GraspSampler {
         let mut losses = PairLosses::default();
         let table = match support {
             Support::Air => None,
-            Support::Table { margin } => {
-                let table = Table::draw(object, margin, stream);
+            Support::Table { margin, resting } => {
+                let table = Table::draw(object, margin, resting, stream);
                 losses.no_resting_pose = table.is_none();
                 table
             }
@@ -324,17 +324,22 @@ impl GraspSampler {
 }
 
 impl<'a> Table<'a> {
-    /// The table below an object in one of its resting poses, drawn by their probabilities; `None` where it has none.
-    fn draw(object: &'a ObjectSearch, margin: f64, stream: &mut Stream) -> Option<Self> {
+    /// The table below an object in one of its resting poses; `None` where it has none.
+    fn draw(object: &'a ObjectSearch, margin: f64, resting: RestingChoice, stream: &mut Stream) -> Option<Self> {
         let poses = &object.resting().poses;
-        let mut left = stream.unit() * poses.iter().map(|pose| pose.probability).sum::<f64>();
-        let drawn = poses.iter().position(|pose| {
-            left -= pose.probability;
-            left < 0.0
-        });
-        // Rounding may leave a little after the last.
-        let index = drawn.or(poses.len().checked_sub(1))?;
-        let pose = &poses[index];
+        let index = match resting {
+            RestingChoice::Likeliest => 0,
+            RestingChoice::Drawn => {
+                let mut left = stream.unit() * poses.iter().map(|pose| pose.probability).sum::<f64>();
+                let drawn = poses.iter().position(|pose| {
+                    left -= pose.probability;
+                    left < 0.0
+                });
+                // Rounding may leave a little after the last.
+                drawn.or(poses.len().checked_sub(1))?
+            }
+        };
+        let pose = poses.get(index)?;
         Some(Self { index, pose, up: pose.up(), margin })
     }
 

@@ -40,8 +40,8 @@ pub use object::ObjectSearch;
 pub use opposition::has_opposition;
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, Rolls, Sampler, SearchFrame, Support, Uniform,
-    WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,
+    Support, Uniform, WrenchSpace,
 };
 pub use solids::ALLOWED_OVERLAP;
 pub use state::HandSearch;

@@ -150,5 +150,16 @@ pub enum Support {
     Table {
         /// Least clearance of the hand over the table [m].
         margin: f64,
+        /// Resting pose of the object in each run.
+        resting: RestingChoice,
     },
+}
+
+/// Choice of the resting pose in which an object lies during a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RestingChoice {
+    /// Drawn for each run, by the poses' probabilities.
+    Drawn,
+    /// The most probable one, in every run.
+    Likeliest,
 }

@@ -25,6 +25,8 @@ pub struct Breakaway {
     pub ratio: f64,
     /// Torque or force that stops it, and the motor with it [N m or N].
     pub torque: f64,
+    /// Torque or force at which it gives way once it is stopped [N m or N]; at least `torque`.
+    pub holding_torque: f64,
 }
 
 /// A joint with a motor, and what follows it.
@@ -46,6 +48,9 @@ pub struct Driven {
     pub speed: f64,
     /// Torque or force that stops it [N m or N]: opens the clutch where it has one, else stops the motor.
     pub torque: f64,
+    /// Torque or force at which it gives way once it is stopped [N m or N], and what follows it but for a clutch; at least
+    /// `torque`.
+    pub holding_torque: f64,
     /// Clutch, where there is one.
     pub breakaway: Option<Breakaway>,
 }
@@ -154,7 +159,8 @@ mod tests {
             closed: Some(degrees(140.0)),
             speed: 2.0,
             torque: 1.0,
-            breakaway: Some(Breakaway { follower: 0, ratio: 4.0 / 3.0, torque: 0.5 }),
+            holding_torque: 1.25,
+            breakaway: Some(Breakaway { follower: 0, ratio: 4.0 / 3.0, torque: 0.5, holding_torque: 0.625 }),
         }
     }
 
@@ -220,7 +226,7 @@ mod tests {
         let mut finger = finger();
         (finger.opened, finger.closed) = (2.0, Some(0.0));
         finger.followers[0] = Follower { joint: 1, ratio: -0.5, offset: 1.0, limits: [-1.0, 1.5] };
-        finger.breakaway = Some(Breakaway { follower: 0, ratio: -1.5, torque: 1.0 });
+        finger.breakaway = Some(Breakaway { follower: 0, ratio: -1.5, torque: 1.0, holding_torque: 1.25 });
         let stopped = finger.stopped(Motor::engaged(1.0));
         assert_eq!(finger.follower_value(0, stopped), 0.5);
         let end = finger.closed_angle(stopped);

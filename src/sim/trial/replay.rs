@@ -10,7 +10,7 @@ use crate::{
     hand::HandModel,
     hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, hand_spec, refused_by, servo_of, set_option},
 };
-use robot::hand::{Driven, Follower, Hand};
+use robot::hand::{Breakaway, Driven, Follower, Hand};
 
 /// Bytes written before asking for more room, at most.
 const ROOM: usize = 1 << 16;
@@ -42,6 +42,7 @@ struct MotorText<'h> {
     closed: Option<f64>,
     speed: f64,
     torque: f64,
+    holding_torque: f64,
     followers: Vec<FollowerText<'h>>,
 }
 
@@ -60,6 +61,7 @@ struct FollowerText<'h> {
 struct Alone {
     ratio: f64,
     torque: f64,
+    holding_torque: f64,
 }
 
 #[derive(Serialize)]
@@ -144,7 +146,7 @@ fn motor<'h>(hand: &'h Hand, driven: &'h Driven) -> MotorText<'h> {
             ratio: *ratio,
             offset: *offset,
             limits: *limits,
-            alone: alone.map(|breakaway| Alone { ratio: breakaway.ratio, torque: breakaway.torque }),
+            alone: alone.map(|Breakaway { ratio, torque, holding_torque, .. }| Alone { ratio, torque, holding_torque }),
         }
     };
     MotorText {
@@ -155,6 +157,7 @@ fn motor<'h>(hand: &'h Hand, driven: &'h Driven) -> MotorText<'h> {
         closed: driven.closed,
         speed: driven.speed,
         torque: driven.torque,
+        holding_torque: driven.holding_torque,
         followers: driven.followers.iter().enumerate().map(follower).collect(),
     }
 }

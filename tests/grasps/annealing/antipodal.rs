@@ -3,7 +3,7 @@
 
 use graspmill::{
     geom::{RestingPose, SimdLevel},
-    grasp::{Antipodal, Grasp, GraspRun, GraspSampler, PairHold, STAND_OFF, Support},
+    grasp::{Antipodal, Grasp, GraspRun, GraspSampler, PairHold, RestingChoice, STAND_OFF, Support},
 };
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
@@ -19,6 +19,11 @@ const PANDA_HAND: &str = "scenes/panda_hand.xml";
 
 /// Clearance that the states on a table are asked for [m].
 const MARGIN: f64 = 0.004;
+
+/// A table under a pose that each run draws.
+pub(super) fn on_table(margin: f64) -> Support {
+    Support::Table { margin, resting: RestingChoice::Drawn }
+}
 
 fn antipodal(pairs: u32, support: Support) -> Antipodal {
     Antipodal { pairs, friction: 0.4, best: 12, hold: PairHold::Along(support) }
@@ -72,7 +77,7 @@ pub(super) fn are_unlike(grasps: &[Grasp]) -> bool {
 /// Every state keeps its margin over the table that its run has drawn, both pads hold the object, and no two are alike.
 #[test]
 fn on_a_table_hands_stay_above_it() {
-    let table = antipodal(150, Support::Table { margin: MARGIN });
+    let table = antipodal(150, on_table(MARGIN));
     let (mut states, mut tables, mut sideways) = (0, Vec::new(), 0);
     for (name, scene) in [("box-01", PANDA_HAND), ("mug-01", PANDA_HAND), ("can-01", FETCH_GRIPPER)] {
         let searcher = Searcher::with_hand(name, scene);
@@ -107,6 +112,20 @@ fn on_a_table_hands_stay_above_it() {
     assert!(states >= 40 && sideways > 0 && tables.len() > 3, "{states} {sideways} {tables:?}");
 }
 
+/// Every run lies in the most probable pose where that is asked for, which draws reach now and then alone.
+#[test]
+fn runs_lie_in_the_likeliest_pose_on_demand() {
+    let searcher = Searcher::with_hand("box-01", PANDA_HAND);
+    let likeliest = |resting: RestingChoice| {
+        let table = antipodal(60, Support::Table { margin: MARGIN, resting });
+        let poses = &searcher.object.resting().poses;
+        let runs = (0..8).map(|seed| sampler(&searcher).antipodal(&searcher.object, &table, &mut stream(seed)));
+        runs.filter(|run| std::ptr::eq(table_of(&searcher, run), &raw const poses[0])).count()
+    };
+    assert_eq!(likeliest(RestingChoice::Likeliest), 8);
+    assert!((1..8).contains(&likeliest(RestingChoice::Drawn)));
+}
+
 /// In the air a can is held at any depth along the pads, from any side, with either pad on either side.
 #[test]
 fn pairs_are_taken_anywhere_along_the_pads_and_from_any_side() {
@@ -135,7 +154,7 @@ fn pairs_are_taken_anywhere_along_the_pads_and_from_any_side() {
 /// sides.
 #[test]
 fn plates_on_a_table_are_held_by_their_sides_or_not_at_all() {
-    let table = antipodal(300, Support::Table { margin: 0.002 });
+    let table = antipodal(300, on_table(0.002));
     let plate = Searcher::with_mesh(centred_block([0.1, 0.1, 0.003]), PANDA_HAND);
     let run = sampler(&plate).antipodal(&plate.object, &table, &mut stream(1));
     assert!(plate.object.resting().poses.iter().all(|pose| pose.height < 0.01), "it lies flat");
@@ -166,7 +185,7 @@ fn plates_on_a_table_are_held_by_their_sides_or_not_at_all() {
 
 #[test]
 fn a_run_on_a_table_is_the_same_every_time_and_at_every_level() {
-    assert_is_the_same(&Searcher::with_hand("can-01", PANDA_HAND), &antipodal(60, Support::Table { margin: MARGIN }));
+    assert_is_the_same(&Searcher::with_hand("can-01", PANDA_HAND), &antipodal(60, on_table(MARGIN)));
 }
 
 /// A run is the same by a used sampler, by a new one, and without vector instructions.

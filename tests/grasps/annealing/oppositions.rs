@@ -10,7 +10,7 @@ use graspmill::{
 
 use super::{
     Searcher,
-    antipodal::{are_unlike, assert_is_the_same, height_of_hand, table_of},
+    antipodal::{are_unlike, assert_is_the_same, height_of_hand, on_table, table_of},
     grippers::sampler,
     stream,
 };
@@ -43,7 +43,7 @@ fn bar() -> TriMesh {
 /// unlike each other.
 #[test]
 fn on_a_table_fingers_hold_from_both_sides_and_stay_above_it() {
-    let table = antipodal(200, Support::Table { margin: MARGIN });
+    let table = antipodal(200, on_table(MARGIN));
     let objects = [Searcher::with_hand("box-01", BARRETT), Searcher::with_hand("mug-01", BARRETT)];
     let (mut states, mut fingers) = (Vec::new(), BTreeSet::new());
     for searcher in objects.into_iter().chain([Searcher::with_mesh(bar(), BARRETT)]) {
@@ -89,5 +89,5 @@ fn in_the_air_hands_come_from_all_sides_and_hold_against_the_palm() {
 
 #[test]
 fn a_run_between_contacts_is_the_same_every_time_and_at_every_level() {
-    assert_is_the_same(&Searcher::with_mesh(bar(), BARRETT), &antipodal(60, Support::Table { margin: MARGIN }));
+    assert_is_the_same(&Searcher::with_mesh(bar(), BARRETT), &antipodal(60, on_table(MARGIN)));
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use graspmill::{
     factory::{job::Job, plan::Plan, products::grasps::GraspJob},
     format::{Channel, Product},
-    grasp::{AmplitudeRange, EnergyKind, PairHold, Sampler, SearchFrame, Support, WrenchSpace},
+    grasp::{AmplitudeRange, EnergyKind, PairHold, RestingChoice, Sampler, SearchFrame, Support, WrenchSpace},
     words::NumberClass,
 };
 
@@ -97,6 +97,11 @@ fn mistakes_are_shown_at_once_with_their_places() {
         (&["grasps.sampler=antipodal", "uniform={poses=\"any\"}"], "uniform", "settings of another sampler"),
         (&[GRIPPER, "grasps.sampler=antipodal", "keep.advance=0.01"], "keep.advance", "stays at the depth"),
         (&[GRIPPER, "grasps.sampler=antipodal", "antipodal.margin=0.01"], "antipodal.margin", "without a table"),
+        (
+            &[GRIPPER, "grasps.sampler=antipodal", "antipodal.resting=likeliest"],
+            "antipodal.resting",
+            "nothing to rest on",
+        ),
         (
             &[GRIPPER, "grasps.sampler=antipodal", "antipodal={depth=\"middle\",support=\"table\"}"],
             "antipodal.support",
@@ -226,14 +231,16 @@ fn pairs_are_taken_along_the_pads_unless_the_thesis_is_asked() {
         assert_ne!(job(&[GRIPPER, antipodal, other]).digest(), job(&[GRIPPER, antipodal]).digest(), "{other}");
     }
     let table = [GRIPPER, antipodal, "antipodal.support=table"];
-    assert_ne!(job(&[&table[..], &["antipodal.margin=0.01"]].concat()).digest(), job(&table).digest());
+    for other in ["antipodal.margin=0.01", "antipodal.resting=likeliest"] {
+        assert_ne!(job(&[&table[..], &[other]].concat()).digest(), job(&table).digest(), "{other}");
+    }
     // The profile of the thesis takes pairs half way along the pads, as before there was a choice.
     let hold = |overrides: &[&str]| match &work(&job(overrides)).settings.sampler {
         Sampler::Antipodal(antipodal) => antipodal.hold,
         other => panic!("{other:?}"),
     };
     assert_eq!(hold(&[GRIPPER, antipodal]), PairHold::Along(Support::Air));
-    assert_eq!(hold(&table), PairHold::Along(Support::Table { margin: 0.002 }));
+    assert_eq!(hold(&table), PairHold::Along(Support::Table { margin: 0.002, resting: RestingChoice::Drawn }));
     assert_eq!(hold(&[GRIPPER, antipodal, "profile=thesis"]), PairHold::Middle);
 }
 

@@ -45,13 +45,13 @@ fn mistakes_of_motors_are_placed_and_explained() {
     for (change, expected) in [
         (
             ("joint = \"proximal_1\"", "joint = \"proximal1\""),
-            "DIR/hand.toml:40:9: driven[1].joint: joint not found: `proximal1`; the hand has spread_1, proximal_1, \
+            "DIR/hand.toml:41:9: driven[1].joint: joint not found: `proximal1`; the hand has spread_1, proximal_1, \
              distal_1, spread_2, proximal_2, distal_2, proximal_3, distal_3; did you mean `proximal_1`?",
         ),
         (("speed = 2.0", "sped = 2.0"), "driven[1].sped: unknown key `sped`; did you mean `speed`?"),
         (
             ("speed = 2.0", "speed = -2.0"),
-            "DIR/hand.toml:43:9: driven[1].speed: expected a number above 0 [rad/s or m/s], found -2",
+            "DIR/hand.toml:44:9: driven[1].speed: expected a number above 0 [rad/s or m/s], found -2",
         ),
         (("speed = 2.0", ""), "driven[1].speed: missing: expected a number above 0 [rad/s or m/s]"),
         (
@@ -71,6 +71,11 @@ fn mistakes_of_motors_are_placed_and_explained() {
         (
             ("ratio = 1.3333333333333333", "ratio = 0.0"),
             "driven[1].breakaway.ratio: expected a number other than 0, found 0",
+        ),
+        (
+            ("holding_torque = 1.0", "holding_torque = 0.4"),
+            "driven[1].breakaway.holding_torque: expected at least `torque`, found 0.4; a joint that gives way below 0.5 is \
+             never stopped by that load",
         ),
         (("ratio = 1.3333333333333333", "ratio = inf"), "driven[1].breakaway.ratio: expected a number, found inf"),
         (("closed = 2.443460952792061", ""), "driven[1].closed: expected a value other than `opened`, found none"),
@@ -132,7 +137,7 @@ fn mistakes_of_frames_and_postures_are_placed_and_explained() {
             "eigengrasps.directions[1]: expected 4 values, one per driven joint: spread, finger_1, finger_2, finger_3, \
              found 3",
         ),
-        (("origin = [", "origin = "), "DIR/hand.toml:68"),
+        (("origin = [", "origin = "), "DIR/hand.toml:69"),
     ] {
         assert_says(change, expected);
     }

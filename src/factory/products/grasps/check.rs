@@ -8,15 +8,16 @@ use super::{
     settings::{GraspSettings, Physics},
     spec::{
         AmplitudesSpec, AnnealingSpec, AntipodalSpec, DepthSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec,
-        KeepSpec, MassSpec, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
+        KeepSpec, MassSpec, PhysicsSpec, PosesSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec,
+        UniformSpec,
     },
 };
 use crate::job::{JobHand, read_hand};
 use form::Checker;
 use format::TriedStates;
 use robot::grasp::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, Rolls, Sampler, SearchFrame, Support, Uniform,
-    WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,
+    Support, Uniform, WrenchSpace,
 };
 use sim::HandModel;
 
@@ -74,10 +75,15 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
 }
 
 fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
-    let &AntipodalSpec { depth, support, margin, .. } = spec;
-    if support == SupportSpec::Air && checker.has("antipodal.margin") {
-        let because = "without a table there is nothing to keep away from";
-        checker.contradiction("antipodal.margin", "antipodal.support = \"air\"", because);
+    let &AntipodalSpec { depth, support, margin, resting, .. } = spec;
+    let of_tables = [
+        ("antipodal.margin", "without a table there is nothing to keep away from"),
+        ("antipodal.resting", "without a table there is nothing to rest on"),
+    ];
+    for (key, because) in of_tables {
+        if support == SupportSpec::Air && checker.has(key) {
+            checker.contradiction(key, "antipodal.support = \"air\"", because);
+        }
     }
     match (depth, support) {
         (DepthSpec::Middle, support) => {
@@ -95,7 +101,13 @@ fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
             }
             PairHold::Along(match support {
                 SupportSpec::Air => Support::Air,
-                SupportSpec::Table => Support::Table { margin },
+                SupportSpec::Table => Support::Table {
+                    margin,
+                    resting: match resting {
+                        RestingSpec::Drawn => RestingChoice::Drawn,
+                        RestingSpec::Likeliest => RestingChoice::Likeliest,
+                    },
+                },
             })
         }
     }

@@ -6,14 +6,15 @@ use super::{
     settings::{GraspJob, GraspSettings, Physics},
     spec::{
         AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, DepthSpec, EnergySpec, FrameSpec,
-        GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, SamplerSpec, SpaceSpec,
-        SupportSpec, TriedSpec, UniformSpec,
+        GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, RestingSpec, SamplerSpec,
+        SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::job::{keys_of, without};
 use format::TriedStates;
 use robot::grasp::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, Sampler, SearchFrame, Support, WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Sampler, SearchFrame, Support,
+    WrenchSpace,
 };
 
 /// Keys of the annealing that say how it searches; the others rate the states of any sampler.
@@ -44,7 +45,9 @@ impl GraspJob {
             Sampler::Antipodal(antipodal) => {
                 idle.push("uniform");
                 match antipodal.hold {
-                    PairHold::Middle | PairHold::Along(Support::Air) => idle.push("antipodal.margin"),
+                    PairHold::Middle | PairHold::Along(Support::Air) => {
+                        idle.extend(["antipodal.margin", "antipodal.resting"]);
+                    }
                     PairHold::Along(Support::Table { .. }) => {}
                 }
                 if antipodal.hold != PairHold::Middle {
@@ -81,12 +84,19 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
         }
         Sampler::Antipodal(antipodal) => {
             let &Antipodal { pairs, friction, best, hold } = antipodal;
-            let (depth, support, margin) = match hold {
-                PairHold::Middle => (DepthSpec::Middle, SupportSpec::Air, spec.antipodal.margin),
-                PairHold::Along(Support::Air) => (DepthSpec::Any, SupportSpec::Air, spec.antipodal.margin),
-                PairHold::Along(Support::Table { margin }) => (DepthSpec::Any, SupportSpec::Table, margin),
+            let AntipodalSpec { margin, resting, .. } = spec.antipodal;
+            let (depth, support, margin, resting) = match hold {
+                PairHold::Middle => (DepthSpec::Middle, SupportSpec::Air, margin, resting),
+                PairHold::Along(Support::Air) => (DepthSpec::Any, SupportSpec::Air, margin, resting),
+                PairHold::Along(Support::Table { margin, resting }) => {
+                    let resting = match resting {
+                        RestingChoice::Drawn => RestingSpec::Drawn,
+                        RestingChoice::Likeliest => RestingSpec::Likeliest,
+                    };
+                    (DepthSpec::Any, SupportSpec::Table, margin, resting)
+                }
             };
-            spec.antipodal = AntipodalSpec { pairs, friction, best, depth, support, margin };
+            spec.antipodal = AntipodalSpec { pairs, friction, best, depth, support, margin, resting };
             SamplerSpec::Antipodal
         }
     };

@@ -124,6 +124,19 @@ pub struct AntipodalSpec {
     /// closes.
     #[schemars(range(min = 0, max = 0.1), extend("x-unit" = "m"))]
     pub margin: f64,
+    /// With `support = "table"`: resting pose of the object in each run.
+    #[schemars(extend("examples" = ["likeliest"]))]
+    pub resting: RestingSpec,
+}
+
+/// Resting pose of an object in a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RestingSpec {
+    /// Drawn for each run, by the probabilities of the poses.
+    Drawn,
+    /// The most probable one, in every run.
+    Likeliest,
 }
 
 /// Where along its fingers a hand takes a pair.
@@ -145,8 +158,7 @@ pub enum DepthSpec {
 pub enum SupportSpec {
     /// Nothing: the hand may come from any side.
     Air,
-    /// A table: each run draws one of the object's resting poses by its probability, and the hand comes from above or from
-    /// aside and stays above the table.
+    /// A table: the object lies on it in a resting pose, and the hand comes from above or from aside and stays above the table.
     Table,
 }
 

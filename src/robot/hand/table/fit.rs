@@ -14,6 +14,9 @@ use form::{Bounds, Checker, Finding, FormErrors, Path, Problem, did_you_mean};
 /// Closer than this, a value is its joint's limit: the one is written in radians, the other often in degrees.
 const AT_LIMIT: f64 = 1e-9;
 
+/// Load at which a stopped joint gives way where its table does not say, by the load that stops it.
+const HOLDING: f64 = 1.25;
+
 /// The hand that a table and its description make.
 ///
 /// # Errors
@@ -126,6 +129,7 @@ impl Fit<'_> {
             closed: spec.closed,
             speed: spec.speed,
             torque: spec.torque,
+            holding_torque: self.holding_torque(path, spec.torque, spec.holding_torque),
             breakaway: None,
         };
         driven.opened = self.within(&path.key("opened"), &driven, spec.opened);
@@ -170,7 +174,18 @@ impl Fit<'_> {
             };
             self.checker.invalid(below.key("joint"), expected, format!("`{}`", spec.joint)).help(help);
         }
-        Some(Breakaway { follower: follower?, ratio: spec.ratio, torque: spec.torque })
+        let holding_torque = self.holding_torque(&below, spec.torque, spec.holding_torque);
+        Some(Breakaway { follower: follower?, ratio: spec.ratio, torque: spec.torque, holding_torque })
+    }
+
+    /// Load at which a stopped joint gives way; `path` leads to the table of its keys.
+    fn holding_torque(&mut self, path: &Path, torque: f64, wanted: Option<f64>) -> f64 {
+        let Some(wanted) = wanted else { return HOLDING * torque };
+        if wanted < torque {
+            let report = self.checker.invalid(path.key("holding_torque"), "at least `torque`", wanted.to_string());
+            report.help(format!("a joint that gives way below {torque} is never stopped by that load"));
+        }
+        wanted
     }
 
     /// The frame that a name stands for.

@@ -57,6 +57,10 @@ pub(super) struct DrivenSpec {
     /// Load that stops the joint.
     #[schemars(extend("x-unit" = "N m or N", "exclusiveMinimum" = 0))]
     pub torque: f64,
+    /// Load against its closing at which a stopped joint gives way: what its gears bear without the motor, at least `torque`.
+    /// Without it, 1.25 times `torque`.
+    #[schemars(extend("x-unit" = "N m or N", "exclusiveMinimum" = 0))]
+    pub holding_torque: Option<f64>,
     /// A clutch between motor and joint.
     pub breakaway: Option<BreakawaySpec>,
 }
@@ -79,6 +83,9 @@ pub(super) struct BreakawaySpec {
     /// Load that stops it.
     #[schemars(extend("x-unit" = "N m or N", "exclusiveMinimum" = 0))]
     pub torque: f64,
+    /// Load at which it gives way once it is stopped, at least `torque`. Without it, 1.25 times `torque`.
+    #[schemars(extend("x-unit" = "N m or N", "exclusiveMinimum" = 0))]
+    pub holding_torque: Option<f64>,
 }
 
 /// A point that may touch: a site of the description, or numbers in a body's frame.
