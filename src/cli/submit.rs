@@ -112,7 +112,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     if let Some(asked) = arguments.tasks {
         plan.tasks = asked.min(plan.shards.max(1));
         if plan.tasks < asked {
-            printer.say(&format!("{} tasks: there are no more shards", plan.tasks));
+            printer.say(&format!("{}: there are no more shards", counted(plan.tasks.into(), "task")));
         }
     }
     plan.at_once = arguments.at_once;

@@ -14,6 +14,7 @@ use super::{
 use crate::{
     geom::{SolidGrid, TriMesh},
     voxel::solid_occupancy,
+    words::counted,
 };
 
 /// The outcome of checking meshes; as JSON and, through `Display`, as a table for 80 to 100 columns.
@@ -199,7 +200,8 @@ impl fmt::Display for MeshCheckReport {
             write_remarks(f, row)?;
         }
         let MeshCheckCounts { total, fine, mended, refused, copies } = self.counts;
-        writeln!(f, "\n{total} meshes: {fine} fine, {mended} mended, {refused} refused; {copies} copies")
+        let [meshes, copies] = [(total, "mesh"), (copies, "copy")].map(|(count, noun)| counted(u64::from(count), noun));
+        writeln!(f, "\n{meshes}: {fine} fine, {mended} mended, {refused} refused; {copies}")
     }
 }
 
