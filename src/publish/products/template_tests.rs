@@ -196,7 +196,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         method: sampler.map(|sampler| grasp_method(sampler, name)),
         picks: BTreeMap::new(),
     };
-    let cards = is_full.then(|| vec![grasps::CardView::example(name)]);
+    let cards = is_full.then(|| Vec::from([0, 2].map(|tried| grasps::CardView::example(name, tried))));
     let replay = match tried {
         Some(true) => Some(ReplayView::example(name, 21, "sdf")),
         Some(false) => Some(ReplayView::example(name, if is_full { 2 } else { 0 }, "flex")),
@@ -298,6 +298,7 @@ fn pages(name: &str) -> Vec<Page> {
         (Some("annealing"), Some(true), true),
         (Some("uniform"), Some(false), true),
         (Some("antipodal"), Some(false), false),
+        (Some("annealing"), None, true),
         (None, None, false),
     ] {
         pages.push(grasps_page(name, sampler, tried, is_full));
@@ -396,7 +397,7 @@ fn names_are_text_in_pages() {
     for (name, escaped) in [("<b>x</b>", "&lt;b&gt;x&lt;/b&gt;"), ("a&b", "a&amp;b"), ("\"'", "&quot;&#39;")] {
         let of_pages = pages(name);
         let html: Vec<&Page> = of_pages.iter().filter(|(template, _)| template.ends_with(".html")).collect();
-        assert_eq!(html.len(), 12);
+        assert_eq!(html.len(), 13);
         for (template, view) in html {
             let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");

@@ -1,4 +1,5 @@
-//! Pictures of grasps: an object and the closed hand, the best and the worst kept grasp of each.
+//! Pictures of grasps: an object and the closed hand, a grasp that held and one that failed of each, or without trials the best
+//! and the worst kept grasp.
 
 use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, sync::Arc};
 
@@ -36,6 +37,8 @@ pub(crate) struct CardView {
     kept: u64,
     found: u64,
     runs: u64,
+    /// Grasps that were tried, and that held.
+    trials: [u64; 2],
     panels: Vec<PanelView>,
 }
 
@@ -175,6 +178,7 @@ fn card(
         kept: object.verdicts[0],
         found: object.found(),
         runs: object.runs,
+        trials: object.trials,
         panels,
     })
 }
@@ -239,8 +243,8 @@ fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, aside: f64) -> SolidView 
 
 #[cfg(test)]
 impl CardView {
-    /// A card of one panel.
-    pub fn example(object: &str) -> Self {
+    /// A card of one panel, and so many grasps tried.
+    pub fn example(object: &str, tried: u64) -> Self {
         let panel = PanelView {
             image: ImageView::of(&Picture::filled(1, 1, [0; 4]), SIDE, SIDE),
             why: "highest epsilon",
@@ -249,6 +253,6 @@ impl CardView {
             contacts: 4,
             seed: "2".to_owned(),
         };
-        Self { object: object.to_owned(), kept: 1, found: 2, runs: 3, panels: vec![panel] }
+        Self { object: object.to_owned(), kept: 1, found: 2, runs: 3, trials: [tried, 0], panels: vec![panel] }
     }
 }

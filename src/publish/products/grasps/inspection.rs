@@ -182,11 +182,21 @@ struct ObjectSums {
     lowest: Option<(f64, GraspIndex)>,
     /// The best and the worst kept grasp, by epsilon.
     extremes: Option<[(f64, GraspIndex); 2]>,
+    /// Tried grasp of the highest epsilon by [`JUDGEMENTS`]: lifted off a table, held otherwise, failed.
+    judged: [Option<(f64, GraspIndex)>; JUDGEMENTS.len()],
 }
 
+/// Outcomes of the trials of a grasp, those to show first.
+const JUDGEMENTS: [&str; 3] = ["lifted off a table", "held in the air", "failed in its trial"];
+
 impl ObjectSums {
-    /// The best and the worst kept grasp; without one, the state of lowest energy.
+    /// One grasp that held and one that failed where grasps were tried; else the best and the worst kept grasp, or the state of
+    /// lowest energy.
     fn picks(&self) -> Vec<(&'static str, GraspIndex)> {
+        let [lifted, held, failed] = [0, 1, 2].map(|row| self.judged[row].map(|(_, grasp)| (JUDGEMENTS[row], grasp)));
+        if lifted.or(held).or(failed).is_some() {
+            return lifted.or(held).into_iter().chain(failed).collect();
+        }
         match (self.extremes, self.lowest) {
             (Some([(_, best), (_, worst)]), _) if best == worst => vec![("the only kept grasp", best)],
             (Some([(_, best), (_, worst)]), _) => vec![("highest epsilon", best), ("lowest epsilon", worst)],
@@ -240,13 +250,20 @@ impl Pass {
 }
 
 impl Pass {
-    fn trials(&mut self, run: &GraspRun, trials: &GraspTrials) {
+    fn trials(&mut self, index: SampleIndex, run: &GraspRun, trials: &GraspTrials) {
         self.trials.add(run, trials);
         let object = self.objects.entry(run.sample.subject).or_default();
         for trial in &trials.trials {
             let held = u64::from(trial.outcome.verdict.is_held());
             object.trials = [object.trials[0] + 1, object.trials[1] + held];
             let grasp = run.grasps.get(trial.grasp as usize);
+            let is_lifted = trial.table.as_ref().is_some_and(|table| table.outcome.verdict.is_held());
+            let judged = &mut object.judged[if is_lifted { 0 } else { 2 - held as usize }];
+            if let Some(epsilon) = grasp.map(|grasp| grasp.epsilon(&run.method))
+                && judged.is_none_or(|(best, _)| epsilon > best)
+            {
+                *judged = Some((epsilon, GraspIndex { run: index, grasp: trial.grasp as usize }));
+            }
             if let Some(kind) = grasp.filter(|grasp| grasp.verdict == GraspVerdict::Kept).and_then(|grasp| grasp.kind) {
                 self.types.entry(kind).or_default()[1] += held;
             }
@@ -272,7 +289,7 @@ impl GraspSurvey {
             let run = sample.grasp_run()?;
             pass.run(sample.index, &run);
             if let Some(trials) = sample.grasp_trials()? {
-                pass.trials(&run, &trials);
+                pass.trials(sample.index, &run, &trials);
             }
         }
         let mut objects: Vec<GraspedObject> = Vec::new();

@@ -35,8 +35,9 @@ pub static PAGES: ProductPages = ProductPages {
                  is untested, not bad",
         acquisition: "Grasps were searched on the objects' meshes, the hand was closed in simulation, and quality computed.",
         reading: "`shapes.mcap` holds the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed.",
-        legend: "The closed hand (blue) on the object (orange), a black dot at each contact, from two sides; of each object the \
-                 kept grasp of the highest epsilon, or the state of lowest energy where none was kept.",
+        legend: "The closed hand (blue) on the object (orange), a black dot at each contact, from two sides; of each object one \
+                 that held in a trial, or without trials the kept grasp of the highest epsilon, or the state of lowest energy where \
+                 none was kept.",
         regenerated: 8,
         tasks: &["robotics"],
     },
