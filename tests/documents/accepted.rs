@@ -15,16 +15,19 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// A folder with what the examples name: our meshes, and the jobs of the repository.
+/// A folder with what the examples name: our meshes and scenes, the jobs of the repository, the hand of docs/hands.md.
 fn make_workspace() -> Workspace {
     let workspace = Workspace::new();
-    for folder in ["meshes", "jobs"] {
+    for folder in ["meshes", "jobs", "scenes"] {
         for name in list_names(repository_path(folder)) {
             let (name, file) = (Path::new(folder).join(&name), repository_path(folder).join(&name));
             if file.is_file() {
                 workspace.write(name, fs::read(file).expect("a file"));
             }
         }
+    }
+    for file in ["two_fingers.xml", "two_fingers.toml"] {
+        workspace.write(file, file_block("docs/hands.md", file));
     }
     workspace
 }
@@ -51,7 +54,7 @@ fn toml_in_the_documents_is_accepted() {
             About::read(&file, &text, &assets).unwrap_or_else(|errors| panic!("{place}: {}", errors.render()));
         } else {
             // A part of a job stands beside two built-in objects.
-            let is_whole = text.contains("[[objects]]");
+            let is_whole = text.contains("[[objects]]") || text.contains("[robot]");
             let text = if is_whole { text.clone() } else { format!("objects = [{{ built_in = 2 }}]\n{text}") };
             let job = workspace.write("example.toml", text);
             let outcome = Program::on("estimate", &job).finish();
