@@ -33,6 +33,18 @@ pub fn convex_hull_corners(points: &[Point3<f64>]) -> Option<Vec<Point3<f64>>> {
     Some(used.into_iter().map(|corner| hull.corners[corner as usize]).collect())
 }
 
+/// Area of the convex hull of points [m^2]; where the points lie in a plane, 0.
+pub fn convex_hull_area(points: &[Point3<f64>]) -> f64 {
+    let Some(hull) = ConvexHull::of(points) else { return 0.0 };
+    let of_facet = |facet: &Facet| {
+        let corner = |index: usize| hull.corners[facet.corners[index] as usize];
+        let fan = (1..facet.corners.len() - 1)
+            .map(|index| (corner(index) - corner(0)).cross(&(corner(index + 1) - corner(0))).dot(&facet.normal));
+        fan.sum::<f64>() / 2.0
+    };
+    hull.facets.iter().map(of_facet).sum()
+}
+
 /// A facet: a convex polygon.
 #[derive(Clone, Debug)]
 pub(super) struct Facet {

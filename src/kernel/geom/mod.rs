@@ -16,6 +16,7 @@ mod rest;
 mod shape;
 mod simd;
 mod spread;
+mod symmetry;
 mod triangle_tree;
 mod views;
 
@@ -30,7 +31,7 @@ pub use frames::{
     rotation_towards,
 };
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
-pub use hull::convex_hull_corners;
+pub use hull::{convex_hull_area, convex_hull_corners};
 pub use image::DepthCrop;
 pub use mass::MassProperties;
 pub use mesh::{Aabb, TriMesh};
@@ -40,6 +41,7 @@ pub use rest::{RestingPose, RestingPoses, every_resting_pose};
 pub use shape::{Shape, Triangles};
 pub use simd::{SimdLevel, UnknownSimdLevel, simd_kernel};
 pub use spread::farthest_first;
+pub use symmetry::{Symmetries, SymmetryAxis};
 pub use triangle_tree::{Ray, TriangleTree};
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};
 pub(crate) use {

@@ -6,7 +6,12 @@ use super::{LEAF, Leaf, NONE, Node, TriangleTree, WIDTH};
 
 impl TriangleTree {
     /// Index of the triangle nearest to `point` among those with a squared distance below `bound` [m^2], if any.
-    pub fn nearest(&self, point: [f32; 3], mut bound: f32) -> Option<u32> {
+    pub fn nearest(&self, point: [f32; 3], bound: f32) -> Option<u32> {
+        self.nearest_with_distance(point, bound).map(|(triangle, _)| triangle)
+    }
+
+    /// [`TriangleTree::nearest`], with its squared distance [m^2].
+    pub fn nearest_with_distance(&self, point: [f32; 3], mut bound: f32) -> Option<(u32, f32)> {
         let mut best = None;
         // Three waiting children a level; medians of 2^31 triangles make at most 16 levels.
         let mut waiting = [(0f32, NONE); 64];
@@ -20,7 +25,7 @@ impl TriangleTree {
                 for (index, distance) in distances.iter().enumerate().take(leaf.count as usize) {
                     if *distance < bound {
                         bound = *distance;
-                        best = Some(leaf.first + index as u32);
+                        best = Some((leaf.first + index as u32, *distance));
                     }
                 }
             } else {
