@@ -35,7 +35,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/render", &["geom", "ids", "seed"]),
     ("kernel/contact", &["cancel", "geom", "voxel"]),
     ("kernel/assets", &["files", "geom", "ids", "seed", "voxel", "words"]),
-    ("kernel/object", &["assets", "cancel", "contact", "geom", "ids", "voxel"]),
+    ("kernel/object", &["assets", "cancel", "contact", "geom", "ids", "voxel", "words"]),
     ("robot/kinematics", &[]),
     ("robot/collision", &["kinematics"]),
     ("robot/hand", &["kinematics"]),

@@ -12,3 +12,4 @@ mod solids;
 #[path = "../support/mod.rs"]
 mod support;
 mod views;
+mod weights;

@@ -4,6 +4,7 @@ mod class;
 mod counts;
 mod grasp;
 mod length;
+mod material;
 mod ranges;
 mod split;
 
@@ -11,5 +12,6 @@ pub use class::NumberClass;
 pub use counts::{counted, size_in_words};
 pub use grasp::{GraspTypeCounts, GraspVerdict, STRETCHES, TYPE_BINS, TYPE_DIGITS, type_digits};
 pub use length::LengthUnit;
+pub use material::{MassSource, Material};
 pub use ranges::number_ranges;
 pub use split::{InvalidSplits, ObjectSplit, Split, SplitTable};

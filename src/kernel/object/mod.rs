@@ -7,8 +7,13 @@
 //!                                                    |-- surface()          signed distances and closest points
 //!                                                    |-- contact_surface()  solid and surface with a distance grid
 //!                                                    |-- mass()             of a homogeneous solid of 1 kg/m^3
-//!                                                    '-- resting()          stable poses on a table
+//!                                                    |-- resting()          stable poses on a table
+//!                                                    '-- symmetries()       what maps it onto itself
 //! ```
+
+mod weight;
+
+pub use weight::{AREAL_DENSITY, MASSES, MadeOf};
 
 use std::sync::{Arc, OnceLock};
 
@@ -18,7 +23,7 @@ use crate::{
     assets::{self, AssetRecord, MeshRefusal, MeshSource, PreparedMesh},
     cancel::{Cancel, Cancelled},
     contact::ContactSurface,
-    geom::{Aabb, MassProperties, NoSurface, RestingPoses, SolidGrid, TriMesh, TriangleTree},
+    geom::{Aabb, MassProperties, NoSurface, RestingPoses, SolidGrid, Symmetries, TriMesh, TriangleTree},
     ids::ObjectId,
     voxel::{InsideTest, channels::Surface, solid_occupancy},
 };
@@ -130,6 +135,11 @@ impl PreparedObject {
         self.mass.get_or_init(|| MassProperties::of_solid(self.solid())).as_ref()
     }
 
+    /// Rotations and reflections that map the object onto itself; `None` when no cell is solid.
+    pub fn symmetries(&self) -> Option<Symmetries> {
+        self.mass().map(|mass| Symmetries::of(&self.mesh, self.tree(), mass))
+    }
+
     /// Stable poses on a table; none when no cell is solid.
     pub fn resting(&self) -> &RestingPoses {
         self.resting.get_or_init(|| {
@@ -160,8 +170,71 @@ pub fn inside_test(record: &AssetRecord) -> InsideTest {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Unit;
+
     use super::*;
     use crate::assets::built_in_source;
+
+    fn symmetries(name: &str) -> Symmetries {
+        let object = PreparedObject::prepare(&built_in_source(name)).expect("a built-in shape");
+        object.symmetries().expect("a solid")
+    }
+
+    /// Every motion that is claimed must move all vertices onto the surface.
+    fn check(name: &str, symmetries: &Symmetries) {
+        let object = PreparedObject::prepare(&built_in_source(name)).expect("a built-in shape");
+        let reach = 2.0 * symmetries.tolerance;
+        let mirrors = symmetries
+            .mirrors
+            .iter()
+            .map(|normal| nalgebra::Matrix3::identity() - normal.into_inner() * normal.transpose() * 2.0);
+        for map in symmetries.rotations().into_iter().chain(mirrors) {
+            for vertex in object.mesh().vertices.iter().step_by(7) {
+                let point = Point3::from(vertex.map(f64::from));
+                let moved = symmetries.centre + map * (point - symmetries.centre);
+                assert!(object.surface().closest(&moved, reach).is_some(), "{name}: {map}");
+            }
+        }
+    }
+
+    #[test]
+    fn bodies_of_revolution_and_what_breaks_them() {
+        for (name, group, mirrors) in [
+            ("can-01", "Dinf", 1),
+            ("bottle-01", "Cinf", 0),
+            ("bowl-01", "Cinf", 0),
+            ("cup-01", "Cinf", 0),
+            ("mug-01", "C1", 1),
+        ] {
+            let found = symmetries(name);
+            assert_eq!((found.group().as_str(), found.mirrors.len()), (group, mirrors), "{name}");
+            check(name, &found);
+            if group != "C1" {
+                let [axis] = found.continuous[..] else { panic!("{name}: {found:?}") };
+                assert!(axis.dot(&Vector3::z()) > 0.9999, "{name}: {axis:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_and_cubes() {
+        let found = symmetries("box-01");
+        assert_eq!((found.group().as_str(), found.mirrors.len(), found.rotations().len()), ("D2", 3, 3));
+        check("box-01", &found);
+        for name in ["half-cube-cube", "half-sphere-sphere", "half-diamond-diamond", "half-cube-sphere"] {
+            let found = symmetries(name);
+            check(name, &found);
+        }
+        // A cube, however it is turned: 23 rotations but the identity, nine planes.
+        let found = symmetries("half-cube-cube");
+        assert_eq!((found.group().as_str(), found.mirrors.len(), found.rotations().len()), ("O", 9, 23));
+        let main: Vec<Unit<Vector3<f64>>> = found.axes[..3].iter().map(|axis| axis.direction).collect();
+        for axis in &main {
+            let along = axis.iamax();
+            assert!(axis[along] > 0.999, "{axis:?}");
+        }
+        assert_eq!(symmetries("half-sphere-sphere").group(), "K");
+    }
 
     #[test]
     fn parts_are_made_once_and_equal_those_made_alone() {
