@@ -28,6 +28,13 @@ impl Bounds {
         std::array::from_fn(|axis| (f64::from(self.lower[axis]) + f64::from(self.upper[axis])) / 2.0)
     }
 
+    /// Squared distance between two boxes [m^2].
+    pub(super) fn distance_squared(&self, other: &Self) -> f64 {
+        let apart =
+            |axis: usize| f64::from((self.lower[axis] - other.upper[axis]).max(other.lower[axis] - self.upper[axis]));
+        (0..3).map(|axis| apart(axis).max(0.0)).map(|apart| apart * apart).sum()
+    }
+
     /// No point is in both closed boxes.
     pub(super) fn is_apart_from(&self, other: &Self) -> bool {
         (0..3).any(|axis| self.lower[axis] > other.upper[axis] || other.lower[axis] > self.upper[axis])

@@ -4,6 +4,7 @@
 //! remedy. [`read_triangles`] reads a part of a robot as its file has it. [`list_folder`] finds files, [`built_in_names`] names
 //! shapes that need none.
 
+mod bodies;
 mod bounds;
 mod built_in;
 mod check;
@@ -23,6 +24,7 @@ mod thin;
 mod undecided;
 mod weld;
 
+pub use bodies::LooseParts;
 pub use built_in::{DEFAULT_BUILT_INS, HalfShape, NoHalfShape, built_in_names, built_in_source};
 pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, UnionVolume, check_report};
 pub use description::{Description, DescriptionError, missing_remedy};

@@ -7,8 +7,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    AssetRecord, InsideMethod, MeshOrigin, MeshRefusal, MeshSource, PreparedMesh, Refuse, Repair, ScaleRule, SizeRule,
-    Winding, built_in, digest,
+    AssetRecord, InsideMethod, LooseParts, MeshOrigin, MeshRefusal, MeshSource, PreparedMesh, Refuse, Repair,
+    ScaleRule, SizeRule, Winding,
+    bodies::Bodies,
+    built_in, digest,
     edges::Edges,
     holes, mend,
     read::{self, RawMesh},
@@ -355,8 +357,10 @@ fn describe(
     (file, scale, repairs, mut warnings): Found,
 ) -> AssetRecord {
     let watertight = edges.boundary == 0 && edges.crowded.is_empty() && edges.same_direction == 0;
-    let bodies = count_bodies(mesh, shells);
-    warn_of_topology(mesh, edges, shells, watertight, bodies, &mut warnings);
+    let found = Bodies::of(mesh, shells);
+    let bodies = found.count;
+    let loose = found.loose(mesh, shells);
+    warn_of_topology(mesh, edges, shells, watertight, (bodies, loose), &mut warnings);
     let aabb = mesh.aabb().expect("a checked mesh has vertices");
     let longest = aabb.longest_side();
     let away = aabb.centre().coords.norm();
@@ -372,6 +376,7 @@ fn describe(
         triangles: mesh.triangles.len() as u32,
         vertices: mesh.vertices.len() as u32,
         bodies,
+        loose,
         euler: mesh.vertices.len() as i64 - edges.count as i64 + mesh.triangles.len() as i64,
         watertight,
         winding: if shells.mixed { Winding::Mixed } else { Winding::Outward },
@@ -388,32 +393,12 @@ fn describe(
     }
 }
 
-/// Pieces connected by shared vertices.
-fn count_bodies(mesh: &TriMesh, shells: &Shells) -> u32 {
-    if shells.shells.len() == 1 {
-        return 1;
-    }
-    let mut sets = mend::Sets::new(shells.shells.len());
-    let mut shell_of_vertex = vec![u32::MAX; mesh.vertices.len()];
-    for (face, &shell) in mesh.triangles.iter().zip(&shells.of_face) {
-        for &vertex in face {
-            let known = &mut shell_of_vertex[vertex as usize];
-            if *known == u32::MAX {
-                *known = shell;
-            } else if *known != shell {
-                sets.unite(*known, shell);
-            }
-        }
-    }
-    (0..shells.shells.len() as u32).filter(|&shell| sets.root(shell) == shell).count() as u32
-}
-
 fn warn_of_topology(
     mesh: &TriMesh,
     edges: &Edges,
     shells: &Shells,
     watertight: bool,
-    bodies: u32,
+    (bodies, loose): (u32, Option<LooseParts>),
     warnings: &mut Vec<String>,
 ) {
     let holes = holes::holes(mesh, edges);
@@ -440,6 +425,13 @@ fn warn_of_topology(
     }
     if bodies > 1 {
         warnings.push(format!("{bodies} separate bodies"));
+    }
+    if let Some(LooseParts { parts, gap, .. }) = loose {
+        warnings.push(format!(
+            "{parts} loose parts that nothing joins, the nearest two {} apart: jobs for grasps refuse it unless they say \
+             bodies = \"join\"",
+            length(gap)
+        ));
     }
     if shells.cavities > 0 {
         warnings.push(format!("{} inside, kept hollow", counted(u64::from(shells.cavities), "cavity")));

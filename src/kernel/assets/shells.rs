@@ -50,6 +50,8 @@ pub(super) struct Shells {
     pub(super) mixed: bool,
     /// Share of the area that belongs to such shells.
     pub(super) one_sided: f64,
+    /// The smallest closed shell around each closed shell.
+    pub(super) container: Vec<Option<u32>>,
     /// Shells wound against the shell that they lie in.
     pub(super) cavities: u32,
     /// Shells wound as the shell that they lie in.
@@ -102,6 +104,7 @@ pub(super) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
         solids_in_solids: nested(false),
         may_overlap: container.may_overlap,
         is_crowd: container.is_crowd,
+        container: container.of_shell,
         volume: volume_of(&shells, |_| true) / 6.0,
         area: area / 2.0,
         openness: of_area(drift.norm(), 1.0),

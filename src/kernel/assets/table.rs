@@ -7,6 +7,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 
+use super::LooseParts;
 use crate::{
     geom::TriMesh,
     ids::{Digest, ObjectId},
@@ -116,6 +117,9 @@ pub struct AssetRecord {
     pub vertices: u32,
     /// Connected bodies (by shared vertices).
     pub bodies: u32,
+    /// Parts that nothing joins; `None` where all bodies touch, nearly touch or lie in one another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loose: Option<LooseParts>,
     /// Vertices - edges + faces.
     pub euler: i64,
     /// Every edge has exactly two faces, in opposite directions.

@@ -50,6 +50,7 @@ fn asset(name: &str) -> AssetRecord {
         triangles: 12,
         vertices: 8,
         bodies: 1,
+        loose: None,
         euler: 2,
         watertight: true,
         winding: Winding::Outward,
