@@ -8,9 +8,9 @@ use std::{
 use serde::Serialize;
 
 use super::{
-    Job, JobObject, JobObjects, KnownMass,
+    Job, JobObject, JobObjects, KnownMass, KnownObject,
     paths::{relative_to, with_slashes},
-    spec::{BuiltInSpec, HeadSpec, LimitsSpec, MeshRow, ObjectsSpec, SplitSpec},
+    spec::{BodiesSpec, BuiltInSpec, HeadSpec, LimitsSpec, MaterialSpec, MeshRow, ObjectsSpec, SplitSpec},
 };
 use form::literal_pattern;
 use kernel::{
@@ -118,8 +118,14 @@ impl JobObjects {
         let object = |object: &JobObject| {
             let group = object.source.group.as_deref().unwrap_or_default();
             let mut parts = vec![object.source.name.clone(), object.id().0.hex(), group.to_owned()];
-            if let Some(KnownMass { kilograms, source }) = &object.mass {
-                parts.extend([kilograms.to_string(), source.clone()]);
+            // What an object weighs is a part of the job where samples depend on it.
+            match &object.known {
+                _ if !self.with_masses => {}
+                KnownObject { mass: Some(KnownMass { kilograms, source }), .. } => {
+                    parts.extend([kilograms.to_string(), source.clone()]);
+                }
+                KnownObject { made_of: Some(made_of), .. } => parts.push(made_of.in_words()),
+                _ => {}
             }
             parts
         };
@@ -180,7 +186,7 @@ fn row(object: &JobObject) -> MeshRow {
         (_, ScaleRule::MetresPerUnit(scale)) => (Some(scale), None),
         (_, ScaleRule::LongestSide(size)) => (None, Some(size)),
     };
-    let mass = object.mass.as_ref();
+    let KnownObject { mass, made_of, category, joins_parts } = &object.known;
     MeshRow {
         name: Some(source.name.clone()),
         unit: None,
@@ -189,8 +195,12 @@ fn row(object: &JobObject) -> MeshRow {
         group: source.group.clone(),
         licence: source.licence.clone(),
         citation: source.citation.clone(),
-        mass: mass.map(|mass| mass.kilograms),
-        mass_source: mass.map(|mass| mass.source.clone()).filter(|source| !source.is_empty()),
+        category: category.clone(),
+        mass: mass.as_ref().map(|mass| mass.kilograms),
+        mass_source: mass.as_ref().map(|mass| mass.source.clone()).filter(|source| !source.is_empty()),
+        material: made_of.map(|made_of| MaterialSpec(made_of.material)),
+        wall: made_of.and_then(|made_of| made_of.wall),
+        bodies: joins_parts.then_some(BodiesSpec::Join),
         object: Some(object.id().0.hex()),
     }
 }

@@ -6,15 +6,16 @@ use std::{
 };
 
 use super::{
-    FoundMesh, JobContext, KnownMass, PackageFile, built_in, mesh_table,
+    FoundMesh, JobContext, KnownMass, KnownObject, PackageFile, built_in, mesh_table,
     packages::{self, MeshPackage, PACKAGES},
     paths::{tidy, with_slashes},
-    spec::{MeshRow, ObjectsSpec},
+    spec::{BodiesSpec, MeshRow, ObjectsSpec},
 };
 use form::{Checker, FormError, Path, Problem, did_you_mean, fits_path};
 use kernel::{
     assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule},
     ids::{Digest, ObjectId},
+    object::MadeOf,
 };
 
 /// Meshes that the entries name.
@@ -98,7 +99,12 @@ pub(super) fn discover(
         for candidate in kept {
             let row = row_of(&rows, &candidate);
             long_names.push(row.name.clone().unwrap_or_else(|| candidate.relative.clone()));
-            found.meshes.push(mesh(entry, package, candidate, row));
+            let (found_mesh, has_stray_wall) = mesh(entry, package, candidate, row);
+            if has_stray_wall {
+                let because = "a mesh of it has a `wall` and no `material`";
+                checker.missing(path.key("material"), because);
+            }
+            found.meshes.push(found_mesh);
         }
     }
     name_apart(&mut found.meshes, &long_names);
@@ -282,6 +288,11 @@ fn joined(above: MeshRow, below: MeshRow) -> MeshRow {
         citation: above.citation.or(below.citation),
         mass_source: if above.mass.is_some() { above.mass_source } else { above.mass_source.or(below.mass_source) },
         mass: above.mass.or(below.mass),
+        category: above.category.or(below.category),
+        // The walls are those of the material that is named with them.
+        wall: if above.material.is_some() { above.wall } else { above.wall.or(below.wall) },
+        material: above.material.or(below.material),
+        bodies: above.bodies.or(below.bodies),
         object: above.object.or(below.object),
     }
 }
@@ -291,7 +302,8 @@ fn row_of(rows: &BTreeMap<String, MeshRow>, candidate: &Candidate) -> MeshRow {
     names.into_iter().find_map(|name| rows.get(name)).cloned().unwrap_or_default()
 }
 
-fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate, row: MeshRow) -> FoundMesh {
+/// A mesh of an entry, with its row; also whether it has a wall of nothing.
+fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate, row: MeshRow) -> (FoundMesh, bool) {
     let made = match &candidate.origin {
         MeshOrigin::BuiltIn(name) => Some(assets::built_in_source(name)),
         MeshOrigin::File(_) => None,
@@ -309,6 +321,10 @@ fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate
         group: entry.group.clone(),
         licence: entry.licence.clone(),
         citation: entry.citation.clone(),
+        category: entry.category.clone(),
+        material: entry.material,
+        wall: entry.wall,
+        bodies: entry.bodies,
         ..MeshRow::default()
     };
     let row = joined(row, joined(of_entry, known));
@@ -318,7 +334,14 @@ fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate
         (.., Some(unit)) => ScaleRule::MetresPerUnit(unit.0.metres),
         _ => ScaleRule::MetresPerUnit(package.map_or(1.0, |package| package.metres_per_unit)),
     };
-    FoundMesh {
+    let known = KnownObject {
+        mass: row.mass.map(|kilograms| KnownMass { kilograms, source: row.mass_source.unwrap_or_default() }),
+        made_of: row.material.map(|material| MadeOf { material: material.0, wall: row.wall }),
+        category: row.category,
+        joins_parts: row.bodies == Some(BodiesSpec::Join),
+    };
+    let has_stray_wall = row.wall.is_some() && known.made_of.is_none();
+    let found = FoundMesh {
         source: MeshSource {
             name: row.name.unwrap_or_else(|| candidate.name().to_owned()),
             origin: candidate.origin.clone(),
@@ -328,10 +351,11 @@ fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate
             citation: row.citation,
             group: row.group,
         },
-        mass: row.mass.map(|kilograms| KnownMass { kilograms, source: row.mass_source.unwrap_or_default() }),
+        known,
         package: package.map(|package| PackageFile { package: package.name.to_owned(), file: candidate.relative }),
         pinned: row.object.as_deref().and_then(Digest::from_hex).map(ObjectId),
-    }
+    };
+    (found, has_stray_wall)
 }
 
 /// Gives meshes of the same name different ones: their paths below the folder, then a number.

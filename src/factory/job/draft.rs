@@ -85,8 +85,8 @@ impl JobDraft {
     /// # Panics
     /// If `assets` is not as long as the draft's meshes.
     pub fn resolve(self, assets: Vec<Result<AssetRecord, MeshRefusal>>) -> Result<Job, FormErrors> {
-        let DraftWork { shard_samples, mut notes, objects, with_masses, make, .. } = self.work;
-        let objects = objects.map(|objects| objects.resolve(assets, with_masses)).transpose()?;
+        let DraftWork { shard_samples, mut notes, objects, with_masses, of_one_body, make, .. } = self.work;
+        let objects = objects.map(|objects| objects.resolve(assets, with_masses, of_one_body)).transpose()?;
         let work = make(objects, &mut notes);
         let Self { name, profile, overrides, seed, .. } = self;
         Ok(Job { name, profile, overrides, seed, notes, shard_samples, work })

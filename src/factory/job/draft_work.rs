@@ -21,6 +21,8 @@ pub struct DraftWork {
     pub with_masses: bool,
     /// Whether each object must have a solid: a mesh of which no cell is inside is refused.
     pub with_solids: bool,
+    /// Whether each object must hang together: a mesh in loose parts is refused unless the job joins them.
+    pub of_one_body: bool,
     /// Makes the work of the prepared objects.
     pub make: MakeWork,
 }
@@ -40,6 +42,7 @@ impl DraftWork {
             objects: None,
             with_masses: false,
             with_solids: false,
+            of_one_body: false,
             make: Box::new(move |_, _| Arc::new(work)),
         }
     }
@@ -62,6 +65,7 @@ impl DraftWork {
             objects,
             with_masses: false,
             with_solids: false,
+            of_one_body: false,
             make: Box::new(make),
         }
     }
@@ -69,7 +73,17 @@ impl DraftWork {
 
 impl fmt::Debug for DraftWork {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { shard_samples, draws_colours, rules, notes, objects, with_masses, with_solids, make: _ } = self;
+        let Self {
+            shard_samples,
+            draws_colours,
+            rules,
+            notes,
+            objects,
+            with_masses,
+            with_solids,
+            of_one_body,
+            make: _,
+        } = self;
         f.debug_struct("DraftWork")
             .field("shard_samples", shard_samples)
             .field("draws_colours", draws_colours)
@@ -78,6 +92,7 @@ impl fmt::Debug for DraftWork {
             .field("objects", objects)
             .field("with_masses", with_masses)
             .field("with_solids", with_solids)
+            .field("of_one_body", of_one_body)
             .finish_non_exhaustive()
     }
 }

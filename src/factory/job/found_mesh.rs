@@ -1,6 +1,6 @@
 //! Meshes that a job names, before they are read.
 
-use kernel::{assets::MeshSource, ids::ObjectId};
+use kernel::{assets::MeshSource, ids::ObjectId, object::MadeOf};
 
 /// One mesh that a job names.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,10 +9,23 @@ pub struct FoundMesh {
     pub source: MeshSource,
     /// The package that holds it, if one does.
     pub package: Option<PackageFile>,
-    /// Mass, when the job knows it.
-    pub mass: Option<KnownMass>,
+    /// Knowledge of the object beside its mesh.
+    pub known: KnownObject,
     /// The content that it must have, when the job pins it.
     pub pinned: Option<ObjectId>,
+}
+
+/// Knowledge that a job has of an object beside its mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KnownObject {
+    /// Mass.
+    pub mass: Option<KnownMass>,
+    /// Material and walls.
+    pub made_of: Option<MadeOf>,
+    /// Kind of thing that it is.
+    pub category: Option<String>,
+    /// Whether parts of it that nothing joins count as one body.
+    pub joins_parts: bool,
 }
 
 /// Mass of an object.

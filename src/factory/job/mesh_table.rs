@@ -2,12 +2,26 @@
 
 use std::{collections::BTreeMap, ops::Range};
 
-use super::spec::{MeshRow, UnitSpec};
+use super::spec::{BodiesSpec, MAX_WALL, MaterialSpec, MeshRow, UnitSpec};
 use form::{Bounds, Finding, FormError, Location, Problem, Source, did_you_mean};
-use kernel::words::LengthUnit;
+use kernel::words::{LengthUnit, Material};
 
-const COLUMNS: [&str; 10] =
-    ["name", "unit", "scale", "size", "group", "licence", "citation", "mass", "mass_source", "object"];
+const COLUMNS: [&str; 14] = [
+    "name",
+    "unit",
+    "scale",
+    "size",
+    "group",
+    "category",
+    "licence",
+    "citation",
+    "mass",
+    "mass_source",
+    "material",
+    "wall",
+    "bodies",
+    "object",
+];
 
 /// Heaviest object [kg].
 pub(super) const MAX_MASS: f64 = 100.0;
@@ -83,6 +97,7 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
         "scale" => row.scale = number()?,
         "size" => row.size = number()?,
         "group" => row.group = Some(text.to_owned()),
+        "category" => row.category = Some(text.to_owned()),
         "licence" => row.licence = Some(text.to_owned()),
         "citation" => row.citation = Some(text.to_owned()),
         "mass" => match text.parse::<f64>() {
@@ -93,6 +108,28 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
                 return Err(out_of_range(bounds, text));
             }
         },
+        "material" => {
+            let unknown = || {
+                let choices = Material::all().iter().map(|material| material.name.to_owned()).collect();
+                Problem::NotAChoice { found: text.to_owned(), choices }
+            };
+            row.material = Some(MaterialSpec(Material::named(text).ok_or_else(unknown)?));
+        }
+        "wall" => match number() {
+            Ok(Some(wall)) if wall <= MAX_WALL => row.wall = Some(wall),
+            _ => {
+                let unit = Some("m".to_owned());
+                let bounds = Bounds { above: Some(0.0), max: Some(MAX_WALL), unit, ..Bounds::default() };
+                return Err(out_of_range(bounds, text));
+            }
+        },
+        "bodies" => {
+            let unknown = || {
+                let choices = BodiesSpec::ALL.map(|bodies| bodies.name().to_owned()).into();
+                Problem::NotAChoice { found: text.to_owned(), choices }
+            };
+            row.bodies = Some(BodiesSpec::named(text).ok_or_else(unknown)?);
+        }
         "mass_source" => row.mass_source = Some(text.to_owned()),
         "object" if kernel::ids::Digest::from_hex(text).is_some() => row.object = Some(text.to_owned()),
         "object" => {
@@ -184,6 +221,20 @@ mod tests {
                 errors.iter().map(|error| (error.location.line, error.location.column, error.problem.code())).collect();
             assert_eq!(found, [(2, 5, "out_of_range")], "{wrong}");
         }
+    }
+
+    #[test]
+    fn materials_walls_and_bodies_are_read() {
+        let text = "name,category,material,wall,bodies\nlid,lid,glass,0.005,join\ncup,,plastic,,one\n";
+        let (rows, errors) = read("t.csv", text);
+        assert_eq!(errors, []);
+        let lid = &rows["lid"].0;
+        assert_eq!((lid.category.as_deref(), lid.wall, lid.bodies), (Some("lid"), Some(0.005), Some(BodiesSpec::Join)));
+        assert_eq!(lid.material.map(|material| material.0.density), Some(2500.0));
+        assert_eq!((rows["cup"].0.wall, rows["cup"].0.bodies), (None, Some(BodiesSpec::One)));
+        let (_, errors) = read("t.csv", "name,material,wall,bodies\nlid,gold,0,two\n");
+        let found: Vec<&str> = errors.iter().map(|error| error.problem.code()).collect();
+        assert_eq!(found, ["not_a_choice", "out_of_range", "not_a_choice"]);
     }
 
     #[test]

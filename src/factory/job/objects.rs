@@ -3,13 +3,15 @@
 use std::{collections::BTreeMap, path::Path as FilePath};
 
 use super::{
-    FoundMesh, JobContext, KnownMass, ObjectChoice, PackageFile, SplitSettings, discover,
+    FoundMesh, JobContext, KnownMass, KnownObject, ObjectChoice, PackageFile, SplitSettings, discover,
     spec::{ObjectsSpec, SplitSpec},
 };
 use form::{Checker, Document, FormErrors, Path, did_you_mean, fits_name};
 use kernel::{
-    assets::{AssetRecord, MeshRefusal, MeshSource},
+    assets::{AssetRecord, LooseParts, MeshRefusal, MeshSource},
     ids::ObjectId,
+    object::PreparedObject,
+    words::MassSource,
 };
 
 /// One object of a job.
@@ -21,14 +23,41 @@ pub struct JobObject {
     pub package: Option<PackageFile>,
     /// Row of the object in the asset table.
     pub asset: AssetRecord,
-    /// Mass of the object, when the job knows it and something depends on it.
-    pub mass: Option<KnownMass>,
+    /// Knowledge that the job has of the object beside its mesh.
+    pub known: KnownObject,
+}
+
+/// Mass of an object, and how it is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weight {
+    /// Mass [kg].
+    pub kilograms: f64,
+    /// Way in which it is known.
+    pub from: MassSource,
+    /// Source of the figure in words; may be empty.
+    pub source: String,
 }
 
 impl JobObject {
     /// The object by content.
     pub fn id(&self) -> ObjectId {
         self.asset.object
+    }
+
+    /// Mass of the object: as the job says, otherwise by the material that the job names, otherwise by its convex hull.
+    pub fn weight(&self, prepared: &PreparedObject) -> Weight {
+        if let Some(KnownMass { kilograms, source }) = &self.known.mass {
+            return Weight { kilograms: *kilograms, from: MassSource::Table, source: source.clone() };
+        }
+        let by_material = self.known.made_of.and_then(|made_of| {
+            let kilograms = prepared.mass_of_material(&made_of)?;
+            Some(Weight { kilograms, from: MassSource::Material, source: made_of.in_words() })
+        });
+        by_material.unwrap_or_else(|| Weight {
+            kilograms: prepared.mass_of_hull(),
+            from: MassSource::Hull,
+            source: String::new(),
+        })
     }
 }
 
@@ -41,6 +70,8 @@ pub struct JobObjects {
     pub refused: Vec<MeshRefusal>,
     /// Rules of the split.
     pub split: SplitSettings,
+    /// Whether samples depend on what the objects weigh.
+    pub with_masses: bool,
 }
 
 impl JobObjects {
@@ -60,7 +91,11 @@ impl JobObjects {
         let refused = self.refused.iter().map(|refusal| format!("refused: {refusal}"));
         refused.chain(self.list.iter().flat_map(|object| {
             let name = &object.source.name;
-            object.asset.warnings.iter().map(move |warning| format!("{name}: {warning}"))
+            let joined = object.asset.loose.filter(|_| object.known.joins_parts);
+            let joined = joined.map(|LooseParts { parts, .. }| {
+                format!("{name}: its {parts} loose parts count as one body, as the job says (bodies = \"join\")")
+            });
+            object.asset.warnings.iter().map(move |warning| format!("{name}: {warning}")).chain(joined)
         }))
     }
 
@@ -124,11 +159,12 @@ impl ObjectsDraft {
         self.meshes.iter().map(|mesh| &mesh.source)
     }
 
-    /// The objects, out of the results of preparing [`Self::sources`], in the same order. `with_masses`: whether something
-    /// depends on the mass of each object.
+    /// The objects, out of the results of preparing [`Self::sources`], in the same order. `with_masses`: whether samples
+    /// depend on what each object weighs; `of_one_body`: whether each object must hang together.
     ///
-    /// Meshes that could not be prepared, whose content is not the pinned one, or whose content or geometry another
-    /// mesh (earlier by name) has already, are refused with a reason; the others make the job.
+    /// Meshes that could not be prepared, whose content is not the pinned one, whose parts are loose where they must not be,
+    /// or whose content or geometry another mesh (earlier by name) has already, are refused with a reason; the others make
+    /// the job.
     ///
     /// # Errors
     /// When no usable object is left, or the split names objects that the job does not have.
@@ -139,6 +175,7 @@ impl ObjectsDraft {
         self,
         assets: Vec<Result<AssetRecord, MeshRefusal>>,
         with_masses: bool,
+        of_one_body: bool,
     ) -> Result<JobObjects, FormErrors> {
         assert_eq!(assets.len(), self.meshes.len(), "one result per mesh");
         let mut refused = self.refused;
@@ -152,7 +189,8 @@ impl ObjectsDraft {
                     continue;
                 }
             };
-            if let Some(refusal) = changed(&mesh, &asset) {
+            let in_parts = asset.loose.filter(|_| of_one_body && !mesh.known.joins_parts);
+            if let Some(refusal) = changed(&mesh, &asset).or_else(|| in_parts.map(|parts| loose(&mesh, &parts))) {
                 refused.push(refusal);
                 continue;
             }
@@ -162,9 +200,7 @@ impl ObjectsDraft {
                 continue;
             }
             contents.into_iter().for_each(|content| drop(seen.insert(content, asset.name.clone())));
-            // A mass on which nothing depends is no part of the job.
-            let mass = mesh.mass.filter(|_| with_masses);
-            list.push(JobObject { source: mesh.source, package: mesh.package, asset, mass });
+            list.push(JobObject { source: mesh.source, package: mesh.package, asset, known: mesh.known });
         }
         let mut checker = Checker::new(self.document, Vec::new());
         if list.is_empty() {
@@ -176,7 +212,7 @@ impl ObjectsDraft {
         name_objects(&mut checker, "validation_objects", &mut split.validation_objects, &names);
         name_objects(&mut checker, "test_objects", &mut split.test_objects, &names);
         checker.finish()?;
-        Ok(JobObjects { list, refused, split })
+        Ok(JobObjects { list, refused, split, with_masses })
     }
 }
 
@@ -190,6 +226,23 @@ fn changed(mesh: &FoundMesh, asset: &AssetRecord) -> Option<MeshRefusal> {
         location: None,
         remedy: "restore the mesh, or take the pin out of the job for a new dataset".to_owned(),
     })
+}
+
+/// Refusal of a mesh in parts that nothing joins.
+fn loose(mesh: &FoundMesh, LooseParts { parts, gap, joined_below }: &LooseParts) -> MeshRefusal {
+    let [gap, joined_below] = [gap, joined_below].map(|metres| 1e3 * metres);
+    MeshRefusal {
+        file: mesh.source.origin.to_string(),
+        reason: "loose_parts".to_owned(),
+        problem: format!(
+            "has {parts} parts that nothing joins: the nearest two are {gap:.1} mm apart, and parts count as one below \
+             {joined_below:.1} mm"
+        ),
+        location: None,
+        remedy: "if the object is one body whose scan lacks what joins it, set bodies = \"join\" in its entry, in its row of \
+                 `meshes` or in the table; otherwise exclude it"
+            .to_owned(),
+    }
 }
 
 /// Refusal of a mesh that has the geometry of another one, by the other's name.

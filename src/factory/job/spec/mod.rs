@@ -12,7 +12,7 @@ mod split;
 
 pub use built_in::{BuiltInSpec, HalfShapesSpec, OnlyHalfShapes};
 pub use hand::HandSpec;
-pub use objects::{LimitsSpec, MeshRow, ObjectsSpec, UnitSpec};
+pub use objects::{BodiesSpec, LimitsSpec, MAX_WALL, MaterialSpec, MeshRow, ObjectsSpec, UnitSpec};
 use schemars::{JsonSchema, json_schema};
 use serde::{Deserialize, Serialize};
 use serde_json::json;

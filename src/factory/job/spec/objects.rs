@@ -7,7 +7,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::json;
 
 use super::built_in::BuiltInSpec;
-use kernel::{assets::SizeRule, words::LengthUnit};
+use kernel::{
+    assets::SizeRule,
+    words::{LengthUnit, Material},
+};
 
 /// One source of objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -56,6 +59,18 @@ pub struct ObjectsSpec {
     /// Category or family of all objects of this entry, for `split.by_group`.
     #[schemars(extend("examples" = ["mugs"]))]
     pub group: Option<String>,
+    /// Kind of thing that all objects of this entry are, for whoever trains with them; nothing depends on it.
+    #[schemars(extend("examples" = ["mug"]))]
+    pub category: Option<String>,
+    /// Material of all objects of this entry, for those without a `mass` of their own.
+    pub material: Option<MaterialSpec>,
+    /// Thickness of the walls of hollow objects, below every face of the mesh; without it the mesh shows what is solid. A mesh
+    /// with both faces of a wall needs none, or half of the thickness.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.002]), range(max = 0.1))]
+    pub wall: Option<f64>,
+    /// Parts of a mesh that nothing joins: `one` refuses such an object in jobs for grasps, `join` takes its parts for one rigid
+    /// body. Without it, one.
+    pub bodies: Option<BodiesSpec>,
     /// Licence of the meshes (an SPDX expression where there is one).
     #[schemars(extend("examples" = ["CC-BY-4.0"]))]
     pub licence: Option<String>,
@@ -90,20 +105,96 @@ pub struct MeshRow {
     /// Category or family, for `split.by_group`.
     #[schemars(extend("examples" = ["fruit"]))]
     pub group: Option<String>,
+    /// Kind of thing that the object is, for whoever trains with it; nothing depends on it.
+    #[schemars(extend("examples" = ["mug"]))]
+    pub category: Option<String>,
     /// Licence of the mesh.
     #[schemars(extend("examples" = ["CC0-1.0"]))]
     pub licence: Option<String>,
     /// Citation of the mesh.
     pub citation: Option<String>,
-    /// Mass of the object: for physical trials of grasps (`physics.mass = "auto"`), nothing else depends on it.
+    /// Mass of the object, for physical trials of grasps (`physics.mass = "auto"`) and for its row in `assets.json`.
     #[schemars(extend("x-unit" = "kg", "exclusiveMinimum" = 0, "examples" = [0.118]), range(max = 100))]
     pub mass: Option<f64>,
     /// Where that is known from.
     #[schemars(extend("examples" = ["Calli et al. 2015"]))]
     pub mass_source: Option<String>,
+    /// Material of the object, for one without a `mass`.
+    pub material: Option<MaterialSpec>,
+    /// Thickness of the walls of a hollow object, below every face of its mesh; without it the mesh shows what is solid. A mesh
+    /// with both faces of a wall needs none, or half of the thickness.
+    #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.002]), range(max = 0.1))]
+    pub wall: Option<f64>,
+    /// Parts of the mesh that nothing joins: `one` refuses the object in jobs for grasps, `join` takes its parts for one rigid
+    /// body. Without it, one.
+    pub bodies: Option<BodiesSpec>,
     /// Content that the prepared mesh must have (64 hexadecimal digits); a resolved job pins every mesh.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub object: Option<String>,
+}
+
+/// Thickest wall [m].
+pub const MAX_WALL: f64 = 0.1;
+
+/// Meaning of parts of a mesh that nothing joins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BodiesSpec {
+    /// A mesh in loose parts is no object to be grasped: jobs for grasps refuse it.
+    One,
+    /// The parts are one rigid body.
+    Join,
+}
+
+impl BodiesSpec {
+    /// Every choice.
+    pub const ALL: [Self; 2] = [Self::One, Self::Join];
+
+    /// Name in job files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::One => "one",
+            Self::Join => "join",
+        }
+    }
+
+    /// The choice of a name; `None` for any other text.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|bodies| bodies.name() == name)
+    }
+}
+
+/// A material, by name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialSpec(pub &'static Material);
+
+impl Serialize for MaterialSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0.name)
+    }
+}
+
+impl<'de> Deserialize<'de> for MaterialSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let unknown = || de::Error::custom(format!("no material is called `{name}`"));
+        Material::named(&name).map(Self).ok_or_else(unknown)
+    }
+}
+
+impl JsonSchema for MaterialSpec {
+    fn schema_name() -> Cow<'static, str> {
+        "MaterialSpec".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let choice = |material: &Material| {
+            let words = format!("{} kg/m^3. {}", material.density, material.meaning);
+            json!({ "const": material.name, "description": words, "type": "string" })
+        };
+        let choices: Vec<_> = Material::all().iter().map(choice).collect();
+        json_schema!({ "description": "A material.", "oneOf": choices })
+    }
 }
 
 /// A unit of length, by its symbol or synonym.

@@ -34,5 +34,5 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     let shard_samples = spec.shards.runs.unwrap_or(settings.seeds);
     let with_masses = settings.asks_for_masses();
     let work = DraftWork::of_objects(objects, shard_samples, |objects, _| GraspJob { objects, hand, settings });
-    Ok(DraftWork { with_masses, with_solids: true, ..work })
+    Ok(DraftWork { with_masses, with_solids: true, of_one_body: true, ..work })
 }
