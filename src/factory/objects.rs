@@ -1,10 +1,22 @@
-//! Meshes and hands of a job, read again and compared with it.
+//! Meshes and hands of a job, read again and compared with it; what a dataset says of its objects.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde_json::{Map, Value};
 
 use crate::{
-    ProduceError,
-    job::{JobHand, JobObject},
+    ProduceError, RunError,
+    job::{JobHand, JobObject, JobObjects, Weight},
+    work::Closing,
 };
-use kernel::{assets::Description, ids::ObjectId, object::PreparedObject};
+use format::dataset::{ObjectFacts, add_symmetries};
+use kernel::{
+    assets::Description,
+    ids::{Digest, ObjectId},
+    object::PreparedObject,
+    words::MassSource,
+};
 
 /// Prepares an object again and checks that it is still the one of the job.
 ///
@@ -17,6 +29,94 @@ pub fn prepared(object: &JobObject) -> Result<PreparedObject, ProduceError> {
         return Ok(prepared);
     }
     Err(ProduceError::Changed { name: object.source.name.clone(), found, expected })
+}
+
+/// Conditions of a job's trials that hold for every object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrialObject {
+    /// Mass of every object [kg]; `None`: each has its own.
+    pub mass: Option<f64>,
+    /// Coefficient of friction against the hand.
+    pub friction: f64,
+}
+
+/// Adds to the row of an object what it weighs and is, for a job with trials in these: its facts and its symmetries.
+pub fn describe(
+    object: &JobObject,
+    prepared: &PreparedObject,
+    trials: Option<TrialObject>,
+    row: &mut Map<String, Value>,
+) {
+    let given = trials.and_then(|trials| trials.mass);
+    let given = given.map(|kilograms| Weight { kilograms, from: MassSource::Job, source: String::new() });
+    let Weight { kilograms, from, source } = given.unwrap_or_else(|| object.weight(prepared));
+    let facts = ObjectFacts {
+        category: object.known.category.clone(),
+        material: object.known.made_of.map(|made_of| made_of.material.name.to_owned()),
+        mass: kilograms,
+        mass_from: from.name().to_owned(),
+        mass_source: source,
+        friction: trials.map(|trials| trials.friction),
+        solid: prepared.mass().copied(),
+    };
+    facts.add_to(row);
+    if let Some(symmetries) = prepared.symmetries() {
+        add_symmetries(row, &symmetries);
+    }
+}
+
+/// Adds to the rows of the asset table what every object weighs and is.
+///
+/// # Errors
+/// When an object is gone or another one than when the job was resolved, or the run is cancelled.
+pub fn describe_all(objects: &JobObjects, closing: &mut Closing<'_>) -> Result<(), RunError> {
+    let described = |object: &JobObject| {
+        if closing.cancel.is_cancelled() {
+            return Err(RunError::Interrupted);
+        }
+        let mut row = Map::new();
+        describe(object, &prepared(object)?, None, &mut row);
+        Ok((object.id(), row))
+    };
+    let pool = closing.parallelism.pool()?;
+    let rows: Result<BTreeMap<_, _>, RunError> =
+        pool.install(|| objects.list.par_iter().with_max_len(1).map(described).collect());
+    let mut rows = rows?;
+    add_to_assets(closing, |object| rows.remove(&object));
+    Ok(())
+}
+
+/// Bytes of what is added to a row of the asset table.
+pub fn bytes_of_row(row: Map<String, Value>) -> f64 {
+    serde_json::to_string_pretty(&serde_json::json!({ "objects": [row] })).map_or(0.0, |text| text.len() as f64)
+}
+
+/// Objects whose facts an estimate measures.
+pub const MEASURED_OBJECTS: usize = 8;
+
+/// Bytes of what [`describe_all`] adds, by a few of the objects, given by their indices.
+///
+/// # Errors
+/// When an object is gone or another one than when the job was resolved.
+pub fn bytes_of_descriptions(objects: &JobObjects, visited: &[usize]) -> Result<f64, ProduceError> {
+    let mut bytes = 0.0;
+    let measured = visited.len().min(MEASURED_OBJECTS);
+    for index in &visited[..measured] {
+        let (object, mut row) = (&objects.list[*index], Map::new());
+        describe(object, &prepared(object)?, None, &mut row);
+        bytes += bytes_of_row(row);
+    }
+    Ok(bytes * objects.list.len() as f64 / measured.max(1) as f64)
+}
+
+/// Adds more to the rows of the asset table, by object.
+pub fn add_to_assets(closing: &mut Closing<'_>, mut more: impl FnMut(ObjectId) -> Option<Map<String, Value>>) {
+    for row in &mut closing.header.assets {
+        let object = row["object"].as_str().and_then(Digest::from_hex).map(ObjectId);
+        if let (Some(row), Some(more)) = (row.as_object_mut(), object.and_then(&mut more)) {
+            row.extend(more);
+        }
+    }
 }
 
 /// Reads the hand's files again and checks that they are still those of the job.

@@ -8,11 +8,11 @@ use super::{
     worker::CompletionWorker,
 };
 use crate::{
-    ProduceError,
+    ProduceError, RunError,
     job::{JobObjects, SplitInput, shards_section},
-    objects::check_hand,
+    objects::{bytes_of_descriptions, check_hand, describe_all},
     plan::{JobSplits, SubjectItems},
-    work::{OpenWork, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Producer, Work, WorkTables},
 };
 use format::{Channel, Product};
 use kernel::{
@@ -117,6 +117,15 @@ impl OpenWork for OpenCompletion<'_> {
     fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
         let hand = self.job.settings.touch.by_hand.as_ref();
         Ok(Box::new(CompletionWorker::new(self.job, self.seed, self.level, hand)?))
+    }
+
+    fn side_bytes(&self, visited: &[usize], _: &Path) -> Result<f64, ProduceError> {
+        bytes_of_descriptions(&self.job.objects, visited)
+    }
+
+    /// Writes into the row of every object what it weighs and is.
+    fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
+        describe_all(&self.job.objects, closing)
     }
 }
 

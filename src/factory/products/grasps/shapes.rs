@@ -1,9 +1,18 @@
 //! Shapes of the hand and the objects for the dataset, so that grasps can be drawn and replayed.
 
-use super::{hand::GraspHand, settings::GraspJob};
-use crate::{ProduceError, job::JobObject, objects::prepared};
-use format::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
-use kernel::{geom::RestingPoses, ids::ObjectId};
+use serde_json::{Map, Value};
+
+use super::{
+    hand::GraspHand,
+    settings::{GraspJob, Physics},
+};
+use crate::{
+    ProduceError,
+    job::JobObject,
+    objects::{TrialObject, describe, prepared},
+};
+use format::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand, products::grasps::add_resting};
+use kernel::ids::ObjectId;
 use robot::kinematics::JointKind;
 use sim::{HandModel, PlainHand, TrialProtocol, plain_hand};
 
@@ -33,13 +42,21 @@ pub fn hand_shape(hand: &GraspHand, id: ObjectId) -> HandShape {
     }
 }
 
-/// An object's mesh, prepared again, and how it rests on a table.
+/// An object's mesh, prepared again, and what its row of the asset table says beside it: what it weighs and is, and how it rests
+/// on a table.
 ///
 /// # Errors
 /// When it can't be prepared any more, or is another one than when the job was resolved.
-pub fn object_shape(object: &JobObject) -> Result<(ObjectShape, RestingPoses), ProduceError> {
+pub fn object_shape(
+    object: &JobObject,
+    physics: Option<&Physics>,
+) -> Result<(ObjectShape, Map<String, Value>), ProduceError> {
     let prepared = prepared(object)?;
-    Ok((ObjectShape { object: object.id(), mesh: prepared.mesh().clone() }, prepared.resting().clone()))
+    let mut row = Map::new();
+    let trials = physics.map(|Physics { mass, friction, .. }| TrialObject { mass: *mass, friction: *friction });
+    describe(object, &prepared, trials, &mut row);
+    add_resting(&mut row, prepared.resting());
+    Ok((ObjectShape { object: object.id(), mesh: prepared.mesh().clone() }, row))
 }
 
 /// The hand as trials have it, for plain MuJoCo; `None` where the job asks for none, or the hand cannot be described without

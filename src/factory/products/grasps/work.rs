@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, path::Path};
 
 use rayon::prelude::*;
+use serde_json::{Map, Value};
 
 use super::{
     hand::GraspHand,
@@ -13,15 +14,13 @@ use super::{
 use crate::{
     ProduceError, RunError,
     job::{JobObject, JobObjects, SplitInput, shards_section},
+    objects::{MEASURED_OBJECTS, add_to_assets, bytes_of_row},
     plan::{JobSplits, SubjectItems},
     work::{Closing, OpenWork, Producer, Work, WorkTables},
 };
-use format::{
-    Channel, ObjectShape, Product,
-    products::grasps::{ShapesWriter, add_resting},
-};
+use format::{Channel, ObjectShape, Product, products::grasps::ShapesWriter};
 use kernel::{
-    geom::{RestingPoses, SimdLevel},
+    geom::SimdLevel,
     ids::{Digest, JobDigest, ObjectId},
     words::NumberClass,
 };
@@ -95,46 +94,31 @@ impl OpenWork for OpenGrasps<'_> {
         Ok(Box::new(GraspWorker::new(self.job, self.seed, &self.hand, self.level)?))
     }
 
-    /// Bytes of `shapes.mcap` and of the resting poses, by those of a few objects: meshes grow with their triangles.
+    /// Bytes of `shapes.mcap` and of the facts of the objects, by those of a few: meshes grow with their triangles.
     fn side_bytes(&self, visited: &[usize], folder: &Path) -> Result<f64, ProduceError> {
         let all = &self.job.objects.list;
         let measured: Vec<&JobObject> = visited.iter().take(MEASURED_OBJECTS).map(|index| &all[*index]).collect();
         let triangles =
             |objects: &[&JobObject]| objects.iter().map(|object| object.asset.triangles as f64).sum::<f64>();
         let share = triangles(&all.iter().collect::<Vec<_>>()) / triangles(&measured).max(1.0);
-        let (mut shapes, mut resting) = (Vec::new(), 0.0);
+        let (mut shapes, mut rows) = (Vec::new(), 0.0);
         for object in &measured {
-            let (shape, poses) = object_shape(object)?;
-            resting += bytes_of_resting(&poses);
+            let (shape, row) = object_shape(object, self.job.settings.physics.as_ref())?;
+            rows += bytes_of_row(row);
             shapes.push(shape);
         }
         shapes.sort_by_key(|shape| shape.object);
         let hand = self.bytes_of_shapes(&[], folder)?;
         let meshes = self.bytes_of_shapes(&shapes, folder)? - hand;
-        Ok(hand + meshes * share + resting * all.len() as f64 / measured.len().max(1) as f64)
+        Ok(hand + meshes * share + rows * all.len() as f64 / measured.len().max(1) as f64)
     }
 
-    /// Writes `shapes.mcap`, and the resting poses of every object into its row of the asset table.
+    /// Writes `shapes.mcap`, and into the row of every object what it weighs and is and how it rests on a table.
     fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
-        let resting = self.write_shapes(closing)?;
-        for row in &mut closing.header.assets {
-            let object = row["object"].as_str().and_then(Digest::from_hex).map(ObjectId);
-            if let (Some(row), Some(poses)) = (row.as_object_mut(), object.and_then(|object| resting.get(&object))) {
-                add_resting(row, poses);
-            }
-        }
+        let mut rows = self.write_shapes(closing)?;
+        add_to_assets(closing, |object| rows.remove(&object));
         Ok(())
     }
-}
-
-/// Objects whose shapes and resting poses an estimate measures.
-const MEASURED_OBJECTS: usize = 8;
-
-/// Bytes of resting poses in the asset table.
-fn bytes_of_resting(poses: &RestingPoses) -> f64 {
-    let mut row = serde_json::Map::new();
-    add_resting(&mut row, poses);
-    serde_json::to_string_pretty(&serde_json::json!({ "objects": [row] })).map_or(0.0, |text| text.len() as f64)
 }
 
 impl OpenGrasps<'_> {
@@ -146,10 +130,10 @@ impl OpenGrasps<'_> {
         Ok(writer.finish(trial_hand(self.job)?.as_ref())? as f64)
     }
 
-    /// Writes the shapes of the hand and of every object, a few meshes in memory at a time. Returns the resting poses of each
-    /// object.
-    fn write_shapes(&self, closing: &Closing<'_>) -> Result<BTreeMap<ObjectId, RestingPoses>, RunError> {
-        let mut resting = BTreeMap::new();
+    /// Writes the shapes of the hand and of every object, a few meshes in memory at a time. Returns the facts of each object.
+    fn write_shapes(&self, closing: &Closing<'_>) -> Result<BTreeMap<ObjectId, Map<String, Value>>, RunError> {
+        let mut facts = BTreeMap::new();
+        let physics = self.job.settings.physics.as_ref();
         let mut objects: Vec<&JobObject> = self.job.objects.list.iter().collect();
         objects.sort_by_key(|object| object.id());
         let hand = hand_shape(&self.hand, self.job.hand.id);
@@ -160,13 +144,13 @@ impl OpenGrasps<'_> {
                 return Err(RunError::Interrupted);
             }
             let shapes: Vec<_> =
-                pool.install(|| few.par_iter().map(|object| object_shape(object)).collect::<Result<_, _>>())?;
-            for (shape, poses) in shapes {
+                pool.install(|| few.par_iter().map(|object| object_shape(object, physics)).collect::<Result<_, _>>())?;
+            for (shape, row) in shapes {
                 writer.object(&shape)?;
-                resting.insert(shape.object, poses);
+                facts.insert(shape.object, row);
             }
         }
         writer.finish(trial_hand(self.job)?.as_ref())?;
-        Ok(resting)
+        Ok(facts)
     }
 }
