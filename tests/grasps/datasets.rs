@@ -326,13 +326,13 @@ fn objects_rest_and_hands_stay_above_the_table() {
     assert!(page.contains("id=\"table\"") && page.contains("below table") && page.contains("resting poses"));
 }
 
-/// The table of objects says what one weighs; another weighs by its volume.
+/// The table of objects says what one weighs, and what another is made of; the third weighs by its hull.
 #[test]
 fn masses_of_the_table_are_those_of_trials() {
     let workspace = write_job();
-    let table = "name,mass,mass_source\ncan-01,0.25,scales\n";
+    let table = "name,category,mass,mass_source,material,wall\ncan-01,can,0.25,scales,,\nmug-01,mug,,,ceramic,0.004\n";
     workspace.write("masses.csv", table);
-    let objects = "objects=[{built_in=[\"can-01\",\"box-01\"],table=\"masses.csv\"}]";
+    let objects = "objects=[{built_in=[\"can-01\",\"box-01\",\"mug-01\"],table=\"masses.csv\"}]";
     let physics = "physics={perturbed=0}";
     let tried = run(&workspace, "tried", &["--set", objects, "--set", physics]);
     let reader = open(&workspace, "tried");
@@ -341,20 +341,45 @@ fn masses_of_the_table_are_those_of_trials() {
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
         let method = sample.grasp_trials().expect("readable").expect("trials").method;
-        let name = &assets.objects.iter().find(|row| row.object == sample.id.subject).expect("a row").name;
+        let row = assets.objects.iter().find(|row| row.object == sample.id.subject).expect("a row");
+        let name = &row.name;
+        let facts = row.object_facts().expect("sound facts").expect("what it weighs");
         match name.as_str() {
             "can-01" => assert_eq!((method.mass, method.mass_source.as_str()), (0.25, "scales")),
+            "mug-01" => assert_eq!(method.mass_source, "ceramic, 2400 kg/m^3, walls of 4 mm"),
             _ => assert!(method.mass != 0.25 && method.mass_source.is_empty()),
         }
+        // The row of the object says what its trials took.
+        assert_eq!(
+            (facts.mass, facts.mass_from, facts.mass_source),
+            (method.mass, method.mass_from.clone(), method.mass_source)
+        );
+        assert_eq!((facts.friction, facts.category.is_some()), (Some(method.friction), name != "box-01"));
+        let solid = facts.solid.expect("a solid");
+        let within = |axis: usize| row.facts["lower"][axis].as_f64().expect("a number") < solid.centre[axis];
+        assert!((0..3).all(within) && solid.inertia.diagonal().iter().all(|moment| *moment > 0.0));
+        let group = &row.facts["symmetry"]["group"];
+        assert_eq!(
+            group,
+            match name.as_str() {
+                "can-01" => "Dinf",
+                "mug-01" => "C1",
+                _ => "D2",
+            }
+        );
         seen.insert((name.clone(), method.mass_from));
     }
-    let expected = [("box-01", "volume"), ("can-01", "table")].map(|(name, from)| (name.to_owned(), from.to_owned()));
-    assert_eq!(seen, expected.into_iter().collect());
+    let expected = [("box-01", "hull"), ("can-01", "table"), ("mug-01", "material")];
+    assert_eq!(seen, expected.map(|(name, from)| (name.to_owned(), from.to_owned())).into_iter().collect());
     // The resolved job says the same; the job itself says what all weigh.
     let again = workspace.path("resolved");
     Program::run_job(workspace.path("tried/job.toml"), &again).succeed();
     assert_eq!(Manifest::read(&again).expect("a dataset").root, tried.root);
-    let plain = run(&workspace, "plain", &["--set", "objects=[{built_in=[\"can-01\",\"box-01\"]}]", "--set", physics]);
+    let plain = run(
+        &workspace,
+        "plain",
+        &["--set", "objects=[{built_in=[\"can-01\",\"box-01\",\"mug-01\"]}]", "--set", physics],
+    );
     assert_eq!(plain.classes[&NumberClass::Exact], tried.classes[&NumberClass::Exact]);
     assert!(plain.job != tried.job && plain.classes[&NumberClass::Physics] != tried.classes[&NumberClass::Physics]);
     let given = ["--set", objects, "--set", "physics={perturbed=0,mass=0.3}"];
@@ -363,8 +388,11 @@ fn masses_of_the_table_are_those_of_trials() {
     let sample = reader.iter(Selection::default()).next().expect("samples").expect("a sample");
     let method = sample.grasp_trials().expect("readable").expect("trials").method;
     assert_eq!((method.mass, method.mass_from.as_str()), (0.3, "job"));
-    assert!(!workspace.read("given/job.toml").contains("scales"));
     assert!(given.job != tried.job);
+    // Where the job gives one mass to all, trials do not depend on what else it knows of them.
+    let bare = "objects=[{built_in=[\"can-01\",\"box-01\",\"mug-01\"]}]";
+    let bare = run(&workspace, "bare", &["--set", bare, "--set", "physics={perturbed=0,mass=0.3}"]);
+    assert_eq!((bare.job, bare.classes), (given.job, given.classes));
 }
 
 #[test]
@@ -422,6 +450,63 @@ fn an_object_without_a_solid_is_refused_before_the_run_and_the_others_are_made()
         let said = Program::on("estimate", &job).set(["objects=[{list=[\"sheet.stl\"]}]"]).expect_code(2).stderr;
         assert!(said.contains("no solid inside"), "{said}");
     }
+}
+
+/// A job over a cup of two parts that nothing joins: a can and, 30 mm above it, a slab.
+fn write_job_in_parts(product: &str, bodies: &str) -> Workspace {
+    let workspace = Workspace::new();
+    let mut parts = block([0.0; 3], [0.05, 0.04, 0.04]);
+    let above = block([0.0, 0.0, 0.07], [0.05, 0.04, 0.01]);
+    let first = parts.vertices.len() as u32;
+    parts.vertices.extend(above.vertices);
+    parts.triangles.extend(above.triangles.iter().map(|face| face.map(|vertex| vertex + first)));
+    write_stl(&workspace.path("parts.stl"), &parts);
+    let hand = if product == "grasps" {
+        let scene = repository_path("scenes/fetch_gripper.xml");
+        format!(
+            "[hand]\nscene = {scene:?}\n[grasps]\nseeds = 1\nsampler = \"antipodal\"\n[antipodal]\npairs = 200\nbest = 2\n"
+        )
+    } else {
+        "views = { even = 2 }\n".to_owned()
+    };
+    let job = format!(
+        "product = \"{product}\"\nseed = 5\n{hand}{NO_SPLIT}[[objects]]\nbuilt_in = [\"can-01\"]\n\
+         [[objects]]\nlist = [\"parts.stl\"]\n{bodies}"
+    );
+    workspace.write("job.toml", job);
+    workspace
+}
+
+#[test]
+fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
+    let workspace = write_job_in_parts("grasps", "");
+    let said = workspace.run_job("job", "data").expect_code(3).stdout;
+    for words in
+        ["parts.stl: has 2 parts that nothing joins: the nearest two are 30.0 mm apart", "set bodies = \"join\""]
+    {
+        assert!(said.contains(words), "{said}");
+    }
+    let assets = read_json(workspace.path("data/assets.json"));
+    assert_eq!(assets["refused"][0]["reason"], "loose_parts", "{assets}");
+    assert_intact(workspace.path("data"), FULL_CHECK);
+    // The same mesh, joined by its entry, makes grasps; the job says so and stays the same when it is resolved.
+    let joined = write_job_in_parts("grasps", "bodies = \"join\"\n");
+    let said = joined.run_job("job", "data").succeed().stdout;
+    assert!(said.contains("its 2 loose parts count as one body, as the job says"), "{said}");
+    let assets = read_json(joined.path("data/assets.json"));
+    let row = assets["objects"].as_array().expect("rows").iter().find(|row| row["name"] == "parts").expect("the parts");
+    assert_eq!(row["loose"]["parts"], 2, "{row}");
+    let gap = row["loose"]["gap"].as_f64().expect("a gap");
+    assert!((gap - 0.03).abs() < 1e-6, "{gap}");
+    let again = joined.path("again");
+    Program::run_job(joined.path("data/job.toml"), &again).succeed();
+    assert_eq!(Manifest::read(&again).expect("a dataset").root, Manifest::read(joined.path("data")).expect("one").root);
+    // Completion takes it as before, with a note.
+    let pairs = write_job_in_parts("completion", "");
+    let said = pairs.run_job("job", "data").succeed().stdout;
+    assert!(said.contains("2 loose parts that nothing joins"), "{said}");
+    let told = Program::on("meshes", "check").arg(pairs.path("parts.stl")).succeed().stdout;
+    assert!(told.contains("2 loose parts that nothing joins"), "{told}");
 }
 
 #[test]

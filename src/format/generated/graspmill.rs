@@ -843,7 +843,7 @@ pub struct GraspTrials {
     /// kg
     #[prost(double, tag = "7")]
     pub mass: f64,
-    /// volume (400 kg/m^3, 0.02 to 2 kg), job, table
+    /// job, table, material, hull; of old volume (400 kg/m^3, 0.02 to 2 kg)
     #[prost(string, tag = "8")]
     pub mass_from: ::prost::alloc::string::String,
     /// lifted, six
@@ -864,7 +864,7 @@ pub struct GraspTrials {
     /// in the order of the tried grasps of the run
     #[prost(message, repeated, tag = "14")]
     pub trials: ::prost::alloc::vec::Vec<GraspTrial>,
-    /// of a mass by table: where that has it from, as it says itself
+    /// where the table has the mass from, or the material, in words
     #[prost(string, tag = "15")]
     pub mass_source: ::prost::alloc::string::String,
     /// kept: grasps of that verdict; closed: all whose closed hand touches with two links at least

@@ -299,8 +299,8 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::friction")]
     #[schemars(range(min = 0, max = 10))]
     pub friction: f64,
-    /// Mass of the object: `auto`, what `mass` of the table of objects says, else 400 kg/m^3 times the volume of its
-    /// solid, 0.02 to 2 kg; or a number [kg].
+    /// Mass of the object: `auto`, what the job knows of each (`mass`, otherwise `material` of its entry or table), otherwise
+    /// 3.7 kg/m^2 times the area of its convex hull; or a number for all [kg].
     #[serde(default = "physics::mass")]
     #[schemars(extend("examples" = [0.3]))]
     pub mass: MassSpec,

@@ -7,7 +7,7 @@ use nalgebra::{IsometryMatrix3, Unit, Vector3};
 use super::settings::{GraspJob, Physics};
 use crate::{
     ProduceError,
-    job::{JobHand, KnownMass},
+    job::{JobHand, Weight},
 };
 use format::{
     ClosedHand, Grasp, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialFacts,
@@ -18,10 +18,11 @@ use kernel::{
     geom::{MassProperties, Pose, RestingPoses},
     ids::SampleId,
     seed::Stream,
+    words::MassSource,
 };
 use sim::{
     Gravity, Grip, HandError, HandModel, Outcome, TableSupport, TrialConditions, TrialSim, TrialSpread, TrialWorker,
-    Variant, Verdict, mass_of_volume,
+    Variant, Verdict,
 };
 
 const SPREAD: TrialSpread = TrialSpread::STANDARD;
@@ -80,7 +81,7 @@ impl Trials {
         Ok(Self { model, scene: name, settings, seed, object: None, record })
     }
 
-    /// Switches to an object; `known` is what the job knows of its mass.
+    /// Switches to an object of a weight, unless the job gives one mass to all.
     ///
     /// # Errors
     /// When it has no solid inside, or MuJoCo refuses the hand.
@@ -88,7 +89,7 @@ impl Trials {
         &mut self,
         surface: &Arc<ContactSurface>,
         resting: &RestingPoses,
-        known: Option<&KnownMass>,
+        weight: &Weight,
     ) -> Result<(), ProduceError> {
         self.object = None;
         let no_solid = || ProduceError::unusable(&self.scene, "no solid to be weighed");
@@ -99,11 +100,8 @@ impl Trials {
         let tables = self.settings.table_friction.map(|friction| {
             resting.poses.iter().map(|pose| TableSupport { friction, ..TableSupport::under(pose) }).collect()
         });
-        let (mass, from, source) = match (self.settings.mass, known) {
-            (Some(mass), _) => (mass, "job", ""),
-            (None, Some(known)) => (known.kilograms, "table", known.source.as_str()),
-            (None, None) => (mass_of_volume(properties.volume), "volume", ""),
-        };
+        let given = self.settings.mass.map(|mass| (mass, MassSource::Job.name(), ""));
+        let (mass, from, source) = given.unwrap_or((weight.kilograms, weight.from.name(), weight.source.as_str()));
         let gravity = if self.settings.six_directions { Gravity::Six } else { Gravity::Lifted };
         let conditions = TrialConditions { friction: self.settings.friction, gravity, ..TrialConditions::new(mass) };
         let method = &mut self.record.method;

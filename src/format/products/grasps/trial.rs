@@ -26,9 +26,9 @@ pub struct TrialMethod {
     pub torsion: f64,
     /// The object's mass [kg].
     pub mass: f64,
-    /// Where that is from: `volume`, `job` or `table`.
+    /// Where that is from: `job`, `table`, `material` or `hull`; `volume` in datasets of old.
     pub mass_from: String,
-    /// Where the table has it from; may be empty.
+    /// Source of the figure, or the material, in words; may be empty.
     pub mass_source: String,
     /// Gravity: `lifted` (a lift and a shake) or `six` (directions, one after another).
     pub gravity: String,
@@ -183,7 +183,7 @@ pub struct GraspTrials {
     pub trials: Vec<GraspTrial>,
 }
 
-const SOURCES: [&str; 3] = ["volume", "job", "table"];
+const SOURCES: [&str; 5] = ["volume", "job", "table", "material", "hull"];
 const GRAVITIES: [&str; 2] = ["lifted", "six"];
 
 impl GraspTrials {
