@@ -3,7 +3,8 @@
 use serde_json::{Map, Value as Json, json};
 
 use super::{
-    column::{OfSample, RowColumn, RowTable, matrix, numbers, sample_columns, table_facts},
+    column::{OfSample, RowColumn, RowTable, WrittenTable, matrix, numbers, sample_columns, table_facts},
+    objects,
     trials::{self, TrialRow},
 };
 use crate::export::{
@@ -28,7 +29,7 @@ pub(super) const LAYOUT: &str = "\
     grasps.parquet: one row per grasp, kept or not, the runs in the dataset's order and the lowest energy \
     first in each; contacts.parquet: one row per contact of a closed hand, in the search and, where the \
     grasps were tried, in the trial; with trials trials.parquet: one row per trial, perturbed ones included. \
-    sample_index and rank join them. Poses are 16 numbers, 4 x 4 row-major, numpy.stack(column).reshape(-1, \
+    objects.parquet: one row per object. sample_index and rank join those of samples, object all. Poses are 16 numbers, 4 x 4 row-major, numpy.stack(column).reshape(-1, \
     4, 4)";
 
 /// One grasp of a run.
@@ -64,7 +65,7 @@ impl OfSample for ContactRow<'_> {
     }
 }
 
-/// Writes `grasps.parquet`, `contacts.parquet` and, with trials, `trials.parquet`.
+/// Writes `grasps.parquet`, `contacts.parquet`, `objects.parquet` and, with trials, `trials.parquet`.
 pub(super) fn write(
     reader: &DatasetReader,
     selection: &ExportSelection,
@@ -82,7 +83,8 @@ pub(super) fn write(
         };
         tables.push(names, &run, trials.as_ref())
     })?;
-    let (grasps, facts) = tables.map_or(Ok((0, Map::new())), GraspTables::finish)?;
+    let objects = objects::write(reader, &assets, &selected, target)?;
+    let (grasps, facts) = tables.map_or(Ok((0, Map::new())), |tables| tables.finish(objects))?;
     let mut written = Written::selection(grasps, "grasps", selection);
     written.facts.extend(facts);
     Ok(written)
@@ -156,10 +158,10 @@ impl GraspTables {
         Ok(())
     }
 
-    /// Ends the tables; also returns the count of grasps.
-    fn finish(self) -> Result<(u64, Map<String, Json>), ExportError> {
+    /// Ends the tables, beside that of the objects; also returns the count of grasps.
+    fn finish(self, objects: WrittenTable) -> Result<(u64, Map<String, Json>), ExportError> {
         let grasps = self.grasps.finish()?;
-        let (count, mut tables) = (grasps.rows, vec![grasps, self.contacts.finish()?]);
+        let (count, mut tables) = (grasps.rows, vec![grasps, self.contacts.finish()?, objects]);
         if let Some(trials) = self.trials {
             tables.push(trials.finish()?);
         }

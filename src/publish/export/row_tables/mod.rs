@@ -2,6 +2,7 @@
 
 mod column;
 mod grasps;
+mod objects;
 mod pairs;
 mod patches;
 mod poses;
@@ -11,10 +12,11 @@ mod trials;
 use super::form::{ExportForm, ExportFormat};
 use format::{Noun, Product};
 
-/// Tables of every product: pairs and their touch, grasps with contacts and trials, patches, poses of a map.
+/// Tables of every product: pairs and their touch, grasps with contacts and trials, patches, each with their objects; poses of
+/// a map.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "parquet",
-    summary: "Parquet tables of pairs, touch, grasps, trials, patches or poses, for pandas, DuckDB and dataset viewers.",
+    summary: "Parquet tables of pairs, touch, grasps, trials, patches, objects or poses, for pandas, DuckDB and dataset viewers.",
     has_unpacked: false,
     forms: &[
         ExportForm {

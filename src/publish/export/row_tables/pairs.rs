@@ -3,7 +3,8 @@
 use serde_json::{Map, Value as Json};
 
 use super::{
-    column::{OfSample, RowColumn, RowTable, sample_columns, table_facts},
+    column::{OfSample, RowColumn, RowTable, WrittenTable, sample_columns, table_facts},
+    objects,
     touch::TouchTables,
 };
 use crate::export::{
@@ -11,7 +12,7 @@ use crate::export::{
     form::{ExportSelection, Written},
     pair::PairSample,
     pairs::{WritePairs, write_pairs},
-    selected::SampleNames,
+    selected::{SampleNames, SelectedSamples},
     target::Target,
 };
 use format::dataset::DatasetReader;
@@ -30,17 +31,19 @@ pub(super) const LAYOUT: &str = "\
     with touch tactile (cells that any kind of touch met) are n^3 / 8 bytes, for numpy.unpackbits(..., \
     bitorder='little')[:n**3].reshape(n, n, n), indexed [x, y, z]; poses are the top three rows of 4 x 4, \
     row-major; with touch touch.parquet: one row per contact, and of hands approaches.parquet: one row per \
-    approach";
+    approach; objects.parquet: one row per object";
 
-/// Writes `pairs.parquet`, and with touch its tables.
+/// Writes `pairs.parquet` and `objects.parquet`, and with touch its tables.
 pub(super) fn write(
     reader: &DatasetReader,
     selection: &ExportSelection,
     target: &mut Target,
 ) -> Result<Written, ExportError> {
     let touched = reader.manifest().channels().iter().any(|channel| channel.is_touch());
-    let pairs = RowTable::create(("pairs", "pair", ROW_GROUP), &columns(touched), (reader, target), &[])?;
-    let writer = PairTables { pairs, touched, touch: TouchTables::create(reader, target)? };
+    let assets = reader.assets()?.objects;
+    let objects = objects::write(reader, &assets, &SelectedSamples::of(reader, &assets, selection)?, target)?;
+    let pairs = RowTable::create(("pairs", "pair", ROW_GROUP), &columns(touched), (reader, &mut *target), &[])?;
+    let writer = PairTables { pairs, touched, touch: TouchTables::create(reader, target)?, objects };
     write_pairs(reader, selection, target, |_| writer)
 }
 
@@ -49,6 +52,7 @@ struct PairTables {
     pairs: RowTable,
     touched: bool,
     touch: TouchTables,
+    objects: WrittenTable,
 }
 
 impl WritePairs for PairTables {
@@ -62,6 +66,7 @@ impl WritePairs for PairTables {
     fn finish(self) -> Result<Map<String, Json>, ExportError> {
         let mut tables = vec![self.pairs.finish()?];
         tables.extend(self.touch.finish()?);
+        tables.push(self.objects);
         Ok(table_facts(tables))
     }
 }

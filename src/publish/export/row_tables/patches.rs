@@ -2,7 +2,10 @@
 
 use serde_json::json;
 
-use super::column::{OfSample, RowColumn, RowTable, matrix, sample_columns, table_facts};
+use super::{
+    column::{OfSample, RowColumn, RowTable, matrix, sample_columns, table_facts},
+    objects,
+};
 use crate::export::{
     error::ExportError,
     form::{ExportSelection, Written},
@@ -22,7 +25,8 @@ const ROW_GROUP: usize = 64;
 pub(super) const LAYOUT: &str = "\
     patches.parquet: one row per grasp; depth is float32 little-endian of shape (4, side, side) [m], NaN = \
     no return, around the points palm, F0, F1, F2; rgb, where stored, uint8 (4, side, side, 3); points (4, \
-    3), pixels (4, 2) and corners (4, 2) are row-major; poses are 16 numbers, 4 x 4 row-major";
+    3), pixels (4, 2) and corners (4, 2) are row-major; poses are 16 numbers, 4 x 4 row-major; objects.parquet: \
+    one row per object";
 
 /// One sample.
 struct PatchRow<'a> {
@@ -39,7 +43,7 @@ impl OfSample for PatchRow<'_> {
     }
 }
 
-/// Writes `patches.parquet`.
+/// Writes `patches.parquet` and `objects.parquet`.
 pub(super) fn write(
     reader: &DatasetReader,
     selection: &ExportSelection,
@@ -50,7 +54,7 @@ pub(super) fn write(
     let is_coloured = reader.manifest().channels().contains(&Channel::PATCH_COLOUR);
     let facts = [("points", json!(POINT_NAMES))];
     let table = ("patches", "patch", ROW_GROUP);
-    let mut table = RowTable::create(table, &columns(is_coloured), (reader, target), &facts)?;
+    let mut table = RowTable::create(table, &columns(is_coloured), (reader, &mut *target), &facts)?;
     selected.each(|sample, names| {
         let (patch, colour) = (sample.heatmap_patch()?, sample.patch_colour()?);
         let depth = patch.depth.iter().flat_map(|depth| depth.to_le_bytes()).collect();
@@ -58,8 +62,9 @@ pub(super) fn write(
         let row = PatchRow { names, patch: &patch, grasps, depth, colour: colour.as_ref() };
         table.push(&columns(is_coloured), &row)
     })?;
+    let objects = objects::write(reader, &assets, &selected, target)?;
     let mut written = Written::selection(selected.count(), "samples", selection);
-    written.facts.extend(table_facts([table.finish()?]));
+    written.facts.extend(table_facts([table.finish()?, objects]));
     Ok(written)
 }
 

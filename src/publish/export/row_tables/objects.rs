@@ -1,0 +1,225 @@
+//! The table of objects: what each weighs and is, and how it rests on a table.
+
+use std::borrow::Cow;
+
+use serde_json::Value as Json;
+
+use super::column::{RowColumn, RowTable, WrittenTable};
+use crate::export::{error::ExportError, selected::SelectedSamples, target::Target};
+use format::dataset::{AssetRow, DatasetError, DatasetReader, ObjectFacts};
+use kernel::geom::{MassProperties, RestingPose, RestingPoses};
+use tables::{
+    ColumnType::{Boolean, F64, F64s, Text, U32, U64},
+    Value,
+};
+
+/// Rows of a row group.
+const ROW_GROUP: usize = 1024;
+
+/// One object.
+struct ObjectRow<'a> {
+    asset: &'a AssetRow,
+    facts: Option<ObjectFacts>,
+    resting: Option<RestingPoses>,
+    subject: String,
+    split: &'static str,
+    samples: u64,
+}
+
+/// Writes `objects.parquet`: the objects of the selected samples, in the order of `assets.json`.
+///
+/// # Errors
+/// When a row of the asset table makes no sense, or the file can't be written.
+pub(super) fn write(
+    reader: &DatasetReader,
+    assets: &[AssetRow],
+    selected: &SelectedSamples<'_>,
+    target: &mut Target,
+) -> Result<WrittenTable, ExportError> {
+    let columns = columns();
+    let mut table = RowTable::create(("objects", "object", ROW_GROUP), &columns, (reader, target), &[])?;
+    let samples = selected.by_object();
+    for asset in assets {
+        let Some(samples) = samples.get(&asset.object) else { continue };
+        let (facts, resting) = (asset.object_facts(), asset.resting());
+        let facts = facts.map_err(|error| invalid(reader, error.to_string()))?;
+        let resting = resting.map_err(|error| invalid(reader, error.to_string()))?;
+        let split = reader.splits().object(&asset.object).map_or("", |split| split.split.name());
+        let subject = asset.object.to_string();
+        table.push(&columns, &ObjectRow { asset, facts, resting, subject, split, samples: samples.len() as u64 })?;
+    }
+    table.finish()
+}
+
+/// A row of the asset table that makes no sense.
+fn invalid(reader: &DatasetReader, problem: String) -> ExportError {
+    let path = reader.folder().join("assets.json");
+    DatasetError::Invalid { path, problem, remedy: "`verify` the dataset" }.into()
+}
+
+impl ObjectRow<'_> {
+    fn of_resting(&self, numbers: fn(&RestingPose) -> Vec<f64>) -> Value<'static> {
+        self.resting
+            .as_ref()
+            .map_or(Value::Empty, |resting| Value::F64s(resting.poses.iter().flat_map(numbers).collect()))
+    }
+
+    fn solid(&self) -> Option<&MassProperties> {
+        self.facts.as_ref()?.solid.as_ref()
+    }
+
+    fn text(&self, key: &str) -> Value<'_> {
+        self.asset.facts.get(key).and_then(Json::as_str).map_or(Value::Empty, Value::Text)
+    }
+
+    /// All numbers below a key, in their order.
+    fn numbers(&self, keys: &[&str]) -> Value<'_> {
+        let mut found = self.asset.facts.get(keys[0]);
+        for key in &keys[1..] {
+            found = found.and_then(|value| value.get(key));
+        }
+        found.map_or(Value::Empty, |value| Value::F64s(Cow::Owned(numbers_in(value))))
+    }
+
+    fn fact<'a>(&'a self, fact: impl Fn(&'a ObjectFacts) -> Option<Value<'a>>) -> Value<'a> {
+        self.facts.as_ref().and_then(fact).unwrap_or(Value::Empty)
+    }
+}
+
+/// The numbers of a list of lists or tables, in order: of a table those of its keys, sorted.
+fn numbers_in(value: &Json) -> Vec<f64> {
+    match value {
+        Json::Number(number) => number.as_f64().into_iter().collect(),
+        Json::Array(values) => values.iter().flat_map(numbers_in).collect(),
+        Json::Object(table) => table.values().flat_map(numbers_in).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn matrix_of(solid: &MassProperties, factor: f64) -> Value<'static> {
+    Value::F64s((solid.inertia * factor).transpose().as_slice().to_vec().into())
+}
+
+fn columns<'a>() -> Vec<RowColumn<ObjectRow<'a>>> {
+    let mut columns = vec![
+        RowColumn::new("subject", Text, "the object by content, 64 hexadecimal digits", |row: &ObjectRow<'a>| {
+            Value::Text(&row.subject)
+        }),
+        RowColumn::new("object", Text, "name of the object", |row| Value::Text(&row.asset.name)),
+        RowColumn::new("split", Text, "split of the object; empty where the product has none", |row| {
+            Value::Text(row.split)
+        }),
+        RowColumn::new("samples", U64, "samples of the object in this export", |row| Value::U64(row.samples)),
+        RowColumn::optional("group", Text, "family, for splits by group", |row| row.text("group")),
+        RowColumn::optional("category", Text, "kind of thing, where the job says it", |row| row.text("category")),
+        RowColumn::optional("material", Text, "class of material, where the job says it", |row| row.text("material")),
+        RowColumn::optional("licence", Text, "licence of the mesh", |row| row.text("licence")),
+    ];
+    columns.extend(weight_columns());
+    columns.extend(shape_columns());
+    columns
+}
+
+/// Columns of what the object weighs.
+fn weight_columns<'a>() -> [RowColumn<ObjectRow<'a>>; 8] {
+    [
+        RowColumn::optional("mass", F64, "mass [kg]", |row: &ObjectRow<'a>| {
+            row.fact(|facts| Some(Value::F64(facts.mass)))
+        }),
+        RowColumn::optional(
+            "mass_from",
+            Text,
+            "how it is known: job, table, material, or hull (the area of the convex hull)",
+            |row| row.fact(|facts| Some(Value::Text(&facts.mass_from))),
+        ),
+        RowColumn::optional("mass_source", Text, "source of the mass in words; may be empty", |row| {
+            row.fact(|facts| Some(Value::Text(&facts.mass_source)))
+        }),
+        RowColumn::optional("friction", F64, "coefficient of friction against hands in trials", |row| {
+            row.fact(|facts| facts.friction.map(Value::F64))
+        }),
+        RowColumn::optional("solid_volume", F64, "volume of the solid, by its cells [m^3]", |row| {
+            row.solid().map_or(Value::Empty, |solid| Value::F64(solid.volume))
+        }),
+        RowColumn::optional("centre_of_mass", F64s, "3 numbers: of the solid, in the object's frame [m]", |row| {
+            row.solid().map_or(Value::Empty, |solid| Value::F64s(solid.centre.coords.as_slice().into()))
+        }),
+        RowColumn::optional(
+            "inertia_per_kilogram",
+            F64s,
+            "9 numbers: inertia about the centre of mass, of one kilogram [m^2]",
+            |row| row.solid().map_or(Value::Empty, |solid| matrix_of(solid, 1.0)),
+        ),
+        RowColumn::optional("inertia", F64s, "9 numbers: inertia about the centre of mass [kg m^2]", |row| {
+            row.fact(|facts| Some(matrix_of(facts.solid.as_ref()?, facts.mass)))
+        }),
+    ]
+}
+
+/// Columns of its mesh, its symmetries and how it rests.
+fn shape_columns<'a>() -> [RowColumn<ObjectRow<'a>>; 10] {
+    [
+        RowColumn::optional("extents", F64s, "3 numbers: sides of the box of the mesh [m]", |row: &ObjectRow<'a>| {
+            row.numbers(&["extents"])
+        }),
+        RowColumn::optional("bodies", U32, "connected bodies of the mesh", |row| {
+            let count = row.asset.facts.get("bodies").and_then(Json::as_u64);
+            count.and_then(|count| u32::try_from(count).ok()).map_or(Value::Empty, Value::U32)
+        }),
+        RowColumn::optional("watertight", Boolean, "whether every edge of the mesh has two faces", |row| {
+            row.asset.facts.get("watertight").and_then(Json::as_bool).map_or(Value::Empty, Value::Boolean)
+        }),
+        RowColumn::optional(
+            "symmetry_group",
+            Text,
+            "group of its rotations: C1 none, C and D with the order of the main axis (inf: any angle), T, O, I, K a ball",
+            |row| {
+                let group = row.asset.facts.get("symmetry").and_then(|symmetry| symmetry.get("group"));
+                group.and_then(Json::as_str).map_or(Value::Empty, Value::Text)
+            },
+        ),
+        RowColumn::optional(
+            "symmetries_discrete",
+            F64s,
+            "16 numbers per rotation, 4 x 4 row-major: object_from_object [m]",
+            |row| row.numbers(&["symmetry", "symmetries_discrete"]),
+        ),
+        RowColumn::optional(
+            "symmetries_continuous",
+            F64s,
+            "6 numbers per axis of rotation by any angle: direction, then a point on it [m]",
+            |row| row.numbers(&["symmetry", "symmetries_continuous"]),
+        ),
+        RowColumn::optional(
+            "mirror_normals",
+            F64s,
+            "3 numbers per plane of reflection through the centre of mass: its normal",
+            |row| row.numbers(&["symmetry", "mirror_normals"]),
+        ),
+        RowColumn::optional(
+            "symmetry_tolerance",
+            F64,
+            "how far off the surface its points may come to lie [m]",
+            |row| {
+                let tolerance = row.asset.facts.get("symmetry").and_then(|symmetry| symmetry.get("tolerance"));
+                tolerance.and_then(Json::as_f64).map_or(Value::Empty, Value::F64)
+            },
+        ),
+        RowColumn::optional(
+            "resting_probability",
+            F64s,
+            "one number per resting pose: the share of random drops that end in it",
+            |row| row.of_resting(|pose| vec![pose.probability]),
+        ),
+        RowColumn::optional(
+            "resting_world_from_object",
+            F64s,
+            "16 numbers per resting pose, 4 x 4 row-major: the object on the table z = 0 [m]",
+            |row| {
+                row.of_resting(|pose| {
+                    pose.world_from_object.to_rows().into_iter().chain([0.0, 0.0, 0.0, 1.0]).collect()
+                })
+            },
+        ),
+    ]
+}
