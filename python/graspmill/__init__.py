@@ -27,7 +27,7 @@ from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
 from .samples import Sample
-from .shapes import Mesh, RestingPose, object_meshes, resting_poses
+from .shapes import Mesh, ObjectFacts, RestingPose, object_facts, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
 
 __version__ = "0.1.0"
@@ -55,6 +55,7 @@ __all__ = [
     "MissingPackage",
     "Nearest",
     "NpyExport",
+    "ObjectFacts",
     "PROOFS",
     "Pair",
     "PairBatch",
@@ -72,6 +73,7 @@ __all__ = [
     "VERDICTS",
     "WrongProduct",
     "grasp_frame",
+    "object_facts",
     "object_meshes",
     "pack",
     "resting_poses",

@@ -72,7 +72,8 @@ class Folder:
             raise WrongProduct(self.path, f"a dataset of {self.product}, not of {product}", remedy)
 
     def objects(self) -> list[dict[str, Any]]:
-        """The rows of ``assets.json``: at least ``object`` (digest) and ``name``; of grasps also ``resting``."""
+        """The rows of ``assets.json``: at least ``object`` (digest) and ``name``; ``object_facts`` and
+        ``resting_poses`` read what else they say of objects."""
         rows: list[dict[str, Any]] = self._rows("assets.json", {"object": str, "name": str})["objects"]
         return rows
 

@@ -1,9 +1,10 @@
-"""The objects of a dataset of grasps: their meshes, and how they rest on a table."""
+"""The objects of a dataset: what they weigh and are, their meshes, and how they rest on a table."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +40,92 @@ class RestingPose:
     """Share of random drops that end so."""
     height: float
     """m, of the centre of mass over the table."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectFacts:
+    """Weight and kind of an object, in its own frame."""
+
+    object: str
+    """BLAKE3 of the prepared mesh, 64 hexadecimal digits."""
+    name: str
+    category: str | None
+    """Kind of thing, where the job says it."""
+    material: str | None
+    """Class of material, where the job says it."""
+    mass: float
+    """kg"""
+    mass_from: str
+    """``job``, ``table``, ``material`` or ``hull`` (by the area of the convex hull)."""
+    mass_source: str
+    """Source of the mass in words; may be empty."""
+    friction: float | None
+    """Coefficient of friction against hands; ``None`` where nothing was tried."""
+    solid_volume: float
+    """m^3, by the cells of the solid; NaN for an object without inside, as are centre and inertia."""
+    centre_of_mass: Floats
+    """(3,) m"""
+    inertia: Floats
+    """(3, 3) kg m^2, about the centre of mass."""
+    inertia_per_kilogram: Floats
+    """(3, 3) m^2"""
+    symmetry_group: str
+    """``C1`` for none, ``C`` and ``D`` with the order of the main axis, ``T``, ``O``, ``I``, ``K`` for a ball."""
+    symmetry_tolerance: float
+    """m, how far off the surface its points may come to lie."""
+    symmetries_discrete: Floats
+    """(n, 4, 4) rotations of the object onto itself, without the identity and those of ``symmetries_continuous``."""
+    symmetries_continuous: Floats
+    """(m, 2, 3) axes of rotation by any angle: direction, and a point on it (m)."""
+    mirror_normals: Floats
+    """(k, 3) normals of planes of reflection through the centre of mass."""
+
+
+def object_facts(folder: str | Path) -> dict[str, ObjectFacts]:
+    """Weight and kind of each object of a dataset of completion, grasps or patches, by name; two of one name are told apart by
+    the digest.
+
+    Raises ``DatasetError`` when the dataset says nothing of its objects, as those of maps and of old, or is damaged.
+    """
+    dataset = Folder(folder)
+    found: dict[str, ObjectFacts] = {}
+    for row in dataset.objects():
+        name = row["object"] if row["name"] in found else row["name"]
+        try:
+            found[name] = _facts(row)
+        except (KeyError, TypeError, ValueError) as error:
+            problem = f"what {row['name']} weighs and is cannot be read ({error})"
+            raise DamagedFile(dataset.path / "assets.json", problem, VERIFY) from error
+    return found
+
+
+def _facts(row: dict[str, Any]) -> ObjectFacts:
+    """Out of a row of ``assets.json``."""
+
+    def numbers(key: str, *shape: int) -> Floats:
+        return np.array(row.get(key, np.full(shape, np.nan)), np.float64).reshape(shape)
+
+    symmetry = row.get("symmetry") or dict.fromkeys(("symmetries_discrete", "symmetries_continuous", "mirror_normals"), [])
+    axes = [[each["axis"], each["offset"]] for each in symmetry["symmetries_continuous"]]
+    return ObjectFacts(
+        object=row["object"],
+        name=row["name"],
+        category=row.get("category"),
+        material=row.get("material"),
+        mass=float(row["mass"]),
+        mass_from=row["mass_from"],
+        mass_source=row["mass_source"],
+        friction=row.get("friction"),
+        solid_volume=float(row.get("solid_volume", np.nan)),
+        centre_of_mass=numbers("centre_of_mass", 3),
+        inertia=numbers("inertia", 3, 3),
+        inertia_per_kilogram=numbers("inertia_per_kilogram", 3, 3),
+        symmetry_group=symmetry.get("group", "C1"),
+        symmetry_tolerance=float(symmetry.get("tolerance", np.nan)),
+        symmetries_discrete=np.array(symmetry["symmetries_discrete"], np.float64).reshape(-1, 4, 4),
+        symmetries_continuous=np.array(axes, np.float64).reshape(-1, 2, 3),
+        mirror_normals=np.array(symmetry["mirror_normals"], np.float64).reshape(-1, 3),
+    )
 
 
 def resting_poses(folder: str | Path) -> dict[str, list[RestingPose]]:

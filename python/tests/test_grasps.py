@@ -9,6 +9,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
+import trimesh
 from graspmill import (
     TRIAL_VERDICTS,
     VERDICTS,
@@ -17,6 +18,7 @@ from graspmill import (
     Folder,
     GraspSample,
     PatchSample,
+    object_facts,
     object_meshes,
     resting_poses,
 )
@@ -55,6 +57,34 @@ def test_objects_rest_on_the_table(data: Path, runs: Dataset[GraspSample]) -> No
             assert abs(heights.min()) < 1e-6, name
     for run, name in zip(runs, runs.column("object")):
         assert run.grasps["clearances"].shape[1] == run.run["resting_poses"] == len(resting[name])
+
+
+def test_objects_weigh_what_trials_took(data: Path, runs: Dataset[GraspSample]) -> None:
+    """Volume, centre and inertia are those of the prepared mesh, and symmetries move it onto itself."""
+    facts, meshes = object_facts(data / "set/grasps"), object_meshes(data / "set/grasps")
+    assert set(facts) == set(meshes)
+    for name, fact in facts.items():
+        mesh = trimesh.Trimesh(meshes[name].vertices, meshes[name].triangles, process=False)
+        assert fact.object == meshes[name].object and fact.mass > 0
+        assert abs(fact.solid_volume / mesh.volume - 1) < 0.05
+        assert np.allclose(fact.centre_of_mass, mesh.center_mass, atol=2e-3)
+        size = np.trace(fact.inertia_per_kilogram)
+        assert np.allclose(fact.inertia_per_kilogram, mesh.moment_inertia / mesh.volume, atol=0.05 * size)
+        assert np.allclose(fact.inertia, fact.mass * fact.inertia_per_kilogram)
+        turns = [fact.symmetries_discrete]
+        for axis, point in fact.symmetries_continuous:
+            turn = trimesh.transformations.rotation_matrix(1.0, axis, point)
+            turns.append(turn[None])
+        for turn in np.concatenate(turns):
+            moved = mesh.vertices[::7] @ turn[:3, :3].T + turn[:3, 3]
+            distance = np.abs(igl.signed_distance(moved, np.array(mesh.vertices), np.array(mesh.faces))[0])
+            assert np.mean(distance <= fact.symmetry_tolerance) > 0.9, name
+        assert np.allclose(np.linalg.norm(fact.mirror_normals, axis=1), 1)
+    for run, name in zip(runs, runs.column("object")):
+        if run.has("trials"):
+            trials = run.message("trials")
+            assert (trials["mass"], trials["mass_from"]) == (facts[name].mass, facts[name].mass_from)
+            assert trials["friction"] == facts[name].friction
 
 
 def test_resting_poses_that_are_none_are_refused(data: Path, tmp_path: Path) -> None:
