@@ -11,5 +11,6 @@ mod sensors;
 mod solids;
 #[path = "../support/mod.rs"]
 mod support;
+mod twins;
 mod views;
 mod weights;

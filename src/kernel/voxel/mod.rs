@@ -15,6 +15,7 @@ mod placement;
 mod rim;
 mod shape;
 mod share;
+mod skin;
 mod solid;
 mod surface;
 mod view_grids;

@@ -2,7 +2,8 @@
 //!
 //! A descriptor is the solid on a 32^3 grid along its own principal axes, each axis scaled to its own standard deviation,
 //! so that a knife fills its grid as well as a ball. Where two standard deviations nearly coincide the axes are free to
-//! rotation, and fourth moments fix them: they settle along the sides of a box or a cube.
+//! rotation, and fourth moments fix them: they settle along the sides of a box or a cube. Thin walls hardly fill a cell: a
+//! thin-walled body is known by its skin as well.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,6 +11,7 @@ use super::{
     caps::Caps,
     columns::{Columns, Lattice, in_cells, in_ticks},
     rim::rim_loops,
+    skin::Skin,
     solid::InsideTest,
 };
 use crate::geom::TriMesh;
@@ -31,7 +33,7 @@ const FAINT: f64 = 0.02;
 /// Shells of the radial histogram.
 const SHELLS: usize = 12;
 
-/// A solid's shape without pose and size. About 4 KiB.
+/// A solid's shape without pose and size. About 4 KiB; 100 KiB more where its walls are thin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeDescriptor {
     /// Standard deviations along the grid's axes, for a volume of 1; zeros for a mesh that encloses nothing.
@@ -44,6 +46,8 @@ pub struct ShapeDescriptor {
     rows: Vec<u32>,
     /// Occupied cells by distance from the middle.
     shells: [u32; SHELLS],
+    /// The surface of a body with thin walls.
+    skin: Option<Skin>,
 }
 
 impl ShapeDescriptor {
@@ -53,21 +57,29 @@ impl ShapeDescriptor {
         let Some(triangles) = closed_triangles(mesh, test) else { return Self::nothing() };
         let Some(body) = Body::of(&triangles) else { return Self::nothing() };
         let (axes, deviations) = body.principal_axes();
+        let skin = Skin::of(mesh, &triangles, body.volume, &body.centre, &axes);
         let rows = rows_along(&triangles, &body.centre, &axes, &deviations);
         let round = [deviations[0] < ROUND * deviations[1], deviations[1] < ROUND * deviations[2]];
         if round == [false; 2] {
-            return Self::new(&body, deviations, round, rows);
+            return Self { skin, ..Self::new(&body, deviations, round, rows) };
         }
         let mut points: Vec<V3> = cells(&rows).map(middle).collect();
         let rotation = settle(&mut points, round);
         let axes = axes * rotation.transpose();
         let deviations = V3::from_fn(|axis, _| axes.column(axis).dot(&(body.covariance * axes.column(axis))).sqrt());
         let rows = rows_along(&triangles, &body.centre, &axes, &deviations);
-        Self::new(&body, deviations, round, rows)
+        Self { skin, ..Self::new(&body, deviations, round, rows) }
     }
 
     fn nothing() -> Self {
-        Self { spread: [0.0; 3], sorted: [0.0; 3], round: [false; 2], rows: vec![0; SIDE * SIDE], shells: [0; SHELLS] }
+        Self {
+            spread: [0.0; 3],
+            sorted: [0.0; 3],
+            round: [false; 2],
+            rows: vec![0; SIDE * SIDE],
+            shells: [0; SHELLS],
+            skin: None,
+        }
     }
 
     fn new(body: &Body, deviations: V3, round: [bool; 2], rows: Vec<u32>) -> Self {
@@ -79,7 +91,7 @@ impl ShapeDescriptor {
             let shell = middle(cell).norm() / (SIDE / 2) as f64 * SHELLS as f64;
             shells[(shell as usize).min(SHELLS - 1)] += 1;
         }
-        Self { spread, sorted, round, rows, shells }
+        Self { spread, sorted, round, rows, shells, skin: None }
     }
 
     /// Intersection over union of two shapes after they are brought to the same volume, centre and axes: the best of the
@@ -119,6 +131,13 @@ impl ShapeDescriptor {
         best
     }
 
+    /// Whether two shapes are twins: their solids are alike, or they are thin and have one surface.
+    fn is_twin_of(&self, other: &Self, threshold: f64) -> bool {
+        let are_alike = || self.best_likeness(other, threshold) >= threshold;
+        let skins = self.skin.as_ref().zip(other.skin.as_ref());
+        self.likeness_bound(other) >= threshold && are_alike() || skins.is_some_and(|(a, b)| a.is_one_with(b))
+    }
+
     /// An upper bound of the likeness that costs next to nothing.
     fn likeness_bound(&self, other: &Self) -> f64 {
         if self.sorted[2] <= 0.0 || other.sorted[2] <= 0.0 {
@@ -131,8 +150,8 @@ impl ShapeDescriptor {
     }
 }
 
-/// Groups of shapes that are joined by likenesses of at least `threshold` (0.85 in the splits): indices into `shapes`, each
-/// group of two or more sorted, groups by their first index.
+/// Groups of shapes that are joined by likenesses of at least `threshold` (0.85 in the splits) or, where their walls are thin, by
+/// one surface: indices into `shapes`, each group of two or more sorted, groups by their first index.
 ///
 /// Only shapes whose largest spreads are near each other are compared, and those already in one group are not compared
 /// again.
@@ -146,10 +165,7 @@ pub fn twins(shapes: &[ShapeDescriptor], threshold: f64) -> Vec<Vec<usize>> {
     for (index, a) in order.iter().enumerate() {
         for b in order[index + 1..].iter().take_while(|b| shapes[**b].sorted[0] <= widest * shapes[*a].sorted[0]) {
             let (root_a, root_b) = (root(&mut parent, *a), root(&mut parent, *b));
-            if root_a != root_b
-                && shapes[*a].likeness_bound(&shapes[*b]) >= threshold
-                && shapes[*a].best_likeness(&shapes[*b], threshold) >= threshold
-            {
+            if root_a != root_b && shapes[*a].is_twin_of(&shapes[*b], threshold) {
                 parent[root_a.max(root_b)] = root_a.min(root_b);
             }
         }
@@ -477,5 +493,64 @@ mod tests {
         ];
         let shapes: Vec<ShapeDescriptor> = meshes.iter().map(shape).collect();
         assert_eq!(twins(&shapes, 0.85), [vec![1, 3], vec![2, 5]]);
+    }
+
+    /// A thin tube, twisted about its axis and bent aside, closed and wound outward.
+    fn twisted_tube(twist: f64, thickness: f64) -> TriMesh {
+        const AROUND: u32 = 64;
+        const ALONG: u32 = 40;
+        let mut mesh = TriMesh::default();
+        for inner in [false, true] {
+            for level in 0..=ALONG {
+                for step in 0..AROUND {
+                    let (angle, height) =
+                        (f64::from(step) / f64::from(AROUND) * 2.0 * PI, f64::from(level) / f64::from(ALONG));
+                    // A cross-section like a bean, so that the twist shows.
+                    let radius = 1.0 + 0.35 * libm::cos(2.0 * angle) + 0.2 * libm::cos(angle)
+                        - if inner { thickness } else { 0.0 };
+                    let (sine, cosine) = libm::sincos(angle + twist * height);
+                    mesh.vertices.push([radius * cosine, radius * sine, 3.0 * height].map(|part| 0.03 * part as f32));
+                }
+            }
+        }
+        let at = |inner: bool, level: u32, step: u32| (u32::from(inner) * (ALONG + 1) + level) * AROUND + step % AROUND;
+        for step in 0..AROUND {
+            for level in 0..ALONG {
+                for inner in [false, true] {
+                    let [a, b, c, d] = [(level, step), (level, step + 1), (level + 1, step + 1), (level + 1, step)]
+                        .map(|(l, s)| at(inner, l, s));
+                    let quad = if inner { [[a, c, b], [a, d, c]] } else { [[a, b, c], [a, c, d]] };
+                    mesh.triangles.extend(quad);
+                }
+            }
+            for (level, up) in [(0, false), (ALONG, true)] {
+                let [a, b, c, d] =
+                    [(false, step), (false, step + 1), (true, step + 1), (true, step)].map(|(i, s)| at(i, level, s));
+                let quad = if up { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
+                mesh.triangles.extend(quad);
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn thin_walls_are_twins_by_their_surface() {
+        let tube = twisted_tube(1.2, 0.04);
+        let own = shape(&tube);
+        assert!(own.skin.is_some() && shape(&cuboid(1.0, 0.7, 0.4)).skin.is_none());
+        // Turned and scaled, and with a thinner wall of the same size.
+        for (index, (roll, pitch, yaw, scale)) in
+            [(0.4, 1.1, -2.0, 0.17), (2.5, -0.3, 0.9, 3.0)].into_iter().enumerate()
+        {
+            let other = shape(&rotated(&tube, &rotation_from_rpy(roll, pitch, yaw), scale));
+            assert_eq!(twins(&[own.clone(), other], 0.85), [[0, 1]], "copy {index}");
+        }
+        assert_eq!(twins(&[own.clone(), shape(&twisted_tube(1.2, 0.03))], 0.85), [[0, 1]]);
+        // Mirrored, or twisted by another angle, it is another shape.
+        for twist in [-1.2, 0.2, 2.4] {
+            let other = shape(&rotated(&twisted_tube(twist, 0.04), &rotation_from_rpy(0.4, 1.1, -2.0), 1.0));
+            assert!(other.skin.is_some());
+            assert!(twins(&[own.clone(), other], 0.85).is_empty(), "twisted by {twist}");
+        }
     }
 }
