@@ -130,7 +130,7 @@ class Contacts:
     joint_values: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     """(approaches, joints) rad or m at the end."""
     ends: Bits = field(default_factory=lambda: np.zeros(0, np.uint8))
-    """(approaches,) 0 at rest, 1 timed out, 2 missed, 3 unstable."""
+    """(approaches,) 0 at rest, 1 timed out, 2 missed, 3 unstable, 4 overloaded."""
 
     @classmethod
     def of(cls, sample: Sample, channel: str) -> Contacts:

@@ -26,7 +26,7 @@ from graspmill import (
 )
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "tables.md"
-ENDS = ("at_rest", "timed_out", "missed", "unstable")
+ENDS = ("at_rest", "timed_out", "missed", "unstable", "overloaded")
 
 
 @pytest.fixture(scope="module")

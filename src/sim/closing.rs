@@ -32,6 +32,11 @@ pub(super) const STANDING: f64 = 0.0005;
 /// Steps at a stand after which the hand is at rest.
 pub(super) const STEPS_AT_REST: u32 = 25;
 
+/// Share of its torque that a motor keeps per step while a contact of its fingers presses too hard, at least, and the share below
+/// which it does not go: slowly, as the servos follow, and never so far that the contact is lost.
+const EASED_PER_STEP: f64 = 0.95;
+const EASED_MOST: f64 = 0.01;
+
 /// Command to a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
@@ -55,13 +60,20 @@ pub struct Effort {
     pub torque: f64,
     /// Whether what stops a joint opens its clutch.
     pub clutches: bool,
+    /// Force of one contact to which the fingers that make it give way [N]; infinite where they give way to none.
+    pub max_force: f64,
 }
 
 impl Effort {
     /// Effort of a hand that closes to hold something.
-    pub const GRASP: Self = Self { speed: 1.0, torque: 1.0, clutches: true };
+    pub const GRASP: Self = Self { speed: 1.0, torque: 1.0, clutches: true, max_force: f64::INFINITY };
     /// Effort of a finger that feels for something: it stops where it touches first.
-    pub const FEEL: Self = Self { speed: 0.35, torque: 0.1, clutches: false };
+    pub const FEEL: Self = Self { speed: 0.35, torque: 0.1, clutches: false, max_force: f64::INFINITY };
+
+    /// The effort of fingers that give way to a contact of more than a force [N].
+    pub fn giving_way_at(self, max_force: f64) -> Self {
+        Self { max_force, ..self }
+    }
 }
 
 /// A link that presses on the object, at one point.
@@ -144,6 +156,10 @@ struct Drive {
     stood: u32,
     /// Steps since it stood last.
     since_stood: u32,
+    /// Share of its torque that it uses: below 1 after its fingers have pressed too hard.
+    share: f64,
+    /// For how many steps a contact of its fingers has pressed too hard.
+    pressed: u32,
 }
 
 /// Working memory of one thread that moves a hand; its state is its own.
@@ -229,7 +245,7 @@ impl HandWorker {
         self.drives.clear();
         let at = |angle: &f64| {
             let motor = Motor::engaged(*angle);
-            Drive { motor, speed: 0.0, direction: 0.0, stood: STEPS_AT_REST, since_stood: 0 }
+            Drive { motor, speed: 0.0, direction: 0.0, stood: STEPS_AT_REST, since_stood: 0, share: 1.0, pressed: 0 }
         };
         self.drives.extend(posture.iter().map(at));
         self.tell_servos();
@@ -335,7 +351,32 @@ impl HandWorker {
             return Err(Unstable { step: self.steps, kind });
         }
         self.watch_for_rest();
+        self.ease_motors();
         Ok(())
+    }
+
+    /// Takes torque from motors whose links press too hard for a while; contacts of the base are all motors' doing.
+    fn ease_motors(&mut self) {
+        let max_force = self.effort.max_force;
+        if max_force.is_infinite() {
+            return;
+        }
+        let mut hardest = vec![0.0f64; self.drives.len()];
+        for touch in self.touches().iter().filter(|touch| touch.force > max_force) {
+            for (hardest, moves) in hardest.iter_mut().zip(&self.sim.links_moved) {
+                if touch.link == 0 || moves[touch.link] {
+                    *hardest = hardest.max(touch.force);
+                }
+            }
+        }
+        for (drive, force) in self.drives.iter_mut().zip(hardest) {
+            drive.pressed = if force > max_force { drive.pressed.saturating_add(1) } else { 0 };
+            // An impact is over by then.
+            if drive.pressed >= STEPS_TO_OPEN && drive.share > EASED_MOST {
+                drive.share = (drive.share * (max_force / force).max(EASED_PER_STEP)).max(EASED_MOST);
+                self.steps_at_rest = 0;
+            }
+        }
     }
 
     /// Counts for how long no joint has moved.
@@ -456,6 +497,8 @@ impl HandWorker {
 
     /// Where a motor is after another step, before the joints move.
     fn driven_to(&self, driven: &Driven, drive: Drive, command: Command) -> Drive {
+        // What has been eased gives way wherever its motor is.
+        let drive = if drive.share < 1.0 { Drive { motor: self.slipped(driven, drive), ..drive } } else { drive };
         let motor = drive.motor;
         // Target angle of the command.
         let [low, high] = driven.range();
@@ -468,19 +511,26 @@ impl HandWorker {
         // Arrived and settled: the motor keeps still.
         let left = target - motor.angle;
         let arrived = left == 0.0 || left.is_nan();
+        // Arrived, but its fingers press too hard: it gives way.
+        if arrived
+            && drive.share < 1.0
+            && let Some(angle) = self.eased(driven, drive, 0.0)
+        {
+            return Drive { motor: driven.driven_to(motor, angle), speed: 0.0, stood: STEPS_AT_REST, ..drive };
+        }
         if arrived && drive.stood >= STEPS_AT_REST {
             return Drive { speed: 0.0, ..drive };
         }
         // Count of the steps at a stand; a change of direction restarts it.
         let direction = if arrived { drive.direction } else { left.signum() };
         let stood = if direction == drive.direction { drive.stood } else { 0 };
-        let motor = self.slipped(driven, motor);
+        let motor = self.slipped(driven, drive);
         // Stopped by the torque of a joint: the motor stands, or its clutch opens after a while.
         if let Some(angle) = self.stop(driven, Drive { stood, ..drive }, direction) {
             let motor = driven.driven_to(motor, angle);
             // The clutch opens only towards the closed hand.
             let closes = direction == driven.closing_sign();
-            let max = HOLDS * self.effort.torque * driven.torque;
+            let max = HOLDS * drive.share * self.effort.torque * driven.torque;
             let stopped = direction * self.torques[driven.joint] >= max && stood >= STEPS_TO_OPEN;
             let opens =
                 self.effort.clutches && closes && stopped && driven.breakaway.is_some() && motor.released.is_none();
@@ -509,7 +559,11 @@ impl HandWorker {
     /// A servo that lags while it moves would be wound up by the lag when it is stopped. The motor is put where its spring
     /// holds the torque and no more, until it has stood for a while: from then on its gears hold what they have reached, and
     /// give way to what is more than their holding torque.
-    fn stop(&self, driven: &Driven, Drive { motor, stood, .. }: Drive, left: f64) -> Option<f64> {
+    fn stop(&self, driven: &Driven, drive: Drive, left: f64) -> Option<f64> {
+        let Drive { motor, stood, share, .. } = drive;
+        if share < 1.0 {
+            return self.eased(driven, drive, left);
+        }
         let stops = moved(driven, motor).filter_map(|Moved { joint, rate, torque, holding_torque }| {
             let torque = self.effort.torque * torque;
             let pushes = self.torques[joint] * left * rate.signum();
@@ -525,14 +579,29 @@ impl HandWorker {
     }
 
     /// A motor whose joint, left behind by an open clutch, gives way to more than its gears hold.
-    fn slipped(&self, driven: &Driven, motor: Motor) -> Motor {
-        let closes = driven.closing_sign();
-        let gives_way = motor.released.is_some() && closes * self.torques[driven.joint] > driven.holding_torque;
-        if gives_way {
-            Motor { released: Some(self.command_for(driven.joint, closes * driven.holding_torque)), ..motor }
+    fn slipped(&self, driven: &Driven, Drive { motor, share, .. }: Drive) -> Motor {
+        let (closes, most) = (driven.closing_sign(), share * driven.holding_torque);
+        if motor.released.is_some() && closes * self.torques[driven.joint] > most {
+            Motor { released: Some(self.command_for(driven.joint, closes * most)), ..motor }
         } else {
             motor
         }
+    }
+
+    /// Where a motor stands whose contacts have pressed too hard, by what its joints do to it together; `None` while it moves freely.
+    ///
+    /// Joint by joint it would go to and fro: what relieves one loads the other.
+    fn eased(&self, driven: &Driven, Drive { motor, stood, share, .. }: Drive, left: f64) -> Option<f64> {
+        let (mut pushes, mut stiffness, mut most) = (0.0, 0.0, 0.0f64);
+        for Moved { joint, rate, torque, .. } in moved(driven, motor) {
+            pushes += rate * self.torques[joint];
+            stiffness += rate * rate * self.sim.servos[joint].stiffness;
+            most = most.max(share * self.effort.torque * torque * rate.abs());
+        }
+        if pushes.abs() > most {
+            return Some(motor.angle + (pushes.signum() * most - pushes) / stiffness);
+        }
+        (stood > 0 && pushes * left >= HOLDS * most).then_some(motor.angle)
     }
 
     /// Command of a servo whose spring has a torque where its joint is.

@@ -29,7 +29,10 @@ const LEANS: f64 = 1.0;
 const STEPS_TO_EASE: u32 = 60;
 const EASING: f64 = 0.1;
 
-/// A straight movement of the opened hand.
+/// Multiple of the force to which fingers give way that no contact may press with: real fingers would slip or break.
+pub const OVERLOAD: f64 = 1.5;
+
+/// A straight movement of the hand, opened or partly closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandApproach {
     /// The approach frame at the start, expressed in the object's frame; z is the direction of motion. The hand is clear of the
@@ -37,6 +40,8 @@ pub struct HandApproach {
     pub object_from_start: IsometryMatrix3<f64>,
     /// Longest movement [m].
     pub distance: f64,
+    /// Share of their way that the joints which close the hand have gone when it comes, from 0, opened, to 1, closed.
+    pub closed: f64,
     /// Effort with which the fingers close in the end.
     pub effort: Effort,
 }
@@ -63,6 +68,8 @@ pub enum ApproachEnd {
     Missed,
     /// The numbers blew up.
     Unstable,
+    /// A contact pressed with more than [`OVERLOAD`] times the force to which the fingers give way.
+    Overloaded,
 }
 
 /// Result of an approach: what the hand felt.
@@ -79,7 +86,7 @@ pub struct Felt {
     /// Values of all joints in the end [rad or m], in the order of the hand's tree.
     pub joints: Vec<f64>,
     /// Touches that pressed on the object when the hand stopped and no more in the end, and those in the end, expressed
-    /// in the object's frame; none where the numbers blew up.
+    /// in the object's frame; none where the numbers blew up or a contact pressed too hard.
     pub touches: Vec<LinkTouch>,
 }
 
@@ -127,14 +134,14 @@ impl HandWorker {
         MoveEnd::Touched
     }
 
-    /// Opens the hand, brings it near, and lets it feel; the runs before leave no trace.
+    /// Opens the hand, as far as the approach says, brings it near, and lets it feel; the runs before leave no trace.
     ///
     /// # Errors
     /// When the start is not finite.
     pub fn feel(&mut self, approach: &HandApproach) -> Result<Felt, HandError> {
         let hand = Arc::clone(self.hand());
-        let opened = hand.opened();
-        let frames = hand.link_frames(&hand.posture_values(&opened));
+        let posture = hand.partly_closed(approach.closed);
+        let frames = hand.link_frames(&hand.posture_values(&posture));
         let base_from_approach = *hand.approach_pose(&frames).isometry();
         let distance = approach.object_from_start.rotation * Vector3::z();
         let start = approach.object_from_start * base_from_approach.inverse();
@@ -146,7 +153,7 @@ impl HandWorker {
             }
             travelled = (travelled + clearance).min(approach.distance);
         }
-        self.start(&opened, &moved(travelled).inverse())?;
+        self.start(&posture, &moved(travelled).inverse())?;
         let ahead = Unit::new_normalize(base_from_approach.rotation * Vector3::z());
         let mut touches = Vec::new();
         let end = match self.guarded_move(&ahead, SPEED, approach.distance - travelled) {
@@ -165,13 +172,18 @@ impl HandWorker {
         };
         let object_from_base = self.base_from_object().inverse();
         let came = (object_from_base.translation.vector - start.translation.vector).dot(&distance);
-        match end {
-            ApproachEnd::Missed | ApproachEnd::Unstable => touches.clear(),
-            _ => {
+        let end = match end {
+            ApproachEnd::AtRest | ApproachEnd::TimedOut => {
                 let last = self.presses();
                 touches.retain(|first| !last.iter().any(|touch| is_same(first, touch)));
                 touches.extend(last);
+                let too_hard = |touch: &LinkTouch| touch.force > OVERLOAD * approach.effort.max_force;
+                if touches.iter().any(too_hard) { ApproachEnd::Overloaded } else { end }
             }
+            end => end,
+        };
+        if !matches!(end, ApproachEnd::AtRest | ApproachEnd::TimedOut) {
+            touches.clear();
         }
         let steps = self.steps();
         Ok(Felt { end, steps, travelled: came, object_from_base, joints: self.joints(), touches })

@@ -128,6 +128,8 @@ pub struct HandSim {
     pub(super) true_mesh: Option<TrueMesh>,
     /// Solids of the hand that may touch the true mesh, and where each sits.
     solids: Vec<(Mount, Probe)>,
+    /// Whether each motor of the hand moves each link.
+    pub(super) links_moved: Vec<Vec<bool>>,
     /// Owner of each geom of the model.
     pub(super) owners: Vec<GeomOwner>,
     /// The table, where the object may stand on one.
@@ -267,7 +269,8 @@ impl HandSim {
         let probes = true_mesh.iter().flat_map(|mesh| mesh.probes.iter().enumerate());
         let solids = probes.filter_map(solid).collect();
         let model = Arc::new(compiled);
-        Ok(Self { hand, model, servos, hold, true_mesh, solids, owners, table, touch_sensors })
+        let links_moved = hand.driven().iter().map(|driven| hand.links_moved(driven)).collect();
+        Ok(Self { hand, model, servos, hold, true_mesh, solids, links_moved, owners, table, touch_sensors })
     }
 
     /// A lower bound of the distance between the true mesh and the hand, with its links at these frames in its base [m];
@@ -284,10 +287,13 @@ impl HandSim {
         Some(self.solids.iter().map(clearance).fold(f64::INFINITY, f64::min))
     }
 
-    /// Bound on the distance of the opened hand's points from the origin of its approach frame [m], as far as it can
+    /// Bound on the distance of the hand's points in a posture from the origin of its approach frame [m], as far as it can
     /// touch a true mesh.
-    pub fn reach(&self) -> f64 {
-        let frames = self.hand.link_frames(&self.hand.posture_values(&self.hand.opened()));
+    ///
+    /// # Panics
+    /// When there is not one value per driven joint.
+    pub fn reach(&self, posture: &[f64]) -> f64 {
+        let frames = self.hand.link_frames(&self.hand.posture_values(posture));
         let origin = self.hand.approach_pose(&frames).isometry().translation.vector;
         let reach = |(mount, probe): &(Mount, Probe)| {
             (self.hand.base_from(mount, &frames).translation.vector - origin).norm() + probe.radius()

@@ -49,7 +49,7 @@ pub use colour::{Appearance, Light, Window};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::SimWorker;
 pub use error::{GlError, HandError, RobotError, SceneError, SimError};
-pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd};
+pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd, OVERLOAD};
 pub use hand::HandModel;
 pub use hand_sim::{HandSim, NativeContacts, Numerics};
 pub use model::{Inertia, LIGHTS, SimModel};

@@ -67,5 +67,5 @@ pub fn random_approach(surface: &ContactSurface, effort: Effort, draw: &mut Stre
     let rotation = Rotation3::face_towards(&-normal, &normal.cross(&aside)) * roll;
     let far = 0.5;
     let object_from_start = IsometryMatrix3::from_parts(Translation3::from(target.coords + normal * far), rotation);
-    HandApproach { object_from_start, distance: far + 0.02, effort }
+    HandApproach { object_from_start, distance: far + 0.02, closed: 0.0, effort }
 }

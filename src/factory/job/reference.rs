@@ -96,6 +96,7 @@ const ORDER: &[&str] = &[
     "ray_target",
     "exploration",
     "approaches",
+    "exploration_target",
     "grasp",
     "hand",
     "resolution",

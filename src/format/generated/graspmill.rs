@@ -549,7 +549,7 @@ pub struct HandContacts {
     /// (approaches, joints) rad or m: at the end, in the order of joints
     #[prost(double, repeated, tag = "19")]
     pub joint_values: ::prost::alloc::vec::Vec<f64>,
-    /// one byte an approach: 0 at rest, 1 timed out, 2 missed, 3 unstable
+    /// one byte an approach: 0 at rest, 1 timed out, 2 missed, 3 unstable, 4 overloaded
     #[prost(bytes = "vec", tag = "20")]
     pub ends: ::prost::alloc::vec::Vec<u8>,
 }

@@ -222,6 +222,11 @@ impl ContactSurface {
         self.surface.signed_distance(&self.solid, point)
     }
 
+    /// About the signed distance from the surface to a point in `Object` [m], read off a lattice; beyond its margin a lower bound.
+    pub fn approximate_distance(&self, point: &Point3<f64>) -> f64 {
+        self.distances.about(point)
+    }
+
     /// The surface's closest point to a point in `Object`, and the signed distance [m], negative inside; exact. An answer
     /// nearby makes it faster.
     pub fn closest(&self, point: &Point3<f64>, hint: Option<&Closest>) -> (Closest, f64) {

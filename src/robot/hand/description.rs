@@ -11,6 +11,10 @@ use kernel::geom::{Approach, HandBase, Pose};
 /// Two directions are opposite when their sum is shorter than this share of one.
 const OPPOSED: f64 = 1e-9;
 
+/// Steps from the opened to the closed hand in which it is looked for how far ahead it reaches, and the gain that counts [m].
+const SHARES: u32 = 64;
+const SAME_REACH: f64 = 1e-6;
+
 /// A frame that a link carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mount {
@@ -166,6 +170,72 @@ impl Hand {
     /// The posture of the closed hand; joints that do not close it are as in the opened one.
     pub fn closed(&self) -> Vec<f64> {
         self.driven().iter().map(|driven| driven.closed.unwrap_or(driven.opened)).collect()
+    }
+
+    /// The posture in which the joints that close the hand have gone a share of their way, from 0, opened, to 1, closed.
+    pub fn partly_closed(&self, share: f64) -> Vec<f64> {
+        let value = |driven: &Driven| driven.opened + share * (driven.closed.unwrap_or(driven.opened) - driven.opened);
+        self.driven().iter().map(value).collect()
+    }
+
+    /// Share of its way at which the closing hand reaches farthest ahead with one of its contacts, along the z axis of the
+    /// approach frame; the first of equals.
+    pub fn foremost_share(&self) -> f64 {
+        let ahead = |share: f64| {
+            let frames = self.link_frames(&self.posture_values(&self.partly_closed(share)));
+            let base_from_approach = *self.approach_pose(&frames).isometry();
+            let ahead =
+                |contact| base_from_approach.inverse_transform_point(&self.contact_in_base(contact, &frames).0).z;
+            (0..self.contacts().len()).map(ahead).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let shares = (0..=SHARES).map(|step| f64::from(step) / f64::from(SHARES));
+        let farthest = |best: (f64, f64), share: f64| {
+            let ahead = ahead(share);
+            if ahead > best.1 + SAME_REACH { (share, ahead) } else { best }
+        };
+        shares.fold((0.0, f64::NEG_INFINITY), farthest).0
+    }
+
+    /// Whether a motor moves each link, the base first.
+    pub fn links_moved(&self, driven: &Driven) -> Vec<bool> {
+        let mut moved = vec![false];
+        for (joint, TreeJoint { carried_by, .. }) in self.tree().joints().iter().enumerate() {
+            let own = driven.joint == joint || driven.followers.iter().any(|follower| follower.joint == joint);
+            moved.push(own || moved[*carried_by]);
+        }
+        moved
+    }
+
+    /// Force that the hand bears at a fingertip [N]: of the motors that close it, the least load that the last joint of each
+    /// bears, on the lever of the farthest contact beyond that joint; `None` for a hand without such a contact.
+    pub fn fingertip_force(&self) -> Option<f64> {
+        let closing = self.driven().iter().filter(|driven| driven.closing_sign() != 0.0);
+        closing.filter_map(|driven| self.tip_force(driven)).min_by(f64::total_cmp)
+    }
+
+    fn tip_force(&self, driven: &Driven) -> Option<f64> {
+        // The last joint: the one that an open clutch moves alone, else the driven one.
+        let (last, holds) = driven.breakaway.map_or((driven.joint, driven.holding_torque), |breakaway| {
+            (driven.followers[breakaway.follower].joint, breakaway.holding_torque)
+        });
+        let joint = &self.tree().joints()[last].joint;
+        let frames = self.link_frames(&self.posture_values(&self.opened()));
+        let beyond = |link: usize| {
+            let mut link = link;
+            while link > last + 1 {
+                link = self.tree().joints()[link - 1].carried_by;
+            }
+            link == last + 1
+        };
+        let contacts = self.contacts().iter().enumerate().filter(|(_, contact)| beyond(contact.link));
+        let lever = |(index, _): (usize, &ContactPoint)| {
+            let point = frames[last].inverse_transform_point(&self.contact_in_base(index, &frames).0).coords;
+            match joint.kind {
+                JointKind::Prismatic => 1.0,
+                _ => (point - joint.axis.into_inner() * point.dot(&joint.axis)).norm(),
+            }
+        };
+        contacts.map(lever).max_by(f64::total_cmp).filter(|lever| *lever > 0.0).map(|lever| holds / lever)
     }
 
     /// The joints whose values define the hand's state, as records have them: the driven ones, then those that may go on alone.

@@ -51,7 +51,7 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
     let median = f64::from(forces[forces.len().div_ceil(2) - 1]);
     assert_eq!((felt.hand.as_str(), felt.force.median), ("claw", median));
     assert_eq!((felt.gap.min, felt.gap.max), (f64::from(-1e-5f32), f64::from(-1e-5f32)));
-    let ends = [("at_rest", kept), ("missed", kept), ("timed_out", 0), ("unstable", kept)];
+    let ends = [("at_rest", kept), ("missed", kept), ("overloaded", 0), ("timed_out", 0), ("unstable", kept)];
     assert_eq!(felt.ends, ends.map(|(end, count)| (end.to_owned(), count)).into());
     let text = facts.to_string();
     let [exact, physics] = facts.header.classes.values().collect::<Vec<_>>()[..] else { panic!("two classes") };
@@ -60,7 +60,7 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
         "touch_exploration by claw",
         "of 3.0 approaches per sample",
         "gaps -0.010 mm in the median, from -0.010 to -0.010",
-        &format!("approaches: {kept} at rest, 0 timed out, {kept} missed, {kept} unstable"),
+        &format!("approaches: {kept} at rest, 0 timed out, {kept} missed, {kept} unstable, 0 overloaded"),
     ] {
         assert!(text.contains(part), "{part} is missing in\n{text}");
     }

@@ -244,6 +244,12 @@ fn every_form_of_every_setting() {
         ("touch={grasp=true, hand={scene='../scenes/parallel_gripper.xml'}}", true),
         ("touch={exploration=true, approaches=2, hand={scene='../scenes/parallel_gripper.xml'}}", true),
         ("touch={exploration=true, approaches=1001, hand={scene='../scenes/parallel_gripper.xml'}}", false),
+        (
+            "touch={exploration=true, exploration_target='facing_away', hand={scene='../scenes/barrett_bh8_280.xml'}}",
+            true,
+        ),
+        ("touch={exploration=true, exploration_target='front', hand={scene='../scenes/barrett_bh8_280.xml'}}", false),
+        ("touch.exploration_target=facing_away", false),
         ("touch={exploration=true, hand={}}", false),
         ("touch={grasp=true}", false),
         ("truth={rule='fraction', fraction=0.5}", true),

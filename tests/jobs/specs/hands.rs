@@ -6,7 +6,7 @@ use graspmill::{
     factory::{
         ProduceError,
         job::Job,
-        products::completion::{CompletionSettings, TouchByHand, channels_of},
+        products::completion::{CompletionSettings, Exploration, ExplorationTarget, TouchByHand, channels_of},
     },
     format::Channel,
     geom::SimdLevel,
@@ -46,7 +46,8 @@ fn each_kind_is_asked_for_alone() {
     ] {
         let settings = settings(&with_hand(more), &[]);
         let touch = settings.touch.by_hand.as_ref().expect("a hand touches");
-        assert_eq!((touch.exploration, touch.grasp), (exploration, grasp), "{more}");
+        let approaches = touch.exploration.map(|exploration| exploration.approaches);
+        assert_eq!((approaches, touch.grasp), (exploration, grasp), "{more}");
         assert_eq!(touch.approaches(), exploration.unwrap_or(0) + u32::from(grasp));
         assert_eq!(touch.hand.scene, Path::new("scenes/barrett_bh8_280.xml"));
         let stored: Vec<Channel> = channels_of(&settings).into_iter().filter(|channel| channel.is_touch()).collect();
@@ -105,11 +106,35 @@ fn a_hand_that_the_simulator_refuses_is_named_at_its_key() {
 }
 
 #[test]
+fn an_exploration_goes_to_unseen_cells_or_as_the_thesis_does() {
+    for (overrides, target) in [
+        (&[][..], ExplorationTarget::UnseenCells),
+        (&["profile=thesis"], ExplorationTarget::FacingAway),
+        (&["touch.exploration_target=facing_away"], ExplorationTarget::FacingAway),
+        (&["profile=thesis", "touch.exploration_target=unseen_cells"], ExplorationTarget::UnseenCells),
+    ] {
+        let settings = settings(&with_hand("exploration = true\n"), overrides);
+        let exploration = settings.touch.by_hand.and_then(|by_hand| by_hand.exploration).expect("an exploration");
+        assert_eq!(exploration, Exploration { approaches: 6, target }, "{overrides:?}");
+    }
+    let [unseen, facing] = ["unseen_cells", "facing_away"].map(|target| format!("touch.exploration_target={target}"));
+    assert_eq!(job(&[&unseen]).digest(), job(&[]).digest());
+    assert_ne!(job(&[&facing]).digest(), job(&[]).digest());
+    assert_eq!(
+        job(&[&facing, "touch={exploration=false, grasp=true}"]).digest(),
+        job(&["touch={exploration=false, grasp=true}"]).digest()
+    );
+}
+
+#[test]
 fn a_resolved_job_pins_its_hand_and_reads_back() {
     let plain = job(&[]);
-    for overrides in
-        [vec![], vec!["touch.grasp=true", "touch.random_rays=true"], vec!["touch={exploration=false, grasp=true}"]]
-    {
+    for overrides in [
+        vec![],
+        vec!["touch.grasp=true", "touch.random_rays=true"],
+        vec!["touch={exploration=false, grasp=true}"],
+        vec!["touch.exploration_target=facing_away"],
+    ] {
         let job = job(&overrides);
         let text = job.to_toml(Path::new("jobs"));
         let TouchByHand { hand, .. } = completion(&job).settings.touch.by_hand.as_ref().expect("a hand");

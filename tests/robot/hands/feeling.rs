@@ -157,10 +157,15 @@ fn a_hand_that_passes_by_misses() {
     let sim = Arc::new(HandSim::with_mesh(&model, &surface).expect("a simulation"));
     let mut worker = HandWorker::new(&sim);
     let start = IsometryMatrix3::translation(1.0, 0.0, -0.3);
-    let felt =
-        worker.feel(&HandApproach { object_from_start: start, distance: 0.5, effort: Effort::FEEL }).expect("a pose");
+    let felt = worker
+        .feel(&HandApproach { object_from_start: start, distance: 0.5, closed: 0.0, effort: Effort::FEEL })
+        .expect("a pose");
     assert_eq!((felt.end, felt.touches.len()), (ApproachEnd::Missed, 0));
     assert!((felt.travelled - 0.5).abs() < 0.02, "{}", felt.travelled);
     let nowhere = IsometryMatrix3::translation(f64::NAN, 0.0, 0.0);
-    assert!(worker.feel(&HandApproach { object_from_start: nowhere, distance: 0.5, effort: Effort::FEEL }).is_err());
+    assert!(
+        worker
+            .feel(&HandApproach { object_from_start: nowhere, distance: 0.5, closed: 0.0, effort: Effort::FEEL })
+            .is_err()
+    );
 }

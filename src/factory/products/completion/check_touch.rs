@@ -3,7 +3,7 @@
 use std::path::Path as FilePath;
 
 use super::{
-    settings::{RandomRays, Touch, TouchByHand},
+    settings::{Exploration, ExplorationTarget, RandomRays, Touch, TouchByHand},
     spec_touch::TouchSpec,
 };
 use crate::{job::read_hand, product::HandUse};
@@ -20,7 +20,7 @@ pub(super) const HAND_USES: &[HandUse] = &[
 pub(super) fn touch(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) -> Touch {
     let asked = spec.exploration || spec.grasp;
     idle(checker, &["rays", "ray_target"], &[("random_rays", spec.random_rays)]);
-    idle(checker, &["approaches"], &[("exploration", spec.exploration)]);
+    idle(checker, &["approaches", "exploration_target"], &[("exploration", spec.exploration)]);
     idle(checker, &["hand"], &[("exploration", spec.exploration), ("grasp", spec.grasp)]);
     if asked && spec.hand.is_none() {
         let help = "`hand = { scene = \"../scenes/barrett_bh8_280.xml\" }`; docs/hands.md says how to bring your own";
@@ -33,7 +33,11 @@ pub(super) fn touch(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) 
         random_rays: spec.random_rays.then_some(RandomRays { count: spec.rays, target: spec.ray_target }),
         by_hand: hand.map(|hand| TouchByHand {
             hand,
-            exploration: spec.exploration.then_some(spec.approaches),
+            exploration: spec.exploration.then_some(Exploration {
+                approaches: spec.approaches,
+                // The profile says it.
+                target: spec.exploration_target.unwrap_or(ExplorationTarget::UnseenCells),
+            }),
             grasp: spec.grasp,
         }),
     }

@@ -1,16 +1,18 @@
 //! Touch by a hand (thesis ch. 6): it explores what the camera did not see, or takes hold once from the side.
 //!
-//! An exploration goes to points spread over the hidden surface that face away from the camera. The opened hand comes along
-//! the point's inward normal, its palm ahead, at a random roll; it stops where it touches first, and each finger curls until
-//! it has its own contact or its limit. The tactile grasp comes along the image plane to the
-//! middle of the object's box, the fingers closing across the optical axis, and closes with all its force.
+//! An exploration goes to cells of the surface that the camera did not see and that its partial grid does not hold: of many
+//! approaches those are taken that are [forecast](Forecast) to touch most of such cells and least of what is in sight. The hand
+//! stops where it touches first; then each finger curls until it has its own contact or its limit. With [`ExplorationTarget::FacingAway`], as in the thesis, it goes to points that face away from
+//! the camera, along their inward normals, opened. The tactile grasp comes along the image plane to the middle of the object's
+//! box, the fingers closing across the optical axis. Fingers give way to a contact that presses with more than a fingertip bears.
 
-use std::{f64::consts::PI, sync::Arc};
+use std::{collections::BTreeSet, f64::consts::PI, sync::Arc};
 
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
 use super::{
-    settings::TouchByHand,
+    forecast::Forecast,
+    settings::{Exploration, ExplorationTarget, TouchByHand},
     touch::{SeenSurface, cell_of, single},
 };
 use crate::{ProduceError, job::JobHand};
@@ -25,6 +27,14 @@ use sim::{ApproachEnd, Effort, HandApproach, HandModel, HandSim, HandWorker};
 
 /// Points of the surface that are drawn to choose from.
 const DRAWN: u32 = 256;
+
+/// Movements to unseen cells that are forecast, and how far closed the hand comes in them, as shares of the way to the posture in
+/// which its fingertips are foremost.
+const CANDIDATES: usize = 240;
+const POSTURES: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// Unseen cells that outweigh a contact in the camera's sight.
+const IN_SIGHT: f64 = 1.0;
 
 /// Cosine of the smallest angle between the direction from the camera and the normal of a point that is gone to, so that the
 /// hand comes from behind.
@@ -59,9 +69,17 @@ impl TouchingHand {
         let sim =
             HandSim::with_mesh(&self.model, surface).map_err(|error| ProduceError::unusable(&self.scene, error))?;
         let bounds = surface.bounds();
+        let hand = sim.hand();
+        let foremost = hand.foremost_share();
+        let reach = POSTURES.map(|share| sim.reach(&hand.partly_closed(share * foremost)));
+        let reach = reach.into_iter().fold(0.0, f64::max);
+        let max_force = hand.fingertip_force().unwrap_or(f64::INFINITY);
         Ok(HandOnObject {
             centre: bounds.centre(),
-            far: (bounds.max - bounds.min).norm() + sim.reach(),
+            far: (bounds.max - bounds.min).norm() + reach,
+            foremost,
+            forecast: Forecast::new(hand),
+            max_force,
             worker: HandWorker::new(&Arc::new(sim)),
             surface: Arc::clone(surface),
             scene: self.scene.clone(),
@@ -75,16 +93,24 @@ pub(super) struct HandOnObject {
     surface: Arc<ContactSurface>,
     /// The middle of the object's box, in `Object`.
     centre: Point3<f64>,
-    /// So far from any point of the object the opened hand is clear of it [m].
+    /// So far from any point of the object the hand is clear of it [m].
     far: f64,
+    /// Share of their way at which the closing fingers are foremost.
+    foremost: f64,
+    forecast: Forecast,
+    /// Force that the hand's fingertips bear [N].
+    max_force: f64,
     scene: String,
 }
 
 /// A movement of the hand towards a target, expressed in camera axes.
+#[derive(Clone, Copy)]
 struct PlannedTouch {
     target: Point3<f64>,
     /// Columns are the axes of the approach frame; z is the direction of motion.
     rotation: Matrix3<f64>,
+    /// Share of their way that the fingers have gone.
+    closed: f64,
     effort: Effort,
 }
 
@@ -106,7 +132,16 @@ impl HandOnObject {
         // Channel's plan: one tactile grasp, or a number of exploratory approaches.
         let plan = match channel {
             Channel::TOUCH_GRASP => vec![self.grasp(&pair.camera_from_object, &mut stream("tactile grasp"))],
-            _ => self.exploration(by_hand.exploration.unwrap_or(0), pair, seen, &mut stream("exploration")),
+            _ => {
+                let stream = &mut stream("exploration");
+                match by_hand.exploration {
+                    Some(Exploration { approaches, target: ExplorationTarget::UnseenCells }) => {
+                        self.to_unseen_cells(approaches, pair, seen, drop_index_zero, stream)
+                    }
+                    Some(Exploration { approaches, .. }) => self.to_points_facing_away(approaches, pair, seen, stream),
+                    None => Vec::new(),
+                }
+            }
         };
         let hand = Arc::clone(self.worker.hand());
         let joints = hand.tree().joints().iter().map(|joint| joint.joint.name.clone()).collect();
@@ -116,13 +151,8 @@ impl HandOnObject {
         let mut out = TactileContacts::none(pair.sample);
         (out.resolution, out.probes) = (pair.grid.resolution, plan.len() as u32);
         for (probe, planned) in plan.iter().enumerate() {
-            // Start pose: off the target against the direction of motion, clear of the object.
-            let start = planned.target - planned.rotation.column(2) * self.far;
-            let rotation = Rotation3::from_matrix_unchecked(planned.rotation);
-            let camera_from_start = IsometryMatrix3::from_parts(Translation3::from(start), rotation);
+            let (approach, start) = self.approach(planned, &pair.camera_from_object);
             let camera_from_object = pair.camera_from_object.isometry();
-            let object_from_start = camera_from_object.inv_mul(&camera_from_start);
-            let approach = HandApproach { object_from_start, distance: self.far + BEYOND, effort: planned.effort };
             let felt = self.worker.feel(&approach).map_err(|error| ProduceError::unusable(&self.scene, error))?;
             // Approach without any touch: its start is recorded as a miss.
             if felt.touches.is_empty() {
@@ -155,8 +185,100 @@ impl HandOnObject {
         Ok(out)
     }
 
-    /// Movements to points spread over the hidden surface, each as far from those before as can be.
-    fn exploration(
+    /// The approach of a movement, and where its palm starts in camera axes: off the target against the direction of motion, clear of
+    /// the object.
+    fn approach(
+        &self,
+        planned: &PlannedTouch,
+        camera_from_object: &Pose<CameraCv, Object>,
+    ) -> (HandApproach, Point3<f64>) {
+        let start = planned.target - planned.rotation.column(2) * self.far;
+        let rotation = Rotation3::from_matrix_unchecked(planned.rotation);
+        let camera_from_start = IsometryMatrix3::from_parts(Translation3::from(start), rotation);
+        let object_from_start = camera_from_object.isometry().inv_mul(&camera_from_start);
+        let (distance, effort) = (self.far + BEYOND, planned.effort.giving_way_at(self.max_force));
+        (HandApproach { object_from_start, distance, closed: planned.closed, effort }, start)
+    }
+
+    /// Movements by which the hand is to touch cells that are not known: the camera does not see them, and the partial grid does not
+    /// hold them. Of many that go to such cells, those are taken one after another that are forecast to touch most more of them.
+    fn to_unseen_cells(
+        &self,
+        count: u32,
+        pair: &VoxelPair,
+        seen: &SeenSurface<'_>,
+        drop_index_zero: bool,
+        stream: &mut Stream,
+    ) -> Vec<PlannedTouch> {
+        let camera_from_object = &pair.camera_from_object;
+        let view = |(point, normal): (Point3<f64>, Vector3<f64>)| {
+            (camera_from_object.point(&point), camera_from_object.rotation() * normal)
+        };
+        let cell_of = |point: &Point3<f64>| {
+            cell_of(&pair.grid, single(point)).filter(|cell| !(drop_index_zero && cell.contains(&0)))
+        };
+        // The cell of a point that is not known; outside the grid nothing can be learned.
+        let unknown = |(point, normal): &(Point3<f64>, Vector3<f64>)| {
+            cell_of(point).filter(|cell| !pair.partial.get(*cell) && !seen.sees(point, normal))
+        };
+        // Points of the surface in unknown cells.
+        let draw = |stream: &mut Stream| {
+            let [share, u, v] = [(); 3].map(|()| stream.unit());
+            self.surface.point_at(share, u, v).map(view).filter(|drawn| unknown(drawn).is_some())
+        };
+        let mut targets: Vec<_> = (0..DRAWN).filter_map(|_| draw(stream)).collect();
+        if targets.is_empty() {
+            // A sheet that is seen all over: straight from behind.
+            targets.push((camera_from_object.point(&self.centre), Vector3::z()));
+        }
+        // Movements to them: from behind or along the inward normal, opened, half closed or with the fingertips foremost.
+        let candidates: Vec<PlannedTouch> = (0..CANDIDATES)
+            .map(|index| {
+                let (target, normal) = targets[index % targets.len()];
+                let ahead = if index % 2 == 0 { -target.coords.normalize() } else { -normal };
+                let closed = self.foremost * POSTURES[index / 2 % POSTURES.len()];
+                let rotation = rotation_towards(&ahead, stream.uniform(-PI, PI));
+                PlannedTouch { target, rotation, closed, effort: Effort::FEEL }
+            })
+            .collect();
+        let forecasts: Vec<(BTreeSet<[u32; 3]>, f64)> = candidates
+            .iter()
+            .map(|planned| {
+                let (approach, _) = self.approach(planned, camera_from_object);
+                let HandApproach { object_from_start, distance, closed, .. } = &approach;
+                let touches = self.forecast.touches(&self.surface, object_from_start, *distance, *closed);
+                let touches: Vec<_> = touches.into_iter().map(view).collect();
+                let in_sight = touches.iter().filter(|(point, normal)| seen.sees(point, normal)).count();
+                (touches.iter().filter_map(unknown).collect(), in_sight as f64)
+            })
+            .collect();
+        // The best one after another, by cells that are not beside those that are forecast already.
+        let mut found: BTreeSet<[u32; 3]> = BTreeSet::new();
+        let mut left: Vec<usize> = (0..candidates.len()).collect();
+        let mut taken = Vec::new();
+        for _ in 0..count {
+            let is_new =
+                |cell: &&[u32; 3]| !found.iter().any(|other| cell.iter().zip(other).all(|(a, b)| a.abs_diff(*b) <= 1));
+            let gain = |index: usize| {
+                let (cells, in_sight) = &forecasts[index];
+                cells.iter().filter(is_new).count() as f64 - IN_SIGHT * in_sight
+            };
+            let best = left.iter().copied().enumerate().map(|(at, index)| (at, gain(index)));
+            let best = best.fold(None, |best: Option<(usize, f64)>, next| match best {
+                Some(best) if best.1 >= next.1 => Some(best),
+                _ => Some(next),
+            });
+            // More approaches than candidates: the first again.
+            let index = best.map_or(0, |(at, _)| left.remove(at));
+            found.extend(&forecasts[index].0);
+            taken.push(candidates[index]);
+        }
+        taken
+    }
+
+    /// Movements to points of the hidden surface that face away from the camera, along their inward normals, each point as far
+    /// from those before as can be.
+    fn to_points_facing_away(
         &self,
         count: u32,
         pair: &VoxelPair,
@@ -185,7 +307,7 @@ impl HandOnObject {
             .map(|taken| {
                 let (target, out) = hidden[taken];
                 let roll = stream.uniform(-PI, PI);
-                PlannedTouch { target, rotation: rotation_towards(&-out, roll), effort: Effort::FEEL }
+                PlannedTouch { target, rotation: rotation_towards(&-out, roll), closed: 0.0, effort: Effort::FEEL }
             })
             .collect()
     }
@@ -195,7 +317,7 @@ impl HandOnObject {
         let (sin, cos) = libm::sincos(stream.uniform(-PI, PI));
         let (approach, across) = (Vector3::new(cos, sin, 0.0), Vector3::z());
         let rotation = Matrix3::from_columns(&[across.cross(&approach), across, approach]);
-        PlannedTouch { target: camera_from_object.point(&self.centre), rotation, effort: Effort::GRASP }
+        PlannedTouch { target: camera_from_object.point(&self.centre), rotation, closed: 0.0, effort: Effort::GRASP }
     }
 }
 
@@ -206,5 +328,6 @@ fn recorded(end: ApproachEnd) -> format::ApproachEnd {
         ApproachEnd::TimedOut => Recorded::TimedOut,
         ApproachEnd::Missed => Recorded::Missed,
         ApproachEnd::Unstable => Recorded::Unstable,
+        ApproachEnd::Overloaded => Recorded::Overloaded,
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    settings::{CompletionJob, CompletionSettings, Distance, RandomRays, TouchByHand},
+    settings::{CompletionJob, CompletionSettings, Distance, Exploration, RandomRays, TouchByHand},
     spec::{
         AnglesSpec, CameraSpec, CompletionSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance, GridViews,
         MatrixViews, TruthRule, ViewsSpec,
@@ -40,6 +40,8 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         touch,
     } = settings;
     let mut spec = CompletionSpec::standard();
+    // Digests of jobs without an exploration do not know the key.
+    spec.touch.exploration_target = None;
     (spec.views, spec.pivot, spec.renderer) = (views_spec(views), *pivot, *renderer);
     spec.distance = match *distance {
         Distance::Fixed(distance) => DistanceSpec::Fixed(distance),
@@ -78,7 +80,9 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
     }
     if let Some(TouchByHand { hand, exploration, grasp }) = &touch.by_hand {
         (spec.touch.exploration, spec.touch.grasp) = (exploration.is_some(), *grasp);
-        spec.touch.approaches = exploration.unwrap_or(spec.touch.approaches);
+        if let Some(Exploration { approaches, target }) = exploration {
+            (spec.touch.approaches, spec.touch.exploration_target) = (*approaches, Some(*target));
+        }
         spec.touch.hand = Some(hand.spec(folder));
     }
     spec

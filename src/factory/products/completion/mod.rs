@@ -12,6 +12,7 @@ mod check_touch;
 mod depth;
 mod encode;
 mod feel;
+mod forecast;
 mod keys;
 mod object;
 mod row;
@@ -28,8 +29,8 @@ pub use encode::channels_of;
 pub use row::FACTORY;
 pub use scene::{camera_from_world, world_from_object};
 pub use settings::{
-    CompletionJob, CompletionSettings, Distance, Gate, Pivot, RandomRays, RayTarget, Renderer, SceneCamera, Touch,
-    TouchByHand,
+    CompletionJob, CompletionSettings, Distance, Exploration, ExplorationTarget, Gate, Pivot, RandomRays, RayTarget,
+    Renderer, SceneCamera, Touch, TouchByHand,
 };
 pub use touch::TouchSurface;
 pub use worker::{CompletionWorker, RejectReason};

@@ -161,8 +161,8 @@ impl Touch {
 pub struct TouchByHand {
     /// The hand.
     pub hand: JobHand,
-    /// Exploration of the surface that the camera did not see: approaches per view, at least 1; `None` without.
-    pub exploration: Option<u32>,
+    /// Exploration of the surface that the camera did not see.
+    pub exploration: Option<Exploration>,
     /// Whether the hand grasps once.
     pub grasp: bool,
 }
@@ -170,8 +170,28 @@ pub struct TouchByHand {
 impl TouchByHand {
     /// Approaches per view, of both kinds.
     pub fn approaches(&self) -> u32 {
-        self.exploration.unwrap_or(0) + u32::from(self.grasp)
+        self.exploration.map_or(0, |exploration| exploration.approaches) + u32::from(self.grasp)
     }
+}
+
+/// Exploration of the surface that the camera did not see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Exploration {
+    /// Approaches per view, at least 1.
+    pub approaches: u32,
+    /// Targets of the approaches.
+    pub target: ExplorationTarget,
+}
+
+/// Targets of an exploration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ExplorationTarget {
+    /// Cells of the surface that the camera does not see and the partial grid does not hold. Of many approaches those are taken
+    /// that are forecast to touch the largest number of them and the fewest points in sight.
+    UnseenCells,
+    /// Points that face away from the camera (`thesis`). The opened hand comes along their inward normals.
+    FacingAway,
 }
 
 /// Rays from the object's far side towards the camera, along its optical axis.

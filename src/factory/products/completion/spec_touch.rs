@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::settings::RayTarget;
+use super::settings::{ExplorationTarget, RayTarget};
 use crate::job::spec::HandSpec;
 
 /// Touch that goes with each pair, of what the camera did not see.
@@ -27,6 +27,10 @@ pub struct TouchSpec {
     /// With `exploration`: how many guarded moves for each view.
     #[schemars(range(min = 1, max = 1000), extend("x-unit" = "approaches"))]
     pub approaches: u32,
+    /// With `exploration`: what the hand goes to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("examples" = ["unseen_cells"]))]
+    pub exploration_target: Option<ExplorationTarget>,
     /// A hand takes hold of the object once.
     #[schemars(extend("examples" = [true]))]
     pub grasp: bool,

@@ -60,11 +60,13 @@ pub enum ApproachEnd {
     Missed,
     /// The simulation blew up: what was felt is not kept.
     Unstable,
+    /// A contact pressed harder than the hand's fingertips bear: what was felt is not kept.
+    Overloaded,
 }
 
 impl ApproachEnd {
     /// Every end, in the order of their numbers on disk.
-    pub const ALL: [Self; 4] = [Self::AtRest, Self::TimedOut, Self::Missed, Self::Unstable];
+    pub const ALL: [Self; 5] = [Self::AtRest, Self::TimedOut, Self::Missed, Self::Unstable, Self::Overloaded];
 
     /// The name in tables.
     pub fn name(self) -> &'static str {
@@ -73,6 +75,7 @@ impl ApproachEnd {
             Self::TimedOut => "timed_out",
             Self::Missed => "missed",
             Self::Unstable => "unstable",
+            Self::Overloaded => "overloaded",
         }
     }
 

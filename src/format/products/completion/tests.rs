@@ -245,13 +245,14 @@ proptest! {
         let index = index.index(count);
         let barren = touch.contacts[index].probe as usize;
         let float = |bytes: &mut Vec<u8>, value: f32| bytes[4 * index..][..4].copy_from_slice(&value.to_le_bytes());
-        let lies: [&dyn Fn(&mut proto::HandContacts); 6] = [
+        let lies: [&dyn Fn(&mut proto::HandContacts); 7] = [
             &|touch| touch.link[index] = 3,
             &|touch| float(&mut touch.forces, -1e-3),
             &|touch| float(&mut touch.forces, f32::INFINITY),
             &|touch| float(&mut touch.gaps, f32::NAN),
             &|touch| touch.ends[barren] = ApproachEnd::Missed as u8,
             &|touch| touch.ends[barren] = ApproachEnd::Unstable as u8,
+            &|touch| touch.ends[barren] = ApproachEnd::Overloaded as u8,
         ];
         for (number, lie) in lies.into_iter().enumerate() {
             prop_assert!(refused(lie), "lie {} at {}", number, index);

@@ -147,7 +147,7 @@ fn approach_columns<'a>() -> Vec<RowColumn<ApproachRow<'a>>> {
         }),
         RowColumn::new("probe", U32, "number of the approach", |row| Value::U32(row.probe)),
         RowColumn::new("hand", Text, "name of the hand", |row| Value::Text(&row.hand.hand)),
-        RowColumn::new("end", Text, "how it ended: at_rest, timed_out, missed, unstable", |row| {
+        RowColumn::new("end", Text, "how it ended: at_rest, timed_out, missed, unstable, overloaded", |row| {
             Value::Text(row.approach.end.name())
         }),
         RowColumn::new(
