@@ -4,6 +4,7 @@ mod annealing;
 mod datasets;
 mod kept_trials;
 mod patches;
+mod second_engine;
 #[path = "../support/mod.rs"]
 mod support;
 mod table_trials;
