@@ -22,7 +22,7 @@ from .errors import (
 from .field import Axis, Nearest, ReachabilityField
 from .folder import FORMAT_VERSION, Folder
 from .geometry import Camera, Grid, SampleId, pack, unpack
-from .grasps import TRIAL_VERDICTS, VERDICTS, GraspSample, grasp_frame
+from .grasps import GRASP_LABELS, TRIAL_VERDICTS, VERDICTS, GraspSample, grasp_frame
 from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
@@ -66,6 +66,7 @@ __all__ = [
     "Sample",
     "SampleId",
     "ShuffledChunks",
+    "GRASP_LABELS",
     "TRIAL_VERDICTS",
     "Tsdf",
     "UnfinishedDataset",

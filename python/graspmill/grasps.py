@@ -25,6 +25,9 @@ TRIAL_VERDICTS = (
 )
 """Name of each verdict on a physical trial."""
 
+GRASP_LABELS = (None, "untested", "held", "failed", "borderline")
+"""What all trials of a grasp say together, by number; none in datasets of earlier versions."""
+
 _NUMBERS = (
     *("penetration", "energy", "contact_energy", "potential", "epsilon_force", "epsilon_wrench", "volume", "advance"),
 )
@@ -38,9 +41,9 @@ _CONTACT = [("grasp", "<i4"), ("link", "<i4"), ("point", "<f8", 3), ("normal", "
 _POSES = ("object_from_base", "object_from_approach")
 _LISTS = (*_JOINTS, "clearances", "clearances_opened")
 _COUNTS = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")
-_TRIAL = ("trial", "held", *_COUNTS, "robust", "table_pose", "table_trial", "held_on_table")
+_TRIAL = ("trial", "held", "label", *_COUNTS, "robust", "table_pose", "table_trial", "held_on_table")
 # Columns of frames whose values may be missing, of all grasps or of some, have a type that says so.
-_KINDS = dict.fromkeys(("verdict", "trial", "table_trial"), "string")
+_KINDS = dict.fromkeys(("verdict", "trial", "label", "table_trial"), "string")
 _KINDS |= dict.fromkeys(("held", "robust", "held_on_table"), "boolean")
 _KINDS |= dict.fromkeys(("type", *_COUNTS, "table_pose"), "Int64")
 
@@ -185,7 +188,8 @@ def grasp_frame(data: Dataset[GraspSample]) -> pd.DataFrame:
     The runs come in their order, the grasps of each with the lowest energy first. ``sample_index``, ``subject``,
     ``object``, ``split`` and ``item`` name the run, ``rank`` the grasp in it. Poses are 16 numbers (4 x 4, row-major).
     Where the dataset has trials, ``trial`` is the verdict on that of the grasp and ``held`` whether it held; both are
-    missing of grasps that were not tried: these are untested, not bad. ``robust`` says of some held grasps whether they hold
+    missing of grasps that were not tried: these are untested, not bad. ``label`` is what all trials of a grasp say together:
+    ``held``, ``failed``, ``borderline`` where they disagree, ``untested``. ``robust`` says of some held grasps whether they hold
     under every variant of the conditions too, ``held_on_table`` whether the grasp lifted the object from a table on which it
     rested in its resting pose ``table_pose``.
 
@@ -243,6 +247,7 @@ def _outcome(trial: Message) -> Message:
     return {
         "trial": TRIAL_VERDICTS[verdict],
         "held": verdict == 0,
+        "label": GRASP_LABELS[trial["label"]],
         "perturbed": len(perturbed),
         "perturbed_held": sum(run["outcome"]["verdict"] == 0 for run in perturbed),
         "roll_outs": trial["roll_outs"],

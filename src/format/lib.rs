@@ -28,9 +28,9 @@ pub use products::{
         TactileContacts, TouchContact, TouchedPair, Tsdf, Visibility, VoxelPair,
     },
     grasps::{
-        ClosedHand, FORCE, Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint, HandNames,
-        HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed, TableTrial,
-        TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialVerdict, TriedStates, WRENCH,
+        ClosedHand, FORCE, Grasp, GraspFacts, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint,
+        HandNames, HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed,
+        TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialVerdict, TriedStates, WRENCH,
     },
     patches::{
         HeatmapPatch, HeatmapPoint, PATCH_POINTS, POINT_NAMES, PatchColour, PatchFacts, PatchHeatmap, PatchImageColour,

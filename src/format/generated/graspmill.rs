@@ -876,6 +876,10 @@ pub struct GraspTrials {
     /// one number where grasps were tried on a table, too: friction of the object against it
     #[prost(double, repeated, tag = "18")]
     pub table_friction: ::prost::alloc::vec::Vec<f64>,
+    #[prost(string, repeated, tag = "19")]
+    pub confirm_held: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    #[prost(string, repeated, tag = "20")]
+    pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
 /// The trials of one grasp.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -920,6 +924,10 @@ pub struct GraspTrial {
     /// none where the hand would come below the table in every resting pose of the object
     #[prost(message, optional, tag = "14")]
     pub table: ::core::option::Option<TableTrial>,
+    #[prost(uint32, repeated, tag = "15")]
+    pub confirmed: ::prost::alloc::vec::Vec<u32>,
+    #[prost(uint32, tag = "16")]
+    pub label: u32,
 }
 /// A grasp of the object as it rests on a table: gravity is on, nothing holds the object while the hand closes.
 #[derive(Clone, PartialEq, ::prost::Message)]

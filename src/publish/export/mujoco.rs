@@ -125,6 +125,7 @@ fn object(
             "object_from_base": grasp.object_from_base.to_rows(),
             "expected": {
                 "verdict": trial.outcome.verdict.name(),
+                "label": trial.label().name(),
                 "time": trial.outcome.time,
                 "closing_time": trial.outcome.closing_time,
                 "farthest": trial.outcome.farthest,

@@ -5,7 +5,7 @@
     python replay.py                      every grasp here; writes agreement.json
     python replay.py 025_mug --view       one object's, in MuJoCo's viewer
     python replay.py --stored held --variant defaults
-                                          those that held, under MuJoCo's default solver settings
+                                          those labelled held, under MuJoCo's default solver settings
 
 `hand.xml` is the hand with a servo for each joint, `<object>/scene.xml` that hand with the object: MuJoCo's own contacts,
 with the triangles of the mesh as a rigid flex (`scene_sdf.xml`: with an octree of distances, some times slower). `drive.json`
@@ -352,7 +352,7 @@ def replay(work):
     model = spec.compile()
     found = []
     for grasp in told["grasps"]:
-        if stored and (grasp["expected"]["verdict"] == "held") != (stored == "held"):
+        if stored and grasp["expected"]["label"] != stored:
             continue
         trial = Trial(model, drive, told["gravity"], grasp, variant == "free")
         if view:
@@ -382,7 +382,7 @@ def main():
     parser.add_argument("--starts", type=int, default=40, help="with sdf: points that MuJoCo begins its descents to contacts from")
     variants = "; ".join(f"{name}: {what}" for name, what in VARIANTS.items())
     parser.add_argument("--variant", choices=VARIANTS, default="stored", help=f"conditions of the trials; {variants}")
-    parser.add_argument("--stored", choices=["held", "failed"], help="only grasps that the dataset says held, or failed")
+    parser.add_argument("--stored", choices=["held", "failed", "borderline", "untested"], help="only grasps with this label")
     parser.add_argument("--processes", type=int, default=1, help="objects at a time")
     parser.add_argument("--view", action="store_true", help="show the trials in MuJoCo's viewer")
     arguments = parser.parse_args()

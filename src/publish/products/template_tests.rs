@@ -145,6 +145,7 @@ fn trials(name: &str, is_full: bool) -> TrialsInspection {
         verdicts: [("held".to_owned(), 3)].into(),
         by_quality: [("kept".to_owned(), [2, 2]), ("low_quality".to_owned(), [2, 1])].into(),
         on_table: is_full.then(|| [("held".to_owned(), 1)].into()),
+        labels: [("held".to_owned(), 2), ("borderline".to_owned(), 1)].into(),
         variants: is_full.then(|| VariantsInspection { grasps: 2, robust: 1, held: vec![(name.to_owned(), 1)] }),
         perturbed: if is_full { 8 } else { 0 },
         turned: 1,

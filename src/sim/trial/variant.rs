@@ -19,10 +19,12 @@ pub enum Variant {
     PlainElliptic,
     /// MuJoCo's defaults: pyramidal friction cones, `impratio` 1, no iterations against slip.
     MujocoDefaults,
+    /// Friction higher by half.
+    MoreFriction,
 }
 
 impl Variant {
-    /// Every variant, in the order of its verdict in a record.
+    /// Every variant that a robust grasp holds under, in the order of its verdict in a record.
     pub const ALL: [Self; 7] = [
         Self::LessFriction,
         Self::LittleFriction,
@@ -32,6 +34,13 @@ impl Variant {
         Self::PlainElliptic,
         Self::MujocoDefaults,
     ];
+
+    /// Conditions a little harder, under which a grasp that held is tried again before it is a positive.
+    pub const HARDER: [Self; 2] = [Self::LessFriction, Self::FreeObject];
+
+    /// Conditions easier by as much as friction of real objects varies, under which a grasp that failed is tried again before it
+    /// is a negative.
+    pub const EASIER: [Self; 1] = [Self::MoreFriction];
 
     /// The name in records.
     pub fn name(self) -> &'static str {
@@ -43,6 +52,7 @@ impl Variant {
             Self::HalfStep => "half_step",
             Self::PlainElliptic => "plain_elliptic",
             Self::MujocoDefaults => "mujoco_defaults",
+            Self::MoreFriction => "friction_150_percent",
         }
     }
 
@@ -57,6 +67,7 @@ impl Variant {
             Self::FreeObject => TrialConditions { is_free: true, ..same },
             Self::HalfStep => TrialConditions { numerics: Numerics::HalfStep, ..same },
             Self::PlainElliptic => TrialConditions { numerics: Numerics::PlainElliptic, ..same },
+            Self::MoreFriction => TrialConditions { friction: 1.5 * same.friction, ..same },
             Self::MujocoDefaults => TrialConditions { numerics: Numerics::MujocoDefaults, ..same },
         }
     }
@@ -75,6 +86,9 @@ mod tests {
         assert!(changed.iter().all(|conditions| *conditions != plain && conditions.check().is_ok()));
         assert_eq!([0, 1].map(|index| changed[index].friction), [0.4, 0.3]);
         assert_eq!((changed[2].mass, changed[3].is_free), (0.5, true));
-        assert_eq!(Variant::ALL.map(Variant::name).into_iter().collect::<BTreeSet<_>>().len(), Variant::ALL.len());
+        let easier = Variant::MoreFriction.of(&plain);
+        assert_eq!(easier, TrialConditions { friction: 0.75, ..plain });
+        let names: BTreeSet<_> = Variant::ALL.into_iter().chain(Variant::EASIER).map(Variant::name).collect();
+        assert_eq!(names.len(), Variant::ALL.len() + Variant::EASIER.len());
     }
 }

@@ -7,9 +7,9 @@ use super::{
     keys::SEARCH_KEYS,
     settings::{GraspSettings, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, DepthSpec, EnergySpec, FrameSpec, GraspsSpec, GravitySpec,
-        KeepSpec, MassSpec, PhysicsSpec, PosesSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec,
-        UniformSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, ConfirmSpec, DepthSpec, EnergySpec, FrameSpec, GraspsSpec,
+        GravitySpec, KeepSpec, MassSpec, PhysicsSpec, PosesSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec,
+        TriedSpec, UniformSpec,
     },
 };
 use crate::job::{JobHand, read_hand};
@@ -161,6 +161,7 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         roll_out_share,
         roll_outs,
         variant_share,
+        confirm,
         gravity,
         table,
         table_friction,
@@ -187,6 +188,11 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         roll_out_share,
         roll_outs,
         variant_share,
+        confirm: match confirm {
+            ConfirmSpec::Both => [true, true],
+            ConfirmSpec::Failed => [false, true],
+            ConfirmSpec::None => [false, false],
+        },
         six_directions: gravity == GravitySpec::Six,
         table_friction: table.then_some(table_friction),
     }

@@ -5,9 +5,9 @@ use std::path::Path;
 use super::{
     settings::{GraspJob, GraspSettings, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, DepthSpec, EnergySpec, FrameSpec,
-        GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, RestingSpec, SamplerSpec,
-        SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, ConfirmSpec, DepthSpec, EnergySpec,
+        FrameSpec, GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, RestingSpec,
+        SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::job::{keys_of, without};
@@ -113,6 +113,7 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             roll_out_share,
             roll_outs,
             variant_share,
+            confirm,
             six_directions,
             table_friction,
         } = physics;
@@ -127,6 +128,11 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             roll_out_share,
             roll_outs,
             variant_share,
+            confirm: match confirm {
+                [true, _] => ConfirmSpec::Both,
+                [false, true] => ConfirmSpec::Failed,
+                [false, false] => ConfirmSpec::None,
+            },
             gravity: if six_directions { GravitySpec::Six } else { GravitySpec::Lifted },
             table: table_friction.is_some(),
             table_friction: table_friction.unwrap_or_default(),

@@ -323,6 +323,11 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::variant_share")]
     #[schemars(range(min = 0, max = 1))]
     pub variant_share: f64,
+    /// Trials that are made again before their outcome becomes a label: grasps that held, with friction lower by 20 % and with
+    /// nothing that supports the object while the hand closes; grasps that failed, with friction higher by half. A grasp whose
+    /// trials disagree is labelled borderline.
+    #[serde(default = "physics::confirm")]
+    pub confirm: ConfirmSpec,
     /// Gravity on the object once it is held.
     #[serde(default)]
     #[schemars(extend("examples" = ["six"]))]
@@ -350,9 +355,21 @@ pub enum TriedSpec {
     Kept,
 }
 
+/// Choice of the trials that are made again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ConfirmSpec {
+    /// Those that held and those that failed.
+    Both,
+    /// Those that failed alone: enough for grippers that are tried on a table as well.
+    Failed,
+    /// None.
+    None,
+}
+
 /// Defaults of keys of `[physics]` that are not written: the section itself has none.
 mod physics {
-    use super::{AutoMass, MassSpec};
+    use super::{AutoMass, ConfirmSpec, MassSpec};
 
     pub(super) fn friction() -> f64 {
         0.5
@@ -372,6 +389,10 @@ mod physics {
 
     pub(super) fn variant_share() -> f64 {
         0.1
+    }
+
+    pub(super) fn confirm() -> ConfirmSpec {
+        ConfirmSpec::Both
     }
 
     pub(super) fn table() -> bool {

@@ -55,6 +55,8 @@ impl Trials {
         let name = scene.display().to_string();
         let model = HandModel::open(scene).map_err(|error| ProduceError::unusable(&name, error))?;
         let TrialSpread { friction, mass, shift, turn } = SPREAD;
+        let names = |variants: &[Variant]| variants.iter().map(|variant| variant.name().to_owned()).collect();
+        let [confirms_held, confirms_failed] = settings.confirm;
         let record = GraspTrials {
             sample: run.sample,
             hand: run.hand.name.clone(),
@@ -69,12 +71,10 @@ impl Trials {
                 gravity: if settings.six_directions { "six" } else { "lifted" }.to_owned(),
                 spreads: [friction, mass, shift, turn],
                 tried: settings.tried,
-                variants: if settings.variant_share > 0.0 {
-                    Variant::ALL.map(|variant| variant.name().to_owned()).to_vec()
-                } else {
-                    Vec::new()
-                },
+                variants: if settings.variant_share > 0.0 { names(&Variant::ALL) } else { Vec::new() },
                 table_friction: settings.table_friction,
+                confirm_held: if confirms_held { names(&Variant::HARDER) } else { Vec::new() },
+                confirm_failed: if confirms_failed { names(&Variant::EASIER) } else { Vec::new() },
             },
             trials: Vec::new(),
         };
@@ -198,7 +198,18 @@ impl TriedObject {
             table = Some(TableTrial { resting_pose: pose as u32, outcome: recorded(&run(&on_table)?) });
         }
         let closed = outcome.closed.as_ref().map(closed_hand);
-        Ok(GraspTrial { grasp: index, outcome: recorded(&outcome), closed, perturbed, roll_outs, variants, table })
+        let (outcome, confirmed) = (recorded(&outcome), Vec::new());
+        let mut trial = GraspTrial { grasp: index, outcome, closed, perturbed, roll_outs, variants, table, confirmed };
+        // Trials that agree are made again where it is harder to hold, or easier: what ends otherwise there is no sure label.
+        let confirms = match (trial.agreed(), settings.confirm) {
+            (Some(true), [true, _]) => &Variant::HARDER[..],
+            (Some(false), [_, true]) => &Variant::EASIER[..],
+            _ => &[],
+        };
+        for variant in confirms {
+            trial.confirmed.push(verdict(&run(&variant.of(&conditions))?.verdict));
+        }
+        Ok(trial)
     }
 }
 

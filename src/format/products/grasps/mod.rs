@@ -24,7 +24,7 @@ pub use shapes_file::{Shapes, ShapesWriter};
 pub use trial::{
     ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod, TrialOutcome,
 };
-pub use tried::{TrialVerdict, TriedStates};
+pub use tried::{GraspLabel, TrialVerdict, TriedStates};
 
 use crate::{
     Channel, Product,

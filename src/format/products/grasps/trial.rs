@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use prost::Message;
 
-use super::{TrialFacts, TrialVerdict, TriedStates};
+use super::{GraspLabel, TrialFacts, TrialVerdict, TriedStates};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, pose, ranged},
@@ -16,6 +16,10 @@ use kernel::{
 };
 
 const MESSAGE: &str = "GraspTrials";
+
+/// Deepest start of a hand in the object whose trial says anything about the grasp [m]: deeper ones are pushed out by contacts
+/// that another simulation has otherwise.
+const MAX_LABELLED_START: f64 = 5e-4;
 
 /// Conditions of a trial, and the spread of perturbed ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +44,21 @@ pub struct TrialMethod {
     pub variants: Vec<String>,
     /// Friction of the object against the table; `None` where grasps are not tried on one.
     pub table_friction: Option<f64>,
+    /// Names of the harder conditions under which grasps that held are tried again.
+    pub confirm_held: Vec<String>,
+    /// Names of the easier conditions under which grasps that failed are tried again.
+    pub confirm_failed: Vec<String>,
+}
+
+impl TrialMethod {
+    /// Names of the conditions that confirm trials which agreed, by whether all held; none where they disagree.
+    fn confirmations(&self, agreed: Option<bool>) -> &[String] {
+        match agreed {
+            Some(true) => &self.confirm_held,
+            Some(false) => &self.confirm_failed,
+            None => &[],
+        }
+    }
 }
 
 /// Outcome of one trial.
@@ -139,9 +158,42 @@ pub struct GraspTrial {
     /// Trial on a table; `None` where the hand would come below it in every resting pose of the object, and in datasets
     /// without such trials.
     pub table: Option<TableTrial>,
+    /// Verdict under each of [`TrialMethod::confirm_held`] or [`TrialMethod::confirm_failed`], as the trials
+    /// [agree](GraspTrial::agreed); none where they do not.
+    pub confirmed: Vec<TrialVerdict>,
 }
 
 impl GraspTrial {
+    /// Whether the grasp held, by its trial in the air and the one on a table alike; `None` where the two disagree, or say
+    /// nothing since the hand starts in the object or the simulation became unstable.
+    pub fn agreed(&self) -> Option<bool> {
+        let held = self.outcome.verdict.is_held();
+        let is_alike = self.of_grasp().all(|verdict| verdict.is_held() == held);
+        (self.is_tested() && is_alike).then_some(held)
+    }
+
+    /// The label that all trials of the grasp make together.
+    pub fn label(&self) -> GraspLabel {
+        let is_confirmed = |held: bool| self.confirmed.iter().all(|verdict| verdict.is_held() == held);
+        match self.agreed() {
+            _ if !self.is_tested() => GraspLabel::Untested,
+            Some(true) if is_confirmed(true) => GraspLabel::Held,
+            Some(false) if is_confirmed(false) => GraspLabel::Failed,
+            _ => GraspLabel::Borderline,
+        }
+    }
+
+    /// Whether the trial in the air says anything about the grasp.
+    fn is_tested(&self) -> bool {
+        self.outcome.verdict.is_tested() && self.outcome.penetration[0] <= MAX_LABELLED_START
+    }
+
+    /// Verdicts in the air and on a table that say anything about the grasp.
+    fn of_grasp(&self) -> impl Iterator<Item = TrialVerdict> {
+        let on_table = self.table.iter().map(|trial| trial.outcome.verdict);
+        std::iter::once(self.outcome.verdict).chain(on_table).filter(|verdict| verdict.is_tested())
+    }
+
     /// Share of the roll-outs that held; `None` without any.
     pub fn success(&self) -> Option<f64> {
         let [count, held] = self.roll_outs;
@@ -228,6 +280,8 @@ impl GraspTrials {
             tried,
             variants,
             table_friction,
+            confirm_held,
+            confirm_failed,
         } = &self.method;
         wire::sample(out, 1, &self.sample);
         wire::bytes(out, 2, self.hand.as_bytes());
@@ -248,13 +302,15 @@ impl GraspTrials {
         wire::bytes(out, 16, tried.name().as_bytes());
         variants.iter().for_each(|name| wire::element(out, 17, name.as_bytes()));
         wire::doubles(out, 18, table_friction.as_slice());
+        confirm_held.iter().for_each(|name| wire::element(out, 19, name.as_bytes()));
+        confirm_failed.iter().for_each(|name| wire::element(out, 20, name.as_bytes()));
     }
 
     /// Reads and checks a payload.
     ///
     /// # Errors
     /// When lengths do not fit each other, a number is out of range or not finite, the hand's pose is no rigid motion, a normal
-    /// is not of unit length, or a name or a verdict is unknown.
+    /// is not of unit length, a name or a verdict is unknown, or a label is not what the verdicts say.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let mut raw = proto::GraspTrials::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.take())?;
@@ -275,6 +331,23 @@ impl GraspTrials {
         lengthy(MESSAGE, "table_friction", raw.table_friction.len().min(1), raw.table_friction.len())?;
         let table_friction = raw.table_friction.first().copied();
         not_below_zero("table_friction", table_friction.unwrap_or_default())?;
+        let (friction, torsion, mass) = (raw.friction, raw.torsion, raw.mass);
+        let (mass_from, mass_source, gravity) = (raw.mass_from, raw.mass_source, raw.gravity);
+        let (variants, confirm_held, confirm_failed) = (raw.variants, raw.confirm_held, raw.confirm_failed);
+        let method = TrialMethod {
+            friction,
+            torsion,
+            mass,
+            mass_from,
+            mass_source,
+            gravity,
+            spreads,
+            tried,
+            variants,
+            table_friction,
+            confirm_held,
+            confirm_failed,
+        };
         let mut read: Vec<GraspTrial> = Vec::with_capacity(raw.trials.len());
         for trial in &raw.trials {
             let ascends = read.last().is_none_or(|before| before.grasp < trial.grasp);
@@ -282,29 +355,9 @@ impl GraspTrials {
             let on_table = u32::from(trial.table.is_some());
             let may_be = on_table == 0 || table_friction.is_some();
             ranged(MESSAGE, "trials.table", f64::from(on_table), may_be, "none without a table_friction")?;
-            read.push(GraspTrial::of(trial, joints as usize, raw.variants.len())?);
+            read.push(GraspTrial::of(trial, joints as usize, &method)?);
         }
-        let (friction, torsion, mass) = (raw.friction, raw.torsion, raw.mass);
-        let (mass_from, mass_source, gravity) = (raw.mass_from, raw.mass_source, raw.gravity);
-        Ok(Self {
-            sample,
-            hand: raw.hand,
-            links,
-            joints,
-            method: TrialMethod {
-                friction,
-                torsion,
-                mass,
-                mass_from,
-                mass_source,
-                gravity,
-                spreads,
-                tried,
-                variants: raw.variants,
-                table_friction,
-            },
-            trials: read,
-        })
+        Ok(Self { sample, hand: raw.hand, links, joints, method, trials: read })
     }
 }
 
@@ -361,13 +414,15 @@ impl GraspTrial {
                 nested(out, 2, |out| outcome.encode(out));
             });
         }
+        wire::uint32s(out, 15, self.confirmed.iter().map(|verdict| *verdict as u32));
+        wire::uint32(out, 16, self.label().number());
     }
 
-    fn of(trial: &proto::GraspTrial, joints: usize, variants: usize) -> Result<Self, RecordError> {
+    fn of(trial: &proto::GraspTrial, joints: usize, method: &TrialMethod) -> Result<Self, RecordError> {
         let [count, held] = [trial.roll_outs, trial.roll_outs_held];
         ranged(MESSAGE, "trials.roll_outs_held", f64::from(held), held <= count, "at most roll_outs")?;
         if !trial.variants.is_empty() {
-            lengthy(MESSAGE, "trials.variants", variants, trial.variants.len())?;
+            lengthy(MESSAGE, "trials.variants", method.variants.len(), trial.variants.len())?;
         }
         let perturbed = trial.perturbed.iter().map(|trial| {
             for (field, value) in [("perturbed.friction", trial.friction), ("perturbed.mass", trial.mass)] {
@@ -381,19 +436,25 @@ impl GraspTrial {
                 outcome: TrialOutcome::of(trial.outcome.as_ref())?,
             })
         });
-        Ok(Self {
+        let verdicts = |field: &'static str, numbers: &[u32]| {
+            numbers.iter().map(|number| verdict_of(field, *number)).collect::<Result<Vec<_>, RecordError>>()
+        };
+        let read = Self {
             grasp: trial.grasp,
             outcome: TrialOutcome::of(trial.outcome.as_ref())?,
             closed: ClosedHand::of(trial, joints)?,
             perturbed: perturbed.collect::<Result<_, RecordError>>()?,
             roll_outs: [count, held],
-            variants: trial
-                .variants
-                .iter()
-                .map(|number| verdict_of("trials.variants", *number))
-                .collect::<Result<_, RecordError>>()?,
+            variants: verdicts("trials.variants", &trial.variants)?,
             table: trial.table.as_ref().map(TableTrial::of).transpose()?,
-        })
+            confirmed: verdicts("trials.confirmed", &trial.confirmed)?,
+        };
+        let asked = method.confirmations(read.agreed()).len();
+        lengthy(MESSAGE, "trials.confirmed", asked, read.confirmed.len())?;
+        // Datasets of earlier versions state none.
+        let is_so = [0, read.label().number()].contains(&trial.label);
+        ranged(MESSAGE, "trials.label", f64::from(trial.label), is_so, "what the verdicts say")?;
+        Ok(read)
     }
 }
 

@@ -65,6 +65,8 @@ fn trials() -> GraspTrials {
             tried: TriedStates::Closed,
             variants: vec!["free".to_owned(), "heavy".to_owned()],
             table_friction: Some(0.4),
+            confirm_held: vec!["slippery".to_owned(), "free".to_owned()],
+            confirm_failed: vec!["rough".to_owned()],
         },
         trials: vec![
             GraspTrial {
@@ -75,6 +77,7 @@ fn trials() -> GraspTrials {
                 roll_outs: [16, 12],
                 variants: vec![TrialVerdict::Held, TrialVerdict::LetGo],
                 table: Some(TableTrial { resting_pose: 2, outcome: outcome(TrialVerdict::LostLifting) }),
+                confirmed: vec![],
             },
             GraspTrial {
                 grasp: 4,
@@ -84,6 +87,7 @@ fn trials() -> GraspTrials {
                 roll_outs: [0; 2],
                 variants: vec![],
                 table: None,
+                confirmed: vec![],
             },
         ],
     }
@@ -100,7 +104,9 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     assert_eq!((trials().trials[0].success(), trials().trials[0].turned()), (Some(0.75), 1));
     assert_eq!(trials().trials[1].success(), None);
     assert_eq!([0, 1].map(|index| trials().trials[index].is_robust()), [Some(false), None]);
-    let lies: [fn(&mut proto::GraspTrials); 19] = [
+    let lies: [fn(&mut proto::GraspTrials); 21] = [
+        |trials| trials.trials[0].label = 2,
+        |trials| trials.trials[0].confirmed.push(0),
         |trials| trials.sample = None,
         |trials| trials.joints = 3,
         |trials| trials.mass = 0.0,
@@ -135,4 +141,34 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     tried.method.tried = TriedStates::Kept;
     assert!(tried.check_beside(&[open, low, open, open, kept], 3).is_err());
     assert!(tried.check_beside(&[low, kept, low, open, kept], 3).is_ok());
+}
+
+/// Labels follow from all trials together: the first verdict, that on a table, the confirmations, and the depth of the start.
+#[test]
+fn labels_are_what_all_trials_say_together() {
+    use GraspLabel::{Borderline, Failed, Held, Untested};
+    use TrialVerdict::{LetGo, LostLifting, LostShaking, StartsTooDeep, Unstable};
+    let label = |first: TrialVerdict, table: Option<TrialVerdict>, confirmed: &[TrialVerdict], start: f64| {
+        let mut trial = trials().trials.swap_remove(0);
+        trial.outcome = TrialOutcome { penetration: [start, 0.0, 0.0], ..outcome(first) };
+        trial.table = table.map(|verdict| TableTrial { resting_pose: 0, outcome: outcome(verdict) });
+        trial.confirmed = confirmed.to_vec();
+        trial.label()
+    };
+    let held = TrialVerdict::Held;
+    for (first, table, confirmed, start, expected) in [
+        (held, None, &[][..], 0.0, Held),
+        (held, Some(held), &[held, held], 4e-4, Held),
+        (held, Some(held), &[held, LostShaking], 0.0, Borderline),
+        (held, Some(LetGo), &[], 0.0, Borderline),
+        (held, Some(StartsTooDeep), &[held], 0.0, Held),
+        (LostLifting, Some(LetGo), &[LostLifting], 0.0, Failed),
+        (LostLifting, None, &[held], 0.0, Borderline),
+        (LostLifting, Some(held), &[], 0.0, Borderline),
+        (held, Some(held), &[held], 6e-4, Untested),
+        (StartsTooDeep, Some(held), &[], 2e-3, Untested),
+        (Unstable, None, &[], 0.0, Untested),
+    ] {
+        assert_eq!(label(first, table, confirmed, start), expected, "{first:?} {table:?} {confirmed:?} {start}");
+    }
 }

@@ -37,6 +37,39 @@ impl TriedStates {
     }
 }
 
+/// What the trials of a grasp say together: the label to train on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum GraspLabel {
+    /// Nothing is known: the hand starts in the object, or the simulation became unstable. Never a negative.
+    Untested,
+    /// It held in every trial, and under every condition by which the job confirms that.
+    Held,
+    /// It failed in every trial, and under every condition by which the job confirms that.
+    Failed,
+    /// Its trials disagree: neither a positive nor a negative.
+    Borderline,
+}
+
+impl GraspLabel {
+    /// Every label, in the order of their numbers on disk.
+    pub const ALL: [Self; 4] = [Self::Untested, Self::Held, Self::Failed, Self::Borderline];
+
+    /// The number on disk, from 1.
+    pub(super) fn number(self) -> u32 {
+        self as u32 + 1
+    }
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Untested => "untested",
+            Self::Held => "held",
+            Self::Failed => "failed",
+            Self::Borderline => "borderline",
+        }
+    }
+}
+
 /// Verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TrialVerdict {
@@ -101,5 +134,10 @@ impl TrialVerdict {
     /// Whether the grasp held.
     pub fn is_held(self) -> bool {
         self == Self::Held
+    }
+
+    /// Whether the trial says anything about the grasp: a refused or an unstable one does not.
+    pub fn is_tested(self) -> bool {
+        !matches!(self, Self::StartsTooDeep | Self::Unstable)
     }
 }

@@ -305,7 +305,7 @@ fn on_table<'a>(row: &GraspRow<'a>) -> Option<&'a TableTrial> {
 }
 
 /// Columns of what came of a grasp's trial.
-fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 10] {
+fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
     fn count(row: &GraspRow<'_>, count: fn(&GraspTrial) -> usize) -> Value<'static> {
         row.trial.map_or(Value::Empty, |trial| Value::U32(count(trial) as u32))
     }
@@ -331,6 +331,12 @@ fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 10] {
         RowColumn::optional("roll_outs_held", U32, "number of them that held; their share is a probability", |row| {
             count(row, |trial| trial.roll_outs[1] as usize)
         }),
+        RowColumn::optional(
+            "label",
+            Text,
+            "what all trials of the grasp say together: held, failed, borderline where they disagree, untested; none without trials",
+            |row| row.trial.map_or(Value::Empty, |trial| Value::Text(trial.label().name())),
+        ),
         RowColumn::optional(
             "robust",
             Boolean,

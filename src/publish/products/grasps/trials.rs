@@ -10,7 +10,7 @@ use crate::{
     markup::Markup,
     tally::Spread,
 };
-use format::{GraspRun, GraspTrials, TrialMethod, TrialVerdict, TriedStates};
+use format::{GraspLabel, GraspRun, GraspTrials, TrialMethod, TrialVerdict, TriedStates};
 use kernel::words::GraspVerdict;
 
 /// Outcomes of trying grasps in MuJoCo.
@@ -26,6 +26,9 @@ pub struct TrialsInspection {
     /// Grasps that were tried on a table as well, by verdict; absent without such trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_table: Option<BTreeMap<String, u64>>,
+    /// Tried grasps by label: what all trials of each say together.
+    #[serde(default)]
+    pub labels: BTreeMap<String, u64>,
     /// Held grasps that were tried under variants of the conditions; absent without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variants: Option<VariantsInspection>,
@@ -81,6 +84,16 @@ impl TrialsInspection {
         format!("{} grasps tried, {}", grouped(self.tried), held_in_words(&self.verdicts))
     }
 
+    /// One line with the counts of labels.
+    pub fn labels_in_words(&self) -> String {
+        let count = |label: GraspLabel| {
+            let grasps = self.labels.get(label.name()).copied().unwrap_or(0);
+            format!("{} {}", grouped(grasps), label.name())
+        };
+        let labels = [GraspLabel::Held, GraspLabel::Failed, GraspLabel::Borderline, GraspLabel::Untested];
+        format!("labels by all trials together: {}", labels.map(count).join(", "))
+    }
+
     /// One line with the counts of trials on a table; `None` without them.
     pub fn on_table_in_words(&self) -> Option<String> {
         let verdicts = self.on_table.as_ref()?;
@@ -129,6 +142,7 @@ impl fmt::Display for TrialsInspection {
         for [verdict, tried, held] in self.quality_rows() {
             writeln!(f, "  {:<24} {tried} tried, {held} held", format!("verdict {verdict}"))?;
         }
+        writeln!(f, "  {}", self.labels_in_words())?;
         if let Some(variants) = &self.variants {
             writeln!(f, "  {}", variants.in_words())?;
         }
@@ -163,6 +177,7 @@ pub(crate) struct TrialSums {
     verdicts: BTreeMap<String, u64>,
     by_quality: BTreeMap<String, [u64; 2]>,
     on_table: Option<BTreeMap<String, u64>>,
+    labels: BTreeMap<String, u64>,
     variants: VariantsInspection,
     perturbed: u64,
     turned: u64,
@@ -195,6 +210,7 @@ impl TrialSums {
             if let (Some(on_table), Some(trial)) = (&mut self.on_table, &trial.table) {
                 *on_table.entry(trial.outcome.verdict.name().to_owned()).or_default() += 1;
             }
+            *self.labels.entry(trial.label().name().to_owned()).or_default() += 1;
             if let Some(is_robust) = trial.is_robust() {
                 self.variants.grasps += 1;
                 self.variants.robust += u64::from(is_robust);
@@ -234,6 +250,7 @@ impl TrialSums {
             verdicts: self.verdicts,
             by_quality: self.by_quality,
             on_table: self.on_table,
+            labels: self.labels,
             variants: (self.variants.grasps > 0).then_some(self.variants),
             perturbed: self.perturbed,
             turned: self.turned,
@@ -256,6 +273,7 @@ pub(crate) struct TrialsView {
     failed: String,
     conditions: String,
     counts: String,
+    labels: String,
     perturbed: Option<PerturbedView>,
     /// Tried grasps by verdict.
     verdicts: Markup,
@@ -329,6 +347,7 @@ impl TrialsView {
             failed: grouped(trials.tried - trials.held()),
             conditions: trials.conditions.clone(),
             counts: trials.in_words(),
+            labels: trials.labels_in_words(),
             perturbed: (trials.perturbed > 0).then(|| PerturbedView {
                 runs: grouped(trials.perturbed),
                 turned: percent(trials.turned as f64 / trials.perturbed as f64),
