@@ -12,5 +12,6 @@ mod solids;
 #[path = "../support/mod.rs"]
 mod support;
 mod twins;
+mod symmetries;
 mod views;
 mod weights;
