@@ -500,7 +500,10 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
     assert!((gap - 0.03).abs() < 1e-6, "{gap}");
     let again = joined.path("again");
     Program::run_job(joined.path("data/job.toml"), &again).succeed();
-    assert_eq!(Manifest::read(&again).expect("a dataset").root, Manifest::read(joined.path("data")).expect("one").root);
+    assert_eq!(
+        Manifest::read(&again).expect("a dataset").root,
+        Manifest::read(&joined.path("data")).expect("one").root
+    );
     // Completion takes it as before, with a note.
     let pairs = write_job_in_parts("completion", "");
     let said = pairs.run_job("job", "data").succeed().stdout;

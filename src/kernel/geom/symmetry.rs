@@ -53,6 +53,8 @@ const ANGLES: u32 = 36;
 const IN_PLANE: u32 = 180;
 /// Directions tried in half of space: 1.6 degrees apart.
 const IN_SPACE: u32 = 8192;
+/// Number of 64 directions about which half turns hold, from which on a body is nearly a ball; of an icosahedron about one does.
+const FEW_OF_A_BALL: usize = 16;
 /// Directions nearer than this are one axis [rad].
 const ONE_AXIS: f64 = 0.15;
 /// Halvings that find the end of the directions that hold.
@@ -298,6 +300,11 @@ impl Search<'_> {
         if square.iter().all(|axis| self.order(axis) == Order::Continuous) {
             return self.found(square.to_vec(), Vec::new(), Vec::new());
         }
+        // Nearly a ball: half turns hold about directions everywhere, of which no group could be made.
+        let few = lattice().step_by(128);
+        if few.filter(|direction| self.holds(&half_turn(direction))).count() > FEW_OF_A_BALL {
+            return self.about(&principal.into_iter().chain(square).collect::<Vec<_>>());
+        }
         let mut axes: Vec<SymmetryAxis> = Vec::new();
         for part in [2, 3, 5] {
             let found = self.everywhere(&|direction| rotation(direction, TAU / f64::from(part)));
@@ -336,15 +343,8 @@ impl Search<'_> {
 
     /// Directions about which a map holds, one for each patch of them.
     fn everywhere(&self, map: &dyn Fn(&Direction) -> Matrix3<f64>) -> Vec<Direction> {
-        // A Fibonacci lattice on half a sphere.
-        let golden = PI * (3.0 - libm::sqrt(5.0));
-        let lattice = (0..IN_SPACE).map(|index| {
-            let z = (f64::from(index) + 0.5) / f64::from(IN_SPACE);
-            let (radius, angle) = (libm::sqrt(1.0 - z * z), golden * f64::from(index));
-            Unit::new_normalize(Vector3::new(radius * libm::cos(angle), radius * libm::sin(angle), z))
-        });
         let mut patches: Vec<Vec<Direction>> = Vec::new();
-        for direction in lattice.filter(|direction| self.holds(&map(direction))) {
+        for direction in lattice().filter(|direction| self.holds(&map(direction))) {
             let near = patches.iter_mut().find(|patch| is_one_axis(&patch[0], &direction));
             match near {
                 Some(patch) => patch.push(direction),
@@ -373,6 +373,16 @@ impl Search<'_> {
         }
         middle
     }
+}
+
+/// Directions in half of space, evenly spread: a Fibonacci lattice.
+fn lattice() -> impl Iterator<Item = Direction> {
+    let golden = PI * (3.0 - libm::sqrt(5.0));
+    (0..IN_SPACE).map(move |index| {
+        let z = (f64::from(index) + 0.5) / f64::from(IN_SPACE);
+        let (radius, angle) = (libm::sqrt(1.0 - z * z), golden * f64::from(index));
+        Unit::new_normalize(Vector3::new(radius * libm::cos(angle), radius * libm::sin(angle), z))
+    })
 }
 
 /// Where, between an angle that holds and a step beyond it, holding ends.
