@@ -12,7 +12,7 @@ use crate::SampleWriter;
 use form::Checker;
 use format::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Tsdf, Visibility, VoxelPair};
 use kernel::{
-    geom::{DepthCrop, Intrinsics, OccupancyGrid, SolidGrid},
+    geom::{DepthCrop, Intrinsics, OccupancyGrid, SimdLevel, SolidGrid},
     object::PreparedObject,
     seed::Stream,
     voxel::{
@@ -165,10 +165,10 @@ pub(super) struct ObjectChannels {
 }
 
 impl ObjectChannels {
-    pub(super) fn new(channels: &Channels, prepared: &PreparedObject, solid: &SolidGrid) -> Self {
+    pub(super) fn new(channels: &Channels, prepared: &PreparedObject, solid: &SolidGrid, level: SimdLevel) -> Self {
         let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
         Self {
-            coverage: channels.coverage.then(|| CoverageBlocks::new(solid)),
+            coverage: channels.coverage.then(|| CoverageBlocks::new(level, solid)),
             surface: wants_surface.then(|| Arc::clone(prepared.surface())),
         }
     }

@@ -44,7 +44,7 @@ impl CompletionObject {
             pivot: pivot_point(settings.pivot, &bounds),
             bounds,
             sim,
-            channels: ObjectChannels::new(&settings.channels, prepared, &solid),
+            channels: ObjectChannels::new(&settings.channels, prepared, &solid, level),
             touch: settings.touch.is_asked().then(|| TouchSurface::of_tree(prepared.tree(), level)),
             kernel: SolidObject::new(
                 mesh,

@@ -19,7 +19,7 @@ mod tests {
     use std::time::Duration;
 
     use super::{surface::shapes, *};
-    use crate::seed::Stream;
+    use crate::{geom::SimdLevel, seed::Stream};
 
     /// Time that this thread had a processor [ns], whatever else the machine does.
     fn processor_time() -> u64 {
@@ -41,11 +41,14 @@ mod tests {
         // Shown, not judged: machines and their load differ.
         let shape = shapes::sphere(0.05);
         let surface = Surface::new(&shape.mesh);
-        let coverage = CoverageBlocks::new(&shape.solid);
+        let coverage = CoverageBlocks::new(SimdLevel::detect(), &shape.solid);
         let (pose, placement) = shapes::views(&shape).nth(1).expect("a view");
         println!("a ball of {} triangles, 40 cells a side:", shape.mesh.triangles.len());
         println!("surface, once an object: {:?}", min(|| drop(Surface::new(&shape.mesh))));
-        println!("coverage, once an object: {:?}", min(|| drop(CoverageBlocks::new(&shape.solid))));
+        println!(
+            "coverage, once an object: {:?}",
+            min(|| drop(CoverageBlocks::new(SimdLevel::detect(), &shape.solid)))
+        );
         let mut out = Vec::new();
         for cells in [1.0, 3.0, 5.0] {
             let time = min(|| tsdf(&surface, &shape.solid, &pose, &placement, cells, &mut out));
