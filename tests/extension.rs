@@ -113,7 +113,7 @@ const CHANNEL: Extension = Extension {
             "src/format/products/completion/row.rs",
             &[
                 ("use super::{\n", "use super::{\n    centroid,\n"),
-                ("[ChannelFormat; 10]", "[ChannelFormat; 11]"),
+                ("[ChannelFormat; 11]", "[ChannelFormat; 12]"),
                 (
                     "    ChannelFormat::new(\n        \"/completion/touch_rays\",",
                     "    centroid::FORMAT,\n    ChannelFormat::new(\n        \"/completion/touch_rays\",",

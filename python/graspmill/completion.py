@@ -67,6 +67,31 @@ class Depth:
 
 
 @dataclass(frozen=True, eq=False)
+class Occlusion:
+    """The occluder between the camera and the object."""
+
+    kind: str
+    """``none``, ``neighbour`` or ``half_space``."""
+    object_pixels: int
+    """Pixels of a perfect image that see the object where nothing stands in front of it."""
+    hidden_pixels: int
+    """Pixels of these that see the occluder instead."""
+    corners: Points
+    """(corners, 3) m in the camera's frame: the occluder is their convex hull."""
+    left: int
+    """First column of the image in the crop of the mask, px."""
+    top: int
+    """First row of the image in the crop of the mask, px."""
+    mask: Cells
+    """(height, width): pixels that see the occluder."""
+
+    @property
+    def hidden_share(self) -> float:
+        """Share of the object's pixels that are hidden, 0 to 1."""
+        return float(self.hidden_pixels / max(self.object_pixels, 1))
+
+
+@dataclass(frozen=True, eq=False)
 class Tsdf:
     """Truncated signed distances to the mesh at the cell centres, negative inside."""
 
@@ -269,6 +294,24 @@ class CompletionSample(Sample):
         expect_lengths(len(found.surface_points), surface_normals=found.surface_normals)
         expect_lengths(len(found.space_points), space_distances=found.space_distances)
         return found
+
+    @content
+    def occlusion(self) -> Occlusion:
+        """The occluder between the camera and the object, and which pixels see it."""
+        message = self.message("occlusion")
+        height, width = int(message["height"]), int(message["width"])
+        bits = np.frombuffer(message["mask"], np.uint8)
+        if len(bits) != (height * width + 7) // 8:
+            raise self.damaged(WireError(f"{len(bits)} bytes of mask for {height} x {width} pixels"))
+        return Occlusion(
+            kind=message["kind"],
+            object_pixels=message["object_pixels"],
+            hidden_pixels=message["hidden_pixels"],
+            corners=as_array(message["corners"], "<f4", -1, 3),
+            left=message["left"],
+            top=message["top"],
+            mask=np.unpackbits(bits, bitorder="little", count=height * width).reshape(height, width) == 1,
+        )
 
     @content
     def touch(self) -> dict[str, Contacts]:

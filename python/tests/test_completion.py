@@ -57,6 +57,27 @@ def test_seen_points_fill_the_partial_grid(pairs: Dataset[CompletionSample]) -> 
         assert (sample.partial & ~found).sum() <= (~clear).sum() < 0.5 * sample.partial.sum()
 
 
+def test_occluders_hide_the_pixels_that_they_say(pairs: Dataset[CompletionSample]) -> None:
+    occluded, shares = pairs.column("occluded"), pairs.column("hidden_share")
+    assert 10 < occluded.sum() < len(pairs) / 2
+    for place, sample in enumerate(pairs):
+        occlusion, depth = sample.occlusion, sample.depth
+        assert (occlusion.kind != "none") == (occluded[place] == 1)
+        assert occlusion.hidden_share == shares[place] <= 0.4
+        if occlusion.kind == "none":
+            assert occlusion.mask.size == occlusion.corners.size == occlusion.hidden_pixels == 0
+            continue
+        assert np.count_nonzero(~np.isnan(depth.metres)) == occlusion.object_pixels - occlusion.hidden_pixels
+        # No pixel sees both; in depth the occluder is nearer than all that is left.
+        image = np.zeros((sample.pair.camera.height, sample.pair.camera.width), bool)
+        height, width = occlusion.mask.shape
+        image[occlusion.top : occlusion.top + height, occlusion.left : occlusion.left + width] = occlusion.mask
+        height, width = depth.metres.shape
+        crop = image[depth.top : depth.top + height, depth.left : depth.left + width]
+        assert not (crop & ~np.isnan(depth.metres)).any()
+        assert occlusion.corners[:, 2].max() < np.nanmin(depth.metres)
+
+
 def test_channels_agree_with_the_solid(pairs: Dataset[CompletionSample]) -> None:
     for sample in pairs.gather(range(0, len(pairs), 9)):
         complete, n = sample.complete, sample.resolution

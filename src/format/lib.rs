@@ -24,8 +24,9 @@ pub use product_format::{
 pub use products::{
     checks_of,
     completion::{
-        Approach, ApproachEnd, Cloud, Coverage, Felt, HandTouch, Implicit, PARTIAL_INSIDE_COMPLETE, PairFacts,
-        TactileContacts, TouchContact, TouchedPair, Tsdf, Visibility, VoxelPair,
+        Approach, ApproachEnd, Cloud, Coverage, Felt, HandTouch, Implicit, Occlusion, OcclusionFacts,
+        PARTIAL_INSIDE_COMPLETE, PairFacts, PixelMask, TactileContacts, TouchContact, TouchedPair, Tsdf, Visibility,
+        VoxelPair,
     },
     grasps::{
         ClosedHand, FORCE, Grasp, GraspFacts, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint,

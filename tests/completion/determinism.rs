@@ -25,6 +25,8 @@ built_in = ["can-01", "bottle-01", "bowl-01", "half-cube-sphere"]
 [sensor]
 profile = "kinect-v1"
 
+[occlusion]
+
 [channels]
 depth = "f32"
 
@@ -47,7 +49,7 @@ fn shards(out: &Path) -> Vec<String> {
 }
 
 /// Digests of every payload, by sample id and channel, read from the shards' ledgers.
-fn digest_payloads(out: &Path) -> BTreeMap<(String, String), String> {
+pub fn digest_payloads(out: &Path) -> BTreeMap<(String, String), String> {
     let reader = DatasetReader::open(out).expect("a dataset");
     let mut all = BTreeMap::new();
     for shard in 0..reader.manifest().shards.len() {

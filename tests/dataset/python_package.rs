@@ -15,6 +15,7 @@ const PAIRS: &[&str] = &[
     r#"objects=[{ built_in = ["bottle-01", "box-01", "mug-01", "cup-01", "can-01", "pan-01"] }]"#,
     "views={ even = 24 }",
     r#"channels={ depth = "u16", cloud = true, tsdf = true, coverage = true, implicit = true }"#,
+    "occlusion={ share = 0.3, max_hidden = 0.4 }",
     "touch.random_rays=true",
     "split={ validation_objects = 1, test_objects = 1, holdout_items = 0.2, training_subsets = [1, 2] }",
     "gate.min_partial_cells=300",

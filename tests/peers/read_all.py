@@ -14,7 +14,7 @@ PROPERTIES = {
     "completion": {
         "pair": ("id", "pair", "partial", "complete"),
         "visibility": ("free",),
-        **{name: (name,) for name in ("depth", "cloud", "tsdf", "coverage", "implicit")},
+        **{name: (name,) for name in ("depth", "cloud", "tsdf", "coverage", "implicit", "occlusion")},
         **{name: ("touch", "tactile", "seen_or_touched") for name in completion.TOUCH},
     },
     "reachability": {"block": ("id", "labels", "proofs", "witnesses")},

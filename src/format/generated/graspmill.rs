@@ -590,6 +590,39 @@ pub struct PatchHeatmap {
     #[prost(bytes = "vec", tag = "11")]
     pub values: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topic /completion/occlusion. What stands between the camera and the object, a convex solid; and which pixels see it.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct Occlusion {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// "none", "neighbour" or "half_space"; of "none" all fields below but object_pixels are absent
+    #[prost(string, tag = "2")]
+    pub kind: ::prost::alloc::string::String,
+    /// pixels of a perfect image that see the object where nothing stands in front of it
+    #[prost(uint32, tag = "3")]
+    pub object_pixels: u32,
+    /// of these, the pixels that see the occluder instead
+    #[prost(uint32, tag = "4")]
+    pub hidden_pixels: u32,
+    /// (n, 3) f32 little-endian, m, in camera axes: the occluder is their convex hull
+    #[prost(bytes = "vec", tag = "5")]
+    pub corners: ::prost::alloc::vec::Vec<u8>,
+    /// first column of the image in the crop of the mask, px
+    #[prost(uint32, tag = "6")]
+    pub left: u32,
+    /// first row of the image in the crop of the mask, px
+    #[prost(uint32, tag = "7")]
+    pub top: u32,
+    /// px
+    #[prost(uint32, tag = "8")]
+    pub width: u32,
+    /// px
+    #[prost(uint32, tag = "9")]
+    pub height: u32,
+    /// (height, width) bits, row-major, least significant bit of a byte first: pixels that see the
+    #[prost(bytes = "vec", tag = "10")]
+    pub mask: ::prost::alloc::vec::Vec<u8>,
+}
 /// Topic /patches/image_colour. The image that the patches are cut out of, in colour: the smallest box outside which all is
 /// background.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]

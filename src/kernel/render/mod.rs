@@ -1,5 +1,6 @@
-//! Depth images of triangle meshes on the CPU, and what a real sensor makes of them.
+//! Depth images of triangle meshes on the CPU, what stands in front of them, and what a real sensor makes of them.
 
+mod occluder;
 mod raster;
 mod raster_kernels;
 mod sensor;
@@ -7,6 +8,7 @@ mod sensor_apply;
 mod sensor_field;
 mod source;
 
+pub use occluder::{Occluder, OccluderKind, OccluderModel};
 pub use raster::Rasteriser;
 pub use sensor::{CONSTANTS as SENSOR_CONSTANTS, InvalidConstant, SensorConstant, SensorModel};
 pub use sensor_apply::SensorScratch;

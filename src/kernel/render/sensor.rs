@@ -4,6 +4,8 @@
 
 use std::fmt;
 
+use crate::geom::Intrinsics;
+
 /// One constant of the sensor model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorConstant {
@@ -183,6 +185,13 @@ impl SensorModel {
         let angle = angle.min(MAX_ANGLE);
         let steep = angle / (std::f64::consts::FRAC_PI_2 - angle);
         self.angle_sigma_m * steep * steep / depth.sqrt()
+    }
+
+    /// Distance in the image over which a surface at `nearest` [m] changes the measurement of one at `farthest` [m]: width
+    /// of its shadow, of the matching window and of moving edges [px].
+    pub fn reach(&self, camera: &Intrinsics, nearest: f64, farthest: f64) -> u32 {
+        let shadow = camera.fx * self.baseline_m.abs() * (1.0 / nearest - 1.0 / farthest);
+        libm::ceil(shadow.max(0.0) + self.window_px + 3.0 * self.lateral_sigma_px).min(16_384.0) as u32
     }
 
     /// Distance between neighbouring depth values [m] at `depth` [m].

@@ -252,6 +252,13 @@ fn every_form_of_every_setting() {
         ("touch.exploration_target=facing_away", false),
         ("touch={exploration=true, hand={}}", false),
         ("touch={grasp=true}", false),
+        ("occlusion={}", true),
+        ("occlusion={modes=['half_space'], share=1, min_hidden=0.2, max_hidden=0.2}", true),
+        ("occlusion={min_hidden=0.6}", false),
+        ("occlusion={modes=['half_space', 'half_space']}", false),
+        ("occlusion={modes=[]}", false),
+        ("occlusion={share=0}", false),
+        ("occlusion={max_hidden=0.99}", false),
         ("truth={rule='fraction', fraction=0.5}", true),
         ("truth.rule=fraction", false),
         ("shards.samples=100", true),
@@ -276,6 +283,8 @@ fn later_overrides_win_and_are_recorded() {
 fn a_resolved_job_reads_back_as_the_same_job() {
     for overrides in [
         vec!["seed=7", "views={even=50}", "sensor.profile=kinect-v1", "channels.depth=u16", "channels.tsdf=true"],
+        vec!["occlusion={}"],
+        vec!["occlusion={modes=['half_space'], share=0.3, min_hidden=0.1, max_hidden=0.9}"],
         vec!["profile=thesis", "split.test_objects=['bowl-*']", "split.training_subsets=[2, 0.9]"],
         vec![
             "views={rpy=[[0.1,0.2,0.3],[1,2,3]]}",

@@ -140,6 +140,7 @@ fn every_job_file_is_a_job_of_its_size() {
         ("ycb-completion", 78, 726),
         ("ycb-grasp-database", 78, 3),
         ("ycb-grasps", 78, 20),
+        ("ycb-occluded", 78, 200),
         ("ycb-patches", 3, 3),
         ("ycb-small", 12, 60),
         ("ycb-touch", 78, 726),

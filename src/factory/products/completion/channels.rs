@@ -180,6 +180,8 @@ pub(super) struct ChannelView<'a> {
     pub camera: &'a Intrinsics,
     pub pair: &'a VoxelPair,
     pub crop: &'a DepthCrop,
+    /// Depth at which each line of sight ends: at the object as measured, or at an occluder.
+    pub sight: &'a DepthCrop,
     pub solid: &'a SolidGrid,
     pub object: &'a ObjectChannels,
 }
@@ -203,12 +205,12 @@ impl ChannelScratch {
         grids: &mut ViewGrids,
         out: &mut SampleWriter<'_>,
     ) {
-        let ChannelView { seed, camera, pair, crop, solid, object } = *view;
+        let ChannelView { seed, camera, pair, crop, sight, solid, object } = *view;
         let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
 
         // Channels of the view's image.
         if let Some(payload) = out.payload(Channel::VISIBILITY) {
-            grids.free(crop, camera, grid, &pair.partial, &mut self.free);
+            grids.free(sight, camera, grid, &pair.partial, &mut self.free);
             Visibility::encode_parts(sample, &self.free, payload);
         }
         if let Some(payload) = out.payload(Channel::DEPTH) {

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Rotation3};
 use super::{
     cameras::named_camera,
     channels::Channels,
+    check_occlusion::occlusion,
     check_touch::touch,
     settings::{CompletionSettings, Distance, Gate, SceneCamera},
     spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, TruthRule, ViewsSpec},
@@ -41,6 +42,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
         distance,
         renderer: spec.renderer,
         sensor: sensor(checker, spec),
+        occlusion: spec.occlusion.as_ref().map(|spec| occlusion(checker, spec)),
         resolution: spec.grid.resolution,
         drop_index_zero: spec.grid.drop_index_zero,
         solid_with_surface: spec.truth.solid_with_surface,

@@ -6,6 +6,7 @@ use super::{
     channels::{ChannelScratch, ChannelView},
     feel::HandOnObject,
     object::CompletionObject,
+    occlusion::ViewOcclusion,
     settings::{CompletionSettings, TouchByHand},
 };
 use crate::{ProduceError, SampleWriter};
@@ -18,6 +19,7 @@ pub(super) struct MadeView<'a> {
     pub seed: u64,
     pub pair: &'a VoxelPair,
     pub crop: &'a DepthCrop,
+    pub occlusion: &'a ViewOcclusion,
     pub object: &'a CompletionObject,
 }
 
@@ -32,13 +34,14 @@ pub(super) struct ViewEncoder {
 pub fn channels_of(settings: &CompletionSettings) -> Vec<Channel> {
     let touch = &settings.touch;
     let by_hand = |asks: fn(&TouchByHand) -> bool| touch.by_hand.as_ref().is_some_and(asks);
-    let touch = [
+    let beside = [
+        (Channel::OCCLUSION, settings.occlusion.is_some()),
         (Channel::TOUCH_RAYS, touch.random_rays.is_some()),
         (Channel::TOUCH_EXPLORATION, by_hand(|touch| touch.exploration.is_some())),
         (Channel::TOUCH_GRASP, by_hand(|touch| touch.grasp)),
     ];
-    let touch = touch.into_iter().filter_map(|(channel, asked)| asked.then_some(channel));
-    iter::once(Channel::PAIR).chain(settings.channels.stored()).chain(touch).collect()
+    let beside = beside.into_iter().filter_map(|(channel, asked)| asked.then_some(channel));
+    iter::once(Channel::PAIR).chain(settings.channels.stored()).chain(beside).collect()
 }
 
 impl ViewEncoder {
@@ -53,13 +56,17 @@ impl ViewEncoder {
         hand: Option<&mut HandOnObject>,
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
-        let MadeView { settings, seed, pair, crop, object } = *made;
+        let MadeView { settings, seed, pair, crop, occlusion, object } = *made;
         if let Some(payload) = out.payload(Channel::PAIR) {
             pair.encode(payload);
         }
         let (camera, solid) = (&settings.camera, object.kernel.solid.as_ref());
-        let view = ChannelView { seed, camera, pair, crop, solid, object: &object.channels };
+        let sight = occlusion.sight(crop);
+        let view = ChannelView { seed, camera, pair, crop, sight, solid, object: &object.channels };
         self.channels.encode(&settings.channels, &view, grids, out);
+        if let Some(payload) = out.payload(Channel::OCCLUSION) {
+            occlusion.record(pair.sample).encode(payload);
+        }
         self.encode_touch(made, hand, out)
     }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{
+    check_occlusion::occlusion_keys,
     settings::{CompletionJob, CompletionSettings, Distance, Exploration, RandomRays, TouchByHand},
     spec::{
         AnglesSpec, CameraSpec, CompletionSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance, GridViews,
@@ -31,6 +32,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         distance,
         renderer,
         sensor,
+        occlusion,
         resolution,
         drop_index_zero,
         solid_with_surface,
@@ -65,6 +67,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         spec.sensor.profile = sensor.profile_name().to_owned();
         spec.sensor.constants = sensor.canonical().into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
     }
+    spec.occlusion = occlusion.as_ref().map(occlusion_keys);
     (spec.grid.resolution, spec.grid.drop_index_zero) = (*resolution, *drop_index_zero);
     (spec.truth.rule, spec.truth.fraction) = match *truth {
         Truth::AnyOverlap => (TruthRule::AnyOverlap, None),

@@ -1,13 +1,14 @@
 //! Shape-completion pairs: a partial and a complete occupancy grid of one view (thesis ch. 5).
 //!
 //! [`CompletionWorker`] is the producer of one thread: it loads an object, then makes its views one by one, and reuses all of
-//! its memory. The chain of a view: pose (`scene`) -> depth (raster or MuJoCo) -> sensor -> grid placement -> partial
+//! its memory. The chain of a view: pose (`scene`) -> depth (raster or MuJoCo) -> occluder (`occlusion`) -> sensor -> grid placement -> partial
 //! -> complete -> gate -> records (`encode`): the pair, channels beside it
 //! (`channels`), touch (`touch`).
 
 mod cameras;
 mod channels;
 mod check;
+mod check_occlusion;
 mod check_touch;
 mod depth;
 mod encode;
@@ -15,10 +16,12 @@ mod feel;
 mod forecast;
 mod keys;
 mod object;
+mod occlusion;
 mod row;
 mod scene;
 mod settings;
 pub mod spec;
+mod spec_occlusion;
 mod spec_touch;
 mod touch;
 mod work;

@@ -105,7 +105,7 @@ fn dotted_partials(objects: &JobObjects, settings: &CompletionSettings) -> Optio
     let smallest = small.iter().copied().min_by(|a, b| side(a).total_cmp(&side(b)))?;
     Some(format!(
         "{} of {} {} under {:.0} mm: at {distance} m their grid cells are narrower than a pixel, so their \
-         partials are dotted (smallest: `{}`, {:.0} mm); a shorter `distance`, or `distance = {{ fit = 0.6 }}`, mends it",
+         partials are dotted (smallest: `{}`, {:.0} mm); a shorter `distance`, or `distance = {{ fit = 0.3 }}`, mends it",
         small.len(),
         counted(objects.list.len() as u64, "object"),
         if small.len() == 1 { "is" } else { "are" },

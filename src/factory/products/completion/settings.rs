@@ -9,7 +9,7 @@ use super::channels::Channels;
 use crate::job::{JobHand, JobObjects};
 use kernel::{
     geom::{Intrinsics, ViewSet},
-    render::SensorModel,
+    render::{OccluderModel, SensorModel},
     voxel::Truth,
 };
 
@@ -52,6 +52,8 @@ pub struct CompletionSettings {
     pub renderer: Renderer,
     /// Noise of the depth sensor; `None` is a perfect sensor.
     pub sensor: Option<SensorModel>,
+    /// Occluders that stand in front of the objects in a share of the views; `None`: nothing does.
+    pub occlusion: Option<OccluderModel>,
     /// Cells along each axis of the grids, 1 to 128.
     pub resolution: u32,
     /// `thesis` quirk: cells with index 0 on any axis are dropped from both grids.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     channels::ChannelsSpec,
     settings::{Pivot, Renderer},
+    spec_occlusion::OcclusionSpec,
     spec_touch::TouchSpec,
 };
 use crate::job::spec::{ObjectsSpec, SplitSpec};
@@ -37,6 +38,8 @@ pub struct CompletionSpec {
     pub renderer: Renderer,
     /// Sensor model: what it adds to a perfect depth image.
     pub sensor: SensorSpec,
+    /// Occluders between the camera and the object in a share of the views. Without the section, there are none.
+    pub occlusion: Option<OcclusionSpec>,
     /// The occupancy grids.
     pub grid: GridSpec,
     /// When a cell of the complete grid is occupied.

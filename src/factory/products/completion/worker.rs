@@ -7,6 +7,7 @@ use super::{
     encode::{MadeView, ViewEncoder, channels_of},
     feel::{HandOnObject, TouchingHand},
     object::CompletionObject,
+    occlusion::ViewOcclusion,
     scene::{camera_from_world, distance, world_from_object},
     settings::{CompletionJob, CompletionSettings, TouchByHand},
 };
@@ -30,6 +31,10 @@ pub enum RejectReason {
     NoExtent,
     /// Fewer occupied partial cells than the gate asks for.
     FewPartialCells,
+    /// Something stands in front of the object and hides another share of it than the job asks for.
+    HiddenShare,
+    /// Something stands in front of the object, and too little of it remains.
+    LittleRemains,
     /// Too small a share of the partial grid lies in the complete one.
     LowOverlap,
 }
@@ -41,6 +46,8 @@ impl RejectReason {
             Self::NothingSeen => "nothing_seen",
             Self::NoExtent => "no_extent",
             Self::FewPartialCells => "few_partial_cells",
+            Self::HiddenShare => "hidden_share",
+            Self::LittleRemains => "little_remains",
             Self::LowOverlap => "low_overlap",
         }
     }
@@ -90,6 +97,7 @@ struct ViewScratch<'j> {
     sensor: SensorScratch,
     source: DepthSource,
     crop: DepthCrop,
+    occlusion: ViewOcclusion,
     pair: VoxelPair,
     encoder: ViewEncoder,
 }
@@ -116,6 +124,7 @@ impl<'j> CompletionWorker<'j> {
             grids: ViewGrids::new(level),
             sensor: SensorScratch::default(),
             crop: DepthCrop::default(),
+            occlusion: ViewOcclusion::default(),
             pair: empty_pair(settings),
             encoder: ViewEncoder::default(),
         };
@@ -163,6 +172,9 @@ impl ViewScratch<'_> {
         let reason = match self.fill_pair(object, &sample) {
             Ok(()) => self.gate(),
             Err(PairError::Failed(error)) => return Err(error),
+            Err(PairError::Grid(none)) if self.occlusion.occluder().is_some() => {
+                Some((RejectReason::LittleRemains, none.to_string()))
+            }
             Err(PairError::Grid(NoGrid::NothingSeen)) => {
                 Some((RejectReason::NothingSeen, "no pixel sees the object".to_owned()))
             }
@@ -170,11 +182,20 @@ impl ViewScratch<'_> {
                 Some((RejectReason::NoExtent, "all pixels see one point".to_owned()))
             }
         };
-        let facts: PairFacts = self.pair.facts();
+        let record = self.settings.occlusion.as_ref().map(|_| self.occlusion.record(sample));
+        let occlusion = record.as_ref().map(|record| record.facts()).unwrap_or_default();
+        let facts = PairFacts { occlusion, ..self.pair.facts() };
         if let Some((reason, detail)) = reason {
             return out.reject(sample, facts, reason.name(), &detail);
         }
-        let made = MadeView { settings: self.settings, seed: self.seed, pair: &self.pair, crop: &self.crop, object };
+        let made = MadeView {
+            settings: self.settings,
+            seed: self.seed,
+            pair: &self.pair,
+            crop: &self.crop,
+            occlusion: &self.occlusion,
+            object,
+        };
         self.encoder.encode(&made, &mut self.grids, hand.as_mut(), out)?;
         out.keep(sample, facts)
     }
@@ -196,10 +217,10 @@ impl ViewScratch<'_> {
             }
             source => source.render(&object.sim, &settings.camera, &pair.camera_from_object, &mut self.crop)?,
         }
-        if let Some(sensor) = &settings.sensor {
-            let mut stream = Stream::of_sample(self.seed, sample, "sensor");
-            sensor.apply_with(&mut self.sensor, &settings.camera, &mut self.crop, &mut stream);
-        }
+        let (seed, occlusion) = (self.seed, &mut self.occlusion);
+        let stream = |name: &'static str| move || Stream::of_sample(seed, sample, name);
+        occlusion.draw(settings, &mut self.rasteriser, &self.crop, stream("occlusion"));
+        occlusion.measure(settings, &mut self.sensor, &mut self.crop, stream("sensor"));
 
         let (grids, drop_zero) = (&mut self.grids, settings.drop_index_zero);
         pair.grid = grids.place_grid(&self.crop, &settings.camera, settings.resolution)?;
@@ -221,8 +242,19 @@ impl ViewScratch<'_> {
     fn gate(&self) -> Option<(RejectReason, String)> {
         let (pair, gate) = (&self.pair, &self.settings.gate);
         let cells = pair.partial_cells;
+        let asked = format!("{cells} cells, {} asked", gate.min_partial_cells);
+        if let (Some(occluder), Some(model)) = (self.occlusion.occluder(), &self.settings.occlusion) {
+            let (share, [min, max]) = (occluder.hidden_share(), model.hidden);
+            if !(min..=max).contains(&share) {
+                return Some((RejectReason::HiddenShare, format!("{share:.3} hidden, {min} to {max} asked")));
+            }
+            if cells < gate.min_partial_cells {
+                let hidden = format!("{asked}; {} of {} pixels hidden", occluder.hidden_pixels, occluder.object_pixels);
+                return Some((RejectReason::LittleRemains, hidden));
+            }
+        }
         if cells < gate.min_partial_cells {
-            return Some((RejectReason::FewPartialCells, format!("{cells} cells, {} asked", gate.min_partial_cells)));
+            return Some((RejectReason::FewPartialCells, asked));
         }
         let overlap = f64::from(pair.both_cells) / f64::from(cells);
         (gate.min_overlap > 0.0 && overlap < gate.min_overlap).then(|| {

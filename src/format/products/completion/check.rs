@@ -1,6 +1,6 @@
 //! Checks of the records of a completion sample.
 
-use super::{TactileContacts, VoxelPair};
+use super::{Occlusion, TactileContacts, VoxelPair, facts::FIRST_OF_OCCLUSION};
 use crate::{BrokenRule, Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
 
 /// Rule of jobs whose truth marks every cell that the object overlaps: partial cells and contacts lie in complete cells.
@@ -18,7 +18,11 @@ struct PairCheck {
 
 impl CheckSample for PairCheck {
     fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
-        if channel == Channel::PAIR { self.check_pair(payload) } else { self.check_touch(channel, payload) }
+        match channel {
+            Channel::PAIR => self.check_pair(payload),
+            Channel::OCCLUSION => check_occlusion(payload),
+            touch => self.check_touch(touch, payload),
+        }
     }
 }
 
@@ -28,7 +32,7 @@ impl PairCheck {
         let pair = self.pair.insert(VoxelPair::decode(payload)?);
         let facts = Facts::from(pair.facts());
         let mut checked = CheckedRecord::of(pair.sample);
-        checked.facts = facts.values().iter().copied().enumerate().collect();
+        checked.facts = facts.values().iter().copied().enumerate().take(FIRST_OF_OCCLUSION).collect();
         let outside = pair.partial_cells - pair.both_cells;
         if outside > 0 {
             let what = format!("{outside} of {} partial cells are not in complete", pair.partial_cells);
@@ -50,4 +54,11 @@ impl PairCheck {
         }
         Ok(checked)
     }
+}
+
+fn check_occlusion(payload: &[u8]) -> Result<CheckedRecord, RecordError> {
+    let occlusion = Occlusion::decode(payload)?;
+    let mut checked = CheckedRecord::of(occlusion.sample);
+    checked.facts = (FIRST_OF_OCCLUSION..).zip(occlusion.facts().values()).collect();
+    Ok(checked)
 }

@@ -6,6 +6,7 @@ mod check;
 mod contact;
 mod facts;
 mod hand;
+mod occlusion;
 mod pair;
 mod row;
 mod sample;
@@ -19,6 +20,7 @@ pub use check::PARTIAL_INSIDE_COMPLETE;
 pub use contact::TouchContact;
 pub use facts::PairFacts;
 pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
+pub use occlusion::{Occlusion, OcclusionFacts, PixelMask};
 pub use pair::VoxelPair;
 pub use row::FORMAT;
 pub use sample::TouchedPair;
@@ -46,6 +48,8 @@ impl Channel {
     pub const COVERAGE: Self = Self::at("/completion/coverage");
     /// [`Implicit`]: samples for implicit networks.
     pub const IMPLICIT: Self = Self::at("/completion/implicit");
+    /// [`Occlusion`]: what stands between the camera and the object.
+    pub const OCCLUSION: Self = Self::at("/completion/occlusion");
     /// [`TactileContacts`] of random rays from the far side.
     pub const TOUCH_RAYS: Self = Self::at("/completion/touch_rays");
     /// [`TactileContacts`] of a hand that explores the surface that the camera did not see.

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use prost::Message;
 
-use super::PairFacts;
+use super::{OcclusionFacts, PairFacts};
 use crate::codec::{
     RecordError,
     fields::{intrinsics, plane, pose, ranged, resolution},
@@ -68,10 +68,10 @@ impl VoxelPair {
         wire::double(out, 12, self.solid_share);
     }
 
-    /// Counts for tables.
+    /// Counts for tables; the pair knows of no occluder.
     pub fn facts(&self) -> PairFacts {
         let Self { partial_cells, complete_cells, both_cells, solid_share, .. } = *self;
-        PairFacts { partial_cells, complete_cells, both_cells, solid_share }
+        PairFacts { partial_cells, complete_cells, both_cells, solid_share, occlusion: OcclusionFacts::default() }
     }
 
     /// Reads and checks a payload.

@@ -2,12 +2,13 @@
 
 use super::{
     channels::{Cloud, Coverage, Implicit, Tsdf, Visibility},
-    facts::FACTS,
+    facts::{FACTS, OCCLUSION},
 };
 use crate::{ArrayFormat, ChannelFormat, Depth, Noun, ProductFormat};
 
 const PAIR_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
 const TOUCH_SCHEMAS: &[u8] = include_bytes!("../../generated/touch.bin");
+const OCCLUSION_SCHEMAS: &[u8] = include_bytes!("../../generated/occlusion.bin");
 const HAND_SCHEMAS: &[u8] = include_bytes!("../../generated/hand.bin");
 
 /// The row of completion in the table of products.
@@ -26,7 +27,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     files: &[],
 };
 
-const CHANNELS: [ChannelFormat; 10] = [
+const CHANNELS: [ChannelFormat; 11] = [
     ChannelFormat::new(
         "/completion/pair",
         "graspmill.VoxelPair",
@@ -90,6 +91,19 @@ const CHANNELS: [ChannelFormat; 10] = [
         &[ArrayFormat::new("implicit", "points, normals, distances", "samples of the surface and of space [m]")],
     )
     .decoded_by(|payload| Ok(Implicit::decode(payload)?.sample)),
+    ChannelFormat::new(
+        OCCLUSION,
+        "graspmill.Occlusion",
+        OCCLUSION_SCHEMAS,
+        &[
+            ArrayFormat::new(
+                "corners",
+                "(n, 3) f32",
+                "corners of what stands in front, which is their convex hull [m]",
+            ),
+            ArrayFormat::new("mask", "(height, width) bits", "pixels that see what stands in front; crop of the image"),
+        ],
+    ),
     ChannelFormat::new(
         "/completion/touch_rays",
         "graspmill.TactileContacts",

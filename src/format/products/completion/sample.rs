@@ -1,6 +1,6 @@
 //! Records of a completion sample.
 
-use super::{Cloud, Coverage, Implicit, TactileContacts, Tsdf, Visibility, VoxelPair};
+use super::{Cloud, Coverage, Implicit, Occlusion, TactileContacts, Tsdf, Visibility, VoxelPair};
 use crate::{
     Channel, Depth,
     dataset::{DatasetError, Sample},
@@ -75,6 +75,14 @@ impl Sample {
     /// When the payload is no valid record.
     pub fn implicit(&self) -> Result<Option<Implicit>, DatasetError> {
         self.decoded(Channel::IMPLICIT, Implicit::decode)
+    }
+
+    /// The occluder between the camera and the object; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn occlusion(&self) -> Result<Option<Occlusion>, DatasetError> {
+        self.decoded(Channel::OCCLUSION, Occlusion::decode)
     }
 
     /// Contacts of every kind of touch that is stored, by channel.

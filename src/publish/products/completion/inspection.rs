@@ -38,6 +38,13 @@ pub struct CompletionInspection {
     pub seen_ratio: Spread,
     /// Share of the solid's volume that lies inside the grid.
     pub solid_share: Spread,
+    /// Share of the object's pixels that something hides, over the views in which something stands in front; `None` where
+    /// the dataset knows of no occluders.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hidden_share: Option<Spread>,
+    /// Stored samples in which something stands in front of the object.
+    #[serde(default)]
+    pub occluded: u64,
     /// Kept samples with less than 99 % of the solid inside the grid.
     pub cut_off: u64,
     /// Facts of touch; `None` without touch.

@@ -53,6 +53,8 @@ struct Pass {
     complete: Tally,
     ratio: Tally,
     solid: Tally,
+    hidden: Tally,
+    occluded: u64,
     ratio_of_split: BTreeMap<Split, Tally>,
     objects_of_split: BTreeMap<Split, std::collections::BTreeSet<ObjectId>>,
     objects: BTreeMap<ObjectId, ObjectSums>,
@@ -66,6 +68,8 @@ impl Pass {
             complete: Tally::with_step(1.0),
             ratio: Tally::with_step(1e-3),
             solid: Tally::with_step(1e-3),
+            hidden: Tally::with_step(1e-3),
+            occluded: 0,
             ratio_of_split: BTreeMap::new(),
             objects_of_split: BTreeMap::new(),
             objects: BTreeMap::new(),
@@ -94,6 +98,10 @@ impl Pass {
         self.complete.add(complete);
         self.ratio.add(ratio);
         self.solid.add(solid);
+        if facts.occlusion.occluded > 0 {
+            self.hidden.add(facts.occlusion.hidden_share);
+            self.occluded += 1;
+        }
         self.ratio_of_split.entry(split).or_insert_with(|| Tally::with_step(1e-3)).add(ratio);
         self.objects_of_split.entry(split).or_default().insert(row.sample.subject);
         self.candidates.offer(row, facts, split);
@@ -136,6 +144,8 @@ impl CompletionSurvey {
             complete_cells: pass.complete.spread(),
             seen_ratio: pass.ratio.spread(),
             solid_share: pass.solid.spread(),
+            hidden_share: manifest.channels().contains(&Channel::OCCLUSION).then(|| pass.hidden.spread()),
+            occluded: pass.occluded,
             cut_off: pass.solid.count_between(0.0, 0.99),
             touch: TouchFacts::of(reader)?,
             splits: splits.collect(),

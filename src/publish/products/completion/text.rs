@@ -53,6 +53,11 @@ impl fmt::Display for CompletionInspection {
             let share = percent(self.cut_off as f64 / self.kept as f64);
             writeln!(f, "  {share} of the kept samples have less than 99 % of the solid inside the grid")?;
         }
+        if let Some(hidden) = &self.hidden_share {
+            writeln!(f, "{}", SpreadRow::new("hidden, occluded views", 3, hidden))?;
+            let share = percent(self.occluded as f64 / self.kept.max(1) as f64);
+            writeln!(f, "  something stands in front of the object in {share} of the kept samples")?;
+        }
         if let Some(touch) = &self.touch {
             writeln!(f, "{touch}")?;
         }
