@@ -187,6 +187,10 @@ bench-data: build deps-test ## does good data beat planted faults? numpy only
 bench-data-torch: setup build $(TORCH)/.complete ## the same by a small network (PyTorch, 5 GB once): 2 minutes on two cores
 	$(TORCH)/bin/python benches/data_torch.py --graspmill $(PROGRAM)
 
+.PHONY: bench-data-conditions
+bench-data-conditions: setup build $(TORCH)/.complete ## which data help under noise and occlusion? 30 minutes of one core
+	$(TORCH)/bin/python benches/data_conditions.py --graspmill $(PROGRAM)
+
 .PHONY: bench-readers
 bench-readers: build $(PEERS)/.complete ## pairs a second from Python: our package, the exports, the official MCAP reader
 	$(PEERS)/bin/python benches/readers.py --graspmill $(PROGRAM)
