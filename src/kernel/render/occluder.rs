@@ -446,7 +446,8 @@ mod tests {
     fn the_hidden_share_is_the_one_drawn() {
         for kind in [OccluderKind::Neighbour, OccluderKind::HalfSpace] {
             let shares: Vec<f64> = draws(kind, [0.1, 0.5], 300).iter().map(Occluder::hidden_share).collect();
-            assert!(shares.iter().all(|share| (0.1..=0.5).contains(share)), "{kind:?}: {shares:?}");
+            // To a few pixels of some 2,300.
+            assert!(shares.iter().all(|share| (0.097..=0.503).contains(share)), "{kind:?}: {shares:?}");
             let mean = shares.iter().sum::<f64>() / 300.0;
             // Uniform: mean 0.3, standard error 0.0067.
             assert!((mean - 0.3).abs() < 0.03, "{kind:?}: mean {mean}");
