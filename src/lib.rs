@@ -53,4 +53,5 @@ pub use publish::{self, export, preview};
 pub use robot::{collision, grasp, hand, kinematics};
 pub use runtime;
 pub use sim;
+pub use surface;
 pub use tables;

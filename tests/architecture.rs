@@ -15,6 +15,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("robot", &["form", "kernel"]),
     ("format", &["kernel"]),
     ("tables", &["format"]),
+    ("surface", &["kernel"]),
     ("runtime", &["format", "kernel"]),
     ("sim", &["kernel", "robot"]),
     ("factory", &["form", "format", "kernel", "robot", "sim", "tables"]),

@@ -1,0 +1,244 @@
+//! A network's grids as a closed mesh in the camera's frame.
+
+use kernel::geom::{GridPlacement, OccupancyGrid, TriMesh};
+
+use crate::{
+    cubes::marching_cubes,
+    field::CubeField,
+    pieces::drop_small_pieces,
+    smooth::{PADDING, SmoothingProblem, Solver},
+    volume::{Volume, upsampling_factor},
+};
+
+/// Probability above which a cell counts as occupied where a model names no other.
+pub const OBSTACLE_THRESHOLD: f32 = 0.5;
+/// Share of a normalised cell that lies inside at the surface.
+const SURFACE_LEVEL: f32 = 0.5;
+/// Coverage below which a neighbourhood holds no surface.
+const MIN_COVERAGE: f32 = 0.05;
+/// Probability of occupancy below which a cell holds no surface.
+const MIN_OCCUPANCY: f32 = 0.3;
+/// Pieces below this share of a mesh's volume are dropped.
+const SMALL_PIECE: f64 = 0.01;
+/// Steps of the solver, and those from [`FINE_FACTOR`] on, where distances are longer.
+const STEPS: u32 = 200;
+const STEPS_OF_FINE: u32 = 300;
+const FINE_FACTOR: usize = 3;
+
+/// A closed, manifold mesh in `CameraCv` [m], wound outward; without triangles where nothing is occupied.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CompletedMesh {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// Count of pieces under 1 % of the volume that were dropped.
+    pub dropped: usize,
+}
+
+/// A mesh of algorithm 2, with what it was made by.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DetailedMesh {
+    /// The mesh.
+    pub completed: CompletedMesh,
+    /// Voxels per cell along each axis.
+    pub factor: usize,
+    /// Variables of the quadratic programme.
+    pub variables: usize,
+}
+
+impl CompletedMesh {
+    /// The fast way, for obstacles: marching cubes of occupancy at a threshold.
+    ///
+    /// A cell that the object touches anywhere counts as occupied, so the mesh lies some .7 cell outside of the object: a
+    /// margin for obstacles, and too fat to plan grasps on.
+    ///
+    /// # Panics
+    /// If the field's side is not the placement's resolution.
+    pub fn obstacle(occupancy: &CubeField, placement: &GridPlacement, threshold: f32) -> Self {
+        Self::of_field(occupancy, placement, threshold, 0.0_f32.min(threshold))
+    }
+
+    /// The surface from coverage, the share of each cell that is solid: divided by its maximum over the 3 x 3 x 3 cells
+    /// around, so that walls thinner than a cell stay, and meshed where half is left. On true grids it is unbiased.
+    ///
+    /// # Panics
+    /// If the fields' sides are not the placement's resolution.
+    pub fn surface(coverage: &CubeField, occupancy: &CubeField, placement: &GridPlacement) -> Self {
+        assert_eq!(coverage.side(), occupancy.side(), "grids of one sample share their side");
+        let maximum = coverage.block_maximum();
+        let values = coverage.values().iter().zip(maximum.values()).zip(occupancy.values());
+        let values =
+            values.map(
+                |((share, maximum), occupancy)| {
+                    if *maximum > MIN_COVERAGE && *occupancy > MIN_OCCUPANCY { share / maximum } else { 0.0 }
+                },
+            );
+        let normalised = CubeField::from_values(coverage.side(), values.collect()).expect("one value per cell");
+        Self::of_field(&normalised, placement, SURFACE_LEVEL, 0.0)
+    }
+
+    /// The detailed way of the thesis (chapter 5.3, algorithm 2): observed points are merged with completed cells, finer
+    /// where points are denser, and the border between both kinds of voxels is drawn by the smoothest field of their sign.
+    ///
+    /// Points are in `CameraCv` [m].
+    ///
+    /// # Panics
+    /// If the grid's resolution is not the placement's.
+    pub fn algorithm_2(completed: &OccupancyGrid, observed: &[[f32; 3]], placement: &GridPlacement) -> DetailedMesh {
+        let factor = upsampling_factor(observed, placement);
+        let steps = if factor < FINE_FACTOR { STEPS } else { STEPS_OF_FINE };
+        Self::algorithm_2_by(completed, observed, placement, factor, Solver::Accelerated { steps })
+    }
+
+    /// [`CompletedMesh::algorithm_2`] with a given factor of upsampling and a given solver.
+    ///
+    /// # Panics
+    /// If the grid's resolution is not the placement's, or the factor is 0.
+    pub fn algorithm_2_by(
+        completed: &OccupancyGrid,
+        observed: &[[f32; 3]],
+        placement: &GridPlacement,
+        factor: usize,
+        solver: Solver,
+    ) -> DetailedMesh {
+        assert_eq!(completed.resolution(), placement.resolution, "the grid lies where its placement says");
+        let mut volume = Volume::upsampled(completed, factor);
+        volume.add_points(observed, placement);
+        volume.fill_gaps(factor);
+        let problem = SmoothingProblem::new(&volume);
+        let field = problem.solve(solver);
+        let to_cells = |value: f64| (value - PADDING as f64) / factor as f64;
+        let position = |point: [f64; 3]| camera_point(placement, point.map(to_cells));
+        let mesh = marching_cubes(&field, 0.0, -1.0, position);
+        DetailedMesh { completed: Self::without_crumbs(mesh), factor, variables: problem.variables().count() }
+    }
+
+    fn of_field(field: &CubeField, placement: &GridPlacement, level: f32, outside: f32) -> Self {
+        assert_eq!(field.side(), placement.resolution as usize, "the grid lies where its placement says");
+        Self::without_crumbs(marching_cubes(field, level, outside, |point| camera_point(placement, point)))
+    }
+
+    fn without_crumbs(mut mesh: TriMesh) -> Self {
+        let dropped = drop_small_pieces(&mut mesh, SMALL_PIECE);
+        Self { mesh, dropped }
+    }
+}
+
+/// A point of the grid [cells] in `CameraCv` [m].
+fn camera_point(placement: &GridPlacement, point: [f64; 3]) -> [f32; 3] {
+    let corner = placement.lower_corner();
+    std::array::from_fn(|axis| (corner[axis] + point[axis] * placement.cell_size) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::cubes::tests::assert_closed_and_manifold;
+
+    fn placement(resolution: u32) -> GridPlacement {
+        GridPlacement { resolution, centre: [0.1, -0.2, 0.7].into(), cell_size: 0.004 }
+    }
+
+    /// The true grids of a ball [cells], coverage by 8^3 points per cell.
+    fn ball(n: usize, middle: [f64; 3], radius: f64) -> (CubeField, CubeField) {
+        let (mut coverage, mut occupancy) = (CubeField::filled(n, 0.0), CubeField::filled(n, 0.0));
+        for cell in coverage.cells() {
+            let points = (0..512).filter(|point| {
+                let offset = [point / 64, point / 8 % 8, point % 8].map(|part| (f64::from(part) + 0.5) / 8.0);
+                let squares = (0..3).map(|axis| (cell[axis] as f64 + offset[axis] - middle[axis]).powi(2));
+                squares.sum::<f64>() < radius * radius
+            });
+            *coverage.at_mut(cell) = points.count() as f32 / 512.0;
+            *occupancy.at_mut(cell) = f32::from(coverage.at(cell) > 0.0);
+        }
+        (coverage, occupancy)
+    }
+
+    #[test]
+    fn coverage_finds_the_surface_and_occupancy_lies_outside_of_it() {
+        let (middle, radius) = ([20.0, 19.6, 18.3], 11.3);
+        let (coverage, occupancy) = ball(40, middle, radius);
+        let placement = placement(40);
+        let offsets = |mesh: &TriMesh| {
+            assert_closed_and_manifold(mesh);
+            let distance = |vertex: &[f32; 3]| {
+                let point = placement.coordinates_of(vertex.map(f64::from));
+                (0..3).map(|axis| (point[axis] - middle[axis]).powi(2)).sum::<f64>().sqrt() - radius
+            };
+            mesh.vertices.iter().map(distance).sum::<f64>() / mesh.vertices.len() as f64
+        };
+        let surface = offsets(&CompletedMesh::surface(&coverage, &occupancy, &placement).mesh);
+        let obstacle = offsets(&CompletedMesh::obstacle(&occupancy, &placement, OBSTACLE_THRESHOLD).mesh);
+        assert!(surface.abs() < 0.05, "{surface} cells");
+        assert!((0.4..0.9).contains(&obstacle), "{obstacle} cells");
+    }
+
+    #[test]
+    fn the_detailed_way_smooths_the_steps_of_a_ball() {
+        let n = 40;
+        let (middle, radius) = ([20.0, 19.6, 18.3], 11.3);
+        let (coverage, _) = ball(n, middle, radius);
+        let mut grid = OccupancyGrid::new(n as u32);
+        coverage
+            .cells()
+            .filter(|cell| coverage.at(*cell) > 0.5)
+            .for_each(|cell| grid.set(cell.map(|index| index as u32)));
+        let placement = placement(n as u32);
+        let spread = |mesh: &TriMesh| {
+            assert_closed_and_manifold(mesh);
+            let distances: Vec<f64> = mesh
+                .vertices
+                .iter()
+                .map(|vertex| {
+                    let point = placement.coordinates_of(vertex.map(f64::from));
+                    (0..3).map(|axis| (point[axis] - middle[axis]).powi(2)).sum::<f64>().sqrt() - radius
+                })
+                .collect();
+            (distances.iter().map(|value| value * value).sum::<f64>() / distances.len() as f64).sqrt()
+        };
+        let values = coverage.cells().map(|cell| f32::from(coverage.at(cell) > 0.5)).collect();
+        let binary = CubeField::from_values(n, values).expect("a cube");
+        let fast = spread(&CompletedMesh::obstacle(&binary, &placement, 0.5).mesh);
+        for factor in 1..=2 {
+            let detailed =
+                CompletedMesh::algorithm_2_by(&grid, &[], &placement, factor, Solver::Accelerated { steps: 200 });
+            assert!(detailed.variables > 1000 && detailed.factor == factor);
+            assert!(
+                spread(&detailed.completed.mesh) < 0.7 * fast,
+                "{factor}: {} {fast}",
+                spread(&detailed.completed.mesh)
+            );
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn every_way_gives_closed_manifold_meshes(
+            n in 2_u32..8,
+            factor in 1_usize..4,
+            density in 0.0..1.0_f32,
+            noise in prop::collection::vec(0.0..1.0_f32, 512),
+            points in prop::collection::vec(prop::array::uniform3(0.0..8.0_f64), 0..40),
+        ) {
+            let placement = placement(n);
+            let occupancy = CubeField::from_values(n as usize, noise[..n.pow(3) as usize].to_vec()).expect("a cube");
+            let mut grid = OccupancyGrid::new(n);
+            let occupied = occupancy.cells().filter(|cell| occupancy.at(*cell) < density);
+            occupied.for_each(|cell| grid.set(cell.map(|index| index as u32)));
+            let points: Vec<[f32; 3]> = points.iter().map(|point| camera_point(&placement, *point)).collect();
+            let detailed = CompletedMesh::algorithm_2_by(&grid, &points, &placement, factor, Solver::Accelerated { steps: 20 });
+            let meshes = [
+                CompletedMesh::obstacle(&occupancy, &placement, 1.0 - density),
+                CompletedMesh::surface(&occupancy, &occupancy, &placement),
+                detailed.completed,
+            ];
+            for completed in meshes {
+                assert_closed_and_manifold(&completed.mesh);
+                prop_assert!(completed.mesh.triangles.is_empty() || completed.mesh.signed_volume() > 0.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Shapes from pictures: meshes of completed grids against trimesh, SciPy and MuJoCo, and real Kinect frames against labels.
+
+mod meshes;
+#[path = "../support/mod.rs"]
+mod support;
