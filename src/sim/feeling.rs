@@ -6,7 +6,8 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
 
 use super::{
-    closing::{Command, Effort, HandWorker, LinkTouch, RunEnd, Unstable},
+    closing::{HandWorker, LinkTouch, RunEnd, Unstable},
+    effort::{Command, Effort},
     error::HandError,
     hand_sim::{Hold, STEP, Servo},
 };

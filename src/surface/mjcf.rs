@@ -18,7 +18,7 @@ pub struct MeshBody {
 pub struct TablePlane {
     /// A point of it [m].
     pub point: [f64; 3],
-    /// Its unit normal, upward.
+    /// Unit normal of the plane, upward.
     pub normal: [f64; 3],
 }
 

@@ -20,7 +20,7 @@ const LARGEST: f32 = 1000.0;
 /// Squared distances above that of [`BAND`].
 const BEYOND: u8 = u8::MAX;
 
-/// How the programme is solved.
+/// Method by which the programme is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solver {
     /// Projected gradient steps with momentum.
@@ -181,7 +181,7 @@ impl SmoothingProblem {
     }
 }
 
-/// What the solver changes.
+/// State that the solver changes.
 struct State {
     current: Vec<f32>,
     ahead: Vec<f32>,

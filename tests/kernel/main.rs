@@ -11,7 +11,7 @@ mod sensors;
 mod solids;
 #[path = "../support/mod.rs"]
 mod support;
-mod twins;
 mod symmetries;
+mod twins;
 mod views;
 mod weights;

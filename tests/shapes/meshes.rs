@@ -87,7 +87,7 @@ for index in range(int(sys.argv[2])):
         found.append([bool(mesh.is_watertight), bool(mesh.is_winding_consistent), float(mesh.volume), len(mesh.faces)])
 print(json.dumps(found))
 ";
-    let found = Program::python_lines(lines).arg(work.folder()).arg(meshes.len().to_string()).succeed().json();
+    let found: Value = Program::python_lines(lines).arg(work.folder()).arg(meshes.len().to_string()).succeed().json();
     let found = found.as_array().expect("a list");
     assert_eq!(found.len(), 3 * meshes.len());
     for (index, facts) in found.iter().enumerate() {
@@ -122,7 +122,7 @@ mujoco.mj_forward(model, data)
 body = model.body('ball').id
 print(json.dumps([float(model.body_mass[body]), *map(float, data.xipos[body]), *map(float, model.opt.gravity)]))
 ";
-    let found = Program::python_lines(lines).arg(work.folder()).succeed().json();
+    let found: Value = Program::python_lines(lines).arg(work.folder()).succeed().json();
     let found: Vec<f64> = found.as_array().expect("a list").iter().filter_map(Value::as_f64).collect();
     let mass = 700.0 * 4.0 / 3.0 * PI * (12.0 * placement.cell_size).powi(3);
     assert!((found[0] / mass - 1.0).abs() < 0.01, "{} kg, {mass} kg", found[0]);

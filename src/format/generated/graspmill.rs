@@ -906,13 +906,15 @@ pub struct GraspTrials {
     /// names of the variants under which chosen grasps were tried again
     #[prost(string, repeated, tag = "17")]
     pub variants: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// names of the harder conditions under which grasps that held are tried again
+    #[prost(string, repeated, tag = "19")]
+    pub confirm_held: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// names of the easier conditions under which grasps that failed are
+    #[prost(string, repeated, tag = "20")]
+    pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
     /// one number where grasps were tried on a table, too: friction of the object against it
     #[prost(double, repeated, tag = "18")]
     pub table_friction: ::prost::alloc::vec::Vec<f64>,
-    #[prost(string, repeated, tag = "19")]
-    pub confirm_held: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    #[prost(string, repeated, tag = "20")]
-    pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
 }
 /// The trials of one grasp.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -957,8 +959,12 @@ pub struct GraspTrial {
     /// none where the hand would come below the table in every resting pose of the object
     #[prost(message, optional, tag = "14")]
     pub table: ::core::option::Option<TableTrial>,
+    /// verdict under each of GraspTrials.confirm_held where every trial above held, of
     #[prost(uint32, repeated, tag = "15")]
     pub confirmed: ::prost::alloc::vec::Vec<u32>,
+    /// GraspTrials.confirm_failed where none did; else none
+    ///
+    /// 1 untested, 2 held, 3 failed, 4 borderline: what outcome, table and confirmed say together; 0
     #[prost(uint32, tag = "16")]
     pub label: u32,
 }

@@ -8,7 +8,8 @@ use super::{
     Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict, WhileClosing,
 };
 use crate::{
-    closing::{Command, HandWorker},
+    closing::HandWorker,
+    effort::Command,
     error::HandError,
     ffi,
     free_object::FreeObject,

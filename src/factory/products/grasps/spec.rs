@@ -359,9 +359,9 @@ pub enum TriedSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ConfirmSpec {
-    /// Those that held and those that failed.
+    /// Trials that held and trials that failed.
     Both,
-    /// Those that failed alone: enough for grippers that are tried on a table as well.
+    /// Trials that failed alone: enough for grippers that are tried on a table as well.
     Failed,
     /// None.
     None,

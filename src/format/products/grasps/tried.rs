@@ -37,16 +37,16 @@ impl TriedStates {
     }
 }
 
-/// What the trials of a grasp say together: the label to train on.
+/// Label of a grasp to train on, in which all its trials agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum GraspLabel {
     /// Nothing is known: the hand starts in the object, or the simulation became unstable. Never a negative.
     Untested,
-    /// It held in every trial, and under every condition by which the job confirms that.
+    /// The grasp held in every trial, and under every condition by which the job confirms that.
     Held,
-    /// It failed in every trial, and under every condition by which the job confirms that.
+    /// The grasp failed in every trial, and under every condition by which the job confirms that.
     Failed,
-    /// Its trials disagree: neither a positive nor a negative.
+    /// Trials of the grasp disagree: neither a positive nor a negative.
     Borderline,
 }
 
