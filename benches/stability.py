@@ -108,12 +108,18 @@ def finer_law(drive: dict, finer: int) -> dict:
     return {**drive, "law": law}
 
 
+def label_of(grasp: dict) -> str:
+    """What all trials of a grasp say together; of datasets without labels, the trial in the air."""
+    label = grasp["expected"].get("label")
+    return label if label else grasp["expected"]["verdict"]
+
+
 def chosen(folder: Path, count: int) -> dict[str, list[dict]]:
     """Grasps that the dataset says held, evenly over the export, by object."""
     held = []
     for path in sorted(folder.glob("*/grasps.json")):
         grasps = json.loads(path.read_text())["grasps"]
-        held += [(path.parent.name, grasp) for grasp in grasps if grasp["expected"]["verdict"] == "held"]
+        held += [(path.parent.name, grasp) for grasp in grasps if label_of(grasp) == "held"]
     count = min(count, len(held))
     by_object: dict[str, list[dict]] = {}
     for index in range(count):

@@ -35,7 +35,7 @@ fn shares_that_hold(job: &str) -> [f64; 2] {
 #[ignore = "slow: needs drake and two minutes"]
 fn a_grippers_trials_are_confirmed_by_a_second_engine() {
     let [held, failed] = shares_that_hold("jobs/panda-grasps.toml");
-    assert!(held >= 0.85 && failed <= 0.3, "{held} {failed}");
+    assert!(held >= 0.85 && held - failed >= 0.4, "{held} {failed}");
 }
 
 #[test]

@@ -375,14 +375,22 @@ class World:
         return far or math.acos(min(max(cosine, -1.0), 1.0)) > self.protocol["lost_angle"]
 
 
+def label_of(grasp):
+    """What all trials of a grasp say together; in exports without labels, the trial in the air."""
+    expected = grasp["expected"]
+    if expected.get("label"):
+        return expected["label"]
+    return {"held": "held", "starts_too_deep": "untested"}.get(expected["verdict"], "failed")
+
+
 def chosen(folder, each):
-    """So many grasps that were stored as held, and as many that failed, evenly over the export, by object."""
+    """So many grasps whose label is held, and as many that failed, evenly over the export, by object."""
     sides = {True: [], False: []}
     for path in sorted(folder.glob("*/grasps.json")):
         for number, grasp in enumerate(json.loads(path.read_text())["grasps"]):
-            # What could not be tried there has no outcome to compare with.
-            if grasp["expected"]["verdict"] != "starts_too_deep":
-                sides[grasp["expected"]["verdict"] == "held"].append((path.parent.name, number))
+            # What could not be tried there, or is on the edge, has no outcome to compare with.
+            if (label := label_of(grasp)) in ("held", "failed"):
+                sides[label == "held"].append((path.parent.name, number))
     by_object = {}
     for some in sides.values():
         count = min(each, len(some))
@@ -408,7 +416,7 @@ def main():
                 verdict = world.try_grasp(grasps[number])
             except RuntimeError as error:
                 verdict = f"refused: {str(error).splitlines()[0]}"
-            rows.append((name, number, grasps[number]["expected"]["verdict"], verdict))
+            rows.append((name, number, label_of(grasps[number]), verdict))
             print(*rows[-1], file=sys.stderr, flush=True)
     counts = {}
     for side in ("held", "failed"):
