@@ -5,11 +5,11 @@ object's points around the hand, expressed in the hand's approach frame, and the
 It learns twice from the same grasps of the training objects, with the same first weights, order and number of steps:
 
   gate      positive is what the analytic verdict keeps, negative everything else, as datasets said before physics judged
-  trials    positive is what held in a trial (in the air, or with --table on the table), negative what failed; grasps that
-            were not tried are left out
+  trials    positive is the label held, negative the label failed; borderline and untested grasps are left out. In datasets
+            without labels: the trial in the air, or with --table that on the table
 
-Each network then rates all states of each held-out object (split test). Its choice, the best five, and the best of each run
-are tried in plain MuJoCo by the export's own `replay.py`, with MuJoCo's contacts. Success is compared object by object, the
+Each network then rates all states of each held-out object (split test). Its choice and the best five (with --runs also the
+best of each run) are tried in plain MuJoCo by the export's own `replay.py`, with MuJoCo's contacts. Success is compared object by object, the
 mean of the seeds; the interval is a bootstrap over objects. Beside them: the lowest energy, the highest epsilon, and grasps
 drawn at random.
 
@@ -41,6 +41,10 @@ CLOUD, CROP, SEEN = 8192, 256, 128
 ACROSS, BEHIND, BEFORE = 0.11, 0.06, 0.15
 PEAK_RATE = 3e-3
 TOP = 5
+# Numbers of labels, as trials.proto has them.
+HELD, FAILED = 2, 3
+# Choices at random, for their mean.
+DRAWS = 2
 LABELS = ("gate", "trials")
 GRIPPERS = ("panda_hand", "fetch_gripper", "parallel_gripper")
 
@@ -104,7 +108,11 @@ def read(folder: Path, split: str, clouds: dict[str, np.ndarray], on_table: bool
         rng = np.random.default_rng(number)
         grasps, trials = sample.grasps, sample.trials
         outcome = np.full(len(grasps), -1)
-        if on_table:
+        labels = np.array([trial.get("label", 0) for trial in sample.message("trials")["trials"]], int)
+        if labels.any() and not on_table:
+            # In datasets with labels: what all trials of a grasp say together; borderline and untested ones are left out.
+            outcome[trials["grasp"][labels == HELD]], outcome[trials["grasp"][labels == FAILED]] = 1, 0
+        elif on_table:
             tried = trials[trials["table_pose"] >= 0]
             outcome[tried["grasp"]] = tried["held_on_table"]
         else:
@@ -197,8 +205,9 @@ class Picks:
             by_run[name] = order[np.unique(runs, return_index=True)[1]]
         return cls(best, five, by_run)
 
-    def rows(self) -> set[int]:
-        return {int(row) for some in (self.five, self.by_run) for rows in some.values() for row in rows}
+    def rows(self, by_run: bool, top: int = TOP) -> set[int]:
+        rows = {int(row) for some in self.five.values() for row in some[:top]}
+        return rows | {int(row) for some in self.by_run.values() for row in some if by_run}
 
 
 def bootstrap(differences: np.ndarray) -> tuple[float, float]:
@@ -246,17 +255,25 @@ def compare(folder: Path, arguments: argparse.Namespace) -> None:
             curves.append(area_under_curve(scores[known], truth))
         print(f"  {label}: {labels.mean():.1%} of {len(rows)} labels are positive; area under the curve of stored trials "
               f"{np.mean(curves):.3f} ({time.process_time() - begun:.0f} CPU s)", flush=True)
-    raters["lowest energy"] = [Picks.of(-test.energies, test)]
-    raters["highest epsilon"] = [Picks.of(test.epsilons, test)]
-    raters["at random"] = [Picks.of(np.random.default_rng(7).random(len(test.gate)), test)]
-    rows = sorted(set().union(*(picks.rows() for some in raters.values() for picks in some)))
+    # Of what does not learn, its best alone is tried.
+    plain = {}
+    plain["lowest energy"] = [Picks.of(-test.energies, test)]
+    plain["highest epsilon"] = [Picks.of(test.epsilons, test)]
+    draws = [np.random.default_rng(seed).random(len(test.gate)) for seed in range(DRAWS)]
+    plain["at random"] = [Picks.of(scores, test) for scores in draws]
+    chosen = [picks.rows(arguments.runs) for some in raters.values() for picks in some]
+    chosen += [picks.rows(False, 1) for some in plain.values() for picks in some]
+    rows = sorted(set().union(*chosen))
     held = try_rows(arguments.graspmill.resolve(), arguments.python.absolute(), folder, test, rows)
     print(f"  {len(rows)} chosen grasps tried in plain MuJoCo, {sum(held.values())} hold")
-    print(f"  {'chosen by':<18}{'its best':>10}{f'best {TOP}':>10}{'best of each run':>18}")
-    for name, some in raters.items():
-        shares = [f"{successes(some, what, held).mean():.1%}" for what in ("best", "five", "by_run")]
-        print(f"  {name:<18}{shares[0]:>10}{shares[1]:>10}{shares[2]:>18}")
-    for what, told in (("best", "its best"), ("five", f"best {TOP}"), ("by_run", "best of each run")):
+    kinds = {"best": "its best", "five": f"best {TOP}", "by_run": "best of each run"}
+    if not arguments.runs:
+        del kinds["by_run"]
+    print(f"  {'chosen by':<18}" + "".join(f"{told:>18}" for told in kinds.values()))
+    for name, some in {**raters, **plain}.items():
+        shares = [f"{successes(some, what, held).mean():.1%}" for what in (kinds if name in raters else ["best"])]
+        print(f"  {name:<18}" + "".join(f"{share:>18}" for share in shares))
+    for what, told in kinds.items():
         differences = successes(raters["trials"], what, held) - successes(raters["gate"], what, held)
         low, high = bootstrap(differences)
         better, worse = int((differences > 0).sum()), int((differences < 0).sum())
@@ -270,6 +287,7 @@ def main() -> None:
     parser.add_argument("--graspmill", type=Path, required=True)
     parser.add_argument("--python", type=Path, default=ROOT / ".deps/venv/bin/python", help="a Python that has MuJoCo")
     parser.add_argument("--table", action="store_true", help="learn from trials on the table instead of in the air")
+    parser.add_argument("--runs", action="store_true", help="also try the best grasp of each run")
     parser.add_argument("--steps", type=int, default=1500)
     parser.add_argument("--batch", type=int, default=64)
     parser.add_argument("--seeds", type=int, default=3)
