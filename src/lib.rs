@@ -49,6 +49,7 @@ pub use factory::{self, cluster};
 pub use form;
 pub use format;
 pub use kernel::{assets, contact, geom, ids, object, render, seed, voxel, words};
+pub use perception;
 pub use publish::{self, export, preview};
 pub use robot::{collision, grasp, hand, kinematics};
 pub use runtime;

@@ -16,6 +16,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("format", &["kernel"]),
     ("tables", &["format"]),
     ("surface", &["kernel"]),
+    ("perception", &["kernel"]),
     ("runtime", &["format", "kernel"]),
     ("sim", &["kernel", "robot"]),
     ("factory", &["form", "format", "kernel", "robot", "sim", "tables"]),

@@ -82,8 +82,8 @@ class ObjectFacts:
 
 
 def object_facts(folder: str | Path) -> dict[str, ObjectFacts]:
-    """Weight and kind of each object of a dataset of completion, grasps or patches, by name; two of one name are told apart by
-    the digest.
+    """Weight and kind of each object of a dataset of completion, grasps or patches, by name; two of one name are told
+    apart by the digest.
 
     Raises ``DatasetError`` when the dataset says nothing of its objects, as those of maps and of old, or is damaged.
     """
@@ -105,7 +105,8 @@ def _facts(row: dict[str, Any]) -> ObjectFacts:
     def numbers(key: str, *shape: int) -> Floats:
         return np.array(row.get(key, np.full(shape, np.nan)), np.float64).reshape(shape)
 
-    symmetry = row.get("symmetry") or dict.fromkeys(("symmetries_discrete", "symmetries_continuous", "mirror_normals"), [])
+    nothing: dict[str, Any] = dict.fromkeys(("symmetries_discrete", "symmetries_continuous", "mirror_normals"), [])
+    symmetry: dict[str, Any] = row.get("symmetry") or nothing
     axes = [[each["axis"], each["offset"]] for each in symmetry["symmetries_continuous"]]
     return ObjectFacts(
         object=row["object"],

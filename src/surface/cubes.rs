@@ -218,8 +218,8 @@ pub(crate) mod tests {
         };
         let mesh = marching_cubes(&field_of(32, inside), 0.0, -1.0, in_cells);
         let bounds = mesh.aabb().expect("a box");
-        for axis in 0..3 {
-            assert!((bounds.extents()[axis] - 2.0 * half[axis]).abs() < 1e-4, "{bounds:?}");
+        for (extent, half) in bounds.extents().iter().zip(half) {
+            assert!((extent - 2.0 * half).abs() < 1e-4, "{bounds:?}");
         }
         let lost = 1.0 - mesh.signed_volume() / half.iter().map(|half| 2.0 * half).product::<f64>();
         let edges = 8.0 * half.iter().sum::<f64>();

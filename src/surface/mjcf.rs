@@ -18,7 +18,7 @@ pub struct MeshBody {
 pub struct TablePlane {
     /// A point of it [m].
     pub point: [f64; 3],
-    /// Unit normal of the plane, upward.
+    /// Unit normal, upward.
     pub normal: [f64; 3],
 }
 

@@ -20,7 +20,7 @@ const LARGEST: f32 = 1000.0;
 /// Squared distances above that of [`BAND`].
 const BEYOND: u8 = u8::MAX;
 
-/// Method by which the programme is solved.
+/// A way to solve the programme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Solver {
     /// Projected gradient steps with momentum.
@@ -181,7 +181,7 @@ impl SmoothingProblem {
     }
 }
 
-/// State that the solver changes.
+/// Fields that the solver changes.
 struct State {
     current: Vec<f32>,
     ahead: Vec<f32>,

@@ -126,7 +126,7 @@ fn mean_spacing(points: &[[f32; 3]], placement: &GridPlacement) -> Option<f64> {
     let inside = points.iter().map(|point| placement.coordinates_of(point.map(f64::from)));
     let inside: Vec<[f64; 3]> =
         inside.filter(|point| point.iter().all(|value| (0.0..n as f64).contains(value))).collect();
-    let is_sample = |index: usize| index % SAMPLE_STEP == 0;
+    let is_sample = |index: usize| index.is_multiple_of(SAMPLE_STEP);
     if inside.len() < SAMPLE_STEP {
         return None;
     }

@@ -1,5 +1,6 @@
 //! Shapes from pictures: meshes of completed grids against trimesh, SciPy and MuJoCo, and real Kinect frames against labels.
 
+mod kinect;
 mod meshes;
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,0 +1,143 @@
+//! Exact Euclidean clusters of the points above a plane.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Point3;
+
+use crate::{frame::DepthFrame, plane::Plane};
+
+/// Thresholds by which clusters are found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClusterRule {
+    /// Points up to this far apart belong together [m].
+    pub tolerance: f64,
+    /// Points up to this height belong to the plane [m].
+    pub min_height: f64,
+    /// Smaller clusters are left out.
+    pub min_points: usize,
+}
+
+impl Default for ClusterRule {
+    fn default() -> Self {
+        Self { tolerance: 0.02, min_height: 0.008, min_points: 100 }
+    }
+}
+
+/// Pixels that belong together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cluster {
+    /// Pixels by index, in order.
+    pub pixels: Vec<u32>,
+    /// Whether the picture's border cuts it.
+    pub touches_border: bool,
+}
+
+/// Clusters of the points above a plane, or of all points without one: two points are of one cluster exactly when a chain of
+/// steps of at most the tolerance leads from one to the other. The largest comes first, then the one whose first pixel does.
+///
+/// # Panics
+/// If the tolerance is not positive.
+pub fn find_clusters(frame: &DepthFrame, plane: Option<&Plane>, rule: &ClusterRule) -> Vec<Cluster> {
+    assert!(rule.tolerance > 0.0, "a tolerance");
+    let is_above = |point: &Point3<f64>| plane.is_none_or(|plane| plane.height(point) > rule.min_height);
+    let points: Vec<(u32, Point3<f64>)> =
+        frame.returns().map(|pixel| (pixel, frame.point(pixel))).filter(|(_, point)| is_above(point)).collect();
+    let mut clusters: Vec<Cluster> = joined(&points, rule.tolerance)
+        .into_iter()
+        .filter(|pixels| pixels.len() >= rule.min_points)
+        .map(|pixels| Cluster { touches_border: pixels.iter().any(|pixel| is_at_border(frame, *pixel)), pixels })
+        .collect();
+    clusters.sort_by(|a, b| b.pixels.len().cmp(&a.pixels.len()).then(a.pixels[0].cmp(&b.pixels[0])));
+    clusters
+}
+
+fn is_at_border(frame: &DepthFrame, pixel: u32) -> bool {
+    let (column, row) = frame.column_and_row(pixel);
+    column == 0 || row == 0 || column + 1 == frame.camera.width || row + 1 == frame.camera.height
+}
+
+/// Pixels of each connected set, in order.
+fn joined(points: &[(u32, Point3<f64>)], tolerance: f64) -> Vec<Vec<u32>> {
+    // Points of one cell are within reach of each other; cells further apart than two never are.
+    const REACH: i32 = 2;
+    let side = tolerance / 3.0_f64.sqrt() * (1.0 - 1e-12);
+    let mut cells: BTreeMap<[i32; 3], Vec<usize>> = BTreeMap::new();
+    for (index, (_, point)) in points.iter().enumerate() {
+        let cell = std::array::from_fn(|axis| (point[axis] / side).floor() as i32);
+        cells.entry(cell).or_default().push(index);
+    }
+    let order: Vec<(&[i32; 3], &Vec<usize>)> = cells.iter().collect();
+    let index_of: BTreeMap<&[i32; 3], usize> =
+        order.iter().enumerate().map(|(index, (cell, _))| (*cell, index)).collect();
+    let mut parents: Vec<usize> = (0..order.len()).collect();
+    let square = tolerance * tolerance;
+    for (index, (cell, members)) in order.iter().enumerate() {
+        let offsets =
+            (0..(2 * REACH + 1).pow(3)).map(|code| [code / 25 - REACH, code / 5 % 5 - REACH, code % 5 - REACH]);
+        // Each pair of cells once.
+        for offset in offsets.filter(|offset| *offset > [0; 3]) {
+            let other: [i32; 3] = std::array::from_fn(|axis| cell[axis].saturating_add(offset[axis]));
+            let Some(other) = index_of.get(&other) else { continue };
+            let (a, b) = (root(&mut parents, index), root(&mut parents, *other));
+            let touches =
+                |a: &usize| order[*other].1.iter().any(|b| (points[*a].1 - points[*b].1).norm_squared() <= square);
+            if a != b && members.iter().any(touches) {
+                parents[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let mut sets: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for (index, (_, members)) in order.iter().enumerate() {
+        sets.entry(root(&mut parents, index)).or_default().extend(members.iter().map(|member| points[*member].0));
+    }
+    sets.into_values()
+        .map(|mut pixels| {
+            pixels.sort_unstable();
+            pixels
+        })
+        .collect()
+}
+
+fn root(parents: &mut [usize], mut at: usize) -> usize {
+    while parents[at] != at {
+        parents[at] = parents[parents[at]];
+        at = parents[at];
+    }
+    at
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn clusters_are_the_chains_of_the_definition(
+            points in prop::collection::vec(prop::array::uniform3(-0.1..0.1_f64), 0..120),
+            tolerance in 0.005..0.06_f64,
+        ) {
+            let points: Vec<(u32, Point3<f64>)> =
+                points.iter().enumerate().map(|(index, point)| (index as u32, Point3::from(*point))).collect();
+            // Flood fill over all pairs.
+            let mut sets: BTreeSet<Vec<u32>> = BTreeSet::new();
+            let mut left: BTreeSet<usize> = (0..points.len()).collect();
+            while let Some(first) = left.pop_first() {
+                let (mut set, mut front) = (vec![first as u32], vec![first]);
+                while let Some(at) = front.pop() {
+                    let near = |other: &usize| (points[at].1 - points[*other].1).norm_squared() <= tolerance * tolerance;
+                    let reached: Vec<usize> = left.iter().copied().filter(near).collect();
+                    reached.iter().for_each(|other| _ = left.remove(other));
+                    set.extend(reached.iter().map(|other| *other as u32));
+                    front.extend(reached);
+                }
+                set.sort_unstable();
+                sets.insert(set);
+            }
+            prop_assert_eq!(joined(&points, tolerance).into_iter().collect::<BTreeSet<_>>(), sets);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! A picture of what was found.
+
+use crate::{clusters::Cluster, frame::DepthFrame};
+
+/// Colours of clusters, told apart by most eyes (Okabe and Ito 2008); repeated after the eighth.
+const COLOURS: [[u8; 3]; 7] =
+    [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [0, 114, 178], [213, 94, 0], [204, 121, 167]];
+
+/// The picture's depth as grey, near is bright, with each cluster tinted and outlined, as a PNG file.
+pub fn draw_outlines(frame: &DepthFrame, clusters: &[Cluster]) -> Vec<u8> {
+    let (width, height) = (frame.camera.width, frame.camera.height);
+    let mut depths: Vec<f32> = frame.depth.iter().copied().filter(|depth| !depth.is_nan()).collect();
+    depths.sort_by(f32::total_cmp);
+    // From the nearest to what all but a twentieth are nearer than.
+    let near = depths.first().copied().unwrap_or(0.0);
+    let far = depths.get(depths.len() * 19 / 20).copied().unwrap_or(1.0).max(near + 1e-3);
+    let mut owners = vec![usize::MAX; frame.depth.len()];
+    for (index, cluster) in clusters.iter().enumerate() {
+        cluster.pixels.iter().for_each(|pixel| owners[*pixel as usize] = index);
+    }
+    let is_rim = |pixel: usize| {
+        let (column, row) = (pixel as u32 % width, pixel as u32 / width);
+        let beside = [(column > 0, pixel.wrapping_sub(1)), (column + 1 < width, pixel + 1)];
+        let above = [(row > 0, pixel.wrapping_sub(width as usize)), (row + 1 < height, pixel + width as usize)];
+        beside.into_iter().chain(above).any(|(exists, other)| !exists || owners[other] != owners[pixel])
+    };
+    let mut pixels = Vec::with_capacity(3 * frame.depth.len());
+    for (pixel, depth) in frame.depth.iter().enumerate() {
+        let share = 1.0 - ((depth - near) / (far - near)).clamp(0.0, 1.0);
+        let grey = if depth.is_nan() { 0.0 } else { 40.0 + 180.0 * share };
+        let colour = COLOURS.get(owners[pixel] % COLOURS.len()).filter(|_| owners[pixel] != usize::MAX);
+        pixels.extend(match colour {
+            Some(colour) if is_rim(pixel) => *colour,
+            Some(colour) => colour.map(|value| (0.6 * grey + 0.4 * f32::from(value)) as u8),
+            None => [grey as u8; 3],
+        });
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder
+        .write_header()
+        .and_then(|mut writer| {
+            writer.write_image_data(&pixels)?;
+            writer.finish()
+        })
+        .expect("memory takes every byte, and the image is complete");
+    bytes
+}

@@ -1,0 +1,105 @@
+//! The plane that objects stand on: RANSAC (Fischler and Bolles 1981), then least squares.
+
+use kernel::seed::Stream;
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use crate::frame::DepthFrame;
+
+/// Thresholds and seed by which a plane is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneRule {
+    /// Points nearer than this belong to the plane [m].
+    pub tolerance: f64,
+    /// Planes through three points that are tried.
+    pub hypotheses: u32,
+    /// One of so many points judges a hypothesis.
+    pub stride: usize,
+    /// Share of all points that a plane must hold.
+    pub min_share: f64,
+    /// Seed of the draws.
+    pub seed: u64,
+}
+
+impl Default for PlaneRule {
+    fn default() -> Self {
+        Self { tolerance: 0.005, hypotheses: 300, stride: 37, min_share: 0.1, seed: 0 }
+    }
+}
+
+/// A plane in `CameraCv`: points with `normal . point + offset = 0`, the normal towards the camera's side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// Unit normal; the camera lies on its side.
+    pub normal: Vector3<f64>,
+    /// Height of the camera above the plane [m].
+    pub offset: f64,
+    /// Points that belong to it.
+    pub points: usize,
+}
+
+impl Plane {
+    /// Height of a point above the plane [m]; NaN for a point that is.
+    pub fn height(&self, point: &Point3<f64>) -> f64 {
+        self.normal.dot(&point.coords) + self.offset
+    }
+
+    /// The point of the plane nearest to the camera [m].
+    pub fn foot(&self) -> Point3<f64> {
+        Point3::from(self.normal * -self.offset)
+    }
+
+    /// A plane by a normal and a point; `None` without a direction.
+    fn through(normal: Vector3<f64>, point: &Vector3<f64>) -> Option<Self> {
+        let normal = normal.try_normalize(1e-12)?;
+        let offset = -normal.dot(point);
+        let sign = if offset < 0.0 { -1.0 } else { 1.0 };
+        Some(Self { normal: normal * sign, offset: offset * sign, points: 0 })
+    }
+}
+
+/// The plane with the largest count of points; `None` where none has enough.
+pub fn find_plane(frame: &DepthFrame, rule: &PlaneRule) -> Option<Plane> {
+    let points: Vec<Point3<f64>> = frame.returns().map(|pixel| frame.point(pixel)).collect();
+    if points.len() < 3 {
+        return None;
+    }
+    let judges: Vec<Point3<f64>> = points.iter().step_by(rule.stride.max(1)).copied().collect();
+    let count = |plane: &Plane, points: &[Point3<f64>]| {
+        points.iter().filter(|point| plane.height(point).abs() < rule.tolerance).count()
+    };
+    // Hypotheses through three points; the first of equal ones stays.
+    let mut draw = Stream::of_job(rule.seed, b"plane", "hypotheses");
+    let mut best: Option<(usize, Plane)> = None;
+    for _ in 0..rule.hypotheses {
+        let [a, b, c] = std::array::from_fn(|_| points[draw.below(points.len() as u64) as usize].coords);
+        let Some(plane) = Plane::through((b - a).cross(&(c - a)), &a) else { continue };
+        let votes = count(&plane, &judges);
+        if best.as_ref().is_none_or(|(most, _)| votes > *most) {
+            best = Some((votes, plane));
+        }
+    }
+    // Least squares over all points near it, twice: the first changes which are near.
+    let mut plane = best?.1;
+    for _ in 0..2 {
+        let near: Vec<Point3<f64>> =
+            points.iter().filter(|point| plane.height(point).abs() < rule.tolerance).copied().collect();
+        plane = fitted(&near)?;
+    }
+    plane.points = count(&plane, &points);
+    (plane.points as f64 >= rule.min_share * points.len() as f64).then_some(plane)
+}
+
+/// The plane of least squares.
+fn fitted(points: &[Point3<f64>]) -> Option<Plane> {
+    if points.len() < 3 {
+        return None;
+    }
+    let mean = points.iter().map(|point| point.coords).sum::<Vector3<f64>>() / points.len() as f64;
+    let mut scatter = Matrix3::zeros();
+    for offset in points.iter().map(|point| point.coords - mean) {
+        scatter += offset * offset.transpose();
+    }
+    let eigen = scatter.symmetric_eigen();
+    let smallest = eigen.eigenvalues.imin();
+    Plane::through(eigen.eigenvectors.column(smallest).into_owned(), &mean)
+}

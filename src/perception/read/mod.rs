@@ -1,0 +1,102 @@
+//! Reading depth pictures: PNG of 16 bits, NPY, and organised clouds as PCD or PLY.
+
+mod lzf;
+mod npy;
+mod organised;
+mod pcd;
+mod picture;
+mod ply;
+mod raw;
+
+use std::path::{Path, PathBuf};
+
+use kernel::{files, geom::Intrinsics};
+
+use crate::frame::{DepthFrame, LabelledFrame};
+
+pub use raw::FrameProblem;
+use raw::RawFrame;
+
+/// Nearest and farthest median depth of a picture of objects on a table [m].
+const MEDIAN_RANGE: [f64; 2] = [0.1, 10.0];
+/// Metres per unit that depth is commonly stored in.
+const COMMON_SCALES: [f64; 4] = [1.0, 0.001, 0.0002, 0.0001];
+/// Nothing nearer is seen [m].
+const NEAR: f64 = 0.01;
+
+/// Camera and unit by which a picture's numbers are read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameRule {
+    /// fx, fy, cx, cy [px], pixel centres at +0.5; needed for images, and found from the points of a cloud.
+    pub intrinsics: Option<[f64; 4]>,
+    /// Metres per unit of whole numbers; 0 means no return.
+    pub depth_scale: f64,
+}
+
+impl Default for FrameRule {
+    fn default() -> Self {
+        Self { intrinsics: None, depth_scale: 0.001 }
+    }
+}
+
+/// Why a file gives no depth picture.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", file.display())]
+pub struct FrameError {
+    /// The file.
+    pub file: PathBuf,
+    /// The fault in it.
+    #[source]
+    pub problem: FrameProblem,
+}
+
+/// Reads a depth picture by what its name ends in.
+///
+/// # Errors
+/// With the file, the place in it and the remedy.
+pub fn read_frame(path: &Path, rule: &FrameRule) -> Result<LabelledFrame, FrameError> {
+    let failed = |problem| FrameError { file: path.to_owned(), problem };
+    let kind = path.extension().map(|kind| kind.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    if !["png", "npy", "pcd", "ply"].contains(&kind.as_str()) {
+        return Err(failed(FrameProblem::Kind));
+    }
+    let bytes = files::read(path).map_err(|error| failed(error.into()))?;
+    let raw = match kind.as_str() {
+        "png" => picture::parse(&bytes, rule.depth_scale),
+        "npy" => npy::parse(&bytes, rule.depth_scale),
+        "pcd" => pcd::parse(&bytes),
+        _ => ply::parse(&bytes),
+    };
+    raw.and_then(|raw| checked(raw, rule)).map_err(failed)
+}
+
+fn checked(raw: RawFrame, rule: &FrameRule) -> Result<LabelledFrame, FrameProblem> {
+    let is_return = |depth: f32| depth.is_finite() && depth > 0.0;
+    if !raw.depth.iter().copied().any(is_return) {
+        return Err(FrameProblem::Empty);
+    }
+    let [fx, fy, cx, cy] = rule.intrinsics.or(raw.intrinsics).ok_or(FrameProblem::NoIntrinsics)?;
+    let (width, height) = (raw.width, raw.height);
+    let camera = Intrinsics { width, height, fx, fy, cx, cy, near: NEAR }.checked()?;
+    // A comparison that is false for NaN.
+    let is_inside = (0.0..=f64::from(width)).contains(&cx) && (0.0..=f64::from(height)).contains(&cy);
+    if !is_inside {
+        return Err(FrameProblem::OtherImageSize { cx, cy, width, height });
+    }
+    let depth: Vec<f32> = raw.depth.iter().map(|depth| if is_return(*depth) { *depth } else { f32::NAN }).collect();
+    let mut returns: Vec<f32> = depth.iter().copied().filter(|depth| !depth.is_nan()).collect();
+    let middle = returns.len() / 2;
+    let median = f64::from(*returns.select_nth_unstable_by(middle, f32::total_cmp).1);
+    let fits = |median: f64| (MEDIAN_RANGE[0]..=MEDIAN_RANGE[1]).contains(&median);
+    if !fits(median) {
+        let scale = COMMON_SCALES.iter().find(|scale| fits(median / rule.depth_scale * **scale));
+        let remedy = scale.map_or("no common unit of depth would fit".to_owned(), |scale| {
+            format!("in units of {scale} m it would fit")
+        });
+        return Err(FrameProblem::Median { median, remedy });
+    }
+    Ok(LabelledFrame { frame: DepthFrame { camera, depth }, labels: raw.labels })
+}
+
+#[cfg(test)]
+mod tests;

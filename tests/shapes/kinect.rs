@@ -1,0 +1,81 @@
+//! Real Kinect frames that nobody here made, against labels of every point.
+//!
+//! Ten frames of the Object Segmentation Database (Richtsfeld et al.), out of the Point Cloud Library's data. Their labels are
+//! 1 for the table and ten times an object's number for the rest, plus a number for each part of it that is seen apart.
+
+use std::{env, path::Path};
+
+use graspmill::{
+    geom::SimdLevel,
+    perception::{
+        ClusterRule, FrameRule, NetworkInput, PlaneRule, SegmentationScore, find_clusters, find_plane, read_frame,
+        visible_sheet,
+    },
+};
+
+const FRAMES: [u32; 10] = [2, 8, 14, 18, 22, 26, 30, 34, 38, 42];
+const TABLE: u32 = 1;
+
+/// The folder of samples, or a loud note that there is none.
+fn samples() -> Option<String> {
+    let folder = env::var("GRASPMILL_SAMPLES").ok();
+    if folder.is_none() {
+        println!("SKIPPED: GRASPMILL_SAMPLES names no folder of real frames");
+    }
+    folder
+}
+
+#[test]
+fn objects_on_tables_are_found_as_people_labelled_them() {
+    let Some(folder) = samples() else { return };
+    let (mut objects, mut found, mut merged, mut split) = (0, 0, 0, 0);
+    for number in FRAMES {
+        let path = Path::new(&folder).join(format!("kinect/mosd_learn{number}.pcd"));
+        let read = read_frame(&path, &FrameRule::default()).unwrap_or_else(|error| panic!("{error}"));
+        let frame = read.frame;
+        // Its makers' driver had a focal length of 525 px, and pixel centres at 0: half a pixel is added.
+        let camera = frame.camera;
+        for (value, wanted) in [(camera.fx, 525.0), (camera.fy, 525.0), (camera.cx, 320.0), (camera.cy, 240.0)] {
+            assert!((value - wanted).abs() < 0.05, "frame {number}: {camera:?}");
+        }
+        let plane = find_plane(&frame, &PlaneRule::default()).expect("a table");
+        let clusters = find_clusters(&frame, Some(&plane), &ClusterRule::default());
+        let labels = read.labels.expect("labels");
+        let objects_of: Vec<u32> = labels.iter().map(|label| if *label == TABLE { 0 } else { label / 10 }).collect();
+        let score = SegmentationScore::new(&clusters, &objects_of, |pixel| !frame.depth[pixel].is_nan());
+        println!(
+            "frame {number}: precision {:.3}, recall {:.3}, F {:.3}; {} objects, {} found, {} merged, {} split, {} spurious",
+            score.precision,
+            score.recall,
+            score.f_score,
+            score.objects.len(),
+            score.found,
+            score.merged,
+            score.split,
+            score.spurious
+        );
+        assert!(score.precision > 0.99 && score.recall > 0.9, "frame {number}: {score:?}");
+        assert_eq!(score.spurious, 0, "frame {number}");
+        objects += score.objects.len();
+        found += score.found;
+        merged += score.merged;
+        split += score.split;
+        // Every cluster has a sheet and the grids of a network's input.
+        for cluster in &clusters {
+            assert!(!visible_sheet(&frame, &cluster.pixels).triangles.is_empty());
+            let input = NetworkInput::new(&frame, cluster, Some(&plane), 40, SimdLevel::detect()).expect("grids");
+            assert!(input.partial.count() > 0 && input.partial.count_both(&input.free) == 0);
+        }
+    }
+    println!("{found} of {objects} objects found, {merged} merged, {split} split");
+    assert!(5 * found >= 4 * objects, "{found} of {objects}");
+}
+
+#[test]
+fn a_cloud_with_another_camera_axis_is_refused() {
+    let Some(folder) = samples() else { return };
+    // Its z points backwards.
+    let path = Path::new(&folder).join("kinect/milk_cartoon_all_small_clorox.pcd");
+    let error = read_frame(&path, &FrameRule::default()).expect_err("a cloud behind the camera");
+    assert!(error.to_string().contains("which looks along +z"), "{error}");
+}
