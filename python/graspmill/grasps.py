@@ -41,7 +41,7 @@ _CONTACT = [("grasp", "<i4"), ("link", "<i4"), ("point", "<f8", 3), ("normal", "
 _POSES = ("object_from_base", "object_from_approach")
 _LISTS = (*_JOINTS, "clearances", "clearances_opened")
 _COUNTS = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")
-_TRIAL = ("trial", "held", "label", *_COUNTS, "robust", "table_pose", "table_trial", "held_on_table")
+_TRIAL = ("trial", "held", *_COUNTS, "label", "robust", "table_pose", "table_trial", "held_on_table")
 # Columns of frames whose values may be missing, of all grasps or of some, have a type that says so.
 _KINDS = dict.fromkeys(("verdict", "trial", "label", "table_trial"), "string")
 _KINDS |= dict.fromkeys(("held", "robust", "held_on_table"), "boolean")

@@ -42,7 +42,8 @@ def test_payloads_have_the_digests_of_the_index(data: Path, name: str) -> None:
 def test_rejects_say_why(data: Path) -> None:
     index = Dataset(data / "pairs").index
     rejected = ~index["kept"]
-    assert rejected.any() and set(index["reason"][rejected]) == {"few_partial_cells"} and all(index["detail"][rejected])
+    assert rejected.any() and set(index["reason"][rejected]) == {"few_partial_cells", "little_remains"}
+    assert all(index["detail"][rejected])
 
 
 @pytest.mark.parametrize("name", FOLDERS)

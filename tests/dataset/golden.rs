@@ -123,7 +123,7 @@ fn ledgers_of_version_2_read_back() {
         assert_eq!((row.index.0, row.sample), (index, small.id(index)));
         let Fate::Kept(digests) = &row.fate else {
             let fate = Fate::Rejected { reason: "few_cells".into(), detail: "99 cells, at least 100".into() };
-            assert_eq!((index, &row.fate, row.facts.values()), (3, &fate, [0.0; 4].as_slice()));
+            assert_eq!((index, &row.fate, row.facts.values()), (3, &fate, [0.0; 6].as_slice()));
             continue;
         };
         let (sample, pair) = (reader.sample(SampleIndex(index)).unwrap().unwrap(), small.pair(index));
