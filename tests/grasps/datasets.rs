@@ -452,11 +452,11 @@ fn an_object_without_a_solid_is_refused_before_the_run_and_the_others_are_made()
     }
 }
 
-/// A job over a cup of two parts that nothing joins: a can and, 30 mm above it, a slab.
+/// A job over a can and a mesh of two parts that nothing joins: a block and, 30 mm above it, a slab.
 fn write_job_in_parts(product: &str, bodies: &str) -> Workspace {
     let workspace = Workspace::new();
     let mut parts = block([0.0; 3], [0.05, 0.04, 0.04]);
-    let above = block([0.0, 0.0, 0.07], [0.05, 0.04, 0.01]);
+    let above = block([0.0, 0.0, 0.07], [0.05, 0.04, 0.08]);
     let first = parts.vertices.len() as u32;
     parts.vertices.extend(above.vertices);
     parts.triangles.extend(above.triangles.iter().map(|face| face.map(|vertex| vertex + first)));
