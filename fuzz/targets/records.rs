@@ -1,7 +1,7 @@
 //! Every message of a dataset.
 
 use graspmill::format::{
-    Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
+    Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape, Occlusion,
     PatchColour, PatchHeatmap, PatchImageColour, ReachabilityBlock, ReachabilityField, TactileContacts, Tsdf,
     Visibility, VoxelPair, check_record, checks_of,
 };
@@ -34,6 +34,7 @@ pub fn records(input: &[u8]) {
         Channel::CLOUD => again(payload, |bytes| Cloud::decode(bytes).ok(), Cloud::encode),
         Channel::TSDF => again(payload, |bytes| Tsdf::decode(bytes).ok(), Tsdf::encode),
         Channel::COVERAGE => again(payload, |bytes| Coverage::decode(bytes).ok(), Coverage::encode),
+        Channel::OCCLUSION => again(payload, |bytes| Occlusion::decode(bytes).ok(), Occlusion::encode),
         Channel::IMPLICIT => again(payload, |bytes| Implicit::decode(bytes).ok(), Implicit::encode),
         Channel::TOUCH_RAYS | Channel::TOUCH_EXPLORATION | Channel::TOUCH_GRASP => {
             again(payload, |bytes| TactileContacts::decode_of(channel, bytes).ok(), TactileContacts::encode)

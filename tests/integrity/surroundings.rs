@@ -137,7 +137,10 @@ fn starve(workspace: &Workspace, name: &str) -> usize {
             program.option("--out", &data).args(["--progress", "none", "--threads", "2"]).finish();
         // No signal but that of memory that is refused, and no word of a panic of ours.
         let is_clear = match code {
-            Some(2) => stderr.contains("Could not allocate memory"),
+            // MuJoCo's reader of XML has a second word for memory that ends inside an attribute.
+            Some(2) => {
+                ["Could not allocate memory", "unknown error in attribute"].iter().any(|words| stderr.contains(words))
+            }
             Some(code) => [0, 1, 74, 127].contains(&code),
             // An abort: by Rust's allocator, by the C library (`Fatal glibc error: ... out of memory`) or by C++.
             None => {
