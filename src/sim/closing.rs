@@ -15,6 +15,7 @@ use super::{
     hand_sim::{GeomOwner, HandSim, Hold, Numerics, STEP, Servo, is_finite, quaternion},
     moved::{Moved, moved},
     true_mesh::{ColliderLoan, TrueMeshCollider},
+    unstable::{Instability, Unstable},
 };
 use robot::hand::{Driven, Hand, Motor};
 
@@ -51,31 +52,6 @@ pub struct LinkTouch {
     pub distance: f64,
     /// Normal force between the two [N].
     pub force: f64,
-}
-
-/// The simulation became unstable: nothing after this step counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unstable in step {step}: {kind:?}")]
-pub struct Unstable {
-    /// The step, counted from 1 at the start of the run.
-    pub step: u32,
-    /// Instability that MuJoCo found.
-    pub kind: Instability,
-}
-
-/// Quantity that became invalid inside a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Instability {
-    /// A position that is not finite or absurdly large.
-    Position,
-    /// A velocity.
-    Velocity,
-    /// An acceleration.
-    Acceleration,
-    /// A control.
-    Control,
-    /// No room for all contacts or constraints, or an inertia without inverse.
-    Room,
 }
 
 /// End of a run.

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
 
 use super::{
-    closing::{HandWorker, LinkTouch, RunEnd, Unstable},
+    closing::{HandWorker, LinkTouch, RunEnd},
     effort::{Command, Effort},
     error::HandError,
     hand_sim::{Hold, STEP, Servo},
+    unstable::Unstable,
 };
 
 /// Speed of a guarded move [m/s]: 20 micrometres per step, so that what is as heavy as the object stops without a blow.

@@ -43,9 +43,10 @@ mod scene;
 mod table;
 mod trial;
 mod true_mesh;
+mod unstable;
 
 pub use bodies::PairRule;
-pub use closing::{HandWorker, Instability, LinkTouch, Run, RunEnd, Unstable};
+pub use closing::{HandWorker, LinkTouch, Run, RunEnd};
 pub use colour::{Appearance, Light, Window};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::SimWorker;
@@ -62,3 +63,4 @@ pub use trial::{
     Gravity, Grip, Outcome, Phase, PlainHand, Slip, Start, TableSupport, TrialConditions, TrialProtocol, TrialSim,
     TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,
 };
+pub use unstable::{Instability, Unstable};

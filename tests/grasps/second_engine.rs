@@ -1,4 +1,5 @@
 //! Trials of grasps against a second physics engine, which shares nothing with ours but the hand's description.
+#![expect(clippy::print_stdout, reason = "figures for the log")]
 
 use serde_json::Value;
 

@@ -203,7 +203,7 @@ impl Search<'_> {
     }
 
     fn found(&self, continuous: Vec<Direction>, mut axes: Vec<SymmetryAxis>, mirrors: Vec<Direction>) -> Symmetries {
-        axes.sort_by(|one, other| other.order.cmp(&one.order));
+        axes.sort_by_key(|axis| std::cmp::Reverse(axis.order));
         axes.iter_mut().for_each(|axis| axis.direction = upright(axis.direction));
         let [continuous, mirrors] =
             [continuous, mirrors].map(|list| list.into_iter().map(upright).collect::<Vec<Direction>>());

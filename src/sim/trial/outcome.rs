@@ -2,10 +2,7 @@
 
 use nalgebra::IsometryMatrix3;
 
-use crate::{
-    closing::{LinkTouch, Unstable},
-    hand_sim::STEP,
-};
+use crate::{closing::LinkTouch, hand_sim::STEP, unstable::Unstable};
 use robot::hand::Motor;
 
 /// A part of a trial.
