@@ -332,7 +332,7 @@ mod tests {
         LedgerRow {
             index: SampleIndex(index),
             sample,
-            facts: Facts::new([1.0, f64::from(item), 3.0, 0.5]),
+            facts: Facts::new([1.0, f64::from(item), 3.0, 0.5, 0.0, 0.0]),
             fate: reason.map_or(Fate::Kept(vec![Digest([item as u8; 32])]), |reason| Fate::Rejected {
                 reason: reason.to_owned(),
                 detail: "0 cells".to_owned(),

@@ -231,7 +231,7 @@ proptest! {
             &|touch| touch.forces.extend([0; 4]),
             &|touch| touch.gaps.extend([0; 3]),
             &|touch| _ = touch.ends.pop(),
-            &|touch| touch.ends[approach] = 4,
+            &|touch| touch.ends[approach] = 5,
             &|touch| _ = touch.camera_from_hand.pop(),
             &|touch| touch.camera_from_hand[12 * approach + 5] += 0.1,
             &|touch| touch.joint_values[2 * approach] = f64::NAN,
