@@ -1,6 +1,5 @@
 //! Twins among scans: noise, pose and scale make no other shape, solid or thin-walled, and other shapes are no twins.
 
-
 use graspmill::{
     geom::{TriMesh, rotation_from_rpy},
     seed::Stream,
