@@ -1,5 +1,4 @@
 //! Occluders in front of objects: compared with Embree, and the laws of the key.
-#![expect(clippy::print_stdout, reason = "figures for the log")]
 
 use std::collections::BTreeSet;
 
