@@ -1,8 +1,8 @@
 //! Real Kinect frames that nobody here made, against labels of every point.
-#![expect(clippy::print_stdout, reason = "figures for the log")]
 //!
 //! Ten frames of the Object Segmentation Database (Richtsfeld et al.), out of the Point Cloud Library's data. Their labels are
 //! 1 for the table and ten times an object's number for the rest, plus a number for each part of it that is seen apart.
+#![expect(clippy::print_stdout, reason = "figures for the log")]
 
 use std::{env, path::Path};
 
