@@ -962,9 +962,9 @@ pub struct GraspTrial {
     /// verdict under each of GraspTrials.confirm_held where every trial above held, of
     #[prost(uint32, repeated, tag = "15")]
     pub confirmed: ::prost::alloc::vec::Vec<u32>,
-    /// GraspTrials.confirm_failed where none did; else none
+    /// GraspTrials.confirm_failed where none did, up to the first that ends otherwise; else none
     ///
-    /// 1 untested, 2 held, 3 failed, 4 borderline: what outcome, table and confirmed say together; 0
+    /// 1 untested, 2 held, 3 failed, 4 borderline: what outcome, table, perturbed and confirmed say together; 0
     #[prost(uint32, tag = "16")]
     pub label: u32,
 }

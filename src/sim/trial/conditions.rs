@@ -66,6 +66,8 @@ pub struct TrialConditions {
     pub shift: Vector3<f64>,
     /// Rotation of the object there about its centre of mass: an axis of the hand's base times an angle [rad].
     pub turn: Vector3<f64>,
+    /// Distance by which the hand stands nearer to the object than the grasp has it, along its approach [m].
+    pub advance: f64,
     /// Whether a hand that would start too deep in the object opens its fingers until they are clear, and where its base is too
     /// deep draws back by up to 5 mm; else such a trial is refused.
     pub backs_off: bool,
@@ -94,6 +96,7 @@ impl TrialConditions {
             mass,
             shift: Vector3::zeros(),
             turn: Vector3::zeros(),
+            advance: 0.0,
             backs_off: false,
             gravity: Gravity::Lifted,
             is_free: false,
@@ -134,8 +137,9 @@ impl TrialConditions {
         if !(self.mass > 1e-6 && self.mass < 1e6) {
             return wrong("a mass", self.mass);
         }
-        if let Some(part) = self.shift.iter().chain(&self.turn).find(|part| !part.is_finite()) {
-            return wrong("a shift or rotation", *part);
+        let offsets = self.shift.iter().chain(&self.turn).chain([&self.advance]);
+        if let Some(part) = offsets.copied().find(|part| !part.is_finite()) {
+            return wrong("a shift, rotation or advance", part);
         }
         let Some(TableSupport { up, friction }) = self.table else { return Ok(()) };
         if !(0.0..1e3).contains(&friction) {

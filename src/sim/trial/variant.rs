@@ -1,6 +1,7 @@
 //! Variants of a trial: how far a label depends on choices that another laboratory would make otherwise.
 
 use super::{Numerics, TrialConditions};
+use kernel::contact::EDGE_RADIUS;
 
 /// A change of one condition of a trial. A grasp whose label stands under all of them is robust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,7 +22,14 @@ pub enum Variant {
     MujocoDefaults,
     /// Friction higher by half.
     MoreFriction,
+    /// Half the mass.
+    HalfMass,
+    /// The hand stands 2 mm nearer to the object, along its approach.
+    AdvancedHand,
 }
+
+/// Distance that [`Variant::AdvancedHand`] goes on [m]: twice what the edges of pads are rounded by.
+const ADVANCE: f64 = 2.0 * EDGE_RADIUS;
 
 impl Variant {
     /// Every variant that a robust grasp holds under, in the order of its verdict in a record.
@@ -35,12 +43,15 @@ impl Variant {
         Self::MujocoDefaults,
     ];
 
-    /// Conditions a little harder, under which a grasp that held is tried again before it is a positive.
-    pub const HARDER: [Self; 2] = [Self::LessFriction, Self::FreeObject];
+    /// Harder conditions, under which a grasp that held is tried again before it is a positive: a solver that lets loaded
+    /// contacts creep as MuJoCo's default settings do, less friction, and an object that nothing brakes. The one that most fail
+    /// comes first, since a grasp that fails one is tried no further.
+    pub const HARDER: [Self; 3] = [Self::PlainElliptic, Self::LessFriction, Self::FreeObject];
 
-    /// Conditions easier by as much as friction of real objects varies, under which a grasp that failed is tried again before it
-    /// is a negative.
-    pub const EASIER: [Self; 1] = [Self::MoreFriction];
+    /// Easier conditions, under which a grasp that failed is tried again before it is a negative: mass and friction, as little
+    /// as both are known of real objects, and pads that take hold by more than their edges, from which thin objects slip or
+    /// not, depending on how round the edges are.
+    pub const EASIER: [Self; 3] = [Self::HalfMass, Self::MoreFriction, Self::AdvancedHand];
 
     /// The name in records.
     pub fn name(self) -> &'static str {
@@ -53,6 +64,8 @@ impl Variant {
             Self::PlainElliptic => "plain_elliptic",
             Self::MujocoDefaults => "mujoco_defaults",
             Self::MoreFriction => "friction_150_percent",
+            Self::HalfMass => "mass_50_percent",
+            Self::AdvancedHand => "advanced_2_mm",
         }
     }
 
@@ -68,6 +81,8 @@ impl Variant {
             Self::HalfStep => TrialConditions { numerics: Numerics::HalfStep, ..same },
             Self::PlainElliptic => TrialConditions { numerics: Numerics::PlainElliptic, ..same },
             Self::MoreFriction => TrialConditions { friction: 1.5 * same.friction, ..same },
+            Self::HalfMass => TrialConditions { mass: 0.5 * same.mass, ..same },
+            Self::AdvancedHand => TrialConditions { advance: same.advance + ADVANCE, ..same },
             Self::MujocoDefaults => TrialConditions { numerics: Numerics::MujocoDefaults, ..same },
         }
     }
@@ -86,8 +101,12 @@ mod tests {
         assert!(changed.iter().all(|conditions| *conditions != plain && conditions.check().is_ok()));
         assert_eq!([0, 1].map(|index| changed[index].friction), [0.4, 0.3]);
         assert_eq!((changed[2].mass, changed[3].is_free), (0.5, true));
-        let easier = Variant::MoreFriction.of(&plain);
-        assert_eq!(easier, TrialConditions { friction: 0.75, ..plain });
+        let easier = Variant::EASIER.map(|variant| variant.of(&plain));
+        let advanced = TrialConditions { advance: 0.002, ..plain };
+        assert_eq!(
+            easier,
+            [TrialConditions { mass: 0.125, ..plain }, TrialConditions { friction: 0.75, ..plain }, advanced]
+        );
         let names: BTreeSet<_> = Variant::ALL.into_iter().chain(Variant::EASIER).map(Variant::name).collect();
         assert_eq!(names.len(), Variant::ALL.len() + Variant::EASIER.len());
     }

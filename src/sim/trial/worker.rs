@@ -91,7 +91,7 @@ impl TrialWorker {
         let object_from_table = self.table_of(conditions)?;
         self.receding = None;
         self.set_object(conditions, self.closing_mass(conditions));
-        let pose = conditions.placed(base_from_object, &self.object.centre);
+        let pose = self.approached(posture, conditions) * conditions.placed(base_from_object, &self.object.centre);
         let start = self.seat(posture, &pose, object_from_table.as_ref(), conditions.backs_off)?;
         let mut outcome = Outcome {
             verdict: Verdict::Held,
@@ -207,6 +207,21 @@ impl TrialWorker {
         self.hand.data.model_opt_mut().gravity = [0.0; 3];
     }
 
+    /// Motion of the object in the hand's base that brings the hand [nearer](TrialConditions::advance) to it.
+    fn approached(&self, posture: &[f64], conditions: &TrialConditions) -> Translation3<f64> {
+        if conditions.advance == 0.0 {
+            return Translation3::identity();
+        }
+        Translation3::from(self.approach(posture) * -conditions.advance)
+    }
+
+    /// Direction of the hand's approach in its base frame.
+    fn approach(&self, posture: &[f64]) -> Vector3<f64> {
+        let hand = self.hand.hand();
+        let frames = hand.link_frames(&hand.posture_values(posture));
+        hand.approach_pose(&frames).isometry().rotation * Vector3::z()
+    }
+
     /// Puts hand and object where they start.
     fn seat(
         &mut self,
@@ -225,8 +240,7 @@ impl TrialWorker {
         let mut deepest = depths(self, &pose);
         if backs_off && deepest.deepest() > self.deepest_start() {
             let hand = Arc::clone(self.hand.hand());
-            let frames = hand.link_frames(&hand.posture_values(&posture));
-            let back = hand.approach_pose(&frames).isometry().rotation * Vector3::z() * DRAWS_BACK;
+            let back = self.approach(&posture) * DRAWS_BACK;
             loop {
                 if deepest.fingers > CLEAR && opened_by < 1.0 {
                     opened_by = f64::min(opened_by + OPENS, 1.0);

@@ -323,9 +323,10 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::variant_share")]
     #[schemars(range(min = 0, max = 1))]
     pub variant_share: f64,
-    /// Trials that are made again before their outcome becomes a label: grasps that held, with friction lower by 20 % and with
-    /// nothing that supports the object while the hand closes; grasps that failed, with friction higher by half. A grasp whose
-    /// trials disagree is labelled borderline.
+    /// Trials that are made again before their outcome becomes a label: grasps that held, with elliptic friction cones
+    /// without `impratio` and iterations against slip, with friction lower by 20 %, and with nothing that supports the
+    /// object while the hand closes; grasps that failed, with half the mass, with friction higher by half, and with the
+    /// hand 2 mm nearer to the object. A grasp whose trials disagree is labelled borderline.
     #[serde(default = "physics::confirm")]
     pub confirm: ConfirmSpec,
     /// Gravity on the object once it is held.

@@ -200,14 +200,20 @@ impl TriedObject {
         let closed = outcome.closed.as_ref().map(closed_hand);
         let (outcome, confirmed) = (recorded(&outcome), Vec::new());
         let mut trial = GraspTrial { grasp: index, outcome, closed, perturbed, roll_outs, variants, table, confirmed };
-        // Trials that agree are made again where it is harder to hold, or easier: what ends otherwise there is no sure label.
-        let confirms = match (trial.agreed(), settings.confirm) {
+        // Trials that agree are made again where it is harder to hold, or easier: what ends otherwise there is no sure label,
+        // and asks no further.
+        let agreed = trial.agreed();
+        let confirms = match (agreed, settings.confirm) {
             (Some(true), [true, _]) => &Variant::HARDER[..],
             (Some(false), [_, true]) => &Variant::EASIER[..],
             _ => &[],
         };
         for variant in confirms {
-            trial.confirmed.push(verdict(&run(&variant.of(&conditions))?.verdict));
+            let confirmed = verdict(&run(&variant.of(&conditions))?.verdict);
+            trial.confirmed.push(confirmed);
+            if Some(confirmed.is_held()) != agreed {
+                break;
+            }
         }
         Ok(trial)
     }

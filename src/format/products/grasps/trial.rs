@@ -159,13 +159,13 @@ pub struct GraspTrial {
     /// without such trials.
     pub table: Option<TableTrial>,
     /// Verdict under each of [`TrialMethod::confirm_held`] or [`TrialMethod::confirm_failed`], as the trials
-    /// [agree](GraspTrial::agreed); none where they do not.
+    /// [agree](GraspTrial::agreed), up to the first that ends otherwise; none where they do not agree.
     pub confirmed: Vec<TrialVerdict>,
 }
 
 impl GraspTrial {
-    /// Whether the grasp held, by its trial in the air and the one on a table alike; `None` where the two disagree, or say
-    /// nothing since the hand starts in the object or the simulation became unstable.
+    /// Whether the grasp held, by its trial in the air, the one on a table and the perturbed ones alike; `None` where they
+    /// disagree, or say nothing since the hand starts in the object or the simulation became unstable.
     pub fn agreed(&self) -> Option<bool> {
         let held = self.outcome.verdict.is_held();
         let is_alike = self.of_grasp().all(|verdict| verdict.is_held() == held);
@@ -188,10 +188,11 @@ impl GraspTrial {
         self.outcome.verdict.is_tested() && self.outcome.penetration[0] <= MAX_LABELLED_START
     }
 
-    /// Verdicts in the air and on a table that say anything about the grasp.
+    /// Verdicts in the air, on a table and under perturbed conditions that say anything about the grasp.
     fn of_grasp(&self) -> impl Iterator<Item = TrialVerdict> {
         let on_table = self.table.iter().map(|trial| trial.outcome.verdict);
-        std::iter::once(self.outcome.verdict).chain(on_table).filter(|verdict| verdict.is_tested())
+        let perturbed = self.perturbed.iter().map(|run| run.outcome.verdict);
+        std::iter::once(self.outcome.verdict).chain(on_table).chain(perturbed).filter(|verdict| verdict.is_tested())
     }
 
     /// Share of the roll-outs that held; `None` without any.
@@ -449,8 +450,10 @@ impl GraspTrial {
             table: trial.table.as_ref().map(TableTrial::of).transpose()?,
             confirmed: verdicts("trials.confirmed", &trial.confirmed)?,
         };
-        let asked = method.confirmations(read.agreed()).len();
-        lengthy(MESSAGE, "trials.confirmed", asked, read.confirmed.len())?;
+        let agreed = read.agreed();
+        let asked = method.confirmations(agreed).len();
+        let ends = read.confirmed.iter().position(|verdict| Some(verdict.is_held()) != agreed);
+        lengthy(MESSAGE, "trials.confirmed", ends.map_or(asked, |last| asked.min(last + 1)), read.confirmed.len())?;
         // Datasets of earlier versions state none.
         let is_so = [0, read.label().number()].contains(&trial.label);
         ranged(MESSAGE, "trials.label", f64::from(trial.label), is_so, "what the verdicts say")?;

@@ -104,9 +104,10 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     assert_eq!((trials().trials[0].success(), trials().trials[0].turned()), (Some(0.75), 1));
     assert_eq!(trials().trials[1].success(), None);
     assert_eq!([0, 1].map(|index| trials().trials[index].is_robust()), [Some(false), None]);
-    let lies: [fn(&mut proto::GraspTrials); 21] = [
+    let lies: [fn(&mut proto::GraspTrials); 22] = [
         |trials| trials.trials[0].label = 2,
         |trials| trials.trials[0].confirmed.push(0),
+        |trials| trials.trials[1].confirmed.push(0),
         |trials| trials.sample = None,
         |trials| trials.joints = 3,
         |trials| trials.mass = 0.0,
@@ -143,17 +144,19 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     assert!(tried.check_beside(&[low, kept, low, open, kept], 3).is_ok());
 }
 
-/// Labels follow from all trials together: the first verdict, that on a table, the confirmations, and the depth of the start.
+/// Labels follow from all trials together: the first verdict, that on a table, the perturbed ones, the confirmations, and the
+/// depth of the start.
 #[test]
 fn labels_are_what_all_trials_say_together() {
     use GraspLabel::{Borderline, Failed, Held, Untested};
     use TrialVerdict::{LetGo, LostLifting, LostShaking, StartsTooDeep, Unstable};
-    let label = |first: TrialVerdict, table: Option<TrialVerdict>, confirmed: &[TrialVerdict], start: f64| {
+    let trial = |first: TrialVerdict, table: Option<TrialVerdict>, confirmed: &[TrialVerdict], start: f64| {
         let mut trial = trials().trials.swap_remove(0);
         trial.outcome = TrialOutcome { penetration: [start, 0.0, 0.0], ..outcome(first) };
         trial.table = table.map(|verdict| TableTrial { resting_pose: 0, outcome: outcome(verdict) });
         trial.confirmed = confirmed.to_vec();
-        trial.label()
+        trial.perturbed.clear();
+        trial
     };
     let held = TrialVerdict::Held;
     for (first, table, confirmed, start, expected) in [
@@ -169,6 +172,19 @@ fn labels_are_what_all_trials_say_together() {
         (StartsTooDeep, Some(held), &[], 2e-3, Untested),
         (Unstable, None, &[], 0.0, Untested),
     ] {
-        assert_eq!(label(first, table, confirmed, start), expected, "{first:?} {table:?} {confirmed:?} {start}");
+        let label = trial(first, table, confirmed, start).label();
+        assert_eq!(label, expected, "{first:?} {table:?} {confirmed:?} {start}");
+    }
+    for (first, perturbed, expected) in [
+        (held, held, Held),
+        (held, LostLifting, Borderline),
+        (LetGo, held, Borderline),
+        (LetGo, LostLifting, Failed),
+        (LetGo, StartsTooDeep, Failed),
+    ] {
+        let mut trial = trial(first, None, &[first], 0.0);
+        let run = trials().trials[0].perturbed[0].clone();
+        trial.perturbed = vec![PerturbedTrial { outcome: outcome(perturbed), ..run }];
+        assert_eq!(trial.label(), expected, "{first:?}, perturbed {perturbed:?}");
     }
 }
