@@ -4,13 +4,21 @@
 //! near the surface; what it leaves is decided by exact closest points. A solid is taken as a core with a thickness (a
 //! capsule as its axis, a box as one that is a little smaller: its edges are rounded), so that the core of one that presses in
 //! stays outside and the direction from the surface to it is well defined.
+//!
+//! A [`ContactBody`] is a mesh prepared for contacts with other meshes, a [`PairTracker`] the contacts of two of them.
 
+mod bodies;
+mod crossing;
 mod distance_grid;
+mod points;
 mod probe;
 mod surface;
 mod tracker;
 
+pub use bodies::{BodyScratch, ContactBody, MAX_CONTACTS, PairTracker, plane_contacts};
+pub use crossing::crosses;
 pub use distance_grid::DistanceGrid;
+pub use points::{POINT_CELL, Sampled};
 pub use probe::{EDGE_RADIUS, Probe};
 pub use surface::{ContactScratch, ContactSurface, SurfaceContact};
 pub use tracker::ContactTracker;

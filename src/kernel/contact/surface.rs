@@ -7,7 +7,7 @@ use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 use super::{DistanceGrid, Probe};
 use crate::{
     cancel::{Cancel, Cancelled},
-    geom::{Aabb, NoSurface, SolidGrid, TriMesh, convex_hull_corners},
+    geom::{Aabb, NoSurface, SolidGrid, TriMesh, TriangleTree, convex_hull_corners},
     voxel::{
         InsideTest,
         channels::{Closest, Neighbourhood, Surface},
@@ -211,6 +211,16 @@ impl ContactSurface {
         &self.solid
     }
 
+    /// Vertices of the mesh, in `Object` [m].
+    pub(super) fn vertices(&self) -> &[[f32; 3]] {
+        self.surface.vertices()
+    }
+
+    /// Tree over the mesh's triangles.
+    pub(super) fn tree(&self) -> &TriangleTree {
+        self.surface.tree()
+    }
+
     /// Corners of the mesh's convex hull, in `Object` [m]: what can touch a plane. `None` where the mesh lies in one.
     pub fn hull_corners(&self) -> Option<Vec<Point3<f64>>> {
         let points: Vec<_> = self.surface.vertices().iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
@@ -234,6 +244,31 @@ impl ContactSurface {
         let distance = closest.distance_squared.sqrt();
         let inside = self.surface.inside(&self.solid, point, Some(&closest));
         (closest, if inside { -distance } else { distance })
+    }
+
+    /// The surface's closest point strictly within `reach` [m] of a point in `Object`, and the signed distance [m], negative
+    /// inside; exact. An answer nearby makes it faster.
+    pub(super) fn closest_within(
+        &self,
+        point: &Point3<f64>,
+        reach: f64,
+        hint: Option<&Closest>,
+    ) -> Option<(Closest, f64)> {
+        let closest = self.surface.closest_from(point, reach, hint)?;
+        let distance = closest.distance_squared.sqrt();
+        let inside = self.surface.inside(&self.solid, point, Some(&closest));
+        Some((closest, if inside { -distance } else { distance }))
+    }
+
+    /// Direction of steepest rise of the signed distance at a point with its closest point and distance [m]: a unit vector out
+    /// of the mesh.
+    pub(super) fn gradient(&self, point: &Point3<f64>, closest: &Closest, distance: f64) -> Vector3<f64> {
+        self.away(point, closest, distance)
+    }
+
+    /// A lower bound of the signed distance from the surface to a point in `Object` [m], off the lattice.
+    pub(super) fn at_least(&self, point: &Point3<f64>) -> f64 {
+        self.distances.at_least(point)
     }
 
     /// Direction of steepest rise of the signed distance at a point in `Object`, and the distance [m]; on the surface itself
@@ -519,7 +554,7 @@ fn other_wall(
 
 /// Keeps the nearest contact and, of the others, those that lie and press most unlike what is kept; in their order. The nearest
 /// of a flat pad on a flat face are any: pressed at a side of the patch alone, what the pads hold would rotate and creep.
-fn spread_out(contacts: &mut Vec<SurfaceContact>, max: usize) {
+pub(super) fn spread_out(contacts: &mut Vec<SurfaceContact>, max: usize) {
     let unlike = |one: &SurfaceContact, other: &SurfaceContact| {
         let between_normals = (one.normal.into_inner() - other.normal.into_inner()).norm_squared();
         (one.point - other.point).norm_squared() + NORMAL_WEIGHT * NORMAL_WEIGHT * between_normals

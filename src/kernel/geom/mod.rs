@@ -10,6 +10,7 @@ mod image;
 pub mod lanes;
 mod mass;
 mod mesh;
+mod open_box;
 mod query;
 mod render_mesh;
 mod rest;

@@ -104,6 +104,11 @@ impl Surface {
         &self.vertices
     }
 
+    /// Tree over the triangles.
+    pub(crate) fn tree(&self) -> &TriangleTree {
+        &self.tree
+    }
+
     /// Total area [m^2].
     pub fn area(&self) -> f64 {
         self.areas.last().copied().unwrap_or(0.0)
