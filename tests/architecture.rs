@@ -21,7 +21,22 @@ const CRATES: &[(&str, &[&str])] = &[
     ("sim", &["kernel", "robot"]),
     ("factory", &["form", "format", "kernel", "robot", "sim", "tables"]),
     ("publish", &["form", "format", "kernel", "tables"]),
-    ("cli", &["factory", "form", "format", "kernel", "publish", "robot", "runtime", "sim", "tables"]),
+    (
+        "cli",
+        &[
+            "factory",
+            "form",
+            "format",
+            "kernel",
+            "perception",
+            "publish",
+            "robot",
+            "runtime",
+            "sim",
+            "surface",
+            "tables",
+        ],
+    ),
 ];
 
 /// Rooms of the crates that have several, with the rooms of the same crate that each uses. ARCHITECTURE.md shows the same

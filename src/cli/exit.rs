@@ -13,7 +13,7 @@ pub enum Exit {
     Failed = 1,
     /// The job file or the arguments are wrong.
     BadSpec = 2,
-    /// The dataset is complete, but meshes were refused, or no sample was kept.
+    /// The result is complete, but meshes or objects were refused, or no sample was kept.
     Refused = 3,
     /// A check found a difference.
     Mismatch = 4,

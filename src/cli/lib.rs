@@ -15,12 +15,14 @@ mod machine;
 mod merge;
 mod meshes;
 mod pairs;
+mod picture;
 mod printer;
 mod progress;
 mod query;
 mod release;
 mod robot;
 mod run;
+mod segment;
 mod set;
 mod submit;
 mod task;
@@ -103,6 +105,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Export(arguments) => dataset::export(arguments, printer),
         Command::Release(arguments) => release::release(arguments, printer),
         Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
+        Command::Segment(arguments) => segment::segment(arguments, printer),
         Command::Verify(arguments) => match SetTable::read(&arguments.dir).map_err(verify::damage)? {
             Some(table) => set::verify(arguments, &table, printer),
             None => verify::verify(arguments, printer),

@@ -1,26 +1,30 @@
 //! From a depth picture to objects on a table, and to a network's input (thesis, section 4.3).
 //!
-//! [`read_frame`] reads a picture, [`find_plane`] the surface that objects stand on, [`find_clusters`] what stands on it;
-//! [`visible_sheet`] is the part of an object that the camera sees, [`NetworkInput`] its grids. Every number is of class
+//! [`read_frame`] reads a picture and [`Scene`] takes it apart: [`find_plane`] finds the surface that objects stand on,
+//! [`find_clusters`] what stands on it; [`visible_sheet`] is the part of an object that the camera sees, [`NetworkInput`] its grids. Every number is of class
 //! `exact`.
 
+mod camera;
 mod clusters;
 mod frame;
 mod input;
 mod outline;
 mod plane;
 mod read;
+mod scene;
 mod score;
 mod sheet;
 
 #[cfg(test)]
 mod tests;
 
+pub use camera::{CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraError, CameraProblem};
 pub use clusters::{Cluster, ClusterRule, find_clusters};
 pub use frame::{DepthFrame, LabelledFrame};
 pub use input::{InputError, NetworkInput, without_outliers};
 pub use outline::draw_outlines;
 pub use plane::{Plane, PlaneRule, find_plane};
 pub use read::{FrameError, FrameProblem, FrameRule, read_frame};
+pub use scene::{PlaneChoice, Refusal, Scene, SceneRule};
 pub use score::{ObjectScore, SegmentationScore};
 pub use sheet::visible_sheet;

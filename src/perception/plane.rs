@@ -48,6 +48,13 @@ impl Plane {
         Point3::from(self.normal * -self.offset)
     }
 
+    /// The plane of these numbers, with the normal made a unit vector towards the camera; `None` without a direction.
+    pub fn from_numbers([x, y, z, offset]: [f64; 4]) -> Option<Self> {
+        let normal = Vector3::new(x, y, z);
+        let point = normal * (-offset / normal.norm_squared());
+        point.iter().all(|value| value.is_finite()).then(|| Self::through(normal, &point)).flatten()
+    }
+
     /// A plane by a normal and a point; `None` without a direction.
     fn through(normal: Vector3<f64>, point: &Vector3<f64>) -> Option<Self> {
         let normal = normal.try_normalize(1e-12)?;

@@ -2,5 +2,7 @@
 
 mod kinect;
 mod meshes;
+mod segment;
 #[path = "../support/mod.rs"]
 mod support;
+mod table;

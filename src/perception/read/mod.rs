@@ -12,7 +12,10 @@ use std::path::{Path, PathBuf};
 
 use kernel::{files, geom::Intrinsics};
 
-use crate::frame::{DepthFrame, LabelledFrame};
+use crate::{
+    camera::{CameraDescription, rectified},
+    frame::{DepthFrame, LabelledFrame},
+};
 
 pub use raw::FrameProblem;
 use raw::RawFrame;
@@ -27,15 +30,17 @@ const NEAR: f64 = 0.01;
 /// Camera and unit by which a picture's numbers are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameRule {
-    /// fx, fy, cx, cy [px], pixel centres at +0.5; needed for images, and found from the points of a cloud.
-    pub intrinsics: Option<[f64; 4]>,
+    /// The camera of an image; that of a cloud is found from its points.
+    pub camera: Option<CameraDescription>,
     /// Metres per unit of whole numbers; 0 means no return.
     pub depth_scale: f64,
+    /// Whether an image holds distances from the camera's centre, and not along its axis.
+    pub is_range: bool,
 }
 
 impl Default for FrameRule {
     fn default() -> Self {
-        Self { intrinsics: None, depth_scale: 0.001 }
+        Self { camera: None, depth_scale: 0.001, is_range: false }
     }
 }
 
@@ -70,18 +75,41 @@ pub fn read_frame(path: &Path, rule: &FrameRule) -> Result<LabelledFrame, FrameE
     raw.and_then(|raw| checked(raw, rule)).map_err(failed)
 }
 
-fn checked(raw: RawFrame, rule: &FrameRule) -> Result<LabelledFrame, FrameProblem> {
+fn checked(mut raw: RawFrame, rule: &FrameRule) -> Result<LabelledFrame, FrameProblem> {
     let is_return = |depth: f32| depth.is_finite() && depth > 0.0;
     if !raw.depth.iter().copied().any(is_return) {
         return Err(FrameProblem::Empty);
     }
-    let [fx, fy, cx, cy] = rule.intrinsics.or(raw.intrinsics).ok_or(FrameProblem::NoIntrinsics)?;
     let (width, height) = (raw.width, raw.height);
+    let [fx, fy, cx, cy] = match (raw.intrinsics, &rule.camera) {
+        (Some(intrinsics), None) if !rule.is_range => intrinsics,
+        (Some(_), _) => return Err(FrameProblem::CameraOfCloud),
+        (None, Some(camera)) => camera.with_centres_at_half(),
+        (None, None) => return Err(FrameProblem::NoIntrinsics),
+    };
+    let size = rule.camera.and_then(|camera| camera.image_size).unwrap_or([width, height]);
+    if size != [width, height] {
+        return Err(FrameProblem::OtherCameraSize { size, width, height });
+    }
     let camera = Intrinsics { width, height, fx, fy, cx, cy, near: NEAR }.checked()?;
     // A comparison that is false for NaN.
     let is_inside = (0.0..=f64::from(width)).contains(&cx) && (0.0..=f64::from(height)).contains(&cy);
     if !is_inside {
         return Err(FrameProblem::OtherImageSize { cx, cy, width, height });
+    }
+    let distortion = rule.camera.map_or([0.0; 5], |camera| camera.distortion);
+    if distortion != [0.0; 5] {
+        raw.depth = rectified(&raw.depth, size, [fx, fy, cx, cy], distortion);
+    }
+    if rule.is_range {
+        for (pixel, depth) in raw.depth.iter_mut().enumerate() {
+            let (column, row) = (pixel % width as usize, pixel / width as usize);
+            let ray = camera.unproject(column as f64 + 0.5, row as f64 + 0.5, 1.0);
+            *depth = (f64::from(*depth) / ray.coords.norm()) as f32;
+        }
+    }
+    if !raw.depth.iter().copied().any(is_return) {
+        return Err(FrameProblem::Empty);
     }
     let depth: Vec<f32> = raw.depth.iter().map(|depth| if is_return(*depth) { *depth } else { f32::NAN }).collect();
     let mut returns: Vec<f32> = depth.iter().copied().filter(|depth| !depth.is_nan()).collect();

@@ -44,6 +44,23 @@ pub enum FrameProblem {
         /// Image height [px].
         height: u32,
     },
+    /// The intrinsics are those of an image of another size.
+    #[error(
+        "the image has {width} x {height} px, its intrinsics belong to one of {} x {} px: give those of this image",
+        size[0],
+        size[1]
+    )]
+    OtherCameraSize {
+        /// Width and height that the intrinsics state [px].
+        size: [u32; 2],
+        /// Image width [px].
+        width: u32,
+        /// Image height [px].
+        height: u32,
+    },
+    /// Intrinsics or ranges for a cloud, whose points say where its camera is.
+    #[error("the points of a cloud say what its camera is: leave intrinsics and ranges out")]
+    CameraOfCloud,
     /// No pixel has a depth.
     #[error("no pixel has a depth: all are 0, NaN or behind the camera, which looks along +z (x right, y down)")]
     Empty,

@@ -108,7 +108,7 @@ fn read(kind: &str, bytes: &[u8], rule: &FrameRule) -> Result<LabelledFrame, Fra
 }
 
 fn with_camera() -> FrameRule {
-    FrameRule { intrinsics: Some(CAMERA), ..FrameRule::default() }
+    FrameRule { camera: Some(CameraDescription::pinhole(CAMERA)), ..FrameRule::default() }
 }
 
 #[test]
@@ -172,17 +172,41 @@ fn wrong_files_are_refused_with_place_and_remedy() {
         (("pcd", b"DATA ascii\n".to_vec()), "pixels"),
         (("txt", Vec::new()), "kind is unknown"),
     ] {
-        let rule = FrameRule { intrinsics: with_camera().intrinsics, depth_scale: 1.0 };
+        let rule = FrameRule {
+            camera: if ["pcd", "ply"].contains(&kind) { None } else { with_camera().camera },
+            depth_scale: 1.0,
+            is_range: false,
+        };
         let error = read(kind, &bytes, &rule).expect_err(says);
         let text = error.to_string();
         assert!(text.contains(says), "{says}: {text}");
         assert!(text.contains(&format!("frame.{kind}")), "{text}");
     }
     let png = &files_of_the_picture()[5].1;
-    let other = FrameRule { intrinsics: Some([500.0, 500.0, 320.0, 240.0]), ..FrameRule::default() };
+    let other =
+        FrameRule { camera: Some(CameraDescription::pinhole([500.0, 500.0, 320.0, 240.0])), ..FrameRule::default() };
     assert!(read("png", png, &other).expect_err("another image").to_string().contains("another image size"));
-    let flat = FrameRule { intrinsics: Some([0.0, 500.0, 5.0, 3.0]), ..FrameRule::default() };
+    let flat = FrameRule { camera: Some(CameraDescription::pinhole([0.0, 500.0, 5.0, 3.0])), ..FrameRule::default() };
     assert!(read("png", png, &flat).expect_err("no focal length").to_string().contains("fx"));
+    let mut large = with_camera();
+    large.camera.as_mut().expect("a camera").image_size = Some([640, 480]);
+    let said = read("png", png, &large).expect_err("another size").to_string();
+    assert!(said.contains("11 x 7 px") && said.contains("640 x 480 px"), "{said}");
+    let cloud = &files_of_the_picture()[0].1;
+    assert!(read("pcd", cloud, &with_camera()).expect_err("a camera").to_string().contains("leave intrinsics"));
+}
+
+#[test]
+fn ranges_become_depths_along_the_axis() {
+    let [fx, fy, cx, cy] = CAMERA;
+    let range = |pixel: u32| {
+        let (x, y) = ((f64::from(pixel % WIDTH) + 0.5 - cx) / fx, (f64::from(pixel / WIDTH) + 0.5 - cy) / fy);
+        (0.8 * (1.0 + x * x + y * y).sqrt()) as f32
+    };
+    let bytes: Vec<u8> = (0..WIDTH * HEIGHT).flat_map(|pixel| range(pixel).to_le_bytes()).collect();
+    let rule = FrameRule { is_range: true, ..with_camera() };
+    let frame = read("npy", &npy_of("<f4", &bytes), &rule).expect("a picture").frame;
+    assert!(frame.depth.iter().all(|depth| (depth - 0.8).abs() < 1e-6), "{:?}", frame.depth);
 }
 
 proptest! {

@@ -1,0 +1,158 @@
+//! Depth pictures of the command line: read with their camera, taken apart, and described in `scene.json`.
+
+use std::{io, time::Instant};
+
+use serde::Serialize;
+
+use super::{
+    args::{PictureArgs, PixelCentre},
+    exit::{Exit, Failure},
+};
+use kernel::{files, ids::Digest};
+use perception::{
+    CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, ClusterRule, DepthFrame, FrameRule, Plane, PlaneChoice,
+    PlaneRule, Scene, SceneRule, read_frame,
+};
+
+/// Frame of every number in `scene.json`.
+pub const FRAME: &str = "the camera's: x right, y down, z forward; metres; pixel centres at 0.5";
+
+/// A picture that was taken apart, with what it took.
+pub struct SegmentedPicture {
+    pub scene: Scene,
+    /// Reading the file [ms].
+    pub read: f64,
+    /// Plane and clusters [ms].
+    pub segment: f64,
+    digest: Digest,
+    file: String,
+}
+
+/// The picture in `scene.json`.
+#[derive(Serialize)]
+pub struct PictureRow {
+    /// Name of the file.
+    file: String,
+    /// BLAKE3 of its bytes.
+    digest: Digest,
+    width: u32,
+    height: u32,
+    fx: f64,
+    fy: f64,
+    cx: f64,
+    cy: f64,
+    /// Pixels with a return.
+    returns: usize,
+}
+
+/// The plane in `scene.json`: normal . point + offset = 0.
+#[derive(Serialize)]
+pub struct PlaneRow {
+    normal: [f64; 3],
+    /// Height of the camera above it [m].
+    offset: f64,
+    /// Points that belong to it; `None` where it was given.
+    points: Option<usize>,
+}
+
+impl SegmentedPicture {
+    /// Reads the picture and takes it apart.
+    pub fn open(arguments: &PictureArgs) -> Result<Self, Failure> {
+        let camera = arguments.intrinsics.as_deref().map(CameraDescription::parse).transpose().map_err(refused)?;
+        let pixel_centre = arguments.pixel_centre.map(|centre| match centre {
+            PixelCentre::Zero => CENTRE_AT_ZERO,
+            PixelCentre::Half => CENTRE_AT_HALF,
+        });
+        let camera = camera
+            .map(|camera| CameraDescription { pixel_centre: pixel_centre.unwrap_or(camera.pixel_centre), ..camera });
+        let began = Instant::now();
+        let rule = FrameRule { camera, depth_scale: arguments.depth_scale, is_range: arguments.range };
+        let frame = read_frame(&arguments.depth, &rule).map_err(refused)?.frame;
+        let digest = Digest::of(&files::read(&arguments.depth)?);
+        let read = milliseconds_since(began);
+        let began = Instant::now();
+        let scene = Scene::segment(frame, &scene_rule(arguments)?);
+        let segment = milliseconds_since(began);
+        let file = arguments.depth.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { scene, read, segment, digest, file })
+    }
+
+    /// The picture and its camera.
+    pub fn picture_row(&self) -> PictureRow {
+        let DepthFrame { camera, .. } = &self.scene.frame;
+        PictureRow {
+            file: self.file.clone(),
+            digest: self.digest,
+            width: camera.width,
+            height: camera.height,
+            fx: camera.fx,
+            fy: camera.fy,
+            cx: camera.cx,
+            cy: camera.cy,
+            returns: self.scene.frame.returns().count(),
+        }
+    }
+
+    /// The plane, where there is one.
+    pub fn plane_row(&self) -> Option<PlaneRow> {
+        let row = |plane: Plane| PlaneRow {
+            normal: plane.normal.into(),
+            offset: plane.offset,
+            points: (plane.points > 0).then_some(plane.points),
+        };
+        self.scene.plane.map(row)
+    }
+
+    /// The plane in words.
+    pub fn plane_text(&self, arguments: &PictureArgs) -> String {
+        match &self.scene.plane {
+            Some(plane) => {
+                let [x, y, z] = plane.normal.into();
+                let share = 100.0 * plane.points as f64 / self.scene.frame.returns().count().max(1) as f64;
+                let points = if plane.points > 0 { format!("{share:.0} % of the points") } else { "given".to_owned() };
+                format!("plane: normal {x:.3} {y:.3} {z:.3}, {:.3} m below the camera, {points}", plane.offset)
+            }
+            None if arguments.no_plane => "plane: none was searched".to_owned(),
+            None => "plane: none holds a tenth of the points, so that all points count as objects (--plane gives one)"
+                .to_owned(),
+        }
+    }
+}
+
+/// Milliseconds since then.
+pub fn milliseconds_since(began: Instant) -> f64 {
+    began.elapsed().as_secs_f64() * 1e3
+}
+
+fn scene_rule(arguments: &PictureArgs) -> Result<SceneRule, Failure> {
+    let plane = match &arguments.plane {
+        Some(text) => PlaneChoice::Given(given_plane(text)?),
+        None if arguments.no_plane => PlaneChoice::Without,
+        None => PlaneChoice::Find(PlaneRule::default()),
+    };
+    let clusters = ClusterRule {
+        tolerance: arguments.gap,
+        min_height: arguments.min_height,
+        min_points: arguments.min_points as usize,
+    };
+    Ok(SceneRule { plane, clusters })
+}
+
+fn given_plane(text: &str) -> Result<Plane, Failure> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let numbers: Option<[f64; 4]> = numbers.and_then(|numbers| numbers.try_into().ok());
+    numbers.and_then(Plane::from_numbers).ok_or_else(|| {
+        let remedy = "give four numbers NX,NY,NZ,D, as 0,-0.8,-0.6,0.7: a normal and a distance in metres";
+        Failure::message(Exit::BadSpec, format!("--plane {text}: {remedy}"))
+    })
+}
+
+/// A picture or a camera that is none means 2, as a file that is not there; what the disk refuses means 74.
+fn refused(error: impl Into<anyhow::Error>) -> Failure {
+    let error = error.into();
+    let cause = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
+    let is_disk = cause.is_some_and(|cause| {
+        !matches!(cause.kind(), io::ErrorKind::NotFound | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData)
+    });
+    Failure { exit: if is_disk { Exit::InputOutput } else { Exit::BadSpec }, error }
+}

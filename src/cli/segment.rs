@@ -1,0 +1,154 @@
+//! `graspmill segment`: the table in a depth picture, and the objects on it.
+
+use std::{
+    fmt::Write as _,
+    fs,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use serde::Serialize;
+
+use super::{
+    args::SegmentArgs,
+    exit::{Exit, Failure},
+    picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
+    printer::Printer,
+};
+use format::dataset::NewFolder;
+use perception::{Cluster, DepthFrame, Refusal, draw_outlines};
+use surface::write_ply;
+
+/// What `scene.json` holds.
+#[derive(Serialize)]
+struct SceneReport {
+    format: &'static str,
+    frame: &'static str,
+    picture: PictureRow,
+    plane: Option<PlaneRow>,
+    objects: Vec<ObjectRow>,
+    outlines: &'static str,
+    milliseconds: Times,
+}
+
+/// A cluster.
+#[derive(Serialize)]
+struct ObjectRow {
+    name: String,
+    /// File of its visible surface; `None` where no triangle fits.
+    surface: Option<String>,
+    pixels: usize,
+    /// Columns and rows of its pixels: left, top, right, bottom, the last included [px].
+    pixel_box: [u32; 4],
+    /// The mean of its points [m].
+    centre: [f64; 3],
+    /// The highest of its points above the plane [m].
+    height: Option<f64>,
+    triangles: usize,
+    /// Why it cannot be completed.
+    refusal: Option<String>,
+}
+
+/// Time by part [ms].
+#[derive(Serialize)]
+struct Times {
+    read: f64,
+    /// Plane and clusters.
+    segment: f64,
+    /// Visible surfaces.
+    surfaces: f64,
+}
+
+/// `graspmill segment`.
+pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let picture = SegmentedPicture::open(&arguments.picture)?;
+    let scene = &picture.scene;
+    let began = Instant::now();
+    let sheets = scene.sheets();
+    let surfaces = milliseconds_since(began);
+    let folder = NewFolder::begin(&arguments.out)?;
+    let mut objects = Vec::new();
+    for (number, (cluster, sheet)) in (1..).zip(scene.clusters.iter().zip(&sheets)) {
+        let name = format!("object-{number}");
+        let file = (!sheet.triangles.is_empty()).then(|| format!("{name}.ply"));
+        if let Some(file) = &file {
+            let comments = [format!("frame: {FRAME}"), "the visible surface, open at its rim".to_owned()];
+            write(folder.path(), file, &write_ply(sheet, &comments))?;
+        }
+        let centre = mean_point(&scene.frame, cluster);
+        objects.push(ObjectRow {
+            name,
+            surface: file,
+            pixels: cluster.pixels.len(),
+            pixel_box: pixel_box(&scene.frame, cluster),
+            centre,
+            height: scene.plane.map(|plane| {
+                let heights = cluster.pixels.iter().map(|pixel| plane.height(&scene.frame.point(*pixel)));
+                heights.fold(f64::NEG_INFINITY, f64::max)
+            }),
+            triangles: sheet.triangles.len(),
+            refusal: Refusal::of(cluster, sheet).map(|refusal| refusal.to_string()),
+        });
+    }
+    write(folder.path(), "outlines.png", &draw_outlines(&scene.frame, &scene.clusters))?;
+    let report = SceneReport {
+        format: "graspmill scene 1",
+        frame: FRAME,
+        picture: picture.picture_row(),
+        plane: picture.plane_row(),
+        objects,
+        outlines: "outlines.png",
+        milliseconds: Times { read: picture.read, segment: picture.segment, surfaces },
+    };
+    write(folder.path(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    let out = folder.publish()?;
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        printer.result(&text(&report, &picture.plane_text(&arguments.picture), &out));
+    }
+    let is_whole = report.objects.iter().all(|object| object.refusal.is_none()) && !report.objects.is_empty();
+    Ok(if is_whole { Exit::Complete } else { Exit::Refused })
+}
+
+/// Writes a file of a new folder.
+pub fn write(folder: &Path, name: &str, content: &[u8]) -> Result<PathBuf, Failure> {
+    let path = folder.join(name);
+    fs::write(&path, content)?;
+    Ok(path)
+}
+
+fn mean_point(frame: &DepthFrame, cluster: &Cluster) -> [f64; 3] {
+    let sum = cluster.pixels.iter().map(|pixel| frame.point(*pixel).coords).sum::<nalgebra::Vector3<f64>>();
+    (sum / cluster.pixels.len().max(1) as f64).into()
+}
+
+fn pixel_box(frame: &DepthFrame, cluster: &Cluster) -> [u32; 4] {
+    let start = [u32::MAX, u32::MAX, 0, 0];
+    cluster.pixels.iter().fold(start, |[left, top, right, bottom], pixel| {
+        let (column, row) = frame.column_and_row(*pixel);
+        [left.min(column), top.min(row), right.max(column), bottom.max(row)]
+    })
+}
+
+fn text(report: &SceneReport, plane: &str, out: &Path) -> String {
+    let Times { read, segment, surfaces } = report.milliseconds;
+    let mut text = format!("{plane}\n");
+    if report.objects.is_empty() {
+        text.push_str("no object stands on it: are there enough points (--min-points), high enough (--min-height)?\n");
+    }
+    for object in &report.objects {
+        let ObjectRow { name, pixels, pixel_box: [left, top, right, bottom], centre: [x, y, z], refusal, .. } = object;
+        let height = object.height.map_or(String::new(), |height| format!(", {:.0} mm high", 1e3 * height));
+        _ = writeln!(
+            text,
+            "{name}: {pixels} pixels in columns {left}-{right}, rows {top}-{bottom}; at {x:.3} {y:.3} {z:.3} m{height}"
+        );
+        if let Some(refusal) = refusal {
+            _ = writeln!(text, "  refused: {refusal}");
+        }
+    }
+    _ = writeln!(text, "read in {read:.1} ms, segmented in {segment:.1} ms, surfaces in {surfaces:.1} ms");
+    _ = write!(text, "{}: surfaces (PLY), outlines.png, scene.json", out.display());
+    text
+}

@@ -1,0 +1,90 @@
+//! A picture taken apart: its plane, what stands on it, and what of it cannot be completed.
+
+use kernel::geom::TriMesh;
+
+use crate::{
+    clusters::{Cluster, ClusterRule, find_clusters},
+    frame::DepthFrame,
+    plane::{Plane, PlaneRule, find_plane},
+    sheet::visible_sheet,
+};
+
+/// Where the surface that objects stand on comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PlaneChoice {
+    /// Found in the picture.
+    Find(PlaneRule),
+    /// Known before.
+    Given(Plane),
+    /// There is none: all points belong to objects.
+    Without,
+}
+
+/// Rules by which a picture is taken apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneRule {
+    /// The plane.
+    pub plane: PlaneChoice,
+    /// What stands on it.
+    pub clusters: ClusterRule,
+}
+
+impl Default for SceneRule {
+    fn default() -> Self {
+        Self { plane: PlaneChoice::Find(PlaneRule::default()), clusters: ClusterRule::default() }
+    }
+}
+
+/// A picture with its plane and the clusters on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The picture.
+    pub frame: DepthFrame,
+    /// The surface that objects stand on; `None` where none was found or wanted.
+    pub plane: Option<Plane>,
+    /// Objects, the largest first.
+    pub clusters: Vec<Cluster>,
+}
+
+/// Why a cluster is no object that can be completed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// The picture shows a part of it.
+    #[error("the picture's border cuts it")]
+    AtBorder,
+    /// No two neighbouring pixels of it see one surface.
+    #[error("no triangle fits on its pixels, which all lie apart in depth")]
+    NoSurface,
+}
+
+impl Scene {
+    /// Takes a picture apart.
+    ///
+    /// # Panics
+    /// If the clusters' tolerance is not positive.
+    pub fn segment(frame: DepthFrame, rule: &SceneRule) -> Self {
+        let plane = match rule.plane {
+            PlaneChoice::Find(rule) => find_plane(&frame, &rule),
+            PlaneChoice::Given(plane) => Some(plane),
+            PlaneChoice::Without => None,
+        };
+        let clusters = find_clusters(&frame, plane.as_ref(), &rule.clusters);
+        Self { frame, plane, clusters }
+    }
+
+    /// The visible surface of each cluster, in `CameraCv` [m].
+    pub fn sheets(&self) -> Vec<TriMesh> {
+        self.clusters.iter().map(|cluster| visible_sheet(&self.frame, &cluster.pixels)).collect()
+    }
+}
+
+impl Refusal {
+    /// Why a cluster with this visible surface cannot be completed; `None` where it can.
+    pub fn of(cluster: &Cluster, sheet: &TriMesh) -> Option<Self> {
+        if cluster.touches_border {
+            Some(Self::AtBorder)
+        } else {
+            sheet.triangles.is_empty().then_some(Self::NoSurface)
+        }
+    }
+}
