@@ -1,0 +1,98 @@
+"""``python -m graspmill.train``: the command line.
+
+Exit codes: 0 a model is made; 1 it came out wrong; 2 bad recipe, data or arguments; 74 input or output failed; 75
+interrupted, to be resumed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from ..errors import BadSelection, DatasetError, MissingPackage
+from .data import open_sources
+from .recipe import BadRecipe, Recipe, read_recipe
+
+EXTRA = "`pip install 'graspmill[train]'` brings all that training needs"
+
+
+def idle_cores() -> int:
+    """Cores that nothing else keeps busy; 1 at least: two threads on a busy machine are slower than one."""
+    cores = len(os.sched_getaffinity(0))
+    return max(1, min(cores, round(cores - os.getloadavg()[0])))
+
+
+def write_whole(path: Path, text: str) -> None:
+    temporary = path.with_name(f".{path.name}.tmp")
+    temporary.write_text(text, encoding="utf-8")
+    os.replace(temporary, path)
+
+
+def train(given: argparse.Namespace) -> int:
+    recipe = read_recipe(given.recipe)
+    recipe = recipe if given.seed is None else replace(recipe, seed=given.seed)
+    sources = open_sources(given.data, recipe)
+    recipe = replace(recipe, roots=tuple(source.root for source in sources))
+    stored: Path = given.out / "recipe.toml"
+    if given.resume and not stored.exists():
+        raise BadRecipe(f"{given.out}: no training to resume; leave out --resume")
+    if given.resume and read_recipe(stored) != recipe:
+        raise BadRecipe(f"{stored}: another recipe, seed or data; resume with those of this file, or give another --out")
+    if not given.resume and stored.exists():
+        raise BadRecipe(f"{given.out}: holds a training; give --resume to go on with it, or another --out")
+    given.out.mkdir(parents=True, exist_ok=True)
+    write_whole(stored, recipe.text())
+    return run(recipe, sources, given)
+
+
+def run(recipe: Recipe, sources: list, given: argparse.Namespace) -> int:  # type: ignore[type-arg]
+    try:
+        from .export import export
+        from .loop import Interrupted, Trainer
+    except ModuleNotFoundError as error:
+        if error.name in ("torch", "onnx", "onnxruntime", "matplotlib"):
+            raise MissingPackage(error.name, "graspmill.train", EXTRA) from None
+        raise
+    threads = given.threads or idle_cores()
+    trainer = Trainer(recipe, sources, given.out, given.device, threads)
+    if given.resume:
+        trainer.resume()
+    count = sum(len(source.splits["training"]) for source in sources)
+    print(f"{recipe.name}: {recipe.training.steps} steps of {recipe.training.batch} of {count} samples, "
+          f"from step {trainer.step}; {given.device}, {threads} threads", file=sys.stderr)
+    try:
+        trainer.train()
+    except Interrupted:
+        print(f"interrupted at step {trainer.step}; give --resume to go on", file=sys.stderr)
+        return 75
+    print(export(trainer))
+    return 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="python -m graspmill.train", description="Trains a network that completes shapes.")
+    parser.add_argument("recipe", type=Path, metavar="RECIPE", help="a TOML file, or a recipe of the package by name: completion-quick")
+    parser.add_argument("--data", type=Path, action="append", required=True, metavar="DIR", help="a dataset; may be given again")
+    parser.add_argument("--out", type=Path, required=True, metavar="RUN", help="folder of log, checkpoints and model")
+    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
+    parser.add_argument("--threads", type=int, help="threads of PyTorch; without it, the idle cores")
+    parser.add_argument("--seed", type=int, help="in place of the recipe's")
+    parser.add_argument("--resume", action="store_true", help="go on with the training in RUN")
+    given = parser.parse_args(arguments)
+    if (given.seed or 0) < 0 or (given.threads is not None and given.threads < 1):
+        parser.error("--seed from 0, --threads from 1")
+    try:
+        return train(given)
+    except (BadRecipe, BadSelection, DatasetError, MissingPackage) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"error: {error}; mend it, then give --resume", file=sys.stderr)
+        return 74
+
+
+if __name__ == "__main__":
+    sys.exit(main())
