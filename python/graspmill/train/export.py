@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import onnx
 import onnxruntime
+import onnxscript
 import torch
 from torch import nn
 from torch.nn.functional import max_pool3d
@@ -238,7 +239,7 @@ def export(trainer: Trainer) -> Path:
         overlap = overlaps(found[split][:, 0] > 0.5, truth)
         scores[split] = {name: score(overlap[rows], each.objects[rows]) for name, rows in each.strata().items()}
     split_rows = sorted({item for source in trainer.sources for item in source.split_of.items()})
-    versions = {"graspmill": __version__, "torch": str(torch.__version__), "onnx": onnx.__version__, "numpy": np.__version__}
+    versions = {"graspmill": __version__, "torch": str(torch.__version__), "onnx": onnx.__version__, "onnxscript": onnxscript.__version__, "numpy": np.__version__}
     machine = {"machine": platform.machine(), "level": torch.backends.cpu.get_cpu_capability()} | trainer.setting
     facts: dict[str, Any] = {
         "format": FORMAT,
