@@ -79,7 +79,7 @@ def test_every_sample_comes_once_an_epoch_and_none_of_the_test_split(data: Path)
 
 
 def test_losses_are_taken_by_the_sample(data: Path) -> None:
-    """What a sample loses depends on seed, step and index alone; targets lose nothing."""
+    """Losses depend on seed, step and index alone; targets lose nothing."""
     settings = replace(TOUCHED, augmentation=Augmentation(hidden_share=1, hide=0.5, drop=0.2, contacts=5, blank_free=0.5))
     held = Held.of(open_sources([data / "pairs"], settings), "training", settings)
     assert held is not None

@@ -50,7 +50,7 @@ def train(data: Path, out: Path, *arguments: str, head: str = "", text: str = SM
 
 
 def weights(run: Path) -> dict[str, Any]:
-    """Of the last checkpoint."""
+    """Weights in the last checkpoint."""
     last = max((run / "checkpoints").glob("step-*.pt"))
     state = torch.load(last, weights_only=True)
     return {f"{part}.{name}": value for part in ("network", "average") for name, value in state[part].items()}

@@ -43,6 +43,11 @@ const NOT_RUN: &[(&str, Reason)] = &[
     ("seq 32 | parallel -N0 -j 4 graspmill run JOB --out DIR --task env/32", Reason::Cluster),
     ("python python/examples/completion.py datasets/mugs", Reason::PyTorch),
     ("import torch", Reason::PyTorch),
+    ("make model-quick", Reason::PyTorch),
+    (
+        "python -m graspmill.train completion-quick --data datasets/model-quick --out datasets/model-quick-run",
+        Reason::PyTorch,
+    ),
 ];
 
 /// Settings that make a job small, laid over it by the `graspmill` that the documents' commands find.

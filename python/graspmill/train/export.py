@@ -83,7 +83,7 @@ def write_onnx(network: nn.Module, recipe: Recipe, path: Path) -> None:
 
 
 def answers(path: Path, arrays: dict[str, npt.NDArray[Any]], recipe: Recipe) -> npt.NDArray[np.float32]:
-    """What ONNX Runtime makes of samples, (samples, outputs, n, n, n)."""
+    """Answers of ONNX Runtime to samples, (samples, outputs, n, n, n)."""
     settings = onnxruntime.SessionOptions()
     settings.intra_op_num_threads = 1
     session = onnxruntime.InferenceSession(path, settings, providers=["CPUExecutionProvider"])

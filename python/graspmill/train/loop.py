@@ -46,7 +46,7 @@ def inputs_of(arrays: Arrays, recipe: Recipe, device: torch.device) -> list[torc
 
 
 def joined(inputs: list[torch.Tensor] | tuple[torch.Tensor, ...], channels: int) -> torch.Tensor:
-    """What the network reads: the inputs as channels, or all in one grid where it has a single channel."""
+    """Input of the network itself: the inputs as channels, or all in one grid where it has a single channel."""
     if channels == len(inputs):
         return torch.cat(list(inputs), dim=1)
     partial, touch = inputs

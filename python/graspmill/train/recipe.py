@@ -55,7 +55,7 @@ class Training:
 
 @dataclass(frozen=True)
 class Augmentation:
-    """What is taken away from the inputs of a training sample, by random numbers of (seed, step, index in the batch)."""
+    """Losses of the inputs of a training sample, by random numbers of (seed, step, index in the batch)."""
 
     hidden_share: float = key(0.3, low=0, high=1)
     """Share of the samples of which a part is hidden."""
