@@ -1,12 +1,13 @@
 """How well does a trained model complete objects that it never saw? And does it beat what learns nothing?
 
-Models are run by ONNX Runtime on samples of the test split, which the trainer never opens. Beside them stand completions
-that learn nothing, and the vote of the ten nearest training pairs. Scores are overlaps of occupied cells (IoU): mean over
-objects of the mean of each object's samples, with intervals by bootstrap of objects; differences are paired by object. An
-object is hollow or thin where less than half of the volume of its occupied cells is solid.
+Models are run by ONNX Runtime on samples of the test split, which the trainer never opens. Beside them stand
+completions that learn nothing, and the vote of the ten nearest training pairs. Scores are overlaps of occupied cells
+(IoU): mean over objects of the mean of each object's samples, with intervals by bootstrap of objects; differences are
+paired by object. An object is hollow or thin where less than half of the volume of its occupied cells is solid.
 
-Needs what training needs, and SciPy. Exit code 1 when a model does not beat every completion that learns nothing, over all
-objects and over hollow or thin ones, beyond chance. Run by `make model` and `make model-quick`.
+Needs what training needs, and SciPy. With `--must-beat` the exit code is 1 when the first model does not beat, beyond
+chance, every completion that learns nothing, over all objects and over hollow or thin ones. Run by `make model` and
+`make model-quick`.
 """
 
 from __future__ import annotations
@@ -103,17 +104,27 @@ def draw(path: Path, title: str, grids: dict[str, np.ndarray]) -> None:
 
 def main() -> int:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("models", type=Path, nargs="+", metavar="MODEL", help="folders; the first is what the others are compared with")
+    arguments.add_argument(
+        "models", type=Path, nargs="+", metavar="MODEL", help="folders; the first is what the others are compared with"
+    )
     arguments.add_argument("--data", type=Path, action="append", required=True, metavar="DIR")
     arguments.add_argument("--per-object", type=int, default=12, help="samples of each object of each dataset")
     arguments.add_argument("--picture", type=Path, help="of the sample in the middle of the first model's scores")
     arguments.add_argument("--json", type=Path)
+    arguments.add_argument(
+        "--must-beat", action="store_true", help="fail where a completion that learns nothing is not beaten"
+    )
     options = arguments.parse_args()
 
     held, eyes = test_samples(options.data, read_recipe(options.models[0] / "recipe.toml"), options.per_object)
     partial, truth = held.arrays["partial"], held.arrays["occupancy"]
     learnt = {str(model): completed(model, held.arrays) for model in options.models}
-    unlearnt = {"partial": partial, "extrude": extruded(partial, eyes), "mirror-far": mirrored(partial), "hull": hull(partial)}
+    unlearnt = {
+        "partial": partial,
+        "extrude": extruded(partial, eyes),
+        "mirror-far": mirrored(partial),
+        "hull": hull(partial),
+    }
     unlearnt[f"{NEIGHBOURS} nearest"] = voted(partial, options.data)
     each = {name: jaccard(grids, truth) for name, grids in (unlearnt | learnt).items()}
     means = {name: by_object(scores, held.objects) for name, scores in each.items()}
@@ -147,9 +158,11 @@ def main() -> int:
     if options.picture:
         middle = int(np.argsort(each[base])[len(truth) // 2])
         title = f"{held.objects[middle]}, IoU {each[base][middle]:.2f}: the middle of {len(truth)} samples"
-        draw(options.picture, title, {"seen": partial[middle], "completed": learnt[base][middle], "true": truth[middle]})
+        draw(
+            options.picture, title, {"seen": partial[middle], "completed": learnt[base][middle], "true": truth[middle]}
+        )
         print(f"picture: {options.picture}")
-    return 1 if unbeaten else 0
+    return 1 if unbeaten and options.must_beat else 0
 
 
 if __name__ == "__main__":

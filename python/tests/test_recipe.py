@@ -80,7 +80,9 @@ def test_every_sample_comes_once_an_epoch_and_none_of_the_test_split(data: Path)
 
 def test_losses_are_taken_by_the_sample(data: Path) -> None:
     """Losses depend on seed, step and index alone; targets lose nothing."""
-    settings = replace(TOUCHED, augmentation=Augmentation(hidden_share=1, hide=0.5, drop=0.2, contacts=5, blank_free=0.5))
+    settings = replace(
+        TOUCHED, augmentation=Augmentation(hidden_share=1, hide=0.5, drop=0.2, contacts=5, blank_free=0.5)
+    )
     held = Held.of(open_sources([data / "pairs"], settings), "training", settings)
     assert held is not None
     full = {name: array[:12] for name, array in held.arrays.items()}
@@ -127,7 +129,10 @@ def test_data_that_cannot_be_trained_with_is_refused(data: Path, tmp_path: Path)
 def test_the_command_line_says_what_is_wrong(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pairs, out = str(data / "pairs"), str(tmp_path / "run")
     for arguments, said in (
-        (["nothing", "--data", pairs, "--out", out], "there are completion-quick, completion-standard, completion-thesis"),
+        (
+            ["nothing", "--data", pairs, "--out", out],
+            "there are completion-quick, completion-standard, completion-thesis",
+        ),
         (["completion-quick", "--data", str(tmp_path), "--out", out], "manifest.json"),
         (["completion-quick", "--data", str(data / "set/grasps"), "--out", out], "not of completion"),
         (["completion-quick", "--data", pairs, "--out", out, "--resume"], "no training to resume"),

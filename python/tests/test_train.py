@@ -157,9 +157,7 @@ def test_the_seed_decides(data: Path, finished: Path, tmp_path: Path) -> None:
     assert not torch.equal(expected["average.enter.weight"], runs["other"]["average.enter.weight"])
 
 
-def test_a_training_is_not_mixed_with_another(
-    data: Path, finished: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_training_is_not_mixed_with_another(data: Path, finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, said in (
         ([], "give --resume to go on with it"),
         (["--resume", "--seed", "5"], "another recipe, seed or data"),
@@ -185,7 +183,19 @@ def test_a_model_folder_holds_what_it_says(data: Path, finished: Path) -> None:
     assert manifest["root"] in card and "CC0-1.0" in card and "validation objects | all" in card
 
     network = onnx.load(model / "model.onnx")
-    plain = {"Concat", "Reshape", "Transpose", "Conv", "ConvTranspose", "Gemm", "MatMul", "Relu", "Add", "Sigmoid", "Slice"}
+    plain = {
+        "Concat",
+        "Reshape",
+        "Transpose",
+        "Conv",
+        "ConvTranspose",
+        "Gemm",
+        "MatMul",
+        "Relu",
+        "Add",
+        "Sigmoid",
+        "Slice",
+    }
     assert {node.op_type for node in network.graph.node} <= plain and network.opset_import[0].version == 18
     golden = dict(np.load(model / "golden.npz"))
     assert all(array.shape == (4, 1, 40, 40, 40) and array.dtype == np.float32 for array in golden.values())
@@ -219,5 +229,8 @@ def test_every_variant_comes_out(data: Path, tmp_path: Path, head: str, inputs: 
         # Seen and touched cells are in one grid: it makes no difference which of both a cell is, or both.
         golden = dict(np.load(model / "golden.npz"))
         either, nothing = np.maximum(golden["partial"], golden["touch"]), np.zeros_like(golden["touch"])
-        found = [session.run(None, {"partial": p, "touch": t}) for p, t in ((either, nothing), (golden["partial"], golden["touch"]))]
+        found = [
+            session.run(None, {"partial": p, "touch": t})
+            for p, t in ((either, nothing), (golden["partial"], golden["touch"]))
+        ]
         assert golden["touch"].any() and np.array_equal(found[0], found[1])

@@ -40,7 +40,9 @@ def train(given: argparse.Namespace) -> int:
     if given.resume and not stored.exists():
         raise BadRecipe(f"{given.out}: no training to resume; leave out --resume")
     if given.resume and read_recipe(stored) != recipe:
-        raise BadRecipe(f"{stored}: another recipe, seed or data; resume with those of this file, or give another --out")
+        raise BadRecipe(
+            f"{stored}: another recipe, seed or data; resume with those of this file, or give another --out"
+        )
     if not given.resume and stored.exists():
         raise BadRecipe(f"{given.out}: holds a training; give --resume to go on with it, or another --out")
     try:
@@ -57,8 +59,11 @@ def train(given: argparse.Namespace) -> int:
     if given.resume:
         trainer.resume()
     count = sum(len(source.splits["training"]) for source in sources)
-    print(f"{recipe.name}: {recipe.training.steps} steps of {recipe.training.batch} of {count} samples, "
-          f"from step {trainer.step}; {given.device}, {threads} threads", file=sys.stderr)
+    print(
+        f"{recipe.name}: {recipe.training.steps} steps of {recipe.training.batch} of {count} samples, "
+        f"from step {trainer.step}; {given.device}, {threads} threads",
+        file=sys.stderr,
+    )
     try:
         trainer.train()
     except loop.Interrupted:
@@ -73,9 +78,15 @@ def train(given: argparse.Namespace) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m graspmill.train", description="Trains a network that completes shapes.")
-    parser.add_argument("recipe", type=Path, metavar="RECIPE", help="a TOML file, or a recipe of the package by name: completion-quick")
-    parser.add_argument("--data", type=Path, action="append", required=True, metavar="DIR", help="a dataset; may be given again")
+    parser = argparse.ArgumentParser(
+        prog="python -m graspmill.train", description="Trains a network that completes shapes."
+    )
+    parser.add_argument(
+        "recipe", type=Path, metavar="RECIPE", help="a TOML file, or a recipe of the package by name: completion-quick"
+    )
+    parser.add_argument(
+        "--data", type=Path, action="append", required=True, metavar="DIR", help="a dataset; may be given again"
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="RUN", help="folder of log, checkpoints and model")
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("--threads", type=int, help="threads of PyTorch; without it, the idle cores")

@@ -193,7 +193,7 @@ class Held:
 
 
 def score(overlaps: npt.NDArray[np.float64], objects: npt.NDArray[np.str_]) -> dict[str, float | int]:
-    """Mean over objects of the mean of each object's samples, with its 95 % interval by 10,000 bootstraps of objects."""
+    """Mean over objects of the mean of each object's samples, with its 95 % interval by 10,000 bootstraps."""
     if not len(overlaps):
         return {"objects": 0, "samples": 0}
     means = np.array([overlaps[objects == name].mean() for name in np.unique(objects)])

@@ -24,7 +24,7 @@ from torch.nn.functional import max_pool3d
 
 from .. import __version__
 from .data import RESOLUTION, Held, score
-from .loop import SPLITS, Trainer, joined, overlaps, predict, rows_of
+from .loop import SPLITS, Trainer, joined, overlaps, predict
 from .networks import parameters_of
 from .recipe import Recipe
 
@@ -34,7 +34,7 @@ from matplotlib import pyplot  # noqa: E402
 FORMAT = "graspmill model 1"
 OPSET = 18
 PLACEMENT = {"fill": 0.8, "anchor": [0.5, 0.5, 0.45]}
-"""Share of the grid that the longest side of the seen points' box fills, and where in the grid the box's centre lies."""
+"""Share of the grid that the longest side of the seen points' box fills, and where in the grid its centre lies."""
 SAMPLES_COMPARED, TOLERANCE = 64, 1e-4
 GOLDEN = 4
 GOLDEN_STEP = 2.0**-17
@@ -154,51 +154,26 @@ def card(facts: dict[str, Any], trainer: Trainer, difference: float) -> str:
     """The card of a model, as Markdown."""
     recipe = trainer.recipe
     rows = [
-        f"| {SPLITS[split]} | {stratum} | {found['mean']:.3f} | {found['low']:.3f} to {found['high']:.3f} | "
-        f"{found['objects']} | {found['samples']} |"
+        f"| {SPLITS[split]} | {stratum} | {found['mean']:.3f} | {found['low']:.3f} to {found['high']:.3f} "
+        f"| {found['objects']} | {found['samples']} |"
         for split, strata in facts["scores"].items()
         for stratum, found in strata.items()
         if found["objects"]
     ]
-    data = [f"- root `{source.root}`, job `{source.job}`" for source in trainer.sources]
-    return "\n".join([
-        f"# {recipe.name}",
-        "",
-        f"Completes the shape of one object from a depth image: network `{recipe.network}` with "
-        f"{parameters_of(trainer.average):,} parameters, inputs {', '.join(recipe.inputs)}, outputs "
-        f"{', '.join(recipe.outputs)}, {RESOLUTION}^3 cells. {recipe.training.steps} steps of {recipe.training.batch} samples, "
-        f"seed {recipe.seed}; recipe in `recipe.toml`.",
-        "",
-        "## For what, and for what not",
-        "",
-        "For rigid household objects that stand alone or were segmented, seen by a camera like those of its data: distances,",
-        "sensor and occlusion are in the jobs named below. Grids are placed by the seen points (docs/format.md, Grids).",
-        "Not for scenes as a whole, people, transparent things, or as the only safeguard of a robot: what it adds is a guess.",
-        "",
-        "## Scores",
-        "",
-        "Overlap (IoU) of occupied cells at 0.5; mean over objects, 95 % interval by bootstrap of objects. Checkpoint and",
-        "thresholds were chosen on the validation objects; objects of the test split were never opened. An object is hollow",
-        "or thin where less than half of the volume of its occupied cells is solid.",
-        "",
-        "| samples | stratum | IoU | interval | objects | samples |",
-        "| --- | --- | --- | --- | --- | --- |",
-        *rows,
-        "",
-        f"Thresholds: occupancy {facts['thresholds']['occupancy']}, normalised coverage {facts['thresholds']['coverage']}. "
-        f"ONNX Runtime and PyTorch differ by {difference:.1e} at most.",
-        "",
-        "![loss and overlap by step](curves.png)",
-        "",
-        "## Data",
-        "",
-        *data,
-        "",
-        "Objects of training, by licence:",
-        "",
-        *sources_of_objects(trainer),
-        "",
-    ])
+    template = (Path(__file__).parent / "card.md").read_text(encoding="utf-8")
+    return template.format(
+        **{name: facts[name] for name in ("network", "resolution", "steps", "seed")},
+        **facts["thresholds"],
+        name=recipe.name,
+        parameters=parameters_of(trainer.average),
+        inputs=", ".join(recipe.inputs),
+        outputs=", ".join(recipe.outputs),
+        batch=recipe.training.batch,
+        scores="\n".join(rows),
+        difference=difference,
+        data="\n".join(f"- root `{source.root}`, job `{source.job}`" for source in trainer.sources),
+        objects="\n".join(sources_of_objects(trainer)),
+    )
 
 
 def digest(data: bytes) -> str:
@@ -223,7 +198,9 @@ def export(trainer: Trainer) -> Path:
     held = trainer.held["validation"]
     spread = np.linspace(0, len(held.objects) - 1, SAMPLES_COMPARED).round().astype(int)
     compared = {name: array[spread] for name, array in held.arrays.items()}
-    difference = float(np.abs(answers(folder / "model.onnx", compared, recipe) - found["validation"][spread].numpy()).max())
+    difference = float(
+        np.abs(answers(folder / "model.onnx", compared, recipe) - found["validation"][spread].numpy()).max()
+    )
     if not difference <= TOLERANCE:
         raise WrongExport(f"ONNX Runtime and PyTorch differ by {difference:.2e} on {len(spread)} samples")
     chosen = np.linspace(0, len(spread) - 1, GOLDEN).round().astype(int)
@@ -239,7 +216,13 @@ def export(trainer: Trainer) -> Path:
         overlap = overlaps(found[split][:, 0] > 0.5, truth)
         scores[split] = {name: score(overlap[rows], each.objects[rows]) for name, rows in each.strata().items()}
     split_rows = sorted({item for source in trainer.sources for item in source.split_of.items()})
-    versions = {"graspmill": __version__, "torch": str(torch.__version__), "onnx": onnx.__version__, "onnxscript": onnxscript.__version__, "numpy": np.__version__}
+    versions = {
+        "graspmill": __version__,
+        "torch": str(torch.__version__),
+        "onnx": onnx.__version__,
+        "onnxscript": onnxscript.__version__,
+        "numpy": np.__version__,
+    }
     machine = {"machine": platform.machine(), "level": torch.backends.cpu.get_cpu_capability()} | trainer.setting
     facts: dict[str, Any] = {
         "format": FORMAT,

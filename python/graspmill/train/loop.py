@@ -119,6 +119,8 @@ class Trainer:
 
     def resume(self) -> None:
         """Goes back to the newest checkpoint, and the log with it; to the beginning where there is none."""
+        for unfinished in (self.run / "checkpoints").glob(".*.tmp"):
+            unfinished.unlink()
         found = sorted((self.run / "checkpoints").glob("step-*.pt"))
         log = self.run / "log.jsonl"
         lines = log.read_text(encoding="utf-8").splitlines(keepends=True) if log.exists() else []
@@ -174,7 +176,11 @@ class Trainer:
     def try_out(self, rate: float) -> None:
         """Scores the average weights, writes a line of the log and a checkpoint."""
         found = self.scores()
-        line = {"step": self.step, "loss": self.loss[0] / max(self.loss[1], 1), "rate": rate_at(self.step, self.recipe.training)}
+        line = {
+            "step": self.step,
+            "loss": self.loss[0] / max(self.loss[1], 1),
+            "rate": rate_at(self.step, self.recipe.training),
+        }
         line |= {"samples_per_second": round(rate, 1), "iou": found}
         with (self.run / "log.jsonl").open("a", encoding="utf-8") as log:
             log.write(json.dumps(line) + "\n")
@@ -185,8 +191,12 @@ class Trainer:
         self.checkpoint()
         said = ", ".join(f"{SPLITS[split]} {means['all']:.3f}" for split, means in found.items())
         left = (self.recipe.training.steps - self.step) * self.recipe.training.batch / max(rate, 1e-9)
-        print(f"step {self.step} of {self.recipe.training.steps}: loss {line['loss']:.4f}, IoU of {said}; "
-              f"{rate:.0f} samples/s, {left:.0f} s left", file=sys.stderr, flush=True)
+        print(
+            f"step {self.step} of {self.recipe.training.steps}: loss {line['loss']:.4f}, IoU of {said}; "
+            f"{rate:.0f} samples/s, {left:.0f} s left",
+            file=sys.stderr,
+            flush=True,
+        )
 
     def train(self) -> None:
         """To the last step; raises `Interrupted` after SIGTERM or SIGINT, with a checkpoint of that step."""

@@ -68,9 +68,9 @@ def _convolutions(inputs: int, outputs: int) -> nn.Sequential:
 
 
 class UNet(nn.Module):
-    """A second opinion: an ordinary U-Net with 8, 16, 32 and 64 times `width` / 8 channels (Ronneberger et al. 2015)."""
+    """A second opinion: an ordinary U-Net with 8, 16, 32 and 64 times `width` / 8 channels (Ronneberger 2015)."""
 
-    def __init__(self, inputs: int, outputs: int, width: int = 16) -> None:
+    def __init__(self, inputs: int, outputs: int, width: int = 8) -> None:
         super().__init__()
         widths = [width, 2 * width, 4 * width, 8 * width]
         self.down = nn.ModuleList(_convolutions(a, b) for a, b in zip([inputs, *widths], widths))
@@ -113,8 +113,8 @@ class Thesis(nn.Module):
 
 
 class Heatmap(nn.Module):
-    """Grasps in an image (thesis table 4.1): RGBD after local contrast normalisation to a map of `outputs` types, one cell
-    for each 8 pixels. `linear` leaves out the ReLU between the dense layers, as the thesis has them.
+    """Grasps in an image (thesis table 4.1): RGBD after local contrast normalisation to a map of `outputs` types, one
+    cell for each 8 pixels. `linear` leaves out the ReLU between the dense layers, as the thesis has them.
 
     A cell sees 73 x 73 pixels. A patch of that size gives the very number that the whole image gives at that cell; a
     patch of 72 lacks the last row and column, as cells at the far borders of an image do.

@@ -23,9 +23,13 @@ VARIANTS = {
     "depth-or-touch": ("partial", "touch"),
     "touch": ("touch",),
 }
-"""Inputs of each variant, in the order of the model's inputs; `depth-or-touch` joins both in one grid (thesis ch. 6)."""
+"""Inputs of each variant, in the order of the model's; `depth-or-touch` joins both in one grid (thesis ch. 6)."""
 OUTPUTS = ("occupancy", "coverage")
-SIZES: dict[str, dict[str, int]] = {"block": {"fine": 32, "coarse": 64, "middle": 256}, "unet": {"width": 8}, "thesis": {}}
+SIZES: dict[str, dict[str, int]] = {
+    "block": {"fine": 32, "coarse": 64, "middle": 256},
+    "unet": {"width": 8},
+    "thesis": {},
+}
 """Widths of each network's layers, in channels."""
 
 
@@ -173,7 +177,9 @@ def _value(each: Any, value: Any, wrong: str) -> Any:
         good = isinstance(value, list) and all(isinstance(item, str) for item in value)
         good = good and (not choices or (value == [c for c in choices if c in value] and value))
         if not good:
-            raise BadRecipe(wrong + f"a list of {'some of ' + ', '.join(choices) + ', in this order' if choices else 'texts'}")
+            raise BadRecipe(
+                wrong + f"a list of {'some of ' + ', '.join(choices) + ', in this order' if choices else 'texts'}"
+            )
         return tuple(value)
     if isinstance(each.default, str):
         if not isinstance(value, str) or (choices and value not in choices):
@@ -183,5 +189,7 @@ def _value(each: Any, value: Any, wrong: str) -> Any:
     right = isinstance(value, int if whole else (int, float)) and not isinstance(value, bool)
     if not right or (low is not None and value < low) or (high is not None and value > high):
         limits = f" from {low}" if low is not None else ""
-        raise BadRecipe(wrong + f"a {'whole ' if whole else ''}number{limits}" + (f" to {high}" if high is not None else ""))
+        raise BadRecipe(
+            wrong + f"a {'whole ' if whole else ''}number{limits}" + (f" to {high}" if high is not None else "")
+        )
     return value if whole else float(value)
