@@ -10,6 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from graspmill import CompletionSample, Dataset
+
+if sys.version_info < (3, 11):
+    pytest.importorskip("tomli")
+
 from graspmill.train.__main__ import main
 from graspmill.train.data import Held, augment, batches_of, open_sources, score
 from graspmill.train.recipe import Augmentation, BadRecipe, Recipe, Training, read_recipe

@@ -147,6 +147,17 @@ def test_killed_outright_it_goes_on_from_its_last_checkpoint(data: Path, finishe
     assert all(torch.equal(expected[name], found[name]) for name in expected) and log(run) == log(finished)
 
 
+def test_a_resumed_training_keeps_its_threads(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = tmp_path / "run"
+    assert train(data, run, "--threads", "2", text=SMALL.replace("steps = 24", "steps = 2")) == 0
+    capsys.readouterr()
+    recipe = run.with_suffix(".toml")
+    assert main([str(recipe), "--data", str(data / "pairs"), "--out", str(run), "--resume"]) == 0
+    assert "2 threads" in capsys.readouterr().err
+    assert main([str(recipe), "--data", str(data / "pairs"), "--out", str(run), "--resume", "--threads", "1"]) == 0
+    assert "begun with 2 threads" in capsys.readouterr().err
+
+
 def test_the_seed_decides(data: Path, finished: Path, tmp_path: Path) -> None:
     runs = {}
     for name, seed in (("again", "0"), ("other", "1")):

@@ -52,16 +52,17 @@ def train(given: argparse.Namespace) -> int:
         if error.name not in ("torch", "onnx", "onnxscript", "onnxruntime", "matplotlib"):
             raise
         raise MissingPackage(error.name, "graspmill.train", EXTRA) from None
+    if given.device == "cuda" and not loop.torch.cuda.is_available():
+        raise BadRecipe("PyTorch finds no CUDA device; give --device cpu")
     given.out.mkdir(parents=True, exist_ok=True)
     write_whole(stored, recipe.text())
-    threads = given.threads or idle_cores()
-    trainer = loop.Trainer(recipe, sources, given.out, given.device, threads)
+    trainer = loop.Trainer(recipe, sources, given.out, given.device, given.threads or idle_cores())
     if given.resume:
-        trainer.resume()
+        trainer.resume(given.threads)
     count = sum(len(source.splits["training"]) for source in sources)
     print(
         f"{recipe.name}: {recipe.training.steps} steps of {recipe.training.batch} of {count} samples, "
-        f"from step {trainer.step}; {given.device}, {threads} threads",
+        f"from step {trainer.step}; {given.device}, {trainer.setting['threads']} threads",
         file=sys.stderr,
     )
     try:

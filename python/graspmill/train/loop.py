@@ -23,6 +23,7 @@ from .recipe import BadRecipe, Recipe, Training
 
 SPLITS = {"training": "training views", "holdout": "holdout views", "validation": "validation objects"}
 CHECKPOINTS_KEPT = 2
+SECONDS_OF_SILENCE = 20.0
 WARM_UP = 0.3
 """Share of the steps in which the rate of one cycle rises, from a 25th of its peak."""
 
@@ -117,18 +118,25 @@ class Trainer:
         for old in sorted((self.run / "checkpoints").glob("step-*.pt"))[:-CHECKPOINTS_KEPT]:
             old.unlink()
 
-    def resume(self) -> None:
-        """Goes back to the newest checkpoint, and the log with it; to the beginning where there is none."""
+    def resume(self, threads: int | None) -> None:
+        """Goes back to the newest checkpoint, and the log with it; to the beginning where there is none. Without a
+        count of threads, goes on with as many as before: others give other last bits."""
         for unfinished in (self.run / "checkpoints").glob(".*.tmp"):
             unfinished.unlink()
         found = sorted((self.run / "checkpoints").glob("step-*.pt"))
         log = self.run / "log.jsonl"
         lines = log.read_text(encoding="utf-8").splitlines(keepends=True) if log.exists() else []
         if found:
-            self.load(found[-1])
+            before = self.load(found[-1])["threads"]
+            if threads is None:
+                torch.set_num_threads(before)
+                self.setting["threads"] = before
+            elif threads != before:
+                print(f"begun with {before} threads: the last bits of the weights will differ", file=sys.stderr)
         log.write_text("".join(line for line in lines if line.endswith("\n") and json.loads(line)["step"] <= self.step))
 
-    def load(self, path: Path) -> None:
+    def load(self, path: Path) -> dict[str, Any]:
+        """Takes over a checkpoint; returns the setting that it was made in."""
         state = torch.load(path, map_location=self.device, weights_only=True)
         for name in ("torch", "device"):
             if state["setting"][name] != self.setting[name]:
@@ -139,6 +147,7 @@ class Trainer:
         self.optimiser.load_state_dict(state["optimiser"])
         torch.set_rng_state(state["random"].cpu())
         self.step, self.loss, self.best = state["step"], state["loss"], state["best"]
+        return state["setting"]  # type: ignore[no-any-return]
 
     def learn(self, arrays: Arrays) -> None:
         """A step: binary cross-entropy of each output, with equal weights."""
@@ -173,6 +182,11 @@ class Trainer:
             found[split] = {name: mean["mean"] for name, mean in means.items() if "mean" in mean}
         return found
 
+    def progress(self, rate: float) -> str:
+        steps = self.recipe.training.steps
+        left = (steps - self.step) * self.recipe.training.batch / max(rate, 1e-9)
+        return f"step {self.step} of {steps}: {rate:.0f} samples/s, {left:.0f} s left"
+
     def try_out(self, rate: float) -> None:
         """Scores the average weights, writes a line of the log and a checkpoint."""
         found = self.scores()
@@ -190,18 +204,13 @@ class Trainer:
             self.save("best.pt")
         self.checkpoint()
         said = ", ".join(f"{SPLITS[split]} {means['all']:.3f}" for split, means in found.items())
-        left = (self.recipe.training.steps - self.step) * self.recipe.training.batch / max(rate, 1e-9)
-        print(
-            f"step {self.step} of {self.recipe.training.steps}: loss {line['loss']:.4f}, IoU of {said}; "
-            f"{rate:.0f} samples/s, {left:.0f} s left",
-            file=sys.stderr,
-            flush=True,
-        )
+        print(f"{self.progress(rate)}; loss {line['loss']:.4f}, IoU of {said}", file=sys.stderr, flush=True)
 
     def train(self) -> None:
         """To the last step; raises `Interrupted` after SIGTERM or SIGINT, with a checkpoint of that step."""
         before = {number: signal.signal(number, self.ask) for number in (signal.SIGTERM, signal.SIGINT)}
         began, from_step = time.perf_counter(), self.step
+        said = began
         batches = batches_of(self.sources, self.recipe, self.step)
         try:
             while self.step < self.recipe.training.steps:
@@ -212,6 +221,10 @@ class Trainer:
                     self.try_out(rate)
                     # Trying is no training.
                     began += time.perf_counter() - began - seconds
+                    said = time.perf_counter()
+                elif time.perf_counter() - said > SECONDS_OF_SILENCE:
+                    said = time.perf_counter()
+                    print(self.progress(rate), file=sys.stderr, flush=True)
                 if self.asked:
                     self.checkpoint()
                     raise Interrupted
