@@ -64,6 +64,16 @@ def completed(model: Path, arrays: dict[str, np.ndarray]) -> np.ndarray:
     return np.array(found)
 
 
+def of_others(held: Held) -> np.ndarray:
+    """For each sample one of another object, wherever there is one."""
+    order = np.argsort(held.objects, kind="stable")
+    # As far on as the object with most samples reaches: no sample is left with its own object.
+    most = int(np.unique(held.objects, return_counts=True)[1].max())
+    rows = np.empty(len(order), int)
+    rows[order] = np.roll(order, most)
+    return rows
+
+
 def voted(partial: np.ndarray, folders: list[Path]) -> np.ndarray:
     """Cells that most of the nearest training pairs hold."""
     features, truth = [], []
@@ -110,6 +120,9 @@ def main() -> int:
     arguments.add_argument("--data", type=Path, action="append", required=True, metavar="DIR")
     arguments.add_argument("--per-object", type=int, default=12, help="samples of each object of each dataset")
     arguments.add_argument("--picture", type=Path, help="of the sample in the middle of the first model's scores")
+    arguments.add_argument(
+        "--controls", action="store_true", help="give the first model wrong inputs beside the seen cells"
+    )
     arguments.add_argument("--json", type=Path)
     arguments.add_argument(
         "--must-beat", action="store_true", help="fail where a completion that learns nothing is not beaten"
@@ -119,6 +132,11 @@ def main() -> int:
     held, eyes = test_samples(options.data, read_recipe(options.models[0] / "recipe.toml"), options.per_object)
     partial, truth = held.arrays["partial"], held.arrays["occupancy"]
     learnt = {str(model): completed(model, held.arrays) for model in options.models}
+    if options.controls:
+        facts = json.loads((options.models[0] / "model.json").read_text())
+        for name in facts["inputs"][1:]:
+            swapped = held.arrays | {name: held.arrays[name][of_others(held)]}
+            learnt[f"{options.models[0]}, `{name}` of another object"] = completed(options.models[0], swapped)
     unlearnt = {
         "partial": partial,
         "extrude": extruded(partial, eyes),
@@ -134,14 +152,14 @@ def main() -> int:
 
     print("| completion | " + " | ".join(f"{name} ({rows.sum()})" for name, rows in strata.items()) + " |")
     print("| --- |" + " --- |" * len(strata))
-    facts: dict[str, dict[str, list[float]]] = {}
+    table: dict[str, dict[str, list[float]]] = {}
     unbeaten = []
     for name, scores in means.items():
         cells = []
         for stratum, rows in strata.items():
             low, high = interval(scores[rows])
             cell = f"{scores[rows].mean():.3f} [{low:.3f}, {high:.3f}]"
-            facts.setdefault(name, {})[stratum] = [float(scores[rows].mean()), low, high]
+            table.setdefault(name, {})[stratum] = [float(scores[rows].mean()), low, high]
             if name != base:
                 gain = (means[base] - scores)[rows]
                 low, high = interval(gain)
@@ -154,7 +172,7 @@ def main() -> int:
     if unbeaten:
         print(f"not beaten beyond chance: {', '.join(unbeaten)}")
     if options.json:
-        options.json.write_text(json.dumps(facts, indent=2) + "\n")
+        options.json.write_text(json.dumps(table, indent=2) + "\n")
     if options.picture:
         middle = int(np.argsort(each[base])[len(truth) // 2])
         title = f"{held.objects[middle]}, IoU {each[base][middle]:.2f}: the middle of {len(truth)} samples"
