@@ -48,4 +48,5 @@ Next:
   open $first/report.html in a browser
   $program inspect $first
   $program run jobs/ycb-completion.toml --out datasets/ycb-completion
+  make model-quick    (trains a network on such pairs and shows what it completes; PyTorch, 5 GB once)
 END
