@@ -160,7 +160,7 @@ fn runs_on_a_table_without_a_state_say_why() {
 fn trials_move_no_grasp() {
     let workspace = write_job();
     let plain = run(&workspace, "plain", &[]);
-    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5}";
+    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,confirm=\"none\"}";
     let asked = ["--set", physics, "--set", "annealing.steps=300"];
     let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
@@ -333,7 +333,7 @@ fn masses_of_the_table_are_those_of_trials() {
     let table = "name,category,mass,mass_source,material,wall\ncan-01,can,0.25,scales,,\nmug-01,mug,,,ceramic,0.004\n";
     workspace.write("masses.csv", table);
     let objects = "objects=[{built_in=[\"can-01\",\"box-01\",\"mug-01\"],table=\"masses.csv\"}]";
-    let physics = "physics={perturbed=0}";
+    let physics = "physics={perturbed=0,table=false,confirm=\"none\"}";
     let tried = run(&workspace, "tried", &["--set", objects, "--set", physics]);
     let reader = open(&workspace, "tried");
     let assets = reader.assets().expect("the asset table");

@@ -29,6 +29,8 @@ impl Colour {
     pub const HELD: Self = Self([0xd5, 0x5e, 0x00]);
     /// Contacts over a hand and an object: black of the same set.
     pub const CONTACT: Self = Self([0x00, 0x00, 0x00]);
+    /// A table that objects stand on: a light grey beside the set.
+    pub const TABLE: Self = Self([0xc8, 0xc8, 0xc8]);
     /// Errors: reddish purple of the same set.
     pub const WRONG: Self = Self([0xcc, 0x79, 0xa7]);
 

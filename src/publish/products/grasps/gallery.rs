@@ -6,18 +6,18 @@ use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, sync::Arc};
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use serde::Serialize;
 
-use super::inspection::{GraspIndex, GraspSurvey, GraspedObject};
+use super::inspection::{GraspIndex, GraspSurvey, GraspedObject, resting_poses};
 use crate::{
     page::{ImageView, StripCard},
     picture::{Colour, Picture, Solid, SolidView, solid_picture},
 };
 use format::{
     Grasp, GraspRun, HandShape,
-    dataset::{DatasetError, DatasetReader},
+    dataset::{AssetRow, DatasetError, DatasetReader},
     products::grasps::Shapes,
 };
 use kernel::{
-    geom::{NoSurface, Shape, TouchShape, TriMesh, Triangles},
+    geom::{NoSurface, RestingPose, Shape, TouchShape, TriMesh, Triangles},
     ids::ObjectId,
 };
 
@@ -29,6 +29,9 @@ const SIDE: u32 = 200;
 const SIDE_OVER_DOT: f64 = 56.0;
 /// Elevation from which a grasp is drawn [rad].
 const ELEVATION: f64 = 0.35;
+/// Thickness of a drawn table [m], and its half side over the radius of the object on it.
+const TABLE_THICKNESS: f64 = 0.002;
+const TABLE_OVER_OBJECT: f64 = 1.5;
 
 /// The card of an object: pictures of its grasps.
 #[derive(Serialize)]
@@ -52,6 +55,25 @@ struct PanelView {
     energy: String,
     contacts: usize,
     seed: String,
+}
+
+/// An object that is drawn, and how it rests on a table.
+struct DrawnObject {
+    solid: TouchShape,
+    resting: Vec<RestingPose>,
+}
+
+impl DrawnObject {
+    /// The object of a row of the asset table; `None` where its mesh has no surface.
+    fn of(reader: &DatasetReader, row: &AssetRow, mesh: &TriMesh) -> Result<Option<Self>, DatasetError> {
+        let Ok(solid) = solid_of(mesh) else { return Ok(None) };
+        Ok(Some(Self { solid, resting: resting_poses(reader, row)? }))
+    }
+
+    /// The most likely pose in which the object rests on a table above which the hand stays, as trials have it.
+    fn on_table(&self, grasp: &Grasp) -> Option<&RestingPose> {
+        self.resting.iter().enumerate().find_map(|(index, pose)| grasp.is_above_table(index).then_some(pose))
+    }
 }
 
 /// A hand that is drawn.
@@ -95,9 +117,10 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &GraspSurvey) -> Result<Opti
     let shapes = Shapes::open(reader.folder())?;
     let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(None) };
     let mut cards = Vec::new();
+    let rows = reader.assets()?.objects;
     for (object, index) in shown(reader, survey, SHOWN)? {
-        let mesh = shapes.object(index)?.mesh;
-        cards.push(card(reader, object, &mesh, &hand, picks(survey, object))?);
+        let drawn = DrawnObject::of(reader, &rows[index], &shapes.object(index)?.mesh)?;
+        cards.push(card(reader, object, drawn.as_ref(), &hand, picks(survey, object))?);
     }
     Ok(Some(cards))
 }
@@ -112,11 +135,11 @@ pub(crate) fn pictures(
 ) -> Result<Vec<(String, Picture)>, DatasetError> {
     let shapes = Shapes::open(reader.folder())?;
     let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(Vec::new()) };
-    let mut pictures = Vec::new();
+    let (mut pictures, rows) = (Vec::new(), reader.assets()?.objects);
     for (object, index) in shown(reader, survey, max)? {
-        let solid = solid_of(&shapes.object(index)?.mesh);
-        let (Some(grasp), Ok(solid)) = (first_grasp(reader, picks(survey, object))?, solid) else { continue };
-        let panels = [FRAC_PI_2, 0.0].map(|aside| draw(&grasp, &solid, &hand, aside, side));
+        let drawn = DrawnObject::of(reader, &rows[index], &shapes.object(index)?.mesh)?;
+        let (Some(grasp), Some(drawn)) = (first_grasp(reader, picks(survey, object))?, drawn) else { continue };
+        let panels = [FRAC_PI_2, 0.0].map(|aside| draw(&grasp, &drawn, &hand, aside, side));
         pictures.push((object.name.clone(), Picture::row(&panels, side / 20).with_few_colours()));
     }
     Ok(pictures)
@@ -131,13 +154,14 @@ pub(crate) fn best_grasp(
     side: u32,
 ) -> Result<Option<Picture>, DatasetError> {
     let shapes = Shapes::open(reader.folder())?;
-    let index = reader.assets()?.objects.iter().position(|row| row.object == object);
+    let rows = reader.assets()?.objects;
+    let index = rows.iter().position(|row| row.object == object);
     let picks = survey.picks.get(&object).map(Vec::as_slice).unwrap_or_default();
     let (Some(hand), Some(index), Some(grasp)) = (DrawnHand::of(&shapes)?, index, first_grasp(reader, picks)?) else {
         return Ok(None);
     };
-    let solid = solid_of(&shapes.object(index)?.mesh).ok();
-    Ok(solid.map(|solid| draw(&grasp, &solid, &hand, FRAC_PI_2, side)))
+    let drawn = DrawnObject::of(reader, &rows[index], &shapes.object(index)?.mesh)?;
+    Ok(drawn.map(|drawn| draw(&grasp, &drawn, &hand, FRAC_PI_2, side)))
 }
 
 /// The first of the picked grasps.
@@ -158,18 +182,17 @@ fn solid_of(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
 fn card(
     reader: &DatasetReader,
     object: &GraspedObject,
-    mesh: &TriMesh,
+    drawn: Option<&DrawnObject>,
     hand: &DrawnHand,
     picks: &[(&'static str, GraspIndex)],
 ) -> Result<CardView, DatasetError> {
     let mut panels = Vec::new();
-    let solid = solid_of(mesh);
     for (why, found) in picks {
         let Some(sample) = reader.sample(found.run)? else { continue };
         let run = sample.grasp_run()?;
-        let (Some(grasp), Ok(solid)) = (run.grasps.get(found.grasp), &solid) else { continue };
+        let (Some(grasp), Some(drawn)) = (run.grasps.get(found.grasp), drawn) else { continue };
         for aside in [FRAC_PI_2, 0.0] {
-            let picture = draw(grasp, solid, hand, aside, SIDE).with_few_colours();
+            let picture = draw(grasp, drawn, hand, aside, SIDE).with_few_colours();
             panels.push(PanelView::of(&run, grasp, why, &picture));
         }
     }
@@ -205,25 +228,42 @@ impl PanelView {
 }
 
 /// Object and hand, `aside` away from the approach's azimuth [rad], and a dot at each contact over them: contacts lie between
-/// hand and object, where nothing could be seen of them.
-fn draw(grasp: &Grasp, object: &TouchShape, hand: &DrawnHand, aside: f64, side: u32) -> Picture {
+/// hand and object, where nothing could be seen of them. The object stands on its table where the hand stays above one.
+fn draw(grasp: &Grasp, object: &DrawnObject, hand: &DrawnHand, aside: f64, side: u32) -> Picture {
+    let on_table = object.on_table(grasp);
+    let world_from_object =
+        on_table.map_or_else(IsometryMatrix3::identity, |resting| *resting.world_from_object.isometry());
     let frames = hand.shape.link_frames(&grasp.joints);
     let parts = hand.shape.solids.iter().zip(&hand.solids);
     let mut solids: Vec<Solid<'_>> = parts
         .map(|(part, shape)| Solid {
             shape,
-            pose: grasp.object_from_base.isometry() * frames[part.link] * part.link_from_solid,
+            pose: world_from_object * grasp.object_from_base.isometry() * frames[part.link] * part.link_from_solid,
             colour: Colour::EXPLORED,
         })
         .collect();
-    solids.push(Solid { shape: object, pose: IsometryMatrix3::identity(), colour: Colour::COMPLETE });
-    let view = view(&solids, &(grasp.object_from_approach.rotation() * Vector3::z()), aside);
+    solids.push(Solid { shape: &object.solid, pose: world_from_object, colour: Colour::COMPLETE });
+    let approach = world_from_object.rotation * grasp.object_from_approach.rotation() * Vector3::z();
+    let view = view(&solids, &approach, aside);
+    // The table comes last: the view is that of hand and object.
+    let table = on_table.and_then(|_| table_under(&object.solid, &world_from_object));
+    if let Some((shape, pose)) = &table {
+        solids.push(Solid { shape, pose: *pose, colour: Colour::TABLE });
+    }
     let mut picture = solid_picture(&solids, &view, side);
     for contact in &grasp.contacts {
-        let pixel = view.pixel(&Point3::from(contact.point), side);
+        let pixel = view.pixel(&(world_from_object * Point3::from(contact.point)), side);
         picture.dot(pixel, f64::from(side) / SIDE_OVER_DOT, Colour::CONTACT);
     }
     picture
+}
+
+/// A square piece of the table z = 0 under an object, and its pose in the world.
+fn table_under(object: &TouchShape, pose: &IsometryMatrix3<f64>) -> Option<(TouchShape, IsometryMatrix3<f64>)> {
+    let (centre, radius) = object.ball(pose);
+    let half = TABLE_OVER_OBJECT * radius;
+    let shape = TouchShape::new(&Shape::Box { half: [half, half, TABLE_THICKNESS / 2.0] }).ok()?;
+    Some((shape, IsometryMatrix3::translation(centre.x, centre.y, -TABLE_THICKNESS / 2.0)))
 }
 
 /// Hand and object in the middle, seen from the side of the approach.

@@ -13,9 +13,10 @@ use crate::{
 };
 use format::{
     Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrials, HandNames, Product,
-    dataset::{DatasetError, DatasetReader, Fate, Manifest, Selection, layout::ASSETS},
+    dataset::{AssetRow, DatasetError, DatasetReader, Fate, Manifest, Selection, layout::ASSETS},
 };
 use kernel::{
+    geom::RestingPose,
     ids::{ObjectId, SampleIndex},
     words::{GraspVerdict, STRETCHES, counted},
 };
@@ -294,12 +295,7 @@ impl GraspSurvey {
         }
         let mut objects: Vec<GraspedObject> = Vec::new();
         for row in reader.assets()?.objects {
-            let resting = row.resting().map_err(|error| DatasetError::Invalid {
-                path: reader.folder().join(ASSETS),
-                problem: error.to_string(),
-                remedy: "delete manifest.json and `run` the job again: the shards are kept",
-            })?;
-            let resting = resting.map(|resting| resting.poses).unwrap_or_default();
+            let resting = resting_poses(reader, &row)?;
             let sums = pass.objects.entry(row.object).or_default();
             objects.push(GraspedObject {
                 name: row.name,
@@ -452,6 +448,16 @@ impl fmt::Display for GraspsInspection {
         }
         self.header.write_warnings(f)
     }
+}
+
+/// The resting poses of an object, the most likely first; none where its row lists none.
+pub(super) fn resting_poses(reader: &DatasetReader, row: &AssetRow) -> Result<Vec<RestingPose>, DatasetError> {
+    let resting = row.resting().map_err(|error| DatasetError::Invalid {
+        path: reader.folder().join(ASSETS),
+        problem: error.to_string(),
+        remedy: "delete manifest.json and `run` the job again: the shards are kept",
+    })?;
+    Ok(resting.map(|resting| resting.poses).unwrap_or_default())
 }
 
 #[cfg(test)]
