@@ -114,6 +114,7 @@ model-quick: setup build $(TORCH)/.complete ## the same with fewer data and step
 train-model:
 	@PYTHONPATH=python $(TORCH)/bin/python -m graspmill.train $(RECIPE) --out $(RUN) \
 	  $(addprefix --data ,$(DATA)) $(if $(wildcard $(RUN)/recipe.toml),--resume)
+	@$(PROGRAM) model check $(RUN)/model
 	@$(TORCH)/bin/python benches/model_scores.py $(RUN)/model $(addprefix --data ,$(DATA)) --picture $(RUN)/unseen.png $(SCORES)
 	@echo "card: $(RUN)/model/card.md"
 
