@@ -48,6 +48,7 @@ pub use cli;
 pub use factory::{self, cluster};
 pub use form;
 pub use format;
+pub use infer;
 pub use kernel::{assets, contact, geom, ids, object, render, seed, voxel, words};
 pub use perception;
 pub use publish::{self, export, preview};

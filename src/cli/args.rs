@@ -2,11 +2,12 @@
 
 use std::{fmt, path::PathBuf};
 
-use clap::{
-    Args, Parser, Subcommand, ValueEnum,
-    builder::{PathBufValueParser, PossibleValue, TypedValueParser},
-};
+use clap::{Args, Parser, Subcommand, ValueEnum, builder::PossibleValue};
 
+use super::{
+    completion_args::{CompleteArgs, ModelCommand, SegmentArgs},
+    local_path::local_path,
+};
 use factory::cluster::TaskChoice;
 use publish::export::{ExportFormat, FORMATS};
 
@@ -49,6 +50,12 @@ pub enum Command {
     /// Query a dataset.
     #[command(subcommand)]
     Query(QueryCommand),
+    /// Complete the objects in a depth picture by a model: closed meshes, with the parts that the camera did not see.
+    #[command(
+        before_help = "For a depth picture of a RealSense camera, with the intrinsics that rs-enumerate-devices -c prints:\n\n  \
+                       graspmill complete depth.png --model MODEL --intrinsics 615.2,615.4,320.1,239.7 --out completed"
+    )]
+    Complete(CompleteArgs),
     /// Find the table in a depth picture and the objects on it: their visible surfaces, and a picture with outlines.
     #[command(
         before_help = "For a depth picture of a RealSense camera, with the intrinsics that rs-enumerate-devices -c prints:\n\n  \
@@ -58,6 +65,9 @@ pub enum Command {
     /// Check meshes before a job uses them.
     #[command(subcommand)]
     Meshes(MeshesCommand),
+    /// Check a completion model before it is used.
+    #[command(subcommand)]
+    Model(ModelCommand),
     /// Check a robot before a job uses it.
     #[command(subcommand)]
     Robot(RobotCommand),
@@ -98,19 +108,6 @@ pub struct EstimateArgs {
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
-}
-
-/// A path of this machine's file systems: an address of object storage would become a folder of that name.
-fn local_path() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path| {
-        let text = path.to_string_lossy();
-        match text.split_once("://") {
-            Some((scheme, _)) if !scheme.is_empty() && scheme.chars().all(|letter| letter.is_ascii_alphanumeric()) => {
-                Err(format!("graspmill writes to file systems, not to {scheme}: give a folder, and copy it afterwards"))
-            }
-            _ => Ok(path),
-        }
-    })
 }
 
 #[derive(Args, Debug)]
@@ -380,72 +377,6 @@ pub struct ReachArgs {
     /// A file of poses, six numbers per line; a first line of names (x, y, z, roll, pitch, yaw) may give another order.
     #[arg(long, value_name = "FILE", required_unless_present = "pose")]
     pub csv: Option<PathBuf>,
-    /// Print JSON.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// A depth picture, its camera, and how it is taken apart.
-#[derive(Args, Debug)]
-pub struct PictureArgs {
-    /// A depth picture: PNG of 16 bits, NPY, or an organised cloud (PCD, PLY).
-    pub depth: PathBuf,
-    /// The camera of an image: four numbers in pixels, or a file: JSON of ours or of Open3D, YAML of a ROS `camera_info`. A
-    /// cloud needs none.
-    #[arg(long, value_name = "FX,FY,CX,CY|FILE")]
-    pub intrinsics: Option<String>,
-    /// Coordinate of the first pixel's centre by which cx and cy are counted: 0 (OpenCV, ROS, RealSense, Open3D) or 0.5. By
-    /// default 0 for numbers and files of others, and 0.5 for a file of ours.
-    #[arg(long, value_name = "0|0.5", requires = "intrinsics")]
-    pub pixel_centre: Option<PixelCentre>,
-    /// Metres per unit of whole numbers; 0 in the picture is no return.
-    #[arg(long, value_name = "METRES", default_value_t = 0.001, value_parser = positive)]
-    pub depth_scale: f64,
-    /// The image holds distances from the camera's centre, and not depths along its axis.
-    #[arg(long)]
-    pub range: bool,
-    /// The surface that objects stand on, instead of the largest plane in the picture: NX x + NY y + NZ z + D = 0 in the
-    /// camera's frame (x right, y down, z forward), metres.
-    #[arg(long, value_name = "NX,NY,NZ,D", allow_hyphen_values = true, conflicts_with = "no_plane")]
-    pub plane: Option<String>,
-    /// Search no plane: all points belong to objects.
-    #[arg(long)]
-    pub no_plane: bool,
-    /// Points up to this far apart belong to one object.
-    #[arg(long, value_name = "METRES", default_value_t = 0.02, value_parser = positive)]
-    pub gap: f64,
-    /// Points up to this height above the plane belong to it.
-    #[arg(long, value_name = "METRES", default_value_t = 0.008, value_parser = positive)]
-    pub min_height: f64,
-    /// Objects of fewer points are left out.
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
-    pub min_points: u32,
-}
-
-/// Coordinate of the first pixel's centre.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PixelCentre {
-    /// The way of OpenCV, ROS, RealSense and Open3D.
-    #[value(name = "0")]
-    Zero,
-    /// The way of graspmill.
-    #[value(name = "0.5")]
-    Half,
-}
-
-/// A number above 0.
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
-    number.ok_or_else(|| "give a number above 0".to_owned())
-}
-
-#[derive(Args, Debug)]
-pub struct SegmentArgs {
-    #[command(flatten)]
-    pub picture: PictureArgs,
-    /// The folder for surfaces, picture and `scene.json`; must not exist yet or be empty.
-    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
-    pub out: PathBuf,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

@@ -49,6 +49,16 @@ impl Failure {
         Self::from(without_manifest(folder))
     }
 
+    /// A file of input that is none, or is not there, means 2; what the disk refuses means 74.
+    pub fn of_input(error: impl Into<anyhow::Error>) -> Self {
+        let error = error.into();
+        let is_disk =
+            |kind| !matches!(kind, io::ErrorKind::NotFound | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData);
+        let cause = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
+        let exit = if cause.is_some_and(|cause| is_disk(cause.kind())) { Exit::InputOutput } else { Exit::BadSpec };
+        Self { exit, error }
+    }
+
     /// A message with this exit code.
     pub fn message(exit: Exit, message: impl fmt::Display) -> Self {
         Self { exit, error: anyhow::anyhow!("{message}") }

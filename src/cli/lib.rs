@@ -1,6 +1,8 @@
 //! The command line: the only room that prints, reads the environment and picks exit codes.
 
 mod args;
+mod complete;
+mod completion_args;
 mod dataset;
 mod diff;
 mod docs;
@@ -10,10 +12,12 @@ mod exit;
 mod folder;
 mod hand;
 mod jobs;
+mod local_path;
 mod log;
 mod machine;
 mod merge;
 mod meshes;
+mod model;
 mod pairs;
 mod picture;
 mod printer;
@@ -22,6 +26,7 @@ mod query;
 mod release;
 mod robot;
 mod run;
+mod scene_picture;
 mod segment;
 mod set;
 mod submit;
@@ -35,6 +40,7 @@ use factory::job::JobSet;
 use format::dataset::SetTable;
 
 use args::{Cli, Command, MeshesCommand, QueryCommand, RunArgs, SubmitArgs, VerifyArgs};
+use completion_args::ModelCommand;
 use exit::{Exit, Failure};
 use log::Level;
 use printer::Printer;
@@ -105,6 +111,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Export(arguments) => dataset::export(arguments, printer),
         Command::Release(arguments) => release::release(arguments, printer),
         Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
+        Command::Complete(arguments) => complete::complete(arguments, printer),
         Command::Segment(arguments) => segment::segment(arguments, printer),
         Command::Verify(arguments) => match SetTable::read(&arguments.dir).map_err(verify::damage)? {
             Some(table) => set::verify(arguments, &table, printer),
@@ -113,6 +120,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Diff(arguments) => diff::diff(arguments, printer),
         Command::Doctor(arguments) => doctor::doctor(arguments, printer),
         Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),
+        Command::Model(ModelCommand::Check(arguments)) => model::check(arguments, printer),
         Command::Robot(args::RobotCommand::Check(arguments)) => robot::check(arguments, printer),
         Command::Hand(args::HandCommand::Check(arguments)) => hand::check(arguments, printer),
         Command::Schema => jobs::schema(printer),

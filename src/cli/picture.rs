@@ -1,11 +1,11 @@
 //! Depth pictures of the command line: read with their camera, taken apart, and described in `scene.json`.
 
-use std::{io, time::Instant};
+use std::time::Instant;
 
 use serde::Serialize;
 
 use super::{
-    args::{PictureArgs, PixelCentre},
+    completion_args::{PictureArgs, PixelCentre},
     exit::{Exit, Failure},
 };
 use kernel::{files, ids::Digest};
@@ -58,7 +58,8 @@ pub struct PlaneRow {
 impl SegmentedPicture {
     /// Reads the picture and takes it apart.
     pub fn open(arguments: &PictureArgs) -> Result<Self, Failure> {
-        let camera = arguments.intrinsics.as_deref().map(CameraDescription::parse).transpose().map_err(refused)?;
+        let camera =
+            arguments.intrinsics.as_deref().map(CameraDescription::parse).transpose().map_err(Failure::of_input)?;
         let pixel_centre = arguments.pixel_centre.map(|centre| match centre {
             PixelCentre::Zero => CENTRE_AT_ZERO,
             PixelCentre::Half => CENTRE_AT_HALF,
@@ -67,7 +68,7 @@ impl SegmentedPicture {
             .map(|camera| CameraDescription { pixel_centre: pixel_centre.unwrap_or(camera.pixel_centre), ..camera });
         let began = Instant::now();
         let rule = FrameRule { camera, depth_scale: arguments.depth_scale, is_range: arguments.range };
-        let frame = read_frame(&arguments.depth, &rule).map_err(refused)?.frame;
+        let frame = read_frame(&arguments.depth, &rule).map_err(Failure::of_input)?.frame;
         let digest = Digest::of(&files::read(&arguments.depth)?);
         let read = milliseconds_since(began);
         let began = Instant::now();
@@ -145,14 +146,4 @@ fn given_plane(text: &str) -> Result<Plane, Failure> {
         let remedy = "give four numbers NX,NY,NZ,D, as 0,-0.8,-0.6,0.7: a normal and a distance in metres";
         Failure::message(Exit::BadSpec, format!("--plane {text}: {remedy}"))
     })
-}
-
-/// A picture or a camera that is none means 2, as a file that is not there; what the disk refuses means 74.
-fn refused(error: impl Into<anyhow::Error>) -> Failure {
-    let error = error.into();
-    let cause = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
-    let is_disk = cause.is_some_and(|cause| {
-        !matches!(cause.kind(), io::ErrorKind::NotFound | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData)
-    });
-    Failure { exit: if is_disk { Exit::InputOutput } else { Exit::BadSpec }, error }
 }

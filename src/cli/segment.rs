@@ -10,7 +10,7 @@ use std::{
 use serde::Serialize;
 
 use super::{
-    args::SegmentArgs,
+    completion_args::SegmentArgs,
     exit::{Exit, Failure},
     picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
     printer::Printer,
@@ -19,7 +19,7 @@ use format::dataset::NewFolder;
 use perception::{Cluster, DepthFrame, Refusal, draw_outlines};
 use surface::write_ply;
 
-/// What `scene.json` holds.
+/// Content of `scene.json`.
 #[derive(Serialize)]
 struct SceneReport {
     format: &'static str,

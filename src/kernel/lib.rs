@@ -6,6 +6,7 @@ pub mod contact;
 pub mod files;
 pub mod geom;
 pub mod ids;
+pub mod npy;
 pub mod object;
 pub mod render;
 pub mod seed;

@@ -22,7 +22,7 @@ pub use camera::{CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraError,
 pub use clusters::{Cluster, ClusterRule, find_clusters};
 pub use frame::{DepthFrame, LabelledFrame};
 pub use input::{InputError, NetworkInput, without_outliers};
-pub use outline::draw_outlines;
+pub use outline::{cluster_colour, draw_outlines, outline_pixels};
 pub use plane::{Plane, PlaneRule, find_plane};
 pub use read::{FrameError, FrameProblem, FrameRule, read_frame};
 pub use scene::{PlaneChoice, Refusal, Scene, SceneRule};

@@ -25,7 +25,7 @@ pub enum PlaneChoice {
 pub struct SceneRule {
     /// The plane.
     pub plane: PlaneChoice,
-    /// What stands on it.
+    /// Objects on it.
     pub clusters: ClusterRule,
 }
 

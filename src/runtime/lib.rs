@@ -1,5 +1,6 @@
-//! Runtime of a robot or a trainer: dataset readers and reachability maps; no simulator, no job, no plan.
+//! Runtime of a robot or a trainer: dataset readers, reachability maps and completion; no simulator, no job, no plan.
 
+pub mod completion;
 mod reachability;
 
 pub use format::{

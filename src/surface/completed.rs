@@ -63,6 +63,14 @@ impl CompletedMesh {
     /// # Panics
     /// If the fields' sides are not the placement's resolution.
     pub fn surface(coverage: &CubeField, occupancy: &CubeField, placement: &GridPlacement) -> Self {
+        Self::surface_at(coverage, occupancy, placement, SURFACE_LEVEL)
+    }
+
+    /// [`CompletedMesh::surface`] where another share than half is left, as a network may have been fitted to.
+    ///
+    /// # Panics
+    /// If the fields' sides are not the placement's resolution.
+    pub fn surface_at(coverage: &CubeField, occupancy: &CubeField, placement: &GridPlacement, level: f32) -> Self {
         assert_eq!(coverage.side(), occupancy.side(), "grids of one sample share their side");
         let maximum = coverage.block_maximum();
         let values = coverage.values().iter().zip(maximum.values()).zip(occupancy.values());
@@ -73,7 +81,7 @@ impl CompletedMesh {
                 },
             );
         let normalised = CubeField::from_values(coverage.side(), values.collect()).expect("one value per cell");
-        Self::of_field(&normalised, placement, SURFACE_LEVEL, 0.0)
+        Self::of_field(&normalised, placement, level, 0.0)
     }
 
     /// The detailed way of the thesis (chapter 5.3, algorithm 2): observed points are merged with completed cells, finer

@@ -1,5 +1,7 @@
 //! Cubes of numbers.
 
+use kernel::geom::OccupancyGrid;
+
 /// One number per cell of a cubic grid.
 ///
 /// Shape (side, side, side) indexed (x, y, z), C order; the centre of cell (x, y, z) lies at (x, y, z) + 0.5.
@@ -18,6 +20,21 @@ impl CubeField {
     /// From values in C order; `None` when their count does not fit the side.
     pub fn from_values(side: usize, values: Vec<f32>) -> Option<Self> {
         (values.len() == side.pow(3)).then_some(Self { side, values })
+    }
+
+    /// 1 where a cell is occupied, 0 elsewhere.
+    pub fn from_grid(grid: &OccupancyGrid) -> Self {
+        let mut field = Self::filled(grid.resolution() as usize, 0.0);
+        grid.cells().for_each(|cell| *field.at_mut(cell.map(|index| index as usize)) = 1.0);
+        field
+    }
+
+    /// Cells whose number is above a threshold.
+    pub fn grid_above(&self, threshold: f32) -> OccupancyGrid {
+        let mut grid = OccupancyGrid::new(self.side as u32);
+        let cells = self.cells().zip(&self.values).filter(|(_, value)| **value > threshold);
+        cells.for_each(|(cell, _)| grid.set(cell.map(|index| index as u32)));
+        grid
     }
 
     /// Cells along each axis.

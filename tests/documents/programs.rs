@@ -42,6 +42,30 @@ fn samples_are_read() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// docs/completing.md, "Completion".
+#[test]
+fn a_picture_becomes_meshes() -> Result<(), Box<dyn Error>> {
+    enter_shelf();
+    use graspmill::runtime::completion::{
+        CameraDescription, Completer, CompletionModel, Detail, FrameRule, SceneRule, read_frame,
+    };
+
+    let camera = CameraDescription::read("scenes/table.json".as_ref())?;
+    let rule = FrameRule { camera: Some(camera), ..FrameRule::default() };
+    let frame = read_frame("scenes/table.png".as_ref(), &rule)?.frame;
+
+    let model = CompletionModel::open("tests/models/thicken".as_ref())?;
+    let completer = Completer::new(model, Detail::Surface);
+    let scene = completer.segment(frame, &SceneRule::default());
+    for cluster in &scene.clusters {
+        let completed = completer.complete(&scene, cluster)?;
+        println!("{} triangles, {:?}", completed.mesh.triangles.len(), completed.timings.total());
+    }
+
+    assert_eq!(scene.clusters.len(), 5, "the loop has objects");
+    Ok(())
+}
+
 /// docs/hands.md, "From Rust".
 #[test]
 fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {

@@ -117,7 +117,7 @@ fn copy_folder(from: &Path, to: &Path) {
 
 /// A folder like a clone, with a `graspmill` that makes small datasets.
 pub fn like_a_clone(workspace: Workspace) -> Workspace {
-    for folder in ["jobs", "meshes", "scenes"] {
+    for folder in ["jobs", "meshes", "scenes", "tests/models"] {
         copy_folder(&repository_path(folder), &workspace.path(folder));
     }
     for folder in [".deps", "python"] {

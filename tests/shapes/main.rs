@@ -1,7 +1,9 @@
 //! Shapes from pictures: meshes of completed grids against trimesh, SciPy and MuJoCo, and real Kinect frames against labels.
 
+mod complete;
 mod kinect;
 mod meshes;
+mod network;
 mod segment;
 #[path = "../support/mod.rs"]
 mod support;

@@ -164,7 +164,7 @@ fn an_object_at_the_border_is_refused_and_its_surface_written() {
 }
 
 /// A mesh of `write_ply`, read by its own rules: little-endian, triangles alone.
-fn read_ply(path: &Path) -> TriMesh {
+pub fn read_ply(path: &Path) -> TriMesh {
     let bytes = fs::read(path).expect("a file");
     let end = bytes.windows(11).position(|window| window == b"end_header\n").expect("a head") + 11;
     let head = String::from_utf8_lossy(&bytes[..end]).into_owned();

@@ -1,0 +1,372 @@
+//! `graspmill complete`: closed meshes of the objects in a depth picture.
+
+use std::{
+    fmt::Write as _,
+    path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
+    thread,
+    time::{Duration, Instant},
+};
+
+use nalgebra::Point3;
+use serde::Serialize;
+
+use super::{
+    completion_args::{CompleteArgs, DetailName, MeshFormat},
+    exit::{Exit, Failure},
+    machine,
+    model::refused,
+    picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
+    printer::Printer,
+    scene_picture::completed_picture,
+    segment::write,
+};
+use format::dataset::NewFolder;
+use kernel::geom::TriMesh;
+use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, Detail, Scene};
+use surface::{MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
+
+/// Density of completed objects in a scene for MuJoCo [kg/m^3]: filled packages, between foam and water.
+const DENSITY: f64 = 550.0;
+
+/// Content of `scene.json`.
+#[derive(Serialize)]
+struct SceneReport<'a> {
+    format: &'static str,
+    frame: &'static str,
+    picture: PictureRow,
+    plane: Option<PlaneRow>,
+    model: ModelRow<'a>,
+    objects: Vec<ObjectRow>,
+    overlay: &'static str,
+    milliseconds: Times,
+}
+
+#[derive(Serialize)]
+struct ModelRow<'a> {
+    network: &'a str,
+    /// SHA-256 of `model.json`.
+    digest: &'a str,
+    inputs: &'a [String],
+}
+
+/// A cluster and its mesh.
+#[derive(Serialize)]
+struct ObjectRow {
+    name: String,
+    /// `target`, or `obstacle`: the fast mesh of all cells that it may touch.
+    role: &'static str,
+    pixels: usize,
+    /// Why it has no mesh.
+    refusal: Option<String>,
+    completed: Option<CompletedRow>,
+}
+
+#[derive(Serialize)]
+struct CompletedRow {
+    mesh: String,
+    /// Middle of the visible part's box [m].
+    grid_centre: [f64; 3],
+    cell_size: f64,
+    /// Cells with a seen point.
+    partial_cells: u32,
+    /// Pixels left out as outliers.
+    outliers: usize,
+    triangles: usize,
+    /// [m^3].
+    volume: f64,
+    /// Lower and upper corner [m].
+    bounds: [[f64; 3]; 2],
+    /// Pieces under 1 % of the volume that were dropped.
+    dropped_pieces: usize,
+    /// Voxels per cell along each axis, of the thesis's way alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    upsampling: Option<usize>,
+    /// Share of the mesh's vertices that lie more than one cell in front of all that was seen within one cell around them.
+    free_space_violation: f64,
+    /// Share of the mesh's vertices below the plane; `None` without one.
+    below_plane: Option<f64>,
+    milliseconds: CompletedTimes,
+}
+
+#[derive(Serialize)]
+struct CompletedTimes {
+    input: f64,
+    network: f64,
+    mesh: f64,
+}
+
+/// Time by part [ms]: reading apart, T = segment + target + others in one line of the thesis (section 5.4.5).
+#[derive(Serialize)]
+struct Times {
+    open_model: f64,
+    read: f64,
+    /// Plane and clusters.
+    segment: f64,
+    /// The mean per target, on one thread.
+    target: f64,
+    /// The mean per obstacle, on one thread.
+    other: f64,
+    /// All objects, by the clock.
+    objects: f64,
+}
+
+/// `graspmill complete` on a picture.
+pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let began = Instant::now();
+    let model = CompletionModel::open(&arguments.model).map_err(refused)?;
+    let open_model = milliseconds_since(began);
+    let detail = match arguments.detail {
+        DetailName::Off => Detail::Surface,
+        DetailName::Thesis => Detail::Algorithm2,
+    };
+    let completer = Completer::new(model, detail);
+    let picture = SegmentedPicture::open(&arguments.picture)?;
+    let scene = &picture.scene;
+    let targets = targets(&arguments.target, scene)?;
+    let began = Instant::now();
+    let results = complete_all(&completer, scene, &targets, arguments.threads);
+    let objects_time = milliseconds_since(began);
+    let folder = NewFolder::begin(&arguments.out)?;
+    let mut rows = Vec::new();
+    for (index, result) in results.iter().enumerate() {
+        let name = format!("object-{}", index + 1);
+        let role = if targets.contains(&index) { "target" } else { "obstacle" };
+        let pixels = scene.clusters[index].pixels.len();
+        let row = match result {
+            Ok(completed) => {
+                let file = format!("{name}.{}", arguments.to.extension());
+                let comments = [
+                    format!("frame: {FRAME}"),
+                    format!("role: {role}"),
+                    format!("model: {}", completer.model().digest()),
+                ];
+                write(folder.path(), &file, &mesh_bytes(&completed.mesh, arguments.to, &comments))?;
+                let completed = Some(completed_row(scene, completed, file));
+                ObjectRow { name, role, pixels, refusal: None, completed }
+            }
+            Err(error) => ObjectRow { name, role, pixels, refusal: Some(error.to_string()), completed: None },
+        };
+        rows.push(row);
+    }
+    if arguments.to == MeshFormat::Mjcf {
+        write(folder.path(), "scene.xml", scene_xml(scene, &rows).as_bytes())?;
+    }
+    let meshes: Vec<Option<&TriMesh>> = results.iter().map(|result| Some(&result.as_ref().ok()?.mesh)).collect();
+    write(folder.path(), "overlay.png", &completed_picture(scene, &meshes).to_png())?;
+    let mean = |is_target: bool| {
+        let times = results.iter().enumerate().filter(|(index, _)| targets.contains(index) == is_target);
+        let times: Vec<Duration> =
+            times.filter_map(|(_, result)| Some(result.as_ref().ok()?.timings.total())).collect();
+        times.iter().sum::<Duration>().as_secs_f64() * 1e3 / times.len().max(1) as f64
+    };
+    let facts = completer.model().facts();
+    let report = SceneReport {
+        format: "graspmill scene 1",
+        frame: FRAME,
+        picture: picture.picture_row(),
+        plane: picture.plane_row(),
+        model: ModelRow { network: &facts.network, digest: completer.model().digest(), inputs: &facts.inputs },
+        objects: rows,
+        overlay: "overlay.png",
+        milliseconds: Times {
+            open_model,
+            read: picture.read,
+            segment: picture.segment,
+            target: mean(true),
+            other: mean(false),
+            objects: objects_time,
+        },
+    };
+    write(folder.path(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    let out = folder.publish()?;
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        printer.result(&text(&report, &picture.plane_text(&arguments.picture), targets.len(), &out));
+    }
+    let is_whole = report.objects.iter().all(|object| object.refusal.is_none()) && !report.objects.is_empty();
+    Ok(if is_whole { Exit::Complete } else { Exit::Refused })
+}
+
+/// Completes every cluster, each by one thread, in the clusters' order.
+fn complete_all(
+    completer: &Completer,
+    scene: &Scene,
+    targets: &[usize],
+    threads: Option<u16>,
+) -> Vec<Result<Completed, CompletionError>> {
+    let count = scene.clusters.len();
+    let threads = machine::threads(threads).clamp(1, count.max(1));
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(cluster) = scene.clusters.get(index) else { return done };
+            let result = if targets.contains(&index) {
+                completer.complete(scene, cluster)
+            } else {
+                completer.complete_obstacle(scene, cluster)
+            };
+            done.push((index, result));
+        }
+    };
+    let mut results: Vec<_> = thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("a worker does not panic")).collect()
+    });
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Indices of the clusters that `--target` means.
+fn targets(text: &str, scene: &Scene) -> Result<Vec<usize>, Failure> {
+    let count = scene.clusters.len();
+    let wrong = |problem: String| {
+        let remedy = "give auto, all, the number of an object, or a pixel U,V (column and row)";
+        Err(Failure::message(Exit::BadSpec, format!("--target {text}: {problem}; {remedy}")))
+    };
+    match text {
+        "all" => return Ok((0..count).collect()),
+        "auto" => {
+            let is_whole = |index: &usize| !scene.clusters[*index].touches_border;
+            let nearest =
+                (0..count).filter(is_whole).min_by(|a, b| off_middle(scene, *a).total_cmp(&off_middle(scene, *b)));
+            return Ok(nearest.into_iter().collect());
+        }
+        _ => {}
+    }
+    if let Ok(number) = text.parse::<usize>() {
+        return if (1..=count).contains(&number) {
+            Ok(vec![number - 1])
+        } else {
+            wrong(format!("the picture has {count} objects"))
+        };
+    }
+    let number = |text: &str| text.trim().parse::<u32>().ok();
+    let pixel = text.split_once(',').and_then(|(u, v)| Some((number(u)?, number(v)?)));
+    let Some((column, row)) = pixel else { return wrong("it is none of those".to_owned()) };
+    let (width, height): (u32, u32) = (scene.frame.camera.width, scene.frame.camera.height);
+    if column >= width || row >= height {
+        return wrong(format!("the picture has {width} x {height} pixels"));
+    }
+    let wanted = row * width + column;
+    match scene.clusters.iter().position(|cluster| cluster.pixels.binary_search(&wanted).is_ok()) {
+        Some(index) => Ok(vec![index]),
+        None => wrong("no object is at that pixel".to_owned()),
+    }
+}
+
+/// Squared distance of a cluster's mean pixel from the picture's middle [px^2].
+fn off_middle(scene: &Scene, index: usize) -> f64 {
+    let pixels = &scene.clusters[index].pixels;
+    let camera = &scene.frame.camera;
+    let mut sum = [0.0; 2];
+    for pixel in pixels {
+        let (column, row) = scene.frame.column_and_row(*pixel);
+        sum[0] += f64::from(column) + 0.5 - 0.5 * f64::from(camera.width);
+        sum[1] += f64::from(row) + 0.5 - 0.5 * f64::from(camera.height);
+    }
+    sum.iter().map(|sum| (sum / pixels.len() as f64).powi(2)).sum()
+}
+
+fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> CompletedRow {
+    let bounds = completed.mesh.aabb().expect("a mesh with triangles");
+    let points: Vec<Point3<f64>> =
+        completed.mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
+    let share = |count: usize| count as f64 / points.len() as f64;
+    let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
+    let timings = &completed.timings;
+    CompletedRow {
+        mesh,
+        grid_centre: completed.placement.centre.into(),
+        cell_size: completed.placement.cell_size,
+        partial_cells: completed.partial.count(),
+        outliers: completed.outliers,
+        triangles: completed.mesh.triangles.len(),
+        volume: completed.mesh.signed_volume(),
+        bounds: [bounds.min.into(), bounds.max.into()],
+        dropped_pieces: completed.dropped,
+        upsampling: completed.factor,
+        free_space_violation: share(
+            points.iter().filter(|point| is_in_front(scene, point, completed.placement.cell_size)).count(),
+        ),
+        below_plane: scene.plane.map(|plane| share(points.iter().filter(|point| plane.height(point) < 0.0).count())),
+        milliseconds: CompletedTimes {
+            input: milliseconds(timings.input),
+            network: milliseconds(timings.network),
+            mesh: milliseconds(timings.mesh),
+        },
+    }
+}
+
+/// Whether a point lies more than `margin` [m] in front of all depths that were seen that near to it.
+fn is_in_front(scene: &Scene, point: &Point3<f64>, margin: f64) -> bool {
+    let camera = &scene.frame.camera;
+    let (u, v) = camera.project(point);
+    let is_inside = (0.0..f64::from(camera.width)).contains(&u) && (0.0..f64::from(camera.height)).contains(&v);
+    if !is_inside {
+        return false;
+    }
+    let reach = |focal: f64| margin * focal / point.z;
+    let span =
+        |middle: f64, reach: f64, end: u32| (middle - reach).max(0.0) as u32..=((middle + reach) as u32).min(end - 1);
+    let columns = span(u, reach(camera.fx), camera.width);
+    let mut around =
+        span(v, reach(camera.fy), camera.height).flat_map(|row| columns.clone().map(move |column| (row, column)));
+    // A pixel without a return says nothing against it.
+    let is_behind = |(row, column): (u32, u32)| {
+        let depth = f64::from(scene.frame.depth[(row * camera.width + column) as usize]);
+        depth.is_nan() || point.z >= depth - margin
+    };
+    !around.any(is_behind)
+}
+
+fn mesh_bytes(mesh: &TriMesh, format: MeshFormat, comments: &[String]) -> Vec<u8> {
+    match format {
+        MeshFormat::Ply => write_ply(mesh, comments),
+        MeshFormat::Obj | MeshFormat::Mjcf => write_obj(mesh, comments).into_bytes(),
+        MeshFormat::Stl => write_stl(mesh),
+    }
+}
+
+fn scene_xml(scene: &Scene, rows: &[ObjectRow]) -> String {
+    let body = |row: &ObjectRow| {
+        let file = row.completed.as_ref()?.mesh.clone();
+        Some(MeshBody { name: row.name.clone(), file, density: DENSITY })
+    };
+    let bodies: Vec<MeshBody> = rows.iter().filter_map(body).collect();
+    let table = scene.plane.map(|plane| TablePlane { point: plane.foot().into(), normal: plane.normal.into() });
+    write_mjcf(&bodies, table.as_ref())
+}
+
+fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> String {
+    let mut text = format!("{plane}\n");
+    if report.objects.is_empty() {
+        text.push_str("no object stands on it: are there enough points (--min-points), high enough (--min-height)?\n");
+    }
+    for ObjectRow { name, role, refusal, completed, .. } in &report.objects {
+        if let Some(CompletedRow { triangles, volume, free_space_violation, bounds: [low, high], .. }) = completed {
+            let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| 1e3 * (high[axis] - low[axis]));
+            _ = writeln!(
+                text,
+                "{name}: {role}, {x:.0} x {y:.0} x {z:.0} mm, {:.0} ml, {triangles} triangles; {:.1} % in front of what was seen",
+                1e6 * volume,
+                100.0 * free_space_violation
+            );
+        }
+        if let Some(refusal) = refusal {
+            _ = writeln!(text, "{name}: refused: {refusal}");
+        }
+    }
+    let Times { open_model, read, segment, target, other, objects } = report.milliseconds;
+    let others = report.objects.iter().filter(|object| object.completed.is_some() && object.role == "obstacle").count();
+    _ = writeln!(text, "model opened in {open_model:.0} ms, picture read in {read:.1} ms");
+    _ = writeln!(
+        text,
+        "T = segment {segment:.1} + {targets} x target {target:.1} + {others} x other {other:.1} ms; all objects in {objects:.1} ms by the clock"
+    );
+    _ = write!(text, "{}: meshes, overlay.png, scene.json", out.display());
+    text
+}

@@ -1,0 +1,149 @@
+//! Arguments of the commands about depth pictures and completion models.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+
+use super::local_path::local_path;
+
+/// A depth picture, its camera, and how it is taken apart.
+#[derive(Args, Debug)]
+pub struct PictureArgs {
+    /// A depth picture: PNG of 16 bits, NPY, or an organised cloud (PCD, PLY).
+    pub depth: PathBuf,
+    /// The camera of an image: four numbers in pixels, or a file: JSON of ours or of Open3D, YAML of a ROS `camera_info`. A
+    /// cloud needs none.
+    #[arg(long, value_name = "FX,FY,CX,CY|FILE")]
+    pub intrinsics: Option<String>,
+    /// Coordinate of the first pixel's centre by which cx and cy are counted: 0 (OpenCV, ROS, RealSense, Open3D) or 0.5. By
+    /// default 0 for numbers and files of others, and 0.5 for a file of ours.
+    #[arg(long, value_name = "0|0.5", requires = "intrinsics")]
+    pub pixel_centre: Option<PixelCentre>,
+    /// Metres per unit of whole numbers; 0 in the picture is no return.
+    #[arg(long, value_name = "METRES", default_value_t = 0.001, value_parser = positive)]
+    pub depth_scale: f64,
+    /// The image holds distances from the camera's centre, and not depths along its axis.
+    #[arg(long)]
+    pub range: bool,
+    /// The surface that objects stand on, instead of the largest plane in the picture: NX x + NY y + NZ z + D = 0 in the
+    /// camera's frame (x right, y down, z forward), metres.
+    #[arg(long, value_name = "NX,NY,NZ,D", allow_hyphen_values = true, conflicts_with = "no_plane")]
+    pub plane: Option<String>,
+    /// Search no plane: all points belong to objects.
+    #[arg(long)]
+    pub no_plane: bool,
+    /// Points up to this far apart belong to one object.
+    #[arg(long, value_name = "METRES", default_value_t = 0.02, value_parser = positive)]
+    pub gap: f64,
+    /// Points up to this height above the plane belong to it.
+    #[arg(long, value_name = "METRES", default_value_t = 0.008, value_parser = positive)]
+    pub min_height: f64,
+    /// Objects of fewer points are left out.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
+    pub min_points: u32,
+}
+
+/// Coordinate of the first pixel's centre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PixelCentre {
+    /// The way of OpenCV, ROS, RealSense and Open3D.
+    #[value(name = "0")]
+    Zero,
+    /// The way of graspmill.
+    #[value(name = "0.5")]
+    Half,
+}
+
+/// A number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "give a number above 0".to_owned())
+}
+
+#[derive(Args, Debug)]
+pub struct CompleteArgs {
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// The model's folder.
+    #[arg(long, value_name = "DIR")]
+    pub model: PathBuf,
+    /// The object to grasp: `auto` (the one nearest to the picture's middle), `all`, its number by size from 1, or a pixel (column,
+    /// row) on it. The others are obstacles: larger by up to a cell, and faster.
+    #[arg(long, value_name = "auto|all|N|U,V", default_value = "auto")]
+    pub target: String,
+    /// Way in which a target's mesh is made.
+    #[arg(long, value_enum, default_value_t = DetailName::Off)]
+    pub detail: DetailName,
+    /// Form of the meshes.
+    #[arg(long, value_enum, default_value_t = MeshFormat::Ply)]
+    pub to: MeshFormat,
+    /// Threads; by default every core that the cgroup and the scheduler grant.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// The folder for meshes, picture and `scene.json`; must not exist yet or be empty.
+    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
+    pub out: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Way in which a target's mesh is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DetailName {
+    /// Where the network's coverage has the surface.
+    Off,
+    /// The thesis's algorithm 2: seen points and completed cells together, smoothed.
+    Thesis,
+}
+
+/// Form of completed meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MeshFormat {
+    /// Binary PLY.
+    Ply,
+    /// Wavefront OBJ.
+    Obj,
+    /// Binary STL.
+    Stl,
+    /// OBJ, with a scene for MuJoCo (`scene.xml`) in which each is a free body on the table.
+    Mjcf,
+}
+
+impl MeshFormat {
+    /// Ending of the meshes' files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Ply => "ply",
+            Self::Obj | Self::Mjcf => "obj",
+            Self::Stl => "stl",
+        }
+    }
+}
+
+#[derive(Args, Debug)]
+pub struct SegmentArgs {
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// The folder for surfaces, picture and `scene.json`; must not exist yet or be empty.
+    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
+    pub out: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum ModelCommand {
+    /// Check a model's folder: digests, network, and the stored answers of `golden.npz` against this machine's.
+    Check(ModelCheckArgs),
+}
+
+#[derive(Args, Debug)]
+pub struct ModelCheckArgs {
+    /// The model's folder.
+    pub dir: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,104 @@
+//! `graspmill model check`: a model's folder, file by file, and its stored answers.
+
+use std::{fmt::Write as _, time::Instant};
+
+use serde::Serialize;
+
+use super::{
+    completion_args::ModelCheckArgs,
+    exit::{Exit, Failure},
+    picture::milliseconds_since,
+    printer::Printer,
+};
+use infer::{CompletionModel, GoldenCheck, InputName, ModelError, ModelProblem};
+
+/// Largest difference that is agreement, as text says it.
+const REMEDY: &str = "the network answers otherwise here than where it was trained: export it again";
+
+/// Result of the check.
+#[derive(Serialize)]
+struct Report<'a> {
+    network: &'a str,
+    inputs: Vec<&'static str>,
+    resolution: u32,
+    thresholds: Thresholds,
+    /// SHA-256 of `model.json`, which pins all other files.
+    digest: &'a str,
+    steps: u64,
+    /// Root digests of the datasets that it was trained on.
+    trained_on: Vec<&'a str>,
+    golden: GoldenCheck,
+    agrees: bool,
+    milliseconds: Times,
+}
+
+#[derive(Serialize)]
+struct Thresholds {
+    occupancy: f32,
+    coverage: f32,
+}
+
+#[derive(Serialize)]
+struct Times {
+    open: f64,
+    /// One sample on one thread, the mean over `golden.npz`.
+    sample: f64,
+}
+
+/// `graspmill model check`.
+pub fn check(arguments: &ModelCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let began = Instant::now();
+    let model = CompletionModel::open(&arguments.dir).map_err(refused)?;
+    let open = milliseconds_since(began);
+    let began = Instant::now();
+    let golden = model.check_golden().map_err(refused)?;
+    let sample = milliseconds_since(began) / golden.samples.max(1) as f64;
+    let facts = model.facts();
+    let report = Report {
+        network: &facts.network,
+        inputs: model.inputs().iter().copied().map(InputName::name).collect(),
+        resolution: facts.resolution,
+        thresholds: Thresholds { occupancy: facts.thresholds.occupancy, coverage: facts.thresholds.coverage },
+        digest: model.digest(),
+        steps: facts.steps,
+        trained_on: facts.data.iter().map(|data| data.root.as_str()).collect(),
+        agrees: golden.agrees(),
+        golden,
+        milliseconds: Times { open, sample },
+    };
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        printer.result(&text(&report));
+    }
+    Ok(if report.agrees { Exit::Complete } else { Exit::Mismatch })
+}
+
+/// Files that were changed mean 4, other faults what inputs mean.
+pub fn refused(error: ModelError) -> Failure {
+    match &error.problem {
+        ModelProblem::Digest { .. } => Failure::new(Exit::Mismatch, error),
+        _ => Failure::of_input(error),
+    }
+}
+
+fn text(report: &Report<'_>) -> String {
+    let Report { network, inputs, resolution, thresholds, digest, steps, trained_on, golden, milliseconds, .. } =
+        report;
+    let mut text = format!("{network}: takes {}, {resolution} cells along each axis\n", inputs.join(", "));
+    _ = writeln!(text, "digest: {digest}");
+    let roots = if trained_on.is_empty() { "no dataset".to_owned() } else { trained_on.join(", ") };
+    _ = writeln!(text, "trained: {steps} steps on {roots}");
+    _ = writeln!(text, "thresholds: occupancy {}, coverage {}", thresholds.occupancy, thresholds.coverage);
+    _ = writeln!(
+        text,
+        "golden.npz: {} samples; largest difference {:.1e} in occupancy, {:.1e} in coverage; {} other cells",
+        golden.samples, golden.occupancy, golden.coverage, golden.other_cells
+    );
+    if !report.agrees {
+        _ = writeln!(text, "  {REMEDY}");
+    }
+    let Times { open, sample } = milliseconds;
+    _ = write!(text, "opened in {open:.0} ms; {sample:.2} ms per sample on one thread");
+    text
+}

@@ -1,0 +1,109 @@
+//! `golden.npz`: samples with the answers of the framework that trained the network.
+
+use std::collections::BTreeMap;
+
+use surface::CubeField;
+
+use crate::{
+    error::ModelProblem,
+    folder::{OUTPUTS, RESOLUTION, Thresholds},
+    npz,
+    sample::{InputName, Inputs, Prediction},
+};
+
+/// Largest difference of a probability between the framework and this program.
+pub const GOLDEN_TOLERANCE: f32 = 1e-4;
+/// A cell whose probability is nearer to its threshold than this may fall on either side.
+const NEAR_THRESHOLD: f32 = 1e-5;
+
+/// Agreement with the stored answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct GoldenCheck {
+    /// Count of samples.
+    pub samples: usize,
+    /// Largest difference in the probability of occupancy.
+    pub occupancy: f32,
+    /// Largest difference in coverage.
+    pub coverage: f32,
+    /// Cells on another side of the threshold of occupancy, though not within 1e-5 of it.
+    pub other_cells: usize,
+}
+
+/// A sample with its answer.
+pub(crate) struct GoldenSample {
+    inputs: BTreeMap<InputName, CubeField>,
+    occupancy: CubeField,
+    coverage: CubeField,
+}
+
+pub(crate) struct GoldenSamples {
+    pub(crate) samples: Vec<GoldenSample>,
+}
+
+impl GoldenSample {
+    pub(crate) fn inputs(&self) -> Inputs<'_> {
+        let get = |name| self.inputs.get(&name);
+        Inputs { partial: get(InputName::Partial), free: get(InputName::Free), touch: get(InputName::Touch) }
+    }
+}
+
+impl GoldenCheck {
+    /// Whether every difference is small enough.
+    pub fn agrees(&self) -> bool {
+        self.samples > 0
+            && self.occupancy <= GOLDEN_TOLERANCE
+            && self.coverage <= GOLDEN_TOLERANCE
+            && self.other_cells == 0
+    }
+
+    pub(crate) fn add(&mut self, sample: &GoldenSample, found: &Prediction, thresholds: &Thresholds) {
+        self.samples += 1;
+        let pairs = |wanted: &'_ CubeField, found: &'_ CubeField| -> Vec<(f32, f32)> {
+            wanted.values().iter().copied().zip(found.values().iter().copied()).collect()
+        };
+        let largest = |pairs: &[(f32, f32)]| pairs.iter().map(|(a, b)| (a - b).abs()).fold(0.0_f32, f32::max);
+        let occupancy = pairs(&sample.occupancy, &found.occupancy);
+        self.occupancy = self.occupancy.max(largest(&occupancy));
+        self.coverage = self.coverage.max(largest(&pairs(&sample.coverage, &found.coverage)));
+        let threshold = thresholds.occupancy;
+        let differs = |(wanted, found): &&(f32, f32)| {
+            (*wanted > threshold) != (*found > threshold) && (wanted - threshold).abs() > NEAR_THRESHOLD
+        };
+        self.other_cells += occupancy.iter().filter(differs).count();
+    }
+}
+
+impl GoldenSamples {
+    /// Reads the samples: each array has the shape (samples, 1, n, n, n).
+    pub(crate) fn parse(bytes: &[u8], inputs: &[InputName]) -> Result<Self, ModelProblem> {
+        let wrong = |found: String| ModelProblem::Golden { found };
+        let arrays = npz::parse(bytes).map_err(|found| wrong(found.to_owned()))?;
+        let n = RESOLUTION as usize;
+        let names: Vec<&str> = inputs.iter().map(|input| input.name()).chain(OUTPUTS).collect();
+        if let Some(other) = arrays.keys().find(|name| !names.contains(&name.as_str())) {
+            return Err(wrong(format!("the array '{other}' is none of {}", names.join(", "))));
+        }
+        let mut fields: BTreeMap<&str, Vec<CubeField>> = BTreeMap::new();
+        for name in names {
+            let array = arrays.get(name).ok_or_else(|| wrong(format!("the array '{name}' is missing")))?;
+            let [_, 1, a, b, c] = array.shape[..] else {
+                return Err(wrong(format!("'{name}' has the shape {:?}", array.shape)));
+            };
+            if [a, b, c] != [n; 3] || !array.values.iter().all(|value| value.is_finite()) {
+                return Err(wrong(format!("'{name}' has the shape {:?}, or values that are not finite", array.shape)));
+            }
+            let of_sample = |values: &[f32]| CubeField::from_values(n, values.to_vec()).expect("a number per cell");
+            fields.insert(name, array.values.chunks(n.pow(3)).map(of_sample).collect());
+        }
+        let count = fields[OUTPUTS[0]].len();
+        if count == 0 || fields.values().any(|fields| fields.len() != count) {
+            return Err(wrong("the arrays have no samples, or not equally many".to_owned()));
+        }
+        let sample = |index: usize| GoldenSample {
+            inputs: inputs.iter().map(|input| (*input, fields[input.name()][index].clone())).collect(),
+            occupancy: fields[OUTPUTS[0]][index].clone(),
+            coverage: fields[OUTPUTS[1]][index].clone(),
+        };
+        Ok(Self { samples: (0..count).map(sample).collect() })
+    }
+}

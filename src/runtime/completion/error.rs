@@ -1,0 +1,29 @@
+//! Reasons why an object is not completed.
+
+use infer::PredictError;
+use perception::{InputError, Refusal};
+
+/// Why an object has no completed mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CompletionError {
+    /// The picture does not show it well enough.
+    #[error("{0}")]
+    Refused(#[from] Refusal),
+    /// Too little of it is left without outliers.
+    #[error("{0}")]
+    Input(#[from] InputError),
+    /// Only a few cells of its grid hold a seen point.
+    #[error("its visible part fills {cells} of the grid's cells, {needed} are needed: bring the camera nearer")]
+    FewCells {
+        /// Cells with a seen point.
+        cells: u32,
+        /// Cells that are needed.
+        needed: u32,
+    },
+    /// The network gave nothing that could be meshed.
+    #[error("the network finds no occupied cell")]
+    Nothing,
+    /// The network could not be run.
+    #[error("{0}")]
+    Predict(#[from] PredictError),
+}
