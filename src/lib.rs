@@ -50,6 +50,7 @@ pub use form;
 pub use format;
 pub use infer;
 pub use kernel::{assets, contact, geom, ids, object, render, seed, voxel, words};
+pub use measure;
 pub use perception;
 pub use publish::{self, export, preview};
 pub use robot::{collision, grasp, hand, kinematics};

@@ -5,7 +5,7 @@ use std::{fmt, path::PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::PossibleValue};
 
 use super::{
-    completion_args::{CompleteArgs, ModelCommand, SegmentArgs},
+    completion_args::{CompleteArgs, EvaluateCommand, ModelCommand, SegmentArgs},
     local_path::local_path,
 };
 use factory::cluster::TaskChoice;
@@ -50,7 +50,10 @@ pub enum Command {
     /// Query a dataset.
     #[command(subcommand)]
     Query(QueryCommand),
-    /// Complete the objects in a depth picture by a model: closed meshes, with the parts that the camera did not see.
+    /// Compare models with baselines on the samples of a dataset.
+    #[command(subcommand)]
+    Evaluate(EvaluateCommand),
+    /// Complete the objects in a depth picture, or the samples of a dataset, by a model: closed meshes, with the parts that the camera did not see.
     #[command(
         before_help = "For a depth picture of a RealSense camera, with the intrinsics that rs-enumerate-devices -c prints:\n\n  \
                        graspmill complete depth.png --model MODEL --intrinsics 615.2,615.4,320.1,239.7 --out completed"

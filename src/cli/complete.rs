@@ -3,8 +3,6 @@
 use std::{
     fmt::Write as _,
     path::Path,
-    sync::atomic::{AtomicUsize, Ordering},
-    thread,
     time::{Duration, Instant},
 };
 
@@ -16,6 +14,7 @@ use super::{
     exit::{Exit, Failure},
     machine,
     model::refused,
+    parallel::in_parallel,
     picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
     printer::Printer,
     scene_picture::completed_picture,
@@ -113,6 +112,10 @@ struct Times {
 
 /// `graspmill complete` on a picture.
 pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
+    if arguments.split.is_some() || arguments.limit.is_some() {
+        let message = format!("{} is no dataset: leave out --split and --limit", arguments.picture.depth.display());
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
     let began = Instant::now();
     let model = CompletionModel::open(&arguments.model).map_err(refused)?;
     let open_model = milliseconds_since(began);
@@ -196,28 +199,14 @@ fn complete_all(
     targets: &[usize],
     threads: Option<u16>,
 ) -> Vec<Result<Completed, CompletionError>> {
-    let count = scene.clusters.len();
-    let threads = machine::threads(threads).clamp(1, count.max(1));
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(cluster) = scene.clusters.get(index) else { return done };
-            let result = if targets.contains(&index) {
-                completer.complete(scene, cluster)
-            } else {
-                completer.complete_obstacle(scene, cluster)
-            };
-            done.push((index, result));
+    in_parallel(scene.clusters.len(), machine::threads(threads), |index| {
+        let cluster = &scene.clusters[index];
+        if targets.contains(&index) {
+            completer.complete(scene, cluster)
+        } else {
+            completer.complete_obstacle(scene, cluster)
         }
-    };
-    let mut results: Vec<_> = thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().expect("a worker does not panic")).collect()
-    });
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
+    })
 }
 
 /// Indices of the clusters that `--target` means.
@@ -323,7 +312,7 @@ fn is_in_front(scene: &Scene, point: &Point3<f64>, margin: f64) -> bool {
     !around.any(is_behind)
 }
 
-fn mesh_bytes(mesh: &TriMesh, format: MeshFormat, comments: &[String]) -> Vec<u8> {
+pub fn mesh_bytes(mesh: &TriMesh, format: MeshFormat, comments: &[String]) -> Vec<u8> {
     match format {
         MeshFormat::Ply => write_ply(mesh, comments),
         MeshFormat::Obj | MeshFormat::Mjcf => write_obj(mesh, comments).into_bytes(),

@@ -9,7 +9,7 @@ use super::local_path::local_path;
 /// A depth picture, its camera, and how it is taken apart.
 #[derive(Args, Debug)]
 pub struct PictureArgs {
-    /// A depth picture: PNG of 16 bits, NPY, or an organised cloud (PCD, PLY).
+    /// A depth picture: PNG of 16 bits, NPY, or an organised cloud (PCD, PLY). `complete` takes a dataset's folder, too.
     pub depth: PathBuf,
     /// The camera of an image: four numbers in pixels, or a file: JSON of ours or of Open3D, YAML of a ROS `camera_info`. A
     /// cloud needs none.
@@ -71,6 +71,12 @@ pub struct CompleteArgs {
     /// row) on it. The others are obstacles: larger by up to a cell, and faster.
     #[arg(long, value_name = "auto|all|N|U,V", default_value = "auto")]
     pub target: String,
+    /// Split of a dataset: only its samples (training, holdout, validation, test).
+    #[arg(long, value_name = "SPLIT")]
+    pub split: Option<String>,
+    /// Maximal count of samples of a dataset, taken evenly.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub limit: Option<u64>,
     /// Way in which a target's mesh is made.
     #[arg(long, value_enum, default_value_t = DetailName::Off)]
     pub detail: DetailName,
@@ -128,6 +134,39 @@ pub struct SegmentArgs {
     /// The folder for surfaces, picture and `scene.json`; must not exist yet or be empty.
     #[arg(short, long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum EvaluateCommand {
+    /// Overlap with the true cells, also of those that no camera saw, and distance from the true surface.
+    Completion(EvaluateCompletionArgs),
+}
+
+#[derive(Args, Debug)]
+pub struct EvaluateCompletionArgs {
+    /// The dataset's folder.
+    pub dir: PathBuf,
+    /// A model's folder (repeatable).
+    #[arg(long, value_name = "DIR", required_unless_present = "method")]
+    pub model: Vec<PathBuf>,
+    /// A baseline (repeatable): partial, extrude, mirror-far.
+    #[arg(long, value_name = "NAME")]
+    pub method: Vec<String>,
+    /// The split: training, holdout, validation, test.
+    #[arg(long, value_name = "SPLIT", default_value = "test")]
+    pub split: String,
+    /// Maximal count of samples, taken evenly.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub limit: Option<u64>,
+    /// Points per surface for distances; 0 leaves them out.
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    pub surface_samples: u32,
+    /// Threads; by default every core that the cgroup and the scheduler grant.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

@@ -2,12 +2,14 @@
 
 mod args;
 mod complete;
+mod complete_dataset;
 mod completion_args;
 mod dataset;
 mod diff;
 mod docs;
 mod doctor;
 mod estimate;
+mod evaluate;
 mod exit;
 mod folder;
 mod hand;
@@ -19,6 +21,7 @@ mod merge;
 mod meshes;
 mod model;
 mod pairs;
+mod parallel;
 mod picture;
 mod printer;
 mod progress;
@@ -29,6 +32,7 @@ mod run;
 mod scene_picture;
 mod segment;
 mod set;
+mod stored_samples;
 mod submit;
 mod task;
 mod verify;
@@ -40,7 +44,7 @@ use factory::job::JobSet;
 use format::dataset::SetTable;
 
 use args::{Cli, Command, MeshesCommand, QueryCommand, RunArgs, SubmitArgs, VerifyArgs};
-use completion_args::ModelCommand;
+use completion_args::{EvaluateCommand, ModelCommand};
 use exit::{Exit, Failure};
 use log::Level;
 use printer::Printer;
@@ -111,7 +115,11 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Export(arguments) => dataset::export(arguments, printer),
         Command::Release(arguments) => release::release(arguments, printer),
         Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
+        Command::Complete(arguments) if arguments.picture.depth.is_dir() => {
+            complete_dataset::complete_dataset(arguments, printer)
+        }
         Command::Complete(arguments) => complete::complete(arguments, printer),
+        Command::Evaluate(EvaluateCommand::Completion(arguments)) => evaluate::evaluate_completion(arguments, printer),
         Command::Segment(arguments) => segment::segment(arguments, printer),
         Command::Verify(arguments) => match SetTable::read(&arguments.dir).map_err(verify::damage)? {
             Some(table) => set::verify(arguments, &table, printer),

@@ -79,6 +79,7 @@ const SMALL: &[(&str, &[&str])] = &[
 const GIVEN: &[(&str, &[Given])] = &[
     ("README.md", &[Given::Dataset("quickstart", "jobs/quickstart.toml")]),
     ("docs/tour.md", &[Given::Dataset("quickstart", "jobs/quickstart.toml")]),
+    ("docs/completing.md", &[Given::Dataset("quickstart", "jobs/quickstart.toml")]),
     ("docs/faq.md", &[Given::TourFile("mugs.toml"), Given::Dataset("mugs", "mugs.toml")]),
     (
         "docs/python.md",

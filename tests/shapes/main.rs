@@ -1,6 +1,7 @@
 //! Shapes from pictures: meshes of completed grids against trimesh, SciPy and MuJoCo, and real Kinect frames against labels.
 
 mod complete;
+mod evaluate;
 mod kinect;
 mod meshes;
 mod network;

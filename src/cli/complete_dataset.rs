@@ -1,0 +1,119 @@
+//! `graspmill complete` on the samples of a dataset.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::{
+    complete::mesh_bytes,
+    completion_args::{CompleteArgs, DetailName, MeshFormat},
+    exit::{Exit, Failure},
+    machine,
+    model::refused,
+    parallel::in_parallel,
+    picture::milliseconds_since,
+    printer::Printer,
+    segment::write,
+    stored_samples::{StoredSample, choose_samples},
+};
+use format::dataset::NewFolder;
+use kernel::geom::TriMesh;
+use measure::GridOverlap;
+use runtime::completion::CompletionModel;
+use surface::CompletedMesh;
+
+/// Content of `samples.json`.
+#[derive(Serialize)]
+struct Report<'a> {
+    format: &'static str,
+    /// Root digest of the dataset.
+    dataset: String,
+    /// SHA-256 of the model's `model.json`.
+    model: &'a str,
+    samples: Vec<SampleRow>,
+}
+
+#[derive(Serialize)]
+struct SampleRow {
+    sample: String,
+    /// File of the mesh; `None` where the network finds nothing.
+    mesh: Option<String>,
+    /// Overlap of the occupied cells with the true ones.
+    overlap: GridOverlap,
+    triangles: usize,
+    /// [m^3].
+    volume: f64,
+}
+
+/// Completes stored samples: a mesh each, in the camera's frame.
+pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let picture = &arguments.picture;
+    if picture.intrinsics.is_some() || picture.plane.is_some() || picture.no_plane || picture.range {
+        let message = format!("{} is a dataset: leave out what is for pictures", picture.depth.display());
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
+    if arguments.to == MeshFormat::Mjcf || arguments.detail == DetailName::Thesis {
+        let message = "samples of a dataset are written as ply, obj or stl, with --detail off";
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
+    let model = CompletionModel::open(&arguments.model).map_err(refused)?;
+    let (reader, chosen) = choose_samples(&picture.depth, arguments.split.as_deref(), arguments.limit)?;
+    let began = Instant::now();
+    let work = |index: usize| -> Result<(SampleRow, TriMesh), Failure> {
+        let sample = StoredSample::read(&reader, chosen[index])?;
+        let answer = sample.complete(&model)?;
+        let thresholds = model.facts().thresholds;
+        let found = answer.occupancy.grid_above(thresholds.occupancy);
+        let mesh =
+            CompletedMesh::surface_at(&answer.coverage, &answer.occupancy, &sample.pair.grid, thresholds.coverage).mesh;
+        let file = format!("{}.{}", plain(&sample.name), arguments.to.extension());
+        let row = SampleRow {
+            overlap: GridOverlap::new(&found, &sample.pair.complete, &sample.pair.partial),
+            mesh: (!mesh.triangles.is_empty()).then_some(file),
+            triangles: mesh.triangles.len(),
+            volume: mesh.signed_volume(),
+            sample: sample.name,
+        };
+        Ok((row, mesh))
+    };
+    let results = in_parallel(chosen.len(), machine::threads(arguments.threads), work);
+    let took = milliseconds_since(began);
+    let folder = NewFolder::begin(&arguments.out)?;
+    let mut rows = Vec::new();
+    for result in results {
+        let (row, mesh) = result?;
+        if let Some(file) = &row.mesh {
+            let comments = [format!("sample: {}", row.sample), format!("model: {}", model.digest())];
+            write(folder.path(), file, &mesh_bytes(&mesh, arguments.to, &comments))?;
+        }
+        rows.push(row);
+    }
+    let report = Report {
+        format: "graspmill completed samples 1",
+        dataset: reader.manifest().root.hex(),
+        model: model.digest(),
+        samples: rows,
+    };
+    write(folder.path(), "samples.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    let out = folder.publish()?;
+    let empty = report.samples.iter().filter(|row| row.mesh.is_none()).count();
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        let count = report.samples.len() as f64;
+        let mean = report.samples.iter().map(|row| row.overlap.iou).sum::<f64>() / count;
+        let meshes = report.samples.len() - empty;
+        printer.result(&format!(
+            "{meshes} meshes, {empty} samples without; intersection over union {mean:.3} in the mean; {:.1} ms per sample\n{}: \
+             meshes, samples.json",
+            took / count,
+            out.display()
+        ));
+    }
+    Ok(if empty == 0 { Exit::Complete } else { Exit::Refused })
+}
+
+/// A sample's name as a file's.
+fn plain(name: &str) -> String {
+    name.chars().map(|letter| if letter.is_ascii_alphanumeric() || letter == '-' { letter } else { '_' }).collect()
+}

@@ -1,0 +1,91 @@
+//! Stored samples as a network's input.
+
+use std::path::Path;
+
+use super::{
+    exit::{Exit, Failure},
+    folder::refuse_set,
+};
+use format::{
+    VoxelPair,
+    dataset::{DatasetReader, Selection},
+};
+use kernel::{geom::OccupancyGrid, ids::SampleIndex, words::Split};
+use runtime::completion::{CompletionModel, InputName, Inputs, Prediction};
+use surface::CubeField;
+
+/// A sample with everything that a network may take, and the truth.
+pub struct StoredSample {
+    pub name: String,
+    pub pair: VoxelPair,
+    pub free: Option<OccupancyGrid>,
+    pub touch: Option<OccupancyGrid>,
+    /// Share of each cell that is solid, where it is stored.
+    pub coverage: Option<CubeField>,
+}
+
+/// Samples of a dataset in order, of one split or of all, at most so many, evenly taken.
+pub fn choose_samples(
+    folder: &Path,
+    split: Option<&str>,
+    limit: Option<u64>,
+) -> Result<(DatasetReader, Vec<SampleIndex>), Failure> {
+    refuse_set(folder)?;
+    let split = split.map(|name| {
+        let known = Split::ALL.map(Split::name).join(", ");
+        Split::from_name(name)
+            .ok_or_else(|| Failure::message(Exit::BadSpec, format!("--split {name}: no such split; one of {known}")))
+    });
+    let selection = Selection { split: split.transpose()?, subset: None };
+    let reader = DatasetReader::open(folder)?;
+    let all: Vec<SampleIndex> = reader.indices(selection).filter(|index| reader.is_kept(*index)).collect();
+    let count = limit.map_or(all.len(), |limit| usize::try_from(limit).unwrap_or(usize::MAX).min(all.len()));
+    let chosen: Vec<SampleIndex> = (0..count).map(|index| all[index * all.len() / count]).collect();
+    if chosen.is_empty() {
+        let message = format!("{}: no sample is in that split", folder.display());
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
+    Ok((reader, chosen))
+}
+
+impl StoredSample {
+    /// Reads a sample.
+    pub fn read(reader: &DatasetReader, index: SampleIndex) -> Result<Self, Failure> {
+        let sample = reader.sample(index)?.ok_or_else(|| {
+            Failure::message(
+                Exit::Failed,
+                format!("{}: a sample that is listed is not there", reader.folder().display()),
+            )
+        })?;
+        let pair = sample.pair()?;
+        let coverage = sample.coverage()?.and_then(|coverage| {
+            let values = coverage.share.iter().map(|share| f32::from(*share) / 255.0).collect();
+            CubeField::from_values(coverage.resolution as usize, values)
+        });
+        Ok(Self {
+            name: sample.id.to_string(),
+            free: sample.visibility()?.map(|visibility| visibility.free),
+            touch: sample.touched()?.map(|touched| touched.tactile),
+            coverage,
+            pair,
+        })
+    }
+
+    /// A model's answer about it; an input that the dataset does not store is an error.
+    pub fn complete(&self, model: &CompletionModel) -> Result<Prediction, Failure> {
+        let partial = CubeField::from_grid(&self.pair.partial);
+        let [free, touch] = [&self.free, &self.touch].map(|grid| grid.as_ref().map(CubeField::from_grid));
+        let inputs = Inputs { partial: Some(&partial), free: free.as_ref(), touch: touch.as_ref() };
+        let missing = model.inputs().iter().find(|name| inputs.get(**name).is_none());
+        if let Some(name) = missing {
+            let remedy = match name {
+                InputName::Partial => "every completion dataset has it",
+                InputName::Free => "make the dataset with channels.visibility = true",
+                InputName::Touch => "make the dataset with touch",
+            };
+            let message = format!("the model needs the input `{name}`, which the dataset does not store: {remedy}");
+            return Err(Failure::message(Exit::BadSpec, message));
+        }
+        model.predict(&inputs).map_err(|error| Failure::new(Exit::BadSpec, error))
+    }
+}

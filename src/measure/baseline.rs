@@ -1,0 +1,146 @@
+//! Ways to complete a shape that learn nothing: what a network must beat.
+
+use std::fmt;
+
+use kernel::geom::{GridPlacement, OccupancyGrid};
+
+/// A baseline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Baseline {
+    /// Seen cells as they are.
+    Partial,
+    /// Each seen cell along its ray, to the last layer in which anything was seen.
+    Extrude,
+    /// Each seen cell joined to its mirror image behind the last layer in which anything was seen.
+    MirrorFar,
+}
+
+impl Baseline {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Partial, Self::Extrude, Self::MirrorFar];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Partial => "partial",
+            Self::Extrude => "extrude",
+            Self::MirrorFar => "mirror-far",
+        }
+    }
+
+    /// The baseline of a name; `None` for any other text.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|baseline| baseline.name() == name)
+    }
+
+    /// Completes a grid in the camera's frame; z points away from the camera.
+    ///
+    /// # Panics
+    /// If the grid's resolution is not the placement's.
+    pub fn complete(self, partial: &OccupancyGrid, placement: &GridPlacement) -> OccupancyGrid {
+        assert_eq!(partial.resolution(), placement.resolution, "the grid lies where its placement says");
+        match self {
+            Self::Partial => partial.clone(),
+            Self::Extrude => extruded(partial, placement),
+            Self::MirrorFar => mirrored(partial),
+        }
+    }
+}
+
+impl fmt::Display for Baseline {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Last layer along z that holds a seen cell.
+fn last_layer(partial: &OccupancyGrid) -> u32 {
+    partial.cells().map(|[_, _, z]| z).max().unwrap_or(0)
+}
+
+fn extruded(partial: &OccupancyGrid, placement: &GridPlacement) -> OccupancyGrid {
+    let n = partial.resolution();
+    let eye = placement.coordinates_of([0.0; 3]);
+    let end = f64::from(last_layer(partial)) + 0.5;
+    let mut complete = partial.clone();
+    for cell in partial.cells() {
+        let seen = cell.map(|index| f64::from(index) + 0.5);
+        // Half a layer at a time.
+        for step in 0..2 * n {
+            let depth = (seen[2] + f64::from(step) / 2.0).min(end);
+            let along = (depth - eye[2]) / (seen[2] - eye[2]);
+            let point: [f64; 3] = std::array::from_fn(|axis| eye[axis] + (seen[axis] - eye[axis]) * along);
+            if point.iter().all(|value| (0.0..f64::from(n)).contains(value)) {
+                complete.set(point.map(|value| value as u32));
+            }
+            if depth >= end {
+                break;
+            }
+        }
+    }
+    complete
+}
+
+fn mirrored(partial: &OccupancyGrid) -> OccupancyGrid {
+    let (n, end) = (partial.resolution(), last_layer(partial));
+    let mut complete = partial.clone();
+    for (x, y) in (0..n).flat_map(|x| (0..n).map(move |y| (x, y))) {
+        if let Some(first) = (0..n).find(|z| partial.get([x, y, *z])) {
+            (first..=(2 * end - first).min(n - 1)).for_each(|z| complete.set([x, y, z]));
+        }
+    }
+    complete
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn placement(n: u32, distance: f64) -> GridPlacement {
+        GridPlacement { resolution: n, centre: [0.0, 0.0, distance].into(), cell_size: 0.01 }
+    }
+
+    fn grid(n: u32, cells: &[[u32; 3]]) -> OccupancyGrid {
+        let mut grid = OccupancyGrid::new(n);
+        cells.iter().for_each(|cell| grid.set(*cell));
+        grid
+    }
+
+    #[test]
+    fn names_are_read_back() {
+        for baseline in Baseline::ALL {
+            assert_eq!(Baseline::from_name(&baseline.to_string()), Some(baseline));
+        }
+        assert_eq!(Baseline::from_name("magic"), None);
+    }
+
+    #[test]
+    fn each_does_what_it_says_on_a_step() {
+        // Two columns, seen at different depths, far from the eye so that rays are parallel to z.
+        let (partial, placement) = (grid(10, &[[5, 5, 2], [4, 5, 6]]), placement(10, 1e6));
+        let column =
+            |complete: &OccupancyGrid, x: u32| -> Vec<u32> { (0..10).filter(|z| complete.get([x, 5, *z])).collect() };
+        assert_eq!(Baseline::Partial.complete(&partial, &placement), partial);
+        let complete = Baseline::Extrude.complete(&partial, &placement);
+        assert_eq!((column(&complete, 5), column(&complete, 4)), ((2..=6).collect(), vec![6]));
+        assert_eq!(complete.count(), 6);
+        let complete = Baseline::MirrorFar.complete(&partial, &placement);
+        assert_eq!((column(&complete, 5), column(&complete, 4)), ((2..10).collect(), vec![6]));
+        for baseline in Baseline::ALL {
+            assert_eq!(baseline.complete(&grid(10, &[]), &placement).count(), 0, "{baseline}");
+        }
+    }
+
+    #[test]
+    fn extrusion_follows_rays_that_spread() {
+        // An eye 20 cells before the grid's middle: cells at the side move outward with depth.
+        let (partial, placement) = (grid(40, &[[28, 20, 10], [20, 20, 20]]), placement(40, 0.2));
+        let complete = Baseline::Extrude.complete(&partial, &placement);
+        let eye = placement.coordinates_of([0.0; 3]);
+        let at = eye[0] + (28.5 - eye[0]) * (20.5 - eye[2]) / (10.5 - eye[2]);
+        let last: Vec<u32> = (0..40).filter(|x| *x != 20 && complete.get([*x, 20, 20])).collect();
+        // By half layers, so that the ray passes a cell on its way.
+        assert_eq!(last, [34, 35]);
+        assert_eq!(at as u32, 35, "outward");
+    }
+}

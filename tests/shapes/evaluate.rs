@@ -1,0 +1,155 @@
+//! Measures against trimesh; `graspmill evaluate completion` and `graspmill complete` on a dataset.
+
+use std::path::PathBuf;
+
+use graspmill::{
+    geom::TriMesh,
+    measure::{Baseline, SurfaceComparison, SurfaceRule},
+    surface::write_ply,
+};
+use serde_json::Value;
+
+use super::{network::MODEL, segment::read_ply};
+use crate::support::{
+    files::{list_names, number_at, read_json},
+    meshes::built_in_mesh,
+    program::Program,
+    workspace::Workspace,
+};
+
+/// Distances between a can and a bottle by trimesh's closest points: means and standard errors of both directions.
+const TRIMESH: &str = "
+import json, sys
+import numpy as np, trimesh
+
+a, b = (trimesh.load(path, process=False) for path in sys.argv[1:3])
+
+def distances(points, mesh):
+    found = []
+    for point in points:
+        tiled = np.tile(point, (len(mesh.triangles), 1))
+        nearest = trimesh.triangles.closest_point(mesh.triangles, tiled)
+        found.append(np.linalg.norm(nearest - tiled, axis=1).min())
+    return np.array(found)
+
+answer = {}
+for name, one, other in (('found_to_truth', a, b), ('truth_to_found', b, a)):
+    points, _ = trimesh.sample.sample_surface(one, 600, seed=3)
+    found = distances(points, other)
+    answer[name] = [found.mean(), found.std() / len(found) ** 0.5]
+answer['volume_ratio'] = a.volume / b.volume
+print(json.dumps(answer))
+";
+
+#[test]
+fn distances_are_those_of_trimesh() {
+    let workspace = Workspace::new();
+    let (found, truth) = (built_in_mesh("can-01@1k"), built_in_mesh("bottle-01@1k"));
+    let write = |name: &str, mesh: &TriMesh| workspace.write(name, write_ply(mesh, &[]));
+    let run = Program::python_lines(TRIMESH).arg(write("found.ply", &found)).arg(write("truth.ply", &truth));
+    let oracle: Value = run.succeed().json();
+    let ours = SurfaceComparison::new(&found, &truth, &SurfaceRule::default(), b"oracle").expect("surfaces");
+    for (name, value) in [("found_to_truth", ours.found_to_truth), ("truth_to_found", ours.truth_to_found)] {
+        let (mean, error) = (number_at(&oracle, &format!("/{name}/0")), number_at(&oracle, &format!("/{name}/1")));
+        assert!(mean > 0.005, "shapes that differ");
+        // Both means are of samples; ours has many more.
+        assert!((value - mean).abs() < 3.5 * error, "{name}: {value}, not {mean} +- {error}");
+    }
+    let ratio = number_at(&oracle, "/volume_ratio");
+    assert!((ours.volume_ratio / ratio - 1.0).abs() < 1e-5, "{} {ratio}", ours.volume_ratio);
+}
+
+/// A dataset of six shapes, three of them for tests, with everything that a completion is compared with.
+fn dataset(workspace: &Workspace, channels: &str) -> PathBuf {
+    let job = format!(
+        "seed = 3\nviews = {{ even = 6 }}\n{channels}\n[split]\nvalidation_objects = 0\ntest_objects = 3\n\
+         [[objects]]\nbuilt_in = [\"can-01\", \"mug-01\", \"bottle-01\", \"bowl-01\", \"box-01\", \"hammer-01\"]\n"
+    );
+    workspace.make_dataset("data", &job, &[])
+}
+
+const CHANNELS: &str = "[channels]\nvisibility = true\ncoverage = true\n";
+
+#[test]
+fn models_and_baselines_stand_in_one_table() {
+    let workspace = Workspace::new();
+    let data = dataset(&workspace, CHANNELS);
+    let run = |threads: &str| {
+        let run = Program::new("evaluate").arg("completion").arg(&data).option("--model", MODEL);
+        let run = Baseline::ALL.iter().fold(run, |run, baseline| run.option("--method", baseline.name()));
+        run.option("--threads", threads).option("--surface-samples", "500")
+    };
+    let report: Value = run("1").arg("--json").succeed().json();
+    assert_eq!(report, run("2").arg("--json").succeed().json::<Value>(), "the same by any count of threads");
+    assert_eq!((report["samples"].as_u64(), report["split"].as_str()), (Some(18), Some("test")));
+    let rows = report["rows"].as_array().expect("rows");
+    let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("{name}: {report}"));
+    for row in rows {
+        let [low, mean, high] = ["low", "mean", "high"].map(|end| number_at(row, &format!("/iou/{end}")));
+        assert!(0.0 < low && low <= mean && mean <= high && high < 1.0, "{row}");
+        assert_eq!(row["iou"]["objects"], 3);
+        assert!(number_at(row, "/surface_mm/mean") > 0.1 && number_at(row, "/volume_ratio/mean") > 0.0, "{row}");
+    }
+    // What is seen is a shell: as a completion it adds nothing, and drawn out along the rays it comes nearer to the truth.
+    assert_eq!(number_at(row("partial"), "/unseen_iou/mean"), 0.0);
+    assert!(number_at(row("extrude"), "/iou/mean") > number_at(row("partial"), "/iou/mean") + 0.1, "{report}");
+    assert!(row("extrude")["iou_over_baseline"].is_null() && row(MODEL)["iou_over_baseline"]["mean"].is_number());
+    let said = run("2").succeed().stdout;
+    for words in [
+        "18 samples of 3 objects, split test",
+        "IoU, unseen",
+        "mirror-far",
+        "less the best baseline's",
+        "truth: coverage",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    for (option, value, says) in [
+        ("--method", "magic", "one of partial, extrude"),
+        ("--split", "all", "no such split"),
+        ("--model", "docs", "model.json"),
+    ] {
+        let said = run("1").option(option, value).expect_code(2).stderr;
+        assert!(said.contains(says), "{says}: {said}");
+    }
+}
+
+#[test]
+fn stored_samples_become_meshes() {
+    let workspace = Workspace::new();
+    let data = dataset(&workspace, CHANNELS);
+    let complete =
+        |out: &str| Program::on("complete", &data).option("--model", MODEL).option("--out", workspace.path(out));
+    let said = complete("meshes").args(["--split", "test", "--limit", "5"]).succeed().stdout;
+    assert!(said.contains("5 meshes, 0 samples without"), "{said}");
+    let report = read_json(workspace.path("meshes/samples.json"));
+    let samples = report["samples"].as_array().expect("samples");
+    assert_eq!(samples.len(), 5);
+    for sample in samples {
+        let mesh = read_ply(&workspace.path("meshes").join(sample["mesh"].as_str().expect("a mesh")));
+        assert!((mesh.signed_volume() - number_at(sample, "/volume")).abs() < 1e-9 && mesh.signed_volume() > 0.0);
+        assert!(number_at(sample, "/overlap/iou") > 0.1, "{sample}");
+    }
+    assert_eq!(list_names(workspace.path("meshes")).len(), 6);
+    for (arguments, says) in [
+        (&["--intrinsics", "1,2,3,4"][..], "is a dataset: leave out"),
+        (&["--to", "mjcf"], "ply, obj or stl"),
+        (&["--split", "all"], "no such split"),
+    ] {
+        let said = complete("none").args(arguments).expect_code(2).stderr;
+        assert!(said.contains(says), "{says}: {said}");
+    }
+    let picture =
+        Program::on("complete", "scenes/table.png").args(["--intrinsics", "scenes/table.json", "--model", MODEL]);
+    let said = picture.option("--out", workspace.path("none")).args(["--limit", "3"]).expect_code(2).stderr;
+    assert!(said.contains("is no dataset: leave out --split and --limit"), "{said}");
+}
+
+#[test]
+fn a_dataset_without_what_the_model_takes_is_refused() {
+    let workspace = Workspace::new();
+    let data = dataset(&workspace, "[channels]\nvisibility = false\n");
+    let run = Program::new("evaluate").arg("completion").arg(&data).option("--model", MODEL);
+    let said = run.expect_code(2).stderr;
+    assert!(said.contains("needs the input `free`") && said.contains("channels.visibility = true"), "{said}");
+}
