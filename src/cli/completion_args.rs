@@ -152,7 +152,7 @@ pub struct EvaluateCompletionArgs {
     /// A model's folder (repeatable).
     #[arg(long, value_name = "DIR", required_unless_present = "method")]
     pub model: Vec<PathBuf>,
-    /// A baseline (repeatable): partial, extrude, mirror-far.
+    /// A baseline (repeatable): partial, extrude, hull, mirror-far.
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
     /// The split: training, holdout, validation, test.

@@ -2,7 +2,11 @@
 
 use std::fmt;
 
-use kernel::geom::{GridPlacement, OccupancyGrid};
+use kernel::geom::{GridPlacement, OccupancyGrid, convex_hull_planes};
+use nalgebra::Point3;
+
+/// Cells this far outside of a facet still count as inside: the facets are rounded [cells].
+const ON_FACET: f64 = 1e-4;
 
 /// A baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -11,19 +15,22 @@ pub enum Baseline {
     Partial,
     /// Each seen cell along its ray, to the last layer in which anything was seen.
     Extrude,
+    /// The convex hull of the seen cells' centres.
+    Hull,
     /// Each seen cell joined to its mirror image behind the last layer in which anything was seen.
     MirrorFar,
 }
 
 impl Baseline {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Partial, Self::Extrude, Self::MirrorFar];
+    pub const ALL: [Self; 4] = [Self::Partial, Self::Extrude, Self::Hull, Self::MirrorFar];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Partial => "partial",
             Self::Extrude => "extrude",
+            Self::Hull => "hull",
             Self::MirrorFar => "mirror-far",
         }
     }
@@ -42,6 +49,7 @@ impl Baseline {
         match self {
             Self::Partial => partial.clone(),
             Self::Extrude => extruded(partial, placement),
+            Self::Hull => hull(partial),
             Self::MirrorFar => mirrored(partial),
         }
     }
@@ -92,6 +100,22 @@ fn mirrored(partial: &OccupancyGrid) -> OccupancyGrid {
     complete
 }
 
+fn hull(partial: &OccupancyGrid) -> OccupancyGrid {
+    let centres: Vec<Point3<f64>> =
+        partial.cells().map(|cell| Point3::from(cell.map(|index| f64::from(index) + 0.5))).collect();
+    let mut complete = partial.clone();
+    // What is flat stays as it is.
+    let Some(planes) = convex_hull_planes(&centres) else { return complete };
+    let n = partial.resolution();
+    for cell in (0..n.pow(3)).map(|at| [at / n / n, at / n % n, at % n]) {
+        let centre = Point3::from(cell.map(|index| f64::from(index) + 0.5));
+        if planes.iter().all(|(normal, offset)| normal.dot(&centre.coords) <= offset + ON_FACET) {
+            complete.set(cell);
+        }
+    }
+    complete
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,6 +150,7 @@ mod tests {
         assert_eq!(complete.count(), 6);
         let complete = Baseline::MirrorFar.complete(&partial, &placement);
         assert_eq!((column(&complete, 5), column(&complete, 4)), ((2..10).collect(), vec![6]));
+        assert_eq!(Baseline::Hull.complete(&partial, &placement), partial, "two cells have no hull with a volume");
         for baseline in Baseline::ALL {
             assert_eq!(baseline.complete(&grid(10, &[]), &placement).count(), 0, "{baseline}");
         }
@@ -142,5 +167,14 @@ mod tests {
         // By half layers, so that the ray passes a cell on its way.
         assert_eq!(last, [34, 35]);
         assert_eq!(at as u32, 35, "outward");
+    }
+
+    #[test]
+    fn the_hull_of_a_box_s_corners_is_the_box() {
+        let corners: Vec<[u32; 3]> =
+            (0..8).map(|index| [0, 1, 2].map(|axis| if index >> axis & 1 == 1 { 7 } else { 3 })).collect();
+        let complete = Baseline::Hull.complete(&grid(12, &corners), &placement(12, 1.0));
+        assert_eq!(complete.count(), 125);
+        assert!(complete.cells().all(|cell| cell.iter().all(|index| (3..=7).contains(index))));
     }
 }

@@ -1,13 +1,14 @@
-//! Measures against trimesh; `graspmill evaluate completion` and `graspmill complete` on a dataset.
+//! Measures against trimesh and SciPy; `graspmill evaluate completion` and `graspmill complete` on a dataset.
 
 use std::path::PathBuf;
 
 use graspmill::{
-    geom::TriMesh,
+    geom::{GridPlacement, OccupancyGrid, TriMesh},
     measure::{Baseline, SurfaceComparison, SurfaceRule},
+    seed::Stream,
     surface::write_ply,
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{network::MODEL, segment::read_ply};
 use crate::support::{
@@ -57,6 +58,32 @@ fn distances_are_those_of_trimesh() {
     }
     let ratio = number_at(&oracle, "/volume_ratio");
     assert!((ours.volume_ratio / ratio - 1.0).abs() < 1e-5, "{} {ratio}", ours.volume_ratio);
+}
+
+#[test]
+fn hulls_are_those_of_scipy() {
+    let mut draw = Stream::of_job(5, b"", "cells");
+    let (mut cells, mut ours) = (Vec::new(), Vec::new());
+    let placement = GridPlacement { resolution: 16, centre: [0.0, 0.0, 1.0].into(), cell_size: 0.01 };
+    for _ in 0..20 {
+        let mut grid = OccupancyGrid::new(16);
+        for _ in 0..12 {
+            grid.set(std::array::from_fn(|_| draw.below(16) as u32));
+        }
+        cells.push(grid.cells().collect::<Vec<_>>());
+        ours.push(Baseline::Hull.complete(&grid, &placement).cells().collect::<Vec<_>>());
+    }
+    let workspace = Workspace::new();
+    let input = workspace.write("cells.json", json!(cells).to_string());
+    let script = "import json, sys\nimport numpy as np\nfrom scipy.spatial import ConvexHull\n\
+                  all_cells = np.indices((16, 16, 16)).reshape(3, -1).T\n\
+                  found = []\n\
+                  for cells in json.load(open(sys.argv[1])):\n    planes = ConvexHull(cells).equations\n    \
+                  inside = (all_cells @ planes[:, :3].T + planes[:, 3] <= 1e-6).all(axis=1)\n    \
+                  found.append(all_cells[inside].tolist())\nprint(json.dumps(found))\n";
+    let theirs: Vec<Vec<[u32; 3]>> =
+        serde_json::from_value(Program::python_lines(script).arg(input).succeed().json()).expect("cells");
+    assert_eq!(ours, theirs);
 }
 
 /// A dataset of six shapes, three of them for tests, with everything that a completion is compared with.

@@ -33,6 +33,14 @@ pub fn convex_hull_corners(points: &[Point3<f64>]) -> Option<Vec<Point3<f64>>> {
     Some(used.into_iter().map(|corner| hull.corners[corner as usize]).collect())
 }
 
+/// Planes of the convex hull's facets, as outward unit normals and offsets: `normal . point <= offset` inside. `None` where the
+/// points lie in a plane.
+pub fn convex_hull_planes(points: &[Point3<f64>]) -> Option<Vec<(Vector3<f64>, f64)>> {
+    let hull = ConvexHull::of(points)?;
+    let plane = |facet: &Facet| (facet.normal, facet.normal.dot(&hull.corners[facet.corners[0] as usize].coords));
+    Some(hull.facets.iter().map(plane).collect())
+}
+
 /// Area of the convex hull of points [m^2]; where the points lie in a plane, 0.
 pub fn convex_hull_area(points: &[Point3<f64>]) -> f64 {
     let Some(hull) = ConvexHull::of(points) else { return 0.0 };

@@ -32,7 +32,7 @@ pub use frames::{
     rotation_towards,
 };
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
-pub use hull::{convex_hull_area, convex_hull_corners};
+pub use hull::{convex_hull_area, convex_hull_corners, convex_hull_planes};
 pub use image::DepthCrop;
 pub use mass::MassProperties;
 pub use mesh::{Aabb, TriMesh};
