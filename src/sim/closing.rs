@@ -2,10 +2,7 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use mujoco_rs::{
-    mujoco_c::mjtWarning,
-    wrappers::{mj_data::MjData, mj_model::MjModel},
-};
+use mujoco_rs::wrappers::{mj_data::MjData, mj_model::MjModel};
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
@@ -15,7 +12,7 @@ use super::{
     hand_sim::{GeomOwner, HandSim, Hold, Numerics, STEP, Servo, is_finite, quaternion},
     moved::{Moved, moved},
     true_mesh::{ColliderLoan, TrueMeshCollider},
-    unstable::{Instability, Unstable},
+    unstable::{Unstable, instability},
 };
 use robot::hand::{Driven, Hand, Motor};
 
@@ -285,7 +282,7 @@ impl HandWorker {
         }
         drop(loan);
         self.steps += 1;
-        if let Some(kind) = self.instability() {
+        if let Some(kind) = instability(&self.data) {
             return Err(Unstable { step: self.steps, kind });
         }
         self.watch_for_rest();
@@ -572,19 +569,6 @@ impl HandWorker {
             self.data.ctrl_mut()[servo.control] = *value;
         }
     }
-
-    fn instability(&self) -> Option<Instability> {
-        let kinds = [
-            (mjtWarning::mjWARN_BADQPOS, Instability::Position),
-            (mjtWarning::mjWARN_BADQVEL, Instability::Velocity),
-            (mjtWarning::mjWARN_BADQACC, Instability::Acceleration),
-            (mjtWarning::mjWARN_BADCTRL, Instability::Control),
-            (mjtWarning::mjWARN_CONTACTFULL, Instability::Room),
-            (mjtWarning::mjWARN_CNSTRFULL, Instability::Room),
-            (mjtWarning::mjWARN_INERTIA, Instability::Room),
-        ];
-        kinds.into_iter().find(|(warning, _)| self.data.warning()[*warning as usize].number > 0).map(|(_, kind)| kind)
-    }
 }
 
 #[cfg(test)]
@@ -592,7 +576,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::HandModel;
+    use crate::{HandModel, Instability};
     use kernel::geom::Shape;
     use robot::collision::Geometry;
 

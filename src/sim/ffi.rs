@@ -22,13 +22,22 @@ use mujoco_rs::{
     },
 };
 
-use super::{convert::placement, error::GlError, free_object::FreeObject, table::Table, true_mesh::with_collider};
+use super::{
+    convert::placement,
+    error::GlError,
+    free_object::FreeObject,
+    settle::{BodyPatch, with_scene},
+    table::Table,
+    true_mesh::{WorldContact, with_collider},
+};
+
+use nalgebra::IsometryMatrix3;
 
 type Egl = egl::DynamicInstance<egl::EGL1_4>;
 
 /// Must come before any other call into MuJoCo: every public function of the room that makes the first object
-/// calls it. Keeps MuJoCo from writing `MUJOCO_LOG.TXT` into the working folder, and puts our function for true meshes into
-/// its table.
+/// calls it. Keeps MuJoCo from writing `MUJOCO_LOG.TXT` into the working folder, and puts our functions for true meshes and
+/// for the bodies of scenes into its table.
 pub(super) fn prepare_library() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -49,6 +58,14 @@ pub(super) fn prepare_library() {
         }
         // Inside the `Once` nobody else has set it.
         let _ = OWN_COLLISIONS.set(own);
+        // SAFETY: as above.
+        #[expect(unsafe_code, reason = "MuJoCo keeps its collision functions in a plain global")]
+        unsafe {
+            let boxes = MjtGeomBase::mjGEOM_BOX as usize;
+            let entry = &raw mut mjCOLLISIONFUNC[boxes][boxes];
+            let _ = OWN_BOXES.set(entry.read());
+            entry.write(Some(collide_boxes));
+        }
     });
 }
 
@@ -128,33 +145,17 @@ unsafe extern "C" fn collide_with_mesh(
     mesh: c_int,
     margin: f64,
 ) -> c_int {
-    let pose = |positions: *const f64, rotations: *const f64, number: usize| {
-        // SAFETY: MuJoCo's arrays have three and nine numbers for each geom and each body.
-        #[expect(unsafe_code, reason = "MuJoCo's arrays")]
-        unsafe {
-            placement(
-                slice::from_raw_parts(positions.add(3 * number), 3),
-                slice::from_raw_parts(rotations.add(9 * number), 9),
-            )
-        }
-    };
     // SAFETY: MuJoCo calls with a model, its data, numbers of its geoms, and room for as many contacts as the kind of solid may
     // have (`Probe::max_contacts`; three for a plane).
     #[expect(unsafe_code, reason = "MuJoCo's structs")]
     unsafe {
         let found = with_collider(mesh, |collider| {
             let body = *(*model).geom_bodyid.add(mesh as usize) as usize;
-            let world_from_solid = pose((*data).geom_xpos, (*data).geom_xmat, solid as usize);
-            let world_from_object = pose((*data).xpos, (*data).xmat, body);
-            let mut count = 0;
-            for contact in collider.contacts(solid, &world_from_solid, &world_from_object, margin) {
-                // From the solid to the mesh.
-                let normal = (-contact.normal).into();
-                let (dist, pos) = (contact.distance, contact.point.coords.into());
-                contacts.add(count).write(mjPreContact { dist, pos, normal, tangent: [0.0; 3] });
-                count += 1;
-            }
-            count as c_int
+            let world_from_solid = pose_at((*data).geom_xpos, (*data).geom_xmat, solid as usize);
+            let world_from_object = pose_at((*data).xpos, (*data).xmat, body);
+            // From the solid to the mesh.
+            let found = collider.contacts(solid, &world_from_solid, &world_from_object, margin);
+            write_contacts(contacts, found.map(|contact| WorldContact { normal: -contact.normal, ..contact }))
         });
         found.unwrap_or_else(|| {
             let kind = (*model).geom_type.add(solid as usize).read();
@@ -163,6 +164,90 @@ unsafe extern "C" fn collide_with_mesh(
             own.map_or(0, |own| own(model, data, contacts, solid, mesh, margin))
         })
     }
+}
+
+/// MuJoCo's own collision function of two boxes.
+static OWN_BOXES: OnceLock<mjfCollision> = OnceLock::new();
+
+/// Two boxes: the true meshes of the scene that this thread steps, else as MuJoCo does it.
+#[expect(unsafe_code, reason = "a function that MuJoCo calls")]
+unsafe extern "C" fn collide_boxes(
+    model: *const mjModel,
+    data: *mut mjData,
+    contacts: *mut mjPreContact,
+    one: c_int,
+    other: c_int,
+    margin: f64,
+) -> c_int {
+    // SAFETY: MuJoCo calls with a model, its data, numbers of its geoms, and room for eight contacts, which is what a pair of
+    // bodies may have (`kernel::contact::MAX_CONTACTS`).
+    #[expect(unsafe_code, reason = "MuJoCo's structs")]
+    unsafe {
+        let found = with_scene(|scene| {
+            let pair = [one, other].map(|geom| *(*model).geom_bodyid.add(geom as usize) as usize);
+            let poses = pair.map(|body| pose_at((*data).xpos, (*data).xmat, body));
+            write_contacts(contacts, scene.contacts(pair, poses))
+        });
+        found.unwrap_or_else(|| {
+            let own = OWN_BOXES.get().copied().flatten();
+            own.map_or(0, |own| own(model, data, contacts, one, other, margin))
+        })
+    }
+}
+
+/// Position and rotation number `number` out of MuJoCo's arrays.
+#[expect(unsafe_code, reason = "MuJoCo's arrays")]
+unsafe fn pose_at(positions: *const f64, rotations: *const f64, number: usize) -> IsometryMatrix3<f64> {
+    // SAFETY: the caller passes arrays that have three and nine numbers for each geom or body, and the number of one.
+    unsafe {
+        placement(
+            slice::from_raw_parts(positions.add(3 * number), 3),
+            slice::from_raw_parts(rotations.add(9 * number), 9),
+        )
+    }
+}
+
+/// Writes contacts, with their normals from the first geom to the second; their count.
+#[expect(unsafe_code, reason = "MuJoCo's structs")]
+unsafe fn write_contacts(room: *mut mjPreContact, found: impl Iterator<Item = WorldContact>) -> c_int {
+    let mut count = 0;
+    for contact in found {
+        let (dist, pos, normal) = (contact.distance, contact.point.coords.into(), contact.normal.into());
+        // SAFETY: the caller has room for all that can be found.
+        unsafe { room.add(count).write(mjPreContact { dist, pos, normal, tangent: [0.0; 3] }) };
+        count += 1;
+    }
+    count as c_int
+}
+
+/// Gives the bodies of a thread's own model of a scene, in order, what they weigh and the boxes that they stand in.
+///
+/// # Panics
+/// When there are not as many as the model has.
+pub(super) fn set_scene_bodies(data: &mut MjData<Box<MjModel>>, patches: &[BodyPatch]) {
+    // SAFETY: sizes, indices and addresses of the model stay as they are.
+    #[expect(unsafe_code, reason = "whoever has the model could swap it")]
+    let model = unsafe { data.model_mut() };
+    assert_eq!(model.body_mass().len(), patches.len() + 1, "one patch per body beside the world");
+    for (number, patch) in patches.iter().enumerate() {
+        // Body 0 is the world; geom 0 is the container.
+        let (body, geom) = (number + 1, number + 1);
+        model.body_mass_mut()[body] = patch.mass;
+        model.body_inertia_mut()[body] = patch.inertia;
+        model.body_ipos_mut()[body] = patch.centre;
+        model.body_iquat_mut()[body] = patch.quaternion;
+        model.geom_pos_mut()[geom] = patch.box_centre;
+        model.geom_size_mut()[geom] = patch.box_half;
+        let [a, b, c] = patch.box_half;
+        model.geom_aabb_mut()[geom] = [0.0, 0.0, 0.0, a, b, c];
+        model.geom_rbound_mut()[geom] = (a * a + b * b + c * c).sqrt();
+        model.geom_friction_mut()[geom] = patch.friction;
+        let (first, count) = (model.body_bvhadr()[body], model.body_bvhnum()[body]);
+        for node in first..first + count {
+            model.bvh_aabb_mut()[node as usize] = patch.bounds;
+        }
+    }
+    data.set_const();
 }
 
 /// Gives the free object of a thread's own model a mass [kg], friction, and torsion [m].

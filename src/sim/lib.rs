@@ -9,7 +9,7 @@
 //! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that nothing pushes away, compiled once and
 //! shared, a [`HandWorker`] what one thread needs to move it. The object may be a true mesh: MuJoCo itself collides the convex
 //! hull of one. A [`TrialSim`] is a hand with an object that moves freely, a [`TrialWorker`] closes, lifts and shakes: the
-//! physics label of a grasp. Stepping is of class `physics`.
+//! physics label of a grasp. A [`SettleWorker`] lets bodies fall and come to rest in a container. Stepping is of class `physics`.
 //!
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
@@ -40,6 +40,7 @@ mod placed_table;
 mod probe;
 mod robot;
 mod scene;
+mod settle;
 mod table;
 mod trial;
 mod true_mesh;
@@ -59,6 +60,9 @@ pub use model::{Inertia, LIGHTS, SimModel};
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;
+pub use settle::{
+    Container, Fault, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene,
+};
 pub use trial::{
     Gravity, Grip, Outcome, Phase, PlainHand, Slip, Start, TableSupport, TrialConditions, TrialProtocol, TrialSim,
     TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,

@@ -1,5 +1,10 @@
 //! Simulations whose numbers blow up.
 
+use mujoco_rs::{
+    mujoco_c::mjtWarning,
+    wrappers::{mj_data::MjData, traits::ModelType},
+};
+
 /// The simulation became unstable: nothing after this step counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("unstable in step {step}: {kind:?}")]
@@ -23,4 +28,18 @@ pub enum Instability {
     Control,
     /// No room for all contacts or constraints, or an inertia without inverse.
     Room,
+}
+
+/// The first instability that MuJoCo has counted since its state was reset, if any.
+pub(super) fn instability<M: ModelType>(data: &MjData<M>) -> Option<Instability> {
+    let kinds = [
+        (mjtWarning::mjWARN_BADQPOS, Instability::Position),
+        (mjtWarning::mjWARN_BADQVEL, Instability::Velocity),
+        (mjtWarning::mjWARN_BADQACC, Instability::Acceleration),
+        (mjtWarning::mjWARN_BADCTRL, Instability::Control),
+        (mjtWarning::mjWARN_CONTACTFULL, Instability::Room),
+        (mjtWarning::mjWARN_CNSTRFULL, Instability::Room),
+        (mjtWarning::mjWARN_INERTIA, Instability::Room),
+    ];
+    kinds.into_iter().find(|(warning, _)| data.warning()[*warning as usize].number > 0).map(|(_, kind)| kind)
 }

@@ -434,7 +434,7 @@ mod tests {
             let centre = way * (inner - radius + depth);
             let found = contacts(&bowl, &ball, &IsometryMatrix3::translation(centre.x, centre.y, centre.z));
             let deepest = found.first().expect("it lies in the bowl");
-            // Facets of both, and points a cell apart.
+            // Facets of both, and points one cell apart.
             let slack = 0.0025_f64.powi(2) / 2.0 * (1.0 / radius - 1.0 / inner) + 2e-5;
             assert!((-deepest.distance - depth).abs() < slack, "{angle}: {deepest:?}");
             assert!(deepest.normal.dot(&-way) > 0.99, "{angle}: {deepest:?}");

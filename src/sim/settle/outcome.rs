@@ -1,0 +1,109 @@
+//! Results of settling.
+
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
+
+use crate::Instability;
+
+/// Depths that are allowed between two bodies, and between a body and the container [m].
+pub const MAX_DEPTHS: [f64; 2] = [0.5e-3, 1e-3];
+
+/// Motion of a centre of mass [m] and rotation [rad] that a scene may show when it is stepped from its stored poses.
+pub const MAX_DRIFT: [f64; 2] = [2e-3, 2.0 * std::f64::consts::PI / 180.0];
+
+/// Reason why a scene is no scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fault {
+    /// Bodies still moved at the end of the time.
+    NeverRested {
+        /// The largest speed [m/s].
+        speed: f64,
+    },
+    /// Two bodies, or a body and the container, overlap by too much.
+    TooDeep {
+        /// Indices of the bodies; `None` for the container.
+        pair: [Option<usize>; 2],
+        /// The depth [m].
+        depth: f64,
+    },
+    /// An edge of one body goes through the other.
+    Crossed {
+        /// Indices of the bodies; `None` for the container.
+        pair: [Option<usize>; 2],
+    },
+    /// Too many bodies left the container.
+    Gone {
+        /// Their indices.
+        bodies: Vec<usize>,
+    },
+    /// Stepped from the stored poses, a body moved.
+    Moved {
+        /// Index of the body that moved most.
+        body: usize,
+        /// Motion of its centre of mass [m].
+        drift: f64,
+        /// Rotation of that body [rad].
+        turn: f64,
+    },
+    /// MuJoCo's numbers blew up.
+    Unstable(Instability),
+}
+
+/// A body of a settled scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SettledBody {
+    /// Index of the body among those that were given.
+    pub index: usize,
+    /// Pose of the body.
+    pub world_from_object: IsometryMatrix3<f64>,
+    /// Time at which it was let go [s].
+    pub released_at: f64,
+    /// Motion of its centre of mass in the check [m].
+    pub drift: f64,
+    /// Rotation of the body in the check [rad].
+    pub turn: f64,
+}
+
+/// A point at which two bodies of a scene touch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneTouch {
+    /// Positions of the bodies in [`SettledScene::bodies`], the first below the second; `None` for the container, which comes
+    /// first.
+    pub pair: [Option<usize>; 2],
+    /// Half way between the two surfaces, in the world [m].
+    pub point: Point3<f64>,
+    /// Out of the first, in the world.
+    pub normal: Vector3<f64>,
+    /// [m], negative where they overlap.
+    pub distance: f64,
+    /// Force of the first on the second, in the world [N].
+    pub force: Vector3<f64>,
+}
+
+/// Result of settling a scene. A scene with a fault has numbers as far as it got.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SettledScene {
+    /// Why it is no scene, if it is none.
+    pub fault: Option<Fault>,
+    /// The bodies that stayed, in the order of their release.
+    pub bodies: Vec<SettledBody>,
+    /// Indices of the bodies that left the container.
+    pub gone: Vec<usize>,
+    /// Time from the last release to rest [s].
+    pub rest_time: f64,
+    /// Steps until rest.
+    pub steps: u32,
+    /// Largest speed at rest [m/s].
+    pub top_speed: f64,
+    /// Largest depth between two bodies, and between a body and the container [m].
+    pub depths: [f64; 2],
+    /// The contacts at the stored poses.
+    pub touches: Vec<SceneTouch>,
+}
+
+impl SettledScene {
+    /// The largest motion [m] and rotation [rad] of a body in the check.
+    pub fn drift(&self) -> [f64; 2] {
+        let of = |value: fn(&SettledBody) -> f64| self.bodies.iter().map(value).fold(0.0, f64::max);
+        [of(|body| body.drift), of(|body| body.turn)]
+    }
+}

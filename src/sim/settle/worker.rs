@@ -1,0 +1,543 @@
+//! Settling, one scene after another.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use super::{
+    BodyPatch, Container, Fault, Placement, SceneBody, SceneCollider, SceneTouch, SettleSettings, SettledBody,
+    SettledScene,
+    collider::SceneLoan,
+    model::SceneModel,
+    outcome::{MAX_DEPTHS, MAX_DRIFT},
+};
+use crate::{
+    convert::{index, isometry},
+    hand_sim::quaternion,
+    unstable::instability,
+};
+use kernel::{
+    contact::{BodyScratch, PairTracker, crosses, plane_contacts},
+    geom::SimdLevel,
+};
+
+/// Time between two looks at the speeds [s].
+const LOOK_EVERY: f64 = 0.05;
+
+/// Room between a dropped body and the walls, at least [m].
+const FROM_WALL: f64 = 0.002;
+
+/// A body below this has left the container for good [m].
+const LOST_BELOW: f64 = -0.5;
+
+/// Distance at which bodies wait for their release, one beside the other [m].
+const PARKED: f64 = 50.0;
+
+/// Working memory of one thread; its models are its own.
+pub struct SettleWorker {
+    container: Container,
+    settings: SettleSettings,
+    level: SimdLevel,
+    /// A model per count of bodies.
+    models: BTreeMap<usize, SceneModel>,
+}
+
+/// A scene that is being settled.
+struct Run<'w> {
+    model: &'w mut SceneModel,
+    collider: Option<SceneCollider>,
+    bodies: &'w [SceneBody],
+    container: &'w Container,
+    settings: &'w SettleSettings,
+    /// Bodies that take part; the others wait for their release, or have left the container.
+    present: Vec<bool>,
+}
+
+impl SettleWorker {
+    /// A worker for scenes in one container.
+    pub fn new(container: Container, settings: SettleSettings, level: SimdLevel) -> Self {
+        Self { container, settings, level, models: BTreeMap::new() }
+    }
+
+    /// Settles bodies from their placements, in the order in which they are let go; those before the scene leave no trace.
+    /// `min`: how many have to stay in the container.
+    ///
+    /// # Panics
+    /// When there are not as many placements as bodies, or there is no body.
+    pub fn settle(&mut self, bodies: &[SceneBody], placements: &[Placement], min: usize) -> SettledScene {
+        assert_eq!(bodies.len(), placements.len(), "one placement per body");
+        let mut scene = SettledScene {
+            fault: None,
+            bodies: Vec::new(),
+            gone: Vec::new(),
+            rest_time: 0.0,
+            steps: 0,
+            top_speed: 0.0,
+            depths: [0.0; 2],
+            touches: Vec::new(),
+        };
+        scene.fault = self.attempt(bodies, placements, min, &mut scene).err();
+        scene
+    }
+
+    fn run<'w>(&'w mut self, bodies: &'w [SceneBody]) -> Run<'w> {
+        let Self { container, settings, models, .. } = self;
+        let model = models.entry(bodies.len()).or_insert_with(|| SceneModel::new(container, settings, bodies.len()));
+        let patches: Vec<BodyPatch> = bodies.iter().map(|body| BodyPatch::new(body, settings)).collect();
+        model.set_bodies(&patches);
+        model.data.reset();
+        let surfaces = bodies.iter().map(|body| std::sync::Arc::clone(&body.body)).collect();
+        let collider = Some(SceneCollider::new(container.clone(), surfaces));
+        Run { model, collider, bodies, container, settings, present: vec![true; bodies.len()] }
+    }
+
+    fn attempt(
+        &mut self,
+        bodies: &[SceneBody],
+        placements: &[Placement],
+        min: usize,
+        scene: &mut SettledScene,
+    ) -> Result<(), Fault> {
+        // Fall, and come to rest.
+        let mut run = self.run(bodies);
+        let released = run.fall(placements, scene)?;
+        let poses: Vec<IsometryMatrix3<f64>> = (0..bodies.len()).map(|index| run.pose(index)).collect();
+        // Bodies that left the container are none of the scene's.
+        let stays = |index: &usize| run.present[*index] && run.contains(&(poses[*index] * bodies[*index].solid.centre));
+        let (kept, gone): (Vec<usize>, Vec<usize>) = (0..bodies.len()).partition(stays);
+        scene.gone = gone;
+        let of = |index: &usize| SettledBody {
+            index: *index,
+            world_from_object: poses[*index],
+            released_at: released[*index],
+            drift: 0.0,
+            turn: 0.0,
+        };
+        scene.bodies = kept.iter().map(of).collect();
+        if kept.len() < min.max(1) {
+            return Err(Fault::Gone { bodies: scene.gone.clone() });
+        }
+        // Depths and crossings of the true meshes.
+        let kept: Vec<SceneBody> = kept.iter().map(|index| bodies[*index].clone()).collect();
+        self.check_overlaps(&kept, scene)?;
+        // From the stored poses, from rest: nothing moves.
+        let poses: Vec<IsometryMatrix3<f64>> = scene.bodies.iter().map(|body| body.world_from_object).collect();
+        let mut run = self.run(&kept);
+        scene.touches = run.touches(&poses);
+        let drifts = run.stepped_again(&poses)?;
+        for (body, [drift, turn]) in scene.bodies.iter_mut().zip(&drifts) {
+            (body.drift, body.turn) = (*drift, *turn);
+        }
+        let farthest = drifts.iter().enumerate().max_by(|(_, one), (_, other)| one[0].total_cmp(&other[0]));
+        let turned = drifts.iter().enumerate().max_by(|(_, one), (_, other)| one[1].total_cmp(&other[1]));
+        for (body, [drift, turn]) in [farthest, turned].into_iter().flatten() {
+            if !(*drift <= MAX_DRIFT[0] && *turn <= MAX_DRIFT[1]) {
+                return Err(Fault::Moved { body: scene.bodies[body].index, drift: *drift, turn: *turn });
+            }
+        }
+        Ok(())
+    }
+
+    /// Depths of all overlaps, and edges that go through walls.
+    fn check_overlaps(&self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
+        let (mut scratch, mut found) = (BodyScratch::default(), Vec::new());
+        let poses: Vec<IsometryMatrix3<f64>> = scene.bodies.iter().map(|body| body.world_from_object).collect();
+        let indices: Vec<usize> = scene.bodies.iter().map(|body| body.index).collect();
+        for (high, body) in bodies.iter().enumerate() {
+            // The container first, then every body before this one.
+            for low in std::iter::once(None).chain((0..high).map(Some)) {
+                let kind = usize::from(low.is_none());
+                let other = match (low, &self.container) {
+                    (Some(low), _) => Some((bodies[low].body.as_ref(), poses[low].inv_mul(&poses[high]))),
+                    (None, Container::Bin { body, .. }) => Some((body.as_ref(), poses[high])),
+                    (None, Container::Plane { .. }) => None,
+                };
+                match &other {
+                    Some((other, placed)) => {
+                        PairTracker::default().contacts([other, body.body.as_ref()], placed, &mut scratch, &mut found)
+                    }
+                    None => plane_contacts(&body.body, &poses[high], &mut found),
+                }
+                let depth = found.first().map_or(0.0, |contact| -contact.distance);
+                scene.depths[kind] = scene.depths[kind].max(depth);
+                let pair = [low.map(|low| indices[low]), Some(indices[high])];
+                if depth > MAX_DEPTHS[kind] {
+                    return Err(Fault::TooDeep { pair, depth });
+                }
+                let crossed = other.is_some_and(|(other, placed)| {
+                    crosses([other, body.body.as_ref()], &placed, MAX_DEPTHS[kind], self.level)
+                });
+                if crossed {
+                    return Err(Fault::Crossed { pair });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Run<'_> {
+    /// Lets the bodies go and steps until they rest: the time of each release [s].
+    fn fall(&mut self, placements: &[Placement], scene: &mut SettledScene) -> Result<Vec<f64>, Fault> {
+        let SettleSettings { timestep, release_every, rest_speed, rest_time, cap, .. } = *self.settings;
+        let steps_in = |time: f64| (time / timestep).round().max(1.0) as u32;
+        let mut released: Vec<f64> = Vec::new();
+        let mut step = 0;
+        for (index, placement) in placements.iter().enumerate() {
+            match placement {
+                Placement::Placed { world_from_object } => self.put(index, world_from_object),
+                Placement::Dropped { .. } => self.present[index] = false,
+            }
+        }
+        let dropped = placements.iter().any(|placement| matches!(placement, Placement::Dropped { .. }));
+        for (index, placement) in placements.iter().enumerate() {
+            if let Placement::Dropped { rotation, shares } = placement {
+                let pose = self.drop_pose(index, rotation, *shares);
+                self.put(index, &pose);
+                self.present[index] = true;
+            }
+            released.push(f64::from(step) * timestep);
+            if dropped && index + 1 < placements.len() {
+                for _ in 0..steps_in(release_every) {
+                    self.step()?;
+                    step += 1;
+                }
+                self.give_up_lost();
+            }
+        }
+        // At rest when no speed is above the bound for a while.
+        let looks = (rest_time / LOOK_EVERY).round().max(1.0) as u32;
+        let (last_release, mut still) = (step, 0);
+        loop {
+            for _ in 0..steps_in(LOOK_EVERY) {
+                self.step()?;
+                step += 1;
+            }
+            self.give_up_lost();
+            let present = (0..placements.len()).filter(|index| self.present[*index]);
+            let speed = present.map(|index| self.speed(index)).fold(0.0, f64::max);
+            still = if speed < rest_speed { still + 1 } else { 0 };
+            scene.top_speed = speed;
+            scene.rest_time = f64::from(step - last_release) * timestep;
+            scene.steps = step;
+            if still >= looks {
+                return Ok(released);
+            }
+            if scene.rest_time >= cap {
+                return Err(Fault::NeverRested { speed });
+            }
+        }
+    }
+
+    /// One step, of which the bodies that are not present know nothing.
+    fn step(&mut self) -> Result<(), Fault> {
+        for index in 0..self.bodies.len() {
+            if !self.present[index] {
+                self.park(index);
+            }
+        }
+        let loan = SceneLoan::new(&mut self.collider);
+        self.model.data.step();
+        drop(loan);
+        match instability(&self.model.data) {
+            Some(kind) => Err(Fault::Unstable(kind)),
+            None => Ok(()),
+        }
+    }
+
+    /// Takes bodies that fall for ever out of the scene.
+    fn give_up_lost(&mut self) {
+        for index in 0..self.bodies.len() {
+            self.present[index] &= !(self.pose(index).translation.z < LOST_BELOW);
+        }
+    }
+
+    /// Puts a body far away, at rest.
+    fn park(&mut self, index: usize) {
+        let aside = PARKED + 2.0 * index as f64;
+        self.put(index, &IsometryMatrix3::translation(aside, PARKED, PARKED));
+    }
+
+    /// Puts a body somewhere, at rest.
+    fn put(&mut self, index: usize, pose: &IsometryMatrix3<f64>) {
+        let [address, dof] = self.model.addresses[index];
+        let qpos = self.model.data.qpos_mut();
+        qpos[address..address + 3].copy_from_slice(pose.translation.vector.as_slice());
+        qpos[address + 3..address + 7].copy_from_slice(&quaternion(pose));
+        self.model.data.qvel_mut()[dof..dof + 6].fill(0.0);
+    }
+
+    /// Pose of a body.
+    fn pose(&self, index: usize) -> IsometryMatrix3<f64> {
+        let [address, _] = self.model.addresses[index];
+        let values = &self.model.data.qpos()[address..address + 7];
+        isometry(&[values[0], values[1], values[2]], &[values[3], values[4], values[5], values[6]])
+    }
+
+    /// Speed of the centre of mass, and the angular speed at half the body's diagonal [m/s].
+    fn speed(&self, index: usize) -> f64 {
+        let [_, dof] = self.model.addresses[index];
+        let velocity = &self.model.data.qvel()[dof..dof + 6];
+        let linear = Vector3::from_column_slice(&velocity[..3]);
+        // MuJoCo has angular velocities in the body's own frame.
+        let angular = Vector3::from_column_slice(&velocity[3..]);
+        let SceneBody { body, solid, .. } = &self.bodies[index];
+        let at_centre = linear + self.pose(index).rotation * angular.cross(&solid.centre.coords);
+        at_centre.norm() + body.radius() * angular.norm()
+    }
+
+    /// Pose from which a body is dropped: within the floor where it fits, its lowest point above all that lies there.
+    fn drop_pose(&self, index: usize, rotation: &Rotation3<f64>, shares: [f64; 2]) -> IsometryMatrix3<f64> {
+        let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        for corner in self.bodies[index].body.corners() {
+            let corner = rotation * corner.coords;
+            (low, high) = (low.inf(&corner), high.sup(&corner));
+        }
+        let mut position = Vector3::zeros();
+        let mut fits = true;
+        for (axis, (side, share)) in self.container.floor().into_iter().zip(shares).enumerate() {
+            let [from, to] = [-side / 2.0 + FROM_WALL - low[axis], side / 2.0 - FROM_WALL - high[axis]];
+            fits &= from <= to;
+            position[axis] = if from <= to { from + (to - from) * share } else { f64::midpoint(from, to) };
+        }
+        let top = (0..index).filter(|other| self.present[*other]).map(|other| self.top(other)).fold(0.0, f64::max);
+        let floor = if fits { 0.0 } else { self.container.rim() };
+        position.z = top.max(floor) + self.settings.release_height - low.z;
+        IsometryMatrix3::from_parts(Translation3::from(position), *rotation)
+    }
+
+    /// Height of a body's highest point [m].
+    fn top(&self, index: usize) -> f64 {
+        let pose = self.pose(index);
+        let heights = self.bodies[index].body.corners().iter().map(|corner| (pose * corner).z);
+        heights.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Whether a centre of mass is in the container.
+    fn contains(&self, centre: &Point3<f64>) -> bool {
+        let [x, y] = self.container.floor();
+        centre.x.abs() <= x / 2.0 && centre.y.abs() <= y / 2.0 && centre.z > 0.0
+    }
+
+    /// Puts the bodies at rest at these poses, as if nothing had been before.
+    fn seat(&mut self, poses: &[IsometryMatrix3<f64>]) {
+        self.model.data.reset();
+        if let Some(collider) = &mut self.collider {
+            collider.forget();
+        }
+        poses.iter().enumerate().for_each(|(index, pose)| self.put(index, pose));
+    }
+
+    /// The contacts at these poses, and their forces.
+    fn touches(&mut self, poses: &[IsometryMatrix3<f64>]) -> Vec<SceneTouch> {
+        self.seat(poses);
+        let loan = SceneLoan::new(&mut self.collider);
+        self.model.data.forward();
+        drop(loan);
+        let data = &self.model.data;
+        let mut touches = Vec::new();
+        for (number, contact) in data.contact().iter().enumerate() {
+            // Geom 0 is the container, and every body has one.
+            let [one, other] = contact.geom.map(index);
+            let axes = nalgebra::Matrix3::from_row_slice(&contact.frame);
+            let [along, across, up, ..] = data.contact_force(number);
+            // The force of the first geom on the second, in the contact's frame.
+            let force = axes.transpose() * Vector3::new(along, across, up);
+            let normal = Vector3::from_column_slice(&contact.frame[..3]);
+            let sign = if one < other { 1.0 } else { -1.0 };
+            touches.push(SceneTouch {
+                pair: [one.min(other), one.max(other)].map(|geom| geom.checked_sub(1)),
+                point: contact.pos.into(),
+                normal: normal * sign,
+                distance: contact.dist,
+                force: force * sign,
+            });
+        }
+        touches
+    }
+
+    /// Steps from these poses: motion of each centre of mass [m], and rotation [rad].
+    fn stepped_again(&mut self, poses: &[IsometryMatrix3<f64>]) -> Result<Vec<[f64; 2]>, Fault> {
+        self.seat(poses);
+        let SettleSettings { recheck, timestep, .. } = *self.settings;
+        for _ in 0..(recheck / timestep).round() as u32 {
+            self.step()?;
+        }
+        let drift = |(index, from): (usize, &IsometryMatrix3<f64>)| {
+            let (to, centre) = (self.pose(index), self.bodies[index].solid.centre);
+            let turn = UnitQuaternion::from_rotation_matrix(&(to.rotation * from.rotation.inverse())).angle();
+            [(to * centre - from * centre).norm(), turn]
+        };
+        Ok(poses.iter().enumerate().map(drift).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{path::Path, sync::Arc, time::Instant};
+
+    use super::*;
+    use kernel::{
+        assets::{MeshSource, built_in_source, list_folder},
+        contact::{ContactBody, Sampled},
+        geom::TriMesh,
+        object::PreparedObject,
+        seed::Stream,
+        voxel::InsideTest,
+    };
+
+    const SETTINGS: SettleSettings = SettleSettings {
+        timestep: 0.002,
+        rolling: 0.002,
+        release_every: 0.3,
+        release_height: 0.03,
+        rest_speed: 0.002,
+        rest_time: 0.25,
+        cap: 4.0,
+        recheck: 2.0,
+    };
+
+    fn bin() -> Container {
+        let inner = [0.4, 0.3, 0.2];
+        let mesh = TriMesh::open_box(inner, 0.02);
+        let surface = kernel::contact::ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface");
+        Container::Bin { body: Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges)), inner }
+    }
+
+    fn scene_body(source: &MeshSource) -> SceneBody {
+        let object = PreparedObject::prepare(source).expect("a sound mesh");
+        let surface = Arc::clone(object.contact_surface().expect("a surface"));
+        let body = Arc::new(ContactBody::new(object.mesh(), surface, Sampled::Everywhere));
+        let solid = *object.mass().expect("a solid");
+        SceneBody { body, solid, mass: (400.0 * solid.volume).clamp(0.02, 2.0), friction: 0.5 }
+    }
+
+    fn scans(count: usize) -> Vec<SceneBody> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.deps/ycb");
+        let files = list_folder(&folder).unwrap_or_else(|error| panic!("{error}; `make setup` fetches the scans"));
+        let small = |path: &&std::path::PathBuf| !path.to_string_lossy().contains("chain");
+        let some = files.iter().filter(small).step_by(3).take(count);
+        some.map(|path| scene_body(&MeshSource::of_file("scan", path))).collect()
+    }
+
+    fn random_drop(stream: &mut Stream) -> Placement {
+        let rotation = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+            stream.normal(),
+            stream.normal(),
+            stream.normal(),
+            stream.normal(),
+        ));
+        Placement::Dropped { rotation: rotation.to_rotation_matrix(), shares: [stream.unit(), stream.unit()] }
+    }
+
+    #[test]
+    fn a_can_lies_on_a_plane_where_it_weighs_what_the_plane_carries() {
+        let can = scene_body(&built_in_source("can-01"));
+        let weight = can.mass * super::super::model::GRAVITY;
+        let mut worker = SettleWorker::new(Container::Plane { size: [1.0, 1.0] }, SETTINGS, SimdLevel::Scalar);
+        let placed = Placement::Placed { world_from_object: IsometryMatrix3::translation(0.1, 0.0, 0.2) };
+        let scene = worker.settle(&[can], &[placed], 1);
+        assert_eq!(scene.fault, None, "{scene:?}");
+        assert!(scene.depths[1] < 2e-4 && scene.drift()[0] < 1e-3, "{scene:?}");
+        let carried: f64 = scene.touches.iter().map(|touch| touch.force.z).sum();
+        assert!((carried / weight - 1.0).abs() < 0.1, "{carried} of {weight} N");
+        assert!(scene.touches.iter().all(|touch| touch.pair == [None, Some(0)] && touch.normal.z > 0.999));
+        assert!(scene.touches.len() >= 3, "{:?}", scene.touches);
+    }
+
+    #[test]
+    fn the_same_scene_twice_has_equal_bits_whatever_came_before() {
+        let bodies = ["mug-01", "box-01", "can-01"].map(|name| scene_body(&built_in_source(name)));
+        let drops = |seed: u64| {
+            let mut stream = Stream::of_job(seed, b"", "drops");
+            [(); 3].map(|()| random_drop(&mut stream))
+        };
+        let mut worker = SettleWorker::new(bin(), SETTINGS, SimdLevel::Scalar);
+        let first = worker.settle(&bodies, &drops(1), 3);
+        let other = worker.settle(&bodies, &drops(2), 3);
+        assert_ne!(first, other);
+        assert_eq!(worker.settle(&bodies, &drops(1), 3), first);
+        let mut fresh = SettleWorker::new(bin(), SETTINGS, SimdLevel::Scalar);
+        assert_eq!(fresh.settle(&bodies, &drops(1), 3), first);
+        assert_eq!(first.fault, None, "{first:?}");
+    }
+
+    /// A patched model moves as one that was compiled for its bodies.
+    #[test]
+    fn a_patched_model_equals_a_compiled_one() {
+        let bodies = ["mug-01", "box-01", "cup-01"].map(|name| scene_body(&built_in_source(name)));
+        let container = bin();
+        let patches = bodies.each_ref().map(|body| BodyPatch::new(body, &SETTINGS));
+        let mut models = [
+            SceneModel::new(&container, &SETTINGS, patches.len()),
+            SceneModel::of_patches(&container, &SETTINGS, &patches),
+        ];
+        models[0].set_bodies(&patches);
+        let mut stream = Stream::of_job(3, b"", "states");
+        let mut touched = 0;
+        for state in 0..1000 {
+            let poses: Vec<f64> = (0..3)
+                .flat_map(|_| {
+                    let at = [stream.uniform(-0.1, 0.1), stream.uniform(-0.1, 0.1), stream.uniform(0.02, 0.15)];
+                    let turn = [(); 4].map(|()| stream.normal());
+                    at.into_iter().chain(turn)
+                })
+                .collect();
+            let found = models.each_mut().map(|model| {
+                let surfaces = bodies.iter().map(|body| Arc::clone(&body.body)).collect();
+                let mut collider = Some(SceneCollider::new(container.clone(), surfaces));
+                model.data.reset();
+                model.data.qpos_mut().copy_from_slice(&poses);
+                let loan = SceneLoan::new(&mut collider);
+                model.data.forward();
+                drop(loan);
+                let contacts = model.data.contact().iter();
+                let contacts: Vec<_> = contacts.map(|each| (each.geom, each.dist, each.pos, each.friction)).collect();
+                (contacts, model.data.qacc().to_vec())
+            });
+            let [(one, moved), (other, as_compiled)] = &found;
+            assert_eq!(one, other, "state {state}");
+            touched += one.len();
+            let size = as_compiled.iter().fold(1.0, |size: f64, value| size.max(value.abs()));
+            for (a, b) in moved.iter().zip(as_compiled) {
+                assert!((a - b).abs() < 1e-6 * size, "state {state}: {a} {b}");
+            }
+        }
+        assert!(touched > 1000, "{touched}");
+    }
+
+    /// Bins of scans: how many are kept, and what a step costs.
+    #[test]
+    #[ignore = "slow: make test-slow"]
+    fn bins_of_scans_settle() {
+        let all = scans(26);
+        for (count, scenes, floor) in [(5, 20, 18), (10, 20, 17), (20, 6, 3)] {
+            let mut worker = SettleWorker::new(bin(), SETTINGS, SimdLevel::Scalar);
+            let (mut kept, mut steps, began) = (0, 0_u64, Instant::now());
+            for number in 0..scenes {
+                let mut stream = Stream::of_job(number, b"", "bins");
+                let mut bodies = all.clone();
+                stream.shuffle(&mut bodies);
+                bodies.truncate(count);
+                let drops: Vec<Placement> = (0..count).map(|_| random_drop(&mut stream)).collect();
+                let scene = worker.settle(&bodies, &drops, count);
+                kept += u32::from(scene.fault.is_none());
+                steps += u64::from(scene.steps) + 1000;
+                println!(
+                    "{count} bodies, scene {number}: {:?}, {} steps, depths {:?} mm, drift {:?} mm",
+                    scene.fault,
+                    scene.steps,
+                    scene.depths.map(|depth| 1e3 * depth),
+                    1e3 * scene.drift()[0]
+                );
+            }
+            let seconds = began.elapsed().as_secs_f64();
+            println!(
+                "{count} bodies: {kept} of {scenes} kept, {:.2} s a scene, {:.0} us a step",
+                seconds / scenes as f64,
+                1e6 * seconds / steps as f64
+            );
+            assert!(kept >= floor, "{count} bodies: {kept} of {scenes}");
+        }
+    }
+}
