@@ -61,33 +61,33 @@ const PRODUCT: Extension = Extension {
         (
             "src/format/products/mod.rs",
             &[
-                ("pub mod reachability;\n", "pub mod reachability;\npub mod volume;\n"),
-                ("[&ProductFormat; 4]", "[&ProductFormat; 5]"),
-                ("&patches::FORMAT]", "&patches::FORMAT, &volume::FORMAT]"),
+                ("pub mod scenes;\n", "pub mod scenes;\npub mod volume;\n"),
+                ("[&ProductFormat; 5]", "[&ProductFormat; 6]"),
+                ("&scenes::FORMAT]", "&scenes::FORMAT, &volume::FORMAT]"),
             ],
         ),
         (
             "src/format/products/checks.rs",
             &[
-                ("patches, reachability}", "patches, reachability, volume}"),
-                ("[&ProductChecks; 4]", "[&ProductChecks; 5]"),
-                ("&patches::CHECKS]", "&patches::CHECKS, &volume::CHECKS]"),
+                ("reachability, scenes}", "reachability, scenes, volume}"),
+                ("[&ProductChecks; 5]", "[&ProductChecks; 6]"),
+                ("&scenes::CHECKS]", "&scenes::CHECKS, &volume::CHECKS]"),
             ],
         ),
         (
             "src/factory/products/mod.rs",
             &[
-                ("pub mod reachability;\n", "pub mod reachability;\npub mod volume;\n"),
-                ("[&ProductFactory; 4]", "[&ProductFactory; 5]"),
-                ("&patches::FACTORY]", "&patches::FACTORY, &volume::FACTORY]"),
+                ("pub mod scenes;\n", "pub mod scenes;\npub mod volume;\n"),
+                ("[&ProductFactory; 5]", "[&ProductFactory; 6]"),
+                ("&scenes::FACTORY]", "&scenes::FACTORY, &volume::FACTORY]"),
             ],
         ),
         (
             "src/publish/products/mod.rs",
             &[
-                ("pub mod reachability;\n", "pub mod reachability;\npub mod volume;\n"),
-                ("[&ProductPages; 4]", "[&ProductPages; 5]"),
-                ("&patches::PAGES]", "&patches::PAGES, &volume::PAGES]"),
+                ("pub mod scenes;\n", "pub mod scenes;\npub mod volume;\n"),
+                ("[&ProductPages; 5]", "[&ProductPages; 6]"),
+                ("&scenes::PAGES]", "&scenes::PAGES, &volume::PAGES]"),
             ],
         ),
     ],

@@ -1,4 +1,4 @@
-"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps and patches.
+"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches and scenes.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
@@ -27,6 +27,7 @@ from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
 from .samples import Sample
+from .scenes import Overview, SceneContacts, SceneSample
 from .shapes import Mesh, ObjectFacts, RestingPose, object_facts, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
 
@@ -56,6 +57,7 @@ __all__ = [
     "Nearest",
     "NpyExport",
     "ObjectFacts",
+    "Overview",
     "PROOFS",
     "Pair",
     "PairBatch",
@@ -65,6 +67,8 @@ __all__ = [
     "RestingPose",
     "Sample",
     "SampleId",
+    "SceneContacts",
+    "SceneSample",
     "ShuffledChunks",
     "GRASP_LABELS",
     "TRIAL_VERDICTS",

@@ -77,6 +77,13 @@ class Folder:
         rows: list[dict[str, Any]] = self._rows("assets.json", {"object": str, "name": str})["objects"]
         return rows
 
+    def subjects(self) -> list[dict[str, Any]]:
+        """The rows of what samples are of, each with ``object`` (digest) and ``name``: those of ``objects()``, or, of a
+        product whose subjects are no objects, rows of their own."""
+        own = "subjects" if "subjects" in self._table("assets.json") else "objects"
+        rows: list[dict[str, Any]] = self._rows("assets.json", {"object": str, "name": str}, own)[own]
+        return rows
+
     def splits(self) -> dict[str, Any]:
         """``splits.json``; empty tables where the product has no splits."""
         if not self.has_splits:
@@ -95,13 +102,13 @@ class Folder:
         self.expect("patches")
         return self._table("types.json")
 
-    def _rows(self, name: str, keys: dict[str, type]) -> dict[str, Any]:
-        """A table whose ``objects`` are rows with these keys."""
+    def _rows(self, name: str, keys: dict[str, type], of: str = "objects") -> dict[str, Any]:
+        """A table whose ``of`` are rows with these keys."""
         table = self._table(name)
-        rows = table.get("objects")
-        _expect(self.path / name, isinstance(rows, list), "it has no list of objects")
+        rows = table.get(of)
+        _expect(self.path / name, isinstance(rows, list), f"it has no list of {of}")
         for number, row in enumerate(rows or ()):
-            _expect(self.path / name, _has(row, keys), f"row {number} of its objects lacks {', '.join(keys)}")
+            _expect(self.path / name, _has(row, keys), f"row {number} of its {of} lacks {', '.join(keys)}")
         return table
 
     def _table(self, name: str) -> dict[str, Any]:

@@ -39,7 +39,7 @@ class Index(Mapping[str, Column]):
 
     def __init__(self, folder: Folder) -> None:
         ledgers = [_read_ledger(folder, shard) for shard in range(len(folder.shards))]
-        names = {row["object"]: row["name"] for row in folder.objects()}
+        names = {row["object"]: row["name"] for row in folder.subjects()}
         unknown = sorted({subject for ledger in ledgers for subject in ledger.subjects} - set(names))
         if unknown:
             problem = f"a shard has samples of {unknown[0]}, which stands in no row"

@@ -55,7 +55,7 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// When one is gone, another one than when the job was resolved, or cannot be worked with.
-    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError>;
+    fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError>;
 
     /// Facts about the work for `estimate`, for people.
     fn remarks(&self) -> Vec<String> {
@@ -76,6 +76,17 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     }
 }
 
+/// Seed, level and splits with which the parts that all threads share are opened.
+#[derive(Clone, Copy, Debug)]
+pub struct Opening<'a> {
+    /// Seed of the job.
+    pub seed: u64,
+    /// SIMD level of this run.
+    pub level: SimdLevel,
+    /// Splits of the subjects, of a job that has some.
+    pub splits: Option<&'a SplitTable>,
+}
+
 /// Contribution of a product to the tables of its dataset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkTables {
@@ -87,6 +98,8 @@ pub struct WorkTables {
     pub platform: BTreeMap<String, String>,
     /// Rows of the asset table.
     pub assets: Vec<Value>,
+    /// Rows of subjects that are not objects, such as the scenes of a split.
+    pub subjects: Vec<Value>,
     /// Rows of hands.
     pub hands: Vec<Value>,
     /// Splits of the subjects.

@@ -38,6 +38,9 @@ pub use products::{
         PatchPoint,
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
+    scenes::{
+        CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneMode, SceneOverview, SceneSupport,
+    },
 };
 
 /// Number of the format on disk; a reader refuses every other.

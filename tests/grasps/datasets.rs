@@ -14,6 +14,7 @@ use graspmill::{
         Cancel, Parallelism, ProduceError, RunContext, RunError,
         job::{JobContext, JobText},
         run::OpenJob,
+        work::Opening,
     },
     format::{
         Channel, Grasp, GraspTrial,
@@ -542,7 +543,8 @@ fn a_wish_to_stop_is_heard_while_an_object_is_prepared() {
     let parallelism = Parallelism::available();
     let context = RunContext::quiet(&parallelism);
     let job = OpenJob::open(&text, &JobContext::default(), &context).expect("a job").job;
-    let work = job.work.open(job.seed, parallelism.level).expect("a hand");
+    let opening = Opening { seed: job.seed, level: parallelism.level, splits: None };
+    let work = job.work.open(opening).expect("a hand");
     let mut producer = work.producer().expect("a producer");
     let cancel = Cancel::new();
     cancel.cancel();

@@ -74,6 +74,7 @@ pub fn header_of(reader: &DatasetReader) -> DatasetHeader {
         channel_classes: of_classes.collect::<BTreeMap<_, _>>(),
         platform: manifest.platform.clone(),
         assets: assets.objects.iter().map(|row| row.whole()).collect(),
+        subjects: assets.subjects.iter().map(|row| row.whole()).collect(),
         hands: assets.hands.iter().map(|row| row.whole()).collect(),
         refused: assets.refused.clone(),
         splits,

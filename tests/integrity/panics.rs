@@ -16,10 +16,9 @@ use graspmill::{
         job::{JobContext, JobObjects, JobText, SplitInput},
         plan::{JobSplits, SubjectItems},
         run::OpenJob,
-        work::{Closing, OpenWork, Producer, Work, WorkTables},
+        work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
     },
     format::{Channel, Product},
-    geom::SimdLevel,
     ids::ItemId,
 };
 
@@ -95,9 +94,9 @@ impl Work for DefectiveWork {
         self.inner.tables(splits)
     }
 
-    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+    fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         self.pass(Place::Open);
-        Ok(Box::new(DefectiveOpenWork { work: self, inner: self.inner.open(seed, level)? }))
+        Ok(Box::new(DefectiveOpenWork { work: self, inner: self.inner.open(opening)? }))
     }
 }
 

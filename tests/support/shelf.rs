@@ -132,6 +132,7 @@ impl Shelf {
             channel_classes: Default::default(),
             platform: Default::default(),
             assets: SHAPES.iter().map(asset).collect(),
+            subjects: vec![],
             hands: vec![],
             refused: vec![serde_json::json!({
                 "file": "broken.stl", "reason": "truncated", "problem": "84 bytes of 50 084", "place": null,

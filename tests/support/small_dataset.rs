@@ -162,6 +162,7 @@ impl SmallDataset {
                 .into(),
             platform: Default::default(),
             assets: (0..self.objects).map(asset).collect(),
+            subjects: vec![],
             hands: vec![],
             refused: vec![],
             splits: Some(SplitTable { training_subsets: vec![1], objects: (0..self.objects).map(split).collect() }),

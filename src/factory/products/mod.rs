@@ -4,13 +4,14 @@ pub mod completion;
 pub mod grasps;
 pub mod patches;
 pub mod reachability;
+pub mod scenes;
 
 use super::product::ProductFactory;
 use format::Product;
 
 /// Every product; a job that names none is of the first.
-pub static PRODUCTS: [&ProductFactory; 4] =
-    [&completion::FACTORY, &reachability::FACTORY, &grasps::FACTORY, &patches::FACTORY];
+pub static PRODUCTS: [&ProductFactory; 5] =
+    [&completion::FACTORY, &reachability::FACTORY, &grasps::FACTORY, &patches::FACTORY, &scenes::FACTORY];
 
 /// The row of a product.
 ///

@@ -13,7 +13,7 @@ use crate::{
     Cancel, Event, Listener, MadeFate, MadeSample, ProduceError, Progress, RunContext, RunError, SampleSink,
     job::Job,
     plan::{Plan, ShardPlan, Share, WorkUnit},
-    work::{Closing, OpenWork, Producer},
+    work::{Closing, OpenWork, Opening, Producer},
 };
 use format::{
     Product,
@@ -147,7 +147,8 @@ impl<'a> RunTask<'a> {
     }
 
     fn open(&self, context: &RunContext<'_>) -> Result<Box<dyn OpenWork + 'a>, RunError> {
-        contain(|| "opening the job".to_owned(), || self.job.work.open(self.job.seed, context.parallelism.level))
+        let (seed, level, splits) = (self.job.seed, context.parallelism.level, self.header.splits.as_ref());
+        contain(|| "opening the job".to_owned(), || self.job.work.open(Opening { seed, level, splits }))
     }
 }
 

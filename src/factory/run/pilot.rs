@@ -20,7 +20,7 @@ use crate::{
     MadeFate, MadeSample, RunContext, RunError, SampleSink,
     job::Job,
     plan::Plan,
-    work::{OpenWork, Producer},
+    work::{OpenWork, Opening, Producer},
 };
 use format::{
     Channel, Facts,
@@ -69,9 +69,10 @@ pub struct PilotRate {
 /// # Errors
 /// Errors of [`run`](super::run).
 pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> Result<PilotRate, RunError> {
-    let OpenJob { job, plan, .. } = open;
+    let OpenJob { job, plan, splits, .. } = open;
     let began = processor_time();
-    let work = job.work.open(job.seed, context.parallelism.level)?;
+    let splits = splits.as_ref().map(|splits| &splits.table);
+    let work = job.work.open(Opening { seed: job.seed, level: context.parallelism.level, splits })?;
     let opened = processor_time();
     let folder = tempfile::tempdir().map_err(DatasetError::io("making", Path::new("a folder for the pilot")))?;
     let pilot = Pilot { job, plan, limits, work: work.as_ref(), folder: folder.path(), context };

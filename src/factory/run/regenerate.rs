@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::contain::{contain, item_words, subject_words};
-use crate::{MadeFate, MadeSample, RunContext, RunError, SampleSink, job::Job, plan::Plan};
+use crate::{MadeFate, MadeSample, RunContext, RunError, SampleSink, job::Job, plan::Plan, work::Opening};
 use format::{
     Channel,
     dataset::{DatasetReader, Fate, Ledger, LedgerRow},
@@ -63,7 +63,8 @@ pub fn regenerate(
     for index in &chosen {
         by_item.entry(plan.locate(*index)).or_default().push(*index);
     }
-    let work = job.work.open(job.seed, context.parallelism.level)?;
+    let (seed, level) = (job.seed, context.parallelism.level);
+    let work = job.work.open(Opening { seed, level, splits: Some(reader.splits()) })?;
     let mut producer = work.producer()?;
     let channels = producer.channels();
     let mut sink = SampleSink::new(channels.iter().copied());

@@ -13,6 +13,9 @@ use kernel::ids::ObjectId;
 pub struct AssetTable {
     /// One row per object.
     pub objects: Vec<AssetRow>,
+    /// One row per subject that is no object, such as the scenes of a split; empty where the objects are the subjects.
+    #[serde(default)]
+    pub subjects: Vec<AssetRow>,
     /// One row per hand; empty without touch by hands.
     #[serde(default)]
     pub hands: Vec<AssetRow>,

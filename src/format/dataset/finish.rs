@@ -47,6 +47,9 @@ pub struct DatasetHeader {
     /// The asset table: one JSON object per row, each with at least `object` (64 hexadecimal digits) and `name`. Paths
     /// and clocks must not stand in it: it is part of the root digest.
     pub assets: Vec<serde_json::Value>,
+    /// Subjects that are not objects, in rows like those of the objects and part of the root digest like them; empty where the
+    /// objects are the subjects.
+    pub subjects: Vec<serde_json::Value>,
     /// The hands that touched, in rows like those of the objects and part of the root digest like them.
     pub hands: Vec<serde_json::Value>,
     /// Meshes that could not be used, in any form.
@@ -79,8 +82,8 @@ pub fn finish_dataset(
     index: &dyn IndexFormat,
 ) -> Result<Manifest, DatasetError> {
     let mark = checked_mark(folder, header)?;
-    let subjects = asset_names(folder, &header.assets)?;
-    asset_names(folder, &header.hands)?;
+    let subjects = asset_names(folder, header.assets.iter().chain(&header.subjects))?;
+    asset_names(folder, header.hands.iter())?;
     let splits = header.splits.clone().filter(|_| header.product.has_splits);
     let splits = splits.map(|splits| checked_splits(splits, &folder.join(SPLITS))).transpose()?;
     let scan = scan_shards(folder, &mark)?;
@@ -106,7 +109,11 @@ pub fn finish_dataset(
 
     let roots = Roots::new(leaves, &classes, &subjects)?;
     let files = root_parts(folder, header.product)?;
-    let root = roots.dataset(&asset_tree(header.assets.iter().chain(&header.hands)), &files, &header.job);
+    let root = roots.dataset(
+        &asset_tree(header.assets.iter().chain(&header.subjects).chain(&header.hands)),
+        &files,
+        &header.job,
+    );
     for (name, text) in table_texts(header, splits.as_ref()) {
         durable::write_file(folder, name, text.as_bytes())?;
     }
@@ -169,7 +176,10 @@ pub(super) fn table_texts(header: &DatasetHeader, splits: Option<&SplitTable>) -
         "objects": sorted(&header.assets),
         "refused": header.refused,
     });
-    // Tables without hands keep the text that they had before there were any.
+    // Tables without subjects of their own, or without hands, keep the text that they had before there were any.
+    if !header.subjects.is_empty() {
+        assets["subjects"] = sorted(&header.subjects).into();
+    }
     if !header.hands.is_empty() {
         assets["hands"] = sorted(&header.hands).into();
     }

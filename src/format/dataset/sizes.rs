@@ -49,7 +49,7 @@ impl TableSizes {
                 rows.push((number, LedgerRow { index, ..row }));
             }
         }
-        let subjects = asset_names(first, &header.assets)?;
+        let subjects = asset_names(first, header.assets.iter().chain(&header.subjects))?;
         // Size of the index of the first rows.
         let index = |count: usize| {
             let mut bytes = Vec::new();

@@ -27,14 +27,17 @@ pub(super) fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
 pub(super) type Subjects = BTreeMap<ObjectId, (u32, String, String)>;
 
 /// The subjects of the rows of the asset table.
-pub(super) fn asset_names(folder: &Path, assets: &[serde_json::Value]) -> Result<Subjects, DatasetError> {
+pub(super) fn asset_names<'a>(
+    folder: &Path,
+    assets: impl IntoIterator<Item = &'a serde_json::Value>,
+) -> Result<Subjects, DatasetError> {
     let invalid = |problem: String| DatasetError::Invalid {
         path: folder.join(ASSETS),
         problem,
         remedy: "each row of the asset table is one object with 'object' (64 hexadecimal digits) and 'name'",
     };
     let mut subjects = Subjects::new();
-    for (index, row) in assets.iter().enumerate() {
+    for (index, row) in assets.into_iter().enumerate() {
         let name = row.get("name").and_then(|name| name.as_str());
         let (Some(object), Some(name)) = (object_of(row), name) else {
             return Err(invalid(format!("row {index} has no object or no name")));

@@ -817,6 +817,123 @@ pub struct ReachabilityField {
     #[prost(bytes = "vec", tag = "12")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topic /scenes/scene. Bodies at rest on their true meshes. SampleId.subject is the digest of container, mode and split, and
+/// SampleId.item the number of the scene in it. Bodies are counted from 1, in the order of their release; 0 is the container.
+/// The world's origin is the middle of the container's floor, z up. Lengths in m, masses in kg, forces in N, angles in rad.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Scene {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// digest of container, objects and poses: the scene by content
+    #[prost(bytes = "vec", tag = "2")]
+    pub scene: ::prost::alloc::vec::Vec<u8>,
+    /// table, heap, bin
+    #[prost(string, tag = "3")]
+    pub mode: ::prost::alloc::string::String,
+    /// plane, bin
+    #[prost(string, tag = "4")]
+    pub container: ::prost::alloc::string::String,
+    /// plane: sides of the rectangle; bin: room inside along x, y, z, and wall
+    #[prost(double, repeated, tag = "5")]
+    pub container_size: ::prost::alloc::vec::Vec<f64>,
+    /// 32 bytes per body: its object's digest
+    #[prost(bytes = "vec", tag = "6")]
+    pub objects: ::prost::alloc::vec::Vec<u8>,
+    /// (bodies, 12): rotation and translation by rows
+    #[prost(double, repeated, tag = "7")]
+    pub world_from_object: ::prost::alloc::vec::Vec<f64>,
+    /// per body
+    #[prost(double, repeated, tag = "8")]
+    pub masses: ::prost::alloc::vec::Vec<f64>,
+    /// per body; of two that touch the larger counts, the container has none
+    #[prost(double, repeated, tag = "9")]
+    pub frictions: ::prost::alloc::vec::Vec<f64>,
+    /// s, per body
+    #[prost(double, repeated, tag = "10")]
+    pub released_at: ::prost::alloc::vec::Vec<f64>,
+    /// per body: the resting pose of its object that is nearest, from 1; 0 none known
+    #[prost(uint32, repeated, tag = "11")]
+    pub resting_poses: ::prost::alloc::vec::Vec<u32>,
+    /// per body: between the two ups
+    #[prost(double, repeated, tag = "12")]
+    pub resting_angles: ::prost::alloc::vec::Vec<f64>,
+    /// per body: motion of its centre of mass when stepped again from rest
+    #[prost(double, repeated, tag = "13")]
+    pub drifts: ::prost::alloc::vec::Vec<f64>,
+    /// per body: rotation then
+    #[prost(double, repeated, tag = "14")]
+    pub turns: ::prost::alloc::vec::Vec<f64>,
+    /// per contact: the lower body
+    #[prost(uint32, repeated, tag = "15")]
+    pub touch_first: ::prost::alloc::vec::Vec<u32>,
+    /// per contact: the higher body
+    #[prost(uint32, repeated, tag = "16")]
+    pub touch_second: ::prost::alloc::vec::Vec<u32>,
+    /// (contacts, 3): half way between the two surfaces
+    #[prost(double, repeated, tag = "17")]
+    pub touch_points: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts, 3): out of the first
+    #[prost(double, repeated, tag = "18")]
+    pub touch_normals: ::prost::alloc::vec::Vec<f64>,
+    /// per contact: negative where they overlap
+    #[prost(double, repeated, tag = "19")]
+    pub touch_distances: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts, 3): of the first on the second
+    #[prost(double, repeated, tag = "20")]
+    pub touch_forces: ::prost::alloc::vec::Vec<f64>,
+    /// per support: what carries
+    #[prost(uint32, repeated, tag = "21")]
+    pub supporters: ::prost::alloc::vec::Vec<u32>,
+    /// per support: what is carried
+    #[prost(uint32, repeated, tag = "22")]
+    pub supported: ::prost::alloc::vec::Vec<u32>,
+    /// per support: share of its weight
+    #[prost(double, repeated, tag = "23")]
+    pub shares: ::prost::alloc::vec::Vec<f64>,
+    /// s, from the last release to rest
+    #[prost(double, tag = "24")]
+    pub rest_time: f64,
+    /// until rest
+    #[prost(uint32, tag = "25")]
+    pub steps: u32,
+    /// m/s, at rest
+    #[prost(double, tag = "26")]
+    pub top_speed: f64,
+    /// largest overlap of two bodies
+    #[prost(double, tag = "27")]
+    pub depth_bodies: f64,
+    /// largest overlap of a body and the container
+    #[prost(double, tag = "28")]
+    pub depth_container: f64,
+    /// bodies that left the container and are none of the scene's
+    #[prost(uint32, tag = "29")]
+    pub gone: u32,
+}
+/// Topic /scenes/overview. The scene from above, for people: a pinhole camera over the world's origin that looks straight down,
+/// its image's right along x and its up along y.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SceneOverview {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// px
+    #[prost(uint32, tag = "2")]
+    pub width: u32,
+    /// px
+    #[prost(uint32, tag = "3")]
+    pub height: u32,
+    /// px
+    #[prost(double, tag = "4")]
+    pub focal: f64,
+    /// m, height of the camera above the floor
+    #[prost(double, tag = "5")]
+    pub camera_z: f64,
+    /// (height, width) u8: 0 floor or nothing, 1 to 254 the body in front, 255 the container
+    #[prost(bytes = "vec", tag = "6")]
+    pub instances: ::prost::alloc::vec::Vec<u8>,
+    /// (height, width) u16, little-endian, 0.1 mm along the optical axis; 0 where nothing is
+    #[prost(bytes = "vec", tag = "7")]
+    pub depths: ::prost::alloc::vec::Vec<u8>,
+}
 /// Topic /completion/touch_rays, probes are rays; another kind of touch is another topic. Where the object was touched, in
 /// camera axes: one row per contact, in the order of the probes. Fields from 12 on are left for what hands feel besides.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]

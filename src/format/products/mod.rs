@@ -5,11 +5,12 @@ pub mod completion;
 pub mod grasps;
 pub mod patches;
 pub mod reachability;
+pub mod scenes;
 
 pub use checks::{CHECKS, checks_of};
 
 use super::ProductFormat;
 
 /// Every product, in the order in which people meet them.
-pub static PRODUCTS: [&ProductFormat; 4] =
-    [&completion::FORMAT, &reachability::FORMAT, &grasps::FORMAT, &patches::FORMAT];
+pub static PRODUCTS: [&ProductFormat; 5] =
+    [&completion::FORMAT, &reachability::FORMAT, &grasps::FORMAT, &patches::FORMAT, &scenes::FORMAT];

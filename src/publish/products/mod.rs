@@ -5,6 +5,7 @@ pub mod completion;
 pub mod grasps;
 pub mod patches;
 pub mod reachability;
+pub mod scenes;
 #[cfg(test)]
 mod template_tests;
 
@@ -12,7 +13,8 @@ use super::product::ProductPages;
 use format::Product;
 
 /// Every product.
-pub static PRODUCTS: [&ProductPages; 4] = [&completion::PAGES, &reachability::PAGES, &grasps::PAGES, &patches::PAGES];
+pub static PRODUCTS: [&ProductPages; 5] =
+    [&completion::PAGES, &reachability::PAGES, &grasps::PAGES, &patches::PAGES, &scenes::PAGES];
 
 /// The row of a product.
 ///

@@ -14,6 +14,7 @@ use super::{
     },
     patches::{self, PatchSurvey, PatchesInspection},
     reachability::{self, ReachabilityFacts},
+    scenes::{self, SceneSurvey, ScenesInspection},
 };
 use crate::{
     escape,
@@ -224,6 +225,23 @@ fn patches_page(name: &str, is_full: bool) -> Page {
     page(patches::PAGE_TEMPLATE, &patches::PatchesPage::of(&survey, cards, name))
 }
 
+fn scenes_page(name: &str, is_full: bool) -> Page {
+    let rest = json!({
+        "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
+        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
+        "bodies": 20, "gone": 1, "by_bodies": if is_full { json!({ "5": 4 }) } else { json!({}) },
+        "contacts": SPREAD, "rest_time": SPREAD, "depth_bodies": SPREAD, "depth_container": SPREAD, "drift": SPREAD,
+        "objects": [{ "name": name, "object": object(), "split": "training", "mass": 0.3 }],
+    });
+    let mut facts =
+        serde_json::to_value(header(name, Product::SCENES, usize::from(is_full), is_full)).expect("plain data");
+    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    let facts: ScenesInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let survey = SceneSurvey { facts, shown: Vec::new() };
+    let cards = if is_full { vec![scenes::CardView::example(name)] } else { Vec::new() };
+    page(scenes::PAGE_TEMPLATE, &scenes::ScenesPage::of(&survey, cards, name))
+}
+
 fn reachability_page(name: &str, is_directed: bool, is_full: bool) -> Page {
     let axis = |name, unit, count, periodic| {
         let step = if periodic { std::f64::consts::TAU / count as f64 } else { 0.1 };
@@ -305,6 +323,7 @@ fn pages(name: &str) -> Vec<Page> {
         pages.push(grasps_page(name, sampler, tried, is_full));
     }
     pages.extend([true, false].map(|is_full| patches_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| scenes_page(name, is_full)));
     for (is_directed, is_full) in [(true, true), (false, true), (false, false)] {
         pages.push(reachability_page(name, is_directed, is_full));
     }
@@ -398,7 +417,7 @@ fn names_are_text_in_pages() {
     for (name, escaped) in [("<b>x</b>", "&lt;b&gt;x&lt;/b&gt;"), ("a&b", "a&amp;b"), ("\"'", "&quot;&#39;")] {
         let of_pages = pages(name);
         let html: Vec<&Page> = of_pages.iter().filter(|(template, _)| template.ends_with(".html")).collect();
-        assert_eq!(html.len(), 13);
+        assert_eq!(html.len(), 15);
         for (template, view) in html {
             let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");

@@ -7,6 +7,7 @@ use graspmill::{
         ProduceError,
         job::Job,
         products::completion::{CompletionSettings, Exploration, ExplorationTarget, TouchByHand, channels_of},
+        work::Opening,
     },
     format::Channel,
     geom::SimdLevel,
@@ -190,7 +191,8 @@ fn a_hand_that_goes_or_changes_while_a_run_goes_on_stops_it() {
     }
     let scene = format!("touch.hand.scene={}", file("xml").display());
     let job = job(&[&scene]);
-    let open = || job.work.open(0, SimdLevel::detect()).and_then(|work| work.producer().map(drop));
+    let opening = Opening { seed: 0, level: SimdLevel::detect(), splits: None };
+    let open = || job.work.open(opening).and_then(|work| work.producer().map(drop));
     open().expect("nothing has changed");
     let table = read_text(file("toml"));
     fs::write(file("toml"), table.clone() + "\n").expect("another table");

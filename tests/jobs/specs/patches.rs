@@ -172,6 +172,7 @@ impl MadeUpGrasps {
             channel_classes: Default::default(),
             platform: Default::default(),
             assets: (1..=3).map(asset).collect(),
+            subjects: Vec::new(),
             hands: vec![serde_json::json!({ "object": self.hand, "name": "hand" })],
             refused: Vec::new(),
             splits: Some(SplitTable { training_subsets: Vec::new(), objects: (1..).zip(splits).map(row).collect() }),

@@ -12,7 +12,7 @@ use crate::{
     job::{JobObjects, SplitInput, shards_section},
     objects::{bytes_of_descriptions, check_hand, describe_all},
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::{Channel, Product};
 use kernel::{
@@ -73,12 +73,14 @@ impl Work for CompletionJob {
             channel_classes: channels.map(|channel| (channel, class_of_hands)).collect(),
             platform: platform(settings),
             assets: self.objects.rows(),
+            subjects: Vec::new(),
             hands: by_hand.map(|touch| touch.hand.row()).into_iter().collect(),
             splits: Some(splits.map(|splits| splits.table.clone()).unwrap_or_default()),
         }
     }
 
-    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+    fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        let Opening { seed, level, .. } = opening;
         if let Some(touch) = &self.settings.touch.by_hand {
             check_hand(&touch.hand)?;
         }

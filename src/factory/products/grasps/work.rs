@@ -16,7 +16,7 @@ use crate::{
     job::{JobObject, JobObjects, SplitInput, shards_section},
     objects::{MEASURED_OBJECTS, add_to_assets, bytes_of_row},
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::{Channel, ObjectShape, Product, products::grasps::ShapesWriter};
 use kernel::{
@@ -67,12 +67,14 @@ impl Work for GraspJob {
             channel_classes: tried.into_iter().collect(),
             platform: tried.map_or_else(BTreeMap::new, |_| sim_facts().platform(None)),
             assets: self.objects.rows(),
+            subjects: Vec::new(),
             hands: vec![self.hand.row()],
             splits: Some(splits.map(|splits| splits.table.clone()).unwrap_or_default()),
         }
     }
 
-    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+    fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        let Opening { seed, level, .. } = opening;
         Ok(Box::new(OpenGrasps { job: self, hand: GraspHand::open(&self.hand, &self.settings.sampler)?, seed, level }))
     }
 

@@ -12,7 +12,7 @@ use crate::{
     ProduceError, RunError,
     job::shards_section,
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::{
     Channel, Product,
@@ -68,12 +68,14 @@ impl Work for PatchJob {
             channel_classes: drawn.collect(),
             platform: colour.map_or_else(BTreeMap::new, |_| sim_facts().platform(gl_facts().ok().as_ref())),
             assets: self.grasps.objects.iter().map(|object| object.asset.clone()).collect(),
+            subjects: Vec::new(),
             hands: vec![self.hand.row()],
             splits: Some(splits(&self.grasps)),
         }
     }
 
-    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+    fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        let Opening { seed, level, .. } = opening;
         if self.settings.colour.is_some() {
             check_colours()?;
         }

@@ -14,10 +14,10 @@ use crate::{
     ProduceError, RunError,
     job::shards_section,
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::{FieldHeader, Product, dataset::scan_shards, products::reachability::write_field};
-use kernel::{geom::SimdLevel, words::NumberClass};
+use kernel::words::NumberClass;
 use sim::sim_facts;
 
 impl Work for ReachabilityJob {
@@ -61,12 +61,14 @@ impl Work for ReachabilityJob {
             channel_classes: BTreeMap::new(),
             platform,
             assets: vec![row],
+            subjects: Vec::new(),
             hands: Vec::new(),
             splits: None,
         }
     }
 
-    fn open(&self, seed: u64, level: SimdLevel) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+    fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        let Opening { seed, level, .. } = opening;
         Ok(Box::new(OpenReachability { job: self, labeller: PoseLabeller::new(self, seed, level)? }))
     }
 

@@ -44,7 +44,8 @@ pub fn verify(
     if let Err(what) = &assets {
         problems.push(whole(ASSETS, what.clone(), REWRITE));
     }
-    let subjects = assets.as_ref().ok().and_then(|rows| asset_names(folder, &rows.objects).ok());
+    let subjects =
+        assets.as_ref().ok().and_then(|rows| asset_names(folder, rows.objects.iter().chain(&rows.subjects)).ok());
     let mut notes = Vec::new();
     tables::check_foreign(folder, &manifest, &mut problems, &mut notes)?;
     tables::check_preview(folder, &mut notes);
@@ -149,7 +150,7 @@ fn check_root(
 ) -> Option<Digest> {
     match Roots::new(leaves, &classes_of(&manifest.channels(), manifest), subjects) {
         Ok(roots) => {
-            let assets = asset_tree(assets.objects.iter().chain(&assets.hands));
+            let assets = asset_tree(assets.objects.iter().chain(&assets.subjects).chain(&assets.hands));
             let root = roots.dataset(&assets, files, &manifest.job);
             compare_roots(manifest, &roots, &root, problems);
             Some(root)

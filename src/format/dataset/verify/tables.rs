@@ -58,6 +58,8 @@ pub(super) struct AssetRows {
     format_version: u32,
     pub objects: Vec<serde_json::Value>,
     #[serde(default)]
+    pub subjects: Vec<serde_json::Value>,
+    #[serde(default)]
     pub hands: Vec<serde_json::Value>,
     pub refused: Vec<serde_json::Value>,
 }
@@ -262,7 +264,7 @@ pub(super) fn check_splits(
     problems: &mut Vec<Problem>,
     notes: &mut Vec<String>,
 ) {
-    let objects: BTreeSet<ObjectId> = assets.objects.iter().filter_map(object_of).collect();
+    let objects: BTreeSet<ObjectId> = assets.objects.iter().chain(&assets.subjects).filter_map(object_of).collect();
     let divided: BTreeSet<ObjectId> = splits.objects.iter().map(|row| row.object).collect();
     if objects != divided {
         let (more, fewer) = (divided.difference(&objects).count(), objects.difference(&divided).count());

@@ -1,0 +1,144 @@
+"""Samples of scenes: bodies at rest on their true meshes, in a bin or on a plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .geometry import Floats
+from .samples import Sample, as_array, content, expect_lengths
+
+CONTAINER = 0
+"""Number of the container among the bodies of contacts and supports; bodies are counted from 1."""
+WALLS = 255
+"""Instance of the container in a picture from above."""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneContacts:
+    """Points at which two bodies of a scene touch."""
+
+    pairs: npt.NDArray[np.uint32]
+    """(contacts, 2) numbers of the bodies, the lower first: ``CONTAINER``, or from 1."""
+    points: Floats
+    """(contacts, 3) m, half way between the two surfaces."""
+    normals: Floats
+    """(contacts, 3) out of the first, unit length."""
+    distances: Floats
+    """(contacts,) m, negative where they overlap."""
+    forces: Floats
+    """(contacts, 3) N, of the first on the second."""
+
+
+@dataclass(frozen=True, eq=False)
+class Overview:
+    """A scene from above, by a camera over the world's origin that looks straight down: right is x, up is y."""
+
+    instances: npt.NDArray[np.uint8]
+    """(height, width): 0 floor or nothing, from 1 the body in front, ``WALLS`` the container."""
+    depth: npt.NDArray[np.float32]
+    """(height, width) m along the optical axis, NaN where nothing is."""
+    focal: float
+    """Focal length [px]; the principal point is the middle of the image, pixel centres at +0.5."""
+    camera_z: float
+    """Height of the camera above the floor [m]."""
+
+
+class SceneSample(Sample):
+    """Bodies of a scene in the order of their release, with poses, contacts and who rests on whom."""
+
+    product = "scenes"
+    __slots__ = ()
+
+    @content
+    def scene_id(self) -> str:
+        """Digest of container, objects and poses, 64 hexadecimal digits: the scene by content."""
+        return bytes(self.message("scene")["scene"]).hex()
+
+    @content
+    def mode(self) -> str:
+        """``table``, ``heap`` or ``bin``."""
+        return str(self.message("scene")["mode"])
+
+    @content
+    def container(self) -> tuple[str, Floats]:
+        """``("plane", [x, y])`` or ``("bin", [x, y, z, wall])`` [m]; the world's origin is the middle of the floor."""
+        message = self.message("scene")
+        return str(message["container"]), message["container_size"]
+
+    @content
+    def objects(self) -> list[str]:
+        """Digest of each body's object, 64 hexadecimal digits, as in ``assets.json``."""
+        digests = bytes(self.message("scene")["objects"])
+        return [digests[start : start + 32].hex() for start in range(0, len(digests), 32)]
+
+    @content
+    def world_from_object(self) -> Floats:
+        """(bodies, 4, 4) poses."""
+        rows: Floats = self.message("scene")["world_from_object"].reshape(-1, 3, 4)
+        expect_lengths(len(self.objects), world_from_object=rows)
+        poses = np.tile(np.eye(4), (len(rows), 1, 1))
+        poses[:, :3] = rows
+        return poses
+
+    @content
+    def masses(self) -> Floats:
+        """(bodies,) kg."""
+        return self._per_body("masses")
+
+    @content
+    def frictions(self) -> Floats:
+        """(bodies,) coefficients of sliding friction; of two that touch the larger counts."""
+        return self._per_body("frictions")
+
+    @content
+    def drifts(self) -> Floats:
+        """(bodies,) m: motion of the centre of mass when the scene is stepped again from rest."""
+        return self._per_body("drifts")
+
+    @content
+    def resting_poses(self) -> npt.NDArray[np.int64]:
+        """(bodies,) index of the resting pose of the object whose up is nearest; -1 where none is known."""
+        found: npt.NDArray[np.int64] = np.asarray(self.message("scene")["resting_poses"], np.int64) - 1
+        expect_lengths(len(self.objects), resting_poses=found)
+        return found
+
+    @content
+    def resting_angles(self) -> Floats:
+        """(bodies,) rad between the body's up and that of its resting pose."""
+        return self._per_body("resting_angles")
+
+    @content
+    def contacts(self) -> SceneContacts:
+        """Contacts at these poses."""
+        message = self.message("scene")
+        pairs = np.stack([np.asarray(message[name], np.uint32) for name in ("touch_first", "touch_second")], axis=1)
+        points, normals, forces = (message[f"touch_{name}"].reshape(-1, 3) for name in ("points", "normals", "forces"))
+        distances = message["touch_distances"]
+        expect_lengths(len(pairs), points=points, normals=normals, forces=forces, distances=distances)
+        return SceneContacts(pairs, points, normals, distances, forces)
+
+    @content
+    def supports(self) -> list[tuple[int, int, float]]:
+        """Who rests on whom: ``(by, body, share)``, the share of the body's weight that the other carries."""
+        message = self.message("scene")
+        columns = [np.asarray(message[name]).tolist() for name in ("supporters", "supported", "shares")]
+        expect_lengths(len(columns[0]), supported=columns[1], shares=columns[2])
+        return list(zip(*columns))
+
+    @content
+    def overview(self) -> Overview:
+        """The scene from above."""
+        message = self.message("overview")
+        shape = (message["height"], message["width"])
+        depths = as_array(message["depths"], "<u2", *shape)
+        depth = np.where(depths == 0, np.nan, depths * 1e-4).astype(np.float32)
+        instances = as_array(message["instances"], "u1", *shape)
+        return Overview(instances, depth, message["focal"], message["camera_z"])
+
+    def _per_body(self, name: str) -> Floats:
+        found: Floats = self.message("scene")[name]
+        expect_lengths(len(self.objects), **{name: found})
+        return found

@@ -1,0 +1,129 @@
+//! Objects of a job prepared for scenes, kept by all threads.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use nalgebra::{Point3, Vector3};
+
+use super::settings::SceneSettings;
+use crate::{
+    ProduceError,
+    job::{JobObject, JobObjects},
+    objects::prepared,
+};
+use format::SceneContainer;
+use kernel::{
+    contact::{ContactBody, Sampled},
+    geom::{MassProperties, RenderMesh, RestingPoses},
+};
+
+/// Objects that are kept, at most: about 7 MB each.
+const KEPT: usize = 128;
+
+/// An object, ready for scenes.
+pub(super) struct LoadedObject {
+    /// The true mesh.
+    pub body: Arc<ContactBody>,
+    /// Its solid.
+    pub solid: MassProperties,
+    /// [kg].
+    pub mass: f64,
+    /// Its stable poses.
+    pub resting: RestingPoses,
+    /// Its mesh, laid out for pictures.
+    pub render: RenderMesh,
+}
+
+/// Objects that were loaded last.
+#[derive(Default)]
+pub(super) struct LoadedObjects {
+    /// By index in the job, with the time of the last use.
+    kept: Mutex<(u64, BTreeMap<usize, (u64, Arc<LoadedObject>)>)>,
+}
+
+impl LoadedObjects {
+    /// An object of the job, by its index.
+    ///
+    /// # Errors
+    /// When it is gone or another one than when the job was resolved.
+    pub fn get(&self, objects: &JobObjects, index: usize) -> Result<Arc<LoadedObject>, ProduceError> {
+        if let Some(found) = self.find(index) {
+            return Ok(found);
+        }
+        let made = Arc::new(LoadedObject::prepare(&objects.list[index])?);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let (clock, objects) = &mut *kept;
+        *clock += 1;
+        objects.insert(index, (*clock, Arc::clone(&made)));
+        if objects.len() > KEPT {
+            let oldest = objects.iter().min_by_key(|(_, (used, _))| *used).map(|(index, _)| *index);
+            oldest.and_then(|oldest| objects.remove(&oldest));
+        }
+        Ok(made)
+    }
+
+    fn find(&self, index: usize) -> Option<Arc<LoadedObject>> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let (clock, objects) = &mut *kept;
+        *clock += 1;
+        let (used, found) = objects.get_mut(&index)?;
+        *used = *clock;
+        Some(Arc::clone(found))
+    }
+}
+
+impl LoadedObject {
+    fn prepare(object: &JobObject) -> Result<Self, ProduceError> {
+        let prepared = prepared(object)?;
+        let name = || object.source.name.clone();
+        let surface = prepared.contact_surface().map_err(|error| ProduceError::unusable(name(), error))?;
+        // A job refuses such an object when it is opened.
+        let solid = prepared.mass().ok_or_else(|| ProduceError::unusable(name(), "it has no solid inside"))?;
+        Ok(Self {
+            body: Arc::new(ContactBody::new(prepared.mesh(), Arc::clone(surface), Sampled::Everywhere)),
+            solid: *solid,
+            mass: object.weight(&prepared).kilograms,
+            resting: prepared.resting().clone(),
+            render: RenderMesh::new(prepared.mesh(), false),
+        })
+    }
+
+    /// The resting pose whose up is nearest to an up in `Object`, and the angle between the two [rad].
+    pub fn nearest_resting(&self, up: &Vector3<f64>) -> Option<(u32, f64)> {
+        let angles = self.resting.poses.iter().map(|pose| pose.up().angle(up));
+        (0..).zip(angles).min_by(|(_, one), (_, other)| one.total_cmp(other))
+    }
+
+    /// Corners of the convex hull, in `Object` [m].
+    pub fn corners(&self) -> &[Point3<f64>] {
+        self.body.corners()
+    }
+}
+
+/// Whether an object of these sides [m] fits into the floor of a container in some rotation along its axes.
+pub(super) fn fits(extents: [f64; 3], container: &SceneContainer) -> bool {
+    let mut sides = extents;
+    sides.sort_by(f64::total_cmp);
+    let mut floor = match *container {
+        SceneContainer::Plane { size } => size,
+        SceneContainer::Bin { inner: [x, y, _], .. } => [x, y],
+    };
+    floor.sort_by(f64::total_cmp);
+    sides[0] <= floor[0] && sides[1] <= floor[1]
+}
+
+/// Notes about objects that fit into no scene.
+pub(super) fn too_large_notes(objects: &JobObjects, settings: &SceneSettings) -> Vec<String> {
+    let large = objects.list.iter().filter(|object| !fits(object.asset.extents, &settings.container));
+    let note = |object: &JobObject| {
+        let [x, y, z] = object.asset.extents;
+        format!(
+            "{}: {x:.3} x {y:.3} x {z:.3} m do not fit into the container: scenes that draw it are rejected as too_large; exclude \
+             it, say its unit of length (`units`) or make the container larger",
+            object.source.name
+        )
+    };
+    large.map(note).collect()
+}

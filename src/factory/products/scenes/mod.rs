@@ -1,0 +1,21 @@
+//! Scenes: bodies dropped or put down, and settled on their true meshes.
+//!
+//! [`SceneWorker`] is the producer of one thread: it draws the objects of a scene, lets them settle in a
+//! [`SettleWorker`](sim::SettleWorker), and keeps what is an equilibrium.
+
+mod check;
+mod draw;
+mod keys;
+mod loaded;
+mod outcome;
+mod overview;
+mod placement;
+mod row;
+mod settings;
+pub mod spec;
+mod work;
+mod worker;
+
+pub use row::FACTORY;
+pub use settings::{SceneJob, SceneSettings};
+pub use worker::SceneWorker;

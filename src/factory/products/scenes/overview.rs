@@ -1,0 +1,113 @@
+//! The picture of a scene from above: the depth of each body alone, of which the nearest counts.
+
+use format::{SceneContainer, SceneOverview};
+use kernel::{
+    geom::{CameraCv, DepthCrop, Object, Pose, RenderMesh, SimdLevel, TriMesh, World},
+    ids::SampleId,
+    render::Rasteriser,
+};
+
+/// Width and height of the picture [px].
+const SIZE: [u32; 2] = [240, 180];
+
+/// Height of the camera over its largest view, as a multiple of that: the view is narrow, so that walls hide little.
+const DISTANCE: f64 = 2.0;
+
+/// Room around the container [m].
+const AROUND: f64 = 0.01;
+
+/// Paints pictures of one container; its memory is reused.
+pub(super) struct Painter {
+    rasteriser: Rasteriser,
+    walls: Option<RenderMesh>,
+    focal: f64,
+    camera_z: f64,
+}
+
+impl Painter {
+    /// A painter whose pictures hold the whole container.
+    pub fn new(container: &SceneContainer, level: SimdLevel) -> Self {
+        let (walls, sides, rim) = match *container {
+            SceneContainer::Plane { size } => (None, size, 0.0),
+            SceneContainer::Bin { inner, wall } => {
+                let mesh = RenderMesh::new(&TriMesh::open_box(inner, wall), true);
+                (Some(mesh), [inner[0] + 2.0 * wall, inner[1] + 2.0 * wall], inner[2])
+            }
+        };
+        let sides = sides.map(|side| side + 2.0 * AROUND);
+        let camera_z = DISTANCE * sides[0].max(sides[1]) + rim;
+        let fit = |axis: usize| f64::from(SIZE[axis]) * (camera_z - rim) / sides[axis];
+        Self { rasteriser: Rasteriser::new(level), walls, focal: fit(0).min(fit(1)), camera_z }
+    }
+
+    /// The picture of some bodies.
+    pub fn paint<'b>(
+        &mut self,
+        sample: SampleId,
+        bodies: impl Iterator<Item = (&'b RenderMesh, &'b Pose<World, Object>)>,
+    ) -> SceneOverview {
+        let [width, height] = SIZE;
+        let pixels = (width * height) as usize;
+        let (focal, camera_z) = (self.focal, self.camera_z);
+        let mut overview =
+            SceneOverview { sample, size: SIZE, focal, camera_z, instances: vec![0; pixels], depths: vec![0; pixels] };
+        let (camera, camera_from_world) = (overview.camera(), overview.camera_from_world());
+        let mut nearest = vec![f32::INFINITY; pixels];
+        let mut add = |crop: &DepthCrop, instance: u8| {
+            for (index, depth) in crop.depth.iter().enumerate().filter(|(_, depth)| !depth.is_nan()) {
+                let [x, y] = [index as u32 % crop.width, index as u32 / crop.width];
+                let pixel = ((crop.top + y) * width + crop.left + x) as usize;
+                // Of two at the same depth the lower instance stays.
+                if *depth < nearest[pixel] {
+                    nearest[pixel] = *depth;
+                    overview.instances[pixel] = instance;
+                }
+            }
+        };
+        for (number, (mesh, world_from_object)) in (1..).zip(bodies) {
+            let camera_from_object: Pose<CameraCv, Object> = camera_from_world * *world_from_object;
+            add(self.rasteriser.render(mesh, &camera, &camera_from_object), number);
+        }
+        if let Some(walls) = &self.walls {
+            let camera_from_walls: Pose<CameraCv, Object> = Pose::from_isometry(*camera_from_world.isometry());
+            add(self.rasteriser.render(walls, &camera, &camera_from_walls), SceneOverview::WALLS);
+        }
+        for (depth, nearest) in overview.depths.iter_mut().zip(&nearest) {
+            let steps = f64::from(*nearest) / SceneOverview::STEP;
+            *depth = if nearest.is_finite() { steps.round().min(f64::from(u16::MAX)) as u16 } else { 0 };
+        }
+        overview
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernel::{
+        assets::{built_in_source, prepare},
+        ids::{Digest, ItemId, ObjectId},
+    };
+
+    #[test]
+    fn what_lies_above_hides_what_lies_below_and_depths_are_those_of_the_tops() {
+        let mesh = prepare(&built_in_source("box-01")).expect("a sound shape").mesh;
+        let bounds = mesh.aabb().expect("vertices");
+        let render = RenderMesh::new(&mesh, false);
+        let container = SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02 };
+        let mut painter = Painter::new(&container, SimdLevel::Scalar);
+        let at = |height: f64| Pose::from_xyz_rpy([0.0, 0.0, height - bounds.min.z, 0.0, 0.0, 0.0]);
+        let (low, high) = (at(0.0), at(0.1));
+        let sample = SampleId::of_object(ObjectId(Digest([1; 32])), ItemId(0));
+        let overview = painter.paint(sample, [(&render, &low), (&render, &high)].into_iter());
+        let [width, height] = overview.size;
+        let (column, row) = (width / 2, height / 2);
+        let index = (row * width + column) as usize;
+        assert_eq!(overview.instances[index], 2);
+        let expected = overview.camera_z - (0.1 + bounds.max.z - bounds.min.z);
+        assert!((f64::from(overview.depth(column, row)) - expected).abs() < 2e-4, "{expected}");
+        // The floor of the bin beside it, the walls at the border, and all of the picture inside the frame.
+        assert_eq!(overview.instances[(row * width + 20) as usize], SceneOverview::WALLS);
+        assert!(overview.instances.iter().filter(|instance| **instance == 0).count() > 0);
+        assert_eq!(painter.paint(sample, std::iter::empty()).instances.iter().filter(|own| **own == 2).count(), 0);
+    }
+}

@@ -1,0 +1,91 @@
+//! Starts of the bodies of a scene.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{IsometryMatrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use super::loaded::LoadedObject;
+use kernel::seed::Stream;
+use sim::Placement;
+
+/// Height above the table from which a body in a resting pose is let go [m].
+const LIFTED: f64 = 0.002;
+
+/// Room between two bodies on a table, at least [m].
+const APART: f64 = 0.005;
+
+/// Positions that are tried for a body, at most.
+const TRIES: u32 = 200;
+
+/// Room that a body takes on a table.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Footprint {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Footprint {
+    /// Whether two are so near that their bodies could touch: boxes along the axes, and the circles around them.
+    fn meets(&self, other: &Self) -> bool {
+        let boxes =
+            (0..2).all(|axis| self.low[axis] < other.high[axis] + APART && other.low[axis] < self.high[axis] + APART);
+        let centre = |of: &Self| [0, 1].map(|axis| f64::midpoint(of.low[axis], of.high[axis]));
+        let radius = |of: &Self| (of.high[0] - of.low[0]).hypot(of.high[1] - of.low[1]) / 2.0;
+        let ([ax, ay], [bx, by]) = (centre(self), centre(other));
+        boxes && (ax - bx).hypot(ay - by) < radius(self) + radius(other) + APART
+    }
+
+    fn moved(&self, [x, y]: [f64; 2]) -> Self {
+        Self { low: [self.low[0] + x, self.low[1] + y], high: [self.high[0] + x, self.high[1] + y] }
+    }
+}
+
+/// A drop in any rotation, uniform over all.
+pub(super) fn dropped(stream: &mut Stream) -> Placement {
+    let quaternion = loop {
+        let parts = [(); 4].map(|()| stream.normal());
+        let quaternion = Quaternion::new(parts[0], parts[1], parts[2], parts[3]);
+        if quaternion.norm() > 1e-6 {
+            break quaternion;
+        }
+    };
+    let rotation = UnitQuaternion::from_quaternion(quaternion).to_rotation_matrix();
+    Placement::Dropped { rotation, shares: [stream.unit(), stream.unit()] }
+}
+
+/// A resting pose of a body, drawn by its probability, anywhere on a table [m] beside what stands there; `None` where no position
+/// is free.
+pub(super) fn standing(
+    object: &LoadedObject,
+    size: [f64; 2],
+    taken: &mut Vec<Footprint>,
+    stream: &mut Stream,
+) -> Option<Placement> {
+    let poses = &object.resting.poses;
+    let mut left = stream.unit() * poses.iter().map(|pose| pose.probability).sum::<f64>();
+    let chosen = poses.iter().find(|pose| {
+        left -= pose.probability;
+        left < 0.0
+    });
+    let upright = chosen.or(poses.last()).map_or_else(Rotation3::identity, |pose| *pose.world_from_object.rotation());
+    let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), stream.uniform(0.0, TAU)) * upright;
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    for corner in object.corners() {
+        let corner = rotation * corner.coords;
+        (low, high) = (low.inf(&corner), high.sup(&corner));
+    }
+    let footprint = Footprint { low: [low.x, low.y], high: [high.x, high.y] };
+    for _ in 0..TRIES {
+        let position = [0, 1].map(|axis| {
+            let [from, to] = [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]];
+            if from < to { stream.uniform(from, to) } else { f64::midpoint(from, to) }
+        });
+        let here = footprint.moved(position);
+        if taken.iter().all(|other| !here.meets(other)) {
+            taken.push(here);
+            let translation = Translation3::new(position[0], position[1], LIFTED - low.z);
+            return Some(Placement::Placed { world_from_object: IsometryMatrix3::from_parts(translation, rotation) });
+        }
+    }
+    None
+}

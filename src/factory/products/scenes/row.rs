@@ -1,0 +1,41 @@
+//! The row of scenes in the factory's table of products.
+
+use std::path::Path;
+
+use super::{
+    check, loaded,
+    settings::SceneJob,
+    spec::{PROFILES, ScenesSpec},
+};
+use crate::{
+    job::{DraftWork, JobContext, ObjectsDraft},
+    product::ProductFactory,
+};
+use form::{Checker, FormErrors, schema_of};
+use format::Product;
+
+/// Scenes as the factory makes them.
+pub static FACTORY: ProductFactory = ProductFactory {
+    product: Product::SCENES,
+    keys: schema_of::<ScenesSpec>,
+    profiles: PROFILES,
+    other_words: &[
+        ("bodies", "`count` says how many bodies a scene has"),
+        ("scenes.count", "`count` says how many bodies a scene has, `scenes.training` how many scenes there are"),
+        ("bin", "`container` says how large the bin is"),
+    ],
+    hand_uses: &[],
+    inputs: &[],
+    draft,
+};
+
+fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobContext) -> Result<DraftWork, FormErrors> {
+    let (spec, mut checker) = checker.value_of::<ScenesSpec>(keys)?;
+    let settings = check::settings(&mut checker, &spec);
+    let objects = ObjectsDraft::read(checker, &spec.split, &spec.objects, folder, context)?;
+    let work = DraftWork::of_objects(objects, spec.shards.scenes, |objects, notes| {
+        notes.extend(loaded::too_large_notes(&objects, &settings));
+        SceneJob { objects, settings }
+    });
+    Ok(DraftWork { with_masses: true, with_solids: true, of_one_body: true, ..work })
+}

@@ -1,0 +1,171 @@
+//! The keys of a job for scenes.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::job::spec::{ObjectsSpec, SplitSpec};
+
+/// Defaults of the profile `standard`, and the ones that `thesis` changes.
+pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
+
+/// A job that settles bodies in a container: true meshes at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ScenesSpec {
+    /// Where the objects come from: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,
+    /// `package` and `built_in`.
+    #[schemars(length(min = 1))]
+    pub objects: Vec<ObjectsSpec>,
+    /// How bodies come to a scene.
+    #[schemars(extend("examples" = ["bin"]))]
+    pub mode: ModeSpec,
+    /// Bodies per scene: a number (10), or a range of which each scene draws one. A scene has no object twice.
+    #[schemars(extend("examples" = [{ "min": 1, "max": 15 }]))]
+    pub count: CountSpec,
+    /// Scenes per split. Those of `training` and `holdout` are of training objects.
+    pub scenes: ScenesPerSplitSpec,
+    /// The rectangle of `mode = "table"` and `mode = "heap"`.
+    pub table: TableSpec,
+    /// The open box of `mode = "bin"`.
+    pub container: ContainerSpec,
+    /// The simulation in which bodies settle.
+    pub physics: ScenePhysicsSpec,
+    /// Which objects train, validate and test.
+    pub split: SplitSpec,
+    /// The files of the dataset.
+    pub shards: SceneShardsSpec,
+}
+
+impl ScenesSpec {
+    /// The standard defaults, without objects.
+    pub fn standard() -> Self {
+        let text = format!("objects = []\n{}", PROFILES[0]);
+        toml::from_str(&text).expect("the standard defaults are keys of a job (a test reads them)")
+    }
+}
+
+/// Way in which bodies come to a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ModeSpec {
+    /// All at once on a plane, each in a resting pose drawn by its probability, rotated about the vertical at random.
+    Table,
+    /// Dropped on a plane one after another, in any rotation.
+    Heap,
+    /// Dropped into an open box one after another, in any rotation.
+    Bin,
+}
+
+/// Bodies per scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum CountSpec {
+    /// So many in every scene.
+    Exactly(#[schemars(range(min = 1, max = 20))] u32),
+    /// Drawn for each scene. A scene that loses bodies over the wall is kept while `min` are left.
+    Between(CountRangeSpec),
+}
+
+/// Range of the count of bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CountRangeSpec {
+    /// The fewest.
+    #[schemars(range(min = 1, max = 20), extend("x-unit" = "bodies", "examples" = [1]))]
+    pub min: u32,
+    /// The most.
+    #[schemars(range(min = 1, max = 20), extend("x-unit" = "bodies", "examples" = [15]))]
+    pub max: u32,
+}
+
+/// Scenes per split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScenesPerSplitSpec {
+    /// Scenes of training objects.
+    #[schemars(range(max = 1_000_000), extend("x-unit" = "scenes", "examples" = [8000]))]
+    pub training: u32,
+    /// Other arrangements of training objects.
+    #[schemars(range(max = 1_000_000), extend("x-unit" = "scenes", "examples" = [500]))]
+    pub holdout: u32,
+    /// Scenes of validation objects.
+    #[schemars(range(max = 1_000_000), extend("x-unit" = "scenes", "examples" = [500]))]
+    pub validation: u32,
+    /// Scenes of test objects.
+    #[schemars(range(max = 1_000_000), extend("x-unit" = "scenes", "examples" = [1000]))]
+    pub test: u32,
+}
+
+/// The rectangle of a plane that bodies are put on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    /// Sides along x and y. A body whose centre of mass ends outside is gone.
+    #[schemars(inner(range(min = 0.05, max = 10)), extend("x-unit" = "m"))]
+    pub size: [f64; 2],
+}
+
+/// An open box that bodies are dropped into.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContainerSpec {
+    /// Room inside along x, y and z. A body whose centre of mass ends outside of the walls is gone.
+    #[schemars(inner(range(min = 0.05, max = 10)), extend("x-unit" = "m"))]
+    pub inner: [f64; 3],
+    /// Thickness of walls and floor.
+    #[schemars(range(min = 0.002, max = 0.5), extend("x-unit" = "m"))]
+    pub wall: f64,
+}
+
+/// The simulation in which bodies settle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScenePhysicsSpec {
+    /// Coefficient of sliding friction: a number, or a range of which each body draws one. Of two bodies that touch the larger
+    /// counts; the container has none of its own.
+    #[schemars(extend("examples" = [[0.3, 0.9]]))]
+    pub friction: FrictionSpec,
+    /// Rolling friction: without it balls and cans never rest.
+    #[schemars(range(min = 0.0, max = 0.1), extend("x-unit" = "m"))]
+    pub rolling: f64,
+    /// Length of a step.
+    #[schemars(range(min = 0.0001, max = 0.004), extend("x-unit" = "s"))]
+    pub timestep: f64,
+    /// Time from one release to the next.
+    #[schemars(range(min = 0.01, max = 10), extend("x-unit" = "s"))]
+    pub release_every: f64,
+    /// Height of a body's lowest point above what lies there when it is let go.
+    #[schemars(range(min = 0.001, max = 2), extend("x-unit" = "m"))]
+    pub release_height: f64,
+    /// Bodies rest when none is faster, angular speeds taken at half the diagonal of the body.
+    #[schemars(range(min = 0.0001, max = 0.1), extend("x-unit" = "m/s"))]
+    pub rest_speed: f64,
+    /// Time for which bodies have to rest.
+    #[schemars(range(min = 0.05, max = 10), extend("x-unit" = "s"))]
+    pub rest_time: f64,
+    /// Time after the last release at which a scene that still moves is rejected.
+    #[schemars(range(min = 0.5, max = 60), extend("x-unit" = "s"))]
+    pub cap: f64,
+    /// Time for which a scene is stepped again from its stored poses, at rest: a scene of which a body moves by 2 mm or 2
+    /// degrees is rejected.
+    #[schemars(range(min = 0.1, max = 60), extend("x-unit" = "s"))]
+    pub recheck: f64,
+}
+
+/// Coefficients of friction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum FrictionSpec {
+    /// The same for all bodies.
+    Exactly(#[schemars(range(min = 0.05, max = 5))] f64),
+    /// Drawn for each body, from the first to the second.
+    Between(#[schemars(inner(range(min = 0.05, max = 5)))] [f64; 2]),
+}
+
+/// The files of the dataset.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneShardsSpec {
+    /// Scenes per shard. Changes no scene.
+    #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "scenes"))]
+    pub scenes: u32,
+}

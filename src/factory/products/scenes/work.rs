@@ -1,0 +1,155 @@
+//! A job for scenes as the factory runs it.
+
+use std::{collections::BTreeMap, path::Path, sync::Arc};
+
+use super::{
+    loaded::LoadedObjects,
+    settings::SceneJob,
+    worker::{SceneWorker, Shared},
+};
+use crate::{
+    ProduceError, RunError,
+    job::{JobObjects, SplitInput, shards_section},
+    objects::{bytes_of_descriptions, describe_all},
+    plan::{JobSplits, SubjectItems},
+    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
+};
+use format::{Product, SceneContainer};
+use kernel::{
+    contact::{ContactBody, ContactSurface, Sampled},
+    geom::TriMesh,
+    ids::ObjectId,
+    voxel::InsideTest,
+    words::{NumberClass, ObjectSplit, Split},
+};
+use sim::{Container, sim_facts};
+
+impl Work for SceneJob {
+    fn product(&self) -> Product {
+        Product::SCENES
+    }
+
+    fn subjects(&self) -> Vec<SubjectItems> {
+        let of = |(split, items)| SubjectItems { id: self.settings.subject(split), items, samples_per_item: 1 };
+        self.settings.splits().map(of).collect()
+    }
+
+    fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
+        let mut keys = self.keys();
+        keys.extend(self.objects.resolved(folder));
+        keys.extend([shards_section("scenes", shard_samples)]);
+        keys
+    }
+
+    fn sample_keys(&self) -> toml::Table {
+        self.keys()
+    }
+
+    fn subject_keys(&self) -> toml::Table {
+        self.objects.subject_keys()
+    }
+
+    fn objects(&self) -> Option<&JobObjects> {
+        Some(&self.objects)
+    }
+
+    fn divided(&self) -> Option<SplitInput<'_>> {
+        Some(self.objects.divided(vec![0]))
+    }
+
+    /// Objects and scenes are split: a scene as a whole, with objects of its own side.
+    fn tables(&self, splits: Option<&JobSplits>) -> WorkTables {
+        let mut table = splits.map(|splits| splits.table.clone()).unwrap_or_default();
+        let mut subjects = Vec::new();
+        for (split, scenes) in self.settings.splits() {
+            let object = self.settings.subject(split);
+            let name = format!("{} {}", split.name(), self.settings.mode.name());
+            subjects.push(serde_json::json!({ "object": object, "name": name, "split": split, "scenes": scenes }));
+            let holdout_items = if split == Split::Holdout { (0..scenes).collect() } else { Vec::new() };
+            table.objects.push(ObjectSplit { object, split: side_of(split), holdout_items, subset: None });
+        }
+        WorkTables {
+            class: NumberClass::Physics,
+            channel_classes: BTreeMap::new(),
+            platform: sim_facts().platform(None),
+            assets: self.objects.rows(),
+            subjects,
+            hands: Vec::new(),
+            splits: Some(table),
+        }
+    }
+
+    fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
+        let Opening { seed, level, splits } = opening;
+        let mut sides = Vec::new();
+        for (split, _) in self.settings.splits() {
+            let is_of_side = |id: &ObjectId| {
+                let rows = splits.map_or(&[][..], |splits| splits.objects.as_slice());
+                let row = rows.iter().find(|row| row.object == *id);
+                row.map_or(Split::Training, |row| row.split) == side_of(split)
+            };
+            let side: Vec<_> = self.objects.ids().enumerate().filter(|(_, id)| is_of_side(id)).collect();
+            let most = self.settings.count[1] as usize;
+            if side.len() < most {
+                let cause = format!(
+                    "a scene has up to {most} bodies, no object twice, and {} of the {} objects of this job are {} objects; lower \
+                     `count`, add objects, change `split`, or set scenes.{} = 0",
+                    side.len(),
+                    self.objects.list.len(),
+                    side_of(split).name(),
+                    split.name()
+                );
+                return Err(ProduceError::unusable(format!("scenes.{}", split.name()), cause));
+            }
+            sides.push((split, side));
+        }
+        let container = container(&self.settings.container)?;
+        let objects = LoadedObjects::default();
+        Ok(Box::new(OpenScenes(Shared { job: self, seed, level, container, sides, objects })))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let scenes: Vec<String> =
+            self.settings.splits().map(|(split, count)| format!("{count} {}", split.name())).collect();
+        vec![format!("scenes: {}", scenes.join(", "))]
+    }
+}
+
+/// Side of the objects of a split's scenes.
+fn side_of(split: Split) -> Split {
+    if split == Split::Holdout { Split::Training } else { split }
+}
+
+/// The container, ready for contacts.
+fn container(container: &SceneContainer) -> Result<Container, ProduceError> {
+    match *container {
+        SceneContainer::Plane { size } => Ok(Container::Plane { size }),
+        SceneContainer::Bin { inner, wall } => {
+            let mesh = TriMesh::open_box(inner, wall);
+            let surface = ContactSurface::new(&mesh, InsideTest::WindingNumber);
+            let surface = surface.map_err(|error| ProduceError::unusable("container", error))?;
+            let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
+            Ok(Container::Bin { body, inner })
+        }
+    }
+}
+
+/// A job for scenes whose container stands.
+struct OpenScenes<'j>(Shared<'j>);
+
+impl OpenWork for OpenScenes<'_> {
+    fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
+        Ok(Box::new(SceneWorker::new(&self.0)))
+    }
+
+    /// Bytes of what the rows of the objects say of each.
+    fn side_bytes(&self, _: &[usize], _: &Path) -> Result<f64, ProduceError> {
+        let all: Vec<usize> = (0..self.0.job.objects.list.len()).collect();
+        bytes_of_descriptions(&self.0.job.objects, &all)
+    }
+
+    /// Writes into the row of every object what it weighs and is.
+    fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
+        describe_all(&self.0.job.objects, closing)
+    }
+}

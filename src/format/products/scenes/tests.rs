@@ -1,0 +1,107 @@
+use super::*;
+use crate::{Facts, RecordError};
+use kernel::{
+    geom::Pose,
+    ids::{Digest, ItemId, ObjectId, SampleId},
+};
+
+fn scene() -> Scene {
+    let body = |number: u8| SceneBody {
+        object: ObjectId(Digest([number; 32])),
+        world_from_object: Pose::from_xyz_rpy([0.1 * f64::from(number), 0.0, 0.05, 0.3, 0.2, 0.1]),
+        mass: 0.3,
+        friction: 0.5,
+        released_at: 0.3 * f64::from(number),
+        resting: (number == 1).then_some((2, 0.01)),
+        drift: 1e-5,
+        turn: 2e-5,
+    };
+    let contact = |pair| SceneContact {
+        pair,
+        point: [0.1, 0.0, 0.0],
+        normal: [0.0, 0.0, 1.0],
+        distance: -1e-5,
+        force: [0.0, 0.1, 2.9],
+    };
+    Scene {
+        sample: SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(17)),
+        mode: SceneMode::Bin,
+        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02 },
+        bodies: vec![body(1), body(2)],
+        contacts: vec![contact([0, 1]), contact([1, 2])],
+        supports: vec![SceneSupport { by: 0, body: 1, share: 2.0 }, SceneSupport { by: 1, body: 2, share: 1.0 }],
+        rest_time: 0.5,
+        steps: 700,
+        top_speed: 1e-3,
+        depths: [1e-5, 2e-5],
+        gone: 1,
+    }
+}
+
+fn payload(scene: &Scene) -> Vec<u8> {
+    let mut out = Vec::new();
+    scene.encode(&mut out);
+    out
+}
+
+#[test]
+fn a_scene_comes_back_as_it_was() {
+    let plane = Scene { mode: SceneMode::Table, container: SceneContainer::Plane { size: [0.6, 0.5] }, ..scene() };
+    for scene in [scene(), plane] {
+        assert_eq!(Scene::decode(&payload(&scene)), Ok(scene));
+    }
+}
+
+#[test]
+fn facts_come_back_as_they_were() {
+    let facts = scene().facts();
+    assert_eq!(SceneFacts::from(&Facts::from(facts)), facts);
+    assert_eq!((facts.bodies, facts.contacts, facts.gone), (2, 2, 1));
+}
+
+#[test]
+fn a_scene_is_named_after_container_objects_and_poses_alone() {
+    let one = scene();
+    let mut other = scene();
+    (other.sample.item, other.mode, other.steps, other.bodies[0].mass) = (ItemId(3), SceneMode::Heap, 1, 9.0);
+    assert_eq!(one.id(), other.id());
+    other.bodies[1].world_from_object = Pose::identity();
+    assert_ne!(one.id(), other.id());
+    other = scene();
+    other.bodies.swap(0, 1);
+    assert_ne!(one.id(), other.id());
+    other = scene();
+    other.container = SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.03 };
+    assert_ne!(one.id(), other.id());
+}
+
+#[test]
+fn what_is_no_scene_is_refused_with_its_field() {
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene();
+        change(&mut scene);
+        Scene::decode(&payload(&scene)).expect_err("no scene").to_string()
+    };
+    let cases: [(&str, &dyn Fn(&mut Scene)); 7] = [
+        ("masses", &|scene| scene.bodies[0].mass = -1.0),
+        ("masses", &|scene| scene.bodies.clear()),
+        ("touch_second", &|scene| scene.contacts[1].pair = [1, 3]),
+        ("touch_second", &|scene| scene.contacts[1].pair = [2, 1]),
+        ("touch_normals", &|scene| scene.contacts[0].normal = [0.0, 0.0, 0.9]),
+        ("supported", &|scene| scene.supports[0].body = 7),
+        ("container_size", &|scene| scene.container = SceneContainer::Plane { size: [0.0, 1.0] }),
+    ];
+    for (field, change) in cases {
+        let error = refused(change);
+        assert!(error.contains(field), "{field}: {error}");
+    }
+    // The digest of another scene.
+    let mut other = scene();
+    other.bodies[0].mass = 0.4;
+    let mut bytes = payload(&other);
+    let id = other.id().0.0;
+    let at = bytes.windows(32).position(|window| window == id).expect("the digest");
+    bytes[at] ^= 1;
+    let error = Scene::decode(&bytes).expect_err("another digest");
+    assert!(matches!(error, RecordError::Range { field: "scene", .. }), "{error}");
+}

@@ -1,0 +1,17 @@
+//! Scenes as people meet them: facts, page, pictures from above.
+
+mod inspection;
+mod page;
+mod painting;
+mod row;
+mod templates;
+
+pub use inspection::{SceneObject, ScenesInspection, inspect_scenes};
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::{
+    inspection::SceneSurvey,
+    page::{CardView, ScenesPage},
+    templates::PAGE_TEMPLATE,
+};

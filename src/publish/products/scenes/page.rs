@@ -1,0 +1,156 @@
+//! The page of a dataset of scenes: what was kept and why not, pictures from above, how still the scenes are.
+
+use serde::Serialize;
+
+use super::{
+    inspection::{SceneSurvey, ScenesInspection},
+    painting::{depth_from_above, instance_picture, scene_words},
+};
+use crate::{
+    chart::{Bar, Ink, bar_chart, grouped, percent},
+    markup::Markup,
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture},
+};
+use format::dataset::{DatasetError, DatasetReader};
+use kernel::words::Split;
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct ScenesPage<'a> {
+    dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
+    speed: Option<SpeedView>,
+    numbers: HeaderNumbers,
+    /// Reason, count and share.
+    rejects: Vec<[String; 3]>,
+    /// Split and kept scenes.
+    splits: Vec<[String; 2]>,
+    /// Kept scenes by their count of bodies; `None` where none is kept.
+    bodies: Option<Markup>,
+    spreads: Vec<Vec<String>>,
+    cards: Vec<CardView>,
+    /// Name, mass and split.
+    objects: Vec<[String; 3]>,
+    job: &'a str,
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    kept: String,
+    share: String,
+    bodies: String,
+    objects: String,
+    gone: String,
+}
+
+/// One scene.
+#[derive(Clone, Serialize)]
+pub(crate) struct CardView {
+    title: String,
+    words: String,
+    instances: ImageView,
+    depth: Option<ImageView>,
+    /// Number, object, resting pose and angle, what carries it.
+    bodies: Vec<[String; 4]>,
+}
+
+/// Zoom of the pictures on a card, and in the strip.
+const ZOOM: u32 = 2;
+
+/// The scenes that a page shows.
+pub(crate) fn cards(reader: &DatasetReader, survey: &SceneSurvey) -> Result<Vec<CardView>, DatasetError> {
+    let mut cards = Vec::new();
+    for index in &survey.shown {
+        let Some(sample) = reader.sample(*index)? else { continue };
+        let (scene, Some(overview)) = (sample.scene()?, sample.scene_overview()?) else { continue };
+        let [width, height] = overview.size;
+        let name_of = |object| {
+            let found = survey.facts.objects.iter().find(|row| row.object == object);
+            found.map_or("?", |row| row.name.as_str()).to_owned()
+        };
+        let bodies = (1..).zip(&scene.bodies).map(|(number, body)| {
+            let resting = body.resting.map_or_else(String::new, |(pose, angle)| {
+                format!("pose {} at {:.0} deg", pose + 1, angle.to_degrees())
+            });
+            let carried = scene.supports.iter().filter(|support| support.body == number);
+            let by = |support: &format::SceneSupport| match support.by {
+                format::CONTAINER => format!("container {}", percent(support.share)),
+                other => format!("{other} {}", percent(support.share)),
+            };
+            [number.to_string(), name_of(body.object), resting, carried.map(by).collect::<Vec<_>>().join(", ")]
+        });
+        cards.push(CardView {
+            title: format!("scene {}, {}", sample.index, reader.splits().of(&sample.id).map_or("", Split::name)),
+            words: scene_words(&scene),
+            bodies: bodies.collect(),
+            instances: ImageView::of(&instance_picture(&overview, ZOOM), width * ZOOM / 2, height * ZOOM / 2),
+            depth: depth_from_above(&overview, ZOOM)
+                .map(|picture| ImageView::of(&picture, width * ZOOM / 2, height * ZOOM / 2)),
+        });
+    }
+    Ok(cards)
+}
+
+impl<'a> ScenesPage<'a> {
+    /// The page with these cards.
+    pub fn of(survey: &'a SceneSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
+        let facts = &survey.facts;
+        let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
+        let strip_card = |card: &CardView| StripCard {
+            caption: card.title.clone(),
+            pictures: std::iter::once(card.instances.clone()).chain(card.depth.clone()).collect(),
+        };
+        let bars: Vec<Bar> = facts
+            .by_bodies
+            .iter()
+            .map(|(bodies, count)| Bar { label: format!("{bodies} bodies"), value: *count, ink: Ink::Complete })
+            .collect();
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            strip: StripPicture::strip(&(1..).zip(cards.iter().map(strip_card)).collect::<Vec<_>>()),
+            speed: SpeedView::of(&facts.header, "scenes"),
+            numbers: HeaderNumbers {
+                kept: grouped(facts.kept),
+                share: share(facts.kept),
+                bodies: grouped(facts.bodies),
+                objects: grouped(facts.objects.len() as u64),
+                gone: grouped(facts.gone),
+            },
+            rejects: facts
+                .rejected
+                .iter()
+                .map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)])
+                .collect(),
+            splits: facts.splits.iter().map(|(split, count)| [split.name().to_owned(), grouped(*count)]).collect(),
+            bodies: (!bars.is_empty()).then(|| bar_chart("Kept scenes by their count of bodies", &bars)),
+            spreads: facts.spreads().into_iter().map(|row| row.into_cells()).collect(),
+            objects: objects(facts),
+            cards,
+            job,
+        }
+    }
+}
+
+#[cfg(test)]
+impl CardView {
+    /// A card of one body of this name.
+    pub fn example(name: &str) -> Self {
+        let image = ImageView::of(&crate::picture::Picture::filled(1, 1, [0; 4]), 1, 1);
+        Self {
+            title: "scene 3, training".to_owned(),
+            words: "1 bodies".to_owned(),
+            instances: image.clone(),
+            depth: Some(image),
+            bodies: vec![["1".to_owned(), name.to_owned(), String::new(), "container 100 %".to_owned()]],
+        }
+    }
+}
+
+fn objects(facts: &ScenesInspection) -> Vec<[String; 3]> {
+    let row = |object: &super::SceneObject| {
+        let mass = object.mass.map_or_else(String::new, |mass| format!("{mass:.3} kg"));
+        [object.name.clone(), mass, object.split.map_or("", Split::name).to_owned()]
+    };
+    facts.objects.iter().map(row).collect()
+}

@@ -1,0 +1,105 @@
+"""Steps scenes of a dataset in stock MuJoCo, whose contacts are not ours: bodies are rigid flexes of the meshes' own triangles.
+
+    scenes.py DATASET MESHES COUNT SECONDS
+
+MESHES is a folder with a mesh file NAME.* per object. Prints, as JSON, each scene's number of bodies and how far each centre of mass
+moved [m], from the stored poses, at rest.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import graspmill
+import mujoco
+import numpy as np
+import trimesh
+
+
+def box(size, position):
+    sides = " ".join(str(half) for half in size)
+    return f'<geom type="box" size="{sides}" pos="{" ".join(map(str, position))}"/>'
+
+
+def container(sample):
+    """The container out of MuJoCo's own solids."""
+    kind, sizes = sample.container
+    if kind == "plane":
+        return '<geom type="plane" size="5 5 1"/>'
+    x, y, z, wall = sizes
+    parts = [box((x / 2 + wall, y / 2 + wall, wall / 2), (0, 0, -wall / 2))]
+    for sign in (-1, 1):
+        parts.append(box((wall / 2, y / 2 + wall, z / 2), (sign * (x + wall) / 2, 0, z / 2)))
+        parts.append(box((x / 2, wall / 2, z / 2), (0, sign * (y + wall) / 2, z / 2)))
+    return "".join(parts)
+
+
+def triangles(mesh):
+    """Vertices and triangles that MuJoCo takes: welded, none without area, none twice."""
+    mesh = mesh.copy()
+    mesh.merge_vertices(digits_vertex=6)
+    mesh.update_faces(mesh.nondegenerate_faces(height=1e-9))
+    mesh.update_faces(mesh.unique_faces())
+    mesh.remove_unreferenced_vertices()
+    return mesh.vertices, mesh.faces
+
+
+def spec_of(sample, meshes, facts):
+    bodies = []
+    for number, (object_id, pose) in enumerate(zip(sample.objects, sample.world_from_object)):
+        row = facts[object_id]
+        mass, centre = sample.masses[number], row["centre_of_mass"]
+        inertia = np.array(row["inertia_per_kilogram"]).reshape(3, 3) * mass
+        full = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        quaternion = np.zeros(4)
+        mujoco.mju_mat2Quat(quaternion, pose[:3, :3].flatten())
+        points, faces = triangles(meshes[object_id])
+        text = " ".join(f"{value:.9g}" for value in points.ravel())
+        elements = " ".join(map(str, faces.ravel()))
+        bodies.append(
+            f'<body name="b{number}" pos="{" ".join(map(repr, map(float, pose[:3, 3])))}" '
+            f'quat="{" ".join(map(repr, map(float, quaternion)))}"><freejoint/>'
+            f'<inertial pos="{" ".join(map(str, centre))}" mass="{mass}" fullinertia="{" ".join(map(str, full))}"/>'
+            f'<flexcomp name="f{number}" type="direct" dim="2" rigid="true" radius="1e-5" point="{text}" element="{elements}">'
+            f'<contact selfcollide="none" condim="6" friction="{sample.frictions[number]} 0.005 0.002" '
+            f'solref="0.004 1" solimp="0.95 0.995 0.0005"/></flexcomp></body>'
+        )
+    return (
+        '<mujoco><option timestep="0.002" integrator="implicitfast" cone="elliptic" impratio="100"/><size memory="512M"/>'
+        '<default><geom condim="6" friction="0 0 0" solref="0.004 1" solimp="0.95 0.995 0.0005"/></default>'
+        f"<worldbody>{container(sample)}{''.join(bodies)}</worldbody></mujoco>"
+    )
+
+
+def main():
+    folder, meshes_folder, count, seconds = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4])
+    data = graspmill.Dataset(folder, graspmill.SceneSample)
+    facts = {row["object"]: row for row in data.folder.objects()}
+    files = {path.stem: path for path in meshes_folder.rglob("*") if path.suffix in (".stl", ".ply", ".obj", ".off")}
+    meshes = {}
+    results = []
+    for index in np.linspace(0, len(data) - 1, min(count, len(data))).round().astype(int):
+        sample = data[int(index)]
+        for object_id in sample.objects:
+            if object_id not in meshes:
+                mesh = trimesh.load(files[facts[object_id]["name"]], force="mesh", process=False)
+                # The same frame and unit as the dataset's, or nothing below means anything.
+                off = np.abs(mesh.bounds[0] - facts[object_id]["lower"]).max()
+                assert off < 1e-5, f"{facts[object_id]['name']}: {off} m off"
+                meshes[object_id] = mesh
+        model = mujoco.MjModel.from_xml_string(spec_of(sample, meshes, facts))
+        state = mujoco.MjData(model)
+        mujoco.mj_forward(model, state)
+        before = state.xipos[1:].copy()
+        for _ in range(round(seconds / model.opt.timestep)):
+            mujoco.mj_step(model, state)
+        moved = np.linalg.norm(state.xipos[1:] - before, axis=1)[: len(sample.objects)]
+        results.append({"sample": int(sample.index), "moved": moved.tolist()})
+        print(json.dumps(results[-1]), file=sys.stderr, flush=True)
+    moved = np.concatenate([result["moved"] for result in results])
+    whole = [max(result["moved"]) < 0.005 for result in results]
+    print(json.dumps({"scenes": results, "bodies": len(moved), "within_5_mm": float((moved < 0.005).mean()), "whole_scenes": float(np.mean(whole))}))
+
+
+if __name__ == "__main__":
+    main()
