@@ -122,7 +122,7 @@ class SceneSample(Sample):
 
     @content
     def supports(self) -> list[tuple[int, int, float]]:
-        """Who rests on whom: ``(by, body, share)``, the share of the body's weight that the other carries."""
+        """Bodies that rest on others: ``(by, body, share)``, the share of the body's weight that the other carries."""
         message = self.message("scene")
         columns = [np.asarray(message[name]).tolist() for name in ("supporters", "supported", "shares")]
         expect_lengths(len(columns[0]), supported=columns[1], shares=columns[2])

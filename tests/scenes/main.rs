@@ -36,7 +36,7 @@ fn job(shapes: &[&str], keys: &str) -> String {
 const BINS: &str =
     "mode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\nscenes = { training = 6, holdout = 2 }";
 
-/// What became of each scene: its record, or the reason of its reject.
+/// Outcome of each scene: its record, or the reason of its reject.
 fn scenes(folder: &Path) -> Vec<Result<Scene, String>> {
     let reader = DatasetReader::open(folder).expect("a dataset");
     let mut found = Vec::new();

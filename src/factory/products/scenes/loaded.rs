@@ -26,13 +26,13 @@ const KEPT: usize = 128;
 pub(super) struct LoadedObject {
     /// The true mesh.
     pub body: Arc<ContactBody>,
-    /// Its solid.
+    /// Mass properties of its solid.
     pub solid: MassProperties,
     /// [kg].
     pub mass: f64,
-    /// Its stable poses.
+    /// Stable poses of the object on a plane.
     pub resting: RestingPoses,
-    /// Its mesh, laid out for pictures.
+    /// Mesh, laid out for pictures.
     pub render: RenderMesh,
 }
 

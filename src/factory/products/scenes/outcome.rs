@@ -1,4 +1,4 @@
-//! What came of a scene, as it is recorded: facts, rejects, who rests on whom.
+//! Outcome of a scene, as it is recorded: facts, rejects, which body rests on which.
 
 use std::collections::BTreeMap;
 
@@ -60,7 +60,7 @@ pub(super) fn contacts(touches: &[SceneTouch]) -> Vec<SceneContact> {
     touches.iter().map(contact).collect()
 }
 
-/// Who rests on whom: the vertical force of one body on another over the other's weight [N], where it carries it.
+/// Bodies that rest on others: the vertical force of one body on another over the other's weight [N], where it carries it.
 pub(super) fn supports(touches: &[SceneTouch], weights: &[f64]) -> Vec<SceneSupport> {
     let mut forces: BTreeMap<(u32, u32), f64> = BTreeMap::new();
     for touch in touches {

@@ -15,7 +15,7 @@ pub struct ScenesSpec {
     /// `package` and `built_in`.
     #[schemars(length(min = 1))]
     pub objects: Vec<ObjectsSpec>,
-    /// How bodies come to a scene.
+    /// Way in which bodies come to a scene.
     #[schemars(extend("examples" = ["bin"]))]
     pub mode: ModeSpec,
     /// Bodies per scene: a number (10), or a range of which each scene draws one. A scene has no object twice.
@@ -155,7 +155,7 @@ pub struct ScenePhysicsSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum FrictionSpec {
-    /// The same for all bodies.
+    /// One coefficient for all bodies.
     Exactly(#[schemars(range(min = 0.05, max = 5))] f64),
     /// Drawn for each body, from the first to the second.
     Between(#[schemars(inner(range(min = 0.05, max = 5)))] [f64; 2]),

@@ -152,7 +152,7 @@ impl Producer for SceneWorker<'_> {
         let placements = match self.placements(&sample, &bodies) {
             Ok(placements) => placements,
             Err(number) => {
-                let detail = format!("no free place for body {number} of {count}");
+                let detail = format!("no free position for body {number} of {count}");
                 return out.reject(sample, SceneFacts::default(), NO_ROOM, &detail);
             }
         };

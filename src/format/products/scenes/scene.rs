@@ -66,9 +66,9 @@ pub enum SceneContainer {
 /// A body of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneBody {
-    /// Its object.
+    /// Object that the body is.
     pub object: ObjectId,
-    /// Its pose.
+    /// Pose of the object in the scene.
     pub world_from_object: Pose<World, Object>,
     /// [kg].
     pub mass: f64,
@@ -123,7 +123,7 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// Contacts at these poses.
     pub contacts: Vec<SceneContact>,
-    /// Who rests on whom.
+    /// Bodies that rest on others.
     pub supports: Vec<SceneSupport>,
     /// From the last release to rest [s].
     pub rest_time: f64,
