@@ -184,7 +184,7 @@ pub fn read_ply(path: &Path) -> TriMesh {
 
 /// Mean distance [m] from the vertices of a mesh in the camera's frame to the nearest vertex of one in the table's.
 fn mean_distance(seen: &TriMesh, truth: &TriMesh) -> f64 {
-    let points: Vec<Point3<f64>> = truth.vertices.iter().map(|vertex| in_camera(vertex)).collect();
+    let points: Vec<Point3<f64>> = truth.vertices.iter().map(in_camera).collect();
     let distance = |vertex: &[f32; 3]| {
         let point = Point3::from(vertex.map(f64::from));
         points.iter().map(|other| (other - point).norm_squared()).fold(f64::INFINITY, f64::min).sqrt()

@@ -248,7 +248,8 @@ impl Run<'_> {
     /// Takes bodies that fall for ever out of the scene.
     fn give_up_lost(&mut self) {
         for index in 0..self.bodies.len() {
-            self.present[index] &= !(self.pose(index).translation.z < LOST_BELOW);
+            let is_lost = self.pose(index).translation.z < LOST_BELOW;
+            self.present[index] &= !is_lost;
         }
     }
 

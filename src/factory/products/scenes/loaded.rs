@@ -39,8 +39,15 @@ pub(super) struct LoadedObject {
 /// Objects that were loaded last.
 #[derive(Default)]
 pub(super) struct LoadedObjects {
+    kept: Mutex<RecentObjects>,
+}
+
+#[derive(Default)]
+struct RecentObjects {
+    /// Number of uses so far.
+    clock: u64,
     /// By index in the job, with the time of the last use.
-    kept: Mutex<(u64, BTreeMap<usize, (u64, Arc<LoadedObject>)>)>,
+    objects: BTreeMap<usize, (u64, Arc<LoadedObject>)>,
 }
 
 impl LoadedObjects {
@@ -54,7 +61,7 @@ impl LoadedObjects {
         }
         let made = Arc::new(LoadedObject::prepare(&objects.list[index])?);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let (clock, objects) = &mut *kept;
+        let RecentObjects { clock, objects } = &mut *kept;
         *clock += 1;
         objects.insert(index, (*clock, Arc::clone(&made)));
         if objects.len() > KEPT {
@@ -66,7 +73,7 @@ impl LoadedObjects {
 
     fn find(&self, index: usize) -> Option<Arc<LoadedObject>> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let (clock, objects) = &mut *kept;
+        let RecentObjects { clock, objects } = &mut *kept;
         *clock += 1;
         let (used, found) = objects.get_mut(&index)?;
         *used = *clock;

@@ -77,19 +77,20 @@ fn a_scene_is_named_after_container_objects_and_poses_alone() {
 
 #[test]
 fn what_is_no_scene_is_refused_with_its_field() {
-    let refused = |change: &dyn Fn(&mut Scene)| {
+    type Change = fn(&mut Scene);
+    let refused = |change: Change| {
         let mut scene = scene();
         change(&mut scene);
         Scene::decode(&payload(&scene)).expect_err("no scene").to_string()
     };
-    let cases: [(&str, &dyn Fn(&mut Scene)); 7] = [
-        ("masses", &|scene| scene.bodies[0].mass = -1.0),
-        ("masses", &|scene| scene.bodies.clear()),
-        ("touch_second", &|scene| scene.contacts[1].pair = [1, 3]),
-        ("touch_second", &|scene| scene.contacts[1].pair = [2, 1]),
-        ("touch_normals", &|scene| scene.contacts[0].normal = [0.0, 0.0, 0.9]),
-        ("supported", &|scene| scene.supports[0].body = 7),
-        ("container_size", &|scene| scene.container = SceneContainer::Plane { size: [0.0, 1.0] }),
+    let cases: [(&str, Change); 7] = [
+        ("masses", |scene| scene.bodies[0].mass = -1.0),
+        ("masses", |scene| scene.bodies.clear()),
+        ("touch_second", |scene| scene.contacts[1].pair = [1, 3]),
+        ("touch_second", |scene| scene.contacts[1].pair = [2, 1]),
+        ("touch_normals", |scene| scene.contacts[0].normal = [0.0, 0.0, 0.9]),
+        ("supported", |scene| scene.supports[0].body = 7),
+        ("container_size", |scene| scene.container = SceneContainer::Plane { size: [0.0, 1.0] }),
     ];
     for (field, change) in cases {
         let error = refused(change);
