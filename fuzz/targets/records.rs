@@ -2,8 +2,8 @@
 
 use graspmill::format::{
     Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape, Occlusion,
-    PatchColour, PatchHeatmap, PatchImageColour, ReachabilityBlock, ReachabilityField, TactileContacts, Tsdf,
-    Visibility, VoxelPair, check_record, checks_of,
+    PatchColour, PatchHeatmap, PatchImageColour, ReachabilityBlock, ReachabilityField, Scene, SceneOverview,
+    TactileContacts, Tsdf, Visibility, VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -48,6 +48,8 @@ pub fn records(input: &[u8]) {
             again(payload, |bytes| PatchImageColour::decode(bytes).ok(), PatchImageColour::encode)
         }
         Channel::PATCH_HEATMAP => again(payload, |bytes| PatchHeatmap::decode(bytes).ok(), PatchHeatmap::encode),
+        Channel::SCENE => again(payload, |bytes| Scene::decode(bytes).ok(), Scene::encode),
+        Channel::SCENE_OVERVIEW => again(payload, |bytes| SceneOverview::decode(bytes).ok(), SceneOverview::encode),
         other => panic!("{other:?} has no record here"),
     };
     assert_eq!(found, decodes, "the checker takes what decodes, and nothing else");

@@ -456,19 +456,20 @@ mod tests {
 
     #[test]
     fn occluders_stand_between_the_camera_and_the_object() {
+        let whole = disc();
         for kind in [OccluderKind::Neighbour, OccluderKind::HalfSpace] {
             for occluder in draws(kind, [0.1, 0.5], 100) {
                 assert!(occluder.nearest > 0.1, "{}", occluder.nearest);
                 assert!(occluder.corners.iter().all(|corner| f64::from(corner[2]) < occluder.split));
                 assert!(occluder.split < 1.0);
                 assert!(occluder.corners.len() >= 6, "a solid");
-                let seen = occluder.without_occluder(&occluder.scene(&camera(), &disc(), 0));
+                let seen = occluder.without_occluder(&occluder.scene(&camera(), &whole, 0));
                 assert_eq!(seen.returns() as u32, occluder.object_pixels - occluder.hidden_pixels);
                 for (column, row) in
                     (0..640).step_by(7).flat_map(|column| (0..480).step_by(7).map(move |row| (column, row)))
                 {
                     let (front, object, left) =
-                        (occluder.depth.at(column, row), disc().at(column, row), seen.at(column, row));
+                        (occluder.depth.at(column, row), whole.at(column, row), seen.at(column, row));
                     assert_eq!(left.is_nan(), object.is_nan() || !front.is_nan());
                 }
             }

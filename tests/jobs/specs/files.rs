@@ -128,6 +128,7 @@ fn every_job_file_is_a_job_of_its_size() {
         ("fetch-torso-reachability", 1, 5280),
         ("grasps-quick", 3, 4),
         ("half-shapes", 36, 1),
+        ("model-quick", 136, 16),
         ("own-meshes", 4, 60),
         ("panda-grasps", 78, 20),
         // Of made-up grasps.

@@ -215,7 +215,7 @@ fn complete_is_every_cell_that_meets_the_solid() {
                 .collect();
             let tolerance = 1e-6 * 1.3 / placement.cell_size + 4e-5;
             let (surely, perhaps) = (mark(&faces, resolution, 0.5), mark(&faces, resolution, 0.5 + 1.5 * tolerance));
-            let stride = if mesh.triangles.len() > 1000 { 7 } else { 1 };
+            let stride = if mesh.triangles.len() > 1000 { 17 } else { 3 };
             for (index, (surely, perhaps)) in surely.into_iter().zip(perhaps).enumerate() {
                 let n = resolution as usize;
                 let cell = [index / n / n, index / n % n, index % n].map(|part| part as u32);
