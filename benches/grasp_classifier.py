@@ -255,7 +255,7 @@ def compare(folder: Path, arguments: argparse.Namespace) -> None:
             curves.append(area_under_curve(scores[known], truth))
         print(f"  {label}: {labels.mean():.1%} of {len(rows)} labels are positive; area under the curve of stored trials "
               f"{np.mean(curves):.3f} ({time.process_time() - begun:.0f} CPU s)", flush=True)
-    # Of what does not learn, its best alone is tried.
+    # The best alone of the choices that do not learn is tried.
     plain = {}
     plain["lowest energy"] = [Picks.of(-test.energies, test)]
     plain["highest epsilon"] = [Picks.of(test.epsilons, test)]

@@ -89,7 +89,7 @@ def voted(partial: np.ndarray, folders: list[Path]) -> np.ndarray:
 
 
 def shaded(cells: np.ndarray, behind: bool) -> np.ndarray:
-    """What is seen of cells along z, from before or behind, the brighter the more it faces the viewer."""
+    """A view of cells along z, from before or behind, the brighter the more they face the viewer."""
     cells = cells[::-1, :, ::-1] if behind else cells
     depth = np.where(cells.any(axis=2), cells.argmax(axis=2), np.nan).T
     filled = np.where(np.isnan(depth), np.nanmax(depth) if cells.any() else 0, depth)

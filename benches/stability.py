@@ -109,7 +109,7 @@ def finer_law(drive: dict, finer: int) -> dict:
 
 
 def label_of(grasp: dict) -> str:
-    """What all trials of a grasp say together; of datasets without labels, the trial in the air."""
+    """The label of a grasp: its trials together; of datasets without labels, the trial in the air."""
     label = grasp["expected"].get("label")
     return label if label else grasp["expected"]["verdict"]
 

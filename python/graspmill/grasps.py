@@ -26,7 +26,7 @@ TRIAL_VERDICTS = (
 """Name of each verdict on a physical trial."""
 
 GRASP_LABELS = (None, "untested", "held", "failed", "borderline")
-"""What all trials of a grasp say together, by number; none in datasets of earlier versions."""
+"""Labels of grasps, in which all trials of one agree, by number; none in datasets of earlier versions."""
 
 _NUMBERS = (
     *("penetration", "energy", "contact_energy", "potential", "epsilon_force", "epsilon_wrench", "volume", "advance"),

@@ -8,10 +8,10 @@ use super::{
     completion_args::{PictureArgs, PixelCentre},
     exit::{Exit, Failure},
 };
-use kernel::{files, ids::Digest};
+use kernel::ids::Digest;
 use perception::{
-    CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, ClusterRule, DepthFrame, FrameRule, Plane, PlaneChoice,
-    PlaneRule, Scene, SceneRule, read_frame,
+    CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, ClusterRule, DepthFrame, FrameRule, LabelledFrame, Plane,
+    PlaneChoice, PlaneRule, Scene, SceneRule, read_frame,
 };
 
 /// Frame of every number in `scene.json`.
@@ -68,8 +68,7 @@ impl SegmentedPicture {
             .map(|camera| CameraDescription { pixel_centre: pixel_centre.unwrap_or(camera.pixel_centre), ..camera });
         let began = Instant::now();
         let rule = FrameRule { camera, depth_scale: arguments.depth_scale, is_range: arguments.range };
-        let frame = read_frame(&arguments.depth, &rule).map_err(Failure::of_input)?.frame;
-        let digest = Digest::of(&files::read(&arguments.depth)?);
+        let LabelledFrame { frame, digest, .. } = read_frame(&arguments.depth, &rule).map_err(Failure::of_input)?;
         let read = milliseconds_since(began);
         let began = Instant::now();
         let scene = Scene::segment(frame, &scene_rule(arguments)?);

@@ -1,6 +1,9 @@
 //! Depth pictures.
 
-use kernel::geom::{DepthCrop, Intrinsics};
+use kernel::{
+    geom::{DepthCrop, Intrinsics},
+    ids::Digest,
+};
 use nalgebra::Point3;
 
 /// A depth picture with its camera.
@@ -19,6 +22,8 @@ pub struct LabelledFrame {
     pub frame: DepthFrame,
     /// Labels, shape (height, width), row-major.
     pub labels: Option<Vec<u32>>,
+    /// BLAKE3 of the file.
+    pub digest: Digest,
 }
 
 impl DepthFrame {

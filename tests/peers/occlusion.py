@@ -123,7 +123,7 @@ for key, record in occluded.items():
     facts["mask_pixels"] += len(rows)
     facts["mask_unlike"] += int((np.isfinite(of_front) != mask[rows, columns]).sum())
 
-    # What is left makes the grid and the partial; on the grid of the whole it marks no cell that the whole does not.
+    # Pixels that are left make the grid and the partial; on the grid of the whole it marks no cell that the whole does not.
     n, points = pair.grid.resolution, points_of(after, camera)
     low, high = points.min(axis=0), points.max(axis=0)
     near = abs(np.array([pair.grid.centre_x, pair.grid.centre_y, pair.grid.centre_z]) - (low + high) / 2).max() < 1e-12

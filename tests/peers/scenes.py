@@ -83,7 +83,7 @@ def main():
         for object_id in sample.objects:
             if object_id not in meshes:
                 mesh = trimesh.load(files[facts[object_id]["name"]], force="mesh", process=False)
-                # The same frame and unit as the dataset's, or nothing below means anything.
+                # Frame and unit must be the dataset's, or nothing below means anything.
                 off = np.abs(mesh.bounds[0] - facts[object_id]["lower"]).max()
                 assert off < 1e-5, f"{facts[object_id]['name']}: {off} m off"
                 meshes[object_id] = mesh

@@ -376,7 +376,7 @@ class World:
 
 
 def label_of(grasp):
-    """What all trials of a grasp say together; in exports without labels, the trial in the air."""
+    """The label of a grasp: its trials together; in exports without labels, the trial in the air."""
     expected = grasp["expected"]
     if expected.get("label"):
         return expected["label"]
@@ -388,7 +388,7 @@ def chosen(folder, each):
     sides = {True: [], False: []}
     for path in sorted(folder.glob("*/grasps.json")):
         for number, grasp in enumerate(json.loads(path.read_text())["grasps"]):
-            # What could not be tried there, or is on the edge, has no outcome to compare with.
+            # Grasps that could not be tried there, or are on the edge, have no outcome to compare with.
             if (label := label_of(grasp)) in ("held", "failed"):
                 sides[label == "held"].append((path.parent.name, number))
     by_object = {}

@@ -10,7 +10,7 @@ mod raw;
 
 use std::path::{Path, PathBuf};
 
-use kernel::{files, geom::Intrinsics};
+use kernel::{files, geom::Intrinsics, ids::Digest};
 
 use crate::{
     camera::{CameraDescription, rectified},
@@ -72,10 +72,11 @@ pub fn read_frame(path: &Path, rule: &FrameRule) -> Result<LabelledFrame, FrameE
         "pcd" => pcd::parse(&bytes),
         _ => ply::parse(&bytes),
     };
-    raw.and_then(|raw| checked(raw, rule)).map_err(failed)
+    let (frame, labels) = raw.and_then(|raw| checked(raw, rule)).map_err(failed)?;
+    Ok(LabelledFrame { frame, labels, digest: Digest::of(&bytes) })
 }
 
-fn checked(mut raw: RawFrame, rule: &FrameRule) -> Result<LabelledFrame, FrameProblem> {
+fn checked(mut raw: RawFrame, rule: &FrameRule) -> Result<(DepthFrame, Option<Vec<u32>>), FrameProblem> {
     let is_return = |depth: f32| depth.is_finite() && depth > 0.0;
     if !raw.depth.iter().copied().any(is_return) {
         return Err(FrameProblem::Empty);
@@ -123,7 +124,7 @@ fn checked(mut raw: RawFrame, rule: &FrameRule) -> Result<LabelledFrame, FramePr
         });
         return Err(FrameProblem::Median { median, remedy });
     }
-    Ok(LabelledFrame { frame: DepthFrame { camera, depth }, labels: raw.labels })
+    Ok((DepthFrame { camera, depth }, raw.labels))
 }
 
 #[cfg(test)]

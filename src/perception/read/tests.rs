@@ -117,7 +117,7 @@ fn every_kind_of_file_gives_the_same_picture() {
         let is_cloud = ["pcd", "ply"].contains(kind);
         // A cloud says where its camera is; an image does not.
         let rule = if is_cloud { FrameRule::default() } else { with_camera() };
-        let LabelledFrame { frame, labels } = read(kind, bytes, &rule).expect("a picture");
+        let LabelledFrame { frame, labels, .. } = read(kind, bytes, &rule).expect("a picture");
         let camera = frame.camera;
         assert_eq!((camera.width, camera.height), (WIDTH, HEIGHT));
         for (found, given) in [camera.fx, camera.fy, camera.cx, camera.cy].iter().zip(CAMERA) {

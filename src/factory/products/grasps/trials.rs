@@ -191,10 +191,9 @@ impl TriedObject {
             }
         }
         // The most likely pose of the object in which the hand stays above the table.
-        let above = grasp.clearances.iter().zip(&self.tables).position(|([shaped, _], _)| *shaped >= 0.0);
         let mut table = None;
-        if let Some(pose) = above {
-            let on_table = TrialConditions { table: Some(self.tables[pose]), gravity: Gravity::Lifted, ..conditions };
+        if let Some((pose, support)) = grasp.likeliest_table().and_then(|pose| Some((pose, *self.tables.get(pose)?))) {
+            let on_table = TrialConditions { table: Some(support), gravity: Gravity::Lifted, ..conditions };
             table = Some(TableTrial { resting_pose: pose as u32, outcome: recorded(&run(&on_table)?) });
         }
         let closed = outcome.closed.as_ref().map(closed_hand);

@@ -152,6 +152,11 @@ impl Grasp {
         self.clearances.get(pose).is_some_and(|[shaped, _]| *shaped >= 0.0)
     }
 
+    /// Index of the most likely resting pose on whose table the hand stays above, coming in its posture.
+    pub fn likeliest_table(&self) -> Option<usize> {
+        (0..self.clearances.len()).find(|pose| self.is_above_table(*pose))
+    }
+
     /// Quality in the space that a method asks for.
     pub fn epsilon(&self, method: &GraspMethod) -> f64 {
         if method.space == FORCE { self.epsilon_force } else { self.epsilon_wrench }

@@ -72,7 +72,7 @@ impl DrawnObject {
 
     /// The most likely pose in which the object rests on a table above which the hand stays, as trials have it.
     fn on_table(&self, grasp: &Grasp) -> Option<&RestingPose> {
-        self.resting.iter().enumerate().find_map(|(index, pose)| grasp.is_above_table(index).then_some(pose))
+        self.resting.get(grasp.likeliest_table()?)
     }
 }
 
