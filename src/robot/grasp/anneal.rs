@@ -144,6 +144,7 @@ impl Annealer {
         let mut failures = 0;
         self.best.clear(object.radius);
         self.potential.forget();
+        let field = object.field();
         for step in 0..self.settings.steps {
             let [temperature, log_span] = self.schedule[step as usize];
             let stretch = (u64::from(step) * STRETCHES as u64 / u64::from(self.settings.steps)) as usize;
@@ -156,8 +157,7 @@ impl Annealer {
                 let object_from_approach = object_from_search.times(&search_from_approach(&next));
                 let object_from_base = object_from_approach.times(&approach_from_base);
                 let amplitudes = self.variables.amplitudes(&next);
-                if is_feasible(self.level, &self.hand, &object.field, &object_from_base, amplitudes, &mut self.scratch)
-                {
+                if is_feasible(self.level, &self.hand, field, &object_from_base, amplitudes, &mut self.scratch) {
                     found = Some((next, object_from_approach));
                     break;
                 }
@@ -179,7 +179,7 @@ impl Annealer {
                 // Metropolis criterion, solved for the energy: worse states pass with the probability of the temperature.
                 energy - libm::log(stream.unit()) * temperature / ENERGY_SCALE
             };
-            evaluate_contacts(self.level, &self.hand, &object.field, &mut self.scratch);
+            evaluate_contacts(self.level, &self.hand, field, &mut self.scratch);
             let rated = self.energy(object, temperature, limit, &mut counts);
             if rated < limit {
                 (state, energy) = (next, rated);

@@ -255,7 +255,7 @@ impl GraspSampler {
     fn is_clear(&mut self, object: &ObjectSearch, object_from_base: &IsometryMatrix3<f64>, amplitudes: &[f64]) -> bool {
         let base = Frame::of(object_from_base);
         amplitudes.is_empty()
-            || is_feasible(self.level, &self.search, &object.field, &base, amplitudes, &mut self.scratch)
+            || is_feasible(self.level, &self.search, object.field(), &base, amplitudes, &mut self.scratch)
     }
 
     /// Whether the closed hand holds the object between both pads, or between two links that press against each other.

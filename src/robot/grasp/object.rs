@@ -1,6 +1,6 @@
 //! An object, prepared for the search of grasps.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point3;
 
@@ -14,7 +14,8 @@ use kernel::{
 /// An object, prepared for annealing: shared by threads.
 pub struct ObjectSearch {
     pub(super) surface: Arc<ContactSurface>,
-    pub(super) field: DistanceField,
+    /// Made when it is first asked for: pads on pairs of points do without.
+    field: OnceLock<DistanceField>,
     /// The middle of its box.
     pub(super) middle: Point3<f64>,
     /// Distance from the middle to the farthest corner of the box [m].
@@ -50,10 +51,15 @@ impl ObjectSearch {
             mass,
             resting,
             surface: Arc::clone(surface),
-            field: DistanceField::new(surface),
+            field: OnceLock::new(),
             middle: bounds.centre(),
             radius: (bounds.max - bounds.min).norm() / 2.0,
         }
+    }
+
+    /// Distances to the object as annealing reads them.
+    pub(super) fn field(&self) -> &DistanceField {
+        self.field.get_or_init(|| DistanceField::new(&self.surface))
     }
 
     /// Poses in which the object rests on a table.

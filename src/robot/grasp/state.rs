@@ -33,8 +33,8 @@ pub struct HandSearch {
     /// Virtual contacts.
     contacts: Vec<Virtual>,
     pub(super) base_from_approach: Frame,
-    clear: ClearPostures,
-    /// Made when it is first asked for.
+    /// Both made when they are first asked for: pads on pairs of points ask for neither.
+    clear: OnceLock<ClearPostures>,
     oppositions: OnceLock<Oppositions>,
 }
 
@@ -106,9 +106,16 @@ impl HandSearch {
         };
         let contacts = hand.contacts().iter().map(contact).collect();
         let base_from_approach = Frame::of(&approach.link_from_frame);
-        let clear = ClearPostures::new(hand, &links, &solids);
         let hand = Arc::clone(hand);
-        Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear, oppositions: OnceLock::new() })
+        let (clear, oppositions) = (OnceLock::new(), OnceLock::new());
+        Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear, oppositions })
+    }
+
+    /// Whether no two links overlap for sure in the posture of these amplitudes.
+    #[inline(always)]
+    fn is_surely_clear(&self, amplitudes: &[f64]) -> bool {
+        let clear = self.clear.get_or_init(|| ClearPostures::new(&self.hand, &self.links, &self.solids));
+        clear.holds(amplitudes)
     }
 
     /// Contacts that face each other, over the hand's postures.
@@ -208,7 +215,7 @@ fn is_feasible_body<L: Lanes>(
         }
     }
     // Self-collision, except in postures known to be clear of it.
-    hand.clear.holds(amplitudes) || hand.is_clear_of_itself(scratch)
+    hand.is_surely_clear(amplitudes) || hand.is_clear_of_itself(scratch)
 }
 
 /// Whether a solid overlaps the object by no more than is allowed.
