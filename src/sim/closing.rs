@@ -230,6 +230,14 @@ impl HandWorker {
         numerics.set(self.data.model_opt_mut());
     }
 
+    /// Sets whether the faces of the hand's boxes and cylinders reach to their edges where they touch a true mesh, from now on:
+    /// before a start.
+    pub(super) fn set_edges(&mut self, are_sharp: bool) {
+        if let (Some(collider), Some(mesh)) = (&mut self.collider, &self.sim.true_mesh) {
+            collider.set_edges(mesh, are_sharp);
+        }
+    }
+
     /// Sets the effort of the motors from now on, until the next [`HandWorker::start`].
     pub fn set_effort(&mut self, effort: Effort) {
         self.effort = effort;

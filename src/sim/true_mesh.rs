@@ -41,6 +41,10 @@ pub(super) struct TrueMeshCollider {
     table: Option<TableContacts>,
     scratch: ContactScratch,
     found: Vec<SurfaceContact>,
+    /// Whether trackers [remember](ContactTracker::new).
+    remembers: bool,
+    /// Whether the faces of boxes and cylinders reach to their edges.
+    are_sharp: bool,
 }
 
 thread_local! {
@@ -116,6 +120,19 @@ impl TrueMeshCollider {
             table: table.map(|table| TableContacts::new(table, &mesh.corners)),
             scratch: ContactScratch::default(),
             found: Vec::new(),
+            remembers,
+            are_sharp: false,
+        }
+    }
+
+    /// Gives boxes and cylinders [faces that reach to their edges](Probe::with_wide_faces), or edges that are rounded.
+    pub(super) fn set_edges(&mut self, mesh: &TrueMesh, are_sharp: bool) {
+        if std::mem::replace(&mut self.are_sharp, are_sharp) == are_sharp {
+            return;
+        }
+        for (tracker, probe) in self.trackers.iter_mut().zip(&mesh.probes) {
+            let shaped = probe.map(|probe| if are_sharp { probe.with_wide_faces() } else { probe });
+            *tracker = shaped.map(|probe| ContactTracker::new(probe, self.remembers));
         }
     }
 

@@ -28,6 +28,8 @@ pub enum Instability {
     Control,
     /// No room for all contacts or constraints, or an inertia without inverse.
     Room,
+    /// A hand deeper in the object than its edges are [rounded](kernel::contact::EDGE_RADIUS): contacts have no direction there.
+    Depth,
 }
 
 /// The first instability that MuJoCo has counted since its state was reset, if any.

@@ -39,6 +39,17 @@ impl Probe {
         })
     }
 
+    /// The same with faces as wide as those of a box or cylinder with sharp edges: what touches a face next to its edge is pressed
+    /// along the face's normal, not outward. Its thickness, the least of its sides, stays.
+    #[must_use]
+    pub fn with_wide_faces(&self) -> Self {
+        let least = self.half.iter().copied().fold(f64::INFINITY, f64::min);
+        // A line and a point have no faces.
+        let has_faces = self.half.iter().filter(|side| **side > 0.0).count() > 1;
+        let widened = |side: f64| if has_faces && side > least { side + self.thickness } else { side };
+        Self { half: self.half.map(widened), ..*self }
+    }
+
     /// From the origin of its frame to its farthest point at most [m].
     pub fn radius(&self) -> f64 {
         self.core_radius() + self.thickness

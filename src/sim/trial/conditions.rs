@@ -75,6 +75,9 @@ pub struct TrialConditions {
     pub gravity: Gravity,
     /// Whether nothing supports the object while the hand closes, whatever the protocol says.
     pub is_free: bool,
+    /// Whether the faces of the hand's boxes and cylinders reach to their edges, which else are
+    /// [rounded](kernel::contact::EDGE_RADIUS): MuJoCo's own boxes are sharp.
+    pub has_sharp_edges: bool,
     /// Settings of the simulation.
     pub numerics: Numerics,
     /// Table on which the object rests while the hand closes, in a simulation that [has one](super::TrialSim::on_table).
@@ -100,6 +103,7 @@ impl TrialConditions {
             backs_off: false,
             gravity: Gravity::Lifted,
             is_free: false,
+            has_sharp_edges: false,
             numerics: Numerics::Standard,
             table: None,
         }

@@ -15,6 +15,7 @@ use crate::{
     free_object::FreeObject,
     hand_sim::{GeomOwner, Hold, SLIDE_MASS, STEP, quaternion},
     true_mesh::TrueMesh,
+    unstable::{Instability, Unstable},
 };
 use kernel::contact::EDGE_RADIUS;
 
@@ -88,6 +89,7 @@ impl TrialWorker {
     ) -> Result<Outcome, HandError> {
         conditions.check()?;
         self.hand.set_numerics(conditions.numerics);
+        self.hand.set_edges(conditions.has_sharp_edges);
         let object_from_table = self.table_of(conditions)?;
         self.receding = None;
         self.set_object(conditions, self.closing_mass(conditions));
@@ -175,7 +177,15 @@ impl TrialWorker {
         }
         // Grasp held only if at least two links touch the object.
         let links = self.grip().links().len();
-        if links < 2 { Err(Verdict::LetGo { links }) } else { Ok(()) }
+        if links < 2 {
+            return Err(Verdict::LetGo { links });
+        }
+        // What holds by contacts without a direction is no hold.
+        if outcome.shaken_penetration > EDGE_RADIUS {
+            let what = Unstable { step: self.hand.steps(), kind: Instability::Depth };
+            return Err(Verdict::Unstable { phase: Phase::Shake, what });
+        }
+        Ok(())
     }
 
     /// Mass of the object while the hand closes [kg]: one that stays is heavy, so that contacts are as hard as on a

@@ -108,7 +108,7 @@ pub struct AntipodalSpec {
     /// Pairs of points that a run draws from the whole surface at most; with `depth = "any"` it ends once it has its states.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "pairs"))]
     pub pairs: u32,
-    /// Friction coefficient of these cones.
+    /// Friction coefficient of these cones. Narrower ones than the contacts' own leave friction in reserve.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
     pub friction: f64,
     /// States that a run keeps, no two alike.
@@ -323,10 +323,11 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::variant_share")]
     #[schemars(range(min = 0, max = 1))]
     pub variant_share: f64,
-    /// Trials that are made again before their outcome becomes a label: grasps that held, with elliptic friction cones
-    /// without `impratio` and iterations against slip, with friction lower by 20 %, and with nothing that supports the
-    /// object while the hand closes; grasps that failed, with half the mass, with friction higher by half, and with the
-    /// hand 2 mm nearer to the object. A grasp whose trials disagree is labelled borderline.
+    /// Trials that are made again before their outcome becomes a label: grasps that held, once, with elliptic friction cones
+    /// without `impratio` and iterations against slip, friction lower by 20 %, and nothing that supports the object while the
+    /// hand closes; grasps that failed, with sharp edges of the hand's boxes, with the hand 2 mm nearer to the object, with
+    /// friction higher by half, and with half the mass, up to the first that holds. A grasp whose trials disagree is labelled
+    /// borderline.
     #[serde(default = "physics::confirm")]
     pub confirm: ConfirmSpec,
     /// Gravity on the object once it is held.
