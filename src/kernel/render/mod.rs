@@ -1,5 +1,6 @@
 //! Depth images of triangle meshes on the CPU, what stands in front of them, and what a real sensor makes of them.
 
+mod layers;
 mod occluder;
 mod raster;
 mod raster_kernels;
@@ -8,6 +9,7 @@ mod sensor_apply;
 mod sensor_field;
 mod source;
 
+pub use layers::{LayeredImage, Silhouette};
 pub use occluder::{Occluder, OccluderKind, OccluderModel};
 pub use raster::Rasteriser;
 pub use sensor::{CONSTANTS as SENSOR_CONSTANTS, InvalidConstant, SensorConstant, SensorModel};

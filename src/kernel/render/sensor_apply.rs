@@ -25,6 +25,24 @@ pub struct SensorScratch {
     grazing: Vec<f32>,
     /// Spread of the disparity of each returned pixel, in the device's pixels.
     spread: Vec<f32>,
+    /// Source of each pixel, where somebody asked for it.
+    sources: Option<Vec<u32>>,
+}
+
+impl SensorScratch {
+    /// Source of a pixel whose disparity lies between those of two surfaces, and so is of neither.
+    pub const BETWEEN: u32 = u32::MAX;
+
+    /// Memory that remembers from which pixel of the perfect image each pixel has its disparity.
+    pub fn with_sources() -> Self {
+        Self { sources: Some(Vec::new()), ..Self::default() }
+    }
+
+    /// For each pixel of the last crop the pixel of it whose surface it measured, or [`Self::BETWEEN`]; empty unless the memory
+    /// is [`Self::with_sources`]. Says nothing of pixels without return.
+    pub fn sources(&self) -> &[u32] {
+        self.sources.as_deref().unwrap_or_default()
+    }
 }
 
 /// Effect of the surface at each pixel on its measurement; images without a border.
@@ -197,7 +215,11 @@ impl SensorModel {
 
     /// Writes to `out` the disparity that every pixel finds, in pixels of the device and without noise, 0 = none.
     fn choose_sources(&self, call: &Call, scratch: &mut SensorScratch, out: &mut [f32], stream: &mut Stream) {
-        let SensorScratch { matched, slants, lateral: [across, down], grazing, spread, .. } = scratch;
+        let SensorScratch { matched, slants, lateral: [across, down], grazing, spread, sources, .. } = scratch;
+        if let Some(sources) = sources {
+            sources.clear();
+            sources.resize(out.len(), 0);
+        }
         let lateral = self.lateral_sigma_px as f32;
         let reach = libm::ceil(3.0 * self.lateral_sigma_px) as f32;
         // Rounds to nearest without a call: casts cut towards zero, and the sum is positive.
@@ -228,8 +250,13 @@ impl SensorModel {
                     seen = 0.0;
                 }
                 // Pixels beside a jump mix or lose their match.
+                let of_surface = seen;
                 if seen > 0.0 && slants.at_jump[source] > 0.0 {
                     seen = self.beside_jump(call, matched, at, stream);
+                }
+                if let Some(sources) = sources {
+                    let is_between = seen > 0.0 && seen != of_surface;
+                    sources[i] = if is_between { SensorScratch::BETWEEN } else { source as u32 };
                 }
                 // Disparity in pixels of the device, and the noise of the source.
                 out[i] = seen * call.device_per_image;
