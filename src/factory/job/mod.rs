@@ -9,6 +9,7 @@
 //! [`OpenJob`](super::run::OpenJob) does all of it with one call.
 
 mod built_in;
+mod cameras;
 mod canonical;
 mod checked;
 mod decode;
@@ -25,11 +26,13 @@ mod packages;
 mod paths;
 mod reference;
 mod schema;
+mod sensor;
 mod set;
 pub mod spec;
 mod split;
 mod text;
 
+pub use cameras::{CAMERAS, NamedCamera, describe_cameras, named_camera};
 pub use canonical::{keys_of, shards_section, without};
 pub use checked::{Job, Profile};
 pub use description::pinned_description;
@@ -43,6 +46,7 @@ pub use packages::{MeshPackage, PACKAGES, package};
 pub use paths::{relative_to, tidy, with_slashes};
 pub use reference::reference;
 pub use schema::schema;
+pub use sensor::{check_sensor, describe_sensors};
 pub use set::{JobSet, SetMember};
 pub use split::{ObjectChoice, SplitSettings, SubsetSize};
 pub use text::{JobContext, JobText};

@@ -7,6 +7,7 @@
 mod built_in;
 mod hand;
 mod objects;
+mod sensor;
 mod set;
 mod split;
 
@@ -14,6 +15,7 @@ pub use built_in::{BuiltInSpec, HalfShapesSpec, OnlyHalfShapes};
 pub use hand::HandSpec;
 pub use objects::{BodiesSpec, LimitsSpec, MAX_WALL, MaterialSpec, MeshRow, ObjectsSpec, UnitSpec};
 use schemars::{JsonSchema, json_schema};
+pub use sensor::SensorSpec;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 pub use set::{MemberSpec, SetSpec};

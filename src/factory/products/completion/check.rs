@@ -5,17 +5,16 @@ use std::path::{Path as FilePath, PathBuf};
 use nalgebra::{Matrix3, Rotation3};
 
 use super::{
-    cameras::named_camera,
     channels::Channels,
     check_occlusion::occlusion,
     check_touch::touch,
     settings::{CompletionSettings, Distance, Gate, SceneCamera},
     spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, TruthRule, ViewsSpec},
 };
+use crate::job::{check_sensor, named_camera};
 use form::{Checker, Path};
 use kernel::{
     geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy},
-    render::SensorModel,
     voxel::Truth,
 };
 use sim::scene_camera as camera_of_scene;
@@ -41,7 +40,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
         scene,
         distance,
         renderer: spec.renderer,
-        sensor: sensor(checker, spec),
+        sensor: check_sensor(checker, &spec.sensor),
         occlusion: spec.occlusion.as_ref().map(|spec| occlusion(checker, spec)),
         resolution: spec.grid.resolution,
         drop_index_zero: spec.grid.drop_index_zero,
@@ -223,26 +222,6 @@ fn distance(checker: &mut Checker, spec: DistanceSpec, camera: &Intrinsics, larg
         }
         DistanceSpec::Fit(fit) => Distance::Fit { share: fit.fit },
     }
-}
-
-fn sensor(checker: &mut Checker, spec: &CompletionSpec) -> Option<SensorModel> {
-    let name = spec.sensor.profile.as_str();
-    if name == "none" {
-        if let Some(key) = spec.sensor.constants.keys().next() {
-            let because = "a perfect sensor has no constants";
-            checker.contradiction(&format!("sensor.constants.{key}"), "sensor.profile = \"none\"", because);
-        }
-        return None;
-    }
-    // The schema lists the profiles.
-    let mut model = SensorModel::profile(name)?;
-    for (key, value) in &spec.sensor.constants {
-        if let Err(error) = model.set(key, *value) {
-            let path = Path::from("sensor.constants").key(key);
-            checker.invalid(path, "a constant that fits the sensor", error.to_string());
-        }
-    }
-    Some(model)
 }
 
 fn truth(checker: &mut Checker, spec: &CompletionSpec) -> Truth {

@@ -10,7 +10,7 @@ use super::{
         MatrixViews, TruthRule, ViewsSpec,
     },
 };
-use crate::job::{keys_of, without};
+use crate::job::{keys_of, spec::SensorSpec, without};
 use kernel::{geom::ViewSet, voxel::Truth};
 
 impl CompletionJob {
@@ -64,8 +64,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         camera: None,
     };
     if let Some(sensor) = sensor {
-        spec.sensor.profile = sensor.profile_name().to_owned();
-        spec.sensor.constants = sensor.canonical().into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+        spec.sensor = SensorSpec::of(sensor);
     }
     spec.occlusion = occlusion.as_ref().map(occlusion_keys);
     (spec.grid.resolution, spec.grid.drop_index_zero) = (*resolution, *drop_index_zero);

@@ -5,7 +5,6 @@
 //! -> complete -> gate -> records (`encode`): the pair, channels beside it
 //! (`channels`), touch (`touch`).
 
-mod cameras;
 mod channels;
 mod check;
 mod check_occlusion;

@@ -2,27 +2,22 @@
 
 use std::path::Path;
 
-use serde_json::{Map, Value, json};
-
 use super::{
-    cameras::{CAMERAS, NamedCamera},
     check,
     check_touch::HAND_USES,
     settings::{CompletionJob, CompletionSettings, Renderer},
     spec::{CompletionSpec, PROFILES},
 };
 use crate::{
-    job::{DraftWork, JobContext, JobObject, JobObjects, ObjectsDraft, default_shard_samples},
+    job::{
+        DraftWork, JobContext, JobObject, JobObjects, ObjectsDraft, default_shard_samples, describe_cameras,
+        describe_sensors,
+    },
     product::ProductFactory,
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::{PARTIAL_INSIDE_COMPLETE, Product};
-use kernel::{
-    geom::GridPlacement,
-    render::{SENSOR_CONSTANTS, SensorConstant, SensorModel},
-    voxel::Truth,
-    words::counted,
-};
+use kernel::{geom::GridPlacement, voxel::Truth, words::counted};
 
 /// Completion as the factory makes it.
 pub static FACTORY: ProductFactory = ProductFactory {
@@ -44,40 +39,6 @@ fn keys(title: &str) -> Schema {
     describe_sensors(&mut schema.value_mut()["properties"]["sensor"]["properties"]);
     describe_cameras(&mut schema.value_mut()["properties"]["camera"]["properties"]["preset"]);
     schema
-}
-
-/// Lists the cameras that have names.
-fn describe_cameras(preset: &mut Value) {
-    let choice = |NamedCamera { name, focal, source, .. }: &NamedCamera| {
-        let description = format!("{focal} px ({source}).");
-        json!({ "const": name, "type": "string", "description": description })
-    };
-    if let Some(preset) = preset.as_object_mut() {
-        preset.remove("type");
-        preset.insert("oneOf".to_owned(), CAMERAS.iter().map(choice).collect());
-    }
-}
-
-/// Lists the sensor model's own profiles and constants.
-fn describe_sensors(sensor: &mut Value) {
-    let profiles: Vec<&str> = ["none"].into_iter().chain(SensorModel::profiles()).collect();
-    sensor["profile"]["enum"] = json!(profiles);
-    let models: Vec<SensorModel> = SensorModel::profiles().filter_map(SensorModel::profile).collect();
-    let constant = |(index, constant): (usize, &SensorConstant)| {
-        let SensorConstant { key, unit, min, max, meaning } = constant;
-        let value_of = |model: &SensorModel| format!("{}: {}", model.profile_name(), model.canonical()[index].1);
-        let values: Vec<String> = models.iter().map(value_of).collect();
-        let description = format!("{meaning}. {}.", values.join(", "));
-        let mut schema = json!({ "type": "number", "minimum": min, "maximum": max, "description": description });
-        schema["examples"] = json!([models[0].canonical()[index].1]);
-        if *unit != "1" {
-            schema["x-unit"] = json!(unit);
-        }
-        ((*key).to_owned(), schema)
-    };
-    let constants: Map<String, Value> = SENSOR_CONSTANTS.iter().enumerate().map(constant).collect();
-    sensor["constants"]["properties"] = Value::Object(constants);
-    sensor["constants"]["additionalProperties"] = json!(false);
 }
 
 fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobContext) -> Result<DraftWork, FormErrors> {

@@ -1,6 +1,6 @@
 //! The keys of a completion job.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use super::{
     spec_occlusion::OcclusionSpec,
     spec_touch::TouchSpec,
 };
-use crate::job::spec::{ObjectsSpec, SplitSpec};
+use crate::job::spec::{ObjectsSpec, SensorSpec, SplitSpec};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
@@ -266,17 +266,6 @@ pub struct FitDistance {
     /// The sphere around the object's box fills this share of the shorter image side.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.6]), range(max = 1))]
     pub fit: f64,
-}
-
-/// The sensor model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SensorSpec {
-    /// `none` for a perfect sensor, or the name of a sensor whose constants are known.
-    #[schemars(extend("examples" = ["kinect-v1"]))]
-    pub profile: String,
-    /// Constants that differ from the profile's.
-    pub constants: BTreeMap<String, f64>,
 }
 
 /// The occupancy grids.

@@ -1,11 +1,13 @@
 //! Cameras by name: pinhole cameras of depth sensors, by published figures. Pixels are square, the principal point is in the
 //! middle; a device of one's own has figures of its own, a few per cent off these.
 
+use serde_json::{Value, json};
+
 use kernel::geom::Intrinsics;
 
 /// A camera that a job can name.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct NamedCamera {
+pub struct NamedCamera {
     /// Name: the device and the size of its depth image.
     pub name: &'static str,
     /// Image width [px].
@@ -28,7 +30,7 @@ impl NamedCamera {
 }
 
 /// The cameras, by device.
-pub(super) const CAMERAS: [NamedCamera; 6] = [
+pub const CAMERAS: [NamedCamera; 6] = [
     NamedCamera {
         name: "d435-848x480",
         width: 848,
@@ -62,8 +64,20 @@ pub(super) const CAMERAS: [NamedCamera; 6] = [
     NamedCamera { name: "zed-1280x720", width: 1280, height: 720, focal: 700.0, source: "Stereolabs" },
 ];
 
+/// Lists the cameras that have names in the schema of a key that takes one.
+pub fn describe_cameras(key: &mut Value) {
+    let choice = |NamedCamera { name, focal, source, .. }: &NamedCamera| {
+        let description = format!("{focal} px ({source}).");
+        json!({ "const": name, "type": "string", "description": description })
+    };
+    if let Some(key) = key.as_object_mut() {
+        key.remove("type");
+        key.insert("oneOf".to_owned(), CAMERAS.iter().map(choice).collect());
+    }
+}
+
 /// The camera of a name.
-pub(super) fn named_camera(name: &str) -> Option<&'static NamedCamera> {
+pub fn named_camera(name: &str) -> Option<&'static NamedCamera> {
     CAMERAS.iter().find(|camera| camera.name == name)
 }
 
