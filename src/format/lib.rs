@@ -41,6 +41,7 @@ pub use products::{
     scenes::{
         CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneMode, SceneOverview, SceneSupport,
     },
+    views::{SceneImage, SceneInstance, ViewFacts},
 };
 
 /// Number of the format on disk; a reader refuses every other.

@@ -1162,3 +1162,64 @@ pub struct TrialOutcome {
     #[prost(uint32, tag = "15")]
     pub warnings: u32,
 }
+/// Topic /views/image. A settled scene as one camera sees it; its depth is the graspmill.Depth of topic /views/depth.
+/// SampleId.subject is the digest of the scene (Scene.scene), SampleId.item the number of the view, SampleId.camera the entry of
+/// the job's cameras. Instances are numbered from 1 in the order of the scene's bodies. Lengths in m, pixels from the top left.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SceneImage {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    #[prost(message, optional, tag = "2")]
+    pub camera: ::core::option::Option<Camera>,
+    /// 12: rotation and translation by rows; camera z forward, y down
+    #[prost(double, repeated, tag = "3")]
+    pub world_from_camera: ::prost::alloc::vec::Vec<f64>,
+    /// plane, bin
+    #[prost(string, tag = "4")]
+    pub container: ::prost::alloc::string::String,
+    /// as in Scene
+    #[prost(double, repeated, tag = "5")]
+    pub container_size: ::prost::alloc::vec::Vec<f64>,
+    /// sides along x and y of the table, below plane or bin
+    #[prost(double, repeated, tag = "6")]
+    pub table_size: ::prost::alloc::vec::Vec<f64>,
+    /// 32 bytes per instance: its object's digest
+    #[prost(bytes = "vec", tag = "7")]
+    pub objects: ::prost::alloc::vec::Vec<u8>,
+    /// (instances, 12)
+    #[prost(double, repeated, tag = "8")]
+    pub world_from_object: ::prost::alloc::vec::Vec<f64>,
+    /// (height, width) u8: 0 nothing, from 1 the body, 254 the container, 255 the table
+    #[prost(bytes = "vec", tag = "9")]
+    pub instances: ::prost::alloc::vec::Vec<u8>,
+    /// per instance: of its silhouette alone, those outside the image included
+    #[prost(uint32, repeated, tag = "10")]
+    pub pixels_all: ::prost::alloc::vec::Vec<u32>,
+    /// per instance: of its silhouette alone, in the image
+    #[prost(uint32, repeated, tag = "11")]
+    pub pixels_in_image: ::prost::alloc::vec::Vec<u32>,
+    /// per instance: which see it
+    #[prost(uint32, repeated, tag = "12")]
+    pub pixels_visible: ::prost::alloc::vec::Vec<u32>,
+    /// (instances, 4) i32, little-endian: left, top, width, height of all of its silhouette
+    #[prost(bytes = "vec", tag = "13")]
+    pub whole_boxes: ::prost::alloc::vec::Vec<u8>,
+    /// (instances, 4): left, top, width, height of the pixels that see it
+    #[prost(uint32, repeated, tag = "14")]
+    pub visible_boxes: ::prost::alloc::vec::Vec<u32>,
+    /// (instances, 4): left, top, width, height of its silhouette in the image
+    #[prost(uint32, repeated, tag = "15")]
+    pub mask_boxes: ::prost::alloc::vec::Vec<u32>,
+    /// per instance ceil(width height / 8) bytes: its silhouette in its box, by rows, lowest bit first
+    #[prost(bytes = "vec", tag = "16")]
+    pub masks: ::prost::alloc::vec::Vec<u8>,
+    /// (height, width) u8: body of each measured depth, 253 between two; absent without a sensor
+    #[prost(bytes = "vec", tag = "17")]
+    pub point_instances: ::prost::alloc::vec::Vec<u8>,
+    /// cameras drawn before this one that were inside or next to something
+    #[prost(uint32, tag = "18")]
+    pub near_draws: u32,
+    /// cameras drawn before this one that saw too little of every body
+    #[prost(uint32, tag = "19")]
+    pub unseen_draws: u32,
+}

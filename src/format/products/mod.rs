@@ -6,11 +6,12 @@ pub mod grasps;
 pub mod patches;
 pub mod reachability;
 pub mod scenes;
+pub mod views;
 
 pub use checks::{CHECKS, checks_of};
 
 use super::ProductFormat;
 
 /// Every product, in the order in which people meet them.
-pub static PRODUCTS: [&ProductFormat; 5] =
-    [&completion::FORMAT, &reachability::FORMAT, &grasps::FORMAT, &patches::FORMAT, &scenes::FORMAT];
+pub static PRODUCTS: [&ProductFormat; 6] =
+    [&completion::FORMAT, &reachability::FORMAT, &grasps::FORMAT, &patches::FORMAT, &scenes::FORMAT, &views::FORMAT];

@@ -1,6 +1,6 @@
 //! `shapes.mcap`: the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed from the dataset alone.
 //!
-//! One chunk a message: the hand first, then the objects by content. Their `log_time` counts them. Where grasps were tried in
+//! One chunk a message: the hand first, then the objects by content. Datasets of products without hands have meshes alone. Their `log_time` counts them. Where grasps were tried in
 //! MuJoCo, two attachments say how the hand was compiled and driven.
 
 use std::{
@@ -26,7 +26,7 @@ use crate::dataset::{
     shard::{LIBRARY, ZSTD_LEVEL},
     shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
 };
-use crate::{FORMAT_VERSION, RecordError};
+use crate::{FORMAT_VERSION, Product, RecordError};
 use kernel::ids::{JobDigest, ObjectId};
 
 /// Names of the attachments of trials, and what they are.
@@ -46,22 +46,51 @@ pub struct ShapesWriter {
 }
 
 impl ShapesWriter {
-    /// Begins with the hand; the objects follow, sorted by content.
+    /// Begins with the hand, of grasps; the objects follow, sorted by content.
     ///
     /// # Errors
     /// When the file can't be written.
     pub fn create(folder: &Path, job: &JobDigest, hand: &HandShape) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, SHAPES)?;
         let copy = file.try_clone().map_err(DatasetError::io("writing", temporary.path()))?;
-        let (writer, channels) =
-            begin(BufWriter::new(copy), job).map_err(DatasetError::mcap("writing", temporary.path()))?;
-        let [of_hand, channel] = channels;
+        let begun = begin(BufWriter::new(copy), job, FORMAT.name).and_then(|mut writer| {
+            let channels = [
+                add_channel(&mut writer, HandShape::SCHEMA, HandShape::TOPIC)?,
+                add_channel(&mut writer, ObjectShape::SCHEMA, ObjectShape::TOPIC)?,
+            ];
+            Ok((writer, channels))
+        });
+        let (writer, [of_hand, channel]) = begun.map_err(DatasetError::mcap("writing", temporary.path()))?;
         let mut payload = Vec::new();
         hand.encode(&mut payload);
         let folder = folder.to_owned();
         let mut shapes = Self { writer, file, temporary, folder, channel, payload, next: 0, last: None };
         shapes.write(of_hand)?;
         Ok(shapes)
+    }
+
+    /// Begins a file of objects alone, of a product without hands; they follow, sorted by content.
+    ///
+    /// # Errors
+    /// When the file can't be written.
+    pub fn of_objects(folder: &Path, job: &JobDigest, product: Product) -> Result<Self, DatasetError> {
+        let (file, temporary) = Temporary::create(folder, SHAPES)?;
+        let copy = file.try_clone().map_err(DatasetError::io("writing", temporary.path()))?;
+        let begun = begin(BufWriter::new(copy), job, product.name).and_then(|mut writer| {
+            let channel = add_channel(&mut writer, ObjectShape::SCHEMA, ObjectShape::TOPIC)?;
+            Ok((writer, channel))
+        });
+        let (writer, channel) = begun.map_err(DatasetError::mcap("writing", temporary.path()))?;
+        Ok(Self {
+            writer,
+            file,
+            temporary,
+            folder: folder.to_owned(),
+            channel,
+            payload: Vec::new(),
+            next: 0,
+            last: None,
+        })
     }
 
     /// Adds an object.
@@ -107,8 +136,8 @@ impl ShapesWriter {
     }
 }
 
-/// The writer, with the channels of hand and objects.
-fn begin(out: BufWriter<File>, job: &JobDigest) -> mcap::McapResult<(mcap::Writer<BufWriter<File>>, [u16; 2])> {
+/// The writer, with what a file says of itself.
+fn begin(out: BufWriter<File>, job: &JobDigest, product: &str) -> mcap::McapResult<mcap::Writer<BufWriter<File>>> {
     let mut writer = WriteOptions::new()
         .compression(Some(Compression::Zstd))
         .compression_level(ZSTD_LEVEL)
@@ -118,18 +147,17 @@ fn begin(out: BufWriter<File>, job: &JobDigest) -> mcap::McapResult<(mcap::Write
         .profile("graspmill")
         .create(out)?;
     let facts =
-        [("format_version", FORMAT_VERSION.to_string()), ("product", FORMAT.name.to_owned()), ("job", job.to_string())];
+        [("format_version", FORMAT_VERSION.to_string()), ("product", product.to_owned()), ("job", job.to_string())];
     writer.write_metadata(&mcap::records::Metadata {
         name: "graspmill".to_owned(),
         metadata: facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect(),
     })?;
-    let descriptors = RUN_SCHEMAS;
-    let mut channel = |schema, topic| {
-        let schema = writer.add_schema(schema, "protobuf", descriptors)?;
-        writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())
-    };
-    let channels = [channel(HandShape::SCHEMA, HandShape::TOPIC)?, channel(ObjectShape::SCHEMA, ObjectShape::TOPIC)?];
-    Ok((writer, channels))
+    Ok(writer)
+}
+
+fn add_channel(writer: &mut mcap::Writer<BufWriter<File>>, schema: &str, topic: &str) -> mcap::McapResult<u16> {
+    let schema = writer.add_schema(schema, "protobuf", RUN_SCHEMAS)?;
+    writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())
 }
 
 /// The shapes of a finished dataset, open for reading: one in memory at a time.
@@ -138,12 +166,14 @@ pub struct Shapes {
     path: PathBuf,
     /// Offset and length of each chunk, in order.
     chunks: Vec<(u64, u64)>,
+    /// Whether the first chunk is a hand.
+    has_hand: bool,
     /// Offset, length and size of the data of each attachment of trials.
     trial_hand: [Option<(u64, u64, u64)>; 2],
 }
 
 impl Shapes {
-    /// Opens the shapes of a dataset of grasps.
+    /// Opens the shapes of a dataset of grasps, or the meshes of one of views.
     ///
     /// # Errors
     /// When there are none, or the file is damaged.
@@ -153,19 +183,20 @@ impl Shapes {
             std::io::ErrorKind::NotFound => DatasetError::Invalid {
                 path: path.clone(),
                 problem: "the file is missing".to_owned(),
-                remedy: "only a finished dataset of grasps has one: `run` its job again",
+                remedy: "only finished datasets of grasps and of views have one: `run` its job again",
             },
             _ => DatasetError::io("reading", &path)(error),
         })?;
         let bytes = file.metadata().map_err(DatasetError::io("reading", &path))?.len();
         let summary = read_summary(&file, bytes).map_err(failed(&path))?;
-        let (mut chunks, mut trial_hand) = (Vec::new(), [None; 2]);
+        let (mut chunks, mut trial_hand, mut has_hand) = (Vec::new(), [None; 2], false);
         for record in records(&summary) {
             let record = record.and_then(|(opcode, body)| parse(opcode, body)).map_err(failed(&path))?;
             match record {
                 Record::ChunkIndex(chunk) if !chunk.message_index_offsets.is_empty() => {
                     chunks.push((chunk.message_start_time, (chunk.chunk_start_offset, chunk.chunk_length)));
                 }
+                Record::Channel(channel) => has_hand |= channel.topic == HandShape::TOPIC,
                 Record::AttachmentIndex(index) => {
                     if let Some(position) = TRIAL_HAND.iter().position(|(name, _)| *name == index.name) {
                         trial_hand[position] = Some((index.offset, index.length, index.data_size));
@@ -178,14 +209,17 @@ impl Shapes {
         if chunks.iter().zip(0..).any(|((time, _), position)| *time != position) || chunks.is_empty() {
             return Err(damaged(&path, "its messages are not numbered from 0".to_owned()));
         }
-        Ok(Self { path, chunks: chunks.into_iter().map(|(_, position)| position).collect(), trial_hand })
+        Ok(Self { path, chunks: chunks.into_iter().map(|(_, position)| position).collect(), has_hand, trial_hand })
     }
 
     /// The hand.
     ///
     /// # Errors
-    /// When it can't be read.
+    /// When it can't be read, or there is none.
     pub fn hand(&self) -> Result<HandShape, DatasetError> {
+        if !self.has_hand {
+            return Err(damaged(&self.path, "it has no hand".to_owned()));
+        }
         HandShape::decode(&self.payload(0)?).map_err(|error| self.broken(&error))
     }
 
@@ -205,7 +239,7 @@ impl Shapes {
 
     /// Count of objects.
     pub fn objects(&self) -> usize {
-        self.chunks.len() - 1
+        self.chunks.len() - usize::from(self.has_hand)
     }
 
     /// An object: they are sorted by content, as the rows of the asset table are.
@@ -216,14 +250,15 @@ impl Shapes {
     /// # Panics
     /// When there are not so many.
     pub fn object(&self, index: usize) -> Result<ObjectShape, DatasetError> {
-        ObjectShape::decode(&self.payload(index + 1)?).map_err(|error| self.broken(&error))
+        ObjectShape::decode(&self.payload(index + usize::from(self.has_hand))?).map_err(|error| self.broken(&error))
     }
 
-    /// Holds the shapes against the asset table: its hand, and its objects in order of their content.
-    pub(super) fn check(&self, hand: Option<ObjectId>, objects: &[ObjectId]) -> Result<(), DatasetError> {
-        let found = self.hand()?.id;
-        if Some(found) != hand {
-            return Err(damaged(&self.path, format!("its hand is {}, not that of the asset table", found.0.short())));
+    /// Holds the shapes against the asset table: its hand, where it has one, and its objects in order of their content.
+    pub(in crate::products) fn check(&self, hand: Option<ObjectId>, objects: &[ObjectId]) -> Result<(), DatasetError> {
+        let found = if self.has_hand { Some(self.hand()?.id) } else { None };
+        if found != hand {
+            let found = found.map_or_else(|| "missing".to_owned(), |found| found.0.short());
+            return Err(damaged(&self.path, format!("its hand is {found}, not that of the asset table")));
         }
         if self.objects() != objects.len() {
             let what = format!("it has {} objects, the asset table {}", self.objects(), objects.len());

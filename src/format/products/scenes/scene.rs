@@ -154,12 +154,13 @@ impl SceneContainer {
         }
     }
 
-    fn of(name: &str, sizes: &[f64]) -> Result<Self, RecordError> {
+    /// The container of a name and sizes in a record of this message.
+    pub(in crate::products) fn of(message: &'static str, name: &str, sizes: &[f64]) -> Result<Self, RecordError> {
         let fits = sizes.iter().find(|size| !(**size > 0.0 && size.is_finite()));
-        ranged(MESSAGE, "container_size", fits.copied().unwrap_or(1.0), fits.is_none(), "above 0")?;
-        named(MESSAGE, "container", name, &["plane", "bin"])?;
+        ranged(message, "container_size", fits.copied().unwrap_or(1.0), fits.is_none(), "above 0")?;
+        named(message, "container", name, &["plane", "bin"])?;
         let expected = if name == "plane" { 2 } else { 4 };
-        lengthy(MESSAGE, "container_size", expected, sizes.len())?;
+        lengthy(message, "container_size", expected, sizes.len())?;
         Ok(match *sizes {
             [x, y, z, wall] => Self::Bin { inner: [x, y, z], wall },
             _ => Self::Plane { size: [sizes[0], sizes[1]] },
@@ -240,7 +241,7 @@ impl Scene {
         let names = SceneMode::ALL.map(SceneMode::name);
         named(MESSAGE, "mode", &raw.mode, &names)?;
         let mode = SceneMode::ALL[names.iter().position(|name| *name == raw.mode).unwrap_or_default()];
-        let container = SceneContainer::of(&raw.container, &raw.container_size)?;
+        let container = SceneContainer::of(MESSAGE, &raw.container, &raw.container_size)?;
         for (field, value) in [
             ("rest_time", raw.rest_time),
             ("top_speed", raw.top_speed),

@@ -1,0 +1,95 @@
+//! Facts of a view.
+
+use crate::{FactFormat, FactKind, Facts};
+
+/// Counts of a view, by how much of each body is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ViewFacts {
+    /// Bodies of the scene; 0 of a rejected view.
+    pub bodies: u32,
+    /// Bodies of which no pixel is seen.
+    pub unseen: u32,
+    /// Bodies that are seen, by less than a tenth.
+    pub hidden: u32,
+    /// Bodies seen by a tenth to less than a half.
+    pub mostly_hidden: u32,
+    /// Bodies seen by a half to less than nine tenths.
+    pub partly_hidden: u32,
+    /// Bodies seen by nine tenths or more.
+    pub clear: u32,
+    /// Bodies that reach out of the image.
+    pub truncated: u32,
+    /// Cameras drawn before that were inside or next to something.
+    pub near_draws: u32,
+    /// Cameras drawn before that saw too little of every body.
+    pub unseen_draws: u32,
+}
+
+impl ViewFacts {
+    /// Counts one body.
+    pub(super) fn add(&mut self, visible_share: f64, truncated: bool) {
+        self.bodies += 1;
+        self.truncated += u32::from(truncated);
+        let stratum = match visible_share {
+            0.0 => &mut self.unseen,
+            share if share < 0.1 => &mut self.hidden,
+            share if share < 0.5 => &mut self.mostly_hidden,
+            share if share < 0.9 => &mut self.partly_hidden,
+            _ => &mut self.clear,
+        };
+        *stratum += 1;
+    }
+}
+
+const fn count(name: &'static str, meaning: &'static str) -> FactFormat {
+    FactFormat { name, kind: FactKind::Count, topic: None, meaning }
+}
+
+/// Columns of the facts.
+pub(super) const FACTS: [FactFormat; 9] = [
+    count("bodies", "Bodies of the scene; 0 of a rejected view."),
+    count("unseen", "Bodies of which no pixel is seen."),
+    count("hidden", "Bodies that are seen, by less than a tenth of their silhouette."),
+    count("mostly_hidden", "Bodies seen by a tenth to less than a half."),
+    count("partly_hidden", "Bodies seen by a half to less than nine tenths."),
+    count("clear", "Bodies seen by nine tenths or more."),
+    count("truncated", "Bodies that reach out of the image."),
+    count("near_draws", "Cameras drawn before that were inside or next to something."),
+    count("unseen_draws", "Cameras drawn before that saw too little of every body."),
+];
+
+impl From<ViewFacts> for Facts {
+    fn from(facts: ViewFacts) -> Self {
+        let ViewFacts {
+            bodies,
+            unseen,
+            hidden,
+            mostly_hidden,
+            partly_hidden,
+            clear,
+            truncated,
+            near_draws,
+            unseen_draws,
+        } = facts;
+        let strata = [unseen, hidden, mostly_hidden, partly_hidden, clear];
+        let counts = [bodies].into_iter().chain(strata).chain([truncated, near_draws, unseen_draws]);
+        Self::new(counts.map(f64::from))
+    }
+}
+
+impl From<&Facts> for ViewFacts {
+    fn from(facts: &Facts) -> Self {
+        let of = |index: usize| facts.integer(index);
+        Self {
+            bodies: of(0),
+            unseen: of(1),
+            hidden: of(2),
+            mostly_hidden: of(3),
+            partly_hidden: of(4),
+            clear: of(5),
+            truncated: of(6),
+            near_draws: of(7),
+            unseen_draws: of(8),
+        }
+    }
+}
