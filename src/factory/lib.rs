@@ -16,6 +16,7 @@ mod objects;
 pub mod plan;
 pub mod product;
 pub mod products;
+mod recent;
 pub mod run;
 mod sink;
 pub mod work;

@@ -5,13 +5,20 @@ pub mod grasps;
 pub mod patches;
 pub mod reachability;
 pub mod scenes;
+pub mod views;
 
 use super::product::ProductFactory;
 use format::Product;
 
 /// Every product; a job that names none is of the first.
-pub static PRODUCTS: [&ProductFactory; 5] =
-    [&completion::FACTORY, &reachability::FACTORY, &grasps::FACTORY, &patches::FACTORY, &scenes::FACTORY];
+pub static PRODUCTS: [&ProductFactory; 6] = [
+    &completion::FACTORY,
+    &reachability::FACTORY,
+    &grasps::FACTORY,
+    &patches::FACTORY,
+    &scenes::FACTORY,
+    &views::FACTORY,
+];
 
 /// The row of a product.
 ///

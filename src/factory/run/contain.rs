@@ -29,7 +29,8 @@ fn message_of(payload: &(dyn Any + Send)) -> String {
 /// A subject of a job, for people: its name where it is an object, otherwise its content.
 pub(super) fn subject_words(job: &Job, subject: usize) -> String {
     let noun = job.product().subjects.one;
-    match job.work.objects().and_then(|objects| objects.list.get(subject)) {
+    let objects = job.work.objects().filter(|_| job.product().subjects_are_objects);
+    match objects.and_then(|objects| objects.list.get(subject)) {
         Some(object) => format!("{noun} `{}`", object.source.name),
         None => match job.work.subjects().get(subject) {
             Some(items) => format!("{noun} {:?}", items.id),

@@ -1,9 +1,6 @@
 //! Objects of a job prepared for scenes, kept by all threads.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
@@ -12,6 +9,7 @@ use crate::{
     ProduceError,
     job::{JobObject, JobObjects},
     objects::prepared,
+    recent::Recent,
 };
 use format::SceneContainer;
 use kernel::{
@@ -37,17 +35,12 @@ pub(super) struct LoadedObject {
 }
 
 /// Objects that were loaded last.
-#[derive(Default)]
-pub(super) struct LoadedObjects {
-    kept: Mutex<RecentObjects>,
-}
+pub(super) struct LoadedObjects(Recent<LoadedObject>);
 
-#[derive(Default)]
-struct RecentObjects {
-    /// Number of uses so far.
-    clock: u64,
-    /// By index in the job, with the time of the last use.
-    objects: BTreeMap<usize, (u64, Arc<LoadedObject>)>,
+impl Default for LoadedObjects {
+    fn default() -> Self {
+        Self(Recent::new(KEPT))
+    }
 }
 
 impl LoadedObjects {
@@ -56,28 +49,7 @@ impl LoadedObjects {
     /// # Errors
     /// When it is gone or another one than when the job was resolved.
     pub fn get(&self, objects: &JobObjects, index: usize) -> Result<Arc<LoadedObject>, ProduceError> {
-        if let Some(found) = self.find(index) {
-            return Ok(found);
-        }
-        let made = Arc::new(LoadedObject::prepare(&objects.list[index])?);
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let RecentObjects { clock, objects } = &mut *kept;
-        *clock += 1;
-        objects.insert(index, (*clock, Arc::clone(&made)));
-        if objects.len() > KEPT {
-            let oldest = objects.iter().min_by_key(|(_, (used, _))| *used).map(|(index, _)| *index);
-            oldest.and_then(|oldest| objects.remove(&oldest));
-        }
-        Ok(made)
-    }
-
-    fn find(&self, index: usize) -> Option<Arc<LoadedObject>> {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let RecentObjects { clock, objects } = &mut *kept;
-        *clock += 1;
-        let (used, found) = objects.get_mut(&index)?;
-        *used = *clock;
-        Some(Arc::clone(found))
+        self.0.get(index, || LoadedObject::prepare(&objects.list[index]))
     }
 }
 

@@ -1,0 +1,22 @@
+//! Views: images of settled scenes, a second stage, about a dataset of scenes.
+//!
+//! [`ViewWorker`] is the producer of one thread: it draws cameras, renders every body of a scene alone, lets the nearest win, and
+//! measures the depth by a sensor. All of it is of class `exact`: poses are read, nothing is stepped.
+
+mod cameras;
+mod check;
+mod image;
+mod keys;
+mod loaded;
+mod row;
+mod scenes_reader;
+mod settings;
+pub mod spec;
+mod work;
+mod worker;
+
+pub use cameras::{camera_at, world_from_camera};
+pub use row::FACTORY;
+pub use scenes_reader::{InvalidScenes, read_scenes};
+pub use settings::{Aim, FoundScenes, ViewCamera, ViewJob, ViewPlacement, ViewScene, ViewSettings};
+pub use worker::ViewWorker;

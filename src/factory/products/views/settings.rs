@@ -1,0 +1,150 @@
+//! A job for views, checked, with everything that it takes from the dataset of scenes but the meshes.
+
+use std::path::PathBuf;
+
+use crate::job::JobObjects;
+use format::SceneContainer;
+use kernel::{
+    geom::{CameraCv, Intrinsics, Object, Pose, World},
+    ids::{Digest, ObjectId},
+    render::SensorModel,
+    words::{Split, SplitTable},
+};
+
+/// Scenes, objects and settings of a job for views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewJob {
+    /// The folder of the dataset of scenes.
+    pub dataset: PathBuf,
+    /// Its scenes.
+    pub scenes: FoundScenes,
+    /// Its objects, by its own job.
+    pub objects: JobObjects,
+    /// Settings of the images.
+    pub settings: ViewSettings,
+}
+
+/// The kept scenes of a dataset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundScenes {
+    /// Digest of the dataset's numbers of physics.
+    pub root: Digest,
+    /// The scenes, in the order of the dataset.
+    pub list: Vec<ViewScene>,
+    /// Rows of its objects in the table of assets.
+    pub assets: Vec<serde_json::Value>,
+    /// Splits of its objects.
+    pub splits: SplitTable,
+    /// Its job, which names the meshes.
+    pub job_text: String,
+}
+
+/// A settled scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewScene {
+    /// The scene by content.
+    pub id: ObjectId,
+    /// Split of the scene.
+    pub split: Split,
+    /// Number of the scene in its split.
+    pub number: u32,
+    /// Its container.
+    pub container: SceneContainer,
+    /// Object and pose of each body, in the order of their release.
+    pub bodies: Vec<(ObjectId, Pose<World, Object>)>,
+}
+
+impl ViewScene {
+    /// Name, for people.
+    pub fn name(&self) -> String {
+        format!("{} {}", self.split.name(), self.number)
+    }
+
+    /// Split of its objects.
+    pub fn side(&self) -> Split {
+        if self.split == Split::Holdout { Split::Training } else { self.split }
+    }
+}
+
+/// Settings of the images of scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewSettings {
+    /// The cameras.
+    pub cameras: Vec<ViewCamera>,
+    /// Nothing is nearer to a camera than this [m].
+    pub clearance: f64,
+    /// Some body is seen by so many pixels.
+    pub min_pixels: u32,
+    /// Sides of the table along x and y [m].
+    pub table: [f64; 2],
+    /// Step of stored depth [m]; 0: floats.
+    pub depth_step: f64,
+    /// The sensor; `None` for a perfect one.
+    pub sensor: Option<SensorModel>,
+}
+
+/// A camera, and its poses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViewCamera {
+    /// The camera.
+    pub intrinsics: Intrinsics,
+    /// Rule of its poses.
+    pub placement: ViewPlacement,
+    /// Views of each scene.
+    pub views: u32,
+}
+
+/// Rule of a camera's poses.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ViewPlacement {
+    /// Drawn on a shell around a point.
+    Shell {
+        /// Distance from the point [m], from and to.
+        radius: [f64; 2],
+        /// Angle from straight above [deg], from and to.
+        polar_deg: [f64; 2],
+        /// Rotation about the optical axis [deg], from and to.
+        roll_deg: [f64; 2],
+        /// The point.
+        aim: Aim,
+    },
+    /// Straight down from this height [m].
+    Overhead(f64),
+    /// One pose after the other: x, y, z [m], qw, qx, qy, qz.
+    Poses(Vec<[f64; 7]>),
+}
+
+/// A point that cameras look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aim {
+    /// The mean of the centres of the bodies' boxes.
+    Bodies,
+    /// The world's origin.
+    Origin,
+}
+
+impl ViewSettings {
+    /// Views of each scene.
+    pub fn views(&self) -> u32 {
+        self.cameras.iter().map(|camera| camera.views).sum()
+    }
+
+    /// The camera that makes a view of a scene, with its index, and the number of the view among those of the camera.
+    ///
+    /// # Panics
+    /// When there are not so many views.
+    pub fn camera_of(&self, mut view: u32) -> (u32, &ViewCamera, u32) {
+        for (index, camera) in (0..).zip(&self.cameras) {
+            if view < camera.views {
+                return (index, camera, view);
+            }
+            view -= camera.views;
+        }
+        panic!("a view past the last camera")
+    }
+}
+
+/// The pose of a rigid body out of position and quaternion of unit length.
+pub(super) fn pose_of([x, y, z, qw, qx, qy, qz]: &[f64; 7]) -> Pose<World, CameraCv> {
+    Pose::new(kernel::geom::rotation_from_quaternion([*qw, *qx, *qy, *qz]), nalgebra::Vector3::new(*x, *y, *z))
+}
