@@ -5,6 +5,8 @@
 
 mod acronym;
 mod binvox;
+mod bop;
+mod coco;
 mod error;
 mod form;
 mod graspit;
@@ -16,6 +18,7 @@ mod objects;
 mod pair;
 mod pairs;
 mod pcd;
+mod rle;
 mod row_tables;
 mod selected;
 mod table;
@@ -33,7 +36,7 @@ use self::{form::Written, target::Target};
 use format::{Noun, dataset::DatasetReader};
 
 /// Every format, in the order in which help lists them.
-pub static FORMATS: [&ExportFormat; 8] = [
+pub static FORMATS: [&ExportFormat; 10] = [
     &npy::FORMAT,
     &row_tables::FORMAT,
     &webdataset::FORMAT,
@@ -42,6 +45,8 @@ pub static FORMATS: [&ExportFormat; 8] = [
     &graspit::FORMAT,
     &mujoco::FORMAT,
     &acronym::FORMAT,
+    &bop::FORMAT,
+    &coco::FORMAT,
 ];
 
 impl ExportFormat {
