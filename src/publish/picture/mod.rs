@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 mod colour;
 mod depth;
+mod instances;
 mod lettering;
 mod png_file;
 mod slices;
@@ -14,6 +15,7 @@ mod voxels;
 
 pub use colour::{Colour, Oklab, depth_colours};
 pub use depth::{DepthRange, colour_bar, depth_picture, height_map};
+pub use instances::{FLOOR, InstanceMap, WALLS};
 pub use lettering::Panel;
 pub use slices::{SLICE_COLOURS, SliceColours, Slices, centre_of_mass};
 pub use solids::{Solid, SolidView, solid_picture};

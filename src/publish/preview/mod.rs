@@ -6,12 +6,14 @@ mod map;
 mod pairs;
 mod patches;
 mod scenes;
+mod views;
 
 pub use grasps::write_grasp_preview;
 pub use map::write_map_preview;
 pub use pairs::{PreviewSample, preview_samples, write_preview};
 pub use patches::write_patch_preview;
 pub use scenes::write_scene_preview;
+pub use views::write_view_preview;
 
 use std::{collections::BTreeMap, io::Seek};
 

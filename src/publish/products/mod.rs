@@ -8,13 +8,14 @@ pub mod reachability;
 pub mod scenes;
 #[cfg(test)]
 mod template_tests;
+pub mod views;
 
 use super::product::ProductPages;
 use format::Product;
 
 /// Every product.
-pub static PRODUCTS: [&ProductPages; 5] =
-    [&completion::PAGES, &reachability::PAGES, &grasps::PAGES, &patches::PAGES, &scenes::PAGES];
+pub static PRODUCTS: [&ProductPages; 6] =
+    [&completion::PAGES, &reachability::PAGES, &grasps::PAGES, &patches::PAGES, &scenes::PAGES, &views::PAGES];
 
 /// The row of a product.
 ///

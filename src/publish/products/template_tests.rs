@@ -15,6 +15,7 @@ use super::{
     patches::{self, PatchSurvey, PatchesInspection},
     reachability::{self, ReachabilityFacts},
     scenes::{self, SceneSurvey, ScenesInspection},
+    views::{self, ViewSurvey, ViewsInspection},
 };
 use crate::{
     escape,
@@ -225,6 +226,22 @@ fn patches_page(name: &str, is_full: bool) -> Page {
     page(patches::PAGE_TEMPLATE, &patches::PatchesPage::of(&survey, cards, name))
 }
 
+fn views_page(name: &str, is_full: bool) -> Page {
+    let rest = json!({
+        "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
+        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
+        "bodies": if is_full { 20 } else { 0 }, "strata": [[name, 20]], "truncated": 1, "near_draws": 2, "unseen_draws": 3,
+        "objects": [{ "name": name, "object": object(), "split": "training" }],
+    });
+    let mut facts =
+        serde_json::to_value(header(name, Product::VIEWS, usize::from(is_full), is_full)).expect("plain data");
+    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    let facts: ViewsInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let survey = ViewSurvey { facts, shown: Vec::new() };
+    let cards = if is_full { vec![views::CardView::example(name)] } else { Vec::new() };
+    page(views::PAGE_TEMPLATE, &views::ViewsPage::of(&survey, cards, name))
+}
+
 fn scenes_page(name: &str, is_full: bool) -> Page {
     let rest = json!({
         "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
@@ -324,6 +341,7 @@ fn pages(name: &str) -> Vec<Page> {
     }
     pages.extend([true, false].map(|is_full| patches_page(name, is_full)));
     pages.extend([true, false].map(|is_full| scenes_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| views_page(name, is_full)));
     for (is_directed, is_full) in [(true, true), (false, true), (false, false)] {
         pages.push(reachability_page(name, is_directed, is_full));
     }
@@ -417,7 +435,7 @@ fn names_are_text_in_pages() {
     for (name, escaped) in [("<b>x</b>", "&lt;b&gt;x&lt;/b&gt;"), ("a&b", "a&amp;b"), ("\"'", "&quot;&#39;")] {
         let of_pages = pages(name);
         let html: Vec<&Page> = of_pages.iter().filter(|(template, _)| template.ends_with(".html")).collect();
-        assert_eq!(html.len(), 15);
+        assert_eq!(html.len(), 17);
         for (template, view) in html {
             let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");

@@ -1,0 +1,168 @@
+//! The facts of a dataset of views: what `inspect` prints.
+
+use std::{collections::BTreeMap, fmt, path::Path};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    chart::{grouped, percent},
+    inspection::{InspectionHeader, open_of},
+};
+use format::{
+    Product,
+    dataset::{DatasetError, DatasetReader, Fate},
+};
+use kernel::{
+    ids::{ObjectId, SampleIndex},
+    words::Split,
+};
+
+/// Content of a dataset of views. `Display` is for people; serialised, it is for machines.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ViewsInspection {
+    /// Facts that the inspections of all products share.
+    #[serde(flatten)]
+    pub header: InspectionHeader,
+    /// Scenes that are looked at.
+    pub scenes: u64,
+    /// Views: kept + rejected.
+    pub samples: u64,
+    /// Kept views.
+    pub kept: u64,
+    /// Kept views by split.
+    pub splits: BTreeMap<Split, u64>,
+    /// Rejected views by reason.
+    pub rejected: BTreeMap<String, u64>,
+    /// Bodies of the kept views, each counted in each view.
+    pub bodies: u64,
+    /// Bodies by how much of them is seen, least first: name and count.
+    pub strata: Vec<(String, u64)>,
+    /// Bodies that reach out of the image.
+    pub truncated: u64,
+    /// Cameras that were drawn again because something was next to them.
+    pub near_draws: u64,
+    /// Cameras that were drawn again because they saw too little.
+    pub unseen_draws: u64,
+    /// One row per object, sorted by name.
+    pub objects: Vec<ViewObject>,
+}
+
+/// One object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ViewObject {
+    /// Name in the job of the scenes.
+    pub name: String,
+    /// The object by content.
+    pub object: ObjectId,
+    /// Split of its scenes.
+    pub split: Option<Split>,
+}
+
+/// Everything that a page needs but the pictures.
+pub(crate) struct ViewSurvey {
+    pub facts: ViewsInspection,
+    /// Kept views that a page shows.
+    pub shown: Vec<SampleIndex>,
+}
+
+/// Views that a page shows, at most.
+const SHOWN: usize = 12;
+
+/// Strata of visibility: the fact that counts each, and words for it.
+const STRATA: [(&str, &str); 5] = [
+    ("unseen", "unseen"),
+    ("hidden", "seen by less than 10 %"),
+    ("mostly_hidden", "seen by 10 to 50 %"),
+    ("partly_hidden", "seen by 50 to 90 %"),
+    ("clear", "seen by 90 % or more"),
+];
+
+/// The facts of a finished dataset of views: reads tables and ledgers.
+///
+/// # Errors
+/// When the dataset is not finished or of another product, or a file is missing or damaged.
+pub fn inspect_views(folder: &Path) -> Result<ViewsInspection, DatasetError> {
+    Ok(ViewSurvey::of(&open_of(folder, Product::VIEWS)?)?.facts)
+}
+
+impl ViewSurvey {
+    /// Reads the ledgers of a dataset, one at a time.
+    pub fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+        let manifest = reader.manifest();
+        let mut kept = Vec::new();
+        for shard in 0..manifest.shards.len() {
+            let rows = reader.ledger(shard)?.rows;
+            kept.extend(rows.iter().filter(|row| matches!(row.fate, Fate::Kept(_))).map(|row| row.index));
+        }
+        let assets = reader.assets()?;
+        let objects = assets.objects.into_iter().map(|row| ViewObject {
+            split: reader.splits().object(&row.object).map(|split| split.split),
+            name: row.name,
+            object: row.object,
+        });
+        let mut objects: Vec<ViewObject> = objects.collect();
+        objects.sort_by(|a, b| a.name.cmp(&b.name));
+        // Views at even steps over the dataset.
+        let count = kept.len().min(SHOWN);
+        let shown = (0..count).map(|number| kept[(2 * number + 1) * kept.len() / (2 * count)]).collect();
+        let counts = &manifest.counts;
+        let facts = ViewsInspection {
+            header: InspectionHeader::of(reader)?,
+            scenes: assets.subjects.len() as u64,
+            samples: counts.samples,
+            kept: counts.kept,
+            splits: counts.splits.clone(),
+            rejected: counts.rejected.clone(),
+            bodies: counts.fact("bodies"),
+            strata: STRATA.map(|(fact, words)| (words.to_owned(), counts.fact(fact))).to_vec(),
+            truncated: counts.fact("truncated"),
+            near_draws: counts.fact("near_draws"),
+            unseen_draws: counts.fact("unseen_draws"),
+            objects,
+        };
+        Ok(Self { facts, shown })
+    }
+}
+
+impl ViewsInspection {
+    /// Rows of how much of the bodies is seen: words, count, share.
+    pub(super) fn stratum_rows(&self) -> Vec<[String; 3]> {
+        let share = |count: u64| percent(count as f64 / self.bodies.max(1) as f64);
+        let row = |(words, count): &(String, u64)| [words.clone(), grouped(*count), share(*count)];
+        self.strata.iter().map(row).collect()
+    }
+}
+
+impl fmt::Display for ViewsInspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.header.write_names(f)?;
+        writeln!(f, "  job       {}", self.header.job)?;
+        let share = percent(self.kept as f64 / self.samples.max(1) as f64);
+        writeln!(f, "  samples   {} of {} views kept ({share})", grouped(self.kept), grouped(self.samples))?;
+        for (reason, count) in &self.rejected {
+            writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
+        }
+        for (split, count) in &self.splits {
+            writeln!(f, "            {:>9} {}", grouped(*count), split.name())?;
+        }
+        let [near, unseen] = [self.near_draws, self.unseen_draws].map(grouped);
+        writeln!(f, "  scenes    {}", grouped(self.scenes))?;
+        writeln!(f, "  cameras   drawn again: {near} next to something, {unseen} that saw too little")?;
+        let [bodies, truncated] = [self.bodies, self.truncated].map(grouped);
+        writeln!(f, "  bodies    {bodies} in all views, {truncated} of them reach out of the image")?;
+        for [words, count, share] in self.stratum_rows() {
+            writeln!(f, "            {count:>9} {words} ({share})")?;
+        }
+        self.header.write_shards(f)?;
+        writeln!(f)?;
+        let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
+        writeln!(f, "\n{:<wide$}  split", "object")?;
+        for ViewObject { name, split, .. } in &self.objects {
+            writeln!(f, "{name:<wide$}  {}", split.map_or("", Split::name))?;
+        }
+        if let Some(speed) = &self.header.notes.speed {
+            writeln!(f, "\nspeed: {:.1} views/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;
+        }
+        self.header.write_warnings(f)
+    }
+}

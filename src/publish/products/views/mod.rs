@@ -1,0 +1,17 @@
+//! Views as people meet them: facts, page, pictures.
+
+mod inspection;
+mod page;
+mod painting;
+mod row;
+mod templates;
+
+pub use inspection::{ViewObject, ViewsInspection, inspect_views};
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::{
+    inspection::ViewSurvey,
+    page::{CardView, ViewsPage},
+    templates::PAGE_TEMPLATE,
+};

@@ -1,0 +1,151 @@
+//! The page of a dataset of views: what was kept and why not, how much of the bodies is seen, pictures.
+
+use serde::Serialize;
+
+use super::{
+    inspection::{ViewSurvey, ViewsInspection},
+    painting::{depth_of_view, instance_picture, step_for, view_words},
+};
+use crate::{
+    chart::{Bar, Ink, bar_chart, grouped, percent},
+    markup::Markup,
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture},
+};
+use format::{
+    SceneInstance,
+    dataset::{DatasetError, DatasetReader},
+};
+use kernel::words::Split;
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct ViewsPage<'a> {
+    dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
+    speed: Option<SpeedView>,
+    numbers: HeaderNumbers,
+    /// Reason, count and share.
+    rejects: Vec<[String; 3]>,
+    /// Split and kept views.
+    splits: Vec<[String; 2]>,
+    /// Bodies by how much of them is seen; `None` where no view is kept.
+    bodies: Option<Markup>,
+    /// Words, count and share.
+    strata: Vec<[String; 3]>,
+    cards: Vec<CardView>,
+    /// Name and split.
+    objects: Vec<[String; 2]>,
+    job: &'a str,
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    kept: String,
+    share: String,
+    scenes: String,
+    bodies: String,
+    truncated: String,
+    near_draws: String,
+    unseen_draws: String,
+}
+
+/// One view.
+#[derive(Clone, Serialize)]
+pub(crate) struct CardView {
+    title: String,
+    words: String,
+    instances: ImageView,
+    depth: Option<ImageView>,
+    /// Number, object, share seen, pixels seen and of the whole silhouette.
+    bodies: Vec<[String; 4]>,
+}
+
+/// Longest side of a picture [px].
+const SIDE: u32 = 320;
+
+/// The views that a page shows.
+pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<CardView>, DatasetError> {
+    let mut cards = Vec::new();
+    for index in &survey.shown {
+        let Some(sample) = reader.sample(*index)? else { continue };
+        let (image, Some(depth)) = (sample.scene_image()?, sample.view_depth()?) else { continue };
+        let name_of = |object| {
+            let found = survey.facts.objects.iter().find(|row| row.object == object);
+            found.map_or("?", |row| row.name.as_str()).to_owned()
+        };
+        let row = |(number, body): (u32, &SceneInstance)| {
+            let pixels = format!("{} of {}", grouped(body.pixels_visible.into()), grouped(body.pixels_all.into()));
+            [number.to_string(), name_of(body.object), percent(body.visible_share()), pixels]
+        };
+        let step = step_for(&image, SIDE);
+        let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
+        cards.push(CardView {
+            title: format!("view {}, {}", sample.index, reader.splits().of(&sample.id).map_or("", Split::name)),
+            words: view_words(&image),
+            bodies: (1..).zip(&image.bodies).map(row).collect(),
+            instances: ImageView::of(&instance_picture(&image, &depth, step), width, height),
+            depth: depth_of_view(&image, &depth, step).map(|picture| ImageView::of(&picture, width, height)),
+        });
+    }
+    Ok(cards)
+}
+
+impl<'a> ViewsPage<'a> {
+    /// The page with these cards.
+    pub fn of(survey: &'a ViewSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
+        let facts = &survey.facts;
+        let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
+        let strip_card = |card: &CardView| StripCard {
+            caption: card.title.clone(),
+            pictures: std::iter::once(card.instances.clone()).chain(card.depth.clone()).collect(),
+        };
+        let bar = |(words, count): &(String, u64)| Bar { label: words.clone(), value: *count, ink: Ink::Complete };
+        let bars: Vec<Bar> = facts.strata.iter().map(bar).collect();
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            strip: StripPicture::strip(&(1..).zip(cards.iter().map(strip_card)).collect::<Vec<_>>()),
+            speed: SpeedView::of(&facts.header, "views"),
+            numbers: HeaderNumbers {
+                kept: grouped(facts.kept),
+                share: share(facts.kept),
+                scenes: grouped(facts.scenes),
+                bodies: grouped(facts.bodies),
+                truncated: grouped(facts.truncated),
+                near_draws: grouped(facts.near_draws),
+                unseen_draws: grouped(facts.unseen_draws),
+            },
+            rejects: facts
+                .rejected
+                .iter()
+                .map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)])
+                .collect(),
+            splits: facts.splits.iter().map(|(split, count)| [split.name().to_owned(), grouped(*count)]).collect(),
+            bodies: (facts.bodies > 0).then(|| bar_chart("Bodies by how much of them is seen", &bars)),
+            strata: facts.stratum_rows(),
+            objects: objects(facts),
+            cards,
+            job,
+        }
+    }
+}
+
+#[cfg(test)]
+impl CardView {
+    /// A card of one body of this name.
+    pub fn example(name: &str) -> Self {
+        let image = ImageView::of(&crate::picture::Picture::filled(1, 1, [0; 4]), 1, 1);
+        Self {
+            title: "view 3, training".to_owned(),
+            words: "1 of 1 bodies are seen".to_owned(),
+            instances: image.clone(),
+            depth: Some(image),
+            bodies: vec![["1".to_owned(), name.to_owned(), "100 %".to_owned(), "5 of 5".to_owned()]],
+        }
+    }
+}
+
+fn objects(facts: &ViewsInspection) -> Vec<[String; 2]> {
+    let row = |object: &super::ViewObject| [object.name.clone(), object.split.map_or("", Split::name).to_owned()];
+    facts.objects.iter().map(row).collect()
+}

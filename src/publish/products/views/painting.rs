@@ -1,0 +1,45 @@
+//! Pictures of a view: which body each pixel sees, and depth.
+
+use crate::picture::{DepthRange, FLOOR, InstanceMap, Picture, WALLS, depth_picture};
+use format::{Depth, SceneImage};
+use kernel::geom::DepthCrop;
+
+/// An image of every `step`-th pixel.
+fn thinned<T: Copy>(pixels: &[T], width: u32, step: u32) -> Vec<T> {
+    let rows = pixels.chunks_exact(width as usize).step_by(step as usize);
+    rows.flat_map(|row| row.iter().copied().step_by(step as usize)).collect()
+}
+
+/// Every how many pixels are drawn so that a picture is at most so wide and high.
+pub(super) fn step_for(image: &SceneImage, side: u32) -> u32 {
+    image.camera.width.max(image.camera.height).div_ceil(side.max(1)).max(1)
+}
+
+/// Which body each pixel sees; every `step`-th pixel.
+pub(super) fn instance_picture(image: &SceneImage, depth: &Depth, step: u32) -> Picture {
+    let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
+    let grey = |instance| match instance {
+        SceneImage::NOTHING | SceneImage::TABLE => Some(FLOOR),
+        SceneImage::CONTAINER => Some(WALLS),
+        _ => None,
+    };
+    let instances = thinned(&image.instances, image.camera.width, step);
+    let depth = |column: u32, row: u32| depth.crop.at(column * step, row * step);
+    InstanceMap { width, height, instances: &instances, depth: &depth, grey }.picture(1)
+}
+
+/// Depth, as the sensor gave it; `None` without a return.
+pub(super) fn depth_of_view(image: &SceneImage, depth: &Depth, step: u32) -> Option<Picture> {
+    let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
+    let at = |row: u32, column: u32| depth.crop.at(column * step, row * step);
+    let depth = (0..height).flat_map(|row| (0..width).map(move |column| at(row, column))).collect();
+    let crop = DepthCrop { left: 0, top: 0, width, height, depth };
+    DepthRange::of(&crop).map(|range| depth_picture(&crop, range, 1))
+}
+
+/// One line about a view.
+pub(super) fn view_words(image: &SceneImage) -> String {
+    let seen = image.bodies.iter().filter(|body| body.pixels_visible > 0).count();
+    let truncated = image.bodies.iter().filter(|body| body.is_truncated()).count();
+    format!("{seen} of {} bodies are seen, {truncated} reach out of the image", image.bodies.len())
+}

@@ -1,0 +1,102 @@
+//! The row of views in the table of products.
+
+use super::{
+    inspection::ViewSurvey,
+    page::{ViewsPage, cards},
+    painting::{depth_of_view, instance_picture, step_for, view_words},
+    templates::TEMPLATES,
+};
+use crate::{
+    asset::{AssetKind, AssetUse},
+    chart::grouped,
+    inspection::Inspection,
+    numbers::{NumberRow, Numbers},
+    picture::{Panel, Picture},
+    preview::write_view_preview,
+    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
+    templates::page_values,
+};
+use format::{
+    Noun, Product,
+    dataset::{DatasetError, DatasetReader, Sample},
+    products::grasps::SHAPES,
+};
+
+/// Views as people meet them.
+pub static PAGES: ProductPages = ProductPages {
+    product: Product::VIEWS,
+    words: ProductWords {
+        lead: "Images of settled scenes: depth, which body each pixel sees, and the silhouette of every body alone, with poses of \
+               camera and bodies.",
+        sample: "one settled scene, seen by one camera",
+        labels: "the body that each pixel sees, the silhouette of each body alone with its boxes, the share of it that is seen, and \
+                 the pose of every body",
+        acquisition: "Every body of a scene was rendered alone, and the nearest surface taken for each pixel; where the job asks for \
+                      a sensor, its model was applied to the whole image.",
+        reading: "",
+        legend: "Each picture shows one view: each body in a colour of its own, lighter where it is nearer; walls are grey.",
+        regenerated: 64,
+        tasks: &["image-segmentation", "robotics"],
+    },
+    templates: &TEMPLATES,
+    survey: |reader| Ok(Box::new(ViewSurvey::of(reader)?)),
+    parts: Some(SampleParts {
+        noun: Noun { one: "body", many: "bodies" },
+        count: |manifest| manifest.counts.fact("bodies"),
+    }),
+    counts_in_words: |_, _| Ok(Vec::new()),
+    write_preview: |reader, _| Ok(write_view_preview(reader)?),
+    preview_shows_more: false,
+    assets: ProductAssets {
+        subjects: AssetKind::Object,
+        objects: AssetUse::Copied,
+        descriptions: AssetUse::Measured,
+        shape_files: &[SHAPES],
+        data_files: &[],
+    },
+};
+
+/// Longest side of the pictures of a release [px].
+const SIDE: u32 = 480;
+
+impl Survey for ViewSurvey {
+    fn inspection(&self) -> Inspection {
+        Inspection::of(&self.facts)
+    }
+
+    fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
+        let (cards, job) = (cards(reader, self)?, reader.job_text()?);
+        let shown = cards.len();
+        Ok(Page { values: page_values(&ViewsPage::of(self, cards, &job)), shown })
+    }
+
+    fn add_numbers(&self, numbers: &mut Numbers) {
+        let facts = &self.facts;
+        numbers.rows.push(NumberRow::new("scenes", grouped(facts.scenes)));
+        for (words, count) in &facts.strata {
+            numbers.rows.push(NumberRow::new(format!("bodies {words}"), grouped(*count)));
+        }
+        numbers.rows.push(NumberRow::new("bodies that reach out of the image", grouped(facts.truncated)));
+    }
+
+    fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {
+        let mut drawn = Vec::new();
+        for index in self.shown.iter().take(PICTURES) {
+            let Some(sample) = reader.sample(*index)? else { continue };
+            if let Some(depth) = sample.view_depth()? {
+                let image = sample.scene_image()?;
+                drawn.push((view_words(&image), instance_picture(&image, &depth, step_for(&image, SIDE))));
+            }
+        }
+        Ok(drawn)
+    }
+
+    fn panels(&self, _: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
+        let Some(depth) = sample.view_depth()? else { return Ok(Vec::new()) };
+        let image = sample.scene_image()?;
+        let step = step_for(&image, side);
+        let bodies = Panel { caption: "bodies".to_owned(), picture: instance_picture(&image, &depth, step) };
+        let depth = depth_of_view(&image, &depth, step);
+        Ok([bodies].into_iter().chain(depth.map(|picture| Panel { caption: "depth".to_owned(), picture })).collect())
+    }
+}
