@@ -97,6 +97,8 @@ const NAMES_A_PRODUCT: &[(&str, &str)] = &[
         "sections of job files that are called like products, in the order of the reference",
     ),
     ("src/factory/job/spec/mod.rs", "an example of the key `product`"),
+    ("src/factory/plan/split.rs", "views of one object as a kind of leak, and their random stream"),
+    ("src/publish/notes.rs", "views of one object as a kind of leak"),
     ("src/factory/job/spec/set.rs", "examples of names in a set"),
 ];
 

@@ -61,33 +61,33 @@ const PRODUCT: Extension = Extension {
         (
             "src/format/products/mod.rs",
             &[
-                ("pub mod scenes;\n", "pub mod scenes;\npub mod volume;\n"),
-                ("[&ProductFormat; 5]", "[&ProductFormat; 6]"),
-                ("&scenes::FORMAT]", "&scenes::FORMAT, &volume::FORMAT]"),
+                ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
+                ("[&ProductFormat; 6]", "[&ProductFormat; 7]"),
+                ("    &views::FORMAT,\n", "    &views::FORMAT,\n    &volume::FORMAT,\n"),
             ],
         ),
         (
             "src/format/products/checks.rs",
             &[
-                ("reachability, scenes}", "reachability, scenes, volume}"),
-                ("[&ProductChecks; 5]", "[&ProductChecks; 6]"),
-                ("&scenes::CHECKS]", "&scenes::CHECKS, &volume::CHECKS]"),
+                ("scenes, views}", "scenes, views, volume}"),
+                ("[&ProductChecks; 6]", "[&ProductChecks; 7]"),
+                ("    &views::CHECKS,\n", "    &views::CHECKS,\n    &volume::CHECKS,\n"),
             ],
         ),
         (
             "src/factory/products/mod.rs",
             &[
-                ("pub mod scenes;\n", "pub mod scenes;\npub mod volume;\n"),
-                ("[&ProductFactory; 5]", "[&ProductFactory; 6]"),
-                ("&scenes::FACTORY]", "&scenes::FACTORY, &volume::FACTORY]"),
+                ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
+                ("[&ProductFactory; 6]", "[&ProductFactory; 7]"),
+                ("    &views::FACTORY,\n", "    &views::FACTORY,\n    &volume::FACTORY,\n"),
             ],
         ),
         (
             "src/publish/products/mod.rs",
             &[
-                ("pub mod scenes;\n", "pub mod scenes;\npub mod volume;\n"),
-                ("[&ProductPages; 5]", "[&ProductPages; 6]"),
-                ("&scenes::PAGES]", "&scenes::PAGES, &volume::PAGES]"),
+                ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
+                ("[&ProductPages; 6]", "[&ProductPages; 7]"),
+                ("    &views::PAGES,\n", "    &views::PAGES,\n    &volume::PAGES,\n"),
             ],
         ),
     ],

@@ -2,8 +2,8 @@
 
 use graspmill::format::{
     Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape, Occlusion,
-    PatchColour, PatchHeatmap, PatchImageColour, ReachabilityBlock, ReachabilityField, Scene, SceneOverview,
-    TactileContacts, Tsdf, Visibility, VoxelPair, check_record, checks_of,
+    PatchColour, PatchHeatmap, PatchImageColour, ReachabilityBlock, ReachabilityField, Scene, SceneImage,
+    SceneOverview, TactileContacts, Tsdf, Visibility, VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -30,7 +30,9 @@ pub fn records(input: &[u8]) {
     let found = match channel {
         Channel::PAIR => again(payload, |bytes| VoxelPair::decode(bytes).ok(), VoxelPair::encode),
         Channel::VISIBILITY => again(payload, |bytes| Visibility::decode(bytes).ok(), Visibility::encode),
-        Channel::DEPTH | Channel::PATCH_IMAGE => again(payload, |bytes| Depth::decode(bytes).ok(), Depth::encode),
+        Channel::DEPTH | Channel::PATCH_IMAGE | Channel::VIEW_DEPTH => {
+            again(payload, |bytes| Depth::decode(bytes).ok(), Depth::encode)
+        }
         Channel::CLOUD => again(payload, |bytes| Cloud::decode(bytes).ok(), Cloud::encode),
         Channel::TSDF => again(payload, |bytes| Tsdf::decode(bytes).ok(), Tsdf::encode),
         Channel::COVERAGE => again(payload, |bytes| Coverage::decode(bytes).ok(), Coverage::encode),
@@ -50,6 +52,7 @@ pub fn records(input: &[u8]) {
         Channel::PATCH_HEATMAP => again(payload, |bytes| PatchHeatmap::decode(bytes).ok(), PatchHeatmap::encode),
         Channel::SCENE => again(payload, |bytes| Scene::decode(bytes).ok(), Scene::encode),
         Channel::SCENE_OVERVIEW => again(payload, |bytes| SceneOverview::decode(bytes).ok(), SceneOverview::encode),
+        Channel::VIEW_IMAGE => again(payload, |bytes| SceneImage::decode(bytes).ok(), SceneImage::encode),
         other => panic!("{other:?} has no record here"),
     };
     assert_eq!(found, decodes, "the checker takes what decodes, and nothing else");

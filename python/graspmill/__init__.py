@@ -1,4 +1,4 @@
-"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches and scenes.
+"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes and views.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
@@ -28,6 +28,7 @@ from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
 from .samples import Sample
 from .scenes import Overview, SceneContacts, SceneSample
+from .views import ViewSample
 from .shapes import Mesh, ObjectFacts, RestingPose, object_facts, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
 
@@ -69,6 +70,7 @@ __all__ = [
     "SampleId",
     "SceneContacts",
     "SceneSample",
+    "ViewSample",
     "ShuffledChunks",
     "GRASP_LABELS",
     "TRIAL_VERDICTS",

@@ -152,13 +152,14 @@ def resting_poses(folder: str | Path) -> dict[str, list[RestingPose]]:
 
 
 def object_meshes(folder: str | Path) -> dict[str, Mesh]:
-    """The meshes in ``shapes.mcap`` of a dataset of grasps, by name of the object; two of one name are told apart by
-    the digest.
+    """The meshes in ``shapes.mcap`` of a dataset of grasps or of views, by name of the object; two of one name are told apart
+    by the digest.
 
     Raises ``DatasetError`` when the dataset is of another product, or damaged.
     """
     dataset = Folder(folder)
-    dataset.expect("grasps")
+    if dataset.product != "views":
+        dataset.expect("grasps")
     names = {row["object"]: row["name"] for row in dataset.objects()}
     file = McapFile(dataset.path / "shapes.mcap")
     meshes: dict[str, Mesh] = {}

@@ -1,0 +1,115 @@
+"""Views of a dataset against Embree: which body each pixel sees, every silhouette alone, and depth, by rays of another library.
+
+    views.py DATASET COUNT
+
+Casts a ray through every pixel centre against the meshes of `shapes.mcap`, body by body and all together, with container and table
+made here. A pixel counts as wrong when the two see different bodies although no edge is near: the four neighbours of Embree's own map are
+alike, and the two nearest surfaces there differ by more than 1e-5 m. Prints counts as JSON.
+"""
+
+import json
+import sys
+
+import graspmill
+import numpy as np
+import trimesh
+from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+NOTHING, CONTAINER, TABLE = 0, 254, 255
+FAR = 1e9
+
+
+def fixed_meshes(view):
+    """Container and table, out of boxes and a rectangle of our own."""
+    kind, sizes = view.container
+    meshes = []
+    floor = 0.0
+    if kind == "bin":
+        x, y, z, wall = sizes
+        floor = -wall
+        parts = [trimesh.creation.box((x + 2 * wall, y + 2 * wall, wall), trimesh.transformations.translation_matrix((0, 0, -wall / 2)))]
+        for sign in (-1, 1):
+            at = trimesh.transformations.translation_matrix((sign * (x + wall) / 2, 0, (z - wall) / 2))
+            parts.append(trimesh.creation.box((wall, y + 2 * wall, z + wall), at))
+            at = trimesh.transformations.translation_matrix((0, sign * (y + wall) / 2, (z - wall) / 2))
+            parts.append(trimesh.creation.box((x + 2 * wall, wall, z + wall), at))
+        meshes.append((CONTAINER, trimesh.util.concatenate(parts)))
+    half = np.asarray(view.table_size) / 2
+    corners = [(sx * half[0], sy * half[1], floor) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    meshes.append((TABLE, trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3)], process=False)))
+    return meshes
+
+
+def depth_of(mesh, camera, world_from_camera):
+    """(height, width) depth along the optical axis by Embree, FAR where nothing is hit."""
+    rows, columns = np.indices((camera.height, camera.width))
+    x = (columns + 0.5 - camera.cx) / camera.fx
+    y = (rows + 0.5 - camera.cy) / camera.fy
+    rays = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
+    directions = rays @ world_from_camera[:3, :3].T
+    origins = np.tile(world_from_camera[:3, 3], (len(rays), 1))
+    triangles, ray_numbers, points = RayMeshIntersector(mesh).intersects_id(origins, directions, multiple_hits=False, return_locations=True)
+    depth = np.full(len(rays), FAR)
+    # Along the axis: the point in the plane of the triangle that was hit, in double precision.
+    corners = mesh.triangles[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    along = np.einsum("ij,ij->i", normals, corners[:, 0] - origins[ray_numbers])
+    speed = np.einsum("ij,ij->i", normals, directions[ray_numbers])
+    exact = np.abs(speed) > 1e-15
+    depth[ray_numbers[exact]] = along[exact] / speed[exact]
+    return depth.reshape(camera.height, camera.width)
+
+
+def calm(labels):
+    """Pixels whose neighbours, two pixels around, are alike."""
+    same = np.ones(labels.shape, bool)
+    for down in range(-2, 3):
+        for right in range(-2, 3):
+            same &= np.roll(labels, (down, right), (0, 1)) == labels
+    same[:2] = same[-2:] = False
+    same[:, :2] = same[:, -2:] = False
+    return same
+
+
+def main():
+    data = graspmill.Dataset(sys.argv[1], graspmill.ViewSample)
+    meshes = {
+        mesh.object: trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+        for mesh in graspmill.object_meshes(sys.argv[1]).values()
+    }
+    count = min(int(sys.argv[2]), len(data))
+    result = {"views": 0, "pixels": 0, "differ": 0, "wrong": 0, "mask_differ": 0, "mask_wrong": 0, "worst_depth": 0.0}
+    for index in np.linspace(0, len(data) - 1, count).round().astype(int):
+        view = data[int(index)]
+        camera, pose = view.camera, view.world_from_camera
+        numbers, layers = [], []
+        for number, (digest, world_from_object) in enumerate(zip(view.objects, view.world_from_object), 1):
+            placed = meshes[digest].copy()
+            placed.apply_transform(world_from_object)
+            alone = depth_of(placed, camera, pose)
+            mask = view.mask(number)
+            hit = alone < FAR
+            result["mask_differ"] += int((mask != hit).sum())
+            result["mask_wrong"] += int(((mask != hit) & calm(hit)).sum())
+            numbers.append(number)
+            layers.append(alone)
+        for number, mesh in fixed_meshes(view):
+            numbers.append(number)
+            layers.append(depth_of(mesh, camera, pose))
+        layers = np.stack(layers)
+        order = np.argsort(layers, axis=0, kind="stable")
+        nearest = np.take_along_axis(layers, order[:1], 0)[0]
+        second = np.take_along_axis(layers, order[1:2], 0)[0]
+        expected = np.where(nearest < FAR, np.asarray(numbers)[order[0]], NOTHING)
+        differ = expected != view.instances
+        apart = second - nearest > 1e-5
+        result["views"] += 1
+        result["pixels"] += differ.size
+        result["differ"] += int(differ.sum())
+        result["wrong"] += int((differ & calm(expected) & apart).sum())
+        inner = calm(expected) & ~differ & (nearest < FAR) & ~np.isnan(view.depth)
+        result["worst_depth"] = max(result["worst_depth"], float(np.abs(view.depth - nearest)[inner].max()))
+    print(json.dumps(result))
+
+
+main()

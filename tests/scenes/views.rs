@@ -1,0 +1,386 @@
+//! Views of scenes from the job file to the reader: equal on any number of threads and tasks, masks that are exact, cameras that
+//! change no other's draws.
+
+use std::path::{Path, PathBuf};
+
+use graspmill::{
+    format::{
+        SceneImage, ViewFacts,
+        dataset::{DatasetReader, Fate, Sample, Selection},
+        products::grasps::Shapes,
+    },
+    geom::{DepthCrop, RenderMesh, SimdLevel},
+    render::Rasteriser,
+    words::Split,
+};
+
+use crate::support::{
+    files::{FULL_CHECK, assert_intact, read_json, repository_path},
+    jobs::NO_SPLIT,
+    program::{Program, print_root},
+    workspace::Workspace,
+};
+
+/// Bins of three shapes, in two splits.
+const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\n\
+                    scenes = { training = 3, holdout = 1 }\n[[objects]]\n\
+                    built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\", \"mug-01\"]\n";
+
+/// A camera on a shell, with depth as floats.
+const SHELL: &str = "{ shell = { radius = [0.3, 0.5], polar_deg = [0, 70], roll_deg = [-180, 180] }, views = 3, width = 160, \
+                     height = 120, fx = 150.3, cx = 79.2 }";
+
+/// A camera straight above.
+const OVERHEAD: &str = "{ overhead = { height = 0.6 }, width = 120, height = 100, fx = 130.0 }";
+
+fn job(cameras: &[&str], more: &str) -> String {
+    let cameras = cameras.join(",\n");
+    format!(
+        "product = \"views\"\nseed = 3\n{more}\n[scenes]\ndataset = \"scenes\"\n[views]\ncameras = [{cameras}]\nmin_pixels = 50\n\
+         depth_step = 0\n[shards]\nsamples = 5\n"
+    )
+}
+
+/// A workspace with scenes.
+fn with_scenes() -> Workspace {
+    let workspace = Workspace::new();
+    workspace.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
+    workspace
+}
+
+fn samples(folder: &Path) -> Vec<Sample> {
+    let reader = DatasetReader::open(folder).expect("a dataset");
+    reader.iter(Selection::default()).map(|sample| sample.expect("readable")).collect()
+}
+
+fn image(sample: &Sample) -> SceneImage {
+    sample.scene_image().expect("an image")
+}
+
+fn depth(sample: &Sample) -> DepthCrop {
+    sample.view_depth().expect("readable").expect("stored").crop
+}
+
+/// Compares what the Python package reads with its own arithmetic.
+const READ: &str = "\
+import json, sys, graspmill, numpy as np
+data = graspmill.Dataset(sys.argv[1], graspmill.ViewSample)
+worst, found = 0.0, []
+for view in data:
+    masks = np.stack([view.mask(body) for body in range(1, len(view.objects) + 1)])
+    seen = np.stack([view.visible_mask(body) for body in range(1, len(view.objects) + 1)])
+    assert not (seen & ~masks).any() and seen.sum(0).max() <= 1
+    assert (masks.sum((1, 2)) == view.pixels_in_image).all() and (seen.sum((1, 2)) == view.pixels_visible).all()
+    for body in range(1, len(view.objects) + 1):
+        points = view.points(body)
+        assert len(points) == view.pixels_visible[body - 1]
+        camera = view.camera
+        pixels = points[:, :2] / points[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+        if len(points):
+            worst = max(worst, float(np.abs(pixels % 1 - 0.5).max()))
+    found.append(int((view.instances == graspmill.views.CONTAINER).sum()))
+names = {row['object'] for row in data.folder.objects()}
+print(json.dumps([len(data), worst, min(found), sorted(set(data.column('split').tolist())), set(view.objects) <= names]))
+";
+
+#[test]
+fn threads_and_tasks_change_nothing_and_every_mask_is_the_body_alone() {
+    let workspace = with_scenes();
+    let two = workspace.make_dataset("two", &job(&[SHELL, OVERHEAD], ""), &[]);
+    assert_intact(&two, FULL_CHECK);
+    Program::on("verify", &two).option("--regenerate", "16").succeed();
+    Program::run_job(workspace.path("two.toml"), workspace.path("one")).option("--threads", "1").succeed();
+    assert_eq!(print_root(&two), print_root(workspace.path("one")));
+    for task in ["0/3", "2/3", "1/3"] {
+        workspace.run_job("two", "tasks").option("--task", task).succeed();
+    }
+    Program::on("merge", workspace.path("tasks")).succeed();
+    assert_eq!(print_root(&two), print_root(workspace.path("tasks")));
+
+    // Each body rendered alone by the renderer of single objects: its mask to the bit, and its depth where it is seen.
+    let shapes = Shapes::open(&two).expect("meshes");
+    let meshes: Vec<_> = (0..shapes.objects()).map(|index| shapes.object(index).expect("a mesh")).collect();
+    let mut rasteriser = Rasteriser::new(SimdLevel::detect());
+    let views = samples(&two);
+    assert!(views.len() >= 14, "{}", views.len());
+    for sample in &views {
+        let (image, depth) = (image(sample), depth(sample));
+        let mut seen = 0;
+        for (number, body) in (1u8..).zip(&image.bodies) {
+            let mesh = &meshes.iter().find(|shape| shape.object == body.object).expect("its mesh").mesh;
+            let pose = image.world_from_camera.inverse() * body.world_from_object;
+            let alone = rasteriser.render(&RenderMesh::new(mesh, false), &image.camera, &pose);
+            for row in 0..image.camera.height {
+                for column in 0..image.camera.width {
+                    let lone = alone.at(column, row);
+                    assert_eq!(body.mask.get(column, row), !lone.is_nan(), "body {number} at {column}, {row}");
+                    let pixel = (row * image.camera.width + column) as usize;
+                    if image.instances[pixel] == number {
+                        assert_eq!(depth.at(column, row).to_bits(), lone.to_bits());
+                        seen += 1;
+                    } else if !lone.is_nan() {
+                        assert!(depth.at(column, row) <= lone, "something nearer hides it");
+                    }
+                }
+            }
+        }
+        // Whatever is no body is container, table or nothing: the masks of what is seen partition the image.
+        let others = image.instances.iter().filter(|own| [0, 254, 255].contains(*own)).count();
+        assert_eq!(seen + others, image.instances.len());
+    }
+    let read: (usize, f64, usize, Vec<String>, bool) =
+        Program::python_lines(READ).arg(&two).env("PYTHONPATH", repository_path("python")).succeed().json();
+    assert_eq!(read.0, views.len());
+    assert!(read.1 < 1e-9 && read.2 > 0 && read.4, "{read:?}");
+    assert_eq!(read.3, ["holdout", "training"]);
+    Program::on("report", &two).succeed();
+    let page = workspace.read("two/report.html");
+    assert!(page.contains("settled scenes") && page.contains("seen by 90 % or more"));
+    let facts = Program::on("inspect", &two).read_json();
+    assert_eq!(facts["scenes"], 4);
+    assert!(two.join("preview.mcap").is_file());
+}
+
+#[test]
+fn one_more_camera_changes_no_image_of_the_others() {
+    let workspace = with_scenes();
+    let few = workspace.make_dataset("few", &job(&[SHELL], ""), &[]);
+    let more = workspace.make_dataset("more", &job(&[SHELL, OVERHEAD], ""), &[]);
+    let (few, more) = (samples(&few), samples(&more));
+    let mut compared = 0;
+    for sample in &few {
+        let other = more.iter().find(|other| other.id == sample.id).expect("the same view");
+        assert_eq!(image(sample), image(other));
+        compared += 1;
+    }
+    assert!(compared >= 9 && more.len() > few.len());
+}
+
+#[test]
+fn a_sensor_says_what_each_depth_is_of_and_leaves_the_masks() {
+    let workspace = with_scenes();
+    let camera = "{ shell = { radius = [0.6, 0.8], polar_deg = [0, 45] }, views = 2, preset = \"kinect-v1-640x480\" }";
+    let perfect = workspace.make_dataset("perfect", &job(&[camera], ""), &[]);
+    let settings = "sensor = { profile = \"d435\" }";
+    let measured = workspace.make_dataset("measured", &job(&[camera], settings), &[]);
+    assert_intact(&measured, FULL_CHECK);
+    let (mut lost, mut between, mut right, mut returns) = (0u32, 0u32, 0u32, 0u32);
+    for (one, other) in samples(&perfect).iter().zip(&samples(&measured)) {
+        let (exact, measured) = (image(one), image(other));
+        assert_eq!((&exact.instances, &exact.bodies), (&measured.instances, &measured.bodies));
+        assert_eq!(exact.point_instances, None);
+        let points = measured.point_instances.expect("a sensor");
+        let (exact_depth, depth) = (depth(one), depth(other));
+        for (pixel, point) in points.iter().enumerate() {
+            let [column, row] = [pixel as u32 % exact.camera.width, pixel as u32 / exact.camera.width];
+            let value = depth.at(column, row);
+            assert_eq!(value.is_nan(), *point == SceneImage::NOTHING);
+            match *point {
+                SceneImage::NOTHING => lost += u32::from(!exact_depth.at(column, row).is_nan()),
+                SceneImage::BETWEEN => between += 1,
+                _ => {
+                    returns += 1;
+                    right += u32::from(*point == exact.instances[pixel]);
+                }
+            }
+        }
+    }
+    // Shadows and edges lose pixels, few lie between two bodies, and nearly all others are of what stands there.
+    assert!(lost > 0 && between > 0 && between < returns / 20, "{lost} {between} {returns}");
+    assert!(right > returns - returns / 20 && right < returns, "{right} of {returns}");
+}
+
+#[test]
+fn the_shadow_of_a_box_on_the_table_is_as_wide_as_the_two_disparities_differ() {
+    let workspace = Workspace::new();
+    let table = "product = \"scenes\"\nseed = 1\nmode = \"table\"\ncount = 1\nscenes = { training = 1 }\n[[objects]]\n\
+                 built_in = [\"box-01\"]\n";
+    workspace.make_dataset("scenes", &format!("{table}{NO_SPLIT}"), &[]);
+    // From straight above the box, so that none of its sides is seen.
+    let camera = "{ shell = { radius = [0.85, 0.85], polar_deg = [0, 0] }, preset = \"kinect-v1-640x480\" }";
+    // All errors but the shadow are off.
+    let sensor = "[sensor]\nprofile = \"kinect-v1\"\nconstants = { disparity_sigma_px = 0, disparity_step_px = 0, angle_sigma_m = 0, \
+                  lateral_sigma_px = 0, grazing_angle_deg = 180, min_support = 0, edge_dropout = 0, edge_mixed = 0 }";
+    let text = format!("{}{sensor}\n", job(&[camera], ""));
+    let data = workspace.make_dataset("views", &text, &[]);
+    let sample = &samples(&data)[0];
+    let (image, depth) = (image(sample), depth(sample));
+    let returns = || depth.depth.iter().copied().filter(|depth| !depth.is_nan()).map(f64::from);
+    let (top, table) = (returns().fold(f64::INFINITY, f64::min), returns().fold(0.0, f64::max));
+    let expected = image.camera.fx * 0.075 * (1.0 / top - 1.0 / table);
+    // The middle row of the box: pixels of the table beside it that are lost.
+    let [left, upper, width, height] = image.bodies[0].visible_box;
+    let row = upper + height / 2;
+    let points = image.point_instances.as_ref().expect("a sensor");
+    let lost = (0..image.camera.width).filter(|column| {
+        let pixel = (row * image.camera.width + column) as usize;
+        let is_beside = *column + 40 > left && *column < left + width + 40;
+        is_beside && image.instances[pixel] == SceneImage::TABLE && points[pixel] == SceneImage::NOTHING
+    });
+    let lost = lost.count() as f64;
+    assert!(expected > 3.0 && (lost - expected).abs() <= 1.0, "{lost} px, {expected} expected");
+}
+
+#[test]
+fn cameras_that_see_nothing_or_stand_in_something_are_rejected_and_counted() {
+    let workspace = with_scenes();
+    let low = "{ overhead = { height = 0.06 }, width = 64, height = 64, fx = 40.0 }";
+    let away = "{ poses = [[0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0]], width = 64, height = 64, fx = 40.0 }";
+    let inside =
+        "{ shell = { radius = [0.05, 0.30], polar_deg = [0, 60] }, views = 2, width = 64, height = 64, fx = 40.0 }";
+    let data = workspace.make_dataset("views", &job(&[low, away, inside], ""), &["views.min_pixels=20"]);
+    assert_intact(&data, FULL_CHECK);
+    let reader = DatasetReader::open(&data).expect("a dataset");
+    let (mut blocked, mut unseen, mut drawn) = (0, 0, 0);
+    for shard in 0..reader.manifest().shards.len() {
+        for row in reader.ledger(shard).expect("a ledger").rows {
+            let facts = ViewFacts::from(&row.facts);
+            match row.fate {
+                Fate::Rejected { reason, .. } if reason == "camera_blocked" => blocked += facts.near_draws,
+                Fate::Rejected { reason, .. } => {
+                    assert_eq!((reason.as_str(), row.sample.camera), ("nothing_seen", 1));
+                    unseen += facts.unseen_draws;
+                }
+                Fate::Kept(_) => drawn += facts.near_draws,
+            }
+        }
+    }
+    assert!(unseen == 4 && blocked >= 1 && drawn >= 1, "{blocked} {unseen} {drawn}");
+    let facts = read_json(data.join("manifest.json"));
+    assert_eq!(facts["counts"]["samples"], 16);
+}
+
+#[test]
+fn poses_from_a_file_are_pinned_in_the_resolved_job() {
+    let workspace = with_scenes();
+    let file = workspace.write("wrist.csv", "x,y,z,qw,qx,qy,qz\n0,0,0.6,0,1,0,0\n0.05,0,0.5,0,1,0,0\n");
+    let camera = "{ list = \"wrist.csv\", width = 120, height = 100, fx = 130.0 }";
+    let listed = workspace.make_dataset("listed", &job(&[camera], ""), &[]);
+    let straight = workspace.make_dataset("straight", &job(&[OVERHEAD], ""), &[]);
+    std::fs::remove_file(file).expect("the list");
+    Program::on("verify", &listed).option("--regenerate", "4").succeed();
+    // The first pose of the list is that of the camera straight above.
+    let (listed, straight) = (samples(&listed), samples(&straight));
+    assert_eq!((listed.len(), straight.len()), (8, 4));
+    for sample in &straight {
+        let other = listed.iter().find(|other| other.id == sample.id).expect("the same view");
+        assert_eq!(image(sample).instances, image(other).instances);
+    }
+}
+
+#[test]
+fn mistakes_of_views_are_said_with_key_and_remedy() {
+    let workspace = with_scenes();
+    let said = |text: &str| {
+        let file = workspace.write("job.toml", text);
+        let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
+        assert!(!workspace.path("none").exists(), "{text}");
+        said
+    };
+    for (camera, expected) in [
+        ("{ width = 10, height = 10, fx = 5.0 }", "one of `shell`, `overhead`, `list` and `poses`"),
+        ("{ overhead = { height = 0.5 }, poses = [[0,0,1,0,1,0,0]], preset = \"d435-848x480\" }", "overhead and poses"),
+        ("{ overhead = { height = 0.5 } }", "the name of a camera, or `width`, `height` and `fx`"),
+        ("{ overhead = { height = 0.5 }, preset = \"d999\" }", "views.cameras[0].preset"),
+        (
+            "{ overhead = { height = 0.5 }, preset = \"d435-848x480\", width = 10 }",
+            "the preset says what its camera is",
+        ),
+        ("{ overhead = { height = 0.5 }, views = 2, preset = \"d435-848x480\" }", "one view each"),
+        (
+            "{ shell = { radius = [0.8, 0.5], polar_deg = [0, 10] }, preset = \"d435-848x480\" }",
+            "the lower number first",
+        ),
+        ("{ list = \"nowhere.csv\", preset = \"d435-848x480\" }", "nowhere.csv"),
+        ("{ poses = [[0.0,0.0,1.0,0.0,3.0,0.0,0.0]], preset = \"d435-848x480\" }", "length 3"),
+    ] {
+        let text = job(&[camera], "");
+        let found = said(&text);
+        assert!(found.contains(expected), "{camera}\n{found}");
+    }
+    let fine = job(&[OVERHEAD], "");
+    let other = fine.replace("dataset = \"scenes\"", "dataset = \"nowhere\"");
+    assert!(said(&other).contains("make it first"), "{}", said(&other));
+    let pinned = fine.replace("dataset = \"scenes\"", &format!("dataset = \"scenes\"\nroot = \"{}\"", "0".repeat(64)));
+    assert!(said(&pinned).contains("take `root` out of the job"));
+    assert!(said(&fine.replace("product = \"views\"", "product = \"views\"\ncameras = []")).contains("views.cameras"));
+}
+
+#[test]
+fn the_jobs_of_views_that_travel_with_the_source_are_jobs() {
+    let workspace = Workspace::new();
+    let scenes = workspace.path("scenes");
+    Program::run_job("jobs/scenes-quick.toml", &scenes).set(["scenes.training=2"]).succeed();
+    for (name, views) in [("views-quick", 5), ("ycb-views", 6)] {
+        let out: PathBuf = workspace.path(name);
+        let dataset = format!("scenes.dataset={:?}", scenes.display().to_string());
+        Program::run_job(format!("jobs/{name}.toml"), &out).set([dataset]).succeed();
+        let reader = DatasetReader::open(&out).expect("a dataset");
+        assert_eq!(reader.manifest().counts.samples, 2 * views);
+        assert!(reader.splits().objects.iter().all(|row| row.split == Split::Training));
+    }
+}
+
+/// Rays that are not ours: Embree's, body by body and all together.
+#[test]
+fn embree_sees_the_same_bodies_and_the_same_silhouettes() {
+    let workspace = with_scenes();
+    let camera =
+        "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 2, width = 320, height = 240, fx = 300.0 }";
+    let data = workspace.make_dataset("views", &job(&[camera], ""), &[]);
+    let found = Program::python()
+        .arg("tests/peers/views.py")
+        .arg(&data)
+        .env("PYTHONPATH", repository_path("python"))
+        .arg("4")
+        .succeed();
+    let found: serde_json::Value = found.json();
+    println!("{found}");
+    assert_eq!((&found["views"], &found["wrong"], &found["mask_wrong"]), (&4.into(), &0.into(), &0.into()));
+    // Centres of pixels on an edge may fall to either side.
+    let edges = found["differ"].as_u64().expect("a count") + found["mask_differ"].as_u64().expect("a count");
+    assert!(edges <= 20, "{found}");
+    assert!(found["worst_depth"].as_f64().expect("a depth") < 1e-5, "{found}");
+}
+
+/// A reader of BOP's layout that knows nothing of ours draws models, masks and boxes again.
+#[test]
+fn a_stranger_reads_the_export_in_the_layout_of_bop() {
+    let workspace = with_scenes();
+    let camera =
+        "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 2, width = 320, height = 240, fx = 300.0 }";
+    let data = workspace.make_dataset("views", &job(&[camera], ""), &["views.depth_step=0.0001"]);
+    let out = workspace.path("bop");
+    Program::on("export", &data).option("--to", "bop").option("--out", &out).succeed();
+    for split in ["train_pbr/000002", "val_holdout/000000"] {
+        assert!(out.join(split).join("scene_gt.json").is_file(), "{split}");
+    }
+    let found: serde_json::Value = Program::python().arg("tests/peers/bop.py").arg(&out).arg("6").succeed().json();
+    println!("{found}");
+    assert_eq!((&found["images"], &found["broken"]), (&6.into(), &serde_json::json!([])));
+    assert_eq!((&found["mask_wrong"], &found["visib_wrong"]), (&0.into(), &0.into()));
+    let number = |name: &str| found[name].as_f64().expect("a number");
+    // Half a pixel off without the shift of the principal point: whole outlines of the masks then differ.
+    assert!(number("mask_differ") <= 20.0 && number("mask_differ_unshifted") > 200.0, "{found}");
+    assert!(number("box") <= 1.0 && number("offset") < 0.15 && number("offset_unshifted") > 0.35, "{found}");
+    assert!(number("depth") < 0.06, "{found}");
+    // COCO by itself.
+    let coco = workspace.path("coco");
+    Program::on("export", &data).option("--to", "coco").option("--out", &coco).succeed();
+    let instances = read_json(coco.join("instances.json"));
+    let annotations = instances["annotations"].as_array().expect("annotations");
+    assert!(annotations.len() >= 16);
+    for annotation in annotations {
+        let counts = |key: &str| -> Vec<u64> {
+            let counts = annotation[key]["counts"].as_array().expect("run lengths");
+            counts.iter().map(|count| count.as_u64().expect("a length")).collect()
+        };
+        let seen = counts("segmentation");
+        assert_eq!(seen.iter().sum::<u64>(), 320 * 240);
+        assert_eq!(seen.iter().skip(1).step_by(2).sum::<u64>(), annotation["area"].as_u64().expect("an area"));
+        assert!(
+            counts("amodal_segmentation").iter().skip(1).step_by(2).sum::<u64>()
+                >= annotation["area"].as_u64().unwrap()
+        );
+    }
+}
