@@ -343,6 +343,21 @@ fn embree_sees_the_same_bodies_and_the_same_silhouettes() {
     assert!(found["worst_depth"].as_f64().expect("a depth") < 1e-5, "{found}");
 }
 
+/// MuJoCo's rays, with bodies as its own geoms at the stored poses.
+#[test]
+fn rays_of_mujoco_see_the_same_bodies() {
+    let workspace = with_scenes();
+    let camera =
+        "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 1, width = 160, height = 120, fx = 130.0 }";
+    let data = workspace.make_dataset("views", &job(&[camera], ""), &[]);
+    let python = Program::python().arg("tests/peers/views_by_mujoco.py").arg(&data).arg("3");
+    let found: serde_json::Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    println!("{found}");
+    assert_eq!((&found["views"], &found["wrong"]), (&3.into(), &0.into()));
+    assert!(found["differ"].as_u64().expect("a count") <= 10, "{found}");
+    assert!(found["worst_depth"].as_f64().expect("a depth") < 1e-5, "{found}");
+}
+
 /// A reader of BOP's layout that knows nothing of ours draws models, masks and boxes again.
 #[test]
 fn a_stranger_reads_the_export_in_the_layout_of_bop() {

@@ -132,7 +132,7 @@ fn intrinsics(checker: &mut Checker, path: &Path, entry: &ViewCameraSpec) -> Opt
     let near = entry.near.unwrap_or(NEAR);
     if let Some(preset) = entry.preset.as_deref().and_then(named_camera) {
         for key in ["width", "height", "fx", "fy", "cx", "cy"] {
-            if checker.has(&path.key(key)) {
+            if checker.has(path.key(key)) {
                 checker.contradiction(path.key(key), "preset", "the preset says what its camera is");
             }
         }
