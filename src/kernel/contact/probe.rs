@@ -39,7 +39,7 @@ impl Probe {
         })
     }
 
-    /// The same with faces as wide as those of a box or cylinder with sharp edges: what touches a face next to its edge is pressed
+    /// Widens its faces to those of a box or cylinder with sharp edges: what touches a face next to its edge is pressed
     /// along the face's normal, not outward. Its thickness, the least of its sides, stays.
     #[must_use]
     pub fn with_wide_faces(&self) -> Self {
