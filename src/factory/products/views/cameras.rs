@@ -11,7 +11,7 @@ use kernel::{
 /// A direction this close to straight down has x as up: the sine of the angle.
 const ALMOST_DOWN: f64 = 1e-3;
 
-/// The pose of a camera at a point that looks at another, rolled about its axis [rad]. Up in the image is up in the world; of a
+/// The pose of a camera at a point that points at another, rolled about its axis [rad]. Up in the image is up in the world; of a
 /// camera that looks straight down or up, x.
 pub fn camera_at(eye: &Point3<f64>, target: &Point3<f64>, roll: f64) -> Pose<World, CameraCv> {
     let forward = (target - eye).try_normalize(0.0).unwrap_or_else(|| -Vector3::z());
@@ -24,8 +24,8 @@ pub fn camera_at(eye: &Point3<f64>, target: &Point3<f64>, roll: f64) -> Pose<Wor
     Pose::new(Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns)), eye.coords)
 }
 
-/// The pose of a view: `view` counts those of one camera, `stream` is drawn from where it has a shell, `aim` is the point that it
-/// looks at there.
+/// The pose of a view: `view` counts those of one camera. Where it has a shell, it is drawn from `stream` around `aim`, at which
+/// it points.
 ///
 /// # Panics
 /// When there are not so many poses.

@@ -39,7 +39,7 @@ impl SceneMeshes {
         Self { bodies, container, table, table_z }
     }
 
-    /// The point that cameras look at: the mean of the centres of the bodies' boxes.
+    /// The point at which cameras point: the mean of the centres of the bodies' boxes.
     pub fn middle(&self, scene: &ViewScene) -> Point3<f64> {
         let centres = self.bodies.iter().zip(&scene.bodies).map(|(mesh, (_, pose))| pose.point(&mesh.render.centre()));
         let sum = centres.fold(Vector3::zeros(), |sum, centre| sum + centre.coords);

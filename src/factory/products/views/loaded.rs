@@ -19,7 +19,7 @@ const KEPT: usize = 256;
 pub(super) struct LoadedMesh {
     /// Laid out for rendering.
     pub render: RenderMesh,
-    /// Its triangles, for distances.
+    /// Triangles in a tree, for distances.
     tree: Arc<TriangleTree>,
 }
 

@@ -16,9 +16,9 @@ use kernel::{
 pub struct ViewJob {
     /// The folder of the dataset of scenes.
     pub dataset: PathBuf,
-    /// Its scenes.
+    /// Scenes of that dataset.
     pub scenes: FoundScenes,
-    /// Its objects, by its own job.
+    /// Objects of that dataset, by its own job.
     pub objects: JobObjects,
     /// Settings of the images.
     pub settings: ViewSettings,
@@ -35,7 +35,7 @@ pub struct FoundScenes {
     pub assets: Vec<serde_json::Value>,
     /// Splits of its objects.
     pub splits: SplitTable,
-    /// Its job, which names the meshes.
+    /// Job of the dataset, which names the meshes.
     pub job_text: String,
 }
 
@@ -48,7 +48,7 @@ pub struct ViewScene {
     pub split: Split,
     /// Number of the scene in its split.
     pub number: u32,
-    /// Its container.
+    /// Container of the scene.
     pub container: SceneContainer,
     /// Object and pose of each body, in the order of their release.
     pub bodies: Vec<(ObjectId, Pose<World, Object>)>,
@@ -114,7 +114,7 @@ pub enum ViewPlacement {
     Poses(Vec<[f64; 7]>),
 }
 
-/// A point that cameras look at.
+/// A point at which cameras point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aim {
     /// The mean of the centres of the bodies' boxes.

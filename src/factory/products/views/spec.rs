@@ -10,7 +10,7 @@ use crate::job::spec::SensorSpec;
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that looks at settled scenes: depth, which body each pixel sees, and the silhouette of every body alone.
+/// A job that renders settled scenes: depth, which body each pixel sees, and the silhouette of every body alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ViewsSpec {
     /// The scenes, a finished dataset.
@@ -67,7 +67,7 @@ pub struct ImagesSpec {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViewCameraSpec {
-    /// Poses drawn for each scene on a shell around a point that the camera looks at.
+    /// Poses drawn for each scene on a shell around a point at which the camera points.
     pub shell: Option<ShellSpec>,
     /// One pose that looks straight down at the world's origin: right is x, up is y.
     pub overhead: Option<OverheadSpec>,
@@ -111,7 +111,7 @@ pub struct ViewCameraSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShellSpec {
-    /// Shortest and longest distance from the point that the camera looks at; uniform in between.
+    /// Shortest and longest distance from the point at which the camera points; uniform in between.
     #[schemars(inner(range(min = 0.05, max = 20)), extend("x-unit" = "m", "examples" = [[0.48, 0.72]]))]
     pub radius: [f64; 2],
     /// Smallest and largest angle from straight above; uniform by area in between, in any direction around.
@@ -121,12 +121,12 @@ pub struct ShellSpec {
     /// camera that looks straight down, x.
     #[schemars(inner(range(min = -180, max = 180)), extend("x-unit" = "deg", "examples" = [[-180, 180]]))]
     pub roll_deg: Option<[f64; 2]>,
-    /// The point that the camera looks at. Without it, the bodies.
+    /// The point at which the camera points. Without it, the bodies.
     #[schemars(extend("examples" = ["origin"]))]
     pub aim: Option<AimSpec>,
 }
 
-/// A point that cameras look at.
+/// A point at which cameras point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AimSpec {

@@ -33,7 +33,7 @@ pub struct SceneImage {
     pub table: [f64; 2],
     /// The bodies of the scene, in its order.
     pub bodies: Vec<SceneInstance>,
-    /// What each pixel sees of the true scene: [`Self::NOTHING`], the number of a body from 1, [`Self::CONTAINER`] or
+    /// Map of the true scene, what each pixel sees: [`Self::NOTHING`], the number of a body from 1, [`Self::CONTAINER`] or
     /// [`Self::TABLE`]. Shape (height, width), row-major.
     pub instances: Vec<u8>,
     /// With a sensor, what each measured depth is of: as `instances`, or [`Self::BETWEEN`], and [`Self::NOTHING`] where there is
@@ -60,7 +60,7 @@ pub struct SceneInstance {
     pub whole_box: [i32; 4],
     /// Left, top, width and height of the pixels that see it; zeros where none does [px].
     pub visible_box: [u32; 4],
-    /// Its silhouette alone, in the image.
+    /// Silhouette alone, in the image.
     pub mask: PixelMask,
 }
 
@@ -241,16 +241,18 @@ fn check_numbers(field: &'static str, map: &[u8], bodies: usize, of_points: bool
 
 /// The silhouettes, out of their boxes and of their bits one after the other.
 fn masks(camera: &Intrinsics, boxes: &[u32], mut bits: &[u8]) -> Result<Vec<PixelMask>, RecordError> {
-    let mut masks = Vec::new();
-    let total: usize = boxes.chunks_exact(4).map(|side| (side[2] as usize * side[3] as usize).div_ceil(8)).sum();
-    lengthy(MESSAGE, "masks", total, bits.len())?;
     for side in boxes.chunks_exact(4) {
-        let [left, top, width, height] = [side[0], side[1], side[2], side[3]];
-        for (first, length, whole) in [(left, width, camera.width), (top, height, camera.height)] {
+        for (first, length, whole) in [(side[0], side[2], camera.width), (side[1], side[3], camera.height)] {
             let fits = u64::from(first) + u64::from(length) <= u64::from(whole);
             ranged(MESSAGE, "mask_boxes", f64::from(length), fits, "inside the image")?;
         }
-        let pixels = width as usize * height as usize;
+    }
+    let pixels_of = |side: &[u32]| side[2] as usize * side[3] as usize;
+    let total: usize = boxes.chunks_exact(4).map(|side| pixels_of(side).div_ceil(8)).sum();
+    lengthy(MESSAGE, "masks", total, bits.len())?;
+    let mut masks = Vec::new();
+    for side in boxes.chunks_exact(4) {
+        let ([left, top, width, height], pixels) = ([side[0], side[1], side[2], side[3]], pixels_of(side));
         let (own, rest) = bits.split_at(pixels.div_ceil(8));
         let padding = own.last().map_or(0, |last| u32::from(*last) >> (8 - (8 * own.len() - pixels)));
         ranged(MESSAGE, "masks", f64::from(padding), padding == 0, "without bits after the last pixel")?;
