@@ -28,9 +28,9 @@ from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
 from .samples import Sample
 from .scenes import Overview, SceneContacts, SceneSample
-from .views import ViewSample
 from .shapes import Mesh, ObjectFacts, RestingPose, object_facts, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
+from .views import ViewSample
 
 __version__ = "0.1.0"
 
@@ -70,7 +70,6 @@ __all__ = [
     "SampleId",
     "SceneContacts",
     "SceneSample",
-    "ViewSample",
     "ShuffledChunks",
     "GRASP_LABELS",
     "TRIAL_VERDICTS",
@@ -78,6 +77,7 @@ __all__ = [
     "UnfinishedDataset",
     "UnknownFormat",
     "VERDICTS",
+    "ViewSample",
     "WrongProduct",
     "grasp_frame",
     "object_facts",
