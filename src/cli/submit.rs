@@ -106,8 +106,34 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         let (folder, found) = (arguments.out.clone(), mark.job);
         return Err(jobs::run_failure(DatasetError::ForeignJob { folder, found, expected: open.digest }.into()));
     }
-    let (name, costs) = (open.job.name.clone(), Costs::measure(job_to_send, &context)?);
     let cpus = arguments.cpus;
+    let backend = match backend {
+        EngineName::Slurm => Backend::Slurm,
+        EngineName::Kubernetes => Backend::Kubernetes,
+        EngineName::Parallel => Backend::Parallel,
+        EngineName::Local => Backend::Local,
+    };
+    let container = container(arguments)?;
+    // In a container the program stands where its image has it.
+    let program = if container.is_some() { "graspmill".into() } else { env::current_exe()? };
+    let mut submission = Submission {
+        backend,
+        name: open.job.name.clone(),
+        program,
+        folder: env::current_dir()?,
+        job: path::absolute(job)?,
+        overrides: arguments.set.clone(),
+        out: path::absolute(&arguments.out)?,
+        // Until the pilot says more.
+        plan: TaskPlan::suggested(0.0, cpus, 1),
+        resources: Resources { cpus, memory: arguments.memory, minutes: arguments.minutes.unwrap_or(0) },
+        options: arguments.option.clone(),
+        container,
+    };
+    // A name that no script may hold is refused before the pilot, which takes seconds.
+    let logs = path::absolute(arguments.out.join(layout::CLUSTER).join(LOGS))?;
+    submission.check(&logs).map_err(|error| Failure::new(Exit::BadSpec, error))?;
+    let costs = Costs::measure(job_to_send, &context)?;
     let mut plan = costs.tasks(cpus);
     if let Some(asked) = arguments.tasks {
         plan.tasks = asked.min(plan.shards.max(1));
@@ -120,30 +146,11 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     let expected = duration_text(Duration::from_secs_f64(seconds));
     let processors = counted(cpus.into(), "processor");
     printer.say(&format!("about {expected} per task of {processors}, by this machine's pace"));
-    let minutes = arguments.minutes.unwrap_or(((4.0 * seconds / 60.0).ceil() as u32).max(60));
-    let backend = match backend {
-        EngineName::Slurm => Backend::Slurm,
-        EngineName::Kubernetes => Backend::Kubernetes,
-        EngineName::Parallel => Backend::Parallel,
-        EngineName::Local => Backend::Local,
-    };
-    let container = container(arguments)?;
-    // In a container the program stands where its image has it.
-    let program = if container.is_some() { "graspmill".into() } else { env::current_exe()? };
+    if arguments.minutes.is_none() {
+        submission.resources.minutes = ((4.0 * seconds / 60.0).ceil() as u32).max(60);
+    }
     let tasks = (0..plan.tasks).collect();
-    let submission = Submission {
-        backend,
-        name,
-        program,
-        folder: env::current_dir()?,
-        job: path::absolute(job)?,
-        overrides: arguments.set.clone(),
-        out: path::absolute(&arguments.out)?,
-        plan,
-        resources: Resources { cpus, memory: arguments.memory, minutes },
-        options: arguments.option.clone(),
-        container,
-    };
+    submission.plan = plan;
     Ok((submission, tasks))
 }
 

@@ -21,7 +21,7 @@ use support::{
 const JOB: &str = r#"
 name = "tasks"
 seed = 5
-views = { even = 40 }
+views = { even = 10 }
 
 [[objects]]
 built_in = ["can-01", "bowl-01", "cup-01"]
@@ -30,7 +30,7 @@ built_in = ["can-01", "bowl-01", "cup-01"]
 folder = "meshes"
 
 [shards]
-samples = 8
+samples = 2
 "#;
 
 /// A workspace with a job and a mesh in `meshes` that is refused.

@@ -175,8 +175,11 @@ impl Submission {
         })
     }
 
-    /// Refuses what would end a line of a script.
-    fn check(&self, logs: &Path) -> Result<(), SubmissionError> {
+    /// Refuses what would end a line of a script; [`Self::files`] does so as well.
+    ///
+    /// # Errors
+    /// When a name, a path or an option holds a control character, or a path is not UTF-8.
+    pub fn check(&self, logs: &Path) -> Result<(), SubmissionError> {
         let paths = [
             ("the path of graspmill", self.program.as_path()),
             ("the working folder", &self.folder),
