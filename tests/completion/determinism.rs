@@ -16,7 +16,7 @@ use crate::support::{
 const JOB: &str = r#"
 name = "determinism"
 seed = 11
-views = { even = 40 }
+views = { even = 16 }
 distance = { min = 0.6, max = 1.2 }
 
 [[objects]]
@@ -34,7 +34,7 @@ depth = "f32"
 random_rays = true
 
 [shards]
-samples = 32
+samples = 13
 "#;
 
 fn write_job(text: &str) -> Workspace {
@@ -99,7 +99,7 @@ fn shard_size_channels_and_other_objects_change_no_sample() {
     workspace.run_job("job", "first").succeed();
     let before = digest_payloads(&first);
     let changes = [
-        "shards.samples=57",
+        "shards.samples=23",
         "channels.cloud=true",
         r#"objects=[{built_in=["box-01","can-01","bottle-01","bowl-01","half-cube-sphere"]}]"#,
     ];
@@ -119,7 +119,7 @@ fn shard_size_channels_and_other_objects_change_no_sample() {
 
 #[test]
 fn a_killed_run_resumes_to_the_same_root() {
-    let workspace = write_job(&JOB.replace("even = 40", "even = 400"));
+    let workspace = write_job(&JOB.replace("even = 16", "even = 400"));
     let [first, out] = ["first", "killed"].map(|name| workspace.path(name));
     workspace.run_job("job", "first").args(["--threads", "2"]).succeed();
     for kill in 0..6 {

@@ -171,16 +171,33 @@ fn the_job_has_exactly_the_ambiguous_pairs() {
     compare("jobs/half-shapes.toml", &shapes);
 }
 
+/// Compares half-shapes of these sizes, in this distance and of so many triangles.
+fn compare_others(sizes: &[u32], distance: &str, triangles: u32) {
+    let objects = format!("objects=[{{ built_in = {{ half_shapes_mm = {sizes:?} }}, triangles = {triangles} }}]");
+    let distance = format!("distance={distance}");
+    let shapes = shapes(&[&objects, &distance, "split.test_objects=0", "gate.min_partial_cells=1", "camera.near=0.01"]);
+    assert_eq!(shapes.len(), sizes.len() * UNSEEN.len());
+    compare(&format!("{triangles} triangles, {distance}"), &shapes);
+}
+
+/// Sizes from the smallest to the largest, each in one row; distances, near and far; triangles, few and many.
+const OTHERS: [([u32; 3], &str, u32); 3] =
+    [([20, 77, 213], "0.5", 6000), ([33, 101, 299], "0.8371", 2000), ([59, 149, 300], "{ fit = 0.6 }", 16_000)];
+
 /// From the smallest size to the largest, near and far, coarse and fine: rounding is never the same twice.
 #[test]
 fn so_has_every_other_size_distance_and_mesh() {
-    let sizes = "half_shapes_mm = [20, 33, 59, 77, 101, 149, 213, 299, 300]";
-    for (distance, triangles) in [("0.5", 6000), ("0.8371", 2000), ("{ fit = 0.6 }", 16_000)] {
-        let objects = format!("objects=[{{ built_in = {{ {sizes} }}, triangles = {triangles} }}]");
-        let distance = format!("distance={distance}");
-        let shapes =
-            shapes(&[&objects, &distance, "split.test_objects=0", "gate.min_partial_cells=1", "camera.near=0.01"]);
-        compare(&format!("{triangles} triangles, {distance}"), &shapes);
+    for (sizes, distance, triangles) in OTHERS {
+        compare_others(&sizes, distance, triangles);
+    }
+}
+
+#[test]
+#[ignore = "slow: make test-slow"]
+fn so_has_every_size_in_every_distance_and_mesh() {
+    let sizes: Vec<u32> = OTHERS.iter().flat_map(|(sizes, ..)| *sizes).collect();
+    for (_, distance, triangles) in OTHERS {
+        compare_others(&sizes, distance, triangles);
     }
 }
 
