@@ -1,17 +1,11 @@
 //! Blocks of shell and of Python run, from the documents' own text, each document in a folder of its own that is like a clone
 //! of the repository. Jobs are made smaller on the way; what cannot run here is listed, with the reason.
 
-use std::{
-    collections::BTreeSet,
-    fmt::Write as _,
-    fs,
-    path::{Path, PathBuf},
-    sync::LazyLock,
-};
+use std::{collections::BTreeSet, fmt::Write as _, fs, path::PathBuf, sync::LazyLock};
 
 use super::blocks::{Block, blocks_of, documents, file_block};
 use crate::support::{
-    files::{list_names, repository_path},
+    files::{copy_folder, repository_path},
     program::Program,
     workspace::Workspace,
 };
@@ -108,18 +102,10 @@ fn not_run(what: &str) -> Option<Reason> {
     NOT_RUN.iter().find(|(row, _)| *row == what).map(|(_, reason)| *reason)
 }
 
-fn copy_folder(from: &Path, to: &Path) {
-    fs::create_dir_all(to).expect("a folder");
-    for name in list_names(from) {
-        let (from, to) = (from.join(&name), to.join(&name));
-        if from.is_dir() { copy_folder(&from, &to) } else { _ = fs::copy(&from, &to).expect("a copy") }
-    }
-}
-
 /// A folder like a clone, with a `graspmill` that makes small datasets.
 pub fn like_a_clone(workspace: Workspace) -> Workspace {
     for folder in ["jobs", "meshes", "scenes", "tests/models"] {
-        copy_folder(&repository_path(folder), &workspace.path(folder));
+        copy_folder(repository_path(folder), workspace.path(folder));
     }
     for folder in [".deps", "python"] {
         std::os::unix::fs::symlink(repository_path(folder), workspace.path(folder)).expect("a link");
@@ -216,7 +202,7 @@ impl Script {
                 Given::TourFile(file) => _ = workspace.write(file, shelf().read(file)),
                 Given::Dataset(name, _) => {
                     let name = PathBuf::from("datasets").join(name);
-                    copy_folder(&shelf().path(&name), &workspace.path(&name));
+                    copy_folder(shelf().path(&name), workspace.path(&name));
                 }
             }
         }

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::support::{
     files::read_text,
-    jobs::{NO_SPLIT, make_small_datasets, small_job},
+    jobs::{NO_SPLIT, copy_small_datasets, small_job},
     program::{Program, print_root},
     shelf::Shelf,
     workspace::Workspace,
@@ -36,7 +36,7 @@ fn between<'a>(text: &'a str, start: &str, end: &str) -> Vec<&'a str> {
 #[test]
 fn the_first_screen_shows_samples_and_every_link_leads_somewhere() {
     let workspace = Workspace::new();
-    for (product, data) in make_small_datasets(&workspace) {
+    for (product, data) in copy_small_datasets(&workspace) {
         let page = page_of(&data);
         let at = |part: &str| page.find(part).unwrap_or_else(|| panic!("{product}: {part} is missing"));
         let (strip, numbers, check) =
@@ -132,7 +132,7 @@ fn dots_at_contacts_are_seen() {
 #[test]
 fn captions_name_colours_and_measures_in_words() {
     let workspace = Workspace::new();
-    for (product, data) in make_small_datasets(&workspace) {
+    for (product, data) in copy_small_datasets(&workspace) {
         let page = page_of(&data);
         let captions: String = between(&page, "<figcaption>", "</figcaption>").concat();
         let in_hex = captions

@@ -4,12 +4,13 @@ use std::{
     collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
+    sync::LazyLock,
 };
 
 use graspmill::assets::Description;
 
 use crate::support::{
-    files::{ROOT, list_names, read_json, read_text, read_tree},
+    files::{ROOT, copy_folder, list_names, read_json, read_text, read_tree},
     jobs::{SHORT_SEARCH, barrett_line},
     program::Program,
     workspace::Workspace,
@@ -54,11 +55,27 @@ fn make_release(workspace: &Workspace, data: &Path, name: &str) -> PathBuf {
     out
 }
 
-/// Makes a dataset of [`JOB`] and a release of it.
-fn make_data_and_release(workspace: &Workspace) -> [PathBuf; 2] {
-    let data = workspace.make_dataset("data", JOB, &[]);
-    let release = make_release(workspace, &data, "release");
-    [data, release]
+/// A dataset of [`JOB`], `data`, and a release of it, `release`, made once.
+static MADE: LazyLock<Workspace> = LazyLock::new(|| {
+    let made = Workspace::kept("release");
+    let data = made.make_dataset("data", JOB, &[]);
+    make_release(&made, &data, "release");
+    made
+});
+
+/// Copies the dataset of [`JOB`].
+fn copy_data(workspace: &Workspace) -> PathBuf {
+    let data = workspace.path("data");
+    copy_folder(MADE.path("data"), &data);
+    data
+}
+
+/// Copies the dataset of [`JOB`] and its release, beside an about file.
+fn copy_data_and_release(workspace: &Workspace) -> [PathBuf; 2] {
+    workspace.write("about.toml", ABOUT);
+    let release = workspace.path("release");
+    copy_folder(MADE.path("release"), &release);
+    [copy_data(workspace), release]
 }
 
 fn verify(release: &Path) -> Program {
@@ -107,7 +124,7 @@ fn a_release_has_the_same_bytes_wherever_it_is_made() {
 #[test]
 fn a_release_stays_a_dataset_and_its_documents_name_it() {
     let workspace = Workspace::new();
-    let [data, out] = make_data_and_release(&workspace);
+    let [data, out] = copy_data_and_release(&workspace);
     for verb in ["status", "inspect", "digest", "verify"] {
         Program::new(verb).arg(&out).succeed();
     }
@@ -145,7 +162,7 @@ fn a_release_stays_a_dataset_and_its_documents_name_it() {
 #[test]
 fn what_was_changed_is_told() {
     let workspace = Workspace::new();
-    let [_, out] = make_data_and_release(&workspace);
+    let [_, out] = copy_data_and_release(&workspace);
     let other = make_release(&workspace, &workspace.make_dataset("other", JOB, &["seed=6"]), "other-release");
     let whole = read_tree(&out);
     let mend = || {
@@ -185,7 +202,7 @@ fn what_was_changed_is_told() {
 #[test]
 fn a_damaged_dataset_is_not_released_and_nothing_is_left() {
     let workspace = Workspace::new();
-    let data = workspace.make_dataset("data", JOB, &[]);
+    let data = copy_data(&workspace);
     let about = workspace.write("about.toml", ABOUT);
     let before = list_names(workspace.folder());
     workspace.write("data/assets.json", workspace.read("data/assets.json").replace("\"bodies\": 1", "\"bodies\": 9"));
@@ -202,7 +219,7 @@ fn a_damaged_dataset_is_not_released_and_nothing_is_left() {
 #[test]
 fn mistakes_of_the_about_file_are_all_told_with_their_lines() {
     let workspace = Workspace::new();
-    let data = workspace.make_dataset("data", JOB, &[]);
+    let data = copy_data(&workspace);
     let about = ABOUT.replace("date = \"2026-11-22\"", "date = \"today\"").replace("keywords", "keyword");
     let about = workspace.write("about.toml", about + "\n[licences]\n\"mug-*\" = \"MIT\"\n");
     let said = release(&data, &workspace.path("release"), &about).expect_code(2).text();

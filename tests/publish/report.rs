@@ -85,7 +85,7 @@ fn a_report_is_one_file_that_needs_nothing_else() {
     let out = Workspace::kept("reports");
     for (name, with_depth) in [("depth", true), ("default", false)] {
         let folder = out.path(name);
-        let shelf = Shelf { views: if with_depth { 10 } else { 3 }, with_depth }.write(&folder);
+        let shelf = Shelf { views: if with_depth { 5 } else { 3 }, with_depth }.write(&folder);
         let summary = report(&folder, None).unwrap();
         let page = read_text(&summary.path);
         assert_eq!(summary.path, folder.join("report.html"));
@@ -110,7 +110,7 @@ fn a_report_is_one_file_that_needs_nothing_else() {
 fn overlaps_that_a_job_is_about_are_no_alarm() {
     let workspace = Workspace::new();
     let folder = workspace.path("shelf");
-    Shelf { views: 6, with_depth: false }.write(&folder);
+    Shelf { views: 2, with_depth: false }.write(&folder);
     let name = "twin_groups_straddling".to_owned();
     let leaks = [(name.clone(), 6), ("groups_straddling".to_owned(), 1)].into();
     let mut notes = RunNotes { leaks, ..RunNotes::default() };

@@ -99,6 +99,17 @@ pub fn list_names(folder: impl AsRef<Path>) -> Vec<String> {
     names
 }
 
+/// Copies a folder with all that stands in it.
+#[track_caller]
+pub fn copy_folder(from: impl AsRef<Path>, to: impl AsRef<Path>) {
+    let (from, to) = (from.as_ref(), to.as_ref());
+    fs::create_dir_all(to).unwrap_or_else(|error| panic!("{}: {error}", to.display()));
+    for name in list_names(from) {
+        let (from, to) = (from.join(&name), to.join(&name));
+        if from.is_dir() { copy_folder(&from, &to) } else { _ = fs::copy(&from, &to).expect("a copy") }
+    }
+}
+
 /// The paths of a dataset's shards, sorted.
 #[track_caller]
 pub fn list_shards(dataset: impl AsRef<Path>) -> Vec<PathBuf> {

@@ -1,9 +1,12 @@
 //! Small jobs: a little of each product, in a second or two each; and an about file.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::LazyLock,
+};
 
 use super::{
-    files::repository_path,
+    files::{copy_folder, repository_path},
     robots::{BARRETT, FETCH, FETCH_ARM, FETCH_SITE},
     workspace::Workspace,
 };
@@ -66,4 +69,28 @@ pub fn small_job(product: &str) -> String {
 pub fn make_small_datasets(workspace: &Workspace) -> Vec<(&'static str, PathBuf)> {
     let jobs = small_jobs(workspace.folder()).into_iter();
     jobs.map(|(name, job)| (name, workspace.make_dataset(name, &job, &[]))).collect()
+}
+
+/// The small dataset of each product, made once for all tests of a binary that only read them.
+pub fn small_datasets() -> &'static [(&'static str, PathBuf)] {
+    static MADE: LazyLock<Vec<(&str, PathBuf)>> =
+        LazyLock::new(|| make_small_datasets(&Workspace::kept(concat!("small-", env!("CARGO_CRATE_NAME")))));
+    &MADE
+}
+
+/// The folder of [`small_datasets`]: [`small_jobs`] of it are theirs.
+pub fn small_folder() -> &'static Path {
+    small_datasets()[0].1.parent().expect("a folder")
+}
+
+/// Copies of [`small_datasets`], to be changed or written beside. From there the paths in their jobs lead nowhere.
+pub fn copy_small_datasets(workspace: &Workspace) -> Vec<(&'static str, PathBuf)> {
+    small_datasets().iter().map(|(name, _)| (*name, copy_small_dataset(name, &workspace.path(name)))).collect()
+}
+
+/// Copies the small dataset of a product into a folder, as [`copy_small_datasets`] does.
+pub fn copy_small_dataset(product: &str, folder: &Path) -> PathBuf {
+    let found = small_datasets().iter().find(|(name, _)| *name == product);
+    copy_folder(&found.unwrap_or_else(|| panic!("no small dataset of {product}")).1, folder);
+    folder.to_owned()
 }
