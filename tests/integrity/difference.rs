@@ -9,7 +9,7 @@ use serde_json::{Map, Value};
 
 use crate::support::{
     files::read_json,
-    jobs::{NO_SPLIT, small_job},
+    jobs::{NO_SPLIT, copy_small_dataset},
     meshes::pyramid_off,
     program::Program,
     workspace::Workspace,
@@ -130,7 +130,7 @@ fn fake_manifest(folder: &Path, change: impl Fn(&mut Value)) {
 #[test]
 fn another_version_and_platform_are_reasons() {
     let workspace = Workspace::new();
-    let [a, b] = ["a", "b"].map(|name| workspace.make_dataset(name, &small_job("grasps"), &[]));
+    let [a, b] = ["a", "b"].map(|name| copy_small_dataset("grasps", &workspace.path(name)));
     assert_eq!(read_diff(&a, &b).0, 0);
     fake_manifest(&b, |manifest| {
         manifest["generator"] = "graspmill 9.9.9".into();
@@ -146,7 +146,7 @@ fn another_version_and_platform_are_reasons() {
 fn other_products_and_folders_that_are_no_dataset() {
     let (workspace, first) = make_first();
     assert!(diff(&first, workspace.folder()).fail().stdout.is_empty());
-    let map = workspace.make_dataset("map", &small_job("reachability"), &[]);
+    let map = copy_small_dataset("reachability", &workspace.path("map"));
     let (exit, found) = read_diff(&first, &map);
     assert_eq!((exit, &found["vanished"]), (4, &10.into()), "{found}");
     assert_eq!(found["appeared"], found["samples"][1], "{found}");

@@ -7,7 +7,7 @@ use graspmill::{ids::Digest, seed::Stream};
 use crate::{
     support::{
         files::read_tree,
-        jobs::{ABOUT, NO_SPLIT, make_small_datasets},
+        jobs::{ABOUT, NO_SPLIT, copy_small_datasets},
         program::Program,
         workspace::Workspace,
     },
@@ -41,7 +41,7 @@ fn every_flipped_bit_of_a_release_is_caught() {
 
 /// Datasets of every product, and one more with refused samples and several shards.
 fn make_datasets(workspace: &Workspace) -> Vec<(&'static str, PathBuf)> {
-    let mut datasets = make_small_datasets(workspace);
+    let mut datasets = copy_small_datasets(workspace);
     let rejecting = format!(
         "objects = [{{ built_in = [\"can-01\", \"mug-01\"] }}]\nviews = {{ even = 4 }}\n[grid]\nresolution = 12\n\
          [gate]\nmin_partial_cells = 40\n[shards]\nsamples = 3\n{NO_SPLIT}"

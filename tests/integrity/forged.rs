@@ -30,7 +30,7 @@ use super::{
 };
 use crate::support::{
     files::{FULL_CHECK, read_json, read_tree, repository_path},
-    jobs::make_small_datasets,
+    jobs::small_datasets,
     program::Program,
     workspace::Workspace,
 };
@@ -538,8 +538,7 @@ impl Tally {
 /// Forges datasets of every product so often, each time another field, and lets every reader read them.
 fn storm(count: u32, seed: u64) {
     let workspace = Workspace::new();
-    let originals: Vec<Original> =
-        make_small_datasets(&workspace).iter().map(|(name, folder)| Original::read(name, folder)).collect();
+    let originals: Vec<Original> = small_datasets().iter().map(|(name, folder)| Original::read(name, folder)).collect();
     let (mut stream, mut failed) = (Stream::of_job(seed, b"", "forgeries"), 0);
     let out = workspace.path("out");
     for original in &originals {
@@ -566,8 +565,8 @@ fn lies_about_where_messages_stand_are_found_and_read_by_nobody() {
     let mut stream = Stream::of_job(3, b"", "lies");
     let (data, out) = (workspace.path("forged"), workspace.path("out"));
     let mut tried = 0;
-    for (name, folder) in make_small_datasets(&workspace) {
-        let original = Original::read(name, &folder);
+    for (name, folder) in small_datasets() {
+        let original = Original::read(name, folder);
         for lie in 0..CHUNK_LIES {
             let (what, _) = original.forge_chunk(&data, 0, lie, &mut stream);
             let label = format!("{name}: {what}");
@@ -585,8 +584,8 @@ fn lies_about_where_messages_stand_are_found_and_read_by_nobody() {
 #[test]
 fn manifests_that_claim_too_much_are_refused() {
     let workspace = Workspace::new();
-    let (_, folder) = make_small_datasets(&workspace).swap_remove(0);
-    let original = Original::read("completion", &folder);
+    let (name, folder) = &small_datasets()[0];
+    let original = Original::read(name, folder);
     let data = workspace.path("forged");
     type Claim = (&'static str, fn(&mut Json));
     let claims: [Claim; 4] = [
