@@ -22,7 +22,11 @@ use graspmill::{
     ids::ItemId,
 };
 
-use crate::support::{jobs::small_jobs, program::Program, workspace::Workspace};
+use crate::support::{
+    jobs::{small_folder, small_jobs},
+    program::Program,
+    workspace::Workspace,
+};
 
 /// Text of the planted panics.
 const MESSAGE: &str = "a planted defect";
@@ -153,6 +157,9 @@ const PANICS: [(Place, u32); 8] = [
     (Place::Finish, 1),
 ];
 
+/// Settings of the job of grasps: its runs are made a dozen times, and need not be good.
+const BRIEF: [&str; 2] = ["annealing.steps=300", "physics={ perturbed = 0, table = false, confirm = \"none\" }"];
+
 /// A job with a defect in the place of its work.
 fn with_defect(job: &OpenJob, place: Place, countdown: u32) -> OpenJob {
     let mut job = job.clone();
@@ -165,13 +172,10 @@ fn with_defect(job: &OpenJob, place: Place, countdown: u32) -> OpenJob {
 fn a_panic_names_what_was_being_made_and_loses_nothing() {
     let workspace = Workspace::new();
     let mut contained = 0;
-    for (name, text) in small_jobs(workspace.folder()) {
-        let text = JobText {
-            label: format!("{name}.toml"),
-            folder: workspace.folder().to_owned(),
-            text,
-            overrides: Vec::new(),
-        };
+    for (name, text) in small_jobs(small_folder()) {
+        let overrides = if name == "grasps" { BRIEF.map(str::to_owned).to_vec() } else { Vec::new() };
+        let (label, folder) = (format!("{name}.toml"), workspace.folder().to_owned());
+        let text = JobText { label, folder, text, overrides };
         let parallelism = Parallelism { threads: 2, ..Parallelism::available() };
         let context = RunContext::quiet(&parallelism);
         let job = OpenJob::open(&text, &JobContext::default(), &context).expect("a job");

@@ -11,7 +11,7 @@ use std::{
 
 use crate::support::{
     files::{list_shards, read_tree, repository_path},
-    jobs::{ABOUT, NO_SPLIT, small_jobs},
+    jobs::{ABOUT, NO_SPLIT, small_folder, small_jobs},
     program::{Outcome, Program, print_root},
     workspace::Workspace,
 };
@@ -122,11 +122,10 @@ fn tasks_that_disagree_about_their_count_leave_gaps_and_no_harm() {
 /// Limits of the address space [MiB]: from what the program hardly starts with to what is enough.
 const LIMITS: [u64; 12] = [8, 16, 24, 32, 48, 64, 80, 96, 128, 192, 256, 1024];
 
-/// Runs a job again and again, each time with more memory: each end is one of a run that has too little, and the last one is
-/// the undisturbed dataset.
+/// Runs a small job again and again, each time with more memory: each end is one of a run that has too little, and the last
+/// one is the undisturbed dataset.
 fn starve(workspace: &Workspace, name: &str) -> usize {
-    let whole = workspace.path(format!("{name}-whole"));
-    workspace.run_job(name, &format!("{name}-whole")).succeed();
+    let whole = small_folder().join(name);
     let data = workspace.path(format!("{name}-starved"));
     let mut ends = Vec::new();
     for limit in LIMITS {
@@ -162,12 +161,8 @@ fn starve(workspace: &Workspace, name: &str) -> usize {
 fn too_little_memory_ends_a_run_and_loses_nothing() {
     let workspace = Workspace::new();
     let mut tried = 0;
-    for (name, text) in small_jobs(workspace.folder()) {
+    for (name, text) in small_jobs(small_folder()) {
         workspace.write(format!("{name}.toml"), text);
-        // The dataset that the job of patches reads.
-        if name == "grasps" {
-            workspace.run_job("grasps", "grasps").succeed();
-        }
         tried += starve(&workspace, name);
     }
     print("memory", tried);
