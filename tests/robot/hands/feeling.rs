@@ -50,13 +50,20 @@ fn pushed(model: &HandModel, felt: &Felt) -> Vec<(bool, bool, Vec<f64>, Isometry
     ]
 }
 
-/// Closings on each of four objects.
-const CLOSINGS: u32 = 20;
-
-/// Closings on a mug, a bowl, a can and a kettle: penetration by the mesh, and link by link against MuJoCo's own
-/// distance field in the same postures.
 #[test]
 fn closings_touch_what_mujocos_own_field_touches() {
+    assert_closings_touch(8);
+}
+
+#[test]
+#[ignore = "slow: make test-slow"]
+fn many_closings_touch_what_mujocos_own_field_touches() {
+    assert_closings_touch(20);
+}
+
+/// So many closings each on a mug, a bowl, a can and a kettle: penetration by the mesh, and link by link against MuJoCo's own
+/// distance field in the same postures.
+fn assert_closings_touch(closings: u32) {
     let model = open_hand(BARRETT);
     let mut draw = Stream::of_job(1, b"", "feeling");
     let (mut agree, mut differ, mut apart, mut deepest) = (0, 0, Vec::new(), Vec::new());
@@ -69,7 +76,7 @@ fn closings_touch_what_mujocos_own_field_touches() {
         let mut worker = HandWorker::new(&sim);
         let native = HandSim::with_native_mesh(&model, &mesh, NativeContacts::Sdf).expect("a simulation");
         let mut native = HandWorker::new(&Arc::new(native));
-        for number in 0..CLOSINGS {
+        for number in 0..closings {
             let effort = if number % 2 == 0 { Effort::GRASP } else { Effort::FEEL };
             let began = Instant::now();
             let felt = worker.feel(&random_approach(&surface, effort, &mut draw)).expect("a finite pose");
@@ -122,12 +129,12 @@ fn closings_touch_what_mujocos_own_field_touches() {
     println!("penetration: median {:.1}, 99 % {:.1}, worst {:.1} um", 1e6 * middle, 1e6 * max, 1e6 * worst_depth);
     println!(
         "{:.1} ms per approach of {:.0} steps, {:.1} us per step; a step with the native field {:.1} ms",
-        1e3 * own_time / f64::from(4 * CLOSINGS),
-        f64::from(steps) / f64::from(4 * CLOSINGS),
+        1e3 * own_time / f64::from(4 * closings),
+        f64::from(steps) / f64::from(4 * closings),
         1e6 * own_time / f64::from(steps),
         1e3 * native_time / f64::from(counted)
     );
-    assert_eq!(ends.get("AtRest"), Some(&(4 * CLOSINGS)), "{ends:?}");
+    assert_eq!(ends.get("AtRest"), Some(&(4 * closings)), "{ends:?}");
     assert!(share < 0.04 && median < 1e-4 && worst_depth < 5e-4);
 }
 
