@@ -63,7 +63,7 @@ const PRODUCT: Extension = Extension {
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
                 ("[&ProductFormat; 6]", "[&ProductFormat; 7]"),
-                ("    &views::FORMAT,\n", "    &views::FORMAT,\n    &volume::FORMAT,\n"),
+                ("&views::FORMAT]", "&views::FORMAT, &volume::FORMAT]"),
             ],
         ),
         (
@@ -71,7 +71,7 @@ const PRODUCT: Extension = Extension {
             &[
                 ("scenes, views}", "scenes, views, volume}"),
                 ("[&ProductChecks; 6]", "[&ProductChecks; 7]"),
-                ("    &views::CHECKS,\n", "    &views::CHECKS,\n    &volume::CHECKS,\n"),
+                ("&views::CHECKS]", "&views::CHECKS, &volume::CHECKS]"),
             ],
         ),
         (
@@ -87,7 +87,7 @@ const PRODUCT: Extension = Extension {
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
                 ("[&ProductPages; 6]", "[&ProductPages; 7]"),
-                ("    &views::PAGES,\n", "    &views::PAGES,\n    &volume::PAGES,\n"),
+                ("&views::PAGES]", "&views::PAGES, &volume::PAGES]"),
             ],
         ),
     ],
