@@ -5,7 +5,9 @@ use kernel::geom::{GridPlacement, OccupancyGrid, TriMesh};
 use crate::{
     cubes::marching_cubes,
     field::CubeField,
+    joined::joined_boxes,
     pieces::drop_small_pieces,
+    seen::SeenObject,
     smooth::{PADDING, SmoothingProblem, Solver},
     volume::{Volume, upsampling_factor},
 };
@@ -24,6 +26,8 @@ const SMALL_PIECE: f64 = 0.01;
 const STEPS: u32 = 200;
 const STEPS_OF_FINE: u32 = 300;
 const FINE_FACTOR: usize = 3;
+/// Steps of the solver where boxes hold the field from both sides.
+const STEPS_OF_BOXES: u32 = 150;
 
 /// A closed, manifold mesh in `CameraCv` [m], wound outward; without triangles where nothing is occupied.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +38,7 @@ pub struct CompletedMesh {
     pub dropped: usize,
 }
 
-/// A mesh of algorithm 2, with what it was made by.
+/// A mesh made on finer voxels, with what it was made by.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DetailedMesh {
     /// The mesh.
@@ -71,16 +75,7 @@ impl CompletedMesh {
     /// # Panics
     /// If the fields' sides are not the placement's resolution.
     pub fn surface_at(coverage: &CubeField, occupancy: &CubeField, placement: &GridPlacement, level: f32) -> Self {
-        assert_eq!(coverage.side(), occupancy.side(), "grids of one sample share their side");
-        let maximum = coverage.block_maximum();
-        let values = coverage.values().iter().zip(maximum.values()).zip(occupancy.values());
-        let values =
-            values.map(
-                |((share, maximum), occupancy)| {
-                    if *maximum > MIN_COVERAGE && *occupancy > MIN_OCCUPANCY { share / maximum } else { 0.0 }
-                },
-            );
-        let normalised = CubeField::from_values(coverage.side(), values.collect()).expect("one value per cell");
+        let normalised = normalised_coverage(coverage, occupancy);
         Self::of_field(&normalised, placement, level, 0.0)
     }
 
@@ -112,11 +107,55 @@ impl CompletedMesh {
         let mut volume = Volume::upsampled(completed, factor);
         volume.add_points(observed, placement);
         volume.fill_gaps(factor);
-        let problem = SmoothingProblem::new(&volume);
-        let field = problem.solve(solver);
+        Self::of_problem(&SmoothingProblem::new(&volume), solver, placement, factor)
+    }
+
+    /// The detailed way of profile `standard`: coverage joined with the surface that the camera saw, drawn by the smoothest
+    /// field that keeps to both.
+    ///
+    /// # Panics
+    /// If the fields' sides are not the placement's resolution.
+    pub fn joined(
+        coverage: &CubeField,
+        occupancy: &CubeField,
+        placement: &GridPlacement,
+        level: f32,
+        seen: &SeenObject,
+    ) -> DetailedMesh {
+        let factor = upsampling_factor(seen.points(), placement);
+        Self::joined_by(coverage, occupancy, placement, level, seen, factor)
+    }
+
+    /// [`CompletedMesh::joined`] with a given factor of upsampling.
+    ///
+    /// # Panics
+    /// If the fields' sides are not the placement's resolution, or the factor is 0.
+    pub fn joined_by(
+        coverage: &CubeField,
+        occupancy: &CubeField,
+        placement: &GridPlacement,
+        level: f32,
+        seen: &SeenObject,
+        factor: usize,
+    ) -> DetailedMesh {
+        assert_eq!(coverage.side(), placement.resolution as usize, "the grid lies where its placement says");
+        assert!(factor > 0, "at least one voxel per cell");
+        let share = normalised_coverage(coverage, occupancy);
+        let boxes = joined_boxes(&share, level, placement, seen, factor);
+        let problem = SmoothingProblem::of_boxes(&boxes, coverage.side() * factor + 2 * PADDING);
+        Self::of_problem(&problem, Solver::Accelerated { steps: STEPS_OF_BOXES }, placement, factor)
+    }
+
+    /// The mesh of a programme's solution, `factor` voxels per cell.
+    fn of_problem(
+        problem: &SmoothingProblem,
+        solver: Solver,
+        placement: &GridPlacement,
+        factor: usize,
+    ) -> DetailedMesh {
         let to_cells = |value: f64| (value - PADDING as f64) / factor as f64;
         let position = |point: [f64; 3]| camera_point(placement, point.map(to_cells));
-        let mesh = marching_cubes(&field, 0.0, -1.0, position);
+        let mesh = marching_cubes(&problem.solve(solver), 0.0, -1.0, position);
         DetailedMesh { completed: Self::without_crumbs(mesh), factor, variables: problem.variables().count() }
     }
 
@@ -131,6 +170,17 @@ impl CompletedMesh {
     }
 }
 
+/// Coverage divided by its maximum over the 3 x 3 x 3 cells around, 0 where nothing is near.
+fn normalised_coverage(coverage: &CubeField, occupancy: &CubeField) -> CubeField {
+    assert_eq!(coverage.side(), occupancy.side(), "grids of one sample share their side");
+    let maximum = coverage.block_maximum();
+    let values = coverage.values().iter().zip(maximum.values()).zip(occupancy.values());
+    let share = |((share, maximum), occupancy): ((&f32, &f32), &f32)| {
+        if *maximum > MIN_COVERAGE && *occupancy > MIN_OCCUPANCY { share / maximum } else { 0.0 }
+    };
+    CubeField::from_values(coverage.side(), values.map(share).collect()).expect("one value per cell")
+}
+
 /// A point of the grid [cells] in `CameraCv` [m].
 fn camera_point(placement: &GridPlacement, point: [f64; 3]) -> [f32; 3] {
     let corner = placement.lower_corner();
@@ -139,6 +189,7 @@ fn camera_point(placement: &GridPlacement, point: [f64; 3]) -> [f32; 3] {
 
 #[cfg(test)]
 mod tests {
+    use kernel::geom::Intrinsics;
     use proptest::prelude::*;
 
     use super::*;
@@ -220,6 +271,65 @@ mod tests {
         }
     }
 
+    /// A ball [cells] as a camera sees it, before a wall: its depths, or the depths of another ball.
+    fn seen_ball(placement: &GridPlacement, middle: [f64; 3], radius: f64) -> SeenObject {
+        let camera = Intrinsics { width: 120, height: 120, fx: 400.0, fy: 400.0, cx: 60.0, cy: 60.0, near: 0.1 };
+        let corner = placement.lower_corner();
+        let centre: [f64; 3] = std::array::from_fn(|axis| corner[axis] + middle[axis] * placement.cell_size);
+        let radius = radius * placement.cell_size;
+        let depth_at = |pixel: u32| -> Option<f32> {
+            let ray = camera.unproject(f64::from(pixel % 120) + 0.5, f64::from(pixel / 120) + 0.5, 1.0);
+            // |t ray - centre| = radius.
+            let a: f64 = (0..3).map(|axis| ray[axis] * ray[axis]).sum();
+            let b: f64 = (0..3).map(|axis| ray[axis] * centre[axis]).sum();
+            let c = (0..3).map(|axis| centre[axis] * centre[axis]).sum::<f64>() - radius * radius;
+            let root = b * b - a * c;
+            (root > 0.0).then(|| ((b - root.sqrt()) / a) as f32)
+        };
+        let depths: Vec<Option<f32>> = (0..120 * 120).map(depth_at).collect();
+        let object: Vec<u32> = (0..120 * 120).filter(|pixel| depths[*pixel as usize].is_some()).collect();
+        let depths: Vec<f32> = depths.into_iter().map(|depth| depth.unwrap_or(3.0)).collect();
+        SeenObject::new(&camera, &depths, &object, &[])
+    }
+
+    #[test]
+    fn what_was_seen_lies_where_it_was_seen() {
+        // The network's ball is two cells too large; the camera saw the true one.
+        let placement = GridPlacement { resolution: 40, centre: [0.0, 0.0, 0.7].into(), cell_size: 0.002 };
+        let (middle, radius) = ([20.0, 19.6, 18.3], 11.3);
+        let (coverage, occupancy) = ball(40, middle, radius + 2.0);
+        let seen = seen_ball(&placement, middle, radius);
+        assert!(seen.points().len() > 400, "{}", seen.points().len());
+        for factor in 1..=2 {
+            let detailed = CompletedMesh::joined_by(&coverage, &occupancy, &placement, 0.5, &seen, factor);
+            let mesh = &detailed.completed.mesh;
+            assert_closed_and_manifold(mesh);
+            let offsets = |is_front: bool| {
+                let points = mesh.vertices.iter().map(|vertex| placement.coordinates_of(vertex.map(f64::from)));
+                // Well inside the silhouette, from the camera's side or from behind.
+                let points = points.filter(|point| {
+                    let across = (point[0] - middle[0]).powi(2) + (point[1] - middle[1]).powi(2);
+                    across.sqrt() < 0.6 * radius && (point[2] < middle[2]) == is_front
+                });
+                let offsets: Vec<f64> = points
+                    .map(|point| (0..3).map(|axis| (point[axis] - middle[axis]).powi(2)).sum::<f64>().sqrt() - radius)
+                    .collect();
+                assert!(offsets.len() > 100);
+                offsets.iter().sum::<f64>() / offsets.len() as f64
+            };
+            let (front, back) = (offsets(true), offsets(false));
+            assert!(front.abs() < 0.15, "factor {factor}: {front} cells");
+            assert!((back - 2.0).abs() < 0.3, "factor {factor}: {back} cells");
+            // Nothing beside the silhouette is left of what the network adds.
+            let widest = mesh.vertices.iter().map(|vertex| {
+                let point = placement.coordinates_of(vertex.map(f64::from));
+                ((point[0] - middle[0]).powi(2) + (point[1] - middle[1]).powi(2)).sqrt()
+            });
+            let widest = widest.fold(0.0, f64::max);
+            assert!(widest < radius + 1.0, "factor {factor}: {widest} cells");
+        }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -238,7 +348,18 @@ mod tests {
             occupied.for_each(|cell| grid.set(cell.map(|index| index as u32)));
             let points: Vec<[f32; 3]> = points.iter().map(|point| camera_point(&placement, *point)).collect();
             let detailed = CompletedMesh::algorithm_2_by(&grid, &points, &placement, factor, Solver::Accelerated { steps: 20 });
+            // A picture of noise: each pixel sees a depth in the grid, something far behind, or nothing.
+            let camera = Intrinsics { width: 8, height: 8, fx: 60.0, fy: 60.0, cx: -4.0, cy: 20.0, near: 0.1 };
+            let depth: Vec<f32> = noise[..64]
+                .iter()
+                .zip(&noise[64..])
+                .map(|(kind, depth)| if *kind < 0.2 { f32::NAN } else if *kind < 0.4 { 3.0 } else { 0.68 + 0.04 * depth })
+                .collect();
+            let object: Vec<u32> = (0..64).filter(|pixel| depth[*pixel as usize] < 2.0).collect();
+            let seen = SeenObject::new(&camera, &depth, &object, &[5]);
+            let joined = CompletedMesh::joined_by(&occupancy, &occupancy, &placement, 0.2 + 0.6 * density, &seen, factor);
             let meshes = [
+                joined.completed,
                 CompletedMesh::obstacle(&occupancy, &placement, 1.0 - density),
                 CompletedMesh::surface(&occupancy, &occupancy, &placement),
                 detailed.completed,

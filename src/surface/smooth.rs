@@ -50,6 +50,14 @@ pub struct SmoothingProblem {
     start: Vec<f32>,
 }
 
+/// A field and its bounds per voxel of a padded volume, in C order [voxels].
+#[derive(Clone, Debug)]
+pub(crate) struct Boxes {
+    pub(crate) fields: Vec<f32>,
+    pub(crate) lower: Vec<f32>,
+    pub(crate) upper: Vec<f32>,
+}
+
 impl SmoothingProblem {
     /// The programme of a volume, padded by empty voxels.
     pub fn new(volume: &Volume) -> Self {
@@ -60,6 +68,33 @@ impl SmoothingProblem {
     /// The programme of voxels that are padded already.
     fn of_padded(occupied: &[bool], side: usize) -> Self {
         let squared = squared_distances(&border(occupied, side), side);
+        let start = occupied.iter().map(|occupied| if *occupied { FAR } else { -FAR }).collect();
+        let mut problem = Self::of_band(&squared, start, side);
+        for index in problem.variables.iter().cloned().flatten() {
+            let margin = f32::from(squared[index]).sqrt();
+            let bounds = if occupied[index] { (margin, LARGEST) } else { (-LARGEST, -margin) };
+            (problem.lower[index], problem.upper[index]) = bounds;
+            problem.start[index] = if occupied[index] { margin } else { -margin };
+        }
+        problem
+    }
+
+    /// The programme of boxes in a padded volume; the border is where the fields in them change their sign.
+    pub(crate) fn of_boxes(boxes: &Boxes, side: usize) -> Self {
+        let occupied: Vec<bool> = boxes.fields.iter().map(|value| *value > 0.0).collect();
+        let squared = squared_distances(&border(&occupied, side), side);
+        let start = boxes.fields.iter().map(|value| if *value > 0.0 { FAR } else { -FAR }).collect();
+        let mut problem = Self::of_band(&squared, start, side);
+        for index in problem.variables.iter().cloned().flatten() {
+            let (lower, upper) = (boxes.lower[index].max(-LARGEST), boxes.upper[index].min(LARGEST));
+            (problem.lower[index], problem.upper[index]) = (lower, upper);
+            problem.start[index] = boxes.fields[index].max(lower).min(upper);
+        }
+        problem
+    }
+
+    /// Rows and variables near a border, without bounds.
+    fn of_band(squared: &[u8], start: Vec<f32>, side: usize) -> Self {
         // The band, opened by the cross of six neighbours, so that every row finds its neighbours among the variables.
         let near: Vec<u8> = squared.iter().map(|distance| u8::from(i32::from(*distance) <= BAND * BAND)).collect();
         let steps = strides(side);
@@ -72,21 +107,14 @@ impl SmoothingProblem {
         for index in inner(side).filter(|index| is_row[*index] != 0) {
             steps.iter().for_each(|step| (is_variable[index - step], is_variable[index + step]) = (1, 1));
         }
-        let mut problem = Self {
+        Self {
             side,
             rows: runs(&is_row, side),
             variables: runs(&is_variable, side),
             lower: vec![0.0; near.len()],
             upper: vec![0.0; near.len()],
-            start: occupied.iter().map(|occupied| if *occupied { FAR } else { -FAR }).collect(),
-        };
-        for index in problem.variables.iter().cloned().flatten() {
-            let margin = f32::from(squared[index]).sqrt();
-            let bounds = if occupied[index] { (margin, LARGEST) } else { (-LARGEST, -margin) };
-            (problem.lower[index], problem.upper[index]) = bounds;
-            problem.start[index] = if occupied[index] { margin } else { -margin };
+            start,
         }
-        problem
     }
 
     /// Voxels along each axis, with the padding.
