@@ -19,7 +19,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("perception", &["kernel"]),
     ("infer", &["kernel", "surface"]),
     ("measure", &["kernel"]),
-    ("runtime", &["format", "infer", "kernel", "perception", "surface"]),
+    ("runtime", &["format", "infer", "kernel", "measure", "perception", "surface"]),
     ("sim", &["kernel", "robot"]),
     ("factory", &["form", "format", "kernel", "robot", "sim", "tables"]),
     ("publish", &["form", "format", "kernel", "tables"]),

@@ -6,11 +6,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde::Serialize;
 
 use super::{
     completion_args::{CompleteArgs, DetailName, MeshFormat},
+    completion_method::baseline_of,
+    contacts::read_contacts,
     exit::{Exit, Failure},
     machine,
     model::refused,
@@ -22,7 +24,8 @@ use super::{
 };
 use format::dataset::NewFolder;
 use kernel::geom::TriMesh;
-use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, Detail, Scene};
+use perception::read_mask;
+use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, Detail, InputName, Scene};
 use surface::{MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
 
 /// Density of completed objects in a scene for MuJoCo [kg/m^3]: filled packages, between foam and water.
@@ -35,7 +38,15 @@ struct SceneReport<'a> {
     frame: &'static str,
     picture: PictureRow,
     plane: Option<PlaneRow>,
-    model: ModelRow<'a>,
+    /// Pose of the camera in the world, row by row, where it was given; every other number is in the camera's frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    world_from_camera: Option<[[f64; 4]; 4]>,
+    model: Option<ModelRow<'a>>,
+    /// The baseline in place of a model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    method: Option<&'a str>,
+    /// Way in which the targets' meshes were made.
+    detail: DetailName,
     objects: Vec<ObjectRow>,
     overlay: &'static str,
     milliseconds: Times,
@@ -71,6 +82,8 @@ struct CompletedRow {
     partial_cells: u32,
     /// Pixels left out as outliers.
     outliers: usize,
+    /// Cells that were touched.
+    touched_cells: u32,
     triangles: usize,
     /// [m^3].
     volume: f64,
@@ -78,7 +91,7 @@ struct CompletedRow {
     bounds: [[f64; 3]; 2],
     /// Pieces under 1 % of the volume that were dropped.
     dropped_pieces: usize,
-    /// Voxels per cell along each axis, of the thesis's way alone.
+    /// Voxels per cell along each axis, where they are finer than cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     upsampling: Option<usize>,
     /// Share of the mesh's vertices that lie more than one cell in front of all that was seen within one cell around them.
@@ -116,21 +129,34 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
         let message = format!("{} is no dataset: leave out --split and --limit", arguments.picture.depth.display());
         return Err(Failure::message(Exit::BadSpec, message));
     }
+    let world_from_camera = arguments.world.as_deref().map(given_pose).transpose()?;
+    let contacts = arguments.touch.as_deref().map(read_contacts).transpose()?.unwrap_or_default();
     let began = Instant::now();
-    let model = CompletionModel::open(&arguments.model).map_err(refused)?;
-    let open_model = milliseconds_since(began);
-    let detail = match arguments.detail {
+    let name = arguments.detail.unwrap_or(DetailName::On);
+    let detail = match name {
         DetailName::Off => Detail::Surface,
         DetailName::Thesis => Detail::Algorithm2,
+        DetailName::On => Detail::Joined,
     };
-    let completer = Completer::new(model, detail);
-    let picture = SegmentedPicture::open(&arguments.picture)?;
+    let completer = match (&arguments.model, &arguments.method) {
+        (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail),
+        (None, method) => Completer::by_baseline(baseline_of(method.as_deref().unwrap_or_default())?, detail),
+    };
+    let open_model = milliseconds_since(began);
+    let mut picture = SegmentedPicture::open(&arguments.picture)?;
+    let targets = targets(&arguments.target, &mut picture.scene, arguments.picture.min_points as usize)?;
+    if !contacts.is_empty() {
+        check_touch(&completer, &targets)?;
+    }
     let scene = &picture.scene;
-    let targets = targets(&arguments.target, scene)?;
     let began = Instant::now();
-    let results = complete_all(&completer, scene, &targets, arguments.threads);
+    let results = complete_all(&completer, scene, &targets, &contacts, arguments.threads);
     let objects_time = milliseconds_since(began);
     let folder = NewFolder::begin(&arguments.out)?;
+    let made_by = match completer.model() {
+        Some(model) => format!("model: {}", model.digest()),
+        None => format!("method: {}", arguments.method.as_deref().unwrap_or_default()),
+    };
     let mut rows = Vec::new();
     for (index, result) in results.iter().enumerate() {
         let name = format!("object-{}", index + 1);
@@ -139,11 +165,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
         let row = match result {
             Ok(completed) => {
                 let file = format!("{name}.{}", arguments.to.extension());
-                let comments = [
-                    format!("frame: {FRAME}"),
-                    format!("role: {role}"),
-                    format!("model: {}", completer.model().digest()),
-                ];
+                let comments = [format!("frame: {FRAME}"), format!("role: {role}"), made_by.clone()];
                 write(folder.path(), &file, &mesh_bytes(&completed.mesh, arguments.to, &comments))?;
                 let completed = Some(completed_row(scene, completed, file));
                 ObjectRow { name, role, pixels, refusal: None, completed }
@@ -153,7 +175,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
         rows.push(row);
     }
     if arguments.to == MeshFormat::Mjcf {
-        write(folder.path(), "scene.xml", scene_xml(scene, &rows).as_bytes())?;
+        write(folder.path(), "scene.xml", scene_xml(scene, &rows, world_from_camera.as_ref()).as_bytes())?;
     }
     let meshes: Vec<Option<&TriMesh>> = results.iter().map(|result| Some(&result.as_ref().ok()?.mesh)).collect();
     write(folder.path(), "overlay.png", &completed_picture(scene, &meshes).to_png())?;
@@ -163,13 +185,20 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
             times.filter_map(|(_, result)| Some(result.as_ref().ok()?.timings.total())).collect();
         times.iter().sum::<Duration>().as_secs_f64() * 1e3 / times.len().max(1) as f64
     };
-    let facts = completer.model().facts();
+    let model_row = completer.model().map(|model| ModelRow {
+        network: &model.facts().network,
+        digest: model.digest(),
+        inputs: &model.facts().inputs,
+    });
     let report = SceneReport {
         format: "graspmill scene 1",
         frame: FRAME,
         picture: picture.picture_row(),
         plane: picture.plane_row(),
-        model: ModelRow { network: &facts.network, digest: completer.model().digest(), inputs: &facts.inputs },
+        world_from_camera: world_from_camera.map(|pose| pose.to_homogeneous().transpose().into()),
+        model: model_row,
+        method: arguments.method.as_deref(),
+        detail: name,
         objects: rows,
         overlay: "overlay.png",
         milliseconds: Times {
@@ -197,23 +226,59 @@ fn complete_all(
     completer: &Completer,
     scene: &Scene,
     targets: &[usize],
+    contacts: &[[f32; 3]],
     threads: Option<u16>,
 ) -> Vec<Result<Completed, CompletionError>> {
     in_parallel(scene.clusters.len(), machine::threads(threads), |index| {
         let cluster = &scene.clusters[index];
         if targets.contains(&index) {
-            completer.complete(scene, cluster)
+            completer.complete_touched(scene, cluster, contacts)
         } else {
             completer.complete_obstacle(scene, cluster)
         }
     })
 }
 
-/// Indices of the clusters that `--target` means.
-fn targets(text: &str, scene: &Scene) -> Result<Vec<usize>, Failure> {
+/// The camera's pose in the world out of seven numbers.
+fn given_pose(text: &str) -> Result<Isometry3<f64>, Failure> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|number| number.trim().parse().ok().filter(|number: &f64| number.is_finite())).collect();
+    let numbers: Option<[f64; 7]> = numbers.and_then(|numbers| numbers.try_into().ok());
+    let pose = numbers.and_then(|[x, y, z, w, i, j, k]| {
+        let rotation = Quaternion::new(w, i, j, k);
+        // Rounded numbers pass; a quaternion that is far from a unit is another thing.
+        let is_unit = (rotation.norm() - 1.0).abs() < 1e-3;
+        is_unit.then(|| Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_quaternion(rotation)))
+    });
+    pose.ok_or_else(|| {
+        let remedy = "give seven numbers X,Y,Z,QW,QX,QY,QZ: a position in metres and a unit quaternion";
+        Failure::message(Exit::BadSpec, format!("--world {text}: {remedy}"))
+    })
+}
+
+/// Refuses contacts of nothing, of several objects, or for a model that does not take them.
+fn check_touch(completer: &Completer, targets: &[usize]) -> Result<(), Failure> {
+    let wrong = |problem: String| Err(Failure::message(Exit::BadSpec, format!("--touch: {problem}")));
+    if targets.len() != 1 {
+        return wrong(format!("contacts are those of one object, and --target means {}", targets.len()));
+    }
+    if completer.model().is_some_and(|model| !model.inputs().contains(&InputName::Touch)) {
+        return wrong(CompletionError::TakesNoTouch.to_string());
+    }
+    Ok(())
+}
+
+/// Indices of the clusters that `--target` means. The pixels of a mask become the first cluster.
+fn targets(text: &str, scene: &mut Scene, min_points: usize) -> Result<Vec<usize>, Failure> {
+    if text.to_ascii_lowercase().ends_with(".png") {
+        let pixels = read_mask(Path::new(text), &scene.frame).map_err(Failure::of_input)?;
+        scene.put_first(pixels, min_points);
+        return Ok(vec![0]);
+    }
+    let scene = &*scene;
     let count = scene.clusters.len();
     let wrong = |problem: String| {
-        let remedy = "give auto, all, the number of an object, or a pixel U,V (column and row)";
+        let remedy = "give auto, all, the number of an object, a pixel U,V (column and row), or a mask (.png)";
         Err(Failure::message(Exit::BadSpec, format!("--target {text}: {problem}; {remedy}")))
     };
     match text {
@@ -273,6 +338,7 @@ fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> Complete
         cell_size: completed.placement.cell_size,
         partial_cells: completed.partial.count(),
         outliers: completed.outliers,
+        touched_cells: completed.touched,
         triangles: completed.mesh.triangles.len(),
         volume: completed.mesh.signed_volume(),
         bounds: [bounds.min.into(), bounds.max.into()],
@@ -320,14 +386,14 @@ pub fn mesh_bytes(mesh: &TriMesh, format: MeshFormat, comments: &[String]) -> Ve
     }
 }
 
-fn scene_xml(scene: &Scene, rows: &[ObjectRow]) -> String {
+fn scene_xml(scene: &Scene, rows: &[ObjectRow], world_from_camera: Option<&Isometry3<f64>>) -> String {
     let body = |row: &ObjectRow| {
         let file = row.completed.as_ref()?.mesh.clone();
         Some(MeshBody { name: row.name.clone(), file, density: DENSITY })
     };
     let bodies: Vec<MeshBody> = rows.iter().filter_map(body).collect();
     let table = scene.plane.map(|plane| TablePlane { point: plane.foot().into(), normal: plane.normal.into() });
-    write_mjcf(&bodies, table.as_ref())
+    write_mjcf(&bodies, table.as_ref(), world_from_camera)
 }
 
 fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> String {

@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::{
     complete::mesh_bytes,
     completion_args::{CompleteArgs, DetailName, MeshFormat},
+    completion_method::CompletionMethod,
     exit::{Exit, Failure},
     machine,
-    model::refused,
     parallel::in_parallel,
     picture::milliseconds_since,
     printer::Printer,
@@ -19,8 +19,6 @@ use super::{
 use format::dataset::NewFolder;
 use kernel::geom::TriMesh;
 use measure::GridOverlap;
-use runtime::completion::CompletionModel;
-use surface::CompletedMesh;
 
 /// Content of `samples.json`.
 #[derive(Serialize)]
@@ -28,15 +26,18 @@ struct Report<'a> {
     format: &'static str,
     /// Root digest of the dataset.
     dataset: String,
-    /// SHA-256 of the model's `model.json`.
-    model: &'a str,
+    /// SHA-256 of the model's `model.json`; `None` for a baseline.
+    model: Option<&'a str>,
+    /// Folder of the model, or name of the baseline.
+    method: String,
+    detail: DetailName,
     samples: Vec<SampleRow>,
 }
 
 #[derive(Serialize)]
 struct SampleRow {
     sample: String,
-    /// File of the mesh; `None` where the network finds nothing.
+    /// File of the mesh; `None` where nothing is found.
     mesh: Option<String>,
     /// Overlap of the occupied cells with the true ones.
     overlap: GridOverlap,
@@ -52,23 +53,25 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         let message = format!("{} is a dataset: leave out what is for pictures", picture.depth.display());
         return Err(Failure::message(Exit::BadSpec, message));
     }
-    if arguments.to == MeshFormat::Mjcf || arguments.detail == DetailName::Thesis {
-        let message = "samples of a dataset are written as ply, obj or stl, with --detail off";
+    if arguments.to == MeshFormat::Mjcf || arguments.touch.is_some() || arguments.world.is_some() {
+        let message = "samples of a dataset are written as ply, obj or stl, and hold their own touch and poses: leave out --to mjcf, --touch and --world";
         return Err(Failure::message(Exit::BadSpec, message));
     }
-    let model = CompletionModel::open(&arguments.model).map_err(refused)?;
+    let detail = arguments.detail.unwrap_or(DetailName::Off);
     let (reader, chosen) = choose_samples(&picture.depth, arguments.split.as_deref(), arguments.limit)?;
+    let method = match (&arguments.model, &arguments.method) {
+        (Some(folder), _) => CompletionMethod::open(folder)?,
+        (None, name) => CompletionMethod::by_name(name.as_deref().unwrap_or_default(), &reader)?,
+    };
+    let made_by = method.digest().map_or_else(|| method.name(), str::to_owned);
     let began = Instant::now();
     let work = |index: usize| -> Result<(SampleRow, TriMesh), Failure> {
         let sample = StoredSample::read(&reader, chosen[index])?;
-        let answer = sample.complete(&model)?;
-        let thresholds = model.facts().thresholds;
-        let found = answer.occupancy.grid_above(thresholds.occupancy);
-        let mesh =
-            CompletedMesh::surface_at(&answer.coverage, &answer.occupancy, &sample.pair.grid, thresholds.coverage).mesh;
+        let answer = method.complete(&sample)?;
+        let mesh = answer.mesh(&sample, detail)?;
         let file = format!("{}.{}", plain(&sample.name), arguments.to.extension());
         let row = SampleRow {
-            overlap: GridOverlap::new(&found, &sample.pair.complete, &sample.pair.partial),
+            overlap: GridOverlap::new(&answer.cells, &sample.pair.complete, &sample.pair.partial),
             mesh: (!mesh.triangles.is_empty()).then_some(file),
             triangles: mesh.triangles.len(),
             volume: mesh.signed_volume(),
@@ -83,7 +86,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
     for result in results {
         let (row, mesh) = result?;
         if let Some(file) = &row.mesh {
-            let comments = [format!("sample: {}", row.sample), format!("model: {}", model.digest())];
+            let comments = [format!("sample: {}", row.sample), format!("model: {made_by}")];
             write(folder.path(), file, &mesh_bytes(&mesh, arguments.to, &comments))?;
         }
         rows.push(row);
@@ -91,7 +94,9 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
     let report = Report {
         format: "graspmill completed samples 1",
         dataset: reader.manifest().root.hex(),
-        model: model.digest(),
+        model: method.digest(),
+        method: method.name(),
+        detail,
         samples: rows,
     };
     write(folder.path(), "samples.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;

@@ -65,21 +65,32 @@ pub struct CompleteArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
     /// The model's folder.
-    #[arg(long, value_name = "DIR")]
-    pub model: PathBuf,
-    /// The object to grasp: `auto` (the one nearest to the picture's middle), `all`, its number by size from 1, or a pixel (column,
-    /// row) on it. The others are obstacles: larger by up to a cell, and faster.
-    #[arg(long, value_name = "auto|all|N|U,V", default_value = "auto")]
+    #[arg(long, value_name = "DIR", required_unless_present = "method")]
+    pub model: Option<PathBuf>,
+    /// A baseline in place of a model: partial, extrude, hull, mirror-far, mirror, mirror-shell.
+    #[arg(long, value_name = "NAME", conflicts_with = "model")]
+    pub method: Option<String>,
+    /// The object to grasp: `auto` (the one nearest to the picture's middle), `all`, its number by size from 1, a pixel (column,
+    /// row) on it, or a mask of its pixels: a grey PNG of the picture's size, 0 elsewhere. The others are obstacles: larger by up
+    /// to a cell, and faster.
+    #[arg(long, value_name = "auto|all|N|U,V|MASK.png", default_value = "auto")]
     pub target: String,
+    /// Points at which the target was touched: a CSV with the columns x, y, z [m], in the camera's frame.
+    #[arg(long, value_name = "FILE.csv")]
+    pub touch: Option<PathBuf>,
+    /// Pose of the camera in the world, whose z points up: position [m] and unit quaternion of the camera's frame (x right,
+    /// y down, z forward). It goes into scene.json, and scene.xml stands in the world.
+    #[arg(long, value_name = "X,Y,Z,QW,QX,QY,QZ", allow_hyphen_values = true)]
+    pub world: Option<String>,
     /// Split of a dataset: only its samples (training, holdout, validation, test).
     #[arg(long, value_name = "SPLIT")]
     pub split: Option<String>,
     /// Maximal count of samples of a dataset, taken evenly.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub limit: Option<u64>,
-    /// Way in which a target's mesh is made.
-    #[arg(long, value_enum, default_value_t = DetailName::Off)]
-    pub detail: DetailName,
+    /// Way in which a target's mesh is made; by default `on` for pictures and `off` for datasets, which may store no depth.
+    #[arg(long, value_enum)]
+    pub detail: Option<DetailName>,
     /// Form of the meshes.
     #[arg(long, value_enum, default_value_t = MeshFormat::Ply)]
     pub to: MeshFormat,
@@ -95,12 +106,15 @@ pub struct CompleteArgs {
 }
 
 /// Way in which a target's mesh is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum DetailName {
     /// Where the network's coverage has the surface.
     Off,
     /// The thesis's algorithm 2: seen points and completed cells together, smoothed.
     Thesis,
+    /// Coverage joined with the surface that the camera saw, smoothed.
+    On,
 }
 
 /// Form of completed meshes.
@@ -152,9 +166,18 @@ pub struct EvaluateCompletionArgs {
     /// A model's folder (repeatable).
     #[arg(long, value_name = "DIR", required_unless_present = "method")]
     pub model: Vec<PathBuf>,
-    /// A baseline (repeatable): partial, extrude, hull, mirror-far.
+    /// A baseline (repeatable): partial, extrude, hull, mirror-far, mirror, mirror-shell; knn and mean, which learn from the
+    /// dataset's training pairs; or truth: the true grids, as a perfect network would give them.
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
+    /// Way in which meshes are made of answers; `thesis` and `on` need the depth (`channels.depth`). Baselines have no coverage:
+    /// their surface is that of the occupied cells.
+    #[arg(long, value_enum, default_value_t = DetailName::Off)]
+    pub detail: DetailName,
+    /// A folder with the objects' meshes, named as in the dataset: they are the true surfaces, and not the dataset's grids.
+    /// Built-in shapes need no file.
+    #[arg(long, value_name = "DIR")]
+    pub truth: Option<PathBuf>,
     /// The split: training, holdout, validation, test.
     #[arg(long, value_name = "SPLIT", default_value = "test")]
     pub split: String,

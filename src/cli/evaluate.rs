@@ -5,27 +5,22 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::{
-    completion_args::EvaluateCompletionArgs,
+    completion_args::{DetailName, EvaluateCompletionArgs},
+    completion_method::CompletionMethod,
     exit::{Exit, Failure},
     machine,
-    model::refused,
     parallel::in_parallel,
     printer::Printer,
     stored_samples::{StoredSample, choose_samples},
+    true_meshes::TrueMeshes,
 };
-use kernel::geom::{OccupancyGrid, TriMesh};
-use measure::{Baseline, GridOverlap, Interval, Scores, SurfaceComparison, SurfaceRule};
-use runtime::completion::CompletionModel;
+use format::dataset::DatasetReader;
+use kernel::geom::TriMesh;
+use measure::{GridOverlap, Interval, Scores, SurfaceComparison, SurfaceRule};
 use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD};
 
 /// Seed of samples on surfaces and of resamples.
 const SEED: u64 = 0;
-
-/// A way to complete samples.
-enum Contender {
-    Model { name: String, model: Box<CompletionModel> },
-    Baseline(Baseline),
-}
 
 /// Scores of one sample.
 struct Outcome {
@@ -44,6 +39,8 @@ struct Report {
     samples: usize,
     /// Points per surface; 0: surfaces were not compared.
     surface_samples: u32,
+    /// Way in which meshes are made of answers.
+    detail: DetailName,
     /// Surface that counts as the true one.
     truth: &'static str,
     rows: Vec<Row>,
@@ -70,13 +67,17 @@ struct Row {
 
 /// `graspmill evaluate completion`.
 pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let contenders = contenders(arguments)?;
     let (reader, chosen) = choose_samples(&arguments.dir, Some(&arguments.split), arguments.limit)?;
+    let contenders = contenders(arguments, &reader)?;
+    let truths = arguments.truth.as_deref().map(|folder| TrueMeshes::new(folder, &reader, &chosen)).transpose()?;
     let has_coverage = StoredSample::read(&reader, chosen[0])?.coverage.is_some();
     let work = |index: usize| -> Result<Vec<Outcome>, Failure> {
         let sample = StoredSample::read(&reader, chosen[index])?;
-        let truth = truth_mesh(&sample);
-        contenders.iter().map(|contender| outcome(contender, &sample, &truth, arguments.surface_samples)).collect()
+        let truth = match &truths {
+            Some(truths) => truths.in_camera(&sample),
+            None => truth_mesh(&sample),
+        };
+        contenders.iter().map(|contender| outcome(contender, &sample, &truth, arguments)).collect()
     };
     let results = in_parallel(chosen.len(), machine::threads(arguments.threads), work);
     let by_sample = results.into_iter().collect::<Result<Vec<_>, Failure>>()?;
@@ -91,7 +92,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
     };
     let overlaps: Vec<Scores> = (0..contenders.len()).map(|index| scores(index, &|o| Some(o.overlap.iou))).collect();
     let mean_of = |scores: &Scores| scores.interval(SEED).map_or(0.0, |interval| interval.mean);
-    let baselines = (0..contenders.len()).filter(|index| matches!(contenders[*index], Contender::Baseline(_)));
+    let baselines = (0..contenders.len()).filter(|index| contenders[*index].is_baseline());
     let best = baselines.max_by(|a, b| mean_of(&overlaps[*a]).total_cmp(&mean_of(&overlaps[*b])));
     let row = |index: usize| {
         let interval = |value: &dyn Fn(&SurfaceComparison) -> f64| {
@@ -109,7 +110,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
                 .filter(|outcomes| arguments.surface_samples > 0 && outcomes[index].surfaces.is_none())
                 .count(),
             iou_over_baseline: best
-                .filter(|_| matches!(contenders[index], Contender::Model { .. }))
+                .filter(|_| matches!(contenders[index], CompletionMethod::Model { .. }))
                 .and_then(|best| overlaps[index].paired_difference(&overlaps[best], SEED)),
         }
     };
@@ -118,7 +119,10 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
         split: arguments.split.clone(),
         samples: chosen.len(),
         surface_samples: arguments.surface_samples,
-        truth: if has_coverage {
+        detail: arguments.detail,
+        truth: if truths.is_some() {
+            "the objects' meshes"
+        } else if has_coverage {
             "coverage of the dataset"
         } else {
             "occupied cells of the dataset, about .7 cell too large"
@@ -133,48 +137,10 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
     Ok(Exit::Complete)
 }
 
-fn contenders(arguments: &EvaluateCompletionArgs) -> Result<Vec<Contender>, Failure> {
-    let mut contenders = Vec::new();
-    for folder in &arguments.model {
-        let model = CompletionModel::open(folder).map_err(refused)?;
-        contenders.push(Contender::Model { name: folder.display().to_string(), model: Box::new(model) });
-    }
-    for name in &arguments.method {
-        let baseline = Baseline::from_name(name).ok_or_else(|| {
-            let known = Baseline::ALL.map(Baseline::name).join(", ");
-            Failure::message(Exit::BadSpec, format!("--method {name}: no such baseline; one of {known}"))
-        })?;
-        contenders.push(Contender::Baseline(baseline));
-    }
-    Ok(contenders)
-}
-
-impl Contender {
-    fn name(&self) -> String {
-        match self {
-            Self::Model { name, .. } => name.clone(),
-            Self::Baseline(baseline) => baseline.to_string(),
-        }
-    }
-
-    /// Occupied cells and the mesh.
-    fn complete(&self, sample: &StoredSample) -> Result<(OccupancyGrid, TriMesh), Failure> {
-        let placement = &sample.pair.grid;
-        Ok(match self {
-            Self::Model { model, .. } => {
-                let answer = sample.complete(model)?;
-                let thresholds = model.facts().thresholds;
-                let mesh =
-                    CompletedMesh::surface_at(&answer.coverage, &answer.occupancy, placement, thresholds.coverage).mesh;
-                (answer.occupancy.grid_above(thresholds.occupancy), mesh)
-            }
-            Self::Baseline(baseline) => {
-                let grid = baseline.complete(&sample.pair.partial, placement);
-                let mesh = CompletedMesh::obstacle(&CubeField::from_grid(&grid), placement, OBSTACLE_THRESHOLD).mesh;
-                (grid, mesh)
-            }
-        })
-    }
+fn contenders(arguments: &EvaluateCompletionArgs, reader: &DatasetReader) -> Result<Vec<CompletionMethod>, Failure> {
+    let models = arguments.model.iter().map(|folder| CompletionMethod::open(folder));
+    let methods = arguments.method.iter().map(|name| CompletionMethod::by_name(name, reader));
+    models.chain(methods).collect()
 }
 
 /// The surface that counts as the true one: that of coverage, or of the occupied cells where no coverage is stored.
@@ -187,8 +153,15 @@ fn truth_mesh(sample: &StoredSample) -> TriMesh {
     }
 }
 
-fn outcome(contender: &Contender, sample: &StoredSample, truth: &TriMesh, points: u32) -> Result<Outcome, Failure> {
-    let (grid, mesh) = contender.complete(sample)?;
+fn outcome(
+    contender: &CompletionMethod,
+    sample: &StoredSample,
+    truth: &TriMesh,
+    arguments: &EvaluateCompletionArgs,
+) -> Result<Outcome, Failure> {
+    let points = arguments.surface_samples;
+    let answer = contender.complete(sample)?;
+    let mesh = answer.mesh(sample, arguments.detail)?;
     let rule = SurfaceRule { samples: points as usize, seed: SEED };
     let surfaces = if points > 0 && !mesh.triangles.is_empty() && !truth.triangles.is_empty() {
         Some(SurfaceComparison::new(&mesh, truth, &rule, sample.name.as_bytes())?)
@@ -197,7 +170,7 @@ fn outcome(contender: &Contender, sample: &StoredSample, truth: &TriMesh, points
     };
     Ok(Outcome {
         object: sample.pair.sample.subject.to_string(),
-        overlap: GridOverlap::new(&grid, &sample.pair.complete, &sample.pair.partial),
+        overlap: GridOverlap::new(&answer.cells, &sample.pair.complete, &sample.pair.partial),
         surfaces,
     })
 }

@@ -4,6 +4,8 @@ mod args;
 mod complete;
 mod complete_dataset;
 mod completion_args;
+mod completion_method;
+mod contacts;
 mod dataset;
 mod diff;
 mod docs;
@@ -35,6 +37,7 @@ mod set;
 mod stored_samples;
 mod submit;
 mod task;
+mod true_meshes;
 mod verify;
 
 use std::{env, path, process::ExitCode};

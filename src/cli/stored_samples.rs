@@ -7,12 +7,17 @@ use super::{
     folder::refuse_set,
 };
 use format::{
-    VoxelPair,
+    PixelMask, VoxelPair,
     dataset::{DatasetReader, Selection},
 };
-use kernel::{geom::OccupancyGrid, ids::SampleIndex, words::Split};
+use kernel::{
+    geom::{DepthCrop, OccupancyGrid},
+    ids::SampleIndex,
+    words::Split,
+};
+use perception::{DepthFrame, without_outliers};
 use runtime::completion::{CompletionModel, InputName, Inputs, Prediction};
-use surface::CubeField;
+use surface::{CubeField, SeenObject};
 
 /// A sample with everything that a network may take, and the truth.
 pub struct StoredSample {
@@ -22,6 +27,10 @@ pub struct StoredSample {
     pub touch: Option<OccupancyGrid>,
     /// Share of each cell that is solid, where it is stored.
     pub coverage: Option<CubeField>,
+    /// The object's depths, where they are stored.
+    pub depth: Option<DepthCrop>,
+    /// Pixels that see something in front of the object.
+    occluder: Option<PixelMask>,
 }
 
 /// Samples of a dataset in order, of one split or of all, at most so many, evenly taken.
@@ -67,8 +76,35 @@ impl StoredSample {
             free: sample.visibility()?.map(|visibility| visibility.free),
             touch: sample.touched()?.map(|touched| touched.tactile),
             coverage,
+            depth: sample.depth()?.map(|depth| depth.crop),
+            occluder: sample.occlusion()?.map(|occlusion| occlusion.mask),
             pair,
         })
+    }
+
+    /// The object as the camera saw it. Pixels that see an occluder say nothing.
+    pub fn seen_object(&self) -> Result<SeenObject, Failure> {
+        let Some(crop) = &self.depth else {
+            let message =
+                "the dataset stores no depth, which --detail thesis and on need: make it with channels.depth = \"f32\"";
+            return Err(Failure::message(Exit::BadSpec, message));
+        };
+        let camera = &self.pair.camera;
+        let depth = crop.whole(camera.width, camera.height);
+        let frame = DepthFrame { camera: *camera, depth };
+        let returns: Vec<u32> = frame.returns().collect();
+        // Flying pixels of a sensor model, as those of a camera.
+        let object = without_outliers(&frame, &returns);
+        let hides = |pixel: &u32| {
+            let mask = self.occluder.as_ref();
+            mask.is_some_and(|mask| mask.get(pixel % camera.width, pixel / camera.width))
+        };
+        let is_doubtful = |pixel: &u32| match frame.depth[*pixel as usize].is_nan() {
+            true => hides(pixel),
+            false => object.binary_search(pixel).is_err(),
+        };
+        let doubtful: Vec<u32> = (0..frame.depth.len() as u32).filter(is_doubtful).collect();
+        Ok(SeenObject::new(camera, &frame.depth, &object, &doubtful))
     }
 
     /// A model's answer about it; an input that the dataset does not store is an error.

@@ -17,6 +17,7 @@ use crate::{
 
 /// Version of the format.
 const FORMAT: &str = "graspmill model 1";
+/// Names of the outputs, in order; the second may be missing.
 pub(crate) const OUTPUTS: [&str; 2] = ["occupancy", "coverage"];
 /// Cells along each axis of every network.
 pub(crate) const RESOLUTION: u32 = 40;
@@ -167,8 +168,9 @@ fn check_values(facts: &ModelFacts) -> Result<Vec<InputName>, ModelProblem> {
             );
         }
     };
-    if facts.outputs != OUTPUTS {
-        return wrong("outputs", format!("{:?}", facts.outputs), format!("{OUTPUTS:?}"));
+    if facts.outputs != OUTPUTS && facts.outputs != OUTPUTS[..1] {
+        let wanted = format!("{OUTPUTS:?}, or the first of them alone");
+        return wrong("outputs", format!("{:?}", facts.outputs), wanted);
     }
     let unit = GridPlacement { resolution: 1, centre: Default::default(), cell_size: 1.0 };
     let ours = PlacementRule { fill: GridPlacement::FILL, anchor: unit.anchor() };

@@ -23,7 +23,7 @@ pub struct GoldenCheck {
     pub samples: usize,
     /// Largest difference in the probability of occupancy.
     pub occupancy: f32,
-    /// Largest difference in coverage.
+    /// Largest difference in coverage; 0 without that output.
     pub coverage: f32,
     /// Cells on another side of the threshold of occupancy, though not within 1e-5 of it.
     pub other_cells: usize,
@@ -33,7 +33,7 @@ pub struct GoldenCheck {
 pub(crate) struct GoldenSample {
     inputs: BTreeMap<InputName, CubeField>,
     occupancy: CubeField,
-    coverage: CubeField,
+    coverage: Option<CubeField>,
 }
 
 pub(crate) struct GoldenSamples {
@@ -64,7 +64,9 @@ impl GoldenCheck {
         let largest = |pairs: &[(f32, f32)]| pairs.iter().map(|(a, b)| (a - b).abs()).fold(0.0_f32, f32::max);
         let occupancy = pairs(&sample.occupancy, &found.occupancy);
         self.occupancy = self.occupancy.max(largest(&occupancy));
-        self.coverage = self.coverage.max(largest(&pairs(&sample.coverage, &found.coverage)));
+        if let (Some(wanted), Some(found)) = (&sample.coverage, &found.coverage) {
+            self.coverage = self.coverage.max(largest(&pairs(wanted, found)));
+        }
         let threshold = thresholds.occupancy;
         let differs = |(wanted, found): &&(f32, f32)| {
             (*wanted > threshold) != (*found > threshold) && (wanted - threshold).abs() > NEAR_THRESHOLD
@@ -75,11 +77,12 @@ impl GoldenCheck {
 
 impl GoldenSamples {
     /// Reads the samples: each array has the shape (samples, 1, n, n, n).
-    pub(crate) fn parse(bytes: &[u8], inputs: &[InputName]) -> Result<Self, ModelProblem> {
+    pub(crate) fn parse(bytes: &[u8], inputs: &[InputName], outputs: &[String]) -> Result<Self, ModelProblem> {
         let wrong = |found: String| ModelProblem::Golden { found };
         let arrays = npz::parse(bytes).map_err(|found| wrong(found.to_owned()))?;
         let n = RESOLUTION as usize;
-        let names: Vec<&str> = inputs.iter().map(|input| input.name()).chain(OUTPUTS).collect();
+        let names: Vec<&str> =
+            inputs.iter().map(|input| input.name()).chain(outputs.iter().map(String::as_str)).collect();
         if let Some(other) = arrays.keys().find(|name| !names.contains(&name.as_str())) {
             return Err(wrong(format!("the array '{other}' is none of {}", names.join(", "))));
         }
@@ -102,7 +105,7 @@ impl GoldenSamples {
         let sample = |index: usize| GoldenSample {
             inputs: inputs.iter().map(|input| (*input, fields[input.name()][index].clone())).collect(),
             occupancy: fields[OUTPUTS[0]][index].clone(),
-            coverage: fields[OUTPUTS[1]][index].clone(),
+            coverage: fields.get(OUTPUTS[1]).map(|fields| fields[index].clone()),
         };
         Ok(Self { samples: (0..count).map(sample).collect() })
     }

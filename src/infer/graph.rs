@@ -11,10 +11,7 @@ use tract_onnx::{
     prelude::*,
 };
 
-use crate::{
-    error::ModelProblem,
-    folder::{OUTPUTS, RESOLUTION},
-};
+use crate::{error::ModelProblem, folder::RESOLUTION};
 
 /// The set of operators that networks are exported with.
 const OPERATOR_SET: i64 = 18;
@@ -64,13 +61,13 @@ pub(crate) struct Graph(Arc<TypedRunnableModel>);
 
 impl Graph {
     /// Checks a network and prepares it.
-    pub(crate) fn open(bytes: &[u8], inputs: &[String]) -> Result<Self, ModelProblem> {
+    pub(crate) fn open(bytes: &[u8], inputs: &[String], outputs: &[String]) -> Result<Self, ModelProblem> {
         let reader = tract_onnx::onnx().with_ignore_value_info(true);
         let not_onnx = |error: TractError| ModelProblem::NotOnnx { found: one_line(&error) };
         let proto = reader.proto_model_for_read(&mut &*bytes).map_err(not_onnx)?;
-        check(&proto, inputs)?;
+        check(&proto, inputs, outputs)?;
         // The library meets files that nobody has checked as closely as it expects: what it gives up on is refused.
-        let made = catch_unwind(AssertUnwindSafe(|| prepare(&reader, &proto, inputs.len())));
+        let made = catch_unwind(AssertUnwindSafe(|| prepare(&reader, &proto, inputs.len(), outputs)));
         match made {
             Ok(Ok(graph)) => graph,
             Ok(Err(error)) => Err(ModelProblem::Network { found: one_line(&error) }),
@@ -79,16 +76,13 @@ impl Graph {
     }
 
     /// Outputs of one sample; each input and output has a number per cell.
-    pub(crate) fn run(&self, inputs: &[&[f32]]) -> Result<[Vec<f32>; 2], String> {
+    pub(crate) fn run(&self, inputs: &[&[f32]]) -> Result<Vec<Vec<f32>>, String> {
         let n = RESOLUTION as usize;
-        let run = || -> TractResult<[Vec<f32>; 2]> {
+        let run = || -> TractResult<Vec<Vec<f32>>> {
             let tensors =
                 inputs.iter().map(|values| Tensor::from_shape(&[1, 1, n, n, n], values).map(IntoTValue::into_tvalue));
             let results = self.0.run(tensors.collect::<TractResult<_>>()?)?;
-            let values = |index: usize| -> TractResult<Vec<f32>> {
-                Ok(results[index].to_plain_array_view::<f32>()?.iter().copied().collect())
-            };
-            Ok([values(0)?, values(1)?])
+            results.iter().map(|values| Ok(values.to_plain_array_view::<f32>()?.iter().copied().collect())).collect()
         };
         match catch_unwind(AssertUnwindSafe(run)) {
             Ok(result) => result.map_err(|error| one_line(&error)),
@@ -97,26 +91,31 @@ impl Graph {
     }
 }
 
-fn prepare(reader: &tract_onnx::Onnx, proto: &ModelProto, inputs: usize) -> TractResult<Result<Graph, ModelProblem>> {
+fn prepare(
+    reader: &tract_onnx::Onnx,
+    proto: &ModelProto,
+    inputs: usize,
+    outputs: &[String],
+) -> TractResult<Result<Graph, ModelProblem>> {
     let n = RESOLUTION as usize;
     let mut model = reader.model_for_proto_model(proto)?;
     for index in 0..inputs {
         model.set_input_fact(index, f32::fact([1, 1, n, n, n]).into())?;
     }
     let model = model.into_optimized()?;
-    for (index, name) in OUTPUTS.iter().enumerate() {
+    for (index, name) in outputs.iter().enumerate() {
         let fact = model.output_fact(index)?;
         let shape = fact.shape.as_concrete().map(<[usize]>::to_vec);
         if fact.datum_type != f32::datum_type() || shape != Some(vec![1, 1, n, n, n]) {
             let found = format!("{:?} of shape {:?}", fact.datum_type, fact.shape);
-            return Ok(Err(ModelProblem::Shape { name: (*name).to_owned(), found, resolution: RESOLUTION }));
+            return Ok(Err(ModelProblem::Shape { name: name.clone(), found, resolution: RESOLUTION }));
         }
     }
     Ok(Ok(Graph(model.into_runnable()?)))
 }
 
 /// Refuses what this program does not run, before the library reads it.
-fn check(proto: &ModelProto, inputs: &[String]) -> Result<(), ModelProblem> {
+fn check(proto: &ModelProto, inputs: &[String], outputs: &[String]) -> Result<(), ModelProblem> {
     let set = proto.opset_import.iter().find(|set| set.domain.is_empty() || set.domain == "ai.onnx");
     if set.map(|set| set.version) != Some(OPERATOR_SET) {
         let found = set.map_or("is not stated".to_owned(), |set| set.version.to_string());
@@ -140,18 +139,16 @@ fn check(proto: &ModelProto, inputs: &[String]) -> Result<(), ModelProblem> {
     if let Some(tensor) = graph.initializer.iter().chain(constants).find(is_external) {
         return Err(ModelProblem::ExternalData { tensor: tensor.name.clone() });
     }
-    check_ends(graph, inputs)
+    check_ends(graph, inputs, outputs)
 }
 
 /// Refuses inputs and outputs that are not those of `model.json`.
-fn check_ends(graph: &GraphProto, inputs: &[String]) -> Result<(), ModelProblem> {
+fn check_ends(graph: &GraphProto, inputs: &[String], outputs: &[String]) -> Result<(), ModelProblem> {
     let is_weight = |info: &&ValueInfoProto| graph.initializer.iter().any(|tensor| tensor.name == info.name);
     let free: Vec<&ValueInfoProto> = graph.input.iter().filter(|info| !is_weight(info)).collect();
     let names = |infos: &[&ValueInfoProto]| infos.iter().map(|info| info.name.clone()).collect::<Vec<_>>();
     let results: Vec<&ValueInfoProto> = graph.output.iter().collect();
-    for (what, found, stated) in
-        [("inputs", names(&free), inputs.to_vec()), ("outputs", names(&results), OUTPUTS.map(str::to_owned).to_vec())]
-    {
+    for (what, found, stated) in [("inputs", names(&free), inputs), ("outputs", names(&results), outputs)] {
         if found != stated {
             return Err(ModelProblem::Ends { what, found: found.join(", "), stated: stated.join(", ") });
         }
@@ -217,11 +214,15 @@ mod tests {
         ["partial", "free"].map(str::to_owned)
     }
 
+    fn outputs() -> [String; 2] {
+        ["occupancy", "coverage"].map(str::to_owned)
+    }
+
     /// The words with which a changed network is refused.
     fn refusal(change: impl Fn(&mut ModelProto)) -> String {
         let mut proto = ModelProto::decode(&*bytes()).expect("a network");
         change(&mut proto);
-        Graph::open(&proto.encode_to_vec(), &inputs()).err().expect("a refusal").to_string()
+        Graph::open(&proto.encode_to_vec(), &inputs(), &outputs()).err().expect("a refusal").to_string()
     }
 
     fn graph(proto: &mut ModelProto) -> &mut GraphProto {
@@ -230,7 +231,17 @@ mod tests {
 
     #[test]
     fn the_network_of_the_tests_is_taken() {
-        assert!(Graph::open(&bytes(), &inputs()).is_ok());
+        assert!(Graph::open(&bytes(), &inputs(), &outputs()).is_ok());
+    }
+
+    #[test]
+    fn a_network_without_coverage_is_taken() {
+        let mut proto = ModelProto::decode(&*bytes()).expect("a network");
+        graph(&mut proto).output.retain(|output| output.name == "occupancy");
+        let bytes = proto.encode_to_vec();
+        let graph = Graph::open(&bytes, &inputs(), &outputs()[..1]).unwrap_or_else(|error| panic!("{error}"));
+        let field = vec![0.0; 64_000];
+        assert_eq!(graph.run(&[&field, &field]).expect("an answer").len(), 1);
     }
 
     #[test]
@@ -287,7 +298,7 @@ mod tests {
             let said = refusal(change);
             assert!(said.contains(says), "{says}: {said}");
         }
-        let text = Graph::open(b"{\"a\": 1}", &inputs()).err().expect("a refusal").to_string();
+        let text = Graph::open(b"{\"a\": 1}", &inputs(), &outputs()).err().expect("a refusal").to_string();
         assert!(text.contains("it is no ONNX model"), "{text}");
     }
 

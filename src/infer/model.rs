@@ -33,7 +33,7 @@ impl CompletionModel {
     pub fn open(folder: &Path) -> Result<Self, ModelError> {
         let ModelFolder { path, facts, inputs, digest, onnx, golden } = ModelFolder::open(folder)?;
         let failed = |problem| ModelError { file: path.join(MODEL_ONNX), problem };
-        let graph = Graph::open(&onnx, &facts.inputs).map_err(failed)?;
+        let graph = Graph::open(&onnx, &facts.inputs, &facts.outputs).map_err(failed)?;
         Ok(Self { folder: path, facts, inputs, digest, graph, golden })
     }
 
@@ -77,8 +77,9 @@ impl CompletionModel {
             let field = CubeField::from_values(RESOLUTION as usize, values);
             fields.push(field.ok_or_else(|| PredictError::Library(format!("{output} has another size")))?);
         }
-        let [occupancy, coverage] = fields.try_into().expect("two outputs");
-        Ok(Prediction { occupancy, coverage })
+        let mut fields = fields.into_iter();
+        let occupancy = fields.next().ok_or_else(|| PredictError::Library("no output".to_owned()))?;
+        Ok(Prediction { occupancy, coverage: fields.next() })
     }
 
     /// Runs the samples of `golden.npz` and compares.
@@ -87,7 +88,7 @@ impl CompletionModel {
     /// When the file does not hold the model's inputs and outputs, or a sample cannot be completed.
     pub fn check_golden(&self) -> Result<GoldenCheck, ModelError> {
         let failed = |problem| ModelError { file: self.folder.join(GOLDEN_NPZ), problem };
-        let samples = GoldenSamples::parse(&self.golden, &self.inputs).map_err(failed)?;
+        let samples = GoldenSamples::parse(&self.golden, &self.inputs, &self.facts.outputs).map_err(failed)?;
         let mut check = GoldenCheck::default();
         for sample in &samples.samples {
             let found = self.predict(&sample.inputs());

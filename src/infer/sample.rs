@@ -31,8 +31,8 @@ pub struct Inputs<'a> {
 pub struct Prediction {
     /// Probability that the object touches the cell.
     pub occupancy: CubeField,
-    /// Expected share of the cell that is solid.
-    pub coverage: CubeField,
+    /// Expected share of the cell that is solid; `None` from a network without that output, as the thesis's.
+    pub coverage: Option<CubeField>,
 }
 
 impl InputName {

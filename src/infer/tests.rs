@@ -64,7 +64,8 @@ fn what_is_behind_a_seen_cell_is_filled_unless_it_was_seen_through() {
     }
     let answer =
         model().predict(&Inputs { partial: Some(&partial), free: Some(&free), touch: None }).expect("an answer");
-    let at = |z: usize| (answer.occupancy.at([20, 20, z]), answer.coverage.at([20, 20, z]));
+    let coverage = answer.coverage.expect("the model has that output");
+    let at = |z: usize| (answer.occupancy.at([20, 20, z]), coverage.at([20, 20, z]));
     for (z, is_filled) in [(5, false), (8, true), (12, true), (15, false), (18, true), (24, false), (39, false)] {
         let (occupancy, coverage) = at(z);
         assert_eq!((occupancy > 0.5, coverage > 0.5), (is_filled, is_filled), "{z}: {occupancy} {coverage}");

@@ -5,6 +5,11 @@ use std::fmt;
 use kernel::geom::{GridPlacement, OccupancyGrid, convex_hull_planes};
 use nalgebra::Point3;
 
+use crate::{
+    mirror::{Union, mirrored_by_plane},
+    seen_cells::SeenCells,
+};
+
 /// Cells this far outside of a facet still count as inside: the facets are rounded [cells].
 const ON_FACET: f64 = 1e-4;
 
@@ -19,11 +24,17 @@ pub enum Baseline {
     Hull,
     /// Each seen cell joined to its mirror image behind the last layer in which anything was seen.
     MirrorFar,
+    /// Seen cells and their images in the upright plane that contradicts least of what was seen (Bohg et al. 2011), filled
+    /// between the first and the last of each stack.
+    Mirror,
+    /// `thesis`: these cells and images as they are.
+    MirrorShell,
 }
 
 impl Baseline {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Partial, Self::Extrude, Self::Hull, Self::MirrorFar];
+    pub const ALL: [Self; 6] =
+        [Self::Partial, Self::Extrude, Self::Hull, Self::MirrorFar, Self::Mirror, Self::MirrorShell];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -32,6 +43,8 @@ impl Baseline {
             Self::Extrude => "extrude",
             Self::Hull => "hull",
             Self::MirrorFar => "mirror-far",
+            Self::Mirror => "mirror",
+            Self::MirrorShell => "mirror-shell",
         }
     }
 
@@ -40,17 +53,24 @@ impl Baseline {
         Self::ALL.into_iter().find(|baseline| baseline.name() == name)
     }
 
-    /// Completes a grid in the camera's frame; z points away from the camera.
+    /// Completes what was seen.
     ///
     /// # Panics
-    /// If the grid's resolution is not the placement's.
-    pub fn complete(self, partial: &OccupancyGrid, placement: &GridPlacement) -> OccupancyGrid {
+    /// If the grids' resolutions are not the placement's.
+    pub fn complete(self, seen: &SeenCells<'_>) -> OccupancyGrid {
+        let SeenCells { partial, free, placement, .. } = *seen;
+        assert!(
+            free.is_none_or(|free| free.resolution() == placement.resolution),
+            "grids lie where the placement says"
+        );
         assert_eq!(partial.resolution(), placement.resolution, "the grid lies where its placement says");
         match self {
             Self::Partial => partial.clone(),
             Self::Extrude => extruded(partial, placement),
             Self::Hull => hull(partial),
             Self::MirrorFar => mirrored(partial),
+            Self::Mirror => mirrored_by_plane(seen, Union::Filled),
+            Self::MirrorShell => mirrored_by_plane(seen, Union::Shell),
         }
     }
 }
@@ -130,6 +150,10 @@ mod tests {
         grid
     }
 
+    fn completed(baseline: Baseline, partial: &OccupancyGrid, placement: &GridPlacement) -> OccupancyGrid {
+        baseline.complete(&SeenCells { partial, free: None, placement, up: SeenCells::IMAGE_UP })
+    }
+
     #[test]
     fn names_are_read_back() {
         for baseline in Baseline::ALL {
@@ -144,15 +168,15 @@ mod tests {
         let (partial, placement) = (grid(10, &[[5, 5, 2], [4, 5, 6]]), placement(10, 1e6));
         let column =
             |complete: &OccupancyGrid, x: u32| -> Vec<u32> { (0..10).filter(|z| complete.get([x, 5, *z])).collect() };
-        assert_eq!(Baseline::Partial.complete(&partial, &placement), partial);
-        let complete = Baseline::Extrude.complete(&partial, &placement);
+        assert_eq!(completed(Baseline::Partial, &partial, &placement), partial);
+        let complete = completed(Baseline::Extrude, &partial, &placement);
         assert_eq!((column(&complete, 5), column(&complete, 4)), ((2..=6).collect(), vec![6]));
         assert_eq!(complete.count(), 6);
-        let complete = Baseline::MirrorFar.complete(&partial, &placement);
+        let complete = completed(Baseline::MirrorFar, &partial, &placement);
         assert_eq!((column(&complete, 5), column(&complete, 4)), ((2..10).collect(), vec![6]));
-        assert_eq!(Baseline::Hull.complete(&partial, &placement), partial, "two cells have no hull with a volume");
+        assert_eq!(completed(Baseline::Hull, &partial, &placement), partial, "two cells have no hull with a volume");
         for baseline in Baseline::ALL {
-            assert_eq!(baseline.complete(&grid(10, &[]), &placement).count(), 0, "{baseline}");
+            assert_eq!(completed(baseline, &grid(10, &[]), &placement).count(), 0, "{baseline}");
         }
     }
 
@@ -160,7 +184,7 @@ mod tests {
     fn extrusion_follows_rays_that_spread() {
         // An eye 20 cells before the grid's middle: cells at the side move outward with depth.
         let (partial, placement) = (grid(40, &[[28, 20, 10], [20, 20, 20]]), placement(40, 0.2));
-        let complete = Baseline::Extrude.complete(&partial, &placement);
+        let complete = completed(Baseline::Extrude, &partial, &placement);
         let eye = placement.coordinates_of([0.0; 3]);
         let at = eye[0] + (28.5 - eye[0]) * (20.5 - eye[2]) / (10.5 - eye[2]);
         let last: Vec<u32> = (0..40).filter(|x| *x != 20 && complete.get([*x, 20, 20])).collect();
@@ -173,7 +197,7 @@ mod tests {
     fn the_hull_of_a_box_s_corners_is_the_box() {
         let corners: Vec<[u32; 3]> =
             (0..8).map(|index| [0, 1, 2].map(|axis| if index >> axis & 1 == 1 { 7 } else { 3 })).collect();
-        let complete = Baseline::Hull.complete(&grid(12, &corners), &placement(12, 1.0));
+        let complete = completed(Baseline::Hull, &grid(12, &corners), &placement(12, 1.0));
         assert_eq!(complete.count(), 125);
         assert!(complete.cells().all(|cell| cell.iter().all(|index| (3..=7).contains(index))));
     }

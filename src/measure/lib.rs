@@ -4,10 +4,15 @@
 
 mod baseline;
 mod interval;
+mod learned;
+mod mirror;
 mod overlap;
+mod seen_cells;
 mod surfaces;
 
 pub use baseline::Baseline;
 pub use interval::{Interval, Scores};
+pub use learned::TrainingPairs;
 pub use overlap::GridOverlap;
+pub use seen_cells::SeenCells;
 pub use surfaces::{SurfaceComparison, SurfaceRule};

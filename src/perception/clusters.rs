@@ -32,6 +32,13 @@ pub struct Cluster {
     pub touches_border: bool,
 }
 
+impl Cluster {
+    /// Pixels that are known to belong together; they stand in order.
+    pub fn of_pixels(frame: &DepthFrame, pixels: Vec<u32>) -> Self {
+        Self { touches_border: pixels.iter().any(|pixel| is_at_border(frame, *pixel)), pixels }
+    }
+}
+
 /// Clusters of the points above a plane, or of all points without one: two points are of one cluster exactly when a chain of
 /// steps of at most the tolerance leads from one to the other. The largest comes first, then the one whose first pixel does.
 ///
@@ -45,7 +52,7 @@ pub fn find_clusters(frame: &DepthFrame, plane: Option<&Plane>, rule: &ClusterRu
     let mut clusters: Vec<Cluster> = joined(&points, rule.tolerance)
         .into_iter()
         .filter(|pixels| pixels.len() >= rule.min_points)
-        .map(|pixels| Cluster { touches_border: pixels.iter().any(|pixel| is_at_border(frame, *pixel)), pixels })
+        .map(|pixels| Cluster::of_pixels(frame, pixels))
         .collect();
     clusters.sort_by(|a, b| b.pixels.len().cmp(&a.pixels.len()).then(a.pixels[0].cmp(&b.pixels[0])));
     clusters

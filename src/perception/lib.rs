@@ -24,7 +24,7 @@ pub use frame::{DepthFrame, LabelledFrame};
 pub use input::{InputError, NetworkInput, without_outliers};
 pub use outline::{cluster_colour, draw_outlines, outline_pixels};
 pub use plane::{Plane, PlaneRule, find_plane};
-pub use read::{FrameError, FrameProblem, FrameRule, read_frame};
+pub use read::{FrameError, FrameProblem, FrameRule, read_frame, read_mask};
 pub use scene::{PlaneChoice, Refusal, Scene, SceneRule};
 pub use score::{ObjectScore, SegmentationScore};
 pub use sheet::visible_sheet;

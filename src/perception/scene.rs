@@ -72,6 +72,16 @@ impl Scene {
         Self { frame, plane, clusters }
     }
 
+    /// Puts an object whose pixels are known before the others, which lose these pixels; those left with fewer than so many
+    /// points go.
+    pub fn put_first(&mut self, pixels: Vec<u32>, min_points: usize) {
+        for cluster in &mut self.clusters {
+            cluster.pixels.retain(|pixel| pixels.binary_search(pixel).is_err());
+        }
+        self.clusters.retain(|cluster| cluster.pixels.len() >= min_points.max(1));
+        self.clusters.insert(0, Cluster::of_pixels(&self.frame, pixels));
+    }
+
     /// The visible surface of each cluster, in `CameraCv` [m].
     pub fn sheets(&self) -> Vec<TriMesh> {
         self.clusters.iter().map(|cluster| visible_sheet(&self.frame, &cluster.pixels)).collect()

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use nalgebra::{Isometry3, Point3, Vector3};
+
 /// One mesh of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshBody {
@@ -22,20 +24,45 @@ pub struct TablePlane {
     pub normal: [f64; 3],
 }
 
-/// A scene with each mesh as a free body where it was seen: the meshes' frame is the scene's. Gravity pulls against the
-/// table's normal; without a table there is none.
+/// A scene with each mesh as a free body where it was seen. Without the camera's pose the meshes' frame is the scene's, and
+/// gravity pulls against the table's normal, if there is one; with it the scene's frame is the world's, whose z points up, and
+/// the bodies stand at the camera's pose.
 ///
 /// # Panics
 /// If a name or a file has another character than it may.
-pub fn write_mjcf(bodies: &[MeshBody], table: Option<&TablePlane>) -> String {
+pub fn write_mjcf(
+    bodies: &[MeshBody],
+    table: Option<&TablePlane>,
+    world_from_camera: Option<&Isometry3<f64>>,
+) -> String {
     let is_plain =
         |text: &str| !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
     assert!(bodies.iter().all(|body| is_plain(&body.name) && is_plain(&body.file)), "names that XML takes as they are");
-    let gravity = table.map_or([0.0; 3], |table| table.normal.map(|value| -9.81 * value));
-    let [x, y, z] = gravity;
+    const GRAVITY: f64 = 9.81;
+    let table = table.map(|table| match world_from_camera {
+        Some(pose) => TablePlane {
+            point: (pose * Point3::from(table.point)).into(),
+            normal: (pose * Vector3::from(table.normal)).into(),
+        },
+        None => *table,
+    });
+    let [x, y, z] = match (world_from_camera, &table) {
+        (Some(_), _) => [0.0, 0.0, -GRAVITY],
+        (None, Some(table)) => table.normal.map(|value| -GRAVITY * value),
+        (None, None) => [0.0; 3],
+    };
+    let frame = match world_from_camera {
+        Some(_) => "the world's, z up",
+        None => "the camera's: x right, y down, z forward",
+    };
+    let pose = world_from_camera.map_or(String::new(), |pose| {
+        let ([x, y, z], [i, j, k, w]) =
+            (<[f64; 3]>::from(pose.translation.vector), <[f64; 4]>::from(pose.rotation.coords));
+        format!(" pos=\"{x} {y} {z}\" quat=\"{w} {i} {j} {k}\"")
+    });
     let mut text = format!(
         "<mujoco model=\"completed scene\">\n  \
-         <!-- Metres, in the camera's frame: x right, y down, z forward. For contacts MuJoCo takes each mesh's convex hull. -->\n  \
+         <!-- Metres; the frame is {frame}. For contacts MuJoCo takes each mesh's convex hull. -->\n  \
          <option gravity=\"{x} {y} {z}\"/>\n  <asset>\n"
     );
     for MeshBody { name, file, .. } in bodies {
@@ -51,7 +78,7 @@ pub fn write_mjcf(bodies: &[MeshBody], table: Option<&TablePlane>) -> String {
     for MeshBody { name, density, .. } in bodies {
         _ = writeln!(
             text,
-            "    <body name=\"{name}\">\n      <freejoint/>\n      \
+            "    <body name=\"{name}\"{pose}>\n      <freejoint/>\n      \
              <geom type=\"mesh\" mesh=\"{name}\" density=\"{density}\"/>\n    </body>"
         );
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use graspmill::{
     geom::{GridPlacement, OccupancyGrid, TriMesh},
-    measure::{Baseline, SurfaceComparison, SurfaceRule},
+    measure::{Baseline, SeenCells, SurfaceComparison, SurfaceRule, TrainingPairs},
     seed::Stream,
     surface::write_ply,
 };
@@ -71,7 +71,8 @@ fn hulls_are_those_of_scipy() {
             grid.set(std::array::from_fn(|_| draw.below(16) as u32));
         }
         cells.push(grid.cells().collect::<Vec<_>>());
-        ours.push(Baseline::Hull.complete(&grid, &placement).cells().collect::<Vec<_>>());
+        let seen = SeenCells { partial: &grid, free: None, placement: &placement, up: SeenCells::IMAGE_UP };
+        ours.push(Baseline::Hull.complete(&seen).cells().collect::<Vec<_>>());
     }
     let workspace = Workspace::new();
     let input = workspace.write("cells.json", json!(cells).to_string());
@@ -86,6 +87,47 @@ fn hulls_are_those_of_scipy() {
     assert_eq!(ours, theirs);
 }
 
+#[test]
+fn votes_of_the_nearest_are_those_of_the_bench() {
+    // Thirty training pairs and ten questions of noise in a corner of the grid, dense enough that no two are equally near.
+    let mut draw = Stream::of_job(6, b"", "pairs");
+    let mut grid = || {
+        let (mut grid, reach) = (OccupancyGrid::new(40), 12 + draw.below(16) as u32);
+        for cell in (0..reach.pow(3)).map(|at| [at / reach / reach, at / reach % reach, at % reach]) {
+            if draw.unit() < 0.8 {
+                grid.set(cell);
+            }
+        }
+        grid
+    };
+    let (mut pairs, mut stored) = (TrainingPairs::default(), Vec::new());
+    for _ in 0..30 {
+        let (partial, complete) = (grid(), grid());
+        stored.push([partial.bytes().to_vec(), complete.bytes().to_vec()]);
+        pairs.add(&partial, complete);
+    }
+    let questions: Vec<OccupancyGrid> = (0..10).map(|_| grid()).collect();
+    let asked: Vec<&[u8]> = questions.iter().map(OccupancyGrid::bytes).collect();
+    let workspace = Workspace::new();
+    let input = workspace.write("pairs.json", json!({ "pairs": stored, "asked": asked }).to_string());
+    let script = "import json, sys\nimport numpy as np\nsys.path.insert(0, 'benches')\n\
+                  from data_baselines import nearest, pooled\n\
+                  stored = json.load(open(sys.argv[1]))\n\
+                  unpack = lambda rows: np.unpackbits(np.array(rows, np.uint8), axis=1, bitorder='little', \
+                  count=64000).reshape(-1, 40, 40, 40).astype(bool)\n\
+                  partial, complete = (unpack([pair[part] for pair in stored['pairs']]) for part in (0, 1))\n\
+                  rows = nearest(pooled(unpack(stored['asked'])), pooled(partial), 10)\n\
+                  found = [complete[row].mean(axis=0) > 0.5 for row in rows]\n\
+                  print(json.dumps([np.packbits(grid.ravel(), bitorder='little').tolist() for grid in found]))\n";
+    let theirs: Vec<Vec<u8>> =
+        serde_json::from_value(Program::python_lines(script).arg(input).succeed().json()).expect("grids");
+    for (question, theirs) in questions.iter().zip(&theirs) {
+        let ours = pairs.nearest_vote(question);
+        assert!(ours.count() > 100, "a vote with a result");
+        assert_eq!(ours.bytes(), &theirs[..]);
+    }
+}
+
 /// A dataset of six shapes, three of them for tests, with everything that a completion is compared with.
 fn dataset(workspace: &Workspace, channels: &str) -> PathBuf {
     let job = format!(
@@ -95,7 +137,7 @@ fn dataset(workspace: &Workspace, channels: &str) -> PathBuf {
     workspace.make_dataset("data", &job, &[])
 }
 
-const CHANNELS: &str = "[channels]\nvisibility = true\ncoverage = true\n";
+const CHANNELS: &str = "[channels]\nvisibility = true\ncoverage = true\ndepth = \"f32\"\n";
 
 #[test]
 fn models_and_baselines_stand_in_one_table() {
@@ -117,6 +159,21 @@ fn models_and_baselines_stand_in_one_table() {
         assert_eq!(row["iou"]["objects"], 3);
         assert!(number_at(row, "/surface_mm/mean") > 0.1 && number_at(row, "/volume_ratio/mean") > 0.0, "{row}");
     }
+    // A perfect network's surface against the objects' own meshes: every way of making meshes is told apart.
+    let distance = |detail: &str| {
+        let run = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--method", "knn"]);
+        let run = run.args(["--method", "mean", "--detail", detail, "--limit", "6", "--surface-samples", "500"]);
+        let report: Value = run.option("--truth", workspace.folder()).arg("--json").succeed().json();
+        assert_eq!((report["detail"].as_str(), report["truth"].as_str()), (Some(detail), Some("the objects' meshes")));
+        let rows = report["rows"].as_array().expect("rows");
+        assert_eq!(number_at(&rows[0], "/iou/mean"), 1.0);
+        // Three training objects are few to learn from.
+        assert!((1e-3..0.95).contains(&number_at(&rows[1], "/iou/mean")), "{report}");
+        assert!((0.05..0.95).contains(&number_at(&rows[2], "/iou/mean")), "{report}");
+        number_at(&rows[0], "/surface_mm/mean")
+    };
+    let [off, thesis, on] = ["off", "thesis", "on"].map(distance);
+    assert!(off < thesis && on < thesis, "{off} {thesis} {on}");
     // What is seen is a shell: as a completion it adds nothing, and drawn out along the rays it comes nearer to the truth.
     assert_eq!(number_at(row("partial"), "/unseen_iou/mean"), 0.0);
     assert!(number_at(row("extrude"), "/iou/mean") > number_at(row("partial"), "/iou/mean") + 0.1, "{report}");

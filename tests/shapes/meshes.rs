@@ -113,7 +113,7 @@ fn mujoco_weighs_completed_objects_as_closed_forms_do() {
     work.write("ball.obj", write_obj(&ball, &[]));
     let body = MeshBody { name: "ball".to_owned(), file: "ball.obj".to_owned(), density: 700.0 };
     let table = TablePlane { point: [0.0, 0.1, 0.8], normal: [0.0, -1.0, 0.0] };
-    work.write("scene.xml", write_mjcf(&[body], Some(&table)));
+    work.write("scene.xml", write_mjcf(&[body], Some(&table), None));
     let lines = "
 import json, mujoco, sys
 model = mujoco.MjModel.from_xml_path(f'{sys.argv[1]}/scene.xml')

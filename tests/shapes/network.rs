@@ -62,7 +62,8 @@ fn networks_answer_as_in_onnx_runtime() {
         let (partial, free) = (field(&partial), field(&free));
         let inputs = Inputs { partial: Some(&partial), free: Some(&free), touch: None };
         let answer = model.predict(&inputs).expect("an answer");
-        let found = answer.occupancy.values().iter().chain(answer.coverage.values());
+        let coverage = answer.coverage.expect("the model has that output");
+        let found = answer.occupancy.values().iter().chain(coverage.values());
         for (found, wanted) in found.zip(&answers[sample * 2 * CELLS..][..2 * CELLS]) {
             largest = largest.max((found - wanted).abs());
             assert!((found > &0.5) == (wanted > &0.5) || (wanted - 0.5).abs() < 1e-5, "{found}, not {wanted}");

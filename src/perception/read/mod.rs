@@ -1,6 +1,7 @@
 //! Reading depth pictures: PNG of 16 bits, NPY, and organised clouds as PCD or PLY.
 
 mod lzf;
+mod mask;
 mod npy;
 mod organised;
 mod pcd;
@@ -17,6 +18,7 @@ use crate::{
     frame::{DepthFrame, LabelledFrame},
 };
 
+pub use mask::read_mask;
 pub use raw::FrameProblem;
 use raw::RawFrame;
 

@@ -1,11 +1,12 @@
-//! The chain from a cluster of pixels to a closed mesh.
+//! From a cluster of pixels to a closed mesh.
 
 use std::time::{Duration, Instant};
 
-use infer::{CompletionModel, Inputs, Prediction};
+use infer::{CompletionModel, InputName, Inputs, Prediction};
 use kernel::geom::{GridPlacement, OccupancyGrid, SimdLevel, TriMesh};
+use measure::{Baseline, SeenCells};
 use perception::{Cluster, DepthFrame, NetworkInput, Refusal, Scene, SceneRule, visible_sheet};
-use surface::{CompletedMesh, CubeField};
+use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD, SeenObject};
 
 use super::error::CompletionError;
 
@@ -16,10 +17,12 @@ const MIN_CELLS: u32 = 25;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Detail {
     /// The surface where coverage has it.
-    #[default]
     Surface,
     /// The thesis's algorithm 2: observed points merged with occupied cells, and the smoothest field of their sign.
     Algorithm2,
+    /// Coverage joined with the surface that the camera saw, and the smoothest field that keeps to both.
+    #[default]
+    Joined,
 }
 
 /// Time by part.
@@ -49,7 +52,7 @@ pub struct Completed {
     pub partial: OccupancyGrid,
     /// Cells that the camera sees through, and those below the plane.
     pub free: OccupancyGrid,
-    /// The network's answer.
+    /// The network's answer, or a baseline's.
     pub prediction: Prediction,
     /// A closed, manifold mesh in `CameraCv` [m], wound outward.
     pub mesh: TriMesh,
@@ -57,7 +60,9 @@ pub struct Completed {
     pub dropped: usize,
     /// Pixels left out as outliers.
     pub outliers: usize,
-    /// Voxels per cell along each axis, of [`Detail::Algorithm2`] alone.
+    /// Cells that were touched.
+    pub touched: u32,
+    /// Voxels per cell along each axis; `None` for a mesh of the grid's own cells.
     pub factor: Option<usize>,
     /// Time by part.
     pub timings: Timings,
@@ -74,7 +79,7 @@ pub struct Completed {
 /// let rule = FrameRule { camera: Some(camera), ..FrameRule::default() };
 /// let frame = read_frame("depth.png".as_ref(), &rule)?.frame;
 ///
-/// let completer = Completer::new(CompletionModel::open("models/standard".as_ref())?, Detail::Surface);
+/// let completer = Completer::new(CompletionModel::open("models/standard".as_ref())?, Detail::Joined);
 /// let scene = completer.segment(frame, &SceneRule::default());
 /// for cluster in &scene.clusters {
 ///     let completed = completer.complete(&scene, cluster)?;
@@ -84,19 +89,36 @@ pub struct Completed {
 /// ```
 #[derive(Debug)]
 pub struct Completer {
-    model: CompletionModel,
+    method: Method,
     detail: Detail,
 }
+
+#[derive(Debug)]
+enum Method {
+    Model(Box<CompletionModel>),
+    Baseline(Baseline),
+}
+
+/// Cells per axis of the grid that baselines fill: that of the networks.
+const BASELINE_RESOLUTION: u32 = 40;
 
 impl Completer {
     /// Completes by this model.
     pub fn new(model: CompletionModel, detail: Detail) -> Self {
-        Self { model, detail }
+        Self { method: Method::Model(Box::new(model)), detail }
     }
 
-    /// The model.
-    pub fn model(&self) -> &CompletionModel {
-        &self.model
+    /// Completes by a baseline, which has learnt nothing.
+    pub fn by_baseline(baseline: Baseline, detail: Detail) -> Self {
+        Self { method: Method::Baseline(baseline), detail }
+    }
+
+    /// The model; `None` for a baseline.
+    pub fn model(&self) -> Option<&CompletionModel> {
+        match &self.method {
+            Method::Model(model) => Some(model),
+            Method::Baseline(_) => None,
+        }
     }
 
     /// Takes a picture apart.
@@ -112,53 +134,53 @@ impl Completer {
     /// # Errors
     /// When the picture's border cuts it, too little of it was seen, or the network's answer can't be used.
     pub fn complete(&self, scene: &Scene, cluster: &Cluster) -> Result<Completed, CompletionError> {
-        self.by(scene, cluster, Some(self.detail))
+        self.by(scene, cluster, Some(self.detail), &[])
+    }
+
+    /// Completes an object that is to be grasped and was touched at these points, in `CameraCv` [m].
+    ///
+    /// # Errors
+    /// Like those of [`Completer::complete`].
+    pub fn complete_touched(
+        &self,
+        scene: &Scene,
+        cluster: &Cluster,
+        contacts: &[[f32; 3]],
+    ) -> Result<Completed, CompletionError> {
+        self.by(scene, cluster, Some(self.detail), contacts)
     }
 
     /// Completes an object that is only to be avoided: the fast mesh of all cells that it may touch, some .7 cell outside of
-    /// it.
+    /// it. Cells that the camera sees through are not among them.
     ///
     /// # Errors
     /// Like those of [`Completer::complete`].
     pub fn complete_obstacle(&self, scene: &Scene, cluster: &Cluster) -> Result<Completed, CompletionError> {
-        self.by(scene, cluster, None)
+        self.by(scene, cluster, None, &[])
     }
 
-    fn by(&self, scene: &Scene, cluster: &Cluster, detail: Option<Detail>) -> Result<Completed, CompletionError> {
+    fn by(
+        &self,
+        scene: &Scene,
+        cluster: &Cluster,
+        detail: Option<Detail>,
+        contacts: &[[f32; 3]],
+    ) -> Result<Completed, CompletionError> {
         let began = Instant::now();
         if let Some(refusal) = Refusal::of(cluster, &visible_sheet(&scene.frame, &cluster.pixels)) {
             return Err(refusal.into());
         }
-        let resolution = self.model.facts().resolution;
+        let resolution = self.model().map_or(BASELINE_RESOLUTION, |model| model.facts().resolution);
         let input = NetworkInput::new(&scene.frame, cluster, scene.plane.as_ref(), resolution, SimdLevel::detect())?;
         let cells = input.partial.count();
         if cells < MIN_CELLS {
             return Err(CompletionError::FewCells { cells, needed: MIN_CELLS });
         }
-        let (partial, free) = (CubeField::from_grid(&input.partial), CubeField::from_grid(&input.free));
+        let touched = touched_cells(contacts, &input.placement);
         let after_input = Instant::now();
-        let prediction = self.model.predict(&Inputs { partial: Some(&partial), free: Some(&free), touch: None })?;
+        let prediction = self.predict(scene, &input, &touched)?;
         let after_network = Instant::now();
-        let thresholds = self.model.facts().thresholds;
-        let threshold = thresholds.occupancy;
-        let (completed, factor) = match detail {
-            None => (CompletedMesh::obstacle(&prediction.occupancy, &input.placement, threshold), None),
-            Some(Detail::Surface) => (
-                CompletedMesh::surface_at(
-                    &prediction.coverage,
-                    &prediction.occupancy,
-                    &input.placement,
-                    thresholds.coverage,
-                ),
-                None,
-            ),
-            Some(Detail::Algorithm2) => {
-                let cells = prediction.occupancy.grid_above(threshold);
-                let points = points_of(&scene.frame, cluster);
-                let detailed = CompletedMesh::algorithm_2(&cells, &points, &input.placement);
-                (detailed.completed, Some(detailed.factor))
-            }
-        };
+        let (completed, factor) = self.mesh(scene, cluster, &input, &prediction, detail, contacts);
         if completed.mesh.triangles.is_empty() {
             return Err(CompletionError::Nothing);
         }
@@ -172,10 +194,109 @@ impl Completer {
             mesh: completed.mesh,
             dropped: completed.dropped,
             outliers: input.outliers,
+            touched: touched.count(),
             factor,
             timings,
         })
     }
+
+    /// Occupancy, and coverage where the method knows it.
+    fn predict(
+        &self,
+        scene: &Scene,
+        input: &NetworkInput,
+        touched: &OccupancyGrid,
+    ) -> Result<Prediction, CompletionError> {
+        match &self.method {
+            Method::Model(model) => {
+                if touched.count() > 0 && !model.inputs().contains(&InputName::Touch) {
+                    return Err(CompletionError::TakesNoTouch);
+                }
+                let [partial, free, touch] = [&input.partial, &input.free, touched].map(CubeField::from_grid);
+                let inputs = Inputs { partial: Some(&partial), free: Some(&free), touch: Some(&touch) };
+                Ok(model.predict(&inputs)?)
+            }
+            Method::Baseline(baseline) => {
+                // Touched cells count as seen ones.
+                let mut partial = input.partial.clone();
+                touched.cells().for_each(|cell| partial.set(cell));
+                let up = scene.plane.map_or(SeenCells::IMAGE_UP, |plane| plane.normal.into());
+                let seen = SeenCells { partial: &partial, free: Some(&input.free), placement: &input.placement, up };
+                Ok(Prediction { occupancy: CubeField::from_grid(&baseline.complete(&seen)), coverage: None })
+            }
+        }
+    }
+
+    /// The mesh, and voxels per cell where it has finer ones.
+    fn mesh(
+        &self,
+        scene: &Scene,
+        cluster: &Cluster,
+        input: &NetworkInput,
+        prediction: &Prediction,
+        detail: Option<Detail>,
+        contacts: &[[f32; 3]],
+    ) -> (CompletedMesh, Option<usize>) {
+        let thresholds = self.model().map(|model| model.facts().thresholds);
+        let threshold = thresholds.map_or(OBSTACLE_THRESHOLD, |thresholds| thresholds.occupancy);
+        // Without coverage the surface is that of occupied cells.
+        let (coverage, level) = match &prediction.coverage {
+            Some(coverage) => (coverage, thresholds.map_or(OBSTACLE_THRESHOLD, |thresholds| thresholds.coverage)),
+            None => (&prediction.occupancy, threshold),
+        };
+        let (occupancy, placement) = (&prediction.occupancy, &input.placement);
+        match detail {
+            None => {
+                let possible = possible_cells(occupancy, input);
+                (CompletedMesh::obstacle(&possible, placement, threshold), None)
+            }
+            Some(Detail::Surface) if prediction.coverage.is_none() => {
+                (CompletedMesh::obstacle(occupancy, placement, threshold), None)
+            }
+            Some(Detail::Surface) => (CompletedMesh::surface_at(coverage, occupancy, placement, level), None),
+            Some(Detail::Algorithm2) => {
+                let cells = occupancy.grid_above(threshold);
+                let mut points = points_of(&scene.frame, cluster);
+                points.extend_from_slice(contacts);
+                let detailed = CompletedMesh::algorithm_2(&cells, &points, placement);
+                (detailed.completed, Some(detailed.factor))
+            }
+            Some(Detail::Joined) => {
+                let seen = seen_object(&scene.frame, cluster);
+                let detailed = CompletedMesh::joined(coverage, occupancy, placement, level, &seen);
+                (detailed.completed, Some(detailed.factor))
+            }
+        }
+    }
+}
+
+/// Cells that an obstacle may touch: the network's, without those that the camera sees through, and all seen ones.
+fn possible_cells(occupancy: &CubeField, input: &NetworkInput) -> CubeField {
+    let mut possible = occupancy.clone();
+    input.free.cells().for_each(|cell| *possible.at_mut(cell.map(|index| index as usize)) = 0.0);
+    input.partial.cells().for_each(|cell| *possible.at_mut(cell.map(|index| index as usize)) = 1.0);
+    possible
+}
+
+/// Cells with a contact.
+fn touched_cells(contacts: &[[f32; 3]], placement: &GridPlacement) -> OccupancyGrid {
+    let n = placement.resolution;
+    let mut grid = OccupancyGrid::new(n);
+    for contact in contacts {
+        let cell = placement.coordinates_of(contact.map(f64::from)).map(f64::floor);
+        if cell.iter().all(|index| (0.0..f64::from(n)).contains(index)) {
+            grid.set(cell.map(|index| index as u32));
+        }
+    }
+    grid
+}
+
+/// A cluster as the camera saw it; outliers say nothing.
+fn seen_object(frame: &DepthFrame, cluster: &Cluster) -> SeenObject {
+    let pixels = perception::without_outliers(frame, &cluster.pixels);
+    let outliers: Vec<u32> =
+        cluster.pixels.iter().copied().filter(|pixel| pixels.binary_search(pixel).is_err()).collect();
+    SeenObject::new(&frame.camera, &frame.depth, &pixels, &outliers)
 }
 
 /// Points of a cluster in `CameraCv` [m], outliers left out.

@@ -20,6 +20,9 @@ pub enum CompletionError {
         /// Cells that are needed.
         needed: u32,
     },
+    /// Contacts were given to a model that has no input for them.
+    #[error("the model has no input for contacts: take one that was trained with touch, or leave out --touch")]
+    TakesNoTouch,
     /// The network gave nothing that could be meshed.
     #[error("the network finds no occupied cell")]
     Nothing,

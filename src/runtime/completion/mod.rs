@@ -8,6 +8,7 @@ pub use error::CompletionError;
 pub use infer::{
     CompletionModel, GoldenCheck, InputName, Inputs, ModelError, ModelFacts, ModelProblem, PredictError, Prediction,
 };
+pub use measure::{Baseline, SeenCells};
 pub use perception::{
     CameraDescription, CameraError, Cluster, ClusterRule, DepthFrame, FrameError, FrameRule, Plane, PlaneChoice,
     PlaneRule, Refusal, Scene, SceneRule, read_frame,

@@ -1,0 +1,196 @@
+//! Ways to complete stored samples, and the meshes of their answers.
+
+use std::path::Path;
+
+use super::{
+    completion_args::DetailName,
+    exit::{Exit, Failure},
+    model::refused,
+    stored_samples::StoredSample,
+};
+use format::dataset::DatasetReader;
+use kernel::{
+    geom::{OccupancyGrid, TriMesh},
+    words::Split,
+};
+use measure::{Baseline, GridOverlap, SeenCells, TrainingPairs};
+use runtime::completion::CompletionModel;
+use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD};
+
+/// Baselines that remember the training pairs of the dataset.
+const LEARNED: [&str; 2] = ["knn", "mean"];
+
+/// A way to complete samples.
+pub enum CompletionMethod {
+    Model {
+        name: String,
+        model: Box<CompletionModel>,
+    },
+    Baseline(Baseline),
+    /// The vote of the nearest training pairs.
+    Nearest(TrainingPairs),
+    /// Cells that many training pairs hold, always the same.
+    Mean(OccupancyGrid),
+    /// The true grids, as a perfect network would give them.
+    Truth,
+}
+
+/// A method's answer about one sample.
+pub struct Answer {
+    pub cells: OccupancyGrid,
+    occupancy: CubeField,
+    coverage: Option<CubeField>,
+    threshold: f32,
+    level: f32,
+}
+
+impl CompletionMethod {
+    /// Opens a model.
+    pub fn open(folder: &Path) -> Result<Self, Failure> {
+        let model = CompletionModel::open(folder).map_err(refused)?;
+        Ok(Self::Model { name: folder.display().to_string(), model: Box::new(model) })
+    }
+
+    /// A baseline by its name, prepared on the dataset where it learns from it.
+    pub fn by_name(name: &str, reader: &DatasetReader) -> Result<Self, Failure> {
+        match name {
+            "knn" => Ok(Self::Nearest(training_pairs(reader)?)),
+            "mean" => mean_of(reader),
+            "truth" => Ok(Self::Truth),
+            _ => baseline_of(name).map(Self::Baseline),
+        }
+    }
+
+    pub fn name(&self) -> String {
+        match self {
+            Self::Model { name, .. } => name.clone(),
+            Self::Baseline(baseline) => baseline.to_string(),
+            Self::Nearest(_) => "knn".to_owned(),
+            Self::Mean(_) => "mean".to_owned(),
+            Self::Truth => "truth".to_owned(),
+        }
+    }
+
+    /// SHA-256 of a model's `model.json`; `None` for all else.
+    pub fn digest(&self) -> Option<&str> {
+        match self {
+            Self::Model { model, .. } => Some(model.digest()),
+            _ => None,
+        }
+    }
+
+    /// Whether it is something that a model must beat.
+    pub fn is_baseline(&self) -> bool {
+        !matches!(self, Self::Model { .. } | Self::Truth)
+    }
+
+    pub fn complete(&self, sample: &StoredSample) -> Result<Answer, Failure> {
+        let (partial, placement) = (&sample.pair.partial, &sample.pair.grid);
+        let of_cells = |cells: OccupancyGrid| Answer {
+            occupancy: CubeField::from_grid(&cells),
+            cells,
+            coverage: None,
+            threshold: OBSTACLE_THRESHOLD,
+            level: OBSTACLE_THRESHOLD,
+        };
+        Ok(match self {
+            Self::Model { model, .. } => {
+                let found = sample.complete(model)?;
+                let thresholds = model.facts().thresholds;
+                Answer {
+                    cells: found.occupancy.grid_above(thresholds.occupancy),
+                    occupancy: found.occupancy,
+                    coverage: found.coverage,
+                    threshold: thresholds.occupancy,
+                    level: thresholds.coverage,
+                }
+            }
+            Self::Baseline(baseline) => {
+                let seen = SeenCells { partial, free: sample.free.as_ref(), placement, up: SeenCells::IMAGE_UP };
+                of_cells(baseline.complete(&seen))
+            }
+            Self::Nearest(pairs) => of_cells(pairs.nearest_vote(partial)),
+            Self::Mean(grid) => of_cells(grid.clone()),
+            Self::Truth => Answer { coverage: sample.coverage.clone(), ..of_cells(sample.pair.complete.clone()) },
+        })
+    }
+}
+
+impl Answer {
+    /// The mesh of the cells that the object may touch, some .7 cell outside of it.
+    pub fn obstacle(&self, sample: &StoredSample) -> TriMesh {
+        CompletedMesh::obstacle(&self.occupancy, &sample.pair.grid, self.threshold).mesh
+    }
+
+    /// A target's mesh; without coverage the surface is that of the occupied cells.
+    pub fn mesh(&self, sample: &StoredSample, detail: DetailName) -> Result<TriMesh, Failure> {
+        let placement = &sample.pair.grid;
+        let (coverage, level) = self.coverage.as_ref().map_or((&self.occupancy, self.threshold), |c| (c, self.level));
+        Ok(match detail {
+            DetailName::Off if self.coverage.is_none() => self.obstacle(sample),
+            DetailName::Off => CompletedMesh::surface_at(coverage, &self.occupancy, placement, level).mesh,
+            DetailName::Thesis => {
+                let seen = sample.seen_object()?;
+                CompletedMesh::algorithm_2(&self.cells, seen.points(), placement).completed.mesh
+            }
+            DetailName::On => {
+                let seen = sample.seen_object()?;
+                CompletedMesh::joined(coverage, &self.occupancy, placement, level, &seen).completed.mesh
+            }
+        })
+    }
+}
+
+/// A baseline that learns nothing, by its name.
+pub fn baseline_of(name: &str) -> Result<Baseline, Failure> {
+    Baseline::from_name(name).ok_or_else(|| {
+        let known: Vec<&str> = Baseline::ALL.map(Baseline::name).into_iter().chain(LEARNED).collect();
+        let message = if LEARNED.contains(&name) {
+            format!("--method {name}: it learns from training pairs, which only a dataset has")
+        } else {
+            format!("--method {name}: no such baseline; one of {}", known.join(", "))
+        };
+        Failure::message(Exit::BadSpec, message)
+    })
+}
+
+fn pairs_of(reader: &DatasetReader, split: Split) -> Result<Vec<format::VoxelPair>, Failure> {
+    let indices = reader.indices(format::dataset::Selection::of(split)).filter(|index| reader.is_kept(*index));
+    indices.map(|index| Ok(StoredSample::read(reader, index)?.pair)).collect()
+}
+
+fn training_pairs(reader: &DatasetReader) -> Result<TrainingPairs, Failure> {
+    let mut pairs = TrainingPairs::default();
+    for pair in pairs_of(reader, Split::Training)? {
+        pairs.add(&pair.partial, pair.complete);
+    }
+    if pairs.is_empty() {
+        let message = format!(
+            "{}: no pair is for training, and --method knn and mean learn from them",
+            reader.folder().display()
+        );
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
+    Ok(pairs)
+}
+
+/// The mean grid, at the share that fits the validation objects best; without any, those of training.
+fn mean_of(reader: &DatasetReader) -> Result<CompletionMethod, Failure> {
+    let pairs = training_pairs(reader)?;
+    let mut judges = pairs_of(reader, Split::Validation)?;
+    if judges.is_empty() {
+        judges = pairs_of(reader, Split::Training)?;
+    }
+    let score = |grid: &OccupancyGrid| {
+        judges.iter().map(|pair| GridOverlap::new(grid, &pair.complete, &pair.partial).iou).sum::<f64>()
+    };
+    let mut best = (0.0, OccupancyGrid::new(pairs.mean_grid(1.0).resolution()));
+    for share in (1..20).map(|step| f64::from(step) / 20.0) {
+        let grid = pairs.mean_grid(share);
+        let score = score(&grid);
+        if score > best.0 {
+            best = (score, grid);
+        }
+    }
+    Ok(CompletionMethod::Mean(best.1))
+}

@@ -1,0 +1,71 @@
+//! Contacts of a hand or a probe, as `--touch` reads them.
+
+use std::path::Path;
+
+use super::exit::{Exit, Failure};
+
+/// Names of the columns.
+const COLUMNS: [&str; 3] = ["x", "y", "z"];
+/// Longest file [bytes].
+const MAX_BYTES: u64 = 16 << 20;
+
+/// Points [m] in the camera's frame, one per line: x, y, z, with or without a line of these names before them.
+pub fn read_contacts(path: &Path) -> Result<Vec<[f32; 3]>, Failure> {
+    let failed = |error: std::io::Error| {
+        Failure::of_input(anyhow::Error::new(error).context(format!("{}: it cannot be read", path.display())))
+    };
+    let size = std::fs::metadata(path).map_err(failed)?.len();
+    if size > MAX_BYTES {
+        let message = format!("{}: {size} bytes; contacts take at most {MAX_BYTES}", path.display());
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
+    let text = kernel::files::read_to_string(path).map_err(failed)?;
+    parse_contacts(&text).map_err(|problem| Failure::message(Exit::BadSpec, format!("{}: {problem}", path.display())))
+}
+
+fn parse_contacts(text: &str) -> Result<Vec<[f32; 3]>, String> {
+    let mut contacts = Vec::new();
+    for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+        if index == 0 && fields == COLUMNS {
+            continue;
+        }
+        let numbers: Option<Vec<f32>> =
+            fields.iter().map(|field| field.parse().ok().filter(|number: &f32| number.is_finite())).collect();
+        let contact = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+        let contact = contact.ok_or_else(|| {
+            format!(
+                "line {}: '{}'; each line holds three numbers x,y,z: metres in the camera's frame",
+                index + 1,
+                line.trim()
+            )
+        })?;
+        contacts.push(contact);
+    }
+    if contacts.is_empty() {
+        return Err("it holds no contact: give a line x,y,z per contact, or leave out --touch".to_owned());
+    }
+    Ok(contacts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contacts_are_lines_of_three_numbers() {
+        assert_eq!(parse_contacts("x,y,z\n0.1, -0.2,0.7\n\n1,2,3\n"), Ok(vec![[0.1, -0.2, 0.7], [1.0, 2.0, 3.0]]));
+        assert_eq!(parse_contacts("1,2,3"), Ok(vec![[1.0, 2.0, 3.0]]));
+        for (text, says) in [
+            ("", "no contact"),
+            ("x,y,z\n", "no contact"),
+            ("1,2\n", "line 1"),
+            ("1,2,3\n1,2,3,4\n", "line 2"),
+            ("1,2,3\n1,2,far\n", "line 2: '1,2,far'"),
+            ("1,nan,3\n", "three numbers"),
+        ] {
+            let said = parse_contacts(text).expect_err("refused");
+            assert!(said.contains(says), "{says}: {said}");
+        }
+    }
+}
