@@ -14,8 +14,12 @@ use crate::{
 
 /// Half the width of the box of a voxel at a seen surface [voxels].
 const SEEN_WIDTH: f64 = 0.15;
+/// Voxels from whose direction no ray came back are outside by this at least [voxels].
+const NO_RETURN: f32 = 0.3;
 /// Half the width of the box of a voxel near the surface of coverage [cells].
 const COVERAGE_WIDTH: f32 = 0.25;
+/// Half the width of the box of a voxel in a wall that is little thicker than a cell: smoothing would dissolve it [cells].
+const WALL_WIDTH: f32 = 0.05;
 /// Deeper inside or outside than this a voxel is held from one side only [cells].
 const NEAR_SURFACE: f32 = 0.45;
 
@@ -50,6 +54,9 @@ pub(crate) fn joined_boxes(
     // Nothing is known outside of the grid, so that the border keeps away from the padding's end.
     let mut evidence = vec![Evidence::Unknown; side];
     let inside = PADDING..side - PADDING;
+    let completed = fields.clone();
+    let is_wall = thin_walls(&completed, side, factor + 1);
+    let strides = [(side * side) as isize, side as isize, 1];
     let mut boxes = Boxes { lower: Vec::with_capacity(fields.len()), upper: Vec::with_capacity(fields.len()), fields };
     for (index, stack) in boxes.fields.chunks_exact_mut(side).enumerate() {
         let (x, y) = (index / side, index % side);
@@ -59,22 +66,33 @@ pub(crate) fn joined_boxes(
         } else {
             evidence.fill(Evidence::Unknown);
         }
-        for (field, evidence) in stack.iter_mut().zip(&evidence) {
+        for ((z, field), evidence) in stack.iter_mut().enumerate().zip(&evidence) {
             let (mut lower, mut upper) = (f32::NEG_INFINITY, f32::INFINITY);
+            let mut is_seen = false;
             match *evidence {
-                Evidence::Surface(inside) => {
-                    *field = inside as f32;
-                    (lower, upper) = (*field - wide, *field + wide);
+                Evidence::Surface(inside, inward) => {
+                    // A wall that is thinner than a voxel would be lost: where coverage ends behind this voxel, it has the say.
+                    let step: isize =
+                        inward.iter().zip(strides).map(|(step, stride)| isize::from(*step) * stride).sum();
+                    let behind = completed[(index * side + z).wrapping_add_signed(step)];
+                    is_seen = inside >= 0.0 || *field <= 0.0 || behind > 0.0;
+                    if is_seen {
+                        *field = inside as f32;
+                        (lower, upper) = (*field - wide, *field + wide);
+                    }
                 }
+                // A part that is thinner than a voxel may be seen beside its centre.
+                Evidence::Free(_) | Evidence::Weak(_)
+                    if *field > 0.0 && !seen.sees_through([centre(0, x), centre(1, y), depths[z].z], voxel) => {}
                 Evidence::Free(outside) => {
                     *field = field.min(outside as f32);
                     upper = outside as f32 + wide;
                 }
-                Evidence::Weak(outside) => *field = field.min(outside as f32),
+                Evidence::Weak(outside) => *field = field.min((outside as f32).max(-NO_RETURN)),
                 Evidence::Unknown => {}
             }
-            if !matches!(evidence, Evidence::Surface(_)) {
-                let reach = COVERAGE_WIDTH * scale;
+            if !is_seen {
+                let reach = if is_wall[index * side + z] { WALL_WIDTH } else { COVERAGE_WIDTH } * scale;
                 if *field < near {
                     upper = upper.min(if *field > -near { *field + reach } else { -near });
                 }
@@ -87,6 +105,29 @@ pub(crate) fn joined_boxes(
         }
     }
     boxes
+}
+
+/// Voxels above 0 that belong, along some axis, to a run of at most so many.
+fn thin_walls(field: &[f32], side: usize, longest: usize) -> Vec<bool> {
+    let mut is_thin = vec![false; field.len()];
+    for stride in [side * side, side, 1] {
+        let starts = (0..field.len()).filter(|index| index / stride % side == 0);
+        for start in starts {
+            let mut run = 0;
+            // One more than the line has, so that the last run ends.
+            for step in 0..=side {
+                if step < side && field[start + step * stride] > 0.0 {
+                    run += 1;
+                    continue;
+                }
+                if run <= longest {
+                    (step - run..step).for_each(|step| is_thin[start + step * stride] = true);
+                }
+                run = 0;
+            }
+        }
+    }
+    is_thin
 }
 
 /// A field between the centres of its cells at the centres of `factor` voxels per cell, in a padded volume; what lies
@@ -126,6 +167,20 @@ fn refined(field: &CubeField, factor: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn walls_are_runs_of_few_voxels_along_an_axis() {
+        let side = 8;
+        // A plate two voxels thick, and a block.
+        let is_inside = |[x, y, z]: [usize; 3]| (2..4).contains(&x) && y < 6 && z < 8 || x > 4 && y > 3 && z > 3;
+        let cells = (0..side * side * side).map(|index| [index / side / side, index / side % side, index % side]);
+        let field: Vec<f32> = cells.clone().map(|cell| if is_inside(cell) { 0.2 } else { -0.2 }).collect();
+        for (longest, walls) in [(1, 0), (2, 2 * 6 * 8), (3, 2 * 6 * 8 + 3 * 4 * 4)] {
+            let found = thin_walls(&field, side, longest);
+            assert_eq!(found.iter().filter(|is_thin| **is_thin).count(), walls, "{longest}");
+            assert!(cells.clone().zip(&found).all(|(cell, is_thin)| !is_thin || is_inside(cell)));
+        }
+    }
 
     #[test]
     fn fields_are_interpolated_between_the_centres_of_cells() {

@@ -13,8 +13,8 @@ const MAX_APART: u32 = 12;
 const BEHIND: f64 = 0.5;
 /// Points that lie as far outside as this need no more precision [voxels].
 const IN_FRONT: f64 = 1.0;
-/// A point from whose direction no ray came back is outside by so much [voxels].
-const NO_RETURN: f64 = 0.3;
+/// A step to the next voxel goes along the axes on which a direction has at least this share: half of the way to a corner.
+const STEP_SHARE: f64 = 0.38;
 /// Standard deviation over the median of the absolute second differences of white noise: 1 / (0.6745 sqrt(6)).
 const SIGMA_OF_BENDS: f64 = 0.605;
 
@@ -23,12 +23,13 @@ const SIGMA_OF_BENDS: f64 = 0.605;
 enum SeenPixel {
     /// Nothing can be said: an outlier, or a pixel outside of the picture.
     Doubtful,
-    /// The object: the plane through the seen point, points with normal . p = offset, the normal towards the camera.
-    Object { normal: [f64; 3], offset: f64 },
+    /// The object: the plane through the seen point at this depth [m], points with normal . p = offset, the normal towards the
+    /// camera.
+    Object { normal: [f64; 3], offset: f64, depth: f64 },
     /// Another thing at this depth [m], so far from the object's silhouette [px].
     Other { depth: f64, apart: f64 },
-    /// Neither the pixel nor its eight neighbours have a return.
-    Empty,
+    /// Neither the pixel nor its eight neighbours have a return; so far from the object's silhouette [px].
+    Empty { apart: f64 },
 }
 
 /// Knowledge about a point.
@@ -36,11 +37,11 @@ enum SeenPixel {
 pub(crate) enum Evidence {
     /// Nothing.
     Unknown,
-    /// It lies so far inside of the seen surface, negative outside [voxels].
-    Surface(f64),
+    /// Depth below the seen surface, negative outside [voxels], and the voxel next to it that lies inward.
+    Surface(f64, [i8; 3]),
     /// The camera sees through it: its distance from the object is at least this, negative [voxels].
     Free(f64),
-    /// No ray came back; it is probably outside by this, negative [voxels].
+    /// No ray came back: it is probably outside, at least this far, negative [voxels].
     Weak(f64),
 }
 
@@ -74,7 +75,7 @@ impl SeenObject {
             *pixel = if !depth[index].is_nan() {
                 SeenPixel::Other { depth: f64::from(depth[index]), apart: apart[index] }
             } else if around(index, width, height).all(|other| depth[other].is_nan()) {
-                SeenPixel::Empty
+                SeenPixel::Empty { apart: apart[index] }
             } else {
                 SeenPixel::Doubtful
             };
@@ -86,7 +87,9 @@ impl SeenObject {
             let point = picture.point(*pixel);
             // Where the surface falls off too steeply to have a slope, it is only known what lies before it.
             pixels[*pixel as usize] = match picture.normal(*pixel, &point) {
-                Some(normal) => SeenPixel::Object { normal: normal.into(), offset: normal.dot(&point.coords) },
+                Some(normal) => {
+                    SeenPixel::Object { normal: normal.into(), offset: normal.dot(&point.coords), depth: point.z }
+                }
                 None => SeenPixel::Other { depth: point.z, apart: 0.0 },
             };
             points.push(point.coords.map(|value| value as f32).into());
@@ -122,26 +125,55 @@ impl SeenObject {
         }
     }
 
+    /// Whether the camera sees through all of what is within half a voxel beside a point [m]: a part that is thinner than a
+    /// voxel may lie beside its centre.
+    pub(crate) fn sees_through(&self, [x, y, z]: [f64; 3], voxel: f64) -> bool {
+        let camera = &self.camera;
+        let (u, v) = camera.project(&Point3::new(x, y, z));
+        let span = |middle: f64, focal: f64, end: u32| {
+            let reach = 0.5 * voxel * focal / z;
+            (middle - reach).max(0.0) as u32..=((middle + reach).max(0.0) as u32).min(end - 1)
+        };
+        let columns = span(u, camera.fx, camera.width);
+        let mut around = span(v, camera.fy, camera.height)
+            .flat_map(|row| columns.clone().map(move |column| (row * camera.width + column) as usize));
+        around.all(|pixel| match self.pixels[pixel] {
+            SeenPixel::Doubtful => false,
+            SeenPixel::Empty { .. } => true,
+            SeenPixel::Object { depth, .. } | SeenPixel::Other { depth, .. } => z < depth - 0.5 * voxel,
+        })
+    }
+
     fn at_pixel(&self, index: usize, [x, y, z]: [f64; 3], inverse: f64, voxel: f64) -> Evidence {
+        // The silhouette runs half a pixel beyond the last pixel's centre.
+        let beside = |apart: f64| {
+            let pixel = 1.0 / (inverse * self.camera.fx.max(self.camera.fy) * voxel);
+            -((apart - 0.5) * pixel).clamp(0.0, IN_FRONT)
+        };
         match self.pixels[index] {
             SeenPixel::Doubtful => Evidence::Unknown,
-            SeenPixel::Empty => Evidence::Weak(-NO_RETURN),
-            SeenPixel::Object { normal: [a, b, c], offset } => {
+            SeenPixel::Empty { apart } => Evidence::Weak(beside(apart)),
+            SeenPixel::Object { normal: [a, b, c], offset, .. } => {
                 let inside = (offset - (a * x + b * y + c * z)) / voxel;
                 if inside < -IN_FRONT {
                     Evidence::Free(-IN_FRONT)
                 } else if inside < BEHIND {
-                    Evidence::Surface(inside)
+                    let step = |share: f64| {
+                        if share.abs() < STEP_SHARE {
+                            0
+                        } else if share > 0.0 {
+                            -1
+                        } else {
+                            1
+                        }
+                    };
+                    Evidence::Surface(inside, [a, b, c].map(step))
                 } else {
                     Evidence::Unknown
                 }
             }
             SeenPixel::Other { depth, .. } if z > depth - voxel => Evidence::Unknown,
-            // The silhouette runs half a pixel beyond the last pixel's centre.
-            SeenPixel::Other { apart, .. } => {
-                let pixel = 1.0 / (inverse * self.camera.fx.max(self.camera.fy) * voxel);
-                Evidence::Free(-((apart - 0.5) * pixel).clamp(0.0, IN_FRONT))
-            }
+            SeenPixel::Other { apart, .. } => Evidence::Free(beside(apart)),
         }
     }
 }
@@ -297,7 +329,8 @@ mod tests {
         let normal = (1.0_f64 + slope * slope).sqrt();
         for (x, y, inside) in [(0.013, 0.02, 0.3), (-0.1, -0.09, -0.8), (0.02, 0.11, 0.0)] {
             let z = 1.0 + slope * x + inside * voxel * normal;
-            let Evidence::Surface(found) = ask([x, y, z]) else { panic!("{:?}", ask([x, y, z])) };
+            let Evidence::Surface(found, inward) = ask([x, y, z]) else { panic!("{:?}", ask([x, y, z])) };
+            assert_eq!(inward, [-1, 0, 1]);
             assert!((found - inside).abs() < 1e-4, "{found}, not {inside}");
         }
         assert_eq!(ask([0.0, 0.0, 0.8]), Evidence::Free(-1.0));
@@ -307,9 +340,13 @@ mod tests {
         assert!((found + 0.5).abs() < 1e-9, "{found}");
         assert_eq!(ask([0.95, 0.0, 2.0]), Evidence::Free(-1.0));
         assert_eq!(ask([1.4, 0.0, 2.99]), Evidence::Unknown, "at the wall");
-        assert_eq!(ask([2.0 * 18.5 / 40.0, 2.0 * -13.0 / 40.0, 2.0]), Evidence::Weak(-NO_RETURN));
+        assert_eq!(ask([2.0 * 18.5 / 40.0, 2.0 * -13.0 / 40.0, 2.0]), Evidence::Weak(-1.0));
         assert_eq!(ask([2.0 * -16.5 / 40.0, 2.0 * -14.5 / 40.0, 2.0]), Evidence::Unknown, "the doubtful pixel");
         assert_eq!(ask([0.0, 0.0, -1.0]), Evidence::Unknown);
+        // Beside the silhouette half a voxel decides, and so it does within the object.
+        assert!(seen.sees_through([0.0, 0.0, 0.8], voxel) && !seen.sees_through([0.0, 0.0, 0.98], voxel));
+        let beside = |columns: f64| [2.0 * (30.0 + columns - 20.0) / 40.0, 0.0, 2.0];
+        assert!(seen.sees_through(beside(0.6), voxel) && !seen.sees_through(beside(0.4), voxel));
         assert!(seen.noise() < 2e-3, "{}", seen.noise());
     }
 }
