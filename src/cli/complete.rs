@@ -24,6 +24,7 @@ use super::{
 };
 use format::dataset::NewFolder;
 use kernel::geom::TriMesh;
+use measure::free_space_violation;
 use perception::read_mask;
 use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, Detail, InputName, Scene};
 use surface::{MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
@@ -134,6 +135,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let began = Instant::now();
     let name = arguments.detail.unwrap_or(DetailName::On);
     let detail = match name {
+        DetailName::Fast => Detail::Fast,
         DetailName::Off => Detail::Surface,
         DetailName::Thesis => Detail::Algorithm2,
         DetailName::On => Detail::Joined,
@@ -344,8 +346,11 @@ fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> Complete
         bounds: [bounds.min.into(), bounds.max.into()],
         dropped_pieces: completed.dropped,
         upsampling: completed.factor,
-        free_space_violation: share(
-            points.iter().filter(|point| is_in_front(scene, point, completed.placement.cell_size)).count(),
+        free_space_violation: free_space_violation(
+            &points,
+            &scene.frame.camera,
+            &scene.frame.depth,
+            completed.placement.cell_size,
         ),
         below_plane: scene.plane.map(|plane| share(points.iter().filter(|point| plane.height(point) < 0.0).count())),
         milliseconds: CompletedTimes {
@@ -354,28 +359,6 @@ fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> Complete
             mesh: milliseconds(timings.mesh),
         },
     }
-}
-
-/// Whether a point lies more than `margin` [m] in front of all depths that were seen that near to it.
-fn is_in_front(scene: &Scene, point: &Point3<f64>, margin: f64) -> bool {
-    let camera = &scene.frame.camera;
-    let (u, v) = camera.project(point);
-    let is_inside = (0.0..f64::from(camera.width)).contains(&u) && (0.0..f64::from(camera.height)).contains(&v);
-    if !is_inside {
-        return false;
-    }
-    let reach = |focal: f64| margin * focal / point.z;
-    let span =
-        |middle: f64, reach: f64, end: u32| (middle - reach).max(0.0) as u32..=((middle + reach) as u32).min(end - 1);
-    let columns = span(u, reach(camera.fx), camera.width);
-    let mut around =
-        span(v, reach(camera.fy), camera.height).flat_map(|row| columns.clone().map(move |column| (row, column)));
-    // A pixel without a return says nothing against it.
-    let is_behind = |(row, column): (u32, u32)| {
-        let depth = f64::from(scene.frame.depth[(row * camera.width + column) as usize]);
-        depth.is_nan() || point.z >= depth - margin
-    };
-    !around.any(is_behind)
 }
 
 pub fn mesh_bytes(mesh: &TriMesh, format: MeshFormat, comments: &[String]) -> Vec<u8> {

@@ -109,12 +109,26 @@ pub struct CompleteArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DetailName {
+    /// Where the occupied cells have it, as obstacles: fast, and some .7 cell outside.
+    Fast,
     /// Where the network's coverage has the surface.
     Off,
     /// The thesis's algorithm 2: seen points and completed cells together, smoothed.
     Thesis,
     /// Coverage joined with the surface that the camera saw, smoothed.
     On,
+}
+
+impl DetailName {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Off => "off",
+            Self::Thesis => "thesis",
+            Self::On => "on",
+        }
+    }
 }
 
 /// Form of completed meshes.
@@ -172,8 +186,9 @@ pub struct EvaluateCompletionArgs {
     pub method: Vec<String>,
     /// Way in which meshes are made of answers; `thesis` and `on` need the depth (`channels.depth`). Baselines have no coverage:
     /// their surface is that of the occupied cells.
-    #[arg(long, value_enum, default_value_t = DetailName::Off)]
-    pub detail: DetailName,
+    /// Given again, each way is a row, compared with the first one.
+    #[arg(long, value_enum, default_value = "off")]
+    pub detail: Vec<DetailName>,
     /// A folder with the objects' meshes, named as in the dataset: they are the true surfaces, and not the dataset's grids.
     /// Built-in shapes need no file.
     #[arg(long, value_name = "DIR")]

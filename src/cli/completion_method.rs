@@ -118,7 +118,7 @@ impl CompletionMethod {
 
 impl Answer {
     /// The mesh of the cells that the object may touch, some .7 cell outside of it.
-    pub fn obstacle(&self, sample: &StoredSample) -> TriMesh {
+    fn obstacle(&self, sample: &StoredSample) -> TriMesh {
         CompletedMesh::obstacle(&self.occupancy, &sample.pair.grid, self.threshold).mesh
     }
 
@@ -127,6 +127,7 @@ impl Answer {
         let placement = &sample.pair.grid;
         let (coverage, level) = self.coverage.as_ref().map_or((&self.occupancy, self.threshold), |c| (c, self.level));
         Ok(match detail {
+            DetailName::Fast => self.obstacle(sample),
             DetailName::Off if self.coverage.is_none() => self.obstacle(sample),
             DetailName::Off => CompletedMesh::surface_at(coverage, &self.occupancy, placement, level).mesh,
             DetailName::Thesis => {

@@ -1,12 +1,12 @@
 //! `graspmill evaluate completion`: models and baselines on the samples of a dataset.
 
-use std::fmt::Write as _;
+use std::{collections::BTreeMap, fmt::Write as _};
 
 use serde::Serialize;
 
 use super::{
     completion_args::{DetailName, EvaluateCompletionArgs},
-    completion_method::CompletionMethod,
+    completion_method::{Answer, CompletionMethod},
     exit::{Exit, Failure},
     machine,
     parallel::in_parallel,
@@ -16,18 +16,34 @@ use super::{
 };
 use format::dataset::DatasetReader;
 use kernel::geom::TriMesh;
-use measure::{GridOverlap, Interval, Scores, SurfaceComparison, SurfaceRule};
+use measure::{
+    GridOverlap, Interval, Scores, SurfaceComparison, SurfaceRule, free_space_violation, mesh_overlap, sampled_surface,
+};
 use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD};
 
 /// Seed of samples on surfaces and of resamples.
 const SEED: u64 = 0;
 
+/// Share of the volume of an object's occupied cells that is solid, below which it counts as hollow or thin.
+const SOLID_SHARE: f64 = 0.5;
+
 /// Scores of one sample.
 struct Outcome {
     object: String,
     overlap: GridOverlap,
+    /// Solid volume in the grid and that of the occupied cells [cells]; `None` without stored coverage.
+    filled: Option<[f64; 2]>,
     /// `None` where nothing was completed.
-    surfaces: Option<SurfaceComparison>,
+    surfaces: Option<SurfaceScores>,
+}
+
+/// Scores of one completed surface.
+struct SurfaceScores {
+    distances: SurfaceComparison,
+    /// Intersection over union of the volumes.
+    volumes: f64,
+    /// Share of the surface's points more than a cell in front of what was seen around them; `None` without stored depth.
+    free_space: Option<f64>,
 }
 
 /// Result of the comparison.
@@ -39,8 +55,6 @@ struct Report {
     samples: usize,
     /// Points per surface; 0: surfaces were not compared.
     surface_samples: u32,
-    /// Way in which meshes are made of answers.
-    detail: DetailName,
     /// Surface that counts as the true one.
     truth: &'static str,
     rows: Vec<Row>,
@@ -50,17 +64,42 @@ struct Report {
 #[derive(Serialize)]
 struct Row {
     name: String,
+    /// Way in which meshes are made of answers.
+    detail: DetailName,
     iou: Option<Interval>,
     /// Intersection over union of the cells without a seen point.
     unseen_iou: Option<Interval>,
     /// Mean distance between the surfaces, both directions [mm].
     surface_mm: Option<Interval>,
+    /// Mean signed distance from the true surface [mm], positive outside.
+    bias_mm: Option<Interval>,
+    /// Root of the mean square of the distances, both directions [mm].
+    rms_mm: Option<Interval>,
+    /// 95 % of the points are nearer than this [mm].
+    percentile_95_mm: Option<Interval>,
+    /// The largest distance [mm]: the Hausdorff distance.
+    hausdorff_mm: Option<Interval>,
+    /// Sum of both directions' mean squares [mm^2].
+    chamfer_mm2: Option<Interval>,
     /// Points within 1 % of the longest side, both directions.
     f_score_percent: Option<Interval>,
+    /// Points within 5 mm, both directions.
+    f_score_5mm: Option<Interval>,
+    /// Intersection over union of the meshes' volumes.
+    mesh_iou: Option<Interval>,
     /// Volume as a share of the true one's.
     volume_ratio: Option<Interval>,
+    /// Share of the surface more than a cell in front of what was seen around it; `None` without stored depth.
+    free_space_violation: Option<Interval>,
+    /// Intersection over union of objects of which at least half of the occupied cells' volume is solid.
+    iou_of_solid: Option<Interval>,
+    /// Intersection over union of hollow and thin objects; both are `None` without stored coverage.
+    iou_of_hollow_or_thin: Option<Interval>,
     /// Samples of which nothing was completed.
     empty: usize,
+    /// Mean distance between the surfaces less that of the method's first way of making meshes, paired by object [mm]; `None`
+    /// for that first way itself.
+    surface_over_first_mm: Option<Interval>,
     /// Intersection over union less that of the best baseline, paired by object; `None` for baselines.
     iou_over_baseline: Option<Interval>,
 }
@@ -68,7 +107,11 @@ struct Row {
 /// `graspmill evaluate completion`.
 pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer) -> Result<Exit, Failure> {
     let (reader, chosen) = choose_samples(&arguments.dir, Some(&arguments.split), arguments.limit)?;
-    let contenders = contenders(arguments, &reader)?;
+    let methods = methods(arguments, &reader)?;
+    // A row per method and way of making meshes, those of one method together.
+    let details = arguments.detail.len();
+    let contenders: Vec<(&CompletionMethod, DetailName)> =
+        methods.iter().flat_map(|method| arguments.detail.iter().map(move |detail| (method, *detail))).collect();
     let truths = arguments.truth.as_deref().map(|folder| TrueMeshes::new(folder, &reader, &chosen)).transpose()?;
     let has_coverage = StoredSample::read(&reader, chosen[0])?.coverage.is_some();
     let work = |index: usize| -> Result<Vec<Outcome>, Failure> {
@@ -77,7 +120,14 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
             Some(truths) => truths.in_camera(&sample),
             None => truth_mesh(&sample),
         };
-        contenders.iter().map(|contender| outcome(contender, &sample, &truth, arguments)).collect()
+        let mut outcomes = Vec::new();
+        for method in &methods {
+            let answer = method.complete(&sample)?;
+            for detail in &arguments.detail {
+                outcomes.push(outcome(&answer, *detail, &sample, &truth, arguments.surface_samples)?);
+            }
+        }
+        Ok(outcomes)
     };
     let results = in_parallel(chosen.len(), machine::threads(arguments.threads), work);
     let by_sample = results.into_iter().collect::<Result<Vec<_>, Failure>>()?;
@@ -90,27 +140,51 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
         }
         scores
     };
+    let hollow = hollow_objects(&by_sample);
     let overlaps: Vec<Scores> = (0..contenders.len()).map(|index| scores(index, &|o| Some(o.overlap.iou))).collect();
+    let distance = |outcome: &Outcome| Some(1e3 * outcome.surfaces.as_ref()?.distances.mean);
+    let surfaces: Vec<Scores> = (0..contenders.len()).map(|index| scores(index, &distance)).collect();
     let mean_of = |scores: &Scores| scores.interval(SEED).map_or(0.0, |interval| interval.mean);
-    let baselines = (0..contenders.len()).filter(|index| contenders[*index].is_baseline());
+    let baselines = (0..contenders.len()).filter(|index| contenders[*index].0.is_baseline());
     let best = baselines.max_by(|a, b| mean_of(&overlaps[*a]).total_cmp(&mean_of(&overlaps[*b])));
     let row = |index: usize| {
         let interval = |value: &dyn Fn(&SurfaceComparison) -> f64| {
-            scores(index, &|outcome| outcome.surfaces.as_ref().map(value)).interval(SEED)
+            scores(index, &|outcome| outcome.surfaces.as_ref().map(|scores| value(&scores.distances))).interval(SEED)
+        };
+        let of_stratum = |is_hollow: bool| {
+            let is_of = |outcome: &Outcome| hollow.get(&outcome.object) == Some(&is_hollow);
+            scores(index, &|outcome| is_of(outcome).then_some(outcome.overlap.iou)).interval(SEED)
         };
         Row {
-            name: contenders[index].name(),
+            name: match details {
+                1 => contenders[index].0.name(),
+                _ => format!("{}, {}", contenders[index].0.name(), contenders[index].1.name()),
+            },
+            detail: contenders[index].1,
+            surface_over_first_mm: (index % details > 0)
+                .then(|| surfaces[index].paired_difference(&surfaces[index - index % details], SEED))
+                .flatten(),
             iou: overlaps[index].interval(SEED),
             unseen_iou: scores(index, &|outcome| Some(outcome.overlap.unseen)).interval(SEED),
-            surface_mm: interval(&|surfaces| 1e3 * surfaces.mean),
+            surface_mm: surfaces[index].interval(SEED),
+            bias_mm: interval(&|surfaces| 1e3 * surfaces.bias),
+            rms_mm: interval(&|surfaces| 1e3 * surfaces.rms),
+            percentile_95_mm: interval(&|surfaces| 1e3 * surfaces.percentile_95),
+            hausdorff_mm: interval(&|surfaces| 1e3 * surfaces.maximum),
+            chamfer_mm2: interval(&|surfaces| 1e6 * surfaces.chamfer),
             f_score_percent: interval(&|surfaces| surfaces.f_score_percent),
+            f_score_5mm: interval(&|surfaces| surfaces.f_score_5mm),
+            mesh_iou: scores(index, &|outcome| Some(outcome.surfaces.as_ref()?.volumes)).interval(SEED),
+            free_space_violation: scores(index, &|outcome| outcome.surfaces.as_ref()?.free_space).interval(SEED),
+            iou_of_solid: of_stratum(false),
+            iou_of_hollow_or_thin: of_stratum(true),
             volume_ratio: interval(&|surfaces| surfaces.volume_ratio),
             empty: by_sample
                 .iter()
                 .filter(|outcomes| arguments.surface_samples > 0 && outcomes[index].surfaces.is_none())
                 .count(),
             iou_over_baseline: best
-                .filter(|_| matches!(contenders[index], CompletionMethod::Model { .. }))
+                .filter(|_| matches!(contenders[index].0, CompletionMethod::Model { .. }))
                 .and_then(|best| overlaps[index].paired_difference(&overlaps[best], SEED)),
         }
     };
@@ -119,7 +193,6 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
         split: arguments.split.clone(),
         samples: chosen.len(),
         surface_samples: arguments.surface_samples,
-        detail: arguments.detail,
         truth: if truths.is_some() {
             "the objects' meshes"
         } else if has_coverage {
@@ -137,10 +210,22 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
     Ok(Exit::Complete)
 }
 
-fn contenders(arguments: &EvaluateCompletionArgs, reader: &DatasetReader) -> Result<Vec<CompletionMethod>, Failure> {
+fn methods(arguments: &EvaluateCompletionArgs, reader: &DatasetReader) -> Result<Vec<CompletionMethod>, Failure> {
     let models = arguments.model.iter().map(|folder| CompletionMethod::open(folder));
     let methods = arguments.method.iter().map(|name| CompletionMethod::by_name(name, reader));
     models.chain(methods).collect()
+}
+
+/// Whether each object is hollow or thin; without stored coverage nothing is known of it.
+fn hollow_objects(by_sample: &[Vec<Outcome>]) -> BTreeMap<String, bool> {
+    let mut sums: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    for outcome in by_sample.iter().filter_map(|outcomes| outcomes.first()) {
+        if let Some([solid, occupied]) = outcome.filled {
+            let sum = sums.entry(outcome.object.clone()).or_default();
+            (sum[0], sum[1]) = (sum[0] + solid, sum[1] + occupied);
+        }
+    }
+    sums.into_iter().map(|(object, [solid, occupied])| (object, solid < SOLID_SHARE * occupied)).collect()
 }
 
 /// The surface that counts as the true one: that of coverage, or of the occupied cells where no coverage is stored.
@@ -154,22 +239,32 @@ fn truth_mesh(sample: &StoredSample) -> TriMesh {
 }
 
 fn outcome(
-    contender: &CompletionMethod,
+    answer: &Answer,
+    detail: DetailName,
     sample: &StoredSample,
     truth: &TriMesh,
-    arguments: &EvaluateCompletionArgs,
+    points: u32,
 ) -> Result<Outcome, Failure> {
-    let points = arguments.surface_samples;
-    let answer = contender.complete(sample)?;
-    let mesh = answer.mesh(sample, arguments.detail)?;
+    let mesh = answer.mesh(sample, detail)?;
     let rule = SurfaceRule { samples: points as usize, seed: SEED };
     let surfaces = if points > 0 && !mesh.triangles.is_empty() && !truth.triangles.is_empty() {
-        Some(SurfaceComparison::new(&mesh, truth, &rule, sample.name.as_bytes())?)
+        let id = sample.name.as_bytes();
+        let camera = &sample.pair.camera;
+        let free_space = sample.depth.as_ref().map(|crop| {
+            let depth = crop.whole(camera.width, camera.height);
+            free_space_violation(&sampled_surface(&mesh, &rule, id), camera, &depth, sample.pair.grid.cell_size)
+        });
+        let distances = SurfaceComparison::new(&mesh, truth, &rule, id)?;
+        Some(SurfaceScores { distances, volumes: mesh_overlap(&mesh, truth), free_space })
     } else {
         None
     };
     Ok(Outcome {
         object: sample.pair.sample.subject.to_string(),
+        filled: sample.coverage.as_ref().map(|coverage| {
+            let solid = coverage.values().iter().map(|share| f64::from(*share)).sum();
+            [solid, f64::from(sample.pair.complete.count())]
+        }),
         overlap: GridOverlap::new(&answer.cells, &sample.pair.complete, &sample.pair.partial),
         surfaces,
     })
@@ -184,8 +279,8 @@ fn text(report: &Report) -> String {
     let width = report.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(10);
     _ = writeln!(
         text,
-        "{:width$}  {:19}  {:19}  {:19}  {:6}  {:6}",
-        "", "IoU", "IoU, unseen", "surface [mm]", "F, 1 %", "volume"
+        "{:width$}  {:20}  {:20}  {:20}  {:6}  {:8}  {:6}  {:6}  {:6}",
+        "", "IoU", "IoU, unseen", "surface [mm]", "F, 1 %", "mesh IoU", "volume", "bias", "free"
     );
     let three = |interval: &Option<Interval>| {
         interval.map_or("-".to_owned(), |found| format!("{:.3} [{:.3}, {:.3}]", found.mean, found.low, found.high))
@@ -194,11 +289,35 @@ fn text(report: &Report) -> String {
         interval.map_or("-".to_owned(), |found| format!("{:.2} [{:.2}, {:.2}]", found.mean, found.low, found.high))
     };
     let one = |interval: &Option<Interval>| interval.map_or("-".to_owned(), |found| format!("{:.3}", found.mean));
+    let signed = |interval: &Option<Interval>| interval.map_or("-".to_owned(), |found| format!("{:+.2}", found.mean));
+    let percent =
+        |interval: &Option<Interval>| interval.map_or("-".to_owned(), |found| format!("{:.1} %", 100.0 * found.mean));
     for row in &report.rows {
-        let Row { name, iou, unseen_iou, surface_mm, f_score_percent, volume_ratio, .. } = row;
-        let (iou, unseen, surface) = (three(iou), three(unseen_iou), two(surface_mm));
-        let (f_score, volume) = (one(f_score_percent), one(volume_ratio));
-        _ = writeln!(text, "{name:width$}  {iou:19}  {unseen:19}  {surface:19}  {f_score:6}  {volume:6}");
+        let (iou, unseen, surface) = (three(&row.iou), three(&row.unseen_iou), two(&row.surface_mm));
+        let (f_score, meshes, volume) = (one(&row.f_score_percent), one(&row.mesh_iou), one(&row.volume_ratio));
+        let (name, bias, free) = (&row.name, signed(&row.bias_mm), percent(&row.free_space_violation));
+        _ = writeln!(
+            text,
+            "{name:width$}  {iou:20}  {unseen:20}  {surface:20}  {f_score:6}  {meshes:8}  {volume:6}  {bias:6}  {free:6}"
+        );
+    }
+    for Row { name, iou_of_solid, iou_of_hollow_or_thin, .. } in &report.rows {
+        if let (Some(solid), Some(hollow)) = (iou_of_solid, iou_of_hollow_or_thin) {
+            _ = writeln!(
+                text,
+                "{name}: IoU {:.3} [{:.3}, {:.3}] of {} solid objects, {:.3} [{:.3}, {:.3}] of {} hollow or thin ones",
+                solid.mean, solid.low, solid.high, solid.objects, hollow.mean, hollow.low, hollow.high, hollow.objects
+            );
+        }
+    }
+    for Row { name, surface_over_first_mm, .. } in &report.rows {
+        if let Some(Interval { mean, low, high, .. }) = surface_over_first_mm {
+            let claim = if *low > 0.0 || *high < 0.0 { "" } else { ": no difference is shown" };
+            _ = writeln!(
+                text,
+                "{name}: surface less that of the first --detail {mean:+.2} [{low:+.2}, {high:+.2}] mm, paired by object{claim}"
+            );
+        }
     }
     for Row { name, iou_over_baseline, empty, .. } in &report.rows {
         if let Some(Interval { mean, low, high, .. }) = iou_over_baseline {

@@ -66,7 +66,7 @@ impl TrainingPairs {
         found
     }
 
-    /// How many of these pairs hold each cell.
+    /// Count of these pairs that hold each cell.
     fn counts(&self, pairs: impl Iterator<Item = usize>) -> Vec<u32> {
         let mut counts = vec![0; (self.resolution as usize).pow(3)];
         for pair in pairs {

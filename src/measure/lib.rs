@@ -3,16 +3,22 @@
 //! Every number is of class `exact`, given the same grids and meshes; samples and resamples are drawn by key.
 
 mod baseline;
+mod inside;
 mod interval;
 mod learned;
+mod mesh_overlap;
 mod mirror;
 mod overlap;
 mod seen_cells;
+mod seen_space;
 mod surfaces;
 
 pub use baseline::Baseline;
+pub use inside::MeshInside;
 pub use interval::{Interval, Scores};
 pub use learned::TrainingPairs;
+pub use mesh_overlap::mesh_overlap;
 pub use overlap::GridOverlap;
 pub use seen_cells::SeenCells;
-pub use surfaces::{SurfaceComparison, SurfaceRule};
+pub use seen_space::free_space_violation;
+pub use surfaces::{SurfaceComparison, SurfaceRule, sampled_surface};

@@ -13,10 +13,10 @@ const TURN_STEP: i32 = 5;
 /// Planes are shifted away from the camera by up to the seen depth, in so many steps.
 const SHIFTS: u32 = 10;
 
-/// How seen cells and their images become a shape.
+/// Rule by which seen cells and their images become a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Union {
-    /// As they are.
+    /// Cells and images alone.
     Shell,
     /// Each stack along z from its first cell to its last.
     Filled,

@@ -6,6 +6,8 @@ use kernel::{
 };
 use nalgebra::Point3;
 
+use crate::inside::MeshInside;
+
 /// Distance within which a point counts as found, as a share of the truth's longest side.
 const SHARE_FOUND: f64 = 0.01;
 /// Distance within which a point counts as found [m].
@@ -35,6 +37,8 @@ pub struct SurfaceComparison {
     pub found_to_truth: f64,
     /// Mean distance from the true surface to the found one [m].
     pub truth_to_found: f64,
+    /// Mean signed distance of the found surface from the true one [m], positive outside: above 0 the completion is too fat.
+    pub bias: f64,
     /// Root of the mean square over both directions [m].
     pub rms: f64,
     /// 95 % of all points are nearer than this [m].
@@ -60,12 +64,17 @@ impl SurfaceComparison {
     /// When one of them has no triangles.
     pub fn new(found: &TriMesh, truth: &TriMesh, rule: &SurfaceRule, id: &[u8]) -> Result<Self, NoSurface> {
         let (found_query, truth_query) = (MeshQuery::new(found)?, MeshQuery::new(truth)?);
-        let distances = |mesh: &TriMesh, name: &str, query: &MeshQuery| -> Vec<f64> {
-            let mut draw = Stream::of_job(rule.seed, id, name);
-            surface_points(mesh, rule.samples, &mut draw).iter().map(|point| query.distance(point)).collect()
+        let mut draw = Stream::of_job(rule.seed, id, "points of the true surface");
+        let true_points = surface_points(truth, rule.samples, &mut draw);
+        let found_points = sampled_surface(found, rule, id);
+        let distances = |points: &[Point3<f64>], query: &MeshQuery| -> Vec<f64> {
+            points.iter().map(|point| query.distance(point)).collect()
         };
-        let to_truth = distances(found, "points of the found surface", &truth_query);
-        let to_found = distances(truth, "points of the true surface", &found_query);
+        let (to_truth, to_found) = (distances(&found_points, &truth_query), distances(&true_points, &found_query));
+        let inside = MeshInside::new(truth);
+        let signed = found_points.iter().zip(&to_truth);
+        let signed = signed.map(|(point, distance)| if inside.contains(point) { -distance } else { *distance });
+        let bias = signed.sum::<f64>() / found_points.len().max(1) as f64;
         let longest_side = truth.aabb().map_or(0.0, |bounds| bounds.longest_side());
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let mean_square =
@@ -83,6 +92,7 @@ impl SurfaceComparison {
             mean: (mean(&to_truth) + mean(&to_found)) / 2.0,
             found_to_truth: mean(&to_truth),
             truth_to_found: mean(&to_found),
+            bias,
             rms: mean_square(&all).sqrt(),
             percentile_95: all.get(all.len() * 19 / 20).copied().unwrap_or(0.0),
             maximum: all.last().copied().unwrap_or(0.0),
@@ -93,6 +103,14 @@ impl SurfaceComparison {
             longest_side,
         })
     }
+}
+
+/// Points of a found surface [m], those that [`SurfaceComparison`] compares; none without triangles.
+pub fn sampled_surface(found: &TriMesh, rule: &SurfaceRule, id: &[u8]) -> Vec<Point3<f64>> {
+    if found.triangles.is_empty() {
+        return Vec::new();
+    }
+    surface_points(found, rule.samples, &mut Stream::of_job(rule.seed, id, "points of the found surface"))
 }
 
 /// Points drawn evenly over a surface [m]: one from each of so many parts of equal area.
@@ -117,11 +135,11 @@ fn surface_points(mesh: &TriMesh, count: usize, draw: &mut Stream) -> Vec<Point3
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// A closed box from a corner [m] with these sides, each face of two triangles.
-    fn cuboid(low: [f64; 3], sides: [f64; 3]) -> TriMesh {
+    pub(crate) fn cuboid(low: [f64; 3], sides: [f64; 3]) -> TriMesh {
         let corner =
             |index: usize| std::array::from_fn(|axis| (low[axis] + sides[axis] * (index >> axis & 1) as f64) as f32);
         let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
@@ -141,6 +159,10 @@ mod tests {
         let found = SurfaceComparison::new(&inner, &truth, &rule, b"inner").expect("surfaces");
         assert!((found.found_to_truth - 0.005).abs() < 1e-6, "{found:?}");
         assert!((found.volume_ratio - 0.729).abs() < 1e-6);
+        // All of it is inside, where distances count below 0; the other way round the bias is that of the truth's samples.
+        assert!((found.bias + 0.005).abs() < 1e-6, "{found:?}");
+        let outer = SurfaceComparison::new(&truth, &inner, &rule, b"inner").expect("surfaces");
+        assert!((outer.bias - outer.found_to_truth).abs() < 1e-9 && outer.bias > 0.005, "{outer:?}");
         // A point of a face at (x, y) is sqrt(25 + dx^2 + dy^2) mm away, where dx and dy are how far it lies beyond the
         // inner box: 81 % of each face sees 5 mm exactly.
         let steps = 2000;

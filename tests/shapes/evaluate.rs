@@ -157,6 +157,14 @@ fn models_and_baselines_stand_in_one_table() {
         let [low, mean, high] = ["low", "mean", "high"].map(|end| number_at(row, &format!("/iou/{end}")));
         assert!(0.0 < low && low <= mean && mean <= high && high < 1.0, "{row}");
         assert_eq!(row["iou"]["objects"], 3);
+        let distances = ["surface_mm", "rms_mm", "percentile_95_mm", "hausdorff_mm"];
+        let distances = distances.map(|name| number_at(row, &format!("/{name}/mean")));
+        assert!(distances.windows(2).all(|pair| pair[0] < pair[1]), "{row}");
+        for share in ["mesh_iou", "f_score_percent", "f_score_5mm", "free_space_violation"] {
+            assert!((0.0..=1.0).contains(&number_at(row, &format!("/{share}/mean"))), "{share}: {row}");
+        }
+        let parts = ["iou_of_solid", "iou_of_hollow_or_thin"].map(|name| row[name]["objects"].as_u64().unwrap_or(0));
+        assert_eq!(parts.iter().sum::<u64>(), 3, "{row}");
         assert!(number_at(row, "/surface_mm/mean") > 0.1 && number_at(row, "/volume_ratio/mean") > 0.0, "{row}");
     }
     // A perfect network's surface against the objects' own meshes: every way of making meshes is told apart.
@@ -164,8 +172,9 @@ fn models_and_baselines_stand_in_one_table() {
         let run = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--method", "knn"]);
         let run = run.args(["--method", "mean", "--detail", detail, "--limit", "6", "--surface-samples", "500"]);
         let report: Value = run.option("--truth", workspace.folder()).arg("--json").succeed().json();
-        assert_eq!((report["detail"].as_str(), report["truth"].as_str()), (Some(detail), Some("the objects' meshes")));
+        assert_eq!(report["truth"], "the objects' meshes");
         let rows = report["rows"].as_array().expect("rows");
+        assert_eq!(rows[0]["detail"], detail);
         assert_eq!(number_at(&rows[0], "/iou/mean"), 1.0);
         // Three training objects are few to learn from.
         assert!((1e-3..0.95).contains(&number_at(&rows[1], "/iou/mean")), "{report}");
@@ -174,6 +183,15 @@ fn models_and_baselines_stand_in_one_table() {
     };
     let [off, thesis, on] = ["off", "thesis", "on"].map(distance);
     assert!(off < thesis && on < thesis, "{off} {thesis} {on}");
+    // Ways beside each other: as alone, and less the first.
+    let run_of_ways = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--limit", "6"]);
+    let run_of_ways = run_of_ways.args(["--detail", "fast", "--detail", "off", "--surface-samples", "500"]);
+    let report: Value = run_of_ways.option("--truth", workspace.folder()).arg("--json").succeed().json();
+    let of_row = |row: usize, name: &str| number_at(&report, &format!("/rows/{row}/{name}/mean"));
+    assert_eq!(report["rows"].as_array().map(Vec::len), Some(2));
+    assert_eq!((report["rows"][1]["name"].as_str(), of_row(1, "surface_mm")), (Some("truth, off"), off));
+    let less = of_row(1, "surface_over_first_mm");
+    assert!((less - (off - of_row(0, "surface_mm"))).abs() < 1e-9 && less < -0.5, "{report}");
     // What is seen is a shell: as a completion it adds nothing, and drawn out along the rays it comes nearer to the truth.
     assert_eq!(number_at(row("partial"), "/unseen_iou/mean"), 0.0);
     assert!(number_at(row("extrude"), "/iou/mean") > number_at(row("partial"), "/iou/mean") + 0.1, "{report}");

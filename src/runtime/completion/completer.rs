@@ -16,6 +16,8 @@ const MIN_CELLS: u32 = 25;
 /// Ways to make a target's mesh of the network's answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Detail {
+    /// The fast mesh of all cells that the object may touch, as of obstacles.
+    Fast,
     /// The surface where coverage has it.
     Surface,
     /// The thesis's algorithm 2: observed points merged with occupied cells, and the smoothest field of their sign.
@@ -246,7 +248,7 @@ impl Completer {
         };
         let (occupancy, placement) = (&prediction.occupancy, &input.placement);
         match detail {
-            None => {
+            None | Some(Detail::Fast) => {
                 let possible = possible_cells(occupancy, input);
                 (CompletedMesh::obstacle(&possible, placement, threshold), None)
             }
