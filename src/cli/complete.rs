@@ -125,6 +125,7 @@ struct Times {
 }
 
 /// `graspmill complete` on a picture.
+#[expect(clippy::too_many_lines, reason = "steps from picture to report, one after another")]
 pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
     if arguments.split.is_some() || arguments.limit.is_some() {
         let message = format!("{} is no dataset: leave out --split and --limit", arguments.picture.depth.display());

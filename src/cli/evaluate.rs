@@ -105,6 +105,7 @@ struct Row {
 }
 
 /// `graspmill evaluate completion`.
+#[expect(clippy::too_many_lines, reason = "a row of the report names every measure")]
 pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer) -> Result<Exit, Failure> {
     let (reader, chosen) = choose_samples(&arguments.dir, Some(&arguments.split), arguments.limit)?;
     let methods = methods(arguments, &reader)?;
@@ -161,7 +162,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
                 _ => format!("{}, {}", contenders[index].0.name(), contenders[index].1.name()),
             },
             detail: contenders[index].1,
-            surface_over_first_mm: (index % details > 0)
+            surface_over_first_mm: (!index.is_multiple_of(details))
                 .then(|| surfaces[index].paired_difference(&surfaces[index - index % details], SEED))
                 .flatten(),
             iou: overlaps[index].interval(SEED),
