@@ -53,8 +53,8 @@ impl<'a> MeshInside<'a> {
         above.map(|(_, sense)| sense).sum::<i32>() != 0
     }
 
-    /// Depths z [m] at which the line along z through (x, y) crosses the surface, each with +1 where it leaves a mesh that is
-    /// wound outward and -1 where it enters; in no order. A line through an edge or a corner crosses as its neighbour does that
+    /// Depths z [m] at which the line along z through (x, y) crosses the surface, each with +1 where it comes out of a mesh that
+    /// is wound outward and -1 where it enters; in no order. A line through an edge or a corner crosses as its neighbour does that
     /// lies an infinitesimal step along x, and a smaller one along y, aside (Edelsbrunner and Muecke 1990).
     pub fn crossings(&self, x: f64, y: f64) -> Vec<(f64, i32)> {
         let mut found = Vec::new();

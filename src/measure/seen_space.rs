@@ -1,4 +1,4 @@
-//! How far completions reach into space that the camera saw to be empty.
+//! Share of completions that reaches into space that the camera saw to be empty.
 
 use kernel::geom::Intrinsics;
 use nalgebra::Point3;

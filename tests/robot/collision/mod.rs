@@ -175,6 +175,7 @@ fn pairs_touch_where_parry_says() {
 
 /// A body is moved, seen from the other, by a little less than the depth: the two still overlap. As judged by parry where
 /// both are solid; of meshes by the checker itself where parry finds no surfaces that touch.
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn assert_bodies_overlap(count: u32) {
     for scene in SCENES {
         let mut robot = Robot::open(scene, "depth");

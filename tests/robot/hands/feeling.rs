@@ -63,6 +63,7 @@ fn many_closings_touch_what_mujocos_own_field_touches() {
 
 /// So many closings each on a mug, a bowl, a can and a kettle: penetration by the mesh, and link by link against MuJoCo's own
 /// distance field in the same postures.
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn assert_closings_touch(closings: u32) {
     let model = open_hand(BARRETT);
     let mut draw = Stream::of_job(1, b"", "feeling");
