@@ -55,7 +55,7 @@ fn a_picture_becomes_meshes() -> Result<(), Box<dyn Error>> {
     let frame = read_frame("scenes/table.png".as_ref(), &rule)?.frame;
 
     let model = CompletionModel::open("tests/models/thicken".as_ref())?;
-    let completer = Completer::new(model, Detail::Surface);
+    let completer = Completer::new(model, Detail::Joined);
     let scene = completer.segment(frame, &SceneRule::default());
     for cluster in &scene.clusters {
         let completed = completer.complete(&scene, cluster)?;

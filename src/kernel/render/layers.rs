@@ -236,7 +236,7 @@ mod tests {
         let gone = image.silhouette(&square, &outside);
         assert_eq!((gone.pixels, gone.pixels_in_image), (whole.pixels, 0));
         // Beside the camera, in part behind it.
-        let beside = Pose::from_xyz_rpy([0.0, 0.1, 0.1, 1.5, 0.0, 0.0]);
+        let beside = Pose::from_xyz_rpy([0.0, 0.05, 0.1, 1.5, 0.0, 0.0]);
         image.begin(CAMERA);
         image.add(&square, &beside, 1);
         let beside = image.silhouette(&square, &beside);
