@@ -26,7 +26,7 @@ use format::dataset::NewFolder;
 use kernel::geom::TriMesh;
 use measure::free_space_violation;
 use perception::read_mask;
-use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, Detail, InputName, Scene};
+use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, InputName, Scene};
 use surface::{MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
 
 /// Density of completed objects in a scene for MuJoCo [kg/m^3]: filled packages, between foam and water.
@@ -135,15 +135,9 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let contacts = arguments.touch.as_deref().map(read_contacts).transpose()?.unwrap_or_default();
     let began = Instant::now();
     let name = arguments.detail.unwrap_or(DetailName::On);
-    let detail = match name {
-        DetailName::Fast => Detail::Fast,
-        DetailName::Off => Detail::Surface,
-        DetailName::Thesis => Detail::Algorithm2,
-        DetailName::On => Detail::Joined,
-    };
     let completer = match (&arguments.model, &arguments.method) {
-        (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail),
-        (None, method) => Completer::by_baseline(baseline_of(method.as_deref().unwrap_or_default())?, detail),
+        (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, name.into()),
+        (None, method) => Completer::by_baseline(baseline_of(method.as_deref().unwrap_or_default())?, name.into()),
     };
     let open_model = milliseconds_since(began);
     let mut picture = SegmentedPicture::open(&arguments.picture)?;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{
     complete::mesh_bytes,
     completion_args::{CompleteArgs, DetailName, MeshFormat},
-    completion_method::CompletionMethod,
+    completion_method::{CompletionMethod, mesh_of},
     exit::{Exit, Failure},
     machine,
     parallel::in_parallel,
@@ -68,10 +68,10 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
     let work = |index: usize| -> Result<(SampleRow, TriMesh), Failure> {
         let sample = StoredSample::read(&reader, chosen[index])?;
         let answer = method.complete(&sample)?;
-        let mesh = answer.mesh(&sample, detail)?;
+        let mesh = mesh_of(&answer, &sample, detail)?;
         let file = format!("{}.{}", plain(&sample.name), arguments.to.extension());
         let row = SampleRow {
-            overlap: GridOverlap::new(&answer.cells, &sample.pair.complete, &sample.pair.partial),
+            overlap: GridOverlap::new(&answer.cells(), &sample.pair.complete, &sample.pair.partial),
             mesh: (!mesh.triangles.is_empty()).then_some(file),
             triangles: mesh.triangles.len(),
             volume: mesh.signed_volume(),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::local_path::local_path;
+use runtime::completion::Detail;
 
 /// A depth picture, its camera, and how it is taken apart.
 #[derive(Args, Debug)]
@@ -127,6 +128,17 @@ impl DetailName {
             Self::Off => "off",
             Self::Thesis => "thesis",
             Self::On => "on",
+        }
+    }
+}
+
+impl From<DetailName> for Detail {
+    fn from(name: DetailName) -> Self {
+        match name {
+            DetailName::Fast => Self::Fast,
+            DetailName::Off => Self::Surface,
+            DetailName::Thesis => Self::Algorithm2,
+            DetailName::On => Self::Joined,
         }
     }
 }

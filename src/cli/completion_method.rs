@@ -14,8 +14,7 @@ use kernel::{
     words::Split,
 };
 use measure::{Baseline, GridOverlap, SeenCells, TrainingPairs};
-use runtime::completion::CompletionModel;
-use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD};
+use runtime::completion::{Answer, CompletionModel, Prediction};
 
 /// Baselines that remember the training pairs of the dataset.
 const LEARNED: [&str; 2] = ["knn", "mean"];
@@ -33,15 +32,6 @@ pub enum CompletionMethod {
     Mean(OccupancyGrid),
     /// The true grids, as a perfect network would give them.
     Truth,
-}
-
-/// A method's answer about one sample.
-pub struct Answer {
-    pub cells: OccupancyGrid,
-    occupancy: CubeField,
-    coverage: Option<CubeField>,
-    threshold: f32,
-    level: f32,
 }
 
 impl CompletionMethod {
@@ -86,60 +76,26 @@ impl CompletionMethod {
 
     pub fn complete(&self, sample: &StoredSample) -> Result<Answer, Failure> {
         let (partial, placement) = (&sample.pair.partial, &sample.pair.grid);
-        let of_cells = |cells: OccupancyGrid| Answer {
-            occupancy: CubeField::from_grid(&cells),
-            cells,
-            coverage: None,
-            threshold: OBSTACLE_THRESHOLD,
-            level: OBSTACLE_THRESHOLD,
-        };
         Ok(match self {
-            Self::Model { model, .. } => {
-                let found = sample.complete(model)?;
-                let thresholds = model.facts().thresholds;
-                Answer {
-                    cells: found.occupancy.grid_above(thresholds.occupancy),
-                    occupancy: found.occupancy,
-                    coverage: found.coverage,
-                    threshold: thresholds.occupancy,
-                    level: thresholds.coverage,
-                }
-            }
+            Self::Model { model, .. } => Answer::of_model(model, sample.complete(model)?),
             Self::Baseline(baseline) => {
                 let seen = SeenCells { partial, free: sample.free.as_ref(), placement, up: SeenCells::IMAGE_UP };
-                of_cells(baseline.complete(&seen))
+                Answer::of_cells(&baseline.complete(&seen))
             }
-            Self::Nearest(pairs) => of_cells(pairs.nearest_vote(partial)),
-            Self::Mean(grid) => of_cells(grid.clone()),
-            Self::Truth => Answer { coverage: sample.coverage.clone(), ..of_cells(sample.pair.complete.clone()) },
+            Self::Nearest(pairs) => Answer::of_cells(&pairs.nearest_vote(partial)),
+            Self::Mean(grid) => Answer::of_cells(grid),
+            Self::Truth => {
+                let Answer { prediction, thresholds } = Answer::of_cells(&sample.pair.complete);
+                Answer { prediction: Prediction { coverage: sample.coverage.clone(), ..prediction }, thresholds }
+            }
         })
     }
 }
 
-impl Answer {
-    /// The mesh of the cells that the object may touch, some .7 cell outside of it.
-    fn obstacle(&self, sample: &StoredSample) -> TriMesh {
-        CompletedMesh::obstacle(&self.occupancy, &sample.pair.grid, self.threshold).mesh
-    }
-
-    /// A target's mesh; without coverage the surface is that of the occupied cells.
-    pub fn mesh(&self, sample: &StoredSample, detail: DetailName) -> Result<TriMesh, Failure> {
-        let placement = &sample.pair.grid;
-        let (coverage, level) = self.coverage.as_ref().map_or((&self.occupancy, self.threshold), |c| (c, self.level));
-        Ok(match detail {
-            DetailName::Fast => self.obstacle(sample),
-            DetailName::Off if self.coverage.is_none() => self.obstacle(sample),
-            DetailName::Off => CompletedMesh::surface_at(coverage, &self.occupancy, placement, level).mesh,
-            DetailName::Thesis => {
-                let seen = sample.seen_object()?;
-                CompletedMesh::algorithm_2(&self.cells, seen.points(), placement).completed.mesh
-            }
-            DetailName::On => {
-                let seen = sample.seen_object()?;
-                CompletedMesh::joined(coverage, &self.occupancy, placement, level, &seen).completed.mesh
-            }
-        })
-    }
+/// A target's mesh out of a method's answer.
+pub fn mesh_of(answer: &Answer, sample: &StoredSample, detail: DetailName) -> Result<TriMesh, Failure> {
+    let (completed, _) = answer.mesh(detail.into(), &sample.pair.grid, &[], || sample.seen_object())?;
+    Ok(completed.mesh)
 }
 
 /// A baseline that learns nothing, by its name.

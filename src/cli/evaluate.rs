@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{
     completion_args::{DetailName, EvaluateCompletionArgs},
-    completion_method::{Answer, CompletionMethod},
+    completion_method::{CompletionMethod, mesh_of},
     exit::{Exit, Failure},
     machine,
     parallel::in_parallel,
@@ -19,6 +19,7 @@ use kernel::geom::TriMesh;
 use measure::{
     GridOverlap, Interval, Scores, SurfaceComparison, SurfaceRule, free_space_violation, mesh_overlap, sampled_surface,
 };
+use runtime::completion::{Answer, DepthFrame};
 use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD};
 
 /// Seed of samples on surfaces and of resamples.
@@ -246,14 +247,12 @@ fn outcome(
     truth: &TriMesh,
     points: u32,
 ) -> Result<Outcome, Failure> {
-    let mesh = answer.mesh(sample, detail)?;
+    let mesh = mesh_of(answer, sample, detail)?;
     let rule = SurfaceRule { samples: points as usize, seed: SEED };
     let surfaces = if points > 0 && !mesh.triangles.is_empty() && !truth.triangles.is_empty() {
         let id = sample.name.as_bytes();
-        let camera = &sample.pair.camera;
-        let free_space = sample.depth.as_ref().map(|crop| {
-            let depth = crop.whole(camera.width, camera.height);
-            free_space_violation(&sampled_surface(&mesh, &rule, id), camera, &depth, sample.pair.grid.cell_size)
+        let free_space = sample.picture().map(|DepthFrame { camera, depth }| {
+            free_space_violation(&sampled_surface(&mesh, &rule, id), camera, depth, sample.pair.grid.cell_size)
         });
         let distances = SurfaceComparison::new(&mesh, truth, &rule, id)?;
         Some(SurfaceScores { distances, volumes: mesh_overlap(&mesh, truth), free_space })
@@ -266,7 +265,7 @@ fn outcome(
             let solid = coverage.values().iter().map(|share| f64::from(*share)).sum();
             [solid, f64::from(sample.pair.complete.count())]
         }),
-        overlap: GridOverlap::new(&answer.cells, &sample.pair.complete, &sample.pair.partial),
+        overlap: GridOverlap::new(&answer.cells(), &sample.pair.complete, &sample.pair.partial),
         surfaces,
     })
 }

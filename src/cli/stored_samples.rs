@@ -1,6 +1,6 @@
 //! Stored samples as a network's input.
 
-use std::path::Path;
+use std::{cell::OnceCell, path::Path};
 
 use super::{
     exit::{Exit, Failure},
@@ -28,9 +28,12 @@ pub struct StoredSample {
     /// Share of each cell that is solid, where it is stored.
     pub coverage: Option<CubeField>,
     /// The object's depths, where they are stored.
-    pub depth: Option<DepthCrop>,
+    depth: Option<DepthCrop>,
     /// Pixels that see something in front of the object.
     occluder: Option<PixelMask>,
+    /// Made when they are first asked for: every method and every way of meshing asks.
+    picture: OnceCell<DepthFrame>,
+    seen: OnceCell<SeenObject>,
 }
 
 /// Samples of a dataset in order, of one split or of all, at most so many, evenly taken.
@@ -78,33 +81,41 @@ impl StoredSample {
             coverage,
             depth: sample.depth()?.map(|depth| depth.crop),
             occluder: sample.occlusion()?.map(|occlusion| occlusion.mask),
+            picture: OnceCell::new(),
+            seen: OnceCell::new(),
             pair,
         })
     }
 
+    /// The depth picture, where depth is stored.
+    pub fn picture(&self) -> Option<&DepthFrame> {
+        let crop = self.depth.as_ref()?;
+        let camera = self.pair.camera;
+        Some(self.picture.get_or_init(|| DepthFrame { camera, depth: crop.whole(camera.width, camera.height) }))
+    }
+
     /// The object as the camera saw it. Pixels that see an occluder say nothing.
-    pub fn seen_object(&self) -> Result<SeenObject, Failure> {
-        let Some(crop) = &self.depth else {
+    pub fn seen_object(&self) -> Result<&SeenObject, Failure> {
+        let Some(frame) = self.picture() else {
             let message =
                 "the dataset stores no depth, which --detail thesis and on need: make it with channels.depth = \"f32\"";
             return Err(Failure::message(Exit::BadSpec, message));
         };
-        let camera = &self.pair.camera;
-        let depth = crop.whole(camera.width, camera.height);
-        let frame = DepthFrame { camera: *camera, depth };
+        Ok(self.seen.get_or_init(|| self.object_in(frame)))
+    }
+
+    fn object_in(&self, frame: &DepthFrame) -> SeenObject {
+        let width = frame.camera.width;
         let returns: Vec<u32> = frame.returns().collect();
         // Flying pixels of a sensor model, as those of a camera.
-        let object = without_outliers(&frame, &returns);
-        let hides = |pixel: &u32| {
-            let mask = self.occluder.as_ref();
-            mask.is_some_and(|mask| mask.get(pixel % camera.width, pixel / camera.width))
-        };
+        let object = without_outliers(frame, &returns);
+        let hides = |pixel: &u32| self.occluder.as_ref().is_some_and(|mask| mask.get(pixel % width, pixel / width));
         let is_doubtful = |pixel: &u32| match frame.depth[*pixel as usize].is_nan() {
             true => hides(pixel),
             false => object.binary_search(pixel).is_err(),
         };
         let doubtful: Vec<u32> = (0..frame.depth.len() as u32).filter(is_doubtful).collect();
-        Ok(SeenObject::new(camera, &frame.depth, &object, &doubtful))
+        SeenObject::new(&frame.camera, &frame.depth, &object, &doubtful)
     }
 
     /// A model's answer about it; an input that the dataset does not store is an error.

@@ -30,8 +30,10 @@ pub struct NetworkInput {
     pub partial: OccupancyGrid,
     /// Cells that the camera sees through, and those below the plane; what is neither free nor partial is unseen.
     pub free: OccupancyGrid,
-    /// Pixels left out as outliers.
-    pub outliers: usize,
+    /// Pixels that the grids were made of, in order.
+    pub pixels: Vec<u32>,
+    /// Pixels of the cluster that were left out.
+    pub outliers: Vec<u32>,
 }
 
 impl NetworkInput {
@@ -67,7 +69,9 @@ impl NetworkInput {
                 }
             }
         }
-        Ok(Self { placement, partial, free, outliers: cluster.pixels.len() - pixels.len() })
+        let is_outlier = |pixel: &u32| pixels.binary_search(pixel).is_err();
+        let outliers = cluster.pixels.iter().copied().filter(is_outlier).collect();
+        Ok(Self { placement, partial, free, pixels, outliers })
     }
 }
 

@@ -109,7 +109,7 @@ fn sheets_and_grids_hold_what_was_seen() {
         let pixel = cluster.pixels[cluster.pixels.len() / 2];
         flying.0.depth[pixel as usize] += 0.2;
         let other = NetworkInput::new(&flying.0, &flying.1, Some(&plane), 40, SimdLevel::detect()).expect("a grid");
-        assert_eq!((other.placement, other.outliers), (input.placement, input.outliers + 1));
+        assert_eq!((other.placement, other.outliers.len()), (input.placement, input.outliers.len() + 1));
         assert!(input.partial.count() > 100);
         // Free cells lie in front of what is seen, beside it, or under the table; the ball's own inside is none.
         let middle = balls().into_iter().min_by(|a, b| {

@@ -6,26 +6,15 @@ use infer::{CompletionModel, InputName, Inputs, Prediction};
 use kernel::geom::{GridPlacement, OccupancyGrid, SimdLevel, TriMesh};
 use measure::{Baseline, SeenCells};
 use perception::{Cluster, DepthFrame, NetworkInput, Refusal, Scene, SceneRule, visible_sheet};
-use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD, SeenObject};
+use surface::{CubeField, SeenObject};
 
-use super::error::CompletionError;
+use super::{
+    answer::{Answer, Detail},
+    error::CompletionError,
+};
 
 /// Fewest cells with a seen point: those of a square of five.
 const MIN_CELLS: u32 = 25;
-
-/// Ways to make a target's mesh of the network's answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Detail {
-    /// The fast mesh of all cells that the object may touch, as of obstacles.
-    Fast,
-    /// The surface where coverage has it.
-    Surface,
-    /// The thesis's algorithm 2: observed points merged with occupied cells, and the smoothest field of their sign.
-    Algorithm2,
-    /// Coverage joined with the surface that the camera saw, and the smoothest field that keeps to both.
-    #[default]
-    Joined,
-}
 
 /// Time by part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -180,9 +169,20 @@ impl Completer {
         }
         let touched = touched_cells(contacts, &input.placement);
         let after_input = Instant::now();
-        let prediction = self.predict(scene, &input, &touched)?;
+        let answer = self.predict(scene, &input, &touched)?;
         let after_network = Instant::now();
-        let (completed, factor) = self.mesh(scene, cluster, &input, &prediction, detail, contacts);
+        let (completed, factor) = match detail {
+            None | Some(Detail::Fast) => {
+                let possible = possible_cells(&answer.prediction.occupancy, &input);
+                (answer.obstacle(&possible, &input.placement), None)
+            }
+            Some(detail) => {
+                let DepthFrame { camera, depth } = &scene.frame;
+                // Outliers say nothing.
+                let seen = || Ok::<_, CompletionError>(SeenObject::new(camera, depth, &input.pixels, &input.outliers));
+                answer.mesh(detail, &input.placement, contacts, seen)?
+            }
+        };
         if completed.mesh.triangles.is_empty() {
             return Err(CompletionError::Nothing);
         }
@@ -192,10 +192,10 @@ impl Completer {
             placement: input.placement,
             partial: input.partial,
             free: input.free,
-            prediction,
+            prediction: answer.prediction,
             mesh: completed.mesh,
             dropped: completed.dropped,
-            outliers: input.outliers,
+            outliers: input.outliers.len(),
             touched: touched.count(),
             factor,
             timings,
@@ -203,12 +203,7 @@ impl Completer {
     }
 
     /// Occupancy, and coverage where the method knows it.
-    fn predict(
-        &self,
-        scene: &Scene,
-        input: &NetworkInput,
-        touched: &OccupancyGrid,
-    ) -> Result<Prediction, CompletionError> {
+    fn predict(&self, scene: &Scene, input: &NetworkInput, touched: &OccupancyGrid) -> Result<Answer, CompletionError> {
         match &self.method {
             Method::Model(model) => {
                 if touched.count() > 0 && !model.inputs().contains(&InputName::Touch) {
@@ -216,7 +211,7 @@ impl Completer {
                 }
                 let [partial, free, touch] = [&input.partial, &input.free, touched].map(CubeField::from_grid);
                 let inputs = Inputs { partial: Some(&partial), free: Some(&free), touch: Some(&touch) };
-                Ok(model.predict(&inputs)?)
+                Ok(Answer::of_model(model, model.predict(&inputs)?))
             }
             Method::Baseline(baseline) => {
                 // Touched cells count as seen ones.
@@ -224,49 +219,7 @@ impl Completer {
                 touched.cells().for_each(|cell| partial.set(cell));
                 let up = scene.plane.map_or(SeenCells::IMAGE_UP, |plane| plane.normal.into());
                 let seen = SeenCells { partial: &partial, free: Some(&input.free), placement: &input.placement, up };
-                Ok(Prediction { occupancy: CubeField::from_grid(&baseline.complete(&seen)), coverage: None })
-            }
-        }
-    }
-
-    /// The mesh, and voxels per cell where it has finer ones.
-    fn mesh(
-        &self,
-        scene: &Scene,
-        cluster: &Cluster,
-        input: &NetworkInput,
-        prediction: &Prediction,
-        detail: Option<Detail>,
-        contacts: &[[f32; 3]],
-    ) -> (CompletedMesh, Option<usize>) {
-        let thresholds = self.model().map(|model| model.facts().thresholds);
-        let threshold = thresholds.map_or(OBSTACLE_THRESHOLD, |thresholds| thresholds.occupancy);
-        // Without coverage the surface is that of occupied cells.
-        let (coverage, level) = match &prediction.coverage {
-            Some(coverage) => (coverage, thresholds.map_or(OBSTACLE_THRESHOLD, |thresholds| thresholds.coverage)),
-            None => (&prediction.occupancy, threshold),
-        };
-        let (occupancy, placement) = (&prediction.occupancy, &input.placement);
-        match detail {
-            None | Some(Detail::Fast) => {
-                let possible = possible_cells(occupancy, input);
-                (CompletedMesh::obstacle(&possible, placement, threshold), None)
-            }
-            Some(Detail::Surface) if prediction.coverage.is_none() => {
-                (CompletedMesh::obstacle(occupancy, placement, threshold), None)
-            }
-            Some(Detail::Surface) => (CompletedMesh::surface_at(coverage, occupancy, placement, level), None),
-            Some(Detail::Algorithm2) => {
-                let cells = occupancy.grid_above(threshold);
-                let mut points = points_of(&scene.frame, cluster);
-                points.extend_from_slice(contacts);
-                let detailed = CompletedMesh::algorithm_2(&cells, &points, placement);
-                (detailed.completed, Some(detailed.factor))
-            }
-            Some(Detail::Joined) => {
-                let seen = seen_object(&scene.frame, cluster);
-                let detailed = CompletedMesh::joined(coverage, occupancy, placement, level, &seen);
-                (detailed.completed, Some(detailed.factor))
+                Ok(Answer::of_cells(&baseline.complete(&seen)))
             }
         }
     }
@@ -291,18 +244,4 @@ fn touched_cells(contacts: &[[f32; 3]], placement: &GridPlacement) -> OccupancyG
         }
     }
     grid
-}
-
-/// A cluster as the camera saw it; outliers say nothing.
-fn seen_object(frame: &DepthFrame, cluster: &Cluster) -> SeenObject {
-    let pixels = perception::without_outliers(frame, &cluster.pixels);
-    let outliers: Vec<u32> =
-        cluster.pixels.iter().copied().filter(|pixel| pixels.binary_search(pixel).is_err()).collect();
-    SeenObject::new(&frame.camera, &frame.depth, &pixels, &outliers)
-}
-
-/// Points of a cluster in `CameraCv` [m], outliers left out.
-fn points_of(frame: &DepthFrame, cluster: &Cluster) -> Vec<[f32; 3]> {
-    let pixels = perception::without_outliers(frame, &cluster.pixels);
-    pixels.iter().map(|pixel| frame.point(*pixel).coords.map(|value| value as f32).into()).collect()
 }

@@ -1,12 +1,15 @@
 //! Completion of what a depth camera saw: a picture becomes objects, an object's visible part a closed mesh.
 
+mod answer;
 mod completer;
 mod error;
 
-pub use completer::{Completed, Completer, Detail, Timings};
+pub use answer::{Answer, Detail};
+pub use completer::{Completed, Completer, Timings};
 pub use error::CompletionError;
 pub use infer::{
     CompletionModel, GoldenCheck, InputName, Inputs, ModelError, ModelFacts, ModelProblem, PredictError, Prediction,
+    Thresholds,
 };
 pub use measure::{Baseline, SeenCells};
 pub use perception::{

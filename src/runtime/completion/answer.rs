@@ -1,0 +1,90 @@
+//! What a model or a baseline says of an object, and the meshes that come of it.
+
+use std::borrow::Borrow;
+
+use infer::{CompletionModel, Prediction, Thresholds};
+use kernel::geom::{GridPlacement, OccupancyGrid};
+use surface::{CompletedMesh, CubeField, DetailedMesh, OBSTACLE_THRESHOLD, SeenObject};
+
+/// Ways to make a target's mesh of the network's answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Detail {
+    /// The fast mesh of all cells that the object may touch, as of obstacles.
+    Fast,
+    /// The surface where coverage has it.
+    Surface,
+    /// The thesis's algorithm 2: observed points merged with occupied cells, and the smoothest field of their sign.
+    Algorithm2,
+    /// Coverage joined with the surface that the camera saw, and the smoothest field that keeps to both.
+    #[default]
+    Joined,
+}
+
+/// Fields of one object, and where its surface lies in them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// The fields.
+    pub prediction: Prediction,
+    /// Where the surface lies.
+    pub thresholds: Thresholds,
+}
+
+impl Answer {
+    /// A model's prediction.
+    pub fn of_model(model: &CompletionModel, prediction: Prediction) -> Self {
+        Self { prediction, thresholds: model.facts().thresholds }
+    }
+
+    /// Occupied cells, of which nothing else is known.
+    pub fn of_cells(cells: &OccupancyGrid) -> Self {
+        Self {
+            prediction: Prediction { occupancy: CubeField::from_grid(cells), coverage: None },
+            thresholds: Thresholds { occupancy: OBSTACLE_THRESHOLD, coverage: OBSTACLE_THRESHOLD },
+        }
+    }
+
+    /// The occupied cells.
+    pub fn cells(&self) -> OccupancyGrid {
+        self.prediction.occupancy.grid_above(self.thresholds.occupancy)
+    }
+
+    /// The fast mesh of a field of occupancy.
+    pub(super) fn obstacle(&self, occupancy: &CubeField, placement: &GridPlacement) -> CompletedMesh {
+        CompletedMesh::obstacle(occupancy, placement, self.thresholds.occupancy)
+    }
+
+    /// A target's mesh, and voxels per cell along each axis where they are finer than cells. `seen`, the object as the camera
+    /// saw it, is asked for where the way needs it. Contacts are points of the surface, in `CameraCv` [m]. Without coverage the
+    /// surface is that of the occupied cells.
+    ///
+    /// # Errors
+    /// Those of `seen`.
+    ///
+    /// # Panics
+    /// If the fields' sides are not the placement's resolution.
+    pub fn mesh<S: Borrow<SeenObject>, E>(
+        &self,
+        detail: Detail,
+        placement: &GridPlacement,
+        contacts: &[[f32; 3]],
+        seen: impl FnOnce() -> Result<S, E>,
+    ) -> Result<(CompletedMesh, Option<usize>), E> {
+        let Prediction { occupancy, coverage } = &self.prediction;
+        let (share, level) = match coverage {
+            Some(coverage) => (coverage, self.thresholds.coverage),
+            None => (occupancy, self.thresholds.occupancy),
+        };
+        let DetailedMesh { completed, factor, .. } = match detail {
+            Detail::Surface if coverage.is_some() => {
+                return Ok((CompletedMesh::surface_at(share, occupancy, placement, level), None));
+            }
+            Detail::Fast | Detail::Surface => return Ok((self.obstacle(occupancy, placement), None)),
+            Detail::Algorithm2 => {
+                let points = [seen()?.borrow().points(), contacts].concat();
+                CompletedMesh::algorithm_2(&self.cells(), &points, placement)
+            }
+            Detail::Joined => CompletedMesh::joined(share, occupancy, placement, level, seen()?.borrow()),
+        };
+        Ok((completed, Some(factor)))
+    }
+}
