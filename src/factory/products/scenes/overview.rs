@@ -4,7 +4,7 @@ use format::{SceneContainer, SceneOverview};
 use kernel::{
     geom::{CameraCv, DepthCrop, Object, Pose, RenderMesh, SimdLevel, TriMesh, World},
     ids::SampleId,
-    render::Rasteriser,
+    render::LayeredImage,
 };
 
 /// Width and height of the picture [px].
@@ -18,7 +18,10 @@ const AROUND: f64 = 0.01;
 
 /// Paints pictures of one container; its memory is reused.
 pub(super) struct Painter {
-    rasteriser: Rasteriser,
+    level: SimdLevel,
+    /// Made with the first picture.
+    image: Option<LayeredImage>,
+    depth: DepthCrop,
     walls: Option<RenderMesh>,
     focal: f64,
     camera_z: f64,
@@ -37,7 +40,8 @@ impl Painter {
         let sides = sides.map(|side| side + 2.0 * AROUND);
         let camera_z = DISTANCE * sides[0].max(sides[1]) + rim;
         let fit = |axis: usize| f64::from(SIZE[axis]) * (camera_z - rim) / sides[axis];
-        Self { rasteriser: Rasteriser::new(level), walls, focal: fit(0).min(fit(1)), camera_z }
+        let focal = fit(0).min(fit(1));
+        Self { level, image: None, depth: DepthCrop::default(), walls, focal, camera_z }
     }
 
     /// The picture of some bodies.
@@ -52,29 +56,21 @@ impl Painter {
         let mut overview =
             SceneOverview { sample, size: SIZE, focal, camera_z, instances: vec![0; pixels], depths: vec![0; pixels] };
         let (camera, camera_from_world) = (overview.camera(), overview.camera_from_world());
-        let mut nearest = vec![f32::INFINITY; pixels];
-        let mut add = |crop: &DepthCrop, instance: u8| {
-            for (index, depth) in crop.depth.iter().enumerate().filter(|(_, depth)| !depth.is_nan()) {
-                let [x, y] = [index as u32 % crop.width, index as u32 / crop.width];
-                let pixel = ((crop.top + y) * width + crop.left + x) as usize;
-                // Of two at the same depth the lower instance stays.
-                if *depth < nearest[pixel] {
-                    nearest[pixel] = *depth;
-                    overview.instances[pixel] = instance;
-                }
-            }
-        };
+        let image = self.image.get_or_insert_with(|| LayeredImage::new(camera, self.level));
+        image.begin(camera);
         for (number, (mesh, world_from_object)) in (1..).zip(bodies) {
             let camera_from_object: Pose<CameraCv, Object> = camera_from_world * *world_from_object;
-            add(self.rasteriser.render(mesh, &camera, &camera_from_object), number);
+            image.add(mesh, &camera_from_object, number);
         }
         if let Some(walls) = &self.walls {
             let camera_from_walls: Pose<CameraCv, Object> = Pose::from_isometry(*camera_from_world.isometry());
-            add(self.rasteriser.render(walls, &camera, &camera_from_walls), SceneOverview::WALLS);
+            image.add(walls, &camera_from_walls, SceneOverview::WALLS);
         }
-        for (depth, nearest) in overview.depths.iter_mut().zip(&nearest) {
+        overview.instances.copy_from_slice(image.instances());
+        image.depth(&mut self.depth);
+        for (depth, nearest) in overview.depths.iter_mut().zip(&self.depth.depth) {
             let steps = f64::from(*nearest) / SceneOverview::STEP;
-            *depth = if nearest.is_finite() { steps.round().min(f64::from(u16::MAX)) as u16 } else { 0 };
+            *depth = if nearest.is_nan() { 0 } else { steps.round().min(f64::from(u16::MAX)) as u16 };
         }
         overview
     }
