@@ -92,6 +92,14 @@ pub fn shards_section(word: &str, shard_samples: u32) -> (String, toml::Value) {
     ("shards".to_owned(), toml::Table::from_iter([(word.to_owned(), shard_samples.into())]).into())
 }
 
+/// Keys that a job's digest has beside those of its samples, where the subjects come from another dataset: their splits, and
+/// their names by content. The root of that dataset depends on neither.
+pub fn subjects_section(splits: &impl Serialize, names: impl Iterator<Item = (Digest, String)>) -> toml::Table {
+    let splits = toml::Value::try_from(splits).expect("splits are plain data");
+    let names: toml::Table = names.map(|(content, name)| (content.hex(), name.into())).collect();
+    toml::Table::from_iter([("splits".to_owned(), splits), ("names".to_owned(), names.into())])
+}
+
 impl JobObjects {
     /// Keys of a job file about the objects: `split` and `[[objects]]`, pinned by content.
     pub fn resolved(&self, folder: &Path) -> toml::Table {

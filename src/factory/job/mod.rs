@@ -33,7 +33,7 @@ mod split;
 mod text;
 
 pub use cameras::{CAMERAS, NamedCamera, describe_cameras, named_camera};
-pub use canonical::{keys_of, shards_section, without};
+pub use canonical::{keys_of, shards_section, subjects_section, without};
 pub use checked::{Job, Profile};
 pub use description::pinned_description;
 pub use difference::{InvalidSettings, SettingDifference, setting_differences};

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::shards_section,
+    job::{shards_section, subjects_section},
     plan::{JobSplits, SubjectItems},
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
@@ -50,13 +50,8 @@ impl Work for PatchJob {
 
     /// The objects by name and content, with their splits: the root of the grasps does not depend on those.
     fn subject_keys(&self) -> toml::Table {
-        let splits = splits(&self.grasps);
-        let names = self.grasps.objects.iter().map(|object| (object.id.0.hex(), object.name.clone().into()));
-        let splits = toml::Value::try_from(splits).expect("splits are plain data");
-        toml::Table::from_iter([
-            ("splits".to_owned(), splits),
-            ("names".to_owned(), names.collect::<toml::Table>().into()),
-        ])
+        let names = self.grasps.objects.iter().map(|object| (object.id.0, object.name.clone()));
+        subjects_section(&splits(&self.grasps), names)
     }
 
     fn tables(&self, _: Option<&JobSplits>) -> WorkTables {

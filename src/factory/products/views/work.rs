@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{JobObject, JobObjects, shards_section},
+    job::{JobObject, JobObjects, shards_section, subjects_section},
     objects::{MEASURED_OBJECTS, prepared},
     plan::{JobSplits, SubjectItems},
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
@@ -42,12 +42,8 @@ impl Work for ViewJob {
 
     /// The scenes by name and content, with the splits: the root of the scenes does not depend on those.
     fn subject_keys(&self) -> toml::Table {
-        let splits = toml::Value::try_from(splits(&self.scenes, self.settings.views()));
-        let names = self.scenes.list.iter().map(|scene| (scene.id.0.hex(), scene.name().into()));
-        toml::Table::from_iter([
-            ("splits".to_owned(), splits.expect("splits are plain data")),
-            ("names".to_owned(), names.collect::<toml::Table>().into()),
-        ])
+        let names = self.scenes.list.iter().map(|scene| (scene.id.0, scene.name()));
+        subjects_section(&splits(&self.scenes, self.settings.views()), names)
     }
 
     fn objects(&self) -> Option<&JobObjects> {
