@@ -1,24 +1,15 @@
 //! Checks of runs, of their trials, and of the shapes beside them.
 
 use super::{
-    GraspRun, GraspTrials, SHAPES, Shapes,
+    GraspRun, GraspTrials, SHAPES_CHECK,
     facts::{FIRST_OF_TRIALS, TRIAL_FACTS},
 };
-use crate::{
-    Channel, CheckSample, CheckedRecord, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError,
-    dataset::DatasetError,
-};
-use kernel::{
-    ids::{ObjectId, SampleId},
-    words::GraspVerdict,
-};
+use crate::{Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
+use kernel::{ids::SampleId, words::GraspVerdict};
 
 /// The checks of grasps.
-pub(crate) static CHECKS: ProductChecks = ProductChecks {
-    product: Product::GRASPS,
-    samples: || Box::new(RunCheck::default()),
-    files: &[FileCheck { name: SHAPES, in_root: None, check: check_shapes }],
-};
+pub(crate) static CHECKS: ProductChecks =
+    ProductChecks { product: Product::GRASPS, samples: || Box::new(RunCheck::default()), files: &[SHAPES_CHECK] };
 
 /// Checks of one thread; remembers whose run it saw, the verdicts on its states and the number of its resting poses.
 #[derive(Default)]
@@ -53,23 +44,5 @@ impl RunCheck {
         let mut checked = CheckedRecord::of(trials.sample);
         checked.facts = (FIRST_OF_TRIALS..).zip(trials.facts().values()).collect();
         Ok(checked)
-    }
-}
-
-/// Checks the shapes against the asset table.
-fn check_shapes(context: &FileContext<'_>) -> Vec<String> {
-    if !context.full {
-        return Vec::new();
-    }
-    let mut objects: Vec<ObjectId> = context.objects.to_vec();
-    objects.sort_unstable();
-    let checked = Shapes::open(context.folder).and_then(|shapes| {
-        shapes.check(context.hands.first().copied(), &objects)?;
-        shapes.trial_hand()
-    });
-    match checked {
-        Ok(_) => Vec::new(),
-        Err(DatasetError::Invalid { problem, .. }) => vec![problem],
-        Err(error) => vec![error.to_string()],
     }
 }

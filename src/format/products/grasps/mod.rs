@@ -20,6 +20,7 @@ pub use resting::{InvalidResting, add_resting};
 pub use row::{FORMAT, SHAPES};
 pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
+pub(in crate::products) use shapes_file::SHAPES_CHECK;
 pub use shapes_file::{Shapes, ShapesWriter};
 pub use trial::{
     ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod, TrialOutcome,

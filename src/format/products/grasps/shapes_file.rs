@@ -1,7 +1,7 @@
 //! `shapes.mcap`: the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed from the dataset alone.
 //!
-//! One chunk a message: the hand first, then the objects by content. Datasets of products without hands have meshes alone. Their `log_time` counts them. Where grasps were tried in
-//! MuJoCo, two attachments say how the hand was compiled and driven.
+//! One chunk a message: the hand first, then the objects by content, and their `log_time` counts them. Datasets of products without
+//! hands have meshes alone. Where grasps were tried in MuJoCo, two attachments say how the hand was compiled and driven.
 
 use std::{
     collections::BTreeMap,
@@ -26,7 +26,7 @@ use crate::dataset::{
     shard::{LIBRARY, ZSTD_LEVEL},
     shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
 };
-use crate::{FORMAT_VERSION, Product, RecordError};
+use crate::{FORMAT_VERSION, FileCheck, FileContext, Product, RecordError};
 use kernel::ids::{JobDigest, ObjectId};
 
 /// Names of the attachments of trials, and what they are.
@@ -254,7 +254,7 @@ impl Shapes {
     }
 
     /// Holds the shapes against the asset table: its hand, where it has one, and its objects in order of their content.
-    pub(in crate::products) fn check(&self, hand: Option<ObjectId>, objects: &[ObjectId]) -> Result<(), DatasetError> {
+    fn check(&self, hand: Option<ObjectId>, objects: &[ObjectId]) -> Result<(), DatasetError> {
         let found = if self.has_hand { Some(self.hand()?.id) } else { None };
         if found != hand {
             let found = found.map_or_else(|| "missing".to_owned(), |found| found.0.short());
@@ -289,6 +289,27 @@ impl Shapes {
 
     fn broken(&self, error: &RecordError) -> DatasetError {
         damaged(&self.path, error.to_string())
+    }
+}
+
+/// The check of the shapes, of every product that has them.
+pub(in crate::products) const SHAPES_CHECK: FileCheck = FileCheck { name: SHAPES, in_root: None, check: check_shapes };
+
+/// Checks the shapes against the asset table.
+fn check_shapes(context: &FileContext<'_>) -> Vec<String> {
+    if !context.full {
+        return Vec::new();
+    }
+    let mut objects: Vec<ObjectId> = context.objects.to_vec();
+    objects.sort_unstable();
+    let checked = Shapes::open(context.folder).and_then(|shapes| {
+        shapes.check(context.hands.first().copied(), &objects)?;
+        shapes.trial_hand()
+    });
+    match checked {
+        Ok(_) => Vec::new(),
+        Err(DatasetError::Invalid { problem, .. }) => vec![problem],
+        Err(error) => vec![error.to_string()],
     }
 }
 

@@ -2,18 +2,13 @@
 
 use super::SceneImage;
 use crate::{
-    Channel, CheckSample, CheckedRecord, Depth, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError,
-    codec::fields::ranged,
-    dataset::DatasetError,
-    products::grasps::{SHAPES, Shapes},
+    Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductChecks, RecordError, codec::fields::ranged,
+    products::grasps::SHAPES_CHECK,
 };
 
 /// The checks of views.
-pub(crate) static CHECKS: ProductChecks = ProductChecks {
-    product: Product::VIEWS,
-    samples: || Box::new(ViewCheck::default()),
-    files: &[FileCheck { name: SHAPES, in_root: None, check: check_shapes }],
-};
+pub(crate) static CHECKS: ProductChecks =
+    ProductChecks { product: Product::VIEWS, samples: || Box::new(ViewCheck::default()), files: &[SHAPES_CHECK] };
 
 /// Checks of one thread; remembers the image that it saw last.
 #[derive(Default)]
@@ -51,19 +46,5 @@ impl ViewCheck {
             }
         }
         Ok(CheckedRecord::of(depth.sample))
-    }
-}
-
-/// Checks the meshes against the asset table.
-fn check_shapes(context: &FileContext<'_>) -> Vec<String> {
-    if !context.full {
-        return Vec::new();
-    }
-    let mut objects = context.objects.to_vec();
-    objects.sort_unstable();
-    match Shapes::open(context.folder).and_then(|shapes| shapes.check(None, &objects)) {
-        Ok(()) => Vec::new(),
-        Err(DatasetError::Invalid { problem, .. }) => vec![problem],
-        Err(error) => vec![error.to_string()],
     }
 }
