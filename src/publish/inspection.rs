@@ -67,6 +67,13 @@ impl InspectionHeader {
         writeln!(f, "  root      {}", self.root)
     }
 
+    /// Writes a line for each reason of rejected samples.
+    pub(super) fn write_rejected(f: &mut fmt::Formatter<'_>, rejected: &BTreeMap<String, u64>) -> fmt::Result {
+        rejected
+            .iter()
+            .try_for_each(|(reason, count)| writeln!(f, "            {:>9} rejected: {reason}", grouped(*count)))
+    }
+
     /// Writes the line about shards, without its end.
     pub(super) fn write_shards(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "  shards    {} with {} bytes", grouped(self.shards), grouped(self.shard_bytes))

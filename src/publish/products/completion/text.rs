@@ -5,6 +5,7 @@ use std::fmt;
 use super::inspection::{CompletionInspection, ObjectFacts};
 use crate::{
     chart::{grouped, percent},
+    inspection::InspectionHeader,
     tally::SpreadRow,
 };
 
@@ -18,9 +19,7 @@ impl fmt::Display for CompletionInspection {
         writeln!(f, "  job       {}", self.header.job)?;
         let [planned, kept, lost] = [self.planned, self.kept, rejected].map(grouped);
         writeln!(f, "  samples   {planned} planned = {kept} kept + {lost} rejected")?;
-        for (reason, count) in &self.rejected {
-            writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
-        }
+        InspectionHeader::write_rejected(f, &self.rejected)?;
         self.header.write_shards(f)?;
         let each = self.header.shard_bytes.checked_div(self.kept).unwrap_or(0);
         writeln!(f, ", {} bytes per kept sample", grouped(each))?;

@@ -395,9 +395,7 @@ impl fmt::Display for GraspsInspection {
         }
         let [runs, given_up] = [self.runs, self.given_up].map(grouped);
         writeln!(f, "  runs      {runs}, {given_up} of them given up")?;
-        for (reason, count) in &self.rejected {
-            writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
-        }
+        InspectionHeader::write_rejected(f, &self.rejected)?;
         self.header.write_shards(f)?;
         writeln!(f)?;
         writeln!(f, "\n{}", grasp_counts_in_words(&self.verdicts))?;

@@ -218,9 +218,7 @@ impl fmt::Display for PatchesInspection {
         }
         let [all, samples, kept] = [self.kept_grasps, self.samples, self.kept].map(grouped);
         writeln!(f, "  samples   {kept} of {samples} grasps of the chosen types, {all} of any")?;
-        for (reason, count) in &self.rejected {
-            writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
-        }
+        InspectionHeader::write_rejected(f, &self.rejected)?;
         writeln!(f, "  colour    {}", if self.colour { "yes" } else { "no" })?;
         self.header.write_shards(f)?;
         writeln!(f)?;

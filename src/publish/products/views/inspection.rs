@@ -139,9 +139,7 @@ impl fmt::Display for ViewsInspection {
         writeln!(f, "  job       {}", self.header.job)?;
         let share = percent(self.kept as f64 / self.samples.max(1) as f64);
         writeln!(f, "  samples   {} of {} views kept ({share})", grouped(self.kept), grouped(self.samples))?;
-        for (reason, count) in &self.rejected {
-            writeln!(f, "            {:>9} rejected: {reason}", grouped(*count))?;
-        }
+        InspectionHeader::write_rejected(f, &self.rejected)?;
         for (split, count) in &self.splits {
             writeln!(f, "            {:>9} {}", grouped(*count), split.name())?;
         }
