@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from pixels import calm
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 FAR = 1e12
@@ -50,16 +51,6 @@ def depth_by_rays(mesh, matrix, shape):
     depth = np.full(rows.size, FAR)
     depth[numbers] = points[:, 2]
     return depth.reshape(shape)
-
-
-def calm(mask):
-    same = np.ones(mask.shape, bool)
-    for down in range(-2, 3):
-        for right in range(-2, 3):
-            same &= np.roll(mask, (down, right), (0, 1)) == mask
-    same[:2] = same[-2:] = False
-    same[:, :2] = same[:, -2:] = False
-    return same
 
 
 def inclusive_box(mask):

@@ -13,6 +13,7 @@ import sys
 import graspmill
 import numpy as np
 import trimesh
+from pixels import calm, directions
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 NOTHING, CONTAINER, TABLE = 0, 254, 255
@@ -42,33 +43,18 @@ def fixed_meshes(view):
 
 def depth_of(mesh, camera, world_from_camera):
     """(height, width) depth along the optical axis by Embree, FAR where nothing is hit."""
-    rows, columns = np.indices((camera.height, camera.width))
-    x = (columns + 0.5 - camera.cx) / camera.fx
-    y = (rows + 0.5 - camera.cy) / camera.fy
-    rays = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
-    directions = rays @ world_from_camera[:3, :3].T
+    rays = directions(camera, world_from_camera)
     origins = np.tile(world_from_camera[:3, 3], (len(rays), 1))
-    triangles, ray_numbers, points = RayMeshIntersector(mesh).intersects_id(origins, directions, multiple_hits=False, return_locations=True)
+    triangles, ray_numbers, points = RayMeshIntersector(mesh).intersects_id(origins, rays, multiple_hits=False, return_locations=True)
     depth = np.full(len(rays), FAR)
     # Along the axis: the point in the plane of the triangle that was hit, in double precision.
     corners = mesh.triangles[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     along = np.einsum("ij,ij->i", normals, corners[:, 0] - origins[ray_numbers])
-    speed = np.einsum("ij,ij->i", normals, directions[ray_numbers])
+    speed = np.einsum("ij,ij->i", normals, rays[ray_numbers])
     exact = np.abs(speed) > 1e-15
     depth[ray_numbers[exact]] = along[exact] / speed[exact]
     return depth.reshape(camera.height, camera.width)
-
-
-def calm(labels):
-    """Pixels whose neighbours, two pixels around, are alike."""
-    same = np.ones(labels.shape, bool)
-    for down in range(-2, 3):
-        for right in range(-2, 3):
-            same &= np.roll(labels, (down, right), (0, 1)) == labels
-    same[:2] = same[-2:] = False
-    same[:, :2] = same[:, -2:] = False
-    return same
 
 
 def main():

@@ -12,6 +12,7 @@ import sys
 import graspmill
 import mujoco
 import numpy as np
+from pixels import calm, directions
 
 NOTHING, CONTAINER, TABLE = 0, 254, 255
 
@@ -45,16 +46,6 @@ def model_of(view, meshes):
     return spec.compile(), numbers
 
 
-def calm(labels):
-    same = np.ones(labels.shape, bool)
-    for down in range(-2, 3):
-        for right in range(-2, 3):
-            same &= np.roll(labels, (down, right), (0, 1)) == labels
-    same[:2] = same[-2:] = False
-    same[:, :2] = same[:, -2:] = False
-    return same
-
-
 def main():
     data = graspmill.Dataset(sys.argv[1], graspmill.ViewSample)
     meshes = {mesh.object: mesh for mesh in graspmill.object_meshes(sys.argv[1]).values()}
@@ -65,9 +56,7 @@ def main():
         model, numbers = model_of(view, meshes)
         state = mujoco.MjData(model)
         mujoco.mj_forward(model, state)
-        rows, columns = np.indices((camera.height, camera.width))
-        x, y = (columns + 0.5 - camera.cx) / camera.fx, (rows + 0.5 - camera.cy) / camera.fy
-        rays = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3) @ pose[:3, :3].T
+        rays = directions(camera, pose)
         geom = np.zeros(1, np.int32)
         seen, depth = np.zeros(len(rays), np.uint8), np.full(len(rays), np.nan)
         for ray, direction in enumerate(rays):
@@ -75,7 +64,7 @@ def main():
             distance = mujoco.mj_ray(model, state, pose[:3, 3], direction / length, None, 1, -1, geom)
             if distance >= 0:
                 seen[ray], depth[ray] = numbers[geom[0]], distance / length
-        seen, depth = seen.reshape(rows.shape), depth.reshape(rows.shape)
+        seen, depth = seen.reshape(view.instances.shape), depth.reshape(view.instances.shape)
         differ = seen != view.instances
         result["views"] += 1
         result["pixels"] += differ.size
