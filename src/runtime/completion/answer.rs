@@ -1,4 +1,4 @@
-//! What a model or a baseline says of an object, and the meshes that come of it.
+//! The answer of a model or a baseline about an object, and the meshes made from it.
 
 use std::borrow::Borrow;
 
@@ -58,7 +58,7 @@ impl Answer {
     /// surface is that of the occupied cells.
     ///
     /// # Errors
-    /// Those of `seen`.
+    /// Fails where `seen` does.
     ///
     /// # Panics
     /// If the fields' sides are not the placement's resolution.
