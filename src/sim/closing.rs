@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use mujoco_rs::wrappers::{mj_data::MjData, mj_model::MjModel};
+use mujoco_rs::wrappers::{mj_auxiliary::MjContact, mj_data::MjData, mj_model::MjModel};
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 
 use super::{
@@ -399,7 +399,7 @@ impl HandWorker {
     pub fn touches(&self) -> Vec<LinkTouch> {
         let mut found = Vec::new();
         for (index, contact) in self.data.contact().iter().enumerate() {
-            let sides = contact.geom.map(|geom| self.owner_of(geom));
+            let sides = self.owners_of(contact);
             let (link, object_first) = match sides {
                 [Some(GeomOwner::Link(link)), Some(GeomOwner::Object)] => (link, false),
                 [Some(GeomOwner::Object), Some(GeomOwner::Link(link))] => (link, true),
@@ -420,7 +420,7 @@ impl HandWorker {
     pub fn self_touches(&self) -> Vec<[usize; 2]> {
         let mut found = BTreeSet::new();
         for contact in self.data.contact() {
-            let sides = contact.geom.map(|geom| self.owner_of(geom));
+            let sides = self.owners_of(contact);
             if let [Some(GeomOwner::Link(one)), Some(GeomOwner::Link(other))] = sides {
                 found.insert([one.min(other), one.max(other)]);
             }
@@ -433,9 +433,13 @@ impl HandWorker {
         self.sim.touch_sensors.iter().map(|(name, address)| (name.as_str(), self.data.sensordata()[*address]))
     }
 
-    /// Owner of a geom; `None` where MuJoCo's number names none.
-    pub(super) fn owner_of(&self, geom: i32) -> Option<GeomOwner> {
-        usize::try_from(geom).ok().map(|geom| self.sim.owners[geom])
+    /// Owners of the two sides of a contact; the object has the only flex.
+    pub(super) fn owners_of(&self, contact: &MjContact) -> [Option<GeomOwner>; 2] {
+        let flex = |side: usize| (contact.flex[side] >= 0).then_some(GeomOwner::Object);
+        [0, 1].map(|side| match usize::try_from(contact.geom[side]) {
+            Ok(geom) => Some(self.sim.owners[geom]),
+            Err(_) => flex(side),
+        })
     }
 
     /// Where a motor is after another step, before the joints move.

@@ -25,7 +25,7 @@ use mujoco_rs::{
 use super::{
     convert::placement,
     error::GlError,
-    free_object::FreeObject,
+    free_object::{FreeObject, Touched},
     settle::{BodyPatch, with_scene},
     table::Table,
     true_mesh::{WorldContact, with_collider},
@@ -258,11 +258,20 @@ pub(super) fn set_object(data: &mut MjData<Box<MjModel>>, object: &FreeObject, [
     model.body_mass_mut()[object.body] = mass;
     model.body_inertia_mut()[object.body] = object.inertia.map(|moment| mass * moment);
     // What is there for rolling counts for contacts of another kind alone.
-    model.geom_friction_mut()[object.geom] = [friction, friction * torsion, 1e-4];
+    let friction = [friction, friction * torsion, 1e-4];
+    match object.touched {
+        Touched::Geom(geom) => model.geom_friction_mut()[geom] = friction,
+        Touched::Flex(flex) => model.flex_friction_mut()[flex] = friction,
+    }
     // SAFETY: 3 and 4 are kinds of contacts that MuJoCo has; it reads them when it makes a contact, no earlier.
     #[expect(unsafe_code, reason = "other numbers would be none")]
-    let kinds = unsafe { model.geom_condim_mut() };
-    kinds[object.geom] = if torsion > 0.0 { 4 } else { 3 };
+    let kind = unsafe {
+        match object.touched {
+            Touched::Geom(geom) => &mut model.geom_condim_mut()[geom],
+            Touched::Flex(flex) => &mut model.flex_condim_mut()[flex],
+        }
+    };
+    *kind = if torsion > 0.0 { 4 } else { 3 };
     data.set_const();
 }
 

@@ -2,13 +2,22 @@
 
 use nalgebra::Point3;
 
+/// Part of an object that contacts are made with: its only one.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Touched {
+    /// Index of a geom.
+    Geom(usize),
+    /// Index of a flex.
+    Flex(usize),
+}
+
 /// An object that moves freely, as compiled: it weighs a kilogram.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FreeObject {
     /// Index of its body.
     pub(super) body: usize,
-    /// Index of its only geom.
-    pub(super) geom: usize,
+    /// Part that contacts are made with.
+    pub(super) touched: Touched,
     /// Index of its position and rotation among MuJoCo's coordinates.
     pub(super) address: usize,
     /// The first of its six velocities.

@@ -23,9 +23,9 @@ use super::{
     convert::{index, isometry},
     error::{HandError, RobotError},
     ffi::drop_free_joints,
-    free_object::FreeObject,
+    free_object::{FreeObject, Touched},
     hand::HandModel,
-    model::{Inertia, add_mesh},
+    native_mesh::NativeContacts,
     table::{self, Table},
     true_mesh::{self, TrueMesh, TrueMeshCollider},
 };
@@ -69,9 +69,6 @@ pub(super) const SLIDE_MASS: f64 = 100.0;
 /// The free object's joint.
 const FREE: &str = "graspmill free";
 
-/// Depth of MuJoCo's octree of distances to a mesh.
-const OCTREE_DEPTH: i32 = 8;
-
 /// Servo that moves one joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Servo {
@@ -87,15 +84,6 @@ pub(super) struct Servo {
     pub(super) damping: f64,
     /// Approximate inertia that it has to move [kg m^2 or kg].
     pub(super) inertia: f64,
-}
-
-/// Method by which MuJoCo itself touches a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NativeContacts {
-    /// By an octree of distances, from 40 starts per pair: milliseconds per step.
-    Sdf,
-    /// Contacts of the convex hull.
-    Hull,
 }
 
 /// Support of the object.
@@ -161,9 +149,10 @@ impl HandSim {
     /// Compiles the hand with a mesh as MuJoCo itself touches it: slow and right, or its convex hull. For comparison.
     ///
     /// # Errors
-    /// When MuJoCo refuses the mesh or the hand.
+    /// When MuJoCo refuses the mesh or the hand, or the mesh has more triangles than it has memory for their contacts.
     pub fn with_native_mesh(model: &HandModel, object: &TriMesh, contacts: NativeContacts) -> Result<Self, HandError> {
-        Self::compile(model, None, |spec| add_native(spec, object, contacts), None, None)
+        contacts.check(model, object)?;
+        Self::compile(model, None, |spec| contacts.add(spec, OBJECT, model, object), None, None)
     }
 
     /// Compiles as [`HandSim::with_mesh`], the object free to move, with what it weighs.
@@ -207,7 +196,9 @@ impl HandSim {
         contacts: NativeContacts,
     ) -> Result<Self, HandError> {
         check_mass(mass)?;
-        Self::compile(model, Some(mass), |spec| add_native(spec, object, contacts), None, None)
+        contacts.check(model, object)?;
+        let add_geoms = |spec: &mut MjSpec| contacts.add(spec, OBJECT, model, object);
+        Self::compile(model, Some(mass), add_geoms, None, None)
     }
 
     /// Compiles with a free object where `mass` is given, else with one on slides; with a table where the corners of the
@@ -234,6 +225,8 @@ impl HandSim {
         set_option(compiled.opt_mut());
         compiled.geom_solref_mut().fill(CONTACT_SOLREF);
         compiled.geom_solimp_mut().fill(CONTACT_SOLIMP);
+        compiled.flex_solref_mut().fill(CONTACT_SOLREF);
+        compiled.flex_solimp_mut().fill(CONTACT_SOLIMP);
         let servos = servos(&compiled, &hand, &gains);
         let links = model.robot.all_links()?;
         let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
@@ -444,13 +437,18 @@ fn add_free_object(spec: &mut MjSpec, mass: &MassProperties) {
     object.add_free_joint().with_name(FREE);
 }
 
-/// Finds the free object in the compiled model, and gives its geom's friction priority over the hand's.
+/// Finds the free object in the compiled model, and gives its friction priority over the hand's.
 fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeObject {
-    let geom = index(model.body_geomadr()[body]);
-    model.geom_priority_mut()[geom] = 1;
+    let touched = if model.body_geomnum()[body] > 0 {
+        let geom = index(model.body_geomadr()[body]);
+        model.geom_priority_mut()[geom] = 1;
+        Touched::Geom(geom)
+    } else {
+        Touched::Flex(model.name_to_id(MjtObjBase::mjOBJ_FLEX, OBJECT).expect("the object was added"))
+    };
     let joint = model.name_to_id(MjtObjBase::mjOBJ_JOINT, FREE).expect("the object was added");
     let [address, dof] = [model.jnt_qposadr()[joint], model.jnt_dofadr()[joint]].map(index);
-    FreeObject { body, geom, address, dof, inertia: model.body_inertia()[body], centre: mass.centre }
+    FreeObject { body, touched, address, dof, inertia: model.body_inertia()[body], centre: mass.centre }
 }
 
 /// Refuses sizes, and moments of inertia that no solid has, before the compiler would.
@@ -467,17 +465,6 @@ fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
         return wrong(format!("no solid has moments of inertia of {moments:?} m^2 per kilogram"));
     }
     Ok(())
-}
-
-/// A mesh as MuJoCo itself touches it, on the object's body.
-fn add_native(spec: &mut MjSpec, object: &TriMesh, contacts: NativeContacts) {
-    add_mesh(spec, OBJECT, object, Inertia::Shell).set_octree_maxdepth(OCTREE_DEPTH);
-    let geom = object_body(spec).add_geom();
-    geom.set_type(match contacts {
-        NativeContacts::Sdf => MjtGeomBase::mjGEOM_SDF,
-        NativeContacts::Hull => MjtGeomBase::mjGEOM_MESH,
-    });
-    geom.set_meshname(OBJECT);
 }
 
 fn object_body(spec: &mut MjSpec) -> &mut MjsBody {

@@ -138,6 +138,34 @@ fn a_pinch_slips_where_friction_ends() {
     }
 }
 
+/// MuJoCo's own contacts of the triangles agree on where friction ends; meshes for whose contacts it has no memory are refused
+/// before it would end the process.
+#[test]
+fn triangles_slip_where_friction_ends() {
+    const FRICTION: f64 = 0.3;
+    let (model, mesh) = (open_hand(GRIPPER), ball(0.02));
+    let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+    let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+    let still = TrialProtocol { lift: 0.0, shake: 0.0, ..TrialProtocol::STANDARD };
+    let native = |mesh: &TriMesh| TrialSim::with_native_mesh(&model, mesh, &mass, NativeContacts::Triangles);
+    let sim = native(&mesh).and_then(|sim| sim.with_protocol(still)).expect("a simulation");
+    let mut worker = TrialWorker::new(&sim);
+    // 40 N on either pad.
+    let limit = FRICTION * 80.0 / 9.81;
+    for factor in [0.5, 0.8, 1.15, 1.3] {
+        let conditions = TrialConditions { friction: FRICTION, ..TrialConditions::new(factor * limit) };
+        let outcome = worker.run(&[0.035], &pinched(), &conditions).expect("a pose");
+        println!("{factor}: {:?}, {:.3} mm", outcome.verdict, slipped(&outcome));
+        assert_eq!(outcome.verdict.is_held(), factor < 1.0, "{factor}: {outcome:?}");
+        assert!(outcome.closed.is_some_and(|grip| (grip.force() - 80.0).abs() < 8.0), "{factor}");
+    }
+    let count = mesh.triangles.len();
+    let many = TriMesh { triangles: mesh.triangles.repeat(90), ..mesh };
+    assert!(!TrialSim::can_touch_triangles(&model, &many));
+    let refusal = native(&many).expect_err("too many triangles").to_string();
+    assert!(refusal.contains(&format!("{} triangles", 90 * count)), "{refusal}");
+}
+
 /// A stopped finger of the gripper bears 1.25 times the 40 N that its motor gives, and creeps under more: gravity along the line of
 /// the pads pushes a thin brick of 200 N away, and not one of 45 N; friction carries both in all other directions.
 #[test]

@@ -25,7 +25,8 @@ pub use worker::TrialWorker;
 use super::{
     error::HandError,
     hand::HandModel,
-    hand_sim::{HandSim, NativeContacts, Numerics},
+    hand_sim::{HandSim, Numerics},
+    native_mesh::NativeContacts,
 };
 use kernel::{
     contact::ContactSurface,
@@ -65,7 +66,8 @@ impl TrialSim {
     /// comparison.
     ///
     /// # Errors
-    /// When no solid has such mass properties, or MuJoCo refuses the mesh or the hand.
+    /// When no solid has such mass properties, MuJoCo refuses the mesh or the hand, or [`TrialSim::can_touch_triangles`] says
+    /// no to contacts of triangles.
     pub fn with_native_mesh(
         model: &HandModel,
         object: &TriMesh,
@@ -74,6 +76,12 @@ impl TrialSim {
     ) -> Result<Self, HandError> {
         let sim = Arc::new(HandSim::with_free_native_mesh(model, object, mass, contacts)?);
         Ok(Self { sim, protocol: TrialProtocol::STANDARD })
+    }
+
+    /// Whether a mesh has few enough triangles for contacts of each of them with the hand, which may take a gibibyte: 150,000
+    /// where each link is one solid.
+    pub fn can_touch_triangles(model: &HandModel, object: &TriMesh) -> bool {
+        NativeContacts::can_touch_triangles(model, object)
     }
 
     /// Returns the trial with another protocol.

@@ -31,6 +31,9 @@ pub enum Variant {
     HalfMass,
     /// The hand stands 2 mm nearer to the object, along its approach.
     AdvancedHand,
+    /// MuJoCo's own contacts of the mesh's triangles, in a [simulation of its own](super::TrialSim::with_native_mesh): the
+    /// conditions stay as they are.
+    NativeContacts,
 }
 
 /// Distance that [`Variant::AdvancedHand`] goes on [m]: twice what the edges of pads are rounded by.
@@ -55,9 +58,10 @@ impl Variant {
 
     /// Easier conditions, under which a grasp that failed is tried again before it is a negative: mass and friction, as little
     /// as both are known of real objects, and pads that take hold by more than their edges, from which thin objects slip or
-    /// not, depending on how round the edges are. One after another, and no further than the first under which it holds: under
-    /// all of them at once nearly everything holds.
-    pub const EASIER: [Self; 4] = [Self::SharpEdges, Self::AdvancedHand, Self::MoreFriction, Self::HalfMass];
+    /// not, depending on how round the edges are; at last as any other laboratory would simulate it. One after another, and no
+    /// further than the first under which it holds: under all of them at once nearly everything holds.
+    pub const EASIER: [Self; 5] =
+        [Self::SharpEdges, Self::AdvancedHand, Self::MoreFriction, Self::HalfMass, Self::NativeContacts];
 
     /// The name in records.
     pub fn name(self) -> &'static str {
@@ -74,6 +78,7 @@ impl Variant {
             Self::MoreFriction => "friction_150_percent",
             Self::HalfMass => "mass_50_percent",
             Self::AdvancedHand => "advanced_2_mm",
+            Self::NativeContacts => "mujoco_contacts",
         }
     }
 
@@ -97,6 +102,7 @@ impl Variant {
             Self::HalfMass => TrialConditions { mass: 0.5 * same.mass, ..same },
             Self::AdvancedHand => TrialConditions { advance: same.advance + ADVANCE, ..same },
             Self::MujocoDefaults => TrialConditions { numerics: Numerics::MujocoDefaults, ..same },
+            Self::NativeContacts => same,
         }
     }
 }
@@ -125,6 +131,7 @@ mod tests {
             one(|changed| changed.advance = 0.002),
             one(|changed| changed.friction = 0.75),
             one(|changed| changed.mass = 0.125),
+            plain,
         ];
         assert_eq!(easier, wanted);
         let adverse = TrialConditions { friction: 0.4, is_free: true, numerics: Numerics::PlainElliptic, ..plain };

@@ -398,11 +398,11 @@ impl TrialWorker {
 
     /// Present overlap depth of hand and object [m].
     fn depth(&self) -> f64 {
-        let object = self.object.geom as i32;
-        let of_hand = |geom: &i32| self.hand.owner_of(*geom) != Some(GeomOwner::Table);
-        let of_object = self.hand.data.contact().iter().filter(|contact| contact.geom.contains(&object));
-        let of_both = of_object.filter(|contact| contact.geom.iter().all(of_hand));
-        of_both.map(|contact| -contact.dist).fold(0.0, f64::max)
+        let contacts = self.hand.data.contact().iter().filter(|contact| {
+            let owners = self.hand.owners_of(contact);
+            owners.contains(&Some(GeomOwner::Object)) && !owners.contains(&Some(GeomOwner::Table))
+        });
+        contacts.map(|contact| -contact.dist).fold(0.0, f64::max)
     }
 
     fn grip(&self) -> Grip {
@@ -431,6 +431,7 @@ mod tests {
     use std::path::Path;
 
     use mujoco_rs::wrappers::{
+        mj_auxiliary::MjContact,
         mj_data::MjData,
         mj_editing::MjSpec,
         mj_model::{MjModel, MjtGeomBase},
@@ -492,8 +493,8 @@ mod tests {
         fn wait(&mut self) -> f64 {
             self.hand.step(&vec![Command::Hold; self.commands.len()]).expect("stable");
             let data = &self.hand.data;
-            let is_table = |geom: &i32| self.hand.owner_of(*geom) == Some(GeomOwner::Table);
-            let contacts = data.contact().iter().enumerate().filter(|(_, contact)| contact.geom.iter().any(is_table));
+            let is_table = |contact: &MjContact| self.hand.owners_of(contact).contains(&Some(GeomOwner::Table));
+            let contacts = data.contact().iter().enumerate().filter(|(_, contact)| is_table(contact));
             contacts.map(|(index, _)| data.contact_force(index)[0]).sum()
         }
     }

@@ -326,8 +326,8 @@ pub struct PhysicsSpec {
     /// Trials that are made again before their outcome becomes a label: grasps that held, once, with elliptic friction cones
     /// without `impratio` and iterations against slip, friction lower by 20 %, and nothing that supports the object while the
     /// hand closes; grasps that failed, with sharp edges of the hand's boxes, with the hand 2 mm nearer to the object, with
-    /// friction higher by half, and with half the mass, up to the first that holds. A grasp whose trials disagree is labelled
-    /// borderline.
+    /// friction higher by half, with half the mass, and by MuJoCo's own contacts of the mesh's triangles (where it has few
+    /// enough), up to the first that holds. A grasp whose trials disagree is labelled borderline.
     #[serde(default = "physics::confirm")]
     pub confirm: ConfirmSpec,
     /// Gravity on the object once it is held.

@@ -15,14 +15,15 @@ use format::{
 };
 use kernel::{
     contact::ContactSurface,
-    geom::{MassProperties, Pose, RestingPoses},
+    geom::{MassProperties, Pose, RestingPoses, TriMesh},
     ids::SampleId,
+    object::PreparedObject,
     seed::Stream,
     words::MassSource,
 };
 use sim::{
-    Gravity, Grip, HandError, HandModel, Outcome, TableSupport, TrialConditions, TrialSim, TrialSpread, TrialWorker,
-    Variant, Verdict,
+    Gravity, Grip, HandError, HandModel, NativeContacts, Outcome, TableSupport, TrialConditions, TrialSim, TrialSpread,
+    TrialWorker, Variant, Verdict,
 };
 
 const SPREAD: TrialSpread = TrialSpread::STANDARD;
@@ -40,9 +41,30 @@ pub(super) struct Trials {
 
 struct TriedObject {
     worker: TrialWorker,
+    native: NativeTrials,
     conditions: TrialConditions,
+    /// Easier conditions that confirm a failure of a grasp of the object.
+    easier: Vec<Variant>,
     /// Tables under the resting poses of the object, the most likely first; none where grasps are not tried on one.
     tables: Vec<TableSupport>,
+}
+
+/// Trials of the object by MuJoCo's own contacts: compiled at the first failure that comes so far.
+struct NativeTrials {
+    mesh: TriMesh,
+    properties: MassProperties,
+    worker: Option<TrialWorker>,
+}
+
+impl NativeTrials {
+    fn worker(&mut self, model: &HandModel) -> Result<&mut TrialWorker, HandError> {
+        let Self { mesh, properties, worker } = self;
+        if worker.is_none() {
+            let sim = TrialSim::with_native_mesh(model, mesh, properties, NativeContacts::Triangles)?;
+            *worker = Some(TrialWorker::new(&sim));
+        }
+        Ok(worker.as_mut().expect("made above"))
+    }
 }
 
 impl Trials {
@@ -56,7 +78,7 @@ impl Trials {
         let model = HandModel::open(scene).map_err(|error| ProduceError::unusable(&name, error))?;
         let TrialSpread { friction, mass, shift, turn } = SPREAD;
         let names = |variants: &[Variant]| variants.iter().map(|variant| variant.name().to_owned()).collect();
-        let [confirms_held, confirms_failed] = settings.confirm;
+        let [confirms_held, _] = settings.confirm;
         let record = GraspTrials {
             sample: run.sample,
             hand: run.hand.name.clone(),
@@ -74,7 +96,7 @@ impl Trials {
                 variants: if settings.variant_share > 0.0 { names(&Variant::ALL) } else { Vec::new() },
                 table_friction: settings.table_friction,
                 confirm_held: if confirms_held { names(&Variant::HARDER) } else { Vec::new() },
-                confirm_failed: if confirms_failed { names(&Variant::EASIER) } else { Vec::new() },
+                confirm_failed: Vec::new(),
             },
             trials: Vec::new(),
         };
@@ -87,6 +109,7 @@ impl Trials {
     /// When it has no solid inside, or MuJoCo refuses the hand.
     pub fn load(
         &mut self,
+        object: &PreparedObject,
         surface: &Arc<ContactSurface>,
         resting: &RestingPoses,
         weight: &Weight,
@@ -106,8 +129,13 @@ impl Trials {
         let conditions = TrialConditions { friction: self.settings.friction, gravity, ..TrialConditions::new(mass) };
         let method = &mut self.record.method;
         (method.mass, method.mass_from, method.mass_source) = (mass, from.to_owned(), source.to_owned());
+        let has_native = TrialSim::can_touch_triangles(&self.model, object.mesh());
+        let easier = Variant::EASIER.into_iter().filter(|easier| *easier != Variant::NativeContacts || has_native);
+        let easier: Vec<Variant> = if self.settings.confirm[1] { easier.collect() } else { Vec::new() };
+        method.confirm_failed = easier.iter().map(|easier| easier.name().to_owned()).collect();
         let (worker, tables) = (TrialWorker::new(&sim), tables.unwrap_or_default());
-        self.object = Some(TriedObject { worker, conditions, tables });
+        let native = NativeTrials { mesh: object.mesh().clone(), properties, worker: None };
+        self.object = Some(TriedObject { worker, native, conditions, tables, easier });
         Ok(())
     }
 
@@ -116,7 +144,7 @@ impl Trials {
     /// # Errors
     /// When a grasp does not fit the hand.
     pub fn run(&mut self, run: &GraspRun, payload: &mut Vec<u8>) -> Result<TrialFacts, ProduceError> {
-        let Self { scene, settings, seed, object, record, .. } = self;
+        let Self { model, scene, settings, seed, object, record } = self;
         let object = object.as_mut().expect("an object is loaded before its grasps are tried");
         record.sample = run.sample;
         record.trials.clear();
@@ -124,7 +152,7 @@ impl Trials {
             if settings.tried.includes(grasp.verdict) {
                 let mut draws = Draws::new(*seed, &run.sample, index);
                 let trial = object
-                    .grasp(index, grasp, settings, &mut draws)
+                    .grasp(model, index, grasp, settings, &mut draws)
                     .map_err(|error| ProduceError::unusable(scene.as_str(), error))?;
                 record.trials.push(trial);
             }
@@ -157,6 +185,7 @@ impl Draws {
 impl TriedObject {
     fn grasp(
         &mut self,
+        model: &HandModel,
         index: u32,
         grasp: &Grasp,
         settings: &Physics,
@@ -204,11 +233,18 @@ impl TriedObject {
         let agreed = trial.agreed();
         let confirms = match (agreed, settings.confirm) {
             (Some(true), [true, _]) => &Variant::HARDER[..],
-            (Some(false), [_, true]) => &Variant::EASIER[..],
+            (Some(false), [_, true]) => &self.easier[..],
             _ => &[],
         };
         for variant in confirms {
-            let confirmed = verdict(&run(&variant.of(&conditions))?.verdict);
+            let changed = variant.of(&conditions);
+            let outcome = match variant {
+                Variant::NativeContacts => {
+                    self.native.worker(model)?.run(&grasp.posture, &base_from_object, &changed)?
+                }
+                _ => run(&changed)?,
+            };
+            let confirmed = verdict(&outcome.verdict);
             trial.confirmed.push(confirmed);
             if Some(confirmed.is_held()) != agreed {
                 break;

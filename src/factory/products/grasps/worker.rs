@@ -107,7 +107,7 @@ impl<'j> GraspWorker<'j> {
         let search = search.ok_or_else(|| ProduceError::unusable(name(), "it has no solid inside"))?;
         cancel.check()?;
         if let Some(trials) = &mut self.trials {
-            trials.load(surface, search.resting(), &object.weight(&prepared))?;
+            trials.load(&prepared, surface, search.resting(), &object.weight(&prepared))?;
         }
         Ok(LoadedObject { id, seeds, search })
     }

@@ -1,0 +1,94 @@
+//! A mesh as MuJoCo itself touches it.
+
+use mujoco_rs::wrappers::{
+    mj_editing::{MjSpec, SpecItem},
+    mj_model::{MjtFlexSelf, MjtGeomBase},
+};
+
+use super::{
+    convert::index,
+    error::HandError,
+    hand::HandModel,
+    model::{Inertia, add_mesh},
+};
+use kernel::geom::TriMesh;
+
+/// Thickness that a flex has to have at least [m].
+const FLEX_RADIUS: f64 = 1e-5;
+
+/// Memory that MuJoCo takes per pair of a geom and a triangle that may touch, at most: 50 contacts [bytes].
+const BYTES_PER_PAIR: usize = 7_000;
+
+/// Memory for all else [bytes], and the largest that a simulation with triangles may ask for. It is taken where it is needed.
+const BASE_MEMORY: usize = 32 << 20;
+const MAX_MEMORY: usize = 1 << 30;
+
+/// Depth of MuJoCo's octree of distances to a mesh.
+const OCTREE_DEPTH: i32 = 8;
+
+/// Method by which MuJoCo itself touches a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NativeContacts {
+    /// By an octree of distances, from 40 starts per pair: milliseconds per step.
+    Sdf,
+    /// Contacts of the convex hull.
+    Hull,
+    /// Contacts of the triangles, a flex without a thickness whose vertices are of one rigid body: tenths of a
+    /// millisecond per step. Triangles wider than the solid that touches them may be missed.
+    Triangles,
+}
+
+impl NativeContacts {
+    /// Whether a mesh has few enough triangles for [contacts of each](Self::Triangles) with a hand.
+    pub(super) fn can_touch_triangles(model: &HandModel, object: &TriMesh) -> bool {
+        triangles_memory(model, object) <= MAX_MEMORY
+    }
+
+    /// Refuses a mesh for which MuJoCo would run out of memory, since it ends the process then.
+    pub(super) fn check(self, model: &HandModel, object: &TriMesh) -> Result<(), HandError> {
+        if self != Self::Triangles || Self::can_touch_triangles(model, object) {
+            return Ok(());
+        }
+        let (count, bytes) = (object.triangles.len(), triangles_memory(model, object));
+        let reason = format!("{count} triangles, for whose contacts MuJoCo may ask for {bytes} bytes");
+        Err(HandError::Object { reason })
+    }
+
+    /// Adds a mesh to a body, under the body's name.
+    pub(super) fn add(self, spec: &mut MjSpec, body: &str, model: &HandModel, object: &TriMesh) {
+        let kind = match self {
+            Self::Sdf => MjtGeomBase::mjGEOM_SDF,
+            Self::Hull => MjtGeomBase::mjGEOM_MESH,
+            Self::Triangles => {
+                spec.set_memory(triangles_memory(model, object) as _);
+                return add_triangles(spec, body, object);
+            }
+        };
+        add_mesh(spec, body, object, Inertia::Shell).set_octree_maxdepth(OCTREE_DEPTH);
+        let geom = spec.body_mut(body).expect("the body was added").add_geom();
+        geom.set_type(kind);
+        geom.set_meshname(body);
+    }
+}
+
+/// Memory that MuJoCo may ask for when it searches contacts of a hand with triangles [bytes]: it takes one body of the hand
+/// after another.
+fn triangles_memory(model: &HandModel, object: &TriMesh) -> usize {
+    let geoms = model.robot.model.body_geomnum().iter().max().map_or(0, |number| index(*number));
+    BASE_MEMORY + BYTES_PER_PAIR * geoms * object.triangles.len()
+}
+
+/// A mesh as a flex of triangles, all of whose vertices are of one body.
+fn add_triangles(spec: &mut MjSpec, body: &str, object: &TriMesh) {
+    let flex = spec.add_flex();
+    flex.with_name(body);
+    flex.set_dim(2);
+    flex.set_radius(FLEX_RADIUS);
+    flex.set_priority(1);
+    flex.set_selfcollide(MjtFlexSelf::mjFLEXSELF_NONE);
+    flex.append_vertbody(body);
+    let vertices: Vec<f64> = object.vertices.as_flattened().iter().map(|part| f64::from(*part)).collect();
+    flex.set_vert(&vertices);
+    let triangles: Vec<i32> = object.triangles.as_flattened().iter().map(|vertex| *vertex as i32).collect();
+    flex.set_elem(&triangles);
+}
