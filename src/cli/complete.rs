@@ -125,7 +125,6 @@ struct Times {
 }
 
 /// `graspmill complete` on a picture.
-#[expect(clippy::too_many_lines, reason = "steps from picture to report, one after another")]
 pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
     if arguments.split.is_some() || arguments.limit.is_some() {
         let message = format!("{} is no dataset: leave out --split and --limit", arguments.picture.depth.display());
@@ -134,10 +133,10 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let world_from_camera = arguments.world.as_deref().map(given_pose).transpose()?;
     let contacts = arguments.touch.as_deref().map(read_contacts).transpose()?.unwrap_or_default();
     let began = Instant::now();
-    let name = arguments.detail.unwrap_or(DetailName::On);
+    let detail = arguments.detail.unwrap_or(DetailName::On);
     let completer = match (&arguments.model, &arguments.method) {
-        (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, name.into()),
-        (None, method) => Completer::by_baseline(baseline_of(method.as_deref().unwrap_or_default())?, name.into()),
+        (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail.into()),
+        (None, method) => Completer::by_baseline(baseline_of(method.as_deref().unwrap_or_default())?, detail.into()),
     };
     let open_model = milliseconds_since(began);
     let mut picture = SegmentedPicture::open(&arguments.picture)?;
@@ -148,63 +147,36 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let scene = &picture.scene;
     let began = Instant::now();
     let results = complete_all(&completer, scene, &targets, &contacts, arguments.threads);
-    let objects_time = milliseconds_since(began);
+    let objects = milliseconds_since(began);
     let folder = NewFolder::begin(&arguments.out)?;
-    let made_by = match completer.model() {
-        Some(model) => format!("model: {}", model.digest()),
-        None => format!("method: {}", arguments.method.as_deref().unwrap_or_default()),
-    };
-    let mut rows = Vec::new();
-    for (index, result) in results.iter().enumerate() {
-        let name = format!("object-{}", index + 1);
-        let role = if targets.contains(&index) { "target" } else { "obstacle" };
-        let pixels = scene.clusters[index].pixels.len();
-        let row = match result {
-            Ok(completed) => {
-                let file = format!("{name}.{}", arguments.to.extension());
-                let comments = [format!("frame: {FRAME}"), format!("role: {role}"), made_by.clone()];
-                write(folder.path(), &file, &mesh_bytes(&completed.mesh, arguments.to, &comments))?;
-                let completed = Some(completed_row(scene, completed, file));
-                ObjectRow { name, role, pixels, refusal: None, completed }
-            }
-            Err(error) => ObjectRow { name, role, pixels, refusal: Some(error.to_string()), completed: None },
-        };
-        rows.push(row);
-    }
+    let rows = write_meshes(folder.path(), arguments, &completer, scene, &targets, &results)?;
     if arguments.to == MeshFormat::Mjcf {
         write(folder.path(), "scene.xml", scene_xml(scene, &rows, world_from_camera.as_ref()).as_bytes())?;
     }
     let meshes: Vec<Option<&TriMesh>> = results.iter().map(|result| Some(&result.as_ref().ok()?.mesh)).collect();
     write(folder.path(), "overlay.png", &completed_picture(scene, &meshes).to_png())?;
-    let mean = |is_target: bool| {
-        let times = results.iter().enumerate().filter(|(index, _)| targets.contains(index) == is_target);
-        let times: Vec<Duration> =
-            times.filter_map(|(_, result)| Some(result.as_ref().ok()?.timings.total())).collect();
-        times.iter().sum::<Duration>().as_secs_f64() * 1e3 / times.len().max(1) as f64
-    };
-    let model_row = completer.model().map(|model| ModelRow {
-        network: &model.facts().network,
-        digest: model.digest(),
-        inputs: &model.facts().inputs,
-    });
     let report = SceneReport {
         format: "graspmill scene 1",
         frame: FRAME,
         picture: picture.picture_row(),
         plane: picture.plane_row(),
         world_from_camera: world_from_camera.map(|pose| pose.to_homogeneous().transpose().into()),
-        model: model_row,
+        model: completer.model().map(|model| ModelRow {
+            network: &model.facts().network,
+            digest: model.digest(),
+            inputs: &model.facts().inputs,
+        }),
         method: arguments.method.as_deref(),
-        detail: name,
+        detail,
         objects: rows,
         overlay: "overlay.png",
         milliseconds: Times {
             open_model,
             read: picture.read,
             segment: picture.segment,
-            target: mean(true),
-            other: mean(false),
-            objects: objects_time,
+            target: mean_milliseconds(&results, |index| targets.contains(&index)),
+            other: mean_milliseconds(&results, |index| !targets.contains(&index)),
+            objects,
         },
     };
     write(folder.path(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
@@ -218,6 +190,49 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     Ok(if is_whole { Exit::Complete } else { Exit::Refused })
 }
 
+/// A cluster's mesh, or why it has none.
+type ClusterResult = Result<Completed, CompletionError>;
+
+/// Writes the meshes of all clusters; a row per cluster.
+fn write_meshes(
+    folder: &Path,
+    arguments: &CompleteArgs,
+    completer: &Completer,
+    scene: &Scene,
+    targets: &[usize],
+    results: &[ClusterResult],
+) -> Result<Vec<ObjectRow>, Failure> {
+    let made_by = match completer.model() {
+        Some(model) => format!("model: {}", model.digest()),
+        None => format!("method: {}", arguments.method.as_deref().unwrap_or_default()),
+    };
+    let mut rows = Vec::new();
+    for (index, result) in results.iter().enumerate() {
+        let name = format!("object-{}", index + 1);
+        let role = if targets.contains(&index) { "target" } else { "obstacle" };
+        let pixels = scene.clusters[index].pixels.len();
+        let row = match result {
+            Ok(completed) => {
+                let file = format!("{name}.{}", arguments.to.extension());
+                let comments = [format!("frame: {FRAME}"), format!("role: {role}"), made_by.clone()];
+                write(folder, &file, &mesh_bytes(&completed.mesh, arguments.to, &comments))?;
+                let completed = Some(completed_row(scene, completed, file));
+                ObjectRow { name, role, pixels, refusal: None, completed }
+            }
+            Err(error) => ObjectRow { name, role, pixels, refusal: Some(error.to_string()), completed: None },
+        };
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// Mean time of the completed clusters with these indices [ms]; 0 without any.
+fn mean_milliseconds(results: &[ClusterResult], is_chosen: impl Fn(usize) -> bool) -> f64 {
+    let chosen = results.iter().enumerate().filter(|(index, _)| is_chosen(*index));
+    let times: Vec<Duration> = chosen.filter_map(|(_, result)| Some(result.as_ref().ok()?.timings.total())).collect();
+    times.iter().sum::<Duration>().as_secs_f64() * 1e3 / times.len().max(1) as f64
+}
+
 /// Completes every cluster, each by one thread, in the clusters' order.
 fn complete_all(
     completer: &Completer,
@@ -225,7 +240,7 @@ fn complete_all(
     targets: &[usize],
     contacts: &[[f32; 3]],
     threads: Option<u16>,
-) -> Vec<Result<Completed, CompletionError>> {
+) -> Vec<ClusterResult> {
     in_parallel(scene.clusters.len(), machine::threads(threads), |index| {
         let cluster = &scene.clusters[index];
         if targets.contains(&index) {

@@ -34,8 +34,10 @@ struct Outcome {
     overlap: GridOverlap,
     /// Solid volume in the grid and that of the occupied cells [cells]; `None` without stored coverage.
     filled: Option<[f64; 2]>,
-    /// `None` where nothing was completed.
+    /// `None` where surfaces are not compared, or one of the two has no triangle.
     surfaces: Option<SurfaceScores>,
+    /// Whether surfaces are compared, and there is nothing to compare.
+    is_empty: bool,
 }
 
 /// Scores of one completed surface.
@@ -106,90 +108,21 @@ struct Row {
 }
 
 /// `graspmill evaluate completion`.
-#[expect(clippy::too_many_lines, reason = "a row of the report names every measure")]
 pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer) -> Result<Exit, Failure> {
     let (reader, chosen) = choose_samples(&arguments.dir, Some(&arguments.split), arguments.limit)?;
     let methods = methods(arguments, &reader)?;
-    // A row per method and way of making meshes, those of one method together.
-    let details = arguments.detail.len();
-    let contenders: Vec<(&CompletionMethod, DetailName)> =
-        methods.iter().flat_map(|method| arguments.detail.iter().map(move |detail| (method, *detail))).collect();
     let truths = arguments.truth.as_deref().map(|folder| TrueMeshes::new(folder, &reader, &chosen)).transpose()?;
     let has_coverage = StoredSample::read(&reader, chosen[0])?.coverage.is_some();
-    let work = |index: usize| -> Result<Vec<Outcome>, Failure> {
+    let work = |index: usize| {
         let sample = StoredSample::read(&reader, chosen[index])?;
         let truth = match &truths {
             Some(truths) => truths.in_camera(&sample),
             None => truth_mesh(&sample),
         };
-        let mut outcomes = Vec::new();
-        for method in &methods {
-            let answer = method.complete(&sample)?;
-            for detail in &arguments.detail {
-                outcomes.push(outcome(&answer, *detail, &sample, &truth, arguments.surface_samples)?);
-            }
-        }
-        Ok(outcomes)
+        outcomes(arguments, &methods, &sample, &truth)
     };
     let results = in_parallel(chosen.len(), machine::threads(arguments.threads), work);
     let by_sample = results.into_iter().collect::<Result<Vec<_>, Failure>>()?;
-    let scores = |index: usize, value: &dyn Fn(&Outcome) -> Option<f64>| {
-        let mut scores = Scores::default();
-        for outcome in by_sample.iter().map(|outcomes| &outcomes[index]) {
-            if let Some(value) = value(outcome) {
-                scores.add(&outcome.object, value);
-            }
-        }
-        scores
-    };
-    let hollow = hollow_objects(&by_sample);
-    let overlaps: Vec<Scores> = (0..contenders.len()).map(|index| scores(index, &|o| Some(o.overlap.iou))).collect();
-    let distance = |outcome: &Outcome| Some(1e3 * outcome.surfaces.as_ref()?.distances.mean);
-    let surfaces: Vec<Scores> = (0..contenders.len()).map(|index| scores(index, &distance)).collect();
-    let mean_of = |scores: &Scores| scores.interval(SEED).map_or(0.0, |interval| interval.mean);
-    let baselines = (0..contenders.len()).filter(|index| contenders[*index].0.is_baseline());
-    let best = baselines.max_by(|a, b| mean_of(&overlaps[*a]).total_cmp(&mean_of(&overlaps[*b])));
-    let row = |index: usize| {
-        let interval = |value: &dyn Fn(&SurfaceComparison) -> f64| {
-            scores(index, &|outcome| outcome.surfaces.as_ref().map(|scores| value(&scores.distances))).interval(SEED)
-        };
-        let of_stratum = |is_hollow: bool| {
-            let is_of = |outcome: &Outcome| hollow.get(&outcome.object) == Some(&is_hollow);
-            scores(index, &|outcome| is_of(outcome).then_some(outcome.overlap.iou)).interval(SEED)
-        };
-        Row {
-            name: match details {
-                1 => contenders[index].0.name(),
-                _ => format!("{}, {}", contenders[index].0.name(), contenders[index].1.name()),
-            },
-            detail: contenders[index].1,
-            surface_over_first_mm: (!index.is_multiple_of(details))
-                .then(|| surfaces[index].paired_difference(&surfaces[index - index % details], SEED))
-                .flatten(),
-            iou: overlaps[index].interval(SEED),
-            unseen_iou: scores(index, &|outcome| Some(outcome.overlap.unseen)).interval(SEED),
-            surface_mm: surfaces[index].interval(SEED),
-            bias_mm: interval(&|surfaces| 1e3 * surfaces.bias),
-            rms_mm: interval(&|surfaces| 1e3 * surfaces.rms),
-            percentile_95_mm: interval(&|surfaces| 1e3 * surfaces.percentile_95),
-            hausdorff_mm: interval(&|surfaces| 1e3 * surfaces.maximum),
-            chamfer_mm2: interval(&|surfaces| 1e6 * surfaces.chamfer),
-            f_score_percent: interval(&|surfaces| surfaces.f_score_percent),
-            f_score_5mm: interval(&|surfaces| surfaces.f_score_5mm),
-            mesh_iou: scores(index, &|outcome| Some(outcome.surfaces.as_ref()?.volumes)).interval(SEED),
-            free_space_violation: scores(index, &|outcome| outcome.surfaces.as_ref()?.free_space).interval(SEED),
-            iou_of_solid: of_stratum(false),
-            iou_of_hollow_or_thin: of_stratum(true),
-            volume_ratio: interval(&|surfaces| surfaces.volume_ratio),
-            empty: by_sample
-                .iter()
-                .filter(|outcomes| arguments.surface_samples > 0 && outcomes[index].surfaces.is_none())
-                .count(),
-            iou_over_baseline: best
-                .filter(|_| matches!(contenders[index].0, CompletionMethod::Model { .. }))
-                .and_then(|best| overlaps[index].paired_difference(&overlaps[best], SEED)),
-        }
-    };
     let report = Report {
         dataset: reader.manifest().root.hex(),
         split: arguments.split.clone(),
@@ -202,7 +135,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
         } else {
             "occupied cells of the dataset, about .7 cell too large"
         },
-        rows: (0..contenders.len()).map(row).collect(),
+        rows: Comparison::new(&methods, &arguments.detail, &by_sample).rows(),
     };
     if arguments.json {
         printer.json(&report)?;
@@ -210,6 +143,115 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
         printer.result(&text(&report));
     }
     Ok(Exit::Complete)
+}
+
+/// Scores of a sample: a row per method and way of making meshes, those of one method together.
+fn outcomes(
+    arguments: &EvaluateCompletionArgs,
+    methods: &[CompletionMethod],
+    sample: &StoredSample,
+    truth: &TriMesh,
+) -> Result<Vec<Outcome>, Failure> {
+    let mut outcomes = Vec::new();
+    for method in methods {
+        let answer = method.complete(sample)?;
+        for detail in &arguments.detail {
+            outcomes.push(outcome(&answer, *detail, sample, truth, arguments.surface_samples)?);
+        }
+    }
+    Ok(outcomes)
+}
+
+/// Scores of all samples, by row.
+struct Comparison<'a> {
+    /// Method and way of making meshes of each row.
+    contenders: Vec<(&'a CompletionMethod, DetailName)>,
+    /// Ways of making meshes per method.
+    details: usize,
+    by_sample: &'a [Vec<Outcome>],
+    /// Whether each object is hollow or thin.
+    hollow: BTreeMap<String, bool>,
+    /// Intersection over union of each row.
+    overlaps: Vec<Scores>,
+    /// Mean distance between the surfaces of each row [mm].
+    surfaces: Vec<Scores>,
+    /// Row of the best baseline.
+    best: Option<usize>,
+}
+
+impl<'a> Comparison<'a> {
+    fn new(methods: &'a [CompletionMethod], details: &[DetailName], by_sample: &'a [Vec<Outcome>]) -> Self {
+        let contenders: Vec<(&CompletionMethod, DetailName)> =
+            methods.iter().flat_map(|method| details.iter().map(move |detail| (method, *detail))).collect();
+        let scores_of = |value: &dyn Fn(&Outcome) -> Option<f64>| -> Vec<Scores> {
+            (0..contenders.len()).map(|row| scores(by_sample, row, value)).collect()
+        };
+        let overlaps = scores_of(&|outcome| Some(outcome.overlap.iou));
+        let surfaces = scores_of(&|outcome| Some(1e3 * outcome.surfaces.as_ref()?.distances.mean));
+        let mean_of = |scores: &Scores| scores.interval(SEED).map_or(0.0, |interval| interval.mean);
+        let baselines = (0..contenders.len()).filter(|row| contenders[*row].0.is_baseline());
+        let best = baselines.max_by(|a, b| mean_of(&overlaps[*a]).total_cmp(&mean_of(&overlaps[*b])));
+        let hollow = hollow_objects(by_sample);
+        Self { contenders, details: details.len(), by_sample, hollow, overlaps, surfaces, best }
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        (0..self.contenders.len()).map(|row| self.row(row)).collect()
+    }
+
+    fn row(&self, row: usize) -> Row {
+        let (method, detail) = self.contenders[row];
+        let of_all = |value: &dyn Fn(&Outcome) -> Option<f64>| scores(self.by_sample, row, value).interval(SEED);
+        let of_surfaces = |value: &dyn Fn(&SurfaceComparison) -> f64| {
+            of_all(&|outcome| outcome.surfaces.as_ref().map(|scores| value(&scores.distances)))
+        };
+        let of_stratum = |is_hollow: bool| {
+            let is_of = |outcome: &Outcome| self.hollow.get(&outcome.object) == Some(&is_hollow);
+            of_all(&|outcome| is_of(outcome).then_some(outcome.overlap.iou))
+        };
+        let first = row - row % self.details;
+        Row {
+            name: match self.details {
+                1 => method.name(),
+                _ => format!("{}, {}", method.name(), detail.name()),
+            },
+            detail,
+            surface_over_first_mm: (row != first)
+                .then(|| self.surfaces[row].paired_difference(&self.surfaces[first], SEED))
+                .flatten(),
+            iou: self.overlaps[row].interval(SEED),
+            unseen_iou: of_all(&|outcome| Some(outcome.overlap.unseen)),
+            surface_mm: self.surfaces[row].interval(SEED),
+            bias_mm: of_surfaces(&|surfaces| 1e3 * surfaces.bias),
+            rms_mm: of_surfaces(&|surfaces| 1e3 * surfaces.rms),
+            percentile_95_mm: of_surfaces(&|surfaces| 1e3 * surfaces.percentile_95),
+            hausdorff_mm: of_surfaces(&|surfaces| 1e3 * surfaces.maximum),
+            chamfer_mm2: of_surfaces(&|surfaces| 1e6 * surfaces.chamfer),
+            f_score_percent: of_surfaces(&|surfaces| surfaces.f_score_percent),
+            f_score_5mm: of_surfaces(&|surfaces| surfaces.f_score_5mm),
+            mesh_iou: of_all(&|outcome| Some(outcome.surfaces.as_ref()?.volumes)),
+            free_space_violation: of_all(&|outcome| outcome.surfaces.as_ref()?.free_space),
+            iou_of_solid: of_stratum(false),
+            iou_of_hollow_or_thin: of_stratum(true),
+            volume_ratio: of_surfaces(&|surfaces| surfaces.volume_ratio),
+            empty: self.by_sample.iter().filter(|outcomes| outcomes[row].is_empty).count(),
+            iou_over_baseline: self
+                .best
+                .filter(|_| matches!(method, CompletionMethod::Model { .. }))
+                .and_then(|best| self.overlaps[row].paired_difference(&self.overlaps[best], SEED)),
+        }
+    }
+}
+
+/// Scores of one row, by object; samples without the value are left out.
+fn scores(by_sample: &[Vec<Outcome>], row: usize, value: &dyn Fn(&Outcome) -> Option<f64>) -> Scores {
+    let mut scores = Scores::default();
+    for outcome in by_sample.iter().map(|outcomes| &outcomes[row]) {
+        if let Some(value) = value(outcome) {
+            scores.add(&outcome.object, value);
+        }
+    }
+    scores
 }
 
 fn methods(arguments: &EvaluateCompletionArgs, reader: &DatasetReader) -> Result<Vec<CompletionMethod>, Failure> {
@@ -266,6 +308,7 @@ fn outcome(
             [solid, f64::from(sample.pair.complete.count())]
         }),
         overlap: GridOverlap::new(&answer.cells(), &sample.pair.complete, &sample.pair.partial),
+        is_empty: points > 0 && surfaces.is_none(),
         surfaces,
     })
 }

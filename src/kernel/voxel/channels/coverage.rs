@@ -123,12 +123,12 @@ impl CoverageBlocks {
     }
 }
 
-/// How far a cell, or a group of cells, reaches from its middle.
+/// Reach of a cell, or of a group of cells, from its middle.
 struct Reach {
     /// To its sides along the solid's axes, at most [fine cells].
     half: f64,
-    /// The same in blocks from the block of a middle inside of the grid, and from the one nearest to a middle outside, which
-    /// is as far from it as from its sides at most.
+    /// Blocks from the block of a middle inside of the grid, and from the one nearest to a middle outside, which is as far from
+    /// it as from its sides at most.
     blocks: [usize; 2],
 }
 
