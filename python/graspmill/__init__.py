@@ -22,7 +22,7 @@ from .errors import (
 from .field import Axis, Nearest, ReachabilityField
 from .folder import FORMAT_VERSION, Folder
 from .geometry import Camera, Grid, SampleId, pack, unpack
-from .grasps import GRASP_LABELS, TRIAL_VERDICTS, VERDICTS, GraspSample, grasp_frame
+from .grasps import GRASP_LABELS, TRIAL_PHASES, TRIAL_VERDICTS, VERDICTS, WAYPOINTS, GraspSample, grasp_frame
 from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
 from .reachability import LABELS, PROOFS, ReachabilitySample
@@ -72,12 +72,14 @@ __all__ = [
     "SceneSample",
     "ShuffledChunks",
     "GRASP_LABELS",
+    "TRIAL_PHASES",
     "TRIAL_VERDICTS",
     "Tsdf",
     "UnfinishedDataset",
     "UnknownFormat",
     "VERDICTS",
     "ViewSample",
+    "WAYPOINTS",
     "WrongProduct",
     "grasp_frame",
     "object_facts",

@@ -28,6 +28,14 @@ TRIAL_VERDICTS = (
 GRASP_LABELS = (None, "untested", "held", "failed", "borderline")
 """Labels of grasps, in which all trials of one agree, by number; none in datasets of earlier versions."""
 
+WAYPOINTS = ("pregrasp", "arrival", "posture", "closed", "lifted")
+"""Name of each waypoint on the way of a grasp."""
+TRIAL_PHASES = {
+    "lifted": ("closing", "lift", "shake"),
+    "six": ("closing", "-z", "z", "-y", "y", "-x", "x"),
+}
+"""Names of the phases of a trial, by what gravity does in it."""
+
 _NUMBERS = (
     *("penetration", "energy", "contact_energy", "potential", "epsilon_force", "epsilon_wrench", "volume", "advance"),
 )
@@ -110,6 +118,34 @@ class GraspSample(Sample):
             table["contacts"][place] = len(row["links"])
         return table
 
+    def waypoints(self, up: npt.ArrayLike = (0.0, 0.0, 1.0), lift: float = 0.1) -> Table:
+        """Waypoints of the hand as it comes to each grasp, closes and lifts: one row per grasp, one column per name
+        in ``WAYPOINTS``.
+
+        ``pregrasp``: opened, ``stand_off`` back along the approach. ``arrival``: opened, where it closes. ``posture``: in
+        the posture before closing. ``closed``: closed. ``lifted``: closed, ``lift`` (m) higher along ``up``, which is
+        expressed in the object's frame: its z axis, as in trials in the air; of an object on a table the third row of a
+        resting pose's rotation, ``resting_poses(folder)[name][k].world_from_object[2, :3]``.
+
+        Fields: ``object_from_base`` (4, 4); ``driven`` (rad or m, in the order of ``run["driven"]``; NaN where the motors
+        close until what they meet stops them); ``joints`` (rad or m, in the order of ``run["joints"]``; NaN of the opened
+        hand, whose driven joints alone are known).
+        """
+        grasps, stand_off = self.grasps, self.run["stand_off"]
+        up = np.asarray(up, np.float64)
+        if up.shape != (3,) or not abs(np.linalg.norm(up) - 1) < 1e-6:
+            raise ValueError("up must be three numbers of unit length")
+        fields: list[Any] = [("object_from_base", "<f8", (4, 4))]
+        fields += [("driven", "<f8", grasps["posture"].shape[1:]), ("joints", "<f8", grasps["joints"].shape[1:])]
+        way = np.full((len(grasps), len(WAYPOINTS)), np.nan, fields)
+        bases, driven, joints = way["object_from_base"], way["driven"], way["joints"]
+        bases[:] = grasps["object_from_base"][:, None]
+        bases[:, 0, :3, 3] -= stand_off * grasps["object_from_approach"][:, :3, 2]
+        bases[:, 4, :3, 3] += lift * up
+        driven[:, :2], driven[:, 2] = grasps["opening"][:, None], grasps["posture"]
+        joints[:, 2], joints[:, 3:] = grasps["joints_before"], grasps["joints"][:, None]
+        return way
+
     def frame(self) -> pd.DataFrame:
         """One row per grasp as a pandas DataFrame: the columns of ``grasp_frame`` from ``rank`` on.
 
@@ -154,6 +190,37 @@ class GraspSample(Sample):
             table["perturbed_held"][place] = sum(run["outcome"]["verdict"] == 0 for run in row["perturbed"])
             table["variants"][place] = len(row["variants"])
             table["variants_held"][place] = sum(verdict == 0 for verdict in row["variants"])
+        return table
+
+    @content
+    def series(self) -> Table:
+        """Chosen trials over time, one row per sample (channel ``trials``): ``grasp`` (row of ``grasps``), ``on_table``
+        (the trial on a table, else that in the air), ``phase`` (place in ``TRIAL_PHASES[gravity]``, ``"lifted"`` on a
+        table), ``time`` (s, since the trial began), ``forces`` (N, of each of ``message("trials")["links"]``: the sum of
+        its normal forces on the object), ``moved`` (m) and ``turned`` (rad): the object in the hand, from where it was
+        when the hand began to close, after that phase from where it was when gravity came on."""
+        trials = self.message("trials")
+        links, interval = len(trials["links"]), trials.get("series_interval", 0.0)
+        stored = []
+        for row in trials["trials"]:
+            # Datasets of earlier versions have no such field.
+            for is_on_table, trial in ((False, row), (True, row["table"] or {})):
+                stored += [(row["grasp"], is_on_table, trial["series"])] if trial.get("series") else []
+        fields: list[Any] = [("grasp", "<i4"), ("on_table", "?"), ("phase", "u1"), ("time", "<f8")]
+        fields += [("forces", "<f4", (links,)), ("moved", "<f4"), ("turned", "<f4")]
+        table = np.zeros(sum(len(series["moved"]) for _, _, series in stored), fields)
+        first = 0
+        for grasp, on_table, series in stored:
+            count = len(series["moved"])
+            expect_lengths(count, turned=series["turned"])
+            expect_lengths(count * len(series["links"]), forces=series["forces"])
+            some = table[first : first + count]
+            first += count
+            some["grasp"], some["on_table"], some["time"] = grasp, on_table, interval * np.arange(1, count + 1)
+            phases = np.repeat(np.arange(len(series["samples"])), np.minimum(series["samples"], count).astype(np.int64))
+            expect_lengths(count, samples=phases)
+            some["phase"], some["moved"], some["turned"] = phases, series["moved"], series["turned"]
+            some["forces"][:, series["links"].astype(np.int64)] = series["forces"].reshape(count, -1)
         return table
 
     @content
@@ -228,6 +295,7 @@ def _unchecked_columns(sample: GraspSample) -> Columns:
     columns["type"] = [row["type"][0] if len(row["type"]) else None for row in rows]
     for name in _POSES:
         columns[name] = [pose(row[name]).reshape(16) for row in rows]
+    columns["object_from_base_pregrasp"] = list(sample.waypoints()["object_from_base"][:, 0].reshape(-1, 16))
     columns["width"] = [row["width"][0] if len(row["width"]) else np.nan for row in rows]
     for name in (*_LISTS, *_NUMBERS):
         columns[name] = [row[name] for row in rows]

@@ -15,6 +15,7 @@ import pytest
 from graspmill import (
     LABELS,
     PROOFS,
+    TRIAL_PHASES,
     TRIAL_VERDICTS,
     CompletionSample,
     Dataset,
@@ -193,6 +194,22 @@ def test_the_table_of_trials_holds_perturbed_ones_too(data: Path) -> None:
                 pose = [*trial["object_from_base"].tolist(), 0.0, 0.0, 0.0, 1.0]
                 assert row["closed_object_from_base"] == (pose if closed else None)
     assert next(rows, None) is None
+
+
+def test_the_table_of_series_holds_the_arrays(data: Path) -> None:
+    runs = Dataset(data / "set/grasps", GraspSample)
+    rows = iter(rows_of(data, "grasps/series", runs))
+    for place, run in enumerate(runs):
+        for sample in run.series:
+            row = next(rows)
+            assert_names([row], runs, place)
+            assert (row["rank"], row["on_table"]) == (sample["grasp"], sample["on_table"])
+            assert row["phase"] == TRIAL_PHASES["lifted"][sample["phase"]] and row["time"] == sample["time"]
+            assert row["forces"] == sample["forces"].tolist()
+            assert (row["moved"], row["turned"]) == (sample["moved"], sample["turned"])
+    assert next(rows, None) is None
+    metadata = parquet.read_schema(data / "tables/grasps/series.parquet").metadata
+    assert json.loads(metadata[b"graspmill.links"]) == runs[0].run["links"]
 
 
 def test_the_tables_of_touch_hold_contacts_and_approaches(data: Path) -> None:

@@ -13,6 +13,7 @@ import trimesh
 from graspmill import (
     TRIAL_VERDICTS,
     VERDICTS,
+    WAYPOINTS,
     DamagedFile,
     Dataset,
     Folder,
@@ -149,6 +150,58 @@ def test_trials_are_counted_as_the_index_does(runs: Dataset[GraspSample]) -> Non
         contacts = run.trial_contacts
         assert set(contacts["grasp"]) <= set(trials["grasp"]) and (contacts["force"] >= 0).all()
     assert tried > 0
+
+
+def test_trials_over_time_go_on_as_long_as_the_trial(runs: Dataset[GraspSample]) -> None:
+    seen = set()
+    for run in runs:
+        series, message = run.series, run.message("trials")
+        assert message["gravity"] == "lifted" and message["series_interval"] == 0.02
+        for trial in message["trials"]:
+            assert bool(trial["series"]) >= bool(trial["table"] and trial["table"]["series"])
+            for on_table, stored in ((False, trial), (True, trial["table"] or {"series": None})):
+                some = series[(series["grasp"] == trial["grasp"]) & (series["on_table"] == on_table)]
+                if not stored["series"]:
+                    assert len(some) == 0
+                    continue
+                seen.add(on_table)
+                time = stored["outcome"]["time"]
+                assert np.allclose(some["time"], 0.02 * np.arange(1, len(some) + 1))
+                assert len(some) == int(time / 0.02 + 1e-6)
+                assert np.bincount(some["phase"], minlength=3).tolist() == stored["series"]["samples"].tolist()
+                silent = np.delete(some["forces"], stored["series"]["links"].astype(int), axis=1)
+                assert some["forces"].shape[1] == len(message["links"]) and not silent.any()
+                held = some[some["phase"] > 0]
+                # A little more in the step that decided a trial than in the samples before it.
+                assert (held["moved"] <= stored["outcome"]["farthest"] + 1e-6).all()
+    assert seen == {False, True}
+
+
+def test_hands_come_close_and_lift(data: Path, runs: Dataset[GraspSample]) -> None:
+    resting = resting_poses(data / "set/grasps")
+    for run, name in zip(runs, runs.column("object")):
+        grasps, stand_off = run.grasps, run.run["stand_off"]
+        up = resting[name][0].world_from_object[2, :3]
+        way = run.waypoints(up)
+        assert way.shape == (len(grasps), len(WAYPOINTS)) and WAYPOINTS[0] == "pregrasp"
+        bases = way["object_from_base"]
+        # Seen from the approach frame the hand stands straight back, and moves by nothing else.
+        back = np.linalg.inv(grasps["object_from_approach"]) @ bases[:, 0] @ np.linalg.inv(grasps["object_from_base"])
+        back = back @ grasps["object_from_approach"]
+        straight = np.eye(4)
+        straight[2, 3] = -stand_off
+        assert stand_off == 0.1 and np.allclose(back, straight, atol=1e-12)
+        for place in (1, 2, 3):
+            assert np.array_equal(bases[:, place], grasps["object_from_base"])
+        world = resting[name][0].world_from_object
+        raised = world @ bases[:, 4] - world @ bases[:, 3]
+        assert np.allclose(raised[:, 2, 3], 0.1) and np.allclose(raised[:, :2, 3], 0, atol=1e-12)
+        driven, joints = way["driven"], way["joints"]
+        assert np.array_equal(driven[:, 0], grasps["opening"]) and np.array_equal(driven[:, 2], grasps["posture"])
+        assert np.isnan(driven[:, 3:]).all() and np.isnan(joints[:, :2]).all()
+        assert np.array_equal(joints[:, 2], grasps["joints_before"]) and np.array_equal(joints[:, 4], grasps["joints"])
+        with pytest.raises(ValueError, match="unit length"):
+            run.waypoints((0.0, 0.0, 2.0))
 
 
 def test_patches_are_cut_from_their_images(data: Path, runs: Dataset[GraspSample]) -> None:

@@ -31,7 +31,8 @@ pub use products::{
     grasps::{
         ClosedHand, FORCE, Grasp, GraspFacts, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint,
         HandNames, HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed,
-        TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialVerdict, TriedStates, WRENCH,
+        SeriesMoment, TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialSeries, TrialVerdict,
+        TriedStates, WRENCH, Waypoint, trial_phases,
     },
     patches::{
         HeatmapPatch, HeatmapPoint, PATCH_POINTS, POINT_NAMES, PatchColour, PatchFacts, PatchHeatmap, PatchImageColour,

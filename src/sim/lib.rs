@@ -66,7 +66,7 @@ pub use settle::{
     Container, Fault, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene,
 };
 pub use trial::{
-    Gravity, Grip, Outcome, Phase, PlainHand, Slip, Start, TableSupport, TrialConditions, TrialProtocol, TrialSim,
-    TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,
+    Gravity, Grip, Outcome, Phase, PlainHand, Series, SeriesSample, Slip, Start, TableSupport, TrialConditions,
+    TrialProtocol, TrialSim, TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,
 };
 pub use unstable::{Instability, Unstable};

@@ -101,7 +101,11 @@ static DATA: LazyLock<Workspace> = LazyLock::new(|| {
     Program::run_job("jobs/half-shapes.toml", workspace.path("felt")).set(one_size).succeed();
     let set = Program::run_job("jobs/everything-quick.toml", workspace.path("set"));
     let set = set.set(SHORT_SEARCH.map(|setting| format!("grasps:{setting}")));
-    set.set(["grasps:physics={ perturbed = 1 }", "patches:images={ full = true, heatmaps = true }"]).succeed();
+    set.set([
+        "grasps:physics={ perturbed = 1, series_share = 0.3 }",
+        "patches:images={ full = true, heatmaps = true }",
+    ])
+    .succeed();
     make_map(&workspace, "axes", "roll = 2\npitch = 4\nyaw = 4\n");
     make_map(&workspace, "sphere", "directions = { healpix = 2 }\nroll = 6\n");
     export_tables(&workspace);

@@ -175,7 +175,7 @@ fn runs_on_a_table_without_a_state_say_why() {
 fn trials_move_no_grasp() {
     let workspace = write_job();
     let plain = Manifest::read(&plain()).expect("a dataset");
-    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,confirm=\"none\"}";
+    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,confirm=\"none\"}";
     let asked = ["--set", physics, "--set", "annealing.steps=300"];
     let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
@@ -196,7 +196,7 @@ fn trials_move_no_grasp() {
     assert!(held + refused <= tried_count && tried_count > 0, "{:?}", tried.counts.facts);
     assert!(!plain.counts.facts.contains_key("grasps_tried"), "{:?}", plain.counts.facts);
     let (out, reader) = (workspace.path("tried"), open(&workspace, "tried"));
-    let (mut rolled_out, mut varied, mut first) = (0, 0, BTreeMap::new());
+    let (mut rolled_out, mut varied, mut over_time, mut first) = (0, 0, 0, BTreeMap::new());
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
         let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
@@ -209,11 +209,27 @@ fn trials_move_no_grasp() {
         varied += trials.trials.iter().filter(|trial| trial.variants.len() == 7).count();
         first.insert(run.sample, (run, trials.clone()));
         assert!(trials.trials.iter().all(|trial| trial.perturbed.len() == 2));
+        for trial in trials.trials.iter().filter(|trial| trial.series.is_some()) {
+            over_time += 1;
+            let of_table = trial.table.as_ref().map(|table| (&table.outcome, &table.series));
+            for (outcome, series) in [(&trial.outcome, &trial.series)].into_iter().chain(of_table) {
+                let series = series.as_ref().expect("a series of both trials");
+                let sampled = 0.02 * series.moved.len() as f64;
+                assert!(
+                    sampled <= outcome.time + 1e-9 && outcome.time < sampled + 0.02 - 1e-9,
+                    "{sampled} {outcome:?}"
+                );
+                // What held was lifted and shaken for a second each.
+                assert!(!outcome.verdict.is_held() || series.samples[1..] == [50, 50], "{:?}", series.samples);
+            }
+        }
         rolled_out += trials.trials.iter().filter(|trial| trial.roll_outs[0] == 3).count();
     }
     assert!(rolled_out > 0 && rolled_out < tried_count as usize, "{rolled_out}");
     assert!(varied > 0 && varied < held as usize, "{varied} of {held}");
-    // The choice of what is tried moves no trial of a kept grasp.
+    assert!(over_time > 0 && over_time < tried_count as usize, "{over_time} of {tried_count}");
+    // The choice of what is tried moves no trial of a kept grasp, nor does what is stored over time.
+    let physics = physics.replace("series_share=0.5", "series_share=0");
     let kept_alone = format!("{},tried=\"kept\"}}", physics.trim_end_matches('}'));
     let fewer = run(&workspace, "kept-alone", &["--set", &kept_alone, "--set", "annealing.steps=300"]);
     assert_eq!(fewer.counts.fact("grasps_tried"), kept);
@@ -222,12 +238,19 @@ fn trials_move_no_grasp() {
         let (run, of_all) = &first[&trials.sample];
         let of_kept =
             of_all.trials.iter().filter(|trial| run.grasps[trial.grasp as usize].verdict == GraspVerdict::Kept);
-        assert_eq!(of_kept.cloned().collect::<Vec<_>>(), trials.trials);
+        let without_series = |mut trial: GraspTrial| {
+            trial.series = None;
+            trial.table.iter_mut().for_each(|table| table.series = None);
+            trial
+        };
+        assert_eq!(of_kept.cloned().map(without_series).collect::<Vec<_>>(), trials.trials);
+        assert_eq!(trials.method.series_interval, None);
     }
     assert_intact(&out, FULL_CHECK);
     Program::new("verify").args(["--regenerate", "3", "--seed", "2"]).arg(&out).succeed();
     let inspected = Program::on("inspect", &out).succeed().stdout;
     assert!(inspected.contains("grasps tried") && inspected.contains("perturbed runs"), "{inspected}");
+    assert!(inspected.contains("forces and drift over time of "), "{inspected}");
     let page = read_report(&out);
     assert!(page.contains("id=\"trials\"") && page.contains("<th>held</th>") && page.contains("Brier score"));
     replays_in_plain_mujoco(&out);

@@ -7,8 +7,8 @@ use graspmill::{
     geom::{MassProperties, TriMesh},
     seed::Stream,
     sim::{
-        ApproachEnd, Effort, Gravity, HandModel, HandSim, HandWorker, NativeContacts, Outcome, Phase, TrialConditions,
-        TrialProtocol, TrialSim, TrialSpread, TrialWorker, Verdict, mass_of_volume,
+        ApproachEnd, Effort, Gravity, HandModel, HandSim, HandWorker, NativeContacts, Outcome, Phase, Series,
+        TrialConditions, TrialProtocol, TrialSim, TrialSpread, TrialWorker, Verdict, mass_of_volume,
     },
     voxel::InsideTest,
 };
@@ -164,6 +164,55 @@ fn triangles_slip_where_friction_ends() {
     assert!(!TrialSim::can_touch_triangles(&model, &many));
     let refusal = native(&many).expect_err("too many triangles").to_string();
     assert!(refusal.contains(&format!("{} triangles", 90 * count)), "{refusal}");
+}
+
+/// Over time, the pads press by what the shake along their line asks of the object: their forces differ by its mass times that
+/// acceleration. Drift begins anew when gravity comes on, and what is stored moves no trial.
+#[test]
+fn forces_over_time_carry_the_shake() {
+    const MASS: f64 = 0.5;
+    let protocol = TrialProtocol { lift: 0.0, frequencies: [0.0, 3.0, 0.0], ..TrialProtocol::STANDARD };
+    let mut worker = gripper(&centred_block([0.02; 3]), protocol);
+    let plain = TrialConditions { friction: 2.0, ..TrialConditions::new(MASS) };
+    let mut outcome = worker.run(&[0.035], &pinched(), &TrialConditions { has_series: true, ..plain }).expect("a pose");
+    let series = outcome.series.take().expect("a series");
+    assert_eq!(worker.run(&[0.035], &pinched(), &plain), Ok(outcome.clone()));
+    assert!(outcome.verdict.is_held() && series.samples.len() as u32 == outcome.steps / 10, "{outcome:?}");
+    let closed = outcome.closed.as_ref().expect("closed");
+    let last = series.samples.iter().rfind(|sample| sample.phase == Phase::Closing).expect("a sample");
+    for (link, force) in last.forces.iter().enumerate() {
+        assert!((force - closed.force_of(link)).abs() < 0.5, "link {link}: {force} N, {closed:?}");
+    }
+    // The shake is the last of the trial.
+    let before = f64::from(outcome.steps) * 0.002 - protocol.shake_time;
+    let (rate, mut apart, mut moved) = (std::f64::consts::TAU * 3.0, Vec::new(), 0.0_f64);
+    for (number, sample) in (1..).zip(&series.samples) {
+        if sample.phase != Phase::Closing {
+            moved = moved.max(sample.moved);
+            assert!(sample.moved <= outcome.farthest && sample.turned < 0.1, "{sample:?}");
+        }
+        if sample.phase == Phase::Shake {
+            let time = f64::from(number) * Series::INTERVAL - before - 0.001;
+            let pull = protocol.shake * rate * rate * (rate * time).sin() * MASS;
+            // The object's y is that of the hand's base, along which the pads face each other.
+            let [left, right] = [
+                closed.touches.iter().find(|touch| touch.normal.y > 0.0),
+                closed.touches.iter().find(|touch| touch.normal.y < 0.0),
+            ]
+            .map(|touch| sample.forces[touch.expect("a touch").link]);
+            apart.push([left - right, pull]);
+        }
+    }
+    let off = apart.iter().map(|[found, pull]| (found - pull).abs()).fold(0.0, f64::max);
+    let largest = apart.iter().map(|[_, pull]| pull.abs()).fold(0.0, f64::max);
+    println!("{} samples in the shake, forces apart by up to {largest:.2} N, off by {off:.3} N", apart.len());
+    assert!(apart.len() == 50 && largest > 3.0 && off < 0.1 * largest, "{apart:?}");
+    assert!(moved > 0.5 * outcome.farthest, "{moved} of {}", outcome.farthest);
+    // Of a hand that is refused there is nothing over time.
+    let deep = pinched() * Translation3::new(0.0, 0.01, 0.0);
+    let refused = worker.run(&[0.02], &deep, &TrialConditions { has_series: true, ..plain }).expect("a pose");
+    assert!(matches!(refused.verdict, Verdict::Refused { .. }), "{refused:?}");
+    assert_eq!(refused.series, Some(Series::default()));
 }
 
 /// A stopped finger of the gripper bears 1.25 times the 40 N that its motor gives, and creeps under more: gravity along the line of

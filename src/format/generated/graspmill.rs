@@ -1029,6 +1029,9 @@ pub struct GraspTrials {
     /// names of the easier conditions under which grasps that failed are
     #[prost(string, repeated, tag = "20")]
     pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// s from one sample of a series to the next; 0 where no trial has one
+    #[prost(double, tag = "30")]
+    pub series_interval: f64,
     /// one number where grasps were tried on a table, too: friction of the object against it
     #[prost(double, repeated, tag = "18")]
     pub table_friction: ::prost::alloc::vec::Vec<f64>,
@@ -1084,6 +1087,32 @@ pub struct GraspTrial {
     /// 1 untested, 2 held, 3 failed, 4 borderline: what outcome, table, perturbed and confirmed say together; 0
     #[prost(uint32, tag = "16")]
     pub label: u32,
+    /// where a dataset of an earlier version has none
+    ///
+    /// of the trial under the conditions as given; none of a grasp that was not chosen for it
+    #[prost(message, optional, tag = "30")]
+    pub series: ::core::option::Option<TrialSeries>,
+}
+/// Forces and drift of a trial over time. Sample k was taken (k + 1) series_interval after the trial began, whatever its phase.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct TrialSeries {
+    /// how many in each phase: closing, lift and shake, or closing and six directions of gravity
+    #[prost(uint32, repeated, tag = "1")]
+    pub samples: ::prost::alloc::vec::Vec<u32>,
+    /// that pressed on the object in any sample, ascending, indices into GraspTrials.links
+    #[prost(uint32, repeated, tag = "2")]
+    pub links: ::prost::alloc::vec::Vec<u32>,
+    /// (samples, links) N: sum of the normal forces of each
+    #[prost(float, repeated, tag = "3")]
+    pub forces: ::prost::alloc::vec::Vec<f32>,
+    /// (samples) m: the object's centre of mass in the hand, from where it was when the hand began to
+    #[prost(float, repeated, tag = "4")]
+    pub moved: ::prost::alloc::vec::Vec<f32>,
+    /// close, after that phase from where it was when gravity came on
+    ///
+    /// (samples) rad: the object's rotation in the hand since then
+    #[prost(float, repeated, tag = "5")]
+    pub turned: ::prost::alloc::vec::Vec<f32>,
 }
 /// A grasp of the object as it rests on a table: gravity is on, nothing holds the object while the hand closes.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -1093,6 +1122,9 @@ pub struct TableTrial {
     pub resting_pose: u32,
     #[prost(message, optional, tag = "2")]
     pub outcome: ::core::option::Option<TrialOutcome>,
+    /// of a grasp that was chosen for it: closing, lift and shake
+    #[prost(message, optional, tag = "30")]
+    pub series: ::core::option::Option<TrialSeries>,
 }
 /// A grasp under perturbed conditions.
 #[derive(Clone, PartialEq, ::prost::Message)]

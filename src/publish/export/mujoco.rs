@@ -37,7 +37,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
         layout: |_| {
             "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
              <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
-             <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], and what came of each trial; replay.py \
+             <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp, and what came of each trial; replay.py \
              makes the trials again and writes agreement.json"
         },
         write,
@@ -123,6 +123,8 @@ fn object(
             "grasp": trial.grasp,
             "posture": grasp.posture,
             "object_from_base": grasp.object_from_base.to_rows(),
+            "opening": grasp.opening,
+            "object_from_base_pregrasp": grasp.object_from_base_back(run.method.stand_off).to_rows(),
             "expected": {
                 "verdict": trial.outcome.verdict.name(),
                 "label": trial.label().name(),

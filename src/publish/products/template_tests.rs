@@ -154,6 +154,7 @@ fn trials(name: &str, is_full: bool) -> TrialsInspection {
         closed_penetration: SPREAD,
         shaken_penetration: SPREAD,
         slip: SPREAD,
+        series: if is_full { [2, 1] } else { [0; 2] },
         not_at_rest: 0,
         success: is_full.then_some(SPREAD),
         calibration: is_full.then_some(calibration),

@@ -85,6 +85,8 @@ pub struct TrialConditions {
     /// errors of the pose move object and table together, against the hand. Without a table the object floats until it is
     /// closed on.
     pub table: Option<TableSupport>,
+    /// Whether the outcome has forces and drift over [time](super::Series).
+    pub has_series: bool,
 }
 
 impl TrialConditions {
@@ -106,6 +108,7 @@ impl TrialConditions {
             has_sharp_edges: false,
             numerics: Numerics::Standard,
             table: None,
+            has_series: false,
         }
     }
 

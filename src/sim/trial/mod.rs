@@ -8,7 +8,9 @@
 
 mod conditions;
 mod outcome;
+mod phase;
 mod replay;
+mod series;
 mod variant;
 mod worker;
 
@@ -17,8 +19,10 @@ use std::sync::Arc;
 pub use conditions::{
     Gravity, TableSupport, TrialConditions, TrialProtocol, TrialSpread, WhileClosing, mass_of_volume,
 };
-pub use outcome::{Grip, Outcome, Phase, Slip, Start, Verdict};
+pub use outcome::{Grip, Outcome, Slip, Start, Verdict};
+pub use phase::Phase;
 pub use replay::{PlainHand, plain_hand};
+pub use series::{Series, SeriesSample};
 pub use variant::Variant;
 pub use worker::TrialWorker;
 

@@ -2,21 +2,9 @@
 
 use nalgebra::IsometryMatrix3;
 
+use super::{Phase, Series};
 use crate::{closing::LinkTouch, hand_sim::STEP, unstable::Unstable};
 use robot::hand::Motor;
-
-/// A part of a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Phase {
-    /// The hand closes, without gravity unless the object rests on a table.
-    Closing,
-    /// The hand lifts.
-    Lift,
-    /// The hand shakes.
-    Shake,
-    /// Gravity pulls along one of six directions, counted from 0.
-    Turned(u8),
-}
 
 /// Verdict on a trial, with the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,6 +163,8 @@ pub struct Outcome {
     pub steps: u32,
     /// Number of MuJoCo's warnings.
     pub warnings: u32,
+    /// Forces and drift over time; `None` where the conditions do not ask for them.
+    pub series: Option<Series>,
 }
 
 impl Outcome {

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
 use super::{
-    Gravity, Grip, Outcome, Phase, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict, WhileClosing,
+    Gravity, Grip, Outcome, Phase, Series, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict,
+    WhileClosing, series::angle_between,
 };
 use crate::{
     closing::HandWorker,
@@ -44,6 +45,8 @@ pub struct TrialWorker {
     commands: Vec<Command>,
     /// The table that the hand lifts the object off, as it stood when the lift began, in the hand's base frame.
     receding: Option<IsometryMatrix3<f64>>,
+    /// The trial over time so far, where its conditions ask for it.
+    series: Option<Series>,
 }
 
 /// Ends a trial early.
@@ -72,7 +75,7 @@ impl TrialWorker {
         let Hold::Free(object) = sim.sim.hold else { unreachable!("trials are compiled with a free object") };
         let hand = HandWorker::new(&sim.sim);
         let commands = vec![Command::Close; sim.hand().driven().len()];
-        Self { hand, object, protocol: sim.protocol, set: None, commands, receding: None }
+        Self { hand, object, protocol: sim.protocol, set: None, commands, receding: None, series: None }
     }
 
     /// Tries one grasp: the hand's posture before it closes, one value per driven joint, and the object expressed in its base
@@ -92,6 +95,7 @@ impl TrialWorker {
         self.hand.set_edges(conditions.has_sharp_edges);
         let object_from_table = self.table_of(conditions)?;
         self.receding = None;
+        self.series = conditions.has_series.then(Series::default);
         self.set_object(conditions, self.closing_mass(conditions));
         let pose = self.approached(posture, conditions) * conditions.placed(base_from_object, &self.object.centre);
         let start = self.seat(posture, &pose, object_from_table.as_ref(), conditions.backs_off)?;
@@ -107,10 +111,12 @@ impl TrialWorker {
             end: None,
             steps: 0,
             warnings: 0,
+            series: None,
         };
         let decided = self.decide(&mut outcome, conditions, object_from_table.as_ref());
         outcome.verdict = decided.err().unwrap_or(Verdict::Held);
         outcome.steps = self.hand.steps();
+        outcome.series = self.series.take();
         outcome.warnings = self.hand.data.warning().iter().map(|warning| warning.number as u32).sum();
         if !matches!(outcome.verdict, Verdict::Refused { .. } | Verdict::Unstable { .. }) {
             outcome.end = Some(self.grip());
@@ -385,7 +391,14 @@ impl TrialWorker {
     }
 
     fn step(&mut self, phase: Phase) -> Decided<()> {
-        self.hand.step(&self.commands).map_err(|what| Verdict::Unstable { phase, what })
+        if let Some(series) = &mut self.series {
+            series.begin(phase, &self.hand);
+        }
+        self.hand.step(&self.commands).map_err(|what| Verdict::Unstable { phase, what })?;
+        if let Some(series) = &mut self.series {
+            series.add(phase, &self.hand, &self.object.centre);
+        }
+        Ok(())
     }
 
     fn lost(&self, phase: Phase) -> Verdict {
@@ -418,13 +431,6 @@ impl TrialWorker {
 
 fn steps_in(time: f64) -> u32 {
     (time / STEP).round() as u32
-}
-
-/// The angle between two placements [rad].
-fn angle_between(one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>) -> f64 {
-    // By the chord: good for small angles as well.
-    let chord = (one.rotation.matrix() - other.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
-    2.0 * libm::asin((chord / 2.0).min(1.0))
 }
 
 #[cfg(test)]

@@ -210,9 +210,15 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
     let split = job(&["split.test_objects=2"]);
     assert_ne!(split.digest(), plain.digest());
     assert_eq!(split.sample_settings(), plain.sample_settings());
-    for other in
-        ["tried=\"kept\"", "confirm=\"failed\"", "variant_share=0", "table=false", "table_friction=0.3", "perturbed=0"]
-    {
+    for other in [
+        "tried=\"kept\"",
+        "confirm=\"failed\"",
+        "variant_share=0",
+        "series_share=0",
+        "table=false",
+        "table_friction=0.3",
+        "perturbed=0",
+    ] {
         let physics = format!("physics={{{other}}}");
         assert_ne!(job(&[&physics]).digest(), job(&["physics={}"]).digest(), "{other}");
     }

@@ -161,6 +161,7 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         roll_out_share,
         roll_outs,
         variant_share,
+        series_share,
         confirm,
         gravity,
         table,
@@ -188,6 +189,7 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         roll_out_share,
         roll_outs,
         variant_share,
+        series_share,
         confirm: match confirm {
             ConfirmSpec::Both => [true, true],
             ConfirmSpec::Failed => [false, true],

@@ -113,6 +113,7 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             roll_out_share,
             roll_outs,
             variant_share,
+            series_share,
             confirm,
             six_directions,
             table_friction,
@@ -128,6 +129,7 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             roll_out_share,
             roll_outs,
             variant_share,
+            series_share,
             confirm: match confirm {
                 [true, _] => ConfirmSpec::Both,
                 [false, true] => ConfirmSpec::Failed,

@@ -10,6 +10,7 @@ mod keys;
 mod recorded;
 mod row;
 mod seeds;
+mod series;
 mod settings;
 mod shapes;
 pub mod spec;

@@ -54,6 +54,8 @@ pub struct Physics {
     pub roll_outs: u32,
     /// Share of the held grasps that are tried under every variant, 0 to 1.
     pub variant_share: f64,
+    /// Share of the tried grasps whose trials are stored over time, 0 to 1.
+    pub series_share: f64,
     /// Whether grasps that held are tried again under harder conditions, and whether those that failed are under easier ones.
     pub confirm: [bool; 2],
     /// Gravity from six directions, without lift and shake.

@@ -323,6 +323,11 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::variant_share")]
     #[schemars(range(min = 0, max = 1))]
     pub variant_share: f64,
+    /// Share of the tried grasps of which the forces of the links on the object and its drift in the hand are stored over time, in the
+    /// trial in the air and in that on the table: a sample every 20 ms, 2.6 kB per grasp of the Barrett hand.
+    #[serde(default = "physics::series_share")]
+    #[schemars(range(min = 0, max = 1))]
+    pub series_share: f64,
     /// Trials that are made again before their outcome becomes a label: grasps that held, once, with elliptic friction cones
     /// without `impratio` and iterations against slip, friction lower by 20 %, and nothing that supports the object while the
     /// hand closes; grasps that failed, with sharp edges of the hand's boxes, with the hand 2 mm nearer to the object, with
@@ -391,6 +396,10 @@ mod physics {
 
     pub(super) fn variant_share() -> f64 {
         0.1
+    }
+
+    pub(super) fn series_share() -> f64 {
+        0.05
     }
 
     pub(super) fn confirm() -> ConfirmSpec {

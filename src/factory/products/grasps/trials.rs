@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::{IsometryMatrix3, Unit, Vector3};
 
-use super::settings::{GraspJob, Physics};
+use super::{
+    series::recorded_series,
+    settings::{GraspJob, Physics},
+};
 use crate::{
     ProduceError,
     job::{JobHand, Weight},
@@ -22,8 +25,8 @@ use kernel::{
     words::MassSource,
 };
 use sim::{
-    Gravity, Grip, HandError, HandModel, NativeContacts, Outcome, TableSupport, TrialConditions, TrialSim, TrialSpread,
-    TrialWorker, Variant, Verdict,
+    Gravity, Grip, HandError, HandModel, NativeContacts, Outcome, Series, TableSupport, TrialConditions, TrialSim,
+    TrialSpread, TrialWorker, Variant, Verdict,
 };
 
 const SPREAD: TrialSpread = TrialSpread::STANDARD;
@@ -95,6 +98,7 @@ impl Trials {
                 tried: settings.tried,
                 variants: if settings.variant_share > 0.0 { names(&Variant::ALL) } else { Vec::new() },
                 table_friction: settings.table_friction,
+                series_interval: (settings.series_share > 0.0).then_some(Series::INTERVAL),
                 confirm_held: if confirms_held { names(&Variant::HARDER) } else { Vec::new() },
                 confirm_failed: Vec::new(),
             },
@@ -168,6 +172,7 @@ struct Draws {
     chosen: Stream,
     rolled_out: Stream,
     chosen_for_variants: Stream,
+    chosen_for_series: Stream,
 }
 
 impl Draws {
@@ -178,6 +183,7 @@ impl Draws {
             chosen: stream("chosen for roll-outs"),
             rolled_out: stream("roll-outs"),
             chosen_for_variants: stream("chosen for variants"),
+            chosen_for_series: stream("chosen for series"),
         }
     }
 }
@@ -194,7 +200,9 @@ impl TriedObject {
         let base_from_object = grasp.object_from_base.isometry().inverse();
         let conditions = self.conditions;
         let mut run = |conditions: &TrialConditions| self.worker.run(&grasp.posture, &base_from_object, conditions);
-        let outcome = run(&conditions)?;
+        // What is stored over time moves no trial.
+        let has_series = draws.chosen_for_series.unit() < settings.series_share;
+        let outcome = run(&TrialConditions { has_series, ..conditions })?;
         let mut perturbed = Vec::with_capacity(settings.perturbed as usize);
         for _ in 0..settings.perturbed {
             let off = conditions.perturbed(&SPREAD, &mut draws.perturbed);
@@ -222,12 +230,16 @@ impl TriedObject {
         // The most likely pose of the object in which the hand stays above the table.
         let mut table = None;
         if let Some((pose, support)) = grasp.likeliest_table().and_then(|pose| Some((pose, *self.tables.get(pose)?))) {
-            let on_table = TrialConditions { table: Some(support), gravity: Gravity::Lifted, ..conditions };
-            table = Some(TableTrial { resting_pose: pose as u32, outcome: recorded(&run(&on_table)?) });
+            let on_table = TrialConditions { table: Some(support), gravity: Gravity::Lifted, has_series, ..conditions };
+            let outcome = run(&on_table)?;
+            let series = outcome.series.as_ref().map(|series| recorded_series(series, on_table.gravity));
+            table = Some(TableTrial { resting_pose: pose as u32, outcome: recorded(&outcome), series });
         }
         let closed = outcome.closed.as_ref().map(closed_hand);
+        let series = outcome.series.as_ref().map(|series| recorded_series(series, conditions.gravity));
         let (outcome, confirmed) = (recorded(&outcome), Vec::new());
-        let mut trial = GraspTrial { grasp: index, outcome, closed, perturbed, roll_outs, variants, table, confirmed };
+        let mut trial =
+            GraspTrial { grasp: index, outcome, closed, perturbed, roll_outs, variants, table, confirmed, series };
         // Trials that agree are made again where it is harder to hold, or easier: what ends otherwise there is no sure label,
         // and asks no further.
         let agreed = trial.agreed();

@@ -7,18 +7,21 @@ mod row;
 mod run;
 #[cfg(test)]
 mod run_tests;
+mod series;
 mod shapes;
 mod shapes_file;
 mod trial;
 #[cfg(test)]
 mod trial_tests;
 mod tried;
+mod waypoints;
 
 pub(super) use check::CHECKS;
 pub use facts::{GraspFacts, TrialFacts};
 pub use resting::{InvalidResting, add_resting};
 pub use row::{FORMAT, SHAPES};
 pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH};
+pub use series::{SeriesMoment, TrialSeries, trial_phases};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
 pub(in crate::products) use shapes_file::SHAPES_CHECK;
 pub use shapes_file::{Shapes, ShapesWriter};
@@ -26,6 +29,7 @@ pub use trial::{
     ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod, TrialOutcome,
 };
 pub use tried::{GraspLabel, TrialVerdict, TriedStates};
+pub use waypoints::Waypoint;
 
 use crate::{
     Channel, Product,

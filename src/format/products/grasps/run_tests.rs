@@ -134,6 +134,31 @@ fn hand() -> HandShape {
 }
 
 proptest! {
+    /// The palm goes straight back along its own z, the lift straight up, and no waypoint states what is not stored.
+    #[test]
+    fn waypoints_follow_from_what_is_stored(run in run(), up in prop::array::uniform3(0.1..1.0f64)) {
+        let up = Unit::new_normalize(Vector3::from(up));
+        for grasp in &run.grasps {
+            let way = run.waypoints(grasp, &up);
+            prop_assert_eq!(way.each_ref().map(|waypoint| waypoint.name), Waypoint::NAMES);
+            let approach_from_base = grasp.object_from_approach.isometry().inverse() * grasp.object_from_base.isometry();
+            let back = nalgebra::Translation3::new(0.0, 0.0, -run.method.stand_off);
+            let expected = grasp.object_from_approach.isometry() * back * approach_from_base;
+            let found = way[0].object_from_base.isometry();
+            prop_assert!((expected.to_homogeneous() - found.to_homogeneous()).norm() < 1e-12);
+            let base = grasp.object_from_base;
+            prop_assert!(way[1..4].iter().all(|waypoint| waypoint.object_from_base == base));
+            let lifted = way[4].object_from_base.isometry().translation.vector - base.isometry().translation.vector;
+            prop_assert!((lifted - up.into_inner() * 0.1).norm() < 1e-12);
+            let driven = way.each_ref().map(|waypoint| waypoint.driven.as_deref());
+            let (opening, posture) = (Some(&grasp.opening[..]), Some(&grasp.posture[..]));
+            prop_assert_eq!(driven, [opening, opening, posture, None, None]);
+            let joints = way.each_ref().map(|waypoint| waypoint.joints.as_deref());
+            let (before, closed) = (Some(&grasp.joints_before[..]), Some(&grasp.joints[..]));
+            prop_assert_eq!(joints, [None, None, before, closed, closed]);
+        }
+    }
+
     #[test]
     fn a_run_reads_back_and_has_the_generated_encoders_bytes(run in run()) {
         let mut payload = Vec::new();

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use prost::Message;
 
-use super::{GraspLabel, TrialFacts, TrialVerdict, TriedStates};
+use super::{GraspLabel, TrialFacts, TrialSeries, TrialVerdict, TriedStates};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, pose, ranged},
@@ -44,6 +44,8 @@ pub struct TrialMethod {
     pub variants: Vec<String>,
     /// Friction of the object against the table; `None` where grasps are not tried on one.
     pub table_friction: Option<f64>,
+    /// Time from one sample of a series to the next [s]; `None` where no trial has a series.
+    pub series_interval: Option<f64>,
     /// Names of the harder conditions under which grasps that held are tried again.
     pub confirm_held: Vec<String>,
     /// Names of the easier conditions under which grasps that failed are tried again.
@@ -138,6 +140,8 @@ pub struct TableTrial {
     pub resting_pose: u32,
     /// Outcome of the trial.
     pub outcome: TrialOutcome,
+    /// The trial over time; `None` of a grasp that was not chosen for it.
+    pub series: Option<TrialSeries>,
 }
 
 /// All trials of one grasp.
@@ -161,6 +165,8 @@ pub struct GraspTrial {
     /// Verdict under each of [`TrialMethod::confirm_held`] or [`TrialMethod::confirm_failed`], as the trials
     /// [agree](GraspTrial::agreed), up to the first that ends otherwise; none where they do not agree.
     pub confirmed: Vec<TrialVerdict>,
+    /// The trial under the conditions as given, over time; `None` of a grasp that was not chosen for it.
+    pub series: Option<TrialSeries>,
 }
 
 impl GraspTrial {
@@ -281,6 +287,7 @@ impl GraspTrials {
             tried,
             variants,
             table_friction,
+            series_interval,
             confirm_held,
             confirm_failed,
         } = &self.method;
@@ -305,6 +312,7 @@ impl GraspTrials {
         wire::doubles(out, 18, table_friction.as_slice());
         confirm_held.iter().for_each(|name| wire::element(out, 19, name.as_bytes()));
         confirm_failed.iter().for_each(|name| wire::element(out, 20, name.as_bytes()));
+        wire::double(out, 30, series_interval.unwrap_or_default());
     }
 
     /// Reads and checks a payload.
@@ -332,6 +340,8 @@ impl GraspTrials {
         lengthy(MESSAGE, "table_friction", raw.table_friction.len().min(1), raw.table_friction.len())?;
         let table_friction = raw.table_friction.first().copied();
         not_below_zero("table_friction", table_friction.unwrap_or_default())?;
+        not_below_zero("series_interval", raw.series_interval)?;
+        let series_interval = (raw.series_interval > 0.0).then_some(raw.series_interval);
         let (friction, torsion, mass) = (raw.friction, raw.torsion, raw.mass);
         let (mass_from, mass_source, gravity) = (raw.mass_from, raw.mass_source, raw.gravity);
         let (variants, confirm_held, confirm_failed) = (raw.variants, raw.confirm_held, raw.confirm_failed);
@@ -346,6 +356,7 @@ impl GraspTrials {
             tried,
             variants,
             table_friction,
+            series_interval,
             confirm_held,
             confirm_failed,
         };
@@ -356,6 +367,10 @@ impl GraspTrials {
             let on_table = u32::from(trial.table.is_some());
             let may_be = on_table == 0 || table_friction.is_some();
             ranged(MESSAGE, "trials.table", f64::from(on_table), may_be, "none without a table_friction")?;
+            let of_table = trial.table.as_ref().and_then(|table| table.series.as_ref());
+            let with_series = u32::from(trial.series.is_some() || of_table.is_some());
+            let may_be = with_series == 0 || series_interval.is_some();
+            ranged(MESSAGE, "trials.series", f64::from(with_series), may_be, "none without a series_interval")?;
             read.push(GraspTrial::of(trial, joints as usize, &method)?);
         }
         Ok(Self { sample, hand: raw.hand, links, joints, method, trials: read })
@@ -409,14 +424,16 @@ impl GraspTrial {
         wire::uint32(out, 11, self.roll_outs[0]);
         wire::uint32(out, 12, self.roll_outs[1]);
         wire::uint32s(out, 13, self.variants.iter().map(|verdict| *verdict as u32));
-        if let Some(TableTrial { resting_pose, outcome }) = &self.table {
+        if let Some(TableTrial { resting_pose, outcome, series }) = &self.table {
             nested(out, 14, |out| {
                 wire::uint32(out, 1, *resting_pose);
                 nested(out, 2, |out| outcome.encode(out));
+                series.iter().for_each(|series| nested(out, 30, |out| series.encode(out)));
             });
         }
         wire::uint32s(out, 15, self.confirmed.iter().map(|verdict| *verdict as u32));
         wire::uint32(out, 16, self.label().number());
+        self.series.iter().for_each(|series| nested(out, 30, |out| series.encode(out)));
     }
 
     fn of(trial: &proto::GraspTrial, joints: usize, method: &TrialMethod) -> Result<Self, RecordError> {
@@ -447,8 +464,9 @@ impl GraspTrial {
             perturbed: perturbed.collect::<Result<_, RecordError>>()?,
             roll_outs: [count, held],
             variants: verdicts("trials.variants", &trial.variants)?,
-            table: trial.table.as_ref().map(TableTrial::of).transpose()?,
+            table: trial.table.as_ref().map(|trial| TableTrial::of(trial, joints + 1)).transpose()?,
             confirmed: verdicts("trials.confirmed", &trial.confirmed)?,
+            series: TrialSeries::of(trial.series.as_ref(), &method.gravity, joints + 1)?,
         };
         let agreed = read.agreed();
         let asked = method.confirmations(agreed).len();
@@ -462,8 +480,12 @@ impl GraspTrial {
 }
 
 impl TableTrial {
-    fn of(trial: &proto::TableTrial) -> Result<Self, RecordError> {
-        Ok(Self { resting_pose: trial.resting_pose, outcome: TrialOutcome::of(trial.outcome.as_ref())? })
+    /// Reads the trial of a hand with so many links.
+    fn of(trial: &proto::TableTrial, links: usize) -> Result<Self, RecordError> {
+        let outcome = TrialOutcome::of(trial.outcome.as_ref())?;
+        // What stands on a table is lifted off it, whatever gravity does in the air.
+        let series = TrialSeries::of(trial.series.as_ref(), GRAVITIES[0], links)?;
+        Ok(Self { resting_pose: trial.resting_pose, outcome, series })
     }
 }
 

@@ -28,6 +28,16 @@ fn outcome(verdict: TrialVerdict) -> TrialOutcome {
     }
 }
 
+fn series() -> TrialSeries {
+    TrialSeries {
+        samples: vec![2, 1, 0],
+        links: vec![0, 2],
+        forces: vec![0.0, 1.5, 2.5, 0.0, 0.25, 4.0],
+        moved: vec![0.0, 1e-3, 2e-3],
+        turned: vec![0.0, 0.1, 0.0],
+    }
+}
+
 fn trials() -> GraspTrials {
     let contact = PressedContact {
         link: 2,
@@ -65,6 +75,7 @@ fn trials() -> GraspTrials {
             tried: TriedStates::Closed,
             variants: vec!["free".to_owned(), "heavy".to_owned()],
             table_friction: Some(0.4),
+            series_interval: Some(0.02),
             confirm_held: vec!["slippery".to_owned(), "free".to_owned()],
             confirm_failed: vec!["rough".to_owned()],
         },
@@ -76,8 +87,19 @@ fn trials() -> GraspTrials {
                 perturbed: vec![perturbed],
                 roll_outs: [16, 12],
                 variants: vec![TrialVerdict::Held, TrialVerdict::LetGo],
-                table: Some(TableTrial { resting_pose: 2, outcome: outcome(TrialVerdict::LostLifting) }),
+                table: Some(TableTrial {
+                    resting_pose: 2,
+                    outcome: outcome(TrialVerdict::LostLifting),
+                    series: Some(series()),
+                }),
                 confirmed: vec![],
+                series: Some(TrialSeries {
+                    samples: vec![0; 3],
+                    links: vec![],
+                    forces: vec![],
+                    moved: vec![],
+                    turned: vec![],
+                }),
             },
             GraspTrial {
                 grasp: 4,
@@ -88,6 +110,7 @@ fn trials() -> GraspTrials {
                 variants: vec![],
                 table: None,
                 confirmed: vec![],
+                series: None,
             },
         ],
     }
@@ -104,7 +127,7 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     assert_eq!((trials().trials[0].success(), trials().trials[0].turned()), (Some(0.75), 1));
     assert_eq!(trials().trials[1].success(), None);
     assert_eq!([0, 1].map(|index| trials().trials[index].is_robust()), [Some(false), None]);
-    let lies: [fn(&mut proto::GraspTrials); 22] = [
+    let lies: [fn(&mut proto::GraspTrials); 29] = [
         |trials| trials.trials[0].label = 2,
         |trials| trials.trials[0].confirmed.push(0),
         |trials| trials.trials[1].confirmed.push(0),
@@ -127,6 +150,13 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
         |trials| trials.table_friction.clear(),
         |trials| trials.table_friction.push(0.5),
         |trials| trials.trials[0].table.as_mut().unwrap().outcome = None,
+        |trials| trials.series_interval = 0.0,
+        |trials| trials.series_interval = -0.02,
+        |trials| trials.trials[0].series.as_mut().unwrap().samples.push(0),
+        |trials| series_of(trials).samples[2] = 1,
+        |trials| series_of(trials).links.swap(0, 1),
+        |trials| series_of(trials).links[1] = 3,
+        |trials| series_of(trials).forces[1] = f32::NAN,
     ];
     for (number, lie) in lies.into_iter().enumerate() {
         let mut lying = generated.clone();
@@ -144,6 +174,21 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     assert!(tried.check_beside(&[low, kept, low, open, kept], 3).is_ok());
 }
 
+fn series_of(trials: &mut proto::GraspTrials) -> &mut proto::TrialSeries {
+    trials.trials[0].table.as_mut().unwrap().series.as_mut().unwrap()
+}
+
+#[test]
+fn moments_of_a_series_know_phase_and_forces() {
+    let series = series();
+    let moments: Vec<_> = series.moments().collect();
+    let phases: Vec<&str> = moments.iter().map(|moment| trial_phases("lifted")[moment.phase]).collect();
+    assert_eq!(phases, ["closing", "closing", "lift"]);
+    let expected = SeriesMoment { phase: 1, number: 2, forces: &[0.25, 4.0], moved: 2e-3, turned: 0.0 };
+    assert_eq!(moments[2], expected);
+    assert_eq!((trial_phases("lifted").len(), trial_phases("six").len()), (3, 7));
+}
+
 /// Labels follow from all trials together: the first verdict, that on a table, the perturbed ones, the confirmations, and the
 /// depth of the start.
 #[test]
@@ -153,7 +198,7 @@ fn labels_are_what_all_trials_say_together() {
     let trial = |first: TrialVerdict, table: Option<TrialVerdict>, confirmed: &[TrialVerdict], start: f64| {
         let mut trial = trials().trials.swap_remove(0);
         trial.outcome = TrialOutcome { penetration: [start, 0.0, 0.0], ..outcome(first) };
-        trial.table = table.map(|verdict| TableTrial { resting_pose: 0, outcome: outcome(verdict) });
+        trial.table = table.map(|verdict| TableTrial { resting_pose: 0, outcome: outcome(verdict), series: None });
         trial.confirmed = confirmed.to_vec();
         trial.perturbed.clear();
         trial

@@ -5,6 +5,7 @@ use serde_json::{Map, Value as Json, json};
 use super::{
     column::{OfSample, RowColumn, RowTable, WrittenTable, matrix, numbers, sample_columns, table_facts},
     objects,
+    series::{self, SeriesRow},
     trials::{self, TrialRow},
 };
 use crate::export::{
@@ -14,8 +15,9 @@ use crate::export::{
     target::Target,
 };
 use format::{
-    Channel, Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, TableTrial, dataset::DatasetReader,
+    Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, TableTrial, dataset::DatasetReader,
 };
+use kernel::geom::{HandBase, Object, Pose};
 use tables::{
     ColumnType::{Boolean, F64, F64s, Text, U32},
     Value,
@@ -28,7 +30,8 @@ const ROW_GROUP: usize = 4096;
 pub(super) const LAYOUT: &str = "\
     grasps.parquet: one row per grasp, kept or not, the runs in the dataset's order and the lowest energy \
     first in each; contacts.parquet: one row per contact of a closed hand, in the search and, where the \
-    grasps were tried, in the trial; with trials trials.parquet: one row per trial, perturbed ones included. \
+    grasps were tried, in the trial; with trials trials.parquet: one row per trial, perturbed ones included, \
+    and series.parquet: one row per 20 ms of chosen trials, with the forces of the links. \
     objects.parquet: one row per object. sample_index and rank join those of samples, object all. Poses are 16 numbers, 4 x 4 row-major, numpy.stack(column).reshape(-1, \
     4, 4)";
 
@@ -41,6 +44,8 @@ struct GraspRow<'a> {
     /// One value per resting pose of the object: the lowest point of the hand over the table, as it comes shaped and as it
     /// comes opened.
     clearances: [Vec<f64>; 2],
+    /// The hand's base in the pregrasp.
+    pregrasp: Pose<Object, HandBase>,
 }
 
 /// One contact of a closed hand.
@@ -65,7 +70,7 @@ impl OfSample for ContactRow<'_> {
     }
 }
 
-/// Writes `grasps.parquet`, `contacts.parquet`, `objects.parquet` and, with trials, `trials.parquet`.
+/// Writes `grasps.parquet`, `contacts.parquet`, `objects.parquet` and, with trials, `trials.parquet` and `series.parquet`.
 pub(super) fn write(
     reader: &DatasetReader,
     selection: &ExportSelection,
@@ -73,13 +78,12 @@ pub(super) fn write(
 ) -> Result<Written, ExportError> {
     let assets = reader.assets()?.objects;
     let selected = SelectedSamples::of(reader, &assets, selection)?;
-    let is_tried = reader.manifest().channels().contains(&Channel::GRASP_TRIALS);
     let mut tables: Option<GraspTables> = None;
     selected.each(|sample, names| {
         let (run, trials) = (sample.grasp_run()?, sample.grasp_trials()?);
         let tables = match &mut tables {
             Some(tables) => tables,
-            none => none.insert(GraspTables::create(reader, target, &run, is_tried)?),
+            none => none.insert(GraspTables::create(reader, target, &run, trials.as_ref())?),
         };
         tables.push(names, &run, trials.as_ref())
     })?;
@@ -95,17 +99,18 @@ struct GraspTables {
     grasps: RowTable,
     contacts: RowTable,
     trials: Option<RowTable>,
+    series: Option<RowTable>,
 }
 
 impl GraspTables {
-    /// Begins the tables; the run says what the joints are called.
+    /// Begins the tables; the first run and its trials say what joints and links are called, and which tables there are.
     fn create(
         reader: &DatasetReader,
         target: &mut Target,
         run: &GraspRun,
-        is_tried: bool,
+        trials: Option<&GraspTrials>,
     ) -> Result<Self, ExportError> {
-        let hand = &run.hand;
+        let (hand, is_tried) = (&run.hand, trials.is_some());
         let facts = [
             ("hand", json!(hand.name)),
             ("joints", json!(hand.joints)),
@@ -116,10 +121,15 @@ impl GraspTables {
         let contacts = ("contacts", "contact", 8 * ROW_GROUP);
         let grasps = RowTable::create(grasps, &grasp_columns(is_tried), (reader, &mut *target), &facts)?;
         let contacts = RowTable::create(contacts, &contact_columns(), (reader, &mut *target), &[])?;
+        let has_series = trials.is_some_and(|trials| trials.method.series_interval.is_some());
         let trials = is_tried.then(|| {
             RowTable::create(("trials", "trial", ROW_GROUP), &trials::columns(), (reader, &mut *target), &facts[..2])
         });
-        Ok(Self { grasps, contacts, trials: trials.transpose()? })
+        let series = has_series.then(|| {
+            let facts = [facts[0].clone(), ("links", json!(hand.links))];
+            RowTable::create(("series", "sample", 8 * ROW_GROUP), &series::columns(), (reader, target), &facts)
+        });
+        Ok(Self { grasps, contacts, trials: trials.transpose()?, series: series.transpose()? })
     }
 
     /// Adds the grasps of a run.
@@ -133,7 +143,8 @@ impl GraspTables {
         for (rank, grasp) in (0..).zip(&run.grasps) {
             let trial = trials.and_then(|trials| trial_of(trials, rank));
             let clearances = [0, 1].map(|way| grasp.clearances.iter().map(|lowest| lowest[way]).collect());
-            self.grasps.push(&grasp_columns, &GraspRow { names, rank, grasp, trial, clearances })?;
+            let pregrasp = grasp.object_from_base_back(run.method.stand_off);
+            self.grasps.push(&grasp_columns, &GraspRow { names, rank, grasp, trial, clearances, pregrasp })?;
             for contact in &grasp.contacts {
                 let link = run.hand.links[contact.link as usize].as_str();
                 let row = ContactRow { names, rank, closed_in: "search", link, contact: *contact, force: None };
@@ -155,6 +166,12 @@ impl GraspTables {
                 table.push(&columns, &row)?;
             }
         }
+        if let (Some(table), Some(trials)) = (&mut self.series, trials) {
+            let columns = series::columns();
+            for row in SeriesRow::all(names, trials) {
+                table.push(&columns, &row)?;
+            }
+        }
         Ok(())
     }
 
@@ -162,8 +179,8 @@ impl GraspTables {
     fn finish(self, objects: WrittenTable) -> Result<(u64, Map<String, Json>), ExportError> {
         let grasps = self.grasps.finish()?;
         let (count, mut tables) = (grasps.rows, vec![grasps, self.contacts.finish()?, objects]);
-        if let Some(trials) = self.trials {
-            tables.push(trials.finish()?);
+        for table in self.trials.into_iter().chain(self.series) {
+            tables.push(table.finish()?);
         }
         Ok((count, table_facts(tables)))
     }
@@ -185,7 +202,7 @@ fn grasp_columns<'a>(is_tried: bool) -> Vec<RowColumn<GraspRow<'a>>> {
 }
 
 /// Columns of the verdict and of the hand: where it is, and its joints.
-fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 13] {
+fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
     [
         RowColumn::new("rank", U32, "number of the grasp in its run, the lowest energy first", |row: &GraspRow<'a>| {
             Value::U32(row.rank)
@@ -213,6 +230,12 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 13] {
             F64s,
             "16 numbers: pose of the approach frame in the object's frame, origin on the palm, z towards the object [m]",
             |row| matrix(&row.grasp.object_from_approach),
+        ),
+        RowColumn::new(
+            "object_from_base_pregrasp",
+            F64s,
+            "16 numbers: pose of the hand's base in the pregrasp, back along the approach, where the hand is opened to opening [m]",
+            |row| matrix(&row.pregrasp),
         ),
         RowColumn::optional(
             "width",

@@ -6,6 +6,7 @@ mod objects;
 mod pairs;
 mod patches;
 mod poses;
+mod series;
 mod touch;
 mod trials;
 

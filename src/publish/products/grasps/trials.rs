@@ -42,6 +42,9 @@ pub struct TrialsInspection {
     pub shaken_penetration: Spread,
     /// Slip of the object in the hand during the lift, or the first direction of gravity, likewise [m].
     pub slip: Spread,
+    /// Trials whose forces are stored over time: in the air, and on a table.
+    #[serde(default)]
+    pub series: [u64; 2],
     /// Closings that used up their time before the hand came to rest.
     pub not_at_rest: u64,
     /// Probability of success of the grasps that were rolled out; `None` where none was.
@@ -92,6 +95,13 @@ impl TrialsInspection {
         };
         let labels = [GraspLabel::Held, GraspLabel::Failed, GraspLabel::Borderline, GraspLabel::Untested];
         format!("labels by all trials together: {}", labels.map(count).join(", "))
+    }
+
+    /// One line with the counts of trials that are stored over time; `None` without any.
+    pub fn series_in_words(&self) -> Option<String> {
+        let [in_air, on_table] = self.series.map(grouped);
+        let words = format!("forces and drift over time of {in_air} trials in the air, {on_table} on a table");
+        (self.series != [0; 2]).then_some(words)
     }
 
     /// One line with the counts of trials on a table; `None` without them.
@@ -146,6 +156,9 @@ impl fmt::Display for TrialsInspection {
         if let Some(variants) = &self.variants {
             writeln!(f, "  {}", variants.in_words())?;
         }
+        if let Some(words) = self.series_in_words() {
+            writeln!(f, "  {words}")?;
+        }
         Ok(())
     }
 }
@@ -184,6 +197,7 @@ pub(crate) struct TrialSums {
     depths: [Vec<f64>; 2],
     slips: Vec<f64>,
     not_at_rest: u64,
+    series: [u64; 2],
     success: Vec<f64>,
     calibration: CalibrationSums,
     /// Tried grasps by where the mass of their object is from.
@@ -223,6 +237,8 @@ impl TrialSums {
             self.turned += trial.turned() as u64;
             self.success.extend(trial.success());
             self.calibration.add(trial);
+            self.series[0] += u64::from(trial.series.is_some());
+            self.series[1] += u64::from(trial.table.as_ref().is_some_and(|table| table.series.is_some()));
             self.not_at_rest += u64::from(outcome.closing_time > 0.0 && !outcome.closed_at_rest);
             if outcome.verdict.is_held() {
                 self.depths[0].push(outcome.penetration[1]);
@@ -258,6 +274,7 @@ impl TrialSums {
             shaken_penetration: shaken,
             slip: Spread::of(self.slips),
             not_at_rest: self.not_at_rest,
+            series: self.series,
             success: (!self.success.is_empty()).then(|| Spread::of(self.success)),
             calibration: self.calibration.finish(),
             conditions: format!("{tried}, friction {}, {pull}, mass by {}", method.friction, masses.join(", by ")),
@@ -281,6 +298,8 @@ pub(crate) struct TrialsView {
     by_quality: Vec<[String; 3]>,
     /// Counts of trials on a table.
     on_table: Option<String>,
+    /// Counts of trials that are stored over time.
+    series: Option<String>,
     /// Variants of the conditions.
     variants: Option<VariantsView>,
     /// Name, median, 95 % and largest value of depths and slips of grasps that held.
@@ -355,6 +374,7 @@ impl TrialsView {
             verdicts: bar_chart("grasps by verdict of their trial", &bars.collect::<Vec<_>>()),
             by_quality: trials.quality_rows(),
             on_table: trials.on_table_in_words(),
+            series: trials.series_in_words(),
             variants: trials.variants.as_ref().map(VariantsView::of),
             spreads: spreads.into(),
             success,

@@ -1,0 +1,70 @@
+//! Waypoints of a grasp, from what a run stores: how the hand comes, closes and lifts.
+
+use nalgebra::{Translation3, Unit, Vector3};
+
+use super::{Grasp, GraspRun};
+use kernel::geom::{HandBase, Object, Pose};
+
+/// Height of the lift [m], as in trials.
+const LIFT: f64 = 0.1;
+
+/// A state of hand and motors on the way of a grasp.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Waypoint {
+    /// Name of the step that ends here: one of [`Waypoint::NAMES`].
+    pub name: &'static str,
+    /// The hand's base.
+    pub object_from_base: Pose<Object, HandBase>,
+    /// Driven joints [rad or m], in the order of the run's names; `None` where the motors close until what they meet stops them.
+    pub driven: Option<Vec<f64>>,
+    /// All joints [rad or m], in the order of the run's names; `None` of the opened hand, whose driven joints alone are known.
+    pub joints: Option<Vec<f64>>,
+}
+
+impl Waypoint {
+    /// Names of the waypoints, in their order: opened, back along the approach by the method's stand-off; opened, where the hand
+    /// closes; in the posture before closing; closed; closed, 10 cm higher.
+    pub const NAMES: [&str; 5] = ["pregrasp", "arrival", "posture", "closed", "lifted"];
+}
+
+impl Grasp {
+    /// The hand's base, back along the approach by a distance [m].
+    pub fn object_from_base_back(&self, distance: f64) -> Pose<Object, HandBase> {
+        let approach = self.object_from_approach.isometry().rotation * Vector3::z();
+        moved(&self.object_from_base, &(approach * -distance))
+    }
+}
+
+impl GraspRun {
+    /// The way of a grasp of this run: the hand, opened, comes straight along its approach, takes on its posture, closes, and
+    /// lifts the object along `up` (expressed in the object's frame: its z axis in trials in the air, on a table the third row
+    /// of the resting pose's rotation).
+    ///
+    /// Between the first four waypoints the hand stays above the table of each resting pose in which its second clearance is 0
+    /// at least, and above the others in which the first is, where it takes on its posture at the first waypoint already. Nothing
+    /// says whether the hand meets the object on its way.
+    pub fn waypoints(&self, grasp: &Grasp, up: &Unit<Vector3<f64>>) -> [Waypoint; 5] {
+        let base = &grasp.object_from_base;
+        let [back, lifted] =
+            [grasp.object_from_base_back(self.method.stand_off), moved(base, &(up.into_inner() * LIFT))];
+        let [opening, posture] = [&grasp.opening, &grasp.posture].map(|driven| Some(driven.clone()));
+        let [before, closed] = [&grasp.joints_before, &grasp.joints].map(|joints| Some(joints.clone()));
+        let ways = [
+            (back, opening.clone(), None),
+            (*base, opening, None),
+            (*base, posture, before),
+            (*base, None, closed.clone()),
+            (lifted, None, closed),
+        ];
+        let mut names = Waypoint::NAMES.into_iter();
+        ways.map(|(object_from_base, driven, joints)| {
+            let name = names.next().expect("a name for each");
+            Waypoint { name, object_from_base, driven, joints }
+        })
+    }
+}
+
+/// A pose, moved by a vector in the object's frame [m].
+fn moved(pose: &Pose<Object, HandBase>, by: &Vector3<f64>) -> Pose<Object, HandBase> {
+    Pose::from_isometry(Translation3::from(*by) * pose.isometry())
+}

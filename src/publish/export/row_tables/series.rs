@@ -1,0 +1,85 @@
+//! Rows of trials over time: one per sample, those of the trial in the air before those on a table.
+
+use super::column::{OfSample, RowColumn, sample_columns};
+use crate::export::selected::SampleNames;
+use format::{GraspTrials, SeriesMoment, TrialSeries, trial_phases};
+use tables::{
+    ColumnType::{Boolean, F64, F64s, Text, U32},
+    Value,
+};
+
+/// One sample of a trial.
+pub(super) struct SeriesRow<'a> {
+    names: &'a SampleNames<'a>,
+    rank: u32,
+    is_on_table: bool,
+    phase: &'static str,
+    time: f64,
+    moment: SeriesMoment<'a>,
+    /// Force of each link of the hand [N].
+    forces: Vec<f64>,
+}
+
+impl OfSample for SeriesRow<'_> {
+    fn names(&self) -> &SampleNames<'_> {
+        self.names
+    }
+}
+
+impl<'a> SeriesRow<'a> {
+    /// The samples of a run's trials, in the order of its grasps.
+    pub fn all(names: &'a SampleNames<'a>, trials: &'a GraspTrials) -> impl Iterator<Item = Self> {
+        let interval = trials.method.series_interval.unwrap_or_default();
+        let stored = trials.trials.iter().flat_map(|trial| {
+            let on_table = trial.table.iter().flat_map(|table| &table.series).map(|series| (true, series));
+            trial.series.iter().map(|series| (false, series)).chain(on_table).map(|of| (trial.grasp, of))
+        });
+        stored.flat_map(move |(rank, (is_on_table, series)): (u32, (bool, &'a TrialSeries))| {
+            // What stands on a table is lifted off it, whatever gravity does in the air.
+            let phases = trial_phases(if is_on_table { "lifted" } else { &trials.method.gravity });
+            series.moments().map(move |moment| {
+                let mut forces = vec![0.0; trials.links.len()];
+                for (link, force) in series.links.iter().zip(moment.forces) {
+                    forces[*link as usize] = f64::from(*force);
+                }
+                let time = f64::from(moment.number + 1) * interval;
+                Self { names, rank, is_on_table, phase: phases[moment.phase], time, moment, forces }
+            })
+        })
+    }
+}
+
+/// Columns of the table.
+pub(super) fn columns<'a>() -> Vec<RowColumn<SeriesRow<'a>>> {
+    let mut columns = sample_columns();
+    columns.extend([
+        RowColumn::new("rank", U32, "number of the grasp in its run", |row: &SeriesRow<'a>| Value::U32(row.rank)),
+        RowColumn::new("on_table", Boolean, "whether the trial is that on a table, else that in the air", |row| {
+            Value::Boolean(row.is_on_table)
+        }),
+        RowColumn::new(
+            "phase",
+            Text,
+            "closing, lift or shake; under six directions of gravity closing, -z, z, -y, y, -x or x",
+            |row| Value::Text(row.phase),
+        ),
+        RowColumn::new("time", F64, "since the trial began [s]", |row| Value::F64(row.time)),
+        RowColumn::new(
+            "forces",
+            F64s,
+            "one number per link of the hand: sum of its normal forces on the object [N]",
+            |row| Value::F64s(row.forces.as_slice().into()),
+        ),
+        RowColumn::new(
+            "moved",
+            F64,
+            "distance of the object's centre of mass in the hand from where it was when the hand began to close, after that phase \
+             from where it was when gravity came on [m]",
+            |row| Value::F64(f64::from(row.moment.moved)),
+        ),
+        RowColumn::new("turned", F64, "rotation of the object in the hand since then [rad]", |row| {
+            Value::F64(f64::from(row.moment.turned))
+        }),
+    ]);
+    columns
+}
