@@ -119,7 +119,9 @@ fn mistakes_are_shown_at_once_with_their_places() {
         assert!(errors.list().iter().any(|error| error.key == key), "{overrides:?}\n{}", errors.render());
         assert!(errors.render().contains(part), "{overrides:?}\n{}", errors.render());
     }
-    for (physics, key) in [("friction=-1", "friction"), ("mass=\"heavy\"", "mass"), ("roll_outs=3", "roll_outs")] {
+    for (physics, key) in
+        [("friction=-1", "friction"), ("mass=\"heavy\"", "mass"), ("roll_out_share=0\nroll_outs=3", "roll_outs")]
+    {
         let errors = read(&text(&format!("[physics]\n{physics}\n")), &[]).expect_err("a mistake");
         let key = format!("physics.{key}");
         assert!(errors.list().iter().any(|error| error.key == key), "{key}\n{}", errors.render());
@@ -263,7 +265,7 @@ fn tables_name_the_hand_and_costs_grow_with_the_steps() {
     let tried = job(&["physics={}"]);
     let physics = work(&tried).settings.physics.expect("physics");
     assert_eq!((physics.friction, physics.mass, physics.perturbed), (0.5, None, 2));
-    assert_eq!((physics.roll_outs, physics.roll_out_share, physics.six_directions), (16, 0.0, false));
+    assert_eq!((physics.roll_outs, physics.roll_out_share, physics.six_directions), (10, 0.04, false));
     assert_eq!(work(&plain).settings.physics, None);
     let header = tables(&tried);
     assert_eq!(header.channel_classes, [(Channel::GRASP_TRIALS, NumberClass::Physics)].into_iter().collect());

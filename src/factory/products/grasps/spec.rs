@@ -310,7 +310,7 @@ pub struct PhysicsSpec {
     #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
     pub perturbed: u32,
     /// Share of the tried grasps whose probability of success is measured.
-    #[serde(default)]
+    #[serde(default = "physics::roll_out_share")]
     #[schemars(range(min = 0, max = 1), extend("examples" = [0.1]))]
     pub roll_out_share: f64,
     /// Number of further perturbed runs from which that probability is measured.
@@ -390,8 +390,12 @@ mod physics {
         2
     }
 
+    pub(super) fn roll_out_share() -> f64 {
+        0.04
+    }
+
     pub(super) fn roll_outs() -> u32 {
-        16
+        10
     }
 
     pub(super) fn variant_share() -> f64 {
