@@ -58,14 +58,23 @@ class Heatmap:
     pixels: Floats
     """(entries, 2) px"""
     values: Points
-    """(entries,) labels of the grasps, lower is better."""
+    """(entries,) labels of the grasps, lower is better; 0 where trials do not say."""
+    visible: npt.NDArray[np.bool_] | None = None
+    """(entries,) whether nothing in the image hides the point; None where the dataset marks none."""
 
-    def image(self) -> Points:
-        """(4 types, height, width): the lowest label of a pixel, channel 4 type_index + point; NaN without one."""
+    def image(self, visible: bool = False) -> Points:
+        """(4 types, height, width): the lowest label of a pixel, channel 4 type_index + point; NaN where no label is known.
+
+        Pixels with NaN are untested, not bad. ``visible`` leaves points out that the surface hides.
+        """
         image = np.full((4 * self.types, self.height, self.width), np.inf, np.float32)
         column, row = np.floor(self.pixels).astype(np.int64).T
         channel = (4 * self.type_indices + self.points).astype(np.int64)
-        inside = (column >= 0) & (column < self.width) & (row >= 0) & (row < self.height)
+        inside = (column >= 0) & (column < self.width) & (row >= 0) & (row < self.height) & (self.values != 0)
+        if visible:
+            if self.visible is None:
+                raise KeyError("the dataset marks no visible points (patches.visibility)")
+            inside &= self.visible
         np.minimum.at(image, (channel[inside], row[inside], column[inside]), self.values[inside])
         return np.where(np.isinf(image), np.float32(np.nan), image)
 
@@ -158,5 +167,56 @@ class PatchSample(Sample):
         message = self.message("heatmap")
         lists = {name: message[name] for name in ("runs", "ranks", "type_indices", "points")}
         lists |= {"pixels": message["pixels"].reshape(-1, 2), "values": as_array(message["values"], "<f4", -1)}
+        if self.has("visibility"):
+            lists["visible"] = as_array(self.message("visibility")["heatmap_visible"], "u1", -1).astype(bool)
         expect_lengths(len(message["runs"]), **lists)
         return Heatmap(width=message["width"], height=message["height"], types=message["types"], **lists)
+
+    @content
+    def trial(self) -> Message:
+        """Every field of ``PatchTrial`` by name (channel ``trial``): ``outcome``, ``trial`` and ``verdict`` are words."""
+        return self.message("trial")
+
+    @content
+    def outcome(self) -> str:
+        """What all trials of the grasp say: held, failed, borderline or untested (channel ``trial``)."""
+        return str(self.trial["outcome"])
+
+    @content
+    def tested(self) -> npt.NDArray[np.bool_]:
+        """(4, 4 types): a mask for ``labels``, true where trials say what a number is (channel ``trial``)."""
+        return as_array(self.trial["tested"], "u1", 4, -1).astype(bool)
+
+    @content
+    def visible(self) -> npt.NDArray[np.bool_]:
+        """(4,) whether nothing in the image hides the point (channel ``visibility``)."""
+        return as_array(self.message("visibility")["visible"], "u1", 4).astype(bool)
+
+    @content
+    def surfaces(self) -> Points:
+        """(4,) m, depth of the image in the pixel of each point, NaN = no return (channel ``visibility``)."""
+        return as_array(self.message("visibility")["surfaces"], "<f4", 4)
+
+    @content
+    def metric_depth(self) -> Points:
+        """(4, side, side) m, depth in squares of one size in metres around the points, NaN = no return (channel ``metric``)."""
+        message = self.message("metric")
+        return as_array(message["depth"], "<f4", 4, message["side"], message["side"])
+
+    @content
+    def metric_rgb(self) -> Bytes:
+        """(4, side, side, 3) red, green, blue of these squares (channel ``metric_colour``)."""
+        message = self.message("metric_colour")
+        return as_array(message["rgb"], "u1", 4, message["side"], message["side"], 3)
+
+    @content
+    def windows(self) -> npt.NDArray[np.int64]:
+        """(4, 3) px, left and top pixel and side of each square in the image (channel ``metric``)."""
+        message = self.message("metric")
+        corners = message["corners"].astype(np.int64).reshape(4, 2)
+        return np.column_stack([corners, message["windows"].astype(np.int64)])
+
+    @content
+    def camera_from_table(self) -> Floats:
+        """(4, 4) of the table under the object, whose top is the plane z = 0 (channel ``table``)."""
+        return pose(self.message("table")["camera_from_table"])

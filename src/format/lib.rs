@@ -36,7 +36,8 @@ pub use products::{
     },
     patches::{
         HeatmapPatch, HeatmapPoint, PATCH_POINTS, POINT_NAMES, PatchColour, PatchFacts, PatchHeatmap, PatchImageColour,
-        PatchPoint,
+        PatchMetric, PatchPoint, PatchTable, PatchTrial, PatchVisibility, TRIAL_LABEL, VISIBLE_TOLERANCE, is_visible,
+        trial_value, window_pixel, window_side,
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
     scenes::{

@@ -647,6 +647,79 @@ pub struct PatchImageColour {
     #[prost(bytes = "vec", tag = "7")]
     pub rgb: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topic /patches/trial, where labels are those of trials.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct PatchTrial {
+    /// that of the HeatmapPatch
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// root digest of the physics numbers of the dataset that holds the trial, 32 bytes
+    #[prost(bytes = "vec", tag = "2")]
+    pub trials: ::prost::alloc::vec::Vec<u8>,
+    /// label that all trials of the grasp make together: held, failed, borderline, untested
+    #[prost(string, tag = "3")]
+    pub outcome: ::prost::alloc::string::String,
+    /// how the trial in the air ended: a word of docs/grasps.md
+    #[prost(string, tag = "4")]
+    pub trial: ::prost::alloc::string::String,
+    /// of the analytic criteria: kept, penetrates, open_hand, no_force_closure, low_quality, below_table
+    #[prost(string, tag = "5")]
+    pub verdict: ::prost::alloc::string::String,
+    /// (points, 4 * types) u8: 1 where a number of HeatmapPatch.labels is known by trials, else 0
+    #[prost(bytes = "vec", tag = "6")]
+    pub tested: ::prost::alloc::vec::Vec<u8>,
+}
+/// Topic /patches/visibility, where the job asks for it. Which points the surface in the depth image hides.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct PatchVisibility {
+    /// that of the HeatmapPatch
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// (points,) f32 little-endian, m, depth in the pixel of each point, NaN = no return
+    #[prost(bytes = "vec", tag = "2")]
+    pub surfaces: ::prost::alloc::vec::Vec<u8>,
+    /// (points,) u8: 1 unless the point lies more than 5 mm behind that depth
+    #[prost(bytes = "vec", tag = "3")]
+    pub visible: ::prost::alloc::vec::Vec<u8>,
+    /// (entries,) u8, the same for each entry of the PatchHeatmap; empty without one
+    #[prost(bytes = "vec", tag = "4")]
+    pub heatmap_visible: ::prost::alloc::vec::Vec<u8>,
+}
+/// Topic /patches/metric, where the job asks for it. Patches that show squares of one size at the depth of their points.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PatchMetric {
+    /// that of the HeatmapPatch
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// m, side of the squares
+    #[prost(double, tag = "2")]
+    pub size: f64,
+    /// px, of each patch
+    #[prost(uint32, tag = "3")]
+    pub side: u32,
+    /// (points,) px, side of the square of the image that a patch was resampled from
+    #[prost(uint32, repeated, tag = "4")]
+    pub windows: ::prost::alloc::vec::Vec<u32>,
+    /// (points, 2) px, left and top pixel of that square
+    #[prost(uint32, repeated, tag = "5")]
+    pub corners: ::prost::alloc::vec::Vec<u32>,
+    /// (points, side, side) f32 little-endian, m along the optical axis, NaN = no return
+    #[prost(bytes = "vec", tag = "6")]
+    pub depth: ::prost::alloc::vec::Vec<u8>,
+}
+/// Topic /patches/table, where the object stands on a table.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PatchTable {
+    /// that of the HeatmapPatch
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// index into the object's resting poses in the asset table
+    #[prost(uint32, tag = "2")]
+    pub resting_pose: u32,
+    /// top three rows of the 4x4 matrix, row-major, m; the table's top is the plane z = 0
+    #[prost(double, repeated, tag = "3")]
+    pub camera_from_table: ::prost::alloc::vec::Vec<f64>,
+}
 /// Topic /patches/patch. What a depth camera sees around the palm and the fingertips of one grasp, with labels for heatmaps.
 /// SampleId.subject is the object, SampleId.item the grasp's place among the object's grasps of the chosen types.
 #[derive(Clone, PartialEq, ::prost::Message)]

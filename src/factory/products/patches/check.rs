@@ -3,8 +3,8 @@
 use std::path::Path as FilePath;
 
 use super::{
-    grasps_reader::read_grasps,
-    settings::{FoundGrasps, PatchColours, PatchJob, PatchSettings},
+    grasps_reader::{InvalidGrasps, read_grasps},
+    settings::{FoundGrasps, PatchColours, PatchJob, PatchLabel, PatchSettings},
     spec::{PatchCameraSpec, PatchesSpec},
 };
 use crate::job::{read_hand, tidy};
@@ -13,6 +13,9 @@ use kernel::{geom::Intrinsics, ids::Digest};
 use sim::HandModel;
 
 const MAKE_GRASPS: &str = "make it first: `graspmill run jobs/ycb-grasps.toml --out datasets/ycb-grasps`";
+
+const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take labels by analytic \
+                           criteria: `patches.label = \"epsilon\"`";
 
 /// The whole job; `None` when something is wrong, which is reported.
 pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) -> Option<PatchJob> {
@@ -36,8 +39,14 @@ pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) 
 
 /// The grasps of the most common types, compared with the root that the job pins.
 fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Option<FoundGrasps> {
-    let found = match read_grasps(dataset, spec.grasps.types) {
+    let by_trials = spec.patches.label == PatchLabel::Trial;
+    let found = match read_grasps(dataset, spec.grasps.types, by_trials) {
         Ok(found) => found,
+        Err(InvalidGrasps::NoTrials(_)) => {
+            let seen = format!("{} has none", dataset.display());
+            checker.invalid("patches.label", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
+            return None;
+        }
         Err(error) => {
             checker.not_found("grasps.dataset", "dataset of grasps", error.to_string()).help(MAKE_GRASPS);
             return None;
@@ -51,9 +60,21 @@ fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Opti
         report.help("restore the dataset, or take `root` out of the job for a new dataset");
         return None;
     }
+    let trials_root = spec.grasps.trials_root.as_deref().and_then(Digest::from_hex);
+    if let (Some(pinned), Some(trials)) = (trials_root, found.trials)
+        && pinned != trials
+    {
+        let expected = format!("trials of root {}", pinned.short());
+        let seen = format!("{}: {} holds others", trials.short(), dataset.display());
+        let report = checker.invalid("grasps.trials_root", expected, seen);
+        report.help("restore the dataset, or take `trials_root` out of the job for new trials");
+        return None;
+    }
     if found.types.chosen.is_empty() {
-        let seen = format!("none in {}, {} kept grasps without a type", dataset.display(), found.types.without);
-        checker.invalid("grasps.dataset", "at least one kept grasp that has a type", seen);
+        let [such, others] =
+            if by_trials { ["grasp that held and", "tried grasps"] } else { ["kept grasp that", "kept grasps"] };
+        let seen = format!("none in {}, {} {others} without a type", dataset.display(), found.types.without);
+        checker.invalid("grasps.dataset", format!("at least one {such} has a type"), seen);
         return None;
     }
     Some(found)
@@ -88,6 +109,8 @@ fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> 
     Some(PatchSettings {
         types: spec.grasps.types,
         side,
+        metric: spec.patches.metric.then_some(spec.patches.size),
+        visibility: spec.patches.visibility,
         tips,
         label: spec.patches.label,
         camera,

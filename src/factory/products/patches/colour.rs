@@ -4,9 +4,9 @@ use std::{f64::consts::PI, sync::Arc};
 
 use nalgebra::{Unit, Vector3};
 
-use super::settings::PatchColours;
+use super::{resample::area_mean, settings::PatchColours};
 use crate::{Cause, ProduceError, SampleWriter};
-use format::{Channel, HeatmapPatch, PatchColour, PatchImageColour, PatchPoint};
+use format::{Channel, HeatmapPatch, PatchColour, PatchImageColour, PatchMetric, PatchPoint};
 use kernel::{geom::TriMesh, seed::Stream};
 use sim::{Appearance, Inertia, Light, SimModel, SimWorker, gl_facts};
 
@@ -54,13 +54,20 @@ impl ColourView {
         Ok(())
     }
 
-    /// Draws the smallest window that holds all patches, and cuts them out.
-    pub fn render(&mut self, patch: &HeatmapPatch, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
+    /// Draws the smallest window that holds all patches, in pixels and in metres, and cuts them out.
+    pub fn render(
+        &mut self,
+        patch: &HeatmapPatch,
+        metric: Option<&PatchMetric>,
+        out: &mut SampleWriter<'_>,
+    ) -> Result<(), ProduceError> {
         let worker = self.worker.as_mut().expect("an object is loaded before it is rendered");
-        let low = |axis: usize| patch.points.iter().map(|point| point.corner[axis]).min().unwrap_or(0);
-        let high = |axis: usize| patch.points.iter().map(|point| point.corner[axis]).max().unwrap_or(0);
+        let in_metres = metric.iter().flat_map(|metric| metric.corners.iter().copied().zip(metric.windows));
+        let squares = || patch.points.iter().map(|point| (point.corner, patch.side)).chain(in_metres.clone());
+        let low = |axis: usize| squares().map(|(corner, _)| corner[axis]).min().unwrap_or(0);
+        let high = |axis: usize| squares().map(|(corner, side)| corner[axis] + side).max().unwrap_or(0);
         let (left, top) = (low(0), low(1));
-        let (width, height) = (high(0) - left + patch.side, high(1) - top + patch.side);
+        let (width, height) = (high(0) - left, high(1) - top);
         let appearance = match self.settings.randomise {
             true => random_appearance(&mut Stream::of_sample(self.seed, &patch.sample, "colours")),
             false => Appearance::default(),
@@ -83,6 +90,17 @@ impl ColourView {
             }
         }
         if let Some(payload) = out.payload(Channel::PATCH_COLOUR) {
+            self.record.encode(payload);
+        }
+        if let (Some(metric), Some(payload)) = (metric, out.payload(Channel::PATCH_METRIC_COLOUR)) {
+            self.record.rgb.clear();
+            let side = metric.side;
+            for ([x, y], window) in metric.corners.into_iter().zip(metric.windows) {
+                let seen = |column, row| self.window[((row + y - top) * width + column + x - left) as usize];
+                for (row, column) in (0..side).flat_map(|row| (0..side).map(move |column| (row, column))) {
+                    self.record.rgb.push(area_mean([column, row], window, side, seen));
+                }
+            }
             self.record.encode(payload);
         }
         // Drawn once more: the patches stay what they are without it.

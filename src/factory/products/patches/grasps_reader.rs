@@ -5,10 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::settings::{ChosenGrasp, FoundGrasps, GraspedObject};
+use super::settings::{ChosenGrasp, FoundGrasps, GraspTrialEnd, GraspedObject};
 use format::{
-    Grasp, Product, WRENCH,
-    dataset::{DatasetError, DatasetReader, Manifest, Selection},
+    Grasp, GraspLabel, GraspRun, GraspTrial, Product, WRENCH,
+    dataset::{DatasetError, DatasetReader, Manifest, Sample, Selection},
 };
 use kernel::{
     ids::ObjectId,
@@ -32,16 +32,20 @@ pub enum InvalidGrasps {
     /// The dataset has no digest of exact numbers.
     #[error("{} has no exact numbers", .0.display())]
     NoExactNumbers(PathBuf),
+    /// Labels are to be those of trials, and the dataset has none.
+    #[error("{} has no trials, of which labels are to be made", .0.display())]
+    NoTrials(PathBuf),
     /// The dataset's table of assets names no hand.
     #[error("{} names no hand", .0.display())]
     NoHand(PathBuf),
 }
 
-/// The grasps of the `max_types` most common types in a dataset; two passes over its runs, one chunk at a time.
+/// The grasps of the `max_types` most common types in a dataset; two passes over its runs, one chunk at a time. They are the
+/// kept grasps; with `by_trials` those that were tried, of the most common types among the ones that held.
 ///
 /// # Errors
-/// When the folder holds no finished dataset of grasps of a known hand.
-pub fn read_grasps(folder: &Path, max_types: u32) -> Result<FoundGrasps, InvalidGrasps> {
+/// When the folder holds no finished dataset of grasps of a known hand, or none with trials where `by_trials` asks for them.
+pub fn read_grasps(folder: &Path, max_types: u32, by_trials: bool) -> Result<FoundGrasps, InvalidGrasps> {
     let manifest = Manifest::read(folder)?;
     if manifest.product != Product::GRASPS {
         return Err(InvalidGrasps::Product { folder: folder.to_owned(), product: manifest.product });
@@ -49,41 +53,109 @@ pub fn read_grasps(folder: &Path, max_types: u32) -> Result<FoundGrasps, Invalid
     let reader = DatasetReader::open(folder)?;
     let root = manifest.classes.get(&NumberClass::Exact);
     let root = *root.ok_or_else(|| InvalidGrasps::NoExactNumbers(folder.to_owned()))?;
-    let (counts, without, space) = counted(&reader)?;
-    let types = GraspTypeCounts::choose(counts, without, max_types);
-    let objects = objects(&reader, &types)?;
+    let trials = match by_trials {
+        true => Some(*manifest.classes.get(&NumberClass::Physics).ok_or_else(|| no_trials(folder))?),
+        false => None,
+    };
+    let TypeCensus { counts, good, without, space } = TypeCensus::of(&reader, by_trials)?;
+    let chosen = GraspTypeCounts::choose(good, without, max_types).chosen;
+    let types = GraspTypeCounts { counts, without, chosen };
+    let objects = objects(&reader, &types, by_trials)?;
     let assets = reader.assets()?;
     let hand = assets.hands.first().ok_or_else(|| InvalidGrasps::NoHand(folder.to_owned()))?.object;
     let training_subsets = reader.splits().training_subsets.clone();
-    Ok(FoundGrasps { root, hand, space, types, objects, training_subsets })
+    Ok(FoundGrasps { root, trials, hand, space, types, objects, training_subsets })
 }
 
-/// Kept grasps by type, those without one, and the space that was asked for.
-fn counted(reader: &DatasetReader) -> Result<(BTreeMap<u32, u64>, u64, String), DatasetError> {
-    let (mut counts, mut without, mut space) = (BTreeMap::new(), 0, None);
-    for sample in reader.iter(Selection::default()) {
-        let run = sample?.grasp_run()?;
-        for grasp in run.kept() {
-            match grasp.kind {
-                Some(kind) => *counts.entry(kind).or_default() += 1,
-                None => without += 1,
+/// Grasps that may become samples, counted by type.
+#[derive(Default)]
+struct TypeCensus {
+    /// All of them.
+    counts: BTreeMap<u32, u64>,
+    /// Those whose types are chosen from: kept, or with trials held.
+    good: BTreeMap<u32, u64>,
+    /// Those without a type.
+    without: u64,
+    /// The space of epsilon that was asked for.
+    space: String,
+}
+
+impl TypeCensus {
+    fn of(reader: &DatasetReader, by_trials: bool) -> Result<Self, DatasetError> {
+        let mut census = Self { space: WRENCH.to_owned(), ..Self::default() };
+        for (number, sample) in reader.iter(Selection::default()).enumerate() {
+            let run = CandidateRun::of(&sample?, by_trials)?;
+            for (_, grasp, trial) in run.candidates() {
+                let Some(kind) = grasp.kind else {
+                    census.without += 1;
+                    continue;
+                };
+                *census.counts.entry(kind).or_default() += 1;
+                if trial.is_none_or(|trial| trial.label() == GraspLabel::Held) {
+                    *census.good.entry(kind).or_default() += 1;
+                }
+            }
+            if number == 0 {
+                census.space = run.run.method.space;
             }
         }
-        space.get_or_insert(run.method.space);
+        Ok(census)
     }
-    Ok((counts, without, space.unwrap_or_else(|| WRENCH.to_owned())))
 }
 
-fn objects(reader: &DatasetReader, types: &GraspTypeCounts) -> Result<Vec<GraspedObject>, DatasetError> {
+/// A run, with its trials where labels are those of trials.
+struct CandidateRun {
+    run: GraspRun,
+    trials: Option<Vec<GraspTrial>>,
+}
+
+impl CandidateRun {
+    fn of(sample: &Sample, by_trials: bool) -> Result<Self, DatasetError> {
+        let trials = if by_trials { sample.grasp_trials()?.map(|trials| trials.trials) } else { None };
+        // A dataset with a root of physics has trials beside every run; without them nothing of the run was tried.
+        let trials = if by_trials { Some(trials.unwrap_or_default()) } else { None };
+        Ok(Self { run: sample.grasp_run()?, trials })
+    }
+
+    /// The states that may become samples, with their ranks and trials: the kept ones, or all that were tried.
+    fn candidates(&self) -> Box<dyn Iterator<Item = (u32, &Grasp, Option<&GraspTrial>)> + '_> {
+        let ranked = (0..).zip(&self.run.grasps);
+        match &self.trials {
+            None => Box::new(
+                ranked
+                    .filter(|(_, grasp)| grasp.verdict == GraspVerdict::Kept)
+                    .map(|(rank, grasp)| (rank, grasp, None)),
+            ),
+            Some(trials) => Box::new(
+                trials
+                    .iter()
+                    .filter_map(|trial| Some((trial.grasp, self.run.grasps.get(trial.grasp as usize)?, Some(trial)))),
+            ),
+        }
+    }
+}
+
+fn no_trials(folder: &Path) -> InvalidGrasps {
+    InvalidGrasps::NoTrials(folder.to_owned())
+}
+
+fn objects(
+    reader: &DatasetReader,
+    types: &GraspTypeCounts,
+    by_trials: bool,
+) -> Result<Vec<GraspedObject>, DatasetError> {
     let mut chosen: BTreeMap<ObjectId, Vec<ChosenGrasp>> = BTreeMap::new();
     for sample in reader.iter(Selection::default()) {
-        let run = sample?.grasp_run()?;
-        let grasps = chosen.entry(run.sample.subject).or_default();
-        for (rank, grasp) in (0..).zip(&run.grasps) {
-            let kind = grasp.kind.filter(|kind| types.index_of(*kind).is_some());
-            if let (GraspVerdict::Kept, Some(kind)) = (grasp.verdict, kind) {
-                let epsilon = grasp.epsilon(&run.method);
-                grasps.push(of_grasp(grasp, [run.sample.item.0, rank, kind], epsilon));
+        let run = CandidateRun::of(&sample?, by_trials)?;
+        let sample = run.run.sample;
+        let grasps = chosen.entry(sample.subject).or_default();
+        for (rank, grasp, trial) in run.candidates() {
+            if let Some(kind) = grasp.kind.filter(|kind| types.index_of(*kind).is_some()) {
+                let epsilon = grasp.epsilon(&run.run.method);
+                let mut chosen = of_grasp(grasp, [sample.item.0, rank, kind], epsilon);
+                chosen.trial =
+                    trial.map(|trial| GraspTrialEnd { outcome: trial.label(), trial: trial.outcome.verdict });
+                grasps.push(chosen);
             }
         }
     }
@@ -116,5 +188,7 @@ fn of_grasp(grasp: &Grasp, [run, rank, kind]: [u32; 3], epsilon: f64) -> ChosenG
         joints: grasp.joints.clone(),
         energy: grasp.energy,
         epsilon,
+        verdict: grasp.verdict,
+        trial: None,
     }
 }

@@ -4,11 +4,12 @@ use nalgebra::{Point3, Vector3};
 
 use super::{
     hand::PatchHand,
+    marks::surface,
     settings::{GraspedObject, PatchJob, PatchSettings},
 };
-use format::{HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchHeatmap};
+use format::{HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchHeatmap, is_visible};
 use kernel::{
-    geom::{CameraCv, Intrinsics, Object, Pose},
+    geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose},
     ids::SampleId,
 };
 
@@ -19,6 +20,8 @@ pub(super) struct HeatView {
     /// The grasps of the object that was loaded last.
     grasps: Vec<SeenGrasp>,
     record: PatchHeatmap,
+    /// Whether each point of the record is visible.
+    visible: Vec<bool>,
 }
 
 /// A grasp, as far as heatmaps need it; points in `Object` [m].
@@ -37,7 +40,7 @@ impl HeatView {
         let Intrinsics { width, height, .. } = job.settings.camera;
         let types = job.grasps.types.chosen.len() as u32;
         let record = PatchHeatmap { sample, width, height, types, angle, points: Vec::new() };
-        Self { min: libm::cos(angle), grasps: Vec::new(), record }
+        Self { min: libm::cos(angle), grasps: Vec::new(), record, visible: Vec::new() }
     }
 
     /// Switches to an object.
@@ -54,20 +57,34 @@ impl HeatView {
         self.grasps.extend(seen);
     }
 
+    /// Which points of the last record the image does not hide.
+    pub fn visible(&self) -> &[bool] {
+        &self.visible
+    }
+
     /// The points in the image of a grasp, the `own` one of the object's.
-    pub fn evaluate(&mut self, patch: &HeatmapPatch, own: usize, settings: &PatchSettings, payload: &mut Vec<u8>) {
+    pub fn evaluate(
+        &mut self,
+        patch: &HeatmapPatch,
+        own: usize,
+        settings: &PatchSettings,
+        image: &DepthCrop,
+        payload: &mut Vec<u8>,
+    ) {
         let axis = self.grasps[own].approach;
         let camera = settings.projection();
         self.record.sample = patch.sample;
         self.record.points.clear();
+        self.visible.clear();
         for (index, grasp) in self.grasps.iter().enumerate() {
             // Rounding must not lose the patch's own grasp.
             if index != own && grasp.approach.dot(&axis) < self.min {
                 continue;
             }
             for (point, at) in (0..).zip(&grasp.points) {
-                if let Some(pixel) = inside(&camera, &patch.camera_from_object, at) {
+                if let Some((pixel, depth)) = inside(&camera, &patch.camera_from_object, at) {
                     let SeenGrasp { run, rank, type_index, value, .. } = *grasp;
+                    self.visible.push(is_visible(depth, surface(image, pixel)));
                     self.record.points.push(HeatmapPoint { run, rank, type_index, point, pixel, value });
                 }
             }
@@ -76,13 +93,13 @@ impl HeatView {
     }
 }
 
-/// Where a point is in the image [px]; `None` outside and before the near plane.
-fn inside(camera: &Intrinsics, pose: &Pose<CameraCv, Object>, point: &Point3<f64>) -> Option<[f64; 2]> {
+/// Where a point is in the image [px], and its depth [m]; `None` outside and before the near plane.
+fn inside(camera: &Intrinsics, pose: &Pose<CameraCv, Object>, point: &Point3<f64>) -> Option<([f64; 2], f64)> {
     let seen = pose.point(point);
     if seen.z < camera.near {
         return None;
     }
     let (u, v) = camera.project(&seen);
     let within = (0.0..f64::from(camera.width)).contains(&u) && (0.0..f64::from(camera.height)).contains(&v);
-    within.then_some([u, v])
+    within.then_some(([u, v], seen.z))
 }

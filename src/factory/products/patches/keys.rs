@@ -15,6 +15,8 @@ impl PatchJob {
         let PatchSettings {
             types,
             side,
+            metric,
+            visibility,
             tips,
             label,
             camera,
@@ -28,9 +30,12 @@ impl PatchJob {
         let mut spec = PatchesSpec::standard();
         spec.grasps.dataset = folder.map(|folder| with_slashes(&relative_to(&self.dataset, folder)).into());
         spec.grasps.root = Some(self.grasps.root.hex());
+        spec.grasps.trials_root = self.grasps.trials.map(|root| root.hex());
         spec.grasps.types = *types;
         spec.hand = Some(self.hand.spec(folder));
         (spec.patches.side, spec.patches.tips, spec.patches.label) = (*side, tips.to_vec(), *label);
+        (spec.patches.visibility, spec.patches.metric) = (*visibility, metric.is_some());
+        spec.patches.size = metric.unwrap_or(spec.patches.size);
         spec.camera = PatchCameraSpec {
             distance: *distance,
             width: camera.width,
@@ -43,7 +48,13 @@ impl PatchJob {
         spec.render.randomise = colour.is_some_and(|colour| colour.randomise);
         (spec.images.full, spec.images.heatmaps) = (*image, heatmap_angle.is_some());
         spec.images.heatmap_angle = heatmap_angle.unwrap_or(spec.images.heatmap_angle);
-        let idle: &[&str] = if folder.is_some() { &["shards"] } else { &["shards", "hand.scene"] };
-        without(keys_of(&spec), idle)
+        let mut idle = vec!["shards"];
+        if folder.is_none() {
+            idle.push("hand.scene");
+            // A job without a mark is named as it was before there were any.
+            idle.extend((!visibility).then_some("patches.visibility"));
+            idle.extend(metric.is_none().then_some(["patches.metric", "patches.size"]).into_iter().flatten());
+        }
+        without(keys_of(&spec), &idle)
     }
 }

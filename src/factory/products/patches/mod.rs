@@ -9,6 +9,8 @@ mod grasps_reader;
 mod hand;
 mod heat;
 mod keys;
+mod marks;
+mod resample;
 mod row;
 mod settings;
 pub mod spec;
@@ -19,7 +21,10 @@ mod worker;
 pub use colour::check_colours;
 pub use grasps_reader::{InvalidGrasps, read_grasps};
 pub use hand::{NoFingertip, PatchHand};
+pub use resample::area_mean;
 pub use row::FACTORY;
-pub use settings::{ChosenGrasp, FoundGrasps, GraspedObject, PatchColours, PatchJob, PatchLabel, PatchSettings};
+pub use settings::{
+    ChosenGrasp, FoundGrasps, GraspTrialEnd, GraspedObject, PatchColours, PatchJob, PatchLabel, PatchSettings,
+};
 pub use viewpoint::{camera_from_object, corner};
 pub use worker::PatchWorker;

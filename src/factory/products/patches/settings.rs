@@ -6,10 +6,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::job::JobHand;
+use format::{GraspLabel, TRIAL_LABEL, TrialVerdict, trial_value};
 use kernel::{
     geom::{Approach, HandBase, Intrinsics, Object, Pose},
     ids::{Digest, ObjectId},
-    words::{GraspTypeCounts, Split},
+    words::{GraspTypeCounts, GraspVerdict, Split},
 };
 
 /// Settings, hand and grasps of a job for patches.
@@ -30,6 +31,8 @@ pub struct PatchJob {
 pub struct FoundGrasps {
     /// Digest of the dataset's exact numbers.
     pub root: Digest,
+    /// Digest of its physics numbers, where labels are those of trials.
+    pub trials: Option<Digest>,
     /// Hand by content.
     pub hand: ObjectId,
     /// The space in which it asks for force closure: `force` or `wrench`.
@@ -61,7 +64,7 @@ pub struct GraspedObject {
     pub grasps: Vec<ChosenGrasp>,
 }
 
-/// A kept grasp of one of the chosen types.
+/// A grasp of one of the chosen types: a kept one, or with labels of trials a tried one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChosenGrasp {
     /// Run of the grasp: the number of the seed.
@@ -80,6 +83,19 @@ pub struct ChosenGrasp {
     pub energy: f64,
     /// Epsilon of the closed hand, in the space of the job for grasps.
     pub epsilon: f64,
+    /// Verdict of the analytic criteria.
+    pub verdict: GraspVerdict,
+    /// Its trials, where labels are those of trials.
+    pub trial: Option<GraspTrialEnd>,
+}
+
+/// What came of the trials of a grasp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GraspTrialEnd {
+    /// Label that all of them make together.
+    pub outcome: GraspLabel,
+    /// End of the one in the air.
+    pub trial: TrialVerdict,
 }
 
 /// Settings of the images of grasps.
@@ -89,6 +105,10 @@ pub struct PatchSettings {
     pub types: u32,
     /// Side of a patch [px].
     pub side: u32,
+    /// Side of the squares that patches beside those in pixels show [m]; `None` without.
+    pub metric: Option<f64>,
+    /// Whether points behind the surface are marked.
+    pub visibility: bool,
     /// The contacts of the hand that are F0, F1 and F2.
     pub tips: [String; 3],
     /// Label of a patch.
@@ -120,6 +140,7 @@ impl PatchSettings {
         let label = match self.label {
             PatchLabel::Epsilon => -grasp.epsilon,
             PatchLabel::Energy => grasp.energy,
+            PatchLabel::Trial => grasp.trial.map_or(0.0, |trial| f64::from(trial_value(trial.outcome))),
         };
         label as f32
     }
@@ -133,6 +154,9 @@ pub enum PatchLabel {
     Epsilon,
     /// Quirk of the thesis: the energy that annealing minimised. It may be above 0, where no grasp is labelled better than one.
     Energy,
+    /// Label by physics: -1 for a grasp that held in all its trials, 1 for one that failed in all, 0 where they do not agree or say
+    /// nothing. Samples are the grasps that were tried, whatever the analytic criteria say.
+    Trial,
 }
 
 impl PatchLabel {
@@ -141,6 +165,7 @@ impl PatchLabel {
         match self {
             Self::Epsilon => "epsilon",
             Self::Energy => "energy",
+            Self::Trial => TRIAL_LABEL,
         }
     }
 }

@@ -50,8 +50,11 @@ pub struct GraspsSourceSpec {
     /// The digest of its exact numbers (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub root: Option<String>,
-    /// Number of grasp types: the most common ones among the kept grasps of the whole dataset, the lower type first
-    /// where two are as common. Grasps of other types are left out.
+    /// With `label = "trial"`: the digest of its physics numbers (64 hexadecimal digits); a resolved job pins it.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub trials_root: Option<String>,
+    /// Number of grasp types: the most common ones among the kept grasps of the whole dataset, with `label = "trial"` among
+    /// those that held, the lower type first where two are as common. Grasps of other types are left out.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "types"))]
     pub types: u32,
 }
@@ -68,6 +71,14 @@ pub struct PatchSpec {
     pub tips: Vec<String>,
     /// The number in a label vector that is not 0.
     pub label: PatchLabel,
+    /// Marks each point that the surface in the depth image hides.
+    pub visibility: bool,
+    /// Stores besides the patches of `side` pixels of the image others that show squares of one size in metres, `size`, at the
+    /// depth of their points, resampled to `side` pixels.
+    pub metric: bool,
+    /// With `metric`: side of these squares.
+    #[schemars(range(max = 10), extend("x-unit" = "m", "exclusiveMinimum" = 0))]
+    pub size: f64,
 }
 
 /// The camera.

@@ -57,7 +57,8 @@ impl Work for PatchJob {
     fn tables(&self, _: Option<&JobSplits>) -> WorkTables {
         let colour = self.settings.colour.map(|_| Channel::PATCH_COLOUR);
         let image = colour.filter(|_| self.settings.image).map(|_| Channel::PATCH_IMAGE_COLOUR);
-        let drawn = colour.into_iter().chain(image).map(|channel| (channel, NumberClass::Colour));
+        let metric = colour.filter(|_| self.settings.metric.is_some()).map(|_| Channel::PATCH_METRIC_COLOUR);
+        let drawn = colour.into_iter().chain(image).chain(metric).map(|channel| (channel, NumberClass::Colour));
         WorkTables {
             class: NumberClass::Exact,
             channel_classes: drawn.collect(),
@@ -79,10 +80,12 @@ impl Work for PatchJob {
     }
 
     fn remarks(&self) -> Vec<String> {
-        vec![
+        let mut remarks = vec![
             format!("grasps of {} types", self.grasps.types.chosen.len()),
             format!("root of the grasps {}", self.grasps.root),
-        ]
+        ];
+        remarks.extend(self.grasps.trials.map(|root| format!("root of their trials {root}")));
+        remarks
     }
 }
 

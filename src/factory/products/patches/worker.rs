@@ -6,6 +6,7 @@ use super::{
     colour::ColourView,
     hand::PatchHand,
     heat::HeatView,
+    marks::PatchMarks,
     settings::{ChosenGrasp, GraspedObject, PatchJob},
     viewpoint::{camera_from_object, corner},
 };
@@ -34,6 +35,7 @@ pub struct PatchWorker<'j> {
     loaded: Option<(usize, RenderMesh)>,
     rasteriser: Rasteriser,
     record: HeatmapPatch,
+    marks: PatchMarks,
     /// Where the job asks for heatmaps.
     heat: Option<HeatView>,
     /// Where the job asks for colours.
@@ -70,6 +72,7 @@ impl<'j> PatchWorker<'j> {
         let rasteriser = Rasteriser::new(level);
         Self {
             colours: settings.colour.map(|colour| ColourView::new(colour, settings.image, seed, &record)),
+            marks: PatchMarks::new(settings, job.grasps.trials, &record),
             heat: settings.heatmap_angle.map(|angle| HeatView::new(angle, record.sample, job)),
             job,
             hand,
@@ -128,7 +131,10 @@ impl<'j> PatchWorker<'j> {
             let (u, v) = projection.project(&seen);
             let corners =
                 (corner(u, settings.side, settings.camera.width), corner(v, settings.side, settings.camera.height));
-            let (Some(left), Some(top)) = corners else { return Err((index, format!("at ({u:.1}, {v:.1}) px"))) };
+            let placed = self.marks.place(index, seen.z, [u, v], settings);
+            let (Some(left), Some(top), Some(())) = (corners.0, corners.1, placed) else {
+                return Err((index, format!("at ({u:.1}, {v:.1}) px")));
+            };
             (record.point, record.pixel, record.corner) = (point.coords.into(), [u, v], [left, top]);
         }
         Ok(())
@@ -165,13 +171,17 @@ impl<'j> PatchWorker<'j> {
         if let Some(payload) = out.payload(Channel::PATCH) {
             self.record.encode(payload);
         }
+        let (grasp, image) = (&object.grasps[item.0 as usize], self.rasteriser.crop());
         if let (Some(heat), Some(payload)) = (&mut self.heat, out.payload(Channel::PATCH_HEATMAP)) {
-            heat.evaluate(&self.record, item.0 as usize, &self.job.settings, payload);
+            heat.evaluate(&self.record, item.0 as usize, &self.job.settings, image, payload);
         }
+        self.marks.write(&self.record, grasp, image, out);
+        let heatmap = self.heat.as_ref().map_or(&[][..], HeatView::visible);
+        let visible = self.marks.write_visible(&self.record, image, heatmap, out);
         if let Some(colours) = &mut self.colours {
-            colours.render(&self.record, out)?;
+            colours.render(&self.record, self.marks.metric(), out)?;
         }
-        out.keep(self.record.sample, self.record.facts())
+        out.keep(self.record.sample, PatchFacts { visible, ..self.facts(grasp) })
     }
 
     fn facts(&self, grasp: &ChosenGrasp) -> PatchFacts {
@@ -180,6 +190,8 @@ impl<'j> PatchWorker<'j> {
             type_index: self.record.type_index,
             energy: grasp.energy,
             epsilon: grasp.epsilon,
+            outcome: grasp.trial.map(|trial| trial.outcome),
+            visible: 0,
         }
     }
 }
@@ -187,11 +199,19 @@ impl<'j> PatchWorker<'j> {
 impl Producer for PatchWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
         let settings = &self.job.settings;
-        let colour = settings.colour.map(|_| Channel::PATCH_COLOUR);
-        let image = settings.image.then_some(Channel::PATCH_IMAGE);
-        let image_colour = colour.and(image).map(|_| Channel::PATCH_IMAGE_COLOUR);
-        let heatmap = settings.heatmap_angle.map(|_| Channel::PATCH_HEATMAP);
-        [Channel::PATCH].into_iter().chain(colour).chain(image).chain(image_colour).chain(heatmap).collect()
+        let has_colour = settings.colour.is_some();
+        let channels = [
+            (Channel::PATCH, true),
+            (Channel::PATCH_COLOUR, has_colour),
+            (Channel::PATCH_IMAGE, settings.image),
+            (Channel::PATCH_IMAGE_COLOUR, has_colour && settings.image),
+            (Channel::PATCH_HEATMAP, settings.heatmap_angle.is_some()),
+            (Channel::PATCH_TRIAL, self.job.grasps.trials.is_some()),
+            (Channel::PATCH_VISIBILITY, settings.visibility),
+            (Channel::PATCH_METRIC, settings.metric.is_some()),
+            (Channel::PATCH_METRIC_COLOUR, has_colour && settings.metric.is_some()),
+        ];
+        channels.into_iter().filter_map(|(channel, is_stored)| is_stored.then_some(channel)).collect()
     }
 
     fn load(&mut self, subject: usize, _cancel: &Cancel) -> Result<(), ProduceError> {

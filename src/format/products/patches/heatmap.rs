@@ -49,11 +49,12 @@ pub struct PatchHeatmap {
 impl PatchHeatmap {
     /// Dense maps: in the pixel that holds a point the lowest value of all points there, 0 elsewhere (no grasp). Shape
     /// (4 * types, height, width), row-major; the map of a type and a point is `4 * type_index + point`, as in a label vector.
+    /// Points of value 0, of which trials say nothing, are left out.
     pub fn maps(&self) -> Vec<f32> {
         let pixels = self.width as usize * self.height as usize;
         let mut maps = vec![0.0; PATCH_POINTS * self.types as usize * pixels];
         let mut taken = vec![false; maps.len()];
-        for point in &self.points {
+        for point in self.points.iter().filter(|point| point.value != 0.0) {
             let map = PATCH_POINTS * point.type_index as usize + point.point as usize;
             let [column, row] = point.pixel.map(|pixel| pixel.floor() as usize);
             let cell = map * pixels + row * self.width as usize + column;

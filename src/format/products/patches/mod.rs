@@ -4,20 +4,28 @@ mod check;
 mod colour_image;
 mod facts;
 mod heatmap;
+mod metric;
 mod patch;
 #[cfg(test)]
 mod patch_tests;
 mod row;
 mod sample;
+mod table;
+mod trial;
 mod types_file;
+mod visibility;
 
 pub(super) use check::CHECKS;
 pub use colour_image::PatchImageColour;
 pub use facts::PatchFacts;
 pub use heatmap::{HeatmapPoint, PatchHeatmap};
+pub use metric::{PatchMetric, window_pixel, window_side};
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};
 pub use row::{FORMAT, TYPES};
+pub use table::PatchTable;
+pub use trial::{PatchTrial, TRIAL_LABEL, trial_value};
 pub use types_file::{read_types, write_types};
+pub use visibility::{PatchVisibility, VISIBLE_TOLERANCE, is_visible};
 
 use crate::{Channel, Product};
 
@@ -37,4 +45,14 @@ impl Channel {
     pub const PATCH_IMAGE_COLOUR: Self = Self::at("/patches/image_colour");
     /// [`PatchHeatmap`]: truth for heatmaps over the whole image.
     pub const PATCH_HEATMAP: Self = Self::at("/patches/heatmap");
+    /// [`PatchTrial`]: what trials say of the labels.
+    pub const PATCH_TRIAL: Self = Self::at(facts::TRIAL_TOPIC);
+    /// [`PatchVisibility`]: which points the surface hides.
+    pub const PATCH_VISIBILITY: Self = Self::at(facts::VISIBILITY_TOPIC);
+    /// [`PatchMetric`]: patches that show squares of one size in metres.
+    pub const PATCH_METRIC: Self = Self::at("/patches/metric");
+    /// [`PatchColour`]: the same patches in colour.
+    pub const PATCH_METRIC_COLOUR: Self = Self::at("/patches/metric_colour");
+    /// [`PatchTable`]: the table under the object.
+    pub const PATCH_TABLE: Self = Self::at("/patches/table");
 }

@@ -2,7 +2,7 @@
 
 use prost::Message;
 
-use super::PatchFacts;
+use super::{PatchFacts, trial::TRIAL_LABEL};
 use crate::codec::{
     Depth, RecordError,
     fields::{broken, intrinsics, lengthy, named, pose, ranged},
@@ -22,8 +22,8 @@ const COLOUR: &str = "PatchColour";
 pub const PATCH_POINTS: usize = 4;
 /// Common names of these points.
 pub const POINT_NAMES: [&str; PATCH_POINTS] = ["palm", "F0", "F1", "F2"];
-/// Values that a label may be: -epsilon, or the energy.
-const LABELS: [&str; 2] = ["epsilon", "energy"];
+/// Values that a label may be: -epsilon, the energy, or what trials say.
+const LABELS: [&str; 3] = ["epsilon", "energy", TRIAL_LABEL];
 
 /// A point on a hand, and the patch around it.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +78,8 @@ pub struct HeatmapPatch {
     pub side: u32,
     /// Depth along the optical axis [m], NaN = no return. Shape (points, side, side), row-major.
     pub depth: Vec<f32>,
-    /// Kind of the label: `epsilon` (-epsilon) or `energy`.
+    /// Kind of the label: `epsilon` (-epsilon), `energy`, or `trial` (-1 held, 1 failed, 0 not known:
+    /// [`trial_value`](super::trial_value)).
     pub label: String,
     /// The label; it may be any finite number.
     pub value: f32,
@@ -131,9 +132,10 @@ impl HeatmapPatch {
         &self.depth[point * pixels..(point + 1) * pixels]
     }
 
-    /// Numbers for tables.
+    /// Numbers for tables, without those of the marks beside the patches.
     pub fn facts(&self) -> PatchFacts {
-        PatchFacts { kind: self.kind(), type_index: self.type_index, energy: self.energy, epsilon: self.epsilon }
+        let &Self { type_index, energy, epsilon, .. } = self;
+        PatchFacts { kind: self.kind(), type_index, energy, epsilon, ..PatchFacts::default() }
     }
 
     /// Appends the payload to `out`; equal records give equal bytes.
@@ -258,8 +260,11 @@ fn value_of(raw: &proto::HeatmapPatch) -> Result<f32, RecordError> {
             )?;
         }
     }
-    let stated = if raw.label == LABELS[0] { -raw.epsilon } else { raw.energy } as f32;
-    ranged(MESSAGE, "labels", f64::from(value), value == stated, "what label says")?;
+    let is_stated = match raw.label.as_str() {
+        TRIAL_LABEL => [-1.0, 0.0, 1.0].contains(&value),
+        label => value == if label == LABELS[0] { -raw.epsilon } else { raw.energy } as f32,
+    };
+    ranged(MESSAGE, "labels", f64::from(value), is_stated, "what label says")?;
     Ok(value)
 }
 

@@ -1,6 +1,10 @@
 //! The row of patches in the table of products.
 
-use super::{colour_image::PatchImageColour, facts::FACTS, patch::PatchColour};
+use super::{
+    colour_image::PatchImageColour,
+    facts::{FACTS, TRIAL_TOPIC, VISIBILITY_TOPIC},
+    patch::PatchColour,
+};
 use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
 
 /// Name of the file of grasp types.
@@ -9,6 +13,7 @@ pub const TYPES: &str = "types.json";
 const PATCH_SCHEMAS: &[u8] = include_bytes!("../../generated/patches.bin");
 const IMAGE_SCHEMAS: &[u8] = include_bytes!("../../generated/patch_images.bin");
 const HEATMAP_SCHEMAS: &[u8] = include_bytes!("../../generated/heatmaps.bin");
+const MARK_SCHEMAS: &[u8] = include_bytes!("../../generated/patch_marks.bin");
 const DEPTH_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
 
 /// The row of patches in the table of products.
@@ -63,6 +68,48 @@ pub static FORMAT: ProductFormat = ProductFormat {
                 "(points, ...)",
                 "pixel, type and value of palm and fingertips of all grasps from about the same side",
             )],
+        ),
+        ChannelFormat::new(
+            TRIAL_TOPIC,
+            "graspmill.PatchTrial",
+            MARK_SCHEMAS,
+            &[ArrayFormat::new(
+                "tested",
+                "(4, 4 types) u8",
+                "1 where a number of the labels is known by trials, else 0",
+            )],
+        ),
+        ChannelFormat::new(
+            VISIBILITY_TOPIC,
+            "graspmill.PatchVisibility",
+            MARK_SCHEMAS,
+            &[
+                ArrayFormat::new("visible", "(4) u8", "1 unless the surface in the image hides the point, else 0"),
+                ArrayFormat::new("surfaces", "(4) f32", "depth of the image in the pixel of each point [m]"),
+            ],
+        ),
+        ChannelFormat::new(
+            "/patches/metric",
+            "graspmill.PatchMetric",
+            MARK_SCHEMAS,
+            &[ArrayFormat::new(
+                "metric",
+                "(4, side, side) f32",
+                "depth in squares of one size in metres around each point [m]",
+            )],
+        ),
+        ChannelFormat::new(
+            "/patches/metric_colour",
+            "graspmill.PatchColour",
+            PATCH_SCHEMAS,
+            &[ArrayFormat::new("metric_colour", "(4, side, side, 3) u8", "these squares in colour")],
+        )
+        .decoded_by(|payload| Ok(PatchColour::decode(payload)?.sample)),
+        ChannelFormat::new(
+            "/patches/table",
+            "graspmill.PatchTable",
+            MARK_SCHEMAS,
+            &[ArrayFormat::new("table", "(3, 4)", "pose of the table under the object in camera axes [m]")],
         ),
     ],
     facts: &FACTS,

@@ -1,6 +1,8 @@
 //! Records of a sample of patches.
 
-use super::{HeatmapPatch, PatchColour, PatchHeatmap, PatchImageColour};
+use super::{
+    HeatmapPatch, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
+};
 use crate::dataset::{DatasetError, Sample};
 use crate::{Channel, Depth};
 
@@ -44,5 +46,45 @@ impl Sample {
     /// When the payload is no valid record.
     pub fn patch_heatmap(&self) -> Result<Option<PatchHeatmap>, DatasetError> {
         self.decoded(Channel::PATCH_HEATMAP, PatchHeatmap::decode)
+    }
+
+    /// What the trials of the grasp say of its labels; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_trial(&self) -> Result<Option<PatchTrial>, DatasetError> {
+        self.decoded(Channel::PATCH_TRIAL, PatchTrial::decode)
+    }
+
+    /// Which points the surface in the image hides; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_visibility(&self) -> Result<Option<PatchVisibility>, DatasetError> {
+        self.decoded(Channel::PATCH_VISIBILITY, PatchVisibility::decode)
+    }
+
+    /// Patches of one size in metres; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_metric(&self) -> Result<Option<PatchMetric>, DatasetError> {
+        self.decoded(Channel::PATCH_METRIC, PatchMetric::decode)
+    }
+
+    /// Reads the patches of one size in colour; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_metric_colour(&self) -> Result<Option<PatchColour>, DatasetError> {
+        self.decoded(Channel::PATCH_METRIC_COLOUR, PatchColour::decode)
+    }
+
+    /// The table under the object; `None` when not stored.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn patch_table(&self) -> Result<Option<PatchTable>, DatasetError> {
+        self.decoded(Channel::PATCH_TABLE, PatchTable::decode)
     }
 }

@@ -12,7 +12,10 @@ use crate::export::{
     selected::{SampleNames, SelectedSamples},
     target::Target,
 };
-use format::{Channel, HeatmapPatch, POINT_NAMES, PatchColour, dataset::DatasetReader};
+use format::{
+    Channel, HeatmapPatch, POINT_NAMES, PatchColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
+    dataset::DatasetReader,
+};
 use tables::{
     ColumnType::{Bytes, F64, F64s, Text, U32},
     Value,
@@ -35,6 +38,13 @@ struct PatchRow<'a> {
     grasps: String,
     depth: Vec<u8>,
     colour: Option<&'a PatchColour>,
+    trial: Option<&'a PatchTrial>,
+    trials: String,
+    visibility: Option<&'a PatchVisibility>,
+    metric: Option<&'a PatchMetric>,
+    metric_depth: Vec<u8>,
+    metric_colour: Option<&'a PatchColour>,
+    table: Option<&'a PatchTable>,
 }
 
 impl OfSample for PatchRow<'_> {
@@ -51,16 +61,32 @@ pub(super) fn write(
 ) -> Result<Written, ExportError> {
     let assets = reader.assets()?.objects;
     let selected = SelectedSamples::of(reader, &assets, selection)?;
-    let is_coloured = reader.manifest().channels().contains(&Channel::PATCH_COLOUR);
+    let stored = reader.manifest().channels();
     let facts = [("points", json!(POINT_NAMES))];
     let table = ("patches", "patch", ROW_GROUP);
-    let mut table = RowTable::create(table, &columns(is_coloured), (reader, &mut *target), &facts)?;
+    let mut table = RowTable::create(table, &columns(&stored), (reader, &mut *target), &facts)?;
     selected.each(|sample, names| {
         let (patch, colour) = (sample.heatmap_patch()?, sample.patch_colour()?);
         let depth = patch.depth.iter().flat_map(|depth| depth.to_le_bytes()).collect();
         let grasps = patch.grasps.hex();
-        let row = PatchRow { names, patch: &patch, grasps, depth, colour: colour.as_ref() };
-        table.push(&columns(is_coloured), &row)
+        let (trial, visibility) = (sample.patch_trial()?, sample.patch_visibility()?);
+        let (metric, metric_colour) = (sample.patch_metric()?, sample.patch_metric_colour()?);
+        let (table_under, in_metres) = (sample.patch_table()?, metric.iter().flat_map(|metric| &metric.depth));
+        let row = PatchRow {
+            names,
+            patch: &patch,
+            grasps,
+            depth,
+            colour: colour.as_ref(),
+            trial: trial.as_ref(),
+            trials: trial.as_ref().map(|trial| trial.trials.hex()).unwrap_or_default(),
+            visibility: visibility.as_ref(),
+            metric: metric.as_ref(),
+            metric_depth: in_metres.flat_map(|depth| depth.to_le_bytes()).collect(),
+            metric_colour: metric_colour.as_ref(),
+            table: table_under.as_ref(),
+        };
+        table.push(&columns(&stored), &row)
     })?;
     let objects = objects::write(reader, &assets, &selected, target)?;
     let mut written = Written::selection(selected.count(), "samples", selection);
@@ -68,7 +94,7 @@ pub(super) fn write(
     Ok(written)
 }
 
-fn columns<'a>(is_coloured: bool) -> Vec<RowColumn<PatchRow<'a>>> {
+fn columns<'a>(stored: &[Channel]) -> Vec<RowColumn<PatchRow<'a>>> {
     let mut columns = sample_columns();
     columns.extend([
         RowColumn::new(
@@ -88,9 +114,12 @@ fn columns<'a>(is_coloured: bool) -> Vec<RowColumn<PatchRow<'a>>> {
         }),
         RowColumn::new("epsilon", F64, "quality of the closed hand, in `space`", |row| Value::F64(row.patch.epsilon)),
         RowColumn::new("space", Text, "space of epsilon: force, wrench", |row| Value::Text(&row.patch.space)),
-        RowColumn::new("label", Text, "content of `value`: epsilon (-epsilon), energy", |row| {
-            Value::Text(&row.patch.label)
-        }),
+        RowColumn::new(
+            "label",
+            Text,
+            "content of `value`: epsilon (-epsilon), energy, trial (-1 held, 1 failed, 0 not known)",
+            |row| Value::Text(&row.patch.label),
+        ),
         RowColumn::new("value", F64, "the label; lower is better", |row| Value::F64(row.patch.value.into())),
         RowColumn::new("hand", Text, "name of the hand", |row| Value::Text(&row.patch.hand)),
         RowColumn::new("width", U32, "width of the camera's image [px]", |row| Value::U32(row.patch.camera.width)),
@@ -128,10 +157,111 @@ fn columns<'a>(is_coloured: bool) -> Vec<RowColumn<PatchRow<'a>>> {
             |row| Value::Bytes(&row.depth),
         ),
     ]);
-    if is_coloured {
+    if stored.contains(&Channel::PATCH_COLOUR) {
         columns.push(RowColumn::optional("rgb", Bytes, "uint8 (4, side, side, 3): the patches in colour", |row| {
             row.colour.map_or(Value::Empty, |colour| Value::Bytes(colour.rgb.as_flattened()))
         }));
     }
+    for (channel, of_channel) in mark_columns() {
+        if stored.contains(&channel) {
+            columns.extend(of_channel());
+        }
+    }
     columns
+}
+
+/// Makes the columns of a channel.
+type Columns<'a> = fn() -> Vec<RowColumn<PatchRow<'a>>>;
+
+/// Columns of the channels beside the patches.
+fn mark_columns<'a>() -> [(Channel, Columns<'a>); 5] {
+    [
+        (Channel::PATCH_TRIAL, trial_columns),
+        (Channel::PATCH_VISIBILITY, visibility_columns),
+        (Channel::PATCH_METRIC, metric_columns),
+        (Channel::PATCH_METRIC_COLOUR, || {
+            vec![RowColumn::optional("metric_rgb", Bytes, "uint8 (4, side, side, 3): the squares in colour", |row| {
+                row.metric_colour.map_or(Value::Empty, |colour| Value::Bytes(colour.rgb.as_flattened()))
+            })]
+        }),
+        (Channel::PATCH_TABLE, table_columns),
+    ]
+}
+
+fn trial_columns<'a>() -> Vec<RowColumn<PatchRow<'a>>> {
+    fn of<'r>(row: &'r PatchRow<'_>, value: fn(&'r PatchTrial) -> Value<'r>) -> Value<'r> {
+        row.trial.map_or(Value::Empty, value)
+    }
+    vec![
+        RowColumn::optional("outcome", Text, "label by trials: held, failed, borderline, untested", |row| {
+            of(row, |trial| Value::Text(trial.outcome.name()))
+        }),
+        RowColumn::optional("trial", Text, "end of the trial in the air", |row| {
+            of(row, |trial| Value::Text(trial.trial.name()))
+        }),
+        RowColumn::optional("verdict", Text, "verdict of the analytic criteria", |row| {
+            of(row, |trial| Value::Text(trial.verdict.name()))
+        }),
+        RowColumn::new("trials", Text, "root digest of the physics numbers of the grasps' dataset", |row| {
+            Value::Text(&row.trials)
+        }),
+    ]
+}
+
+fn visibility_columns<'a>() -> Vec<RowColumn<PatchRow<'a>>> {
+    fn of(row: &PatchRow<'_>, values: fn(&PatchVisibility) -> Vec<f64>) -> Value<'static> {
+        row.visibility.map_or(Value::Empty, |visibility| Value::F64s(values(visibility).into()))
+    }
+    vec![
+        RowColumn::optional(
+            "visible",
+            F64s,
+            "4 numbers: 1 unless the surface in the image hides the point, else 0",
+            |row| {
+                of(row, |visibility| visibility.visible.iter().map(|visible| f64::from(u8::from(*visible))).collect())
+            },
+        ),
+        RowColumn::optional(
+            "surfaces",
+            F64s,
+            "4 numbers: depth in the pixel of each point [m], NaN = no return",
+            |row| of(row, |visibility| visibility.surfaces.iter().map(|depth| f64::from(*depth)).collect()),
+        ),
+    ]
+}
+
+fn metric_columns<'a>() -> Vec<RowColumn<PatchRow<'a>>> {
+    fn of(row: &PatchRow<'_>, values: fn(&PatchMetric) -> Vec<u32>) -> Value<'static> {
+        row.metric.map_or(Value::Empty, |metric| {
+            Value::F64s(values(metric).into_iter().map(f64::from).collect::<Vec<_>>().into())
+        })
+    }
+    vec![
+        RowColumn::optional("size", F64, "side of the squares of one size [m]", |row| {
+            row.metric.map_or(Value::Empty, |metric| Value::F64(metric.size))
+        }),
+        RowColumn::optional("windows", F64s, "4 numbers: side of each square in the image [px]", |row| {
+            of(row, |metric| metric.windows.to_vec())
+        }),
+        RowColumn::optional("metric_corners", F64s, "8 numbers: left and top pixel of each square [px]", |row| {
+            of(row, |metric| metric.corners.as_flattened().to_vec())
+        }),
+        RowColumn::optional(
+            "metric_depth",
+            Bytes,
+            "float32 (4, side, side): depth in the squares [m], NaN = no return",
+            |row| row.metric.map_or(Value::Empty, |_| Value::Bytes(&row.metric_depth)),
+        ),
+    ]
+}
+
+fn table_columns<'a>() -> Vec<RowColumn<PatchRow<'a>>> {
+    vec![
+        RowColumn::optional("resting_pose", U32, "index of the object's pose on the table", |row| {
+            row.table.map_or(Value::Empty, |table| Value::U32(table.resting_pose))
+        }),
+        RowColumn::optional("camera_from_table", F64s, "16 numbers: pose of the table in camera axes [m]", |row| {
+            row.table.map_or(Value::Empty, |table| matrix(&table.camera_from_table))
+        }),
+    ]
 }

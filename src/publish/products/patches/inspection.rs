@@ -11,8 +11,8 @@ use crate::{
     tally::{Spread, SpreadRow},
 };
 use format::{
-    Channel, PatchFacts, Product,
-    dataset::{DatasetError, DatasetReader, Fate},
+    Channel, GraspLabel, PATCH_POINTS, PatchFacts, Product,
+    dataset::{DatasetError, DatasetReader, Fate, Manifest},
     products::patches::read_types,
 };
 use kernel::{
@@ -30,11 +30,11 @@ pub struct PatchesInspection {
     pub grasps: Option<Digest>,
     /// The hand.
     pub hand: Option<String>,
-    /// Kept grasps of that dataset, of any type or none.
+    /// Grasps of that dataset that could be chosen, of any type or none: the kept ones, with labels of trials the tried ones.
     pub kept_grasps: u64,
     /// Different types of them.
     pub different_types: u64,
-    /// Kept grasps without a type.
+    /// Such grasps without a type.
     pub without_type: u64,
     /// Grasps of the chosen types: kept + rejected.
     pub samples: u64,
@@ -44,6 +44,10 @@ pub struct PatchesInspection {
     pub rejected: BTreeMap<String, u64>,
     /// Whether patches are in colour, too.
     pub colour: bool,
+    /// Stored samples by the label that trials make; `None` where labels are not those of trials.
+    pub outcomes: Option<BTreeMap<String, u64>>,
+    /// Points of the stored samples that the image does not hide; `None` where none are marked.
+    pub visible_points: Option<u64>,
     /// The chosen types, the most common first.
     pub types: Vec<ChosenType>,
     /// Epsilon of the stored samples.
@@ -82,7 +86,8 @@ pub(crate) struct PatchSurvey {
     pub facts: PatchesInspection,
     /// Epsilons of the stored samples.
     pub epsilons: Vec<f64>,
-    /// For each chosen type the stored samples with the highest epsilon, best first, of different objects.
+    /// For each chosen type the stored samples with the highest epsilon, best first, of different objects; those that held come
+    /// before all others.
     pub picks: Vec<Vec<SampleIndex>>,
 }
 
@@ -104,8 +109,11 @@ struct Pass {
     types: BTreeMap<u32, u64>,
     epsilons: Vec<f64>,
     energies: Vec<f64>,
-    /// The best stored sample of each chosen type and object.
-    best: BTreeMap<(u32, ObjectId), (f64, SampleIndex)>,
+    /// Stored samples by their label of trials.
+    outcomes: BTreeMap<GraspLabel, u64>,
+    visible: u64,
+    /// The best stored sample of each chosen type and object: whether it held, and its epsilon.
+    best: BTreeMap<(u32, ObjectId), ((bool, f64), SampleIndex)>,
     first: Option<SampleIndex>,
 }
 
@@ -115,9 +123,14 @@ impl Pass {
         self.epsilons.push(facts.epsilon);
         self.energies.push(facts.energy);
         self.first.get_or_insert(index);
-        let best = self.best.entry((facts.type_index, object)).or_insert((facts.epsilon, index));
-        if facts.epsilon > best.0 {
-            *best = (facts.epsilon, index);
+        if let Some(outcome) = facts.outcome {
+            *self.outcomes.entry(outcome).or_default() += 1;
+        }
+        self.visible += u64::from(facts.visible);
+        let rating = (facts.outcome == Some(GraspLabel::Held), facts.epsilon);
+        let best = self.best.entry((facts.type_index, object)).or_insert((rating, index));
+        if rating > best.0 {
+            *best = (rating, index);
         }
     }
 
@@ -128,9 +141,9 @@ impl Pass {
                 picks.push(*best);
             }
         }
-        let mut picks: Vec<Vec<(f64, SampleIndex)>> = picks;
+        let mut picks: Vec<Vec<((bool, f64), SampleIndex)>> = picks;
         picks.iter_mut().for_each(|picks| {
-            picks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+            picks.sort_by(|a, b| b.0.0.cmp(&a.0.0).then(b.0.1.total_cmp(&a.0.1)).then(a.1.cmp(&b.1)));
             picks.truncate(SHOWN);
         });
         picks.into_iter().map(|picks| picks.into_iter().map(|(_, index)| index).collect()).collect()
@@ -188,6 +201,11 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
         kept: manifest.counts.kept,
         rejected: manifest.counts.rejected.clone(),
         colour: manifest.channels().contains(&Channel::PATCH_COLOUR),
+        outcomes: is_by_trials(manifest).then(|| {
+            let count = |label| pass.outcomes.get(&label).copied().unwrap_or_default();
+            GraspLabel::ALL.into_iter().map(|label| (label.name().to_owned(), count(label))).collect()
+        }),
+        visible_points: manifest.channels().contains(&Channel::PATCH_VISIBILITY).then_some(pass.visible),
         types: chosen.iter().map(of_type).collect(),
         epsilon: Spread::of(pass.epsilons.clone()),
         energy: Spread::of(pass.energies.clone()),
@@ -195,12 +213,18 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
     })
 }
 
+/// Whether the labels of a dataset are those of trials.
+pub(super) fn is_by_trials(manifest: &Manifest) -> bool {
+    manifest.channels().contains(&Channel::PATCH_TRIAL)
+}
+
 /// One line with the count of types that were chosen, and how many grasps they cover.
-pub(super) fn types_in_words(types: &GraspTypeCounts) -> String {
+pub(super) fn types_in_words(types: &GraspTypeCounts, is_by_trials: bool) -> String {
     format!(
-        "{} of {} kept grasps are of the {} most common of {} types: {}",
+        "{} of {} {} grasps are of the {} most common of {} types: {}",
         grouped(types.covered()),
         grouped(types.grasps()),
+        if is_by_trials { "tried" } else { "kept" },
         types.chosen.len(),
         grouped(types.counts.len() as u64),
         percent(types.covered() as f64 / types.grasps().max(1) as f64),
@@ -220,6 +244,15 @@ impl fmt::Display for PatchesInspection {
         writeln!(f, "  samples   {kept} of {samples} grasps of the chosen types, {all} of any")?;
         InspectionHeader::write_rejected(f, &self.rejected)?;
         writeln!(f, "  colour    {}", if self.colour { "yes" } else { "no" })?;
+        if let Some(outcomes) = &self.outcomes {
+            let counts = outcomes.iter().map(|(label, count)| format!("{} {label}", grouped(*count)));
+            writeln!(f, "  labels    {}", counts.collect::<Vec<_>>().join(", "))?;
+        }
+        if let Some(visible) = self.visible_points {
+            let points = PATCH_POINTS as u64 * self.kept;
+            let share = percent(visible as f64 / points.max(1) as f64);
+            writeln!(f, "  points    {} of {} are visible: {share}", grouped(visible), grouped(points))?;
+        }
         self.header.write_shards(f)?;
         writeln!(f)?;
         writeln!(f, "\n                         min        5 %     median       95 %        max       mean")?;

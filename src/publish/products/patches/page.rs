@@ -11,6 +11,7 @@ use crate::{
     markup::Markup,
     page::{DatasetView, StripPicture},
 };
+use format::PATCH_POINTS;
 
 /// The page as its template takes it.
 #[derive(Serialize)]
@@ -20,6 +21,12 @@ pub(crate) struct PatchesPage<'a> {
     /// Whether patches are in colour, too.
     in_colour: bool,
     numbers: HeaderNumbers,
+    /// Whether labels are those of trials.
+    by_trials: bool,
+    /// Label, count and share; empty where labels are not those of trials.
+    outcomes: Vec<[String; 3]>,
+    /// Points that the image does not hide, and their share; `None` where none are marked.
+    visible: Option<[String; 2]>,
     /// Root digest of the exact numbers of the grasps.
     grasps: Option<String>,
     types: TypesView,
@@ -50,6 +57,12 @@ impl<'a> PatchesPage<'a> {
             strip: StripPicture::strip(&(1..).zip(cards.iter().map(CardView::for_strip)).collect::<Vec<_>>()),
             in_colour: facts.colour,
             numbers: HeaderNumbers::of(facts),
+            by_trials: facts.outcomes.is_some(),
+            outcomes: outcomes(facts),
+            visible: facts.visible_points.map(|visible| {
+                let all = PATCH_POINTS as u64 * facts.kept;
+                [grouped(visible), percent(visible as f64 / all.max(1) as f64)]
+            }),
             grasps: facts.grasps.map(|root| root.to_string()),
             types: TypesView::of(facts),
             objects: objects(facts, &cards),
@@ -120,6 +133,12 @@ impl TypesView {
         });
         Self { rows: rows.collect(), chosen: facts.types.len(), different: grouped(facts.different_types) }
     }
+}
+
+fn outcomes(facts: &PatchesInspection) -> Vec<[String; 3]> {
+    let share = |count: u64| percent(count as f64 / facts.kept.max(1) as f64);
+    let rows = facts.outcomes.iter().flatten();
+    rows.map(|(label, count)| [label.clone(), grouped(*count), share(*count)]).collect()
 }
 
 fn rejects(facts: &PatchesInspection) -> Vec<[String; 3]> {

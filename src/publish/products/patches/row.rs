@@ -1,9 +1,9 @@
 //! The row of patches in the table of products.
 
 use super::{
-    inspection::{PatchSurvey, types_in_words},
+    inspection::{PatchSurvey, is_by_trials, types_in_words},
     page::PatchesPage,
-    sheets::{cards, picture_of},
+    sheets::{PatchSheet, cards},
     templates::TEMPLATES,
 };
 use crate::{
@@ -30,7 +30,7 @@ pub static PAGES: ProductPages = ProductPages {
         lead: "What a camera sees around the palm and the fingertips of grasps: square patches of depth, with the labels of \
                heatmaps by grasp type.",
         sample: "one grasp, seen by one camera",
-        labels: "the type of the grasp and its quality, at each of four points",
+        labels: "the type of the grasp and its quality or what its trials say, at each of four points",
         acquisition: "Grasps of another dataset were projected into rendered images of their objects, and patches cut out.",
         reading: "",
         legend: "From left to right: the patches around the palm and the three fingertips of one grasp.",
@@ -40,7 +40,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(PatchSurvey::of(reader)?)),
     parts: None,
-    counts_in_words: |folder, _| Ok(vec![types_in_words(&read_types(folder)?)]),
+    counts_in_words: |folder, manifest| Ok(vec![types_in_words(&read_types(folder)?, is_by_trials(manifest))]),
     write_preview: |reader, _| Ok(write_patch_preview(reader, PREVIEWED)?),
     preview_shows_more: false,
     assets: ProductAssets {
@@ -66,11 +66,21 @@ impl Survey for PatchSurvey {
     fn add_numbers(&self, numbers: &mut Numbers) {
         let facts = &self.facts;
         let rows = &mut numbers.rows;
+        let chosen_from = match facts.outcomes {
+            Some(_) => "tried grasps of the dataset of grasps",
+            None => "kept grasps of the dataset of grasps",
+        };
         rows.extend(facts.hand.iter().map(|hand| NumberRow::new("hand", hand)));
-        rows.push(NumberRow::new("kept grasps of the dataset of grasps", grouped(facts.kept_grasps)));
+        rows.push(NumberRow::new(chosen_from, grouped(facts.kept_grasps)));
         rows.push(NumberRow::new("different types of them", grouped(facts.different_types)));
         rows.push(NumberRow::new("types chosen", grouped(facts.types.len() as u64)));
         rows.push(NumberRow::new("patches in colour", if facts.colour { "yes" } else { "no" }));
+        for (label, count) in facts.outcomes.iter().flatten() {
+            rows.push(NumberRow::new(format!("label {label}"), grouped(*count)));
+        }
+        if let Some(visible) = facts.visible_points {
+            rows.push(NumberRow::new("points that the image does not hide", grouped(visible)));
+        }
         let digest = facts.grasps.iter();
         rows.extend(digest.map(|grasps| NumberRow::with_code("exact digest of the dataset of grasps", "", grasps)));
         numbers.spreads =
@@ -81,11 +91,11 @@ impl Survey for PatchSurvey {
         let mut drawn = Vec::new();
         for index in self.picks.iter().filter_map(|picks| picks.first()).take(PICTURES) {
             let Some(sample) = reader.sample(*index)? else { continue };
-            let patch = sample.heatmap_patch()?;
+            let sheet = PatchSheet::of(&sample)?;
             let object = self.facts.objects.iter().find(|object| object.object == sample.id.subject);
             let name = object.map_or("?", |object| object.name.as_str());
-            let caption = format!("{name}, grasp of type {}", patch.kind());
-            drawn.push((caption, picture_of(&patch, sample.patch_colour()?.as_ref())));
+            let caption = format!("{name}, grasp of type {}", sheet.kind());
+            drawn.push((caption, sheet.picture()));
         }
         Ok(drawn)
     }

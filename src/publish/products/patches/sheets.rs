@@ -10,8 +10,8 @@ use crate::{
     picture::{DepthRange, Picture, depth_picture},
 };
 use format::{
-    HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour,
-    dataset::{DatasetError, DatasetReader},
+    HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchTrial, PatchVisibility,
+    dataset::{DatasetError, DatasetReader, Sample},
 };
 use kernel::{
     geom::DepthCrop,
@@ -30,6 +30,8 @@ pub(crate) struct CardView {
     type_index: u32,
     epsilon: String,
     energy: String,
+    /// Label by trials; `None` where labels are not those of trials.
+    outcome: Option<&'static str>,
     sample: String,
     run: String,
     rank: u32,
@@ -49,21 +51,8 @@ struct PanelView {
     /// Pixel of the image that the patch lies around.
     u: String,
     v: String,
-}
-
-impl PanelView {
-    fn of(picture: Picture, patch: &HeatmapPatch, point: usize, what: &'static str) -> Self {
-        let [u, v] = patch.points[point].pixel.map(|pixel| format!("{pixel:.1}"));
-        let (width, height) = (picture.width, picture.height);
-        Self {
-            image: ImageView::of(&picture.with_few_colours(), width, height),
-            what,
-            point: POINT_NAMES[point],
-            name: patch.points[point].name.clone(),
-            u,
-            v,
-        }
-    }
+    /// Whether the surface in the image hides the point.
+    hidden: bool,
 }
 
 /// The best grasps of each type, of a few objects.
@@ -73,27 +62,95 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &PatchSurvey) -> Result<Vec<
     let mut cards = Vec::new();
     for index in survey.picks.iter().flatten() {
         let Some(sample) = reader.sample(*index)? else { continue };
-        let patch = sample.heatmap_patch()?;
         let name = names.get(&sample.id.subject).copied().unwrap_or("?");
-        cards.push(CardView::of(*index, &patch, sample.patch_colour()?.as_ref(), name));
+        cards.push(CardView::of(*index, &PatchSheet::of(&sample)?, name));
     }
     Ok(cards)
 }
 
+/// The patches of one grasp, read: those of one size in metres where they are stored, else those in pixels of the image.
+pub(super) struct PatchSheet {
+    patch: HeatmapPatch,
+    side: u32,
+    /// Depth of the patches. Shape (points, side, side), row-major.
+    depth: Vec<f32>,
+    colour: Option<PatchColour>,
+    trial: Option<PatchTrial>,
+    visibility: Option<PatchVisibility>,
+}
+
+impl PatchSheet {
+    /// Reads a sample.
+    pub fn of(sample: &Sample) -> Result<Self, DatasetError> {
+        let patch = sample.heatmap_patch()?;
+        let (trial, visibility) = (sample.patch_trial()?, sample.patch_visibility()?);
+        let (side, depth, colour) = match sample.patch_metric()? {
+            Some(metric) => (metric.side, metric.depth, sample.patch_metric_colour()?),
+            None => (patch.side, patch.depth.clone(), sample.patch_colour()?),
+        };
+        Ok(Self { patch, side, depth, colour, trial, visibility })
+    }
+
+    /// Type of the grasp.
+    pub fn kind(&self) -> u32 {
+        self.patch.kind()
+    }
+
+    /// The patches in one picture: palm and fingertips from left to right, in colour where there is any, else depth.
+    pub fn picture(&self) -> Picture {
+        let pictures =
+            (0..PATCH_POINTS).map(|point| self.in_colour(point).unwrap_or_else(|| self.in_depth(point)).framed());
+        Picture::row(&pictures.collect::<Vec<_>>(), 4 * ZOOM).with_few_colours()
+    }
+
+    fn in_colour(&self, point: usize) -> Option<Picture> {
+        let colour = self.colour.as_ref()?;
+        let pixels = colour.rgb_of(point).iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect();
+        Some(enlarged(&Picture { width: colour.side, height: colour.side, pixels }))
+    }
+
+    fn in_depth(&self, point: usize) -> Picture {
+        let pixels = (self.side * self.side) as usize;
+        let depth = self.depth[point * pixels..(point + 1) * pixels].to_vec();
+        let crop = DepthCrop { left: 0, top: 0, width: self.side, height: self.side, depth };
+        depth_picture(&crop, self.range(), ZOOM)
+    }
+
+    /// The range of depth of all four patches, which share their scale.
+    fn range(&self) -> DepthRange {
+        let (width, height) = (self.side, 4 * self.side);
+        let whole = DepthCrop { left: 0, top: 0, width, height, depth: self.depth.clone() };
+        DepthRange::of(&whole).unwrap_or(DepthRange { near: 0.0, far: 1.0 })
+    }
+
+    fn panel(&self, point: usize, picture: Picture, what: &'static str) -> PanelView {
+        let [u, v] = self.patch.points[point].pixel.map(|pixel| format!("{pixel:.1}"));
+        let (width, height) = (picture.width, picture.height);
+        PanelView {
+            image: ImageView::of(&picture.with_few_colours(), width, height),
+            what,
+            point: POINT_NAMES[point],
+            name: self.patch.points[point].name.clone(),
+            u,
+            v,
+            hidden: self.visibility.as_ref().is_some_and(|visibility| !visibility.visible[point]),
+        }
+    }
+}
+
 impl CardView {
-    fn of(index: SampleIndex, patch: &HeatmapPatch, colour: Option<&PatchColour>, object: &str) -> Self {
-        let range = range_of(patch);
-        let colours = colour.into_iter().flat_map(|colour| {
-            (0..PATCH_POINTS).map(|point| PanelView::of(enlarged(&in_colour(colour, point)), patch, point, "colours"))
-        });
-        let depths = (0..PATCH_POINTS)
-            .map(|point| PanelView::of(depth_picture(&crop_of(patch, point), range, ZOOM), patch, point, "depth"));
+    fn of(index: SampleIndex, sheet: &PatchSheet, object: &str) -> Self {
+        let patch = &sheet.patch;
+        let colours =
+            (0..PATCH_POINTS).filter_map(|point| Some(sheet.panel(point, sheet.in_colour(point)?, "colours")));
+        let depths = (0..PATCH_POINTS).map(|point| sheet.panel(point, sheet.in_depth(point), "depth"));
         Self {
             object: object.to_owned(),
             r#type: patch.kind(),
             type_index: patch.type_index,
             epsilon: format!("{:.4}", patch.epsilon),
             energy: format!("{:.3}", patch.energy),
+            outcome: sheet.trial.as_ref().map(|trial| trial.outcome.name()),
             sample: index.to_string(),
             run: patch.run.to_string(),
             rank: patch.rank,
@@ -108,37 +165,6 @@ impl CardView {
         let pictures = self.panels.iter().map(|panel| panel.image.clone());
         StripCard { caption: format!("{}, type {}", self.object, self.r#type), pictures: pictures.collect() }
     }
-}
-
-/// The patches of a grasp in one picture: palm and fingertips from left to right, in colour where there is any, else depth.
-pub(crate) fn picture_of(patch: &HeatmapPatch, colour: Option<&PatchColour>) -> Picture {
-    let range = range_of(patch);
-    let of_point = |point: usize| {
-        let picture = match colour {
-            Some(colour) => enlarged(&in_colour(colour, point)),
-            None => depth_picture(&crop_of(patch, point), range, ZOOM),
-        };
-        picture.framed()
-    };
-    let pictures: Vec<Picture> = (0..PATCH_POINTS).map(of_point).collect();
-    Picture::row(&pictures, 4 * ZOOM).with_few_colours()
-}
-
-fn in_colour(colour: &PatchColour, point: usize) -> Picture {
-    let pixels = colour.rgb_of(point).iter().map(|[r, g, b]| [*r, *g, *b, 255]).collect();
-    Picture { width: colour.side, height: colour.side, pixels }
-}
-
-fn crop_of(patch: &HeatmapPatch, point: usize) -> DepthCrop {
-    let depth = patch.depth_of(point).to_vec();
-    DepthCrop { left: 0, top: 0, width: patch.side, height: patch.side, depth }
-}
-
-/// The range of depth of all four patches, which share their scale.
-fn range_of(patch: &HeatmapPatch) -> DepthRange {
-    let (width, height) = (patch.side, 4 * patch.side);
-    let whole = DepthCrop { left: 0, top: 0, width, height, depth: patch.depth.clone() };
-    DepthRange::of(&whole).unwrap_or(DepthRange { near: 0.0, far: 1.0 })
 }
 
 fn enlarged(picture: &Picture) -> Picture {
@@ -163,6 +189,7 @@ impl CardView {
             name: point.to_owned(),
             u: "1.5".to_owned(),
             v: "2.5".to_owned(),
+            hidden: false,
         };
         Self {
             object: object.to_owned(),
@@ -170,6 +197,7 @@ impl CardView {
             type_index: 0,
             epsilon: "0.1000".to_owned(),
             energy: "0.200".to_owned(),
+            outcome: None,
             sample: "3".to_owned(),
             run: "4".to_owned(),
             rank: 5,

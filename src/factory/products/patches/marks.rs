@@ -1,0 +1,105 @@
+//! What stands beside the patches of a grasp: its trials, which points are hidden, and patches of one size in metres.
+
+use super::{
+    settings::{ChosenGrasp, PatchSettings},
+    viewpoint::corner,
+};
+use crate::SampleWriter;
+use format::{Channel, HeatmapPatch, PATCH_POINTS, PatchMetric, PatchTrial, PatchVisibility, is_visible, window_side};
+use kernel::{geom::DepthCrop, ids::Digest};
+
+/// Marks of one thread; their memory is reused from grasp to grasp.
+pub(super) struct PatchMarks {
+    /// Digest of the trials, where labels are those of trials.
+    trials: Option<Digest>,
+    visibility: Option<PatchVisibility>,
+    metric: Option<PatchMetric>,
+}
+
+impl PatchMarks {
+    /// The marks that a job asks for.
+    pub fn new(settings: &PatchSettings, trials: Option<Digest>, record: &HeatmapPatch) -> Self {
+        let visibility = || PatchVisibility {
+            sample: record.sample,
+            surfaces: [f32::NAN; PATCH_POINTS],
+            visible: [true; PATCH_POINTS],
+            heatmap_visible: Vec::new(),
+        };
+        let metric = |size| PatchMetric {
+            sample: record.sample,
+            size,
+            side: settings.side,
+            windows: [1; PATCH_POINTS],
+            corners: [[0; 2]; PATCH_POINTS],
+            depth: Vec::new(),
+        };
+        Self { trials, visibility: settings.visibility.then(visibility), metric: settings.metric.map(metric) }
+    }
+
+    /// The squares of patches in metres, where the job asks for them.
+    pub fn metric(&self) -> Option<&PatchMetric> {
+        self.metric.as_ref()
+    }
+
+    /// Places the square of a point in metres at this depth [m] and pixel; `None` where it reaches out of the image.
+    pub fn place(&mut self, index: usize, depth: f64, pixel: [f64; 2], settings: &PatchSettings) -> Option<()> {
+        let Some(metric) = &mut self.metric else { return Some(()) };
+        let camera = &settings.camera;
+        let window = window_side(metric.size, camera.fx, depth);
+        metric.corners[index] = [corner(pixel[0], window, camera.width)?, corner(pixel[1], window, camera.height)?];
+        metric.windows[index] = window;
+        Some(())
+    }
+
+    /// Writes the marks of a grasp that the image shows, all but its visible points.
+    pub fn write(&mut self, patch: &HeatmapPatch, grasp: &ChosenGrasp, image: &DepthCrop, out: &mut SampleWriter<'_>) {
+        if let (Some(trials), Some(end)) = (self.trials, &grasp.trial)
+            && let Some(payload) = out.payload(Channel::PATCH_TRIAL)
+        {
+            let tested = PatchTrial::mask(end.outcome, patch.type_index, patch.types.len());
+            let (sample, verdict) = (patch.sample, grasp.verdict);
+            PatchTrial { sample, trials, outcome: end.outcome, trial: end.trial, verdict, tested }.encode(payload);
+        }
+        if let (Some(metric), Some(payload)) = (&mut self.metric, out.payload(Channel::PATCH_METRIC)) {
+            metric.sample = patch.sample;
+            metric.depth.clear();
+            let side = metric.side;
+            for point in 0..PATCH_POINTS {
+                for (row, column) in (0..side).flat_map(|row| (0..side).map(move |column| (row, column))) {
+                    let [x, y] = metric.pixel(point, column, row);
+                    metric.depth.push(image.at(x, y));
+                }
+            }
+            metric.encode(payload);
+        }
+    }
+
+    /// Writes which points the image hides, `heatmap` for the points of a heatmap; returns how many of the grasp are visible.
+    pub fn write_visible(
+        &mut self,
+        patch: &HeatmapPatch,
+        image: &DepthCrop,
+        heatmap: &[bool],
+        out: &mut SampleWriter<'_>,
+    ) -> u32 {
+        let Some(visibility) = &mut self.visibility else { return 0 };
+        visibility.sample = patch.sample;
+        for (index, point) in patch.points.iter().enumerate() {
+            let depth = patch.camera_from_object.point(&point.point.into()).z;
+            visibility.surfaces[index] = surface(image, point.pixel);
+            visibility.visible[index] = is_visible(depth, visibility.surfaces[index]);
+        }
+        visibility.heatmap_visible.clear();
+        visibility.heatmap_visible.extend_from_slice(heatmap);
+        if let Some(payload) = out.payload(Channel::PATCH_VISIBILITY) {
+            visibility.encode(payload);
+        }
+        visibility.count()
+    }
+}
+
+/// Depth of the image in the pixel that holds a projection [m], NaN = no return.
+pub(super) fn surface(image: &DepthCrop, pixel: [f64; 2]) -> f32 {
+    let [column, row] = pixel.map(|pixel| pixel.floor() as u32);
+    image.at(column, row)
+}
