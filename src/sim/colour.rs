@@ -83,8 +83,24 @@ impl SimWorker {
         &mut self,
         camera: &Intrinsics,
         camera_from_object: &Pose<CameraCv, Object>,
+        window: Window,
+        appearance: &Appearance,
+        rgb: &mut Vec<[u8; 3]>,
+    ) -> Result<(), SimError> {
+        self.gl_colours_before(camera, camera_from_object, window, appearance, &|_, _| appearance.background, rgb)
+    }
+
+    /// [`SimWorker::gl_colours`] before an image: `behind` gives its colour at a column and a row of the whole image.
+    ///
+    /// # Errors
+    /// When the pose is not finite, or OpenGL does not work here.
+    pub fn gl_colours_before(
+        &mut self,
+        camera: &Intrinsics,
+        camera_from_object: &Pose<CameraCv, Object>,
         [left, top, width, height]: Window,
         appearance: &Appearance,
+        behind: &dyn Fn(u32, u32) -> [u8; 3],
         rgb: &mut Vec<[u8; 3]>,
     ) -> Result<(), SimError> {
         let world_from_object = *self.object_in_world(camera_from_object)?.rotation().matrix();
@@ -99,7 +115,7 @@ impl SimWorker {
             None => self.gl.insert(GlView::new()?),
         };
         let lit = |scene: &mut MjvScene| apply(scene, appearance, &world_from_object);
-        view.draw_colours(&self.model, &mut self.data, camera, &pixels, lit, appearance.background, rgb)?;
+        view.draw_colours(&self.model, &mut self.data, camera, &pixels, lit, behind, rgb)?;
         Ok(())
     }
 }

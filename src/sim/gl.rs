@@ -94,7 +94,7 @@ impl GlView {
         camera: &Intrinsics,
         pixels: &PixelBox,
         lit: impl FnOnce(&mut MjvScene),
-        background: [u8; 3],
+        behind: &dyn Fn(u32, u32) -> [u8; 3],
         rgb: &mut [[u8; 3]],
     ) -> Result<(), GlError> {
         let (width, height) = (SAMPLES * pixels.width(), SAMPLES * pixels.height());
@@ -109,9 +109,11 @@ impl GlView {
         raw.resize(samples, 0.0);
         colours.resize(3 * samples, 0);
         uploaded.as_ref().map_or(Ok(()), |uploaded| read(&uploaded.context, Some(colours), raw, &viewport))?;
-        for (sample, depth) in colours.as_chunks_mut::<3>().0.iter_mut().zip(raw.iter()) {
+        for (index, (sample, depth)) in (0..).zip(colours.as_chunks_mut::<3>().0.iter_mut().zip(raw.iter())) {
             if *depth == 0.0 {
-                *sample = background;
+                // The bottom row comes first.
+                let (column, row) = (index % width / SAMPLES, index / width / SAMPLES);
+                *sample = behind(pixels.left + column, pixels.bottom - 1 - row);
             }
         }
         shrink(colours.as_chunks::<3>().0, width as usize, rgb);

@@ -52,6 +52,13 @@ impl KindDigits {
     }
 }
 
+/// A grasp type with another digit of the roll: that of the hand against an upright camera in the frame in which `rotation`, the
+/// approach frame's, is expressed.
+pub fn kind_in_frame(kind: u32, rotation: &Matrix3<f64>) -> u32 {
+    let digit = TYPE_BINS.pow(TYPE_DIGITS as u32 - 1);
+    kind % digit + bin(wrist_roll(rotation), [-PI, PI]) * digit
+}
+
 fn bin(value: f64, [low, high]: [f64; 2]) -> u32 {
     let share = f64::from(TYPE_BINS) * (value - low) / (high - low);
     share.floor().clamp(0.0, f64::from(TYPE_BINS - 1)) as u32
@@ -82,6 +89,21 @@ mod tests {
     fn bins_end_where_the_ranges_do() {
         assert_eq!([-1.0, 0.0, 0.487, 0.489, 2.44, 9.0].map(|value| bin(value, [0.0, 2.44])), [0, 0, 0, 1, 4, 4]);
         assert_eq!(type_digits(5 + 3 * 125 + 4 * 78_125), [0, 1, 0, 3, 0, 0, 0, 4]);
+    }
+
+    #[test]
+    fn another_frame_changes_the_digit_of_the_roll_alone() {
+        let fingers = 3 + 2 * 25 + 15_625;
+        for kind in [fingers, fingers + 4 * 78_125] {
+            // Above the hand's approach x is up, to the right y: its own x axis rolls from -pi, the middle digit is straight ahead.
+            for (roll, digit) in [(-3.0, 0), (0.0, 2), (3.0, 4)] {
+                let (sin, cos) = libm::sincos(roll);
+                let [right, down] = camera_axes(&-Vector3::z());
+                let x = right * cos + down * sin;
+                let rotation = Matrix3::from_columns(&[x, (-Vector3::z()).cross(&x), -Vector3::z()]);
+                assert_eq!(kind_in_frame(kind, &rotation), fingers + digit * 78_125);
+            }
+        }
     }
 
     #[test]

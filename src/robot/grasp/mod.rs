@@ -35,7 +35,7 @@ pub use anneal::Annealer;
 pub use closing::TOUCHES;
 pub use field::DistanceField;
 pub use found::{Energies, Grasp, GraspContact, GraspRun, PairLosses, Quality, Stretch};
-pub use kind::{KindDigits, camera_axes, wrist_roll};
+pub use kind::{KindDigits, camera_axes, kind_in_frame, wrist_roll};
 pub use object::ObjectSearch;
 pub use opposition::has_opposition;
 pub use sampled::{GraspSampler, axes};

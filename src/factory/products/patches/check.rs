@@ -3,7 +3,7 @@
 use std::path::Path as FilePath;
 
 use super::{
-    grasps_reader::{InvalidGrasps, read_grasps},
+    grasps_reader::{InvalidGrasps, WantedGrasps, read_grasps},
     settings::{FoundGrasps, PatchColours, PatchJob, PatchLabel, PatchSettings},
     spec::{PatchCameraSpec, PatchesSpec},
 };
@@ -40,7 +40,8 @@ pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) 
 /// The grasps of the most common types, compared with the root that the job pins.
 fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Option<FoundGrasps> {
     let by_trials = spec.patches.label == PatchLabel::Trial;
-    let found = match read_grasps(dataset, spec.grasps.types, by_trials) {
+    let wanted = WantedGrasps { max_types: spec.grasps.types, by_trials, on_table: spec.scene.table };
+    let found = match read_grasps(dataset, wanted) {
         Ok(found) => found,
         Err(InvalidGrasps::NoTrials(_)) => {
             let seen = format!("{} has none", dataset.display());
@@ -110,6 +111,7 @@ fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> 
         types: spec.grasps.types,
         side,
         metric: spec.patches.metric.then_some(spec.patches.size),
+        table: spec.scene.table,
         visibility: spec.patches.visibility,
         tips,
         label: spec.patches.label,

@@ -4,11 +4,18 @@ use std::{f64::consts::PI, sync::Arc};
 
 use nalgebra::{Unit, Vector3};
 
-use super::{resample::area_mean, settings::PatchColours};
+use super::{
+    resample::area_mean,
+    settings::PatchColours,
+    tabletop::{ShadowCaster, TablePaint, colour_behind},
+};
 use crate::{Cause, ProduceError, SampleWriter};
-use format::{Channel, HeatmapPatch, PatchColour, PatchImageColour, PatchMetric, PatchPoint};
-use kernel::{geom::TriMesh, seed::Stream};
-use sim::{Appearance, Inertia, Light, SimModel, SimWorker, gl_facts};
+use format::{Channel, HeatmapPatch, PatchColour, PatchImageColour, PatchMetric, PatchPoint, PatchTable};
+use kernel::{
+    geom::{SimdLevel, TriMesh},
+    seed::Stream,
+};
+use sim::{Appearance, Inertia, Light, SimModel, SimWorker, Window, gl_facts};
 
 /// Whether colours can be drawn here.
 ///
@@ -22,6 +29,11 @@ pub fn check_colours() -> Result<(), ProduceError> {
 pub(super) struct ColourView {
     settings: PatchColours,
     seed: u64,
+    level: SimdLevel,
+    /// The object as it throws a shadow, where it stands on a table.
+    shadow: Option<ShadowCaster>,
+    /// Colours behind the object in the window.
+    behind: Vec<[u8; 3]>,
     /// The object and its renderer: made with the first object, reused for the others.
     worker: Option<Box<SimWorker>>,
     window: Vec<[u8; 3]>,
@@ -32,7 +44,12 @@ pub(super) struct ColourView {
 
 impl ColourView {
     /// `with_image`: whether whole images are drawn besides the patches.
-    pub fn new(settings: PatchColours, with_image: bool, seed: u64, record: &HeatmapPatch) -> Self {
+    pub fn new(
+        settings: PatchColours,
+        with_image: bool,
+        (seed, level): (u64, SimdLevel),
+        record: &HeatmapPatch,
+    ) -> Self {
         let image = PatchImageColour {
             sample: record.sample,
             left: 0,
@@ -44,11 +61,22 @@ impl ColourView {
         };
         let record = PatchColour { sample: record.sample, side: record.side, rgb: Vec::new() };
         let image = with_image.then_some(image);
-        Self { settings, seed, worker: None, window: Vec::new(), record, image }
+        Self {
+            settings,
+            seed,
+            level,
+            shadow: None,
+            behind: Vec::new(),
+            worker: None,
+            window: Vec::new(),
+            record,
+            image,
+        }
     }
 
     /// Switches to an object.
-    pub fn use_mesh(&mut self, mesh: &TriMesh) -> Result<(), ProduceError> {
+    pub fn use_mesh(&mut self, mesh: &TriMesh, on_table: bool) -> Result<(), ProduceError> {
+        self.shadow = on_table.then(|| ShadowCaster::new(mesh, self.level));
         let model = Arc::new(SimModel::with_lights(mesh, Inertia::Shell).map_err(failed)?);
         self.worker.get_or_insert_with(|| Box::new(SimWorker::new(&model))).use_model(&model);
         Ok(())
@@ -59,28 +87,32 @@ impl ColourView {
         &mut self,
         patch: &HeatmapPatch,
         metric: Option<&PatchMetric>,
+        table: Option<&PatchTable>,
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
-        let worker = self.worker.as_mut().expect("an object is loaded before it is rendered");
         let in_metres = metric.iter().flat_map(|metric| metric.corners.iter().copied().zip(metric.windows));
         let squares = || patch.points.iter().map(|point| (point.corner, patch.side)).chain(in_metres.clone());
         let low = |axis: usize| squares().map(|(corner, _)| corner[axis]).min().unwrap_or(0);
         let high = |axis: usize| squares().map(|(corner, side)| corner[axis] + side).max().unwrap_or(0);
         let (left, top) = (low(0), low(1));
         let (width, height) = (high(0) - left, high(1) - top);
-        let appearance = match self.settings.randomise {
-            true => random_appearance(&mut Stream::of_sample(self.seed, &patch.sample, "colours")),
+        let mut stream = Stream::of_sample(self.seed, &patch.sample, "colours");
+        let mut appearance = match self.settings.randomise {
+            true => random_appearance(&mut stream),
             false => Appearance::default(),
         };
-        worker
-            .gl_colours(
-                &patch.camera,
-                &patch.camera_from_object,
-                [left, top, width, height],
-                &appearance,
-                &mut self.window,
-            )
-            .map_err(failed)?;
+        let paint = match self.settings.randomise && table.is_some() {
+            true => TablePaint::random(&mut stream),
+            false => TablePaint::default(),
+        };
+        if let Some(table) = table {
+            // Lights shine down on the table, whatever lies on it.
+            let object_from_table = patch.camera_from_object.inverse() * table.camera_from_table;
+            for light in &mut appearance.lights {
+                light.direction = object_from_table.rotation() * light.direction;
+            }
+        }
+        self.draw(patch, table, (&appearance, &paint), [left, top, width, height])?;
         self.record.sample = patch.sample;
         self.record.rgb.clear();
         for PatchPoint { corner, .. } in &patch.points {
@@ -104,16 +136,39 @@ impl ColourView {
             self.record.encode(payload);
         }
         // Drawn once more: the patches stay what they are without it.
+        if self.image.is_some() {
+            self.draw(patch, table, (&appearance, &paint), [0, 0, patch.camera.width, patch.camera.height])?;
+        }
         if let (Some(image), Some(payload)) = (&mut self.image, out.payload(Channel::PATCH_IMAGE_COLOUR)) {
-            let whole = [0, 0, patch.camera.width, patch.camera.height];
-            worker
-                .gl_colours(&patch.camera, &patch.camera_from_object, whole, &appearance, &mut self.window)
-                .map_err(failed)?;
             (image.sample, image.background) = (patch.sample, appearance.background);
             image.take(&self.window, patch.camera.width);
             image.encode(payload);
         }
         Ok(())
+    }
+
+    /// Draws a part of the image: the object before its table and the background.
+    fn draw(
+        &mut self,
+        patch: &HeatmapPatch,
+        table: Option<&PatchTable>,
+        (appearance, paint): (&Appearance, &TablePaint),
+        window: Window,
+    ) -> Result<(), ProduceError> {
+        let worker = self.worker.as_mut().expect("an object is loaded before it is rendered");
+        let (camera, pose) = (&patch.camera, &patch.camera_from_object);
+        let (Some(table), Some(shadow)) = (table, &self.shadow) else {
+            return worker.gl_colours(camera, pose, window, appearance, &mut self.window).map_err(failed);
+        };
+        let [left, top, width, height] = window;
+        let object_from_table = pose.inverse() * table.camera_from_table;
+        let pixels = (top..top + height).flat_map(|row| (left..left + width).map(move |column| [column, row]));
+        self.behind.clear();
+        self.behind.extend(
+            pixels.map(|pixel| colour_behind(table, camera, &object_from_table, (appearance, paint), shadow, pixel)),
+        );
+        let behind = |column: u32, row: u32| self.behind[((row - top) * width + column - left) as usize];
+        worker.gl_colours_before(camera, pose, window, appearance, &behind, &mut self.window).map_err(failed)
     }
 }
 

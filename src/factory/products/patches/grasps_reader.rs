@@ -5,15 +5,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::settings::{ChosenGrasp, FoundGrasps, GraspTrialEnd, GraspedObject};
+use super::settings::{ChosenGrasp, FoundGrasps, GraspTable, GraspTrialEnd, GraspedObject};
 use format::{
     Grasp, GraspLabel, GraspRun, GraspTrial, Product, WRENCH,
     dataset::{DatasetError, DatasetReader, Manifest, Sample, Selection},
+    products::grasps::InvalidResting,
 };
 use kernel::{
+    geom::RestingPose,
     ids::ObjectId,
     words::{GraspTypeCounts, GraspVerdict, NumberClass, Split},
 };
+use robot::grasp::kind_in_frame;
 
 /// Reason why a folder is no dataset of grasps that patches can be made of.
 #[derive(Debug, thiserror::Error)]
@@ -35,17 +38,30 @@ pub enum InvalidGrasps {
     /// Labels are to be those of trials, and the dataset has none.
     #[error("{} has no trials, of which labels are to be made", .0.display())]
     NoTrials(PathBuf),
+    /// A row of the dataset's table of assets has resting poses that make no sense.
+    #[error(transparent)]
+    Resting(#[from] InvalidResting),
     /// The dataset's table of assets names no hand.
     #[error("{} names no hand", .0.display())]
     NoHand(PathBuf),
 }
 
-/// The grasps of the `max_types` most common types in a dataset; two passes over its runs, one chunk at a time. They are the
-/// kept grasps; with `by_trials` those that were tried, of the most common types among the ones that held.
+/// Choice of the grasps of a dataset that become samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WantedGrasps {
+    /// Number of grasp types: the most common ones.
+    pub max_types: u32,
+    /// Whether they are the grasps that were tried, of the most common types among the ones that held, not the kept ones.
+    pub by_trials: bool,
+    /// Whether the object stands on a table, against whose normal the roll in a type is then counted.
+    pub on_table: bool,
+}
+
+/// The grasps of the most common types in a dataset; two passes over its runs, one chunk at a time.
 ///
 /// # Errors
-/// When the folder holds no finished dataset of grasps of a known hand, or none with trials where `by_trials` asks for them.
-pub fn read_grasps(folder: &Path, max_types: u32, by_trials: bool) -> Result<FoundGrasps, InvalidGrasps> {
+/// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are asked for.
+pub fn read_grasps(folder: &Path, wanted: WantedGrasps) -> Result<FoundGrasps, InvalidGrasps> {
     let manifest = Manifest::read(folder)?;
     if manifest.product != Product::GRASPS {
         return Err(InvalidGrasps::Product { folder: folder.to_owned(), product: manifest.product });
@@ -53,14 +69,15 @@ pub fn read_grasps(folder: &Path, max_types: u32, by_trials: bool) -> Result<Fou
     let reader = DatasetReader::open(folder)?;
     let root = manifest.classes.get(&NumberClass::Exact);
     let root = *root.ok_or_else(|| InvalidGrasps::NoExactNumbers(folder.to_owned()))?;
-    let trials = match by_trials {
+    let trials = match wanted.by_trials {
         true => Some(*manifest.classes.get(&NumberClass::Physics).ok_or_else(|| no_trials(folder))?),
         false => None,
     };
-    let TypeCensus { counts, good, without, space } = TypeCensus::of(&reader, by_trials)?;
-    let chosen = GraspTypeCounts::choose(good, without, max_types).chosen;
+    let tables = if wanted.on_table { resting_poses(&reader)? } else { BTreeMap::new() };
+    let TypeCensus { counts, good, without, space } = TypeCensus::of(&reader, &tables, wanted)?;
+    let chosen = GraspTypeCounts::choose(good, without, wanted.max_types).chosen;
     let types = GraspTypeCounts { counts, without, chosen };
-    let objects = objects(&reader, &types, by_trials)?;
+    let objects = objects(&reader, &types, &tables, wanted)?;
     let assets = reader.assets()?;
     let hand = assets.hands.first().ok_or_else(|| InvalidGrasps::NoHand(folder.to_owned()))?.object;
     let training_subsets = reader.splits().training_subsets.clone();
@@ -81,12 +98,12 @@ struct TypeCensus {
 }
 
 impl TypeCensus {
-    fn of(reader: &DatasetReader, by_trials: bool) -> Result<Self, DatasetError> {
+    fn of(reader: &DatasetReader, tables: &Tables, wanted: WantedGrasps) -> Result<Self, DatasetError> {
         let mut census = Self { space: WRENCH.to_owned(), ..Self::default() };
         for (number, sample) in reader.iter(Selection::default()).enumerate() {
-            let run = CandidateRun::of(&sample?, by_trials)?;
+            let run = CandidateRun::of(&sample?, wanted.by_trials)?;
             for (_, grasp, trial) in run.candidates() {
-                let Some(kind) = grasp.kind else {
+                let Some(kind) = kind_of(grasp, table_of(grasp, run.run.sample.subject, tables)) else {
                     census.without += 1;
                     continue;
                 };
@@ -135,6 +152,29 @@ impl CandidateRun {
     }
 }
 
+/// Resting poses by object; none where no table is asked for.
+type Tables = BTreeMap<ObjectId, Vec<RestingPose>>;
+
+fn resting_poses(reader: &DatasetReader) -> Result<Tables, InvalidGrasps> {
+    let rows = reader.assets()?.objects.into_iter();
+    rows.map(|row| Ok((row.object, row.resting()?.unwrap_or_default().poses))).collect()
+}
+
+fn table_of(grasp: &Grasp, object: ObjectId, tables: &Tables) -> Option<GraspTable> {
+    let pose = grasp.likeliest_table()?;
+    let resting = tables.get(&object)?.get(pose)?;
+    Some(GraspTable { pose: pose as u32, world_from_object: resting.world_from_object })
+}
+
+/// Type of a grasp, its roll against the camera over the table where there is one.
+fn kind_of(grasp: &Grasp, table: Option<GraspTable>) -> Option<u32> {
+    let over_table = |kind, table: GraspTable| {
+        let world_from_approach = table.world_from_object * grasp.object_from_approach;
+        kind_in_frame(kind, world_from_approach.rotation().matrix())
+    };
+    grasp.kind.map(|kind| table.map_or(kind, |table| over_table(kind, table)))
+}
+
 fn no_trials(folder: &Path) -> InvalidGrasps {
     InvalidGrasps::NoTrials(folder.to_owned())
 }
@@ -142,19 +182,22 @@ fn no_trials(folder: &Path) -> InvalidGrasps {
 fn objects(
     reader: &DatasetReader,
     types: &GraspTypeCounts,
-    by_trials: bool,
+    tables: &Tables,
+    wanted: WantedGrasps,
 ) -> Result<Vec<GraspedObject>, DatasetError> {
     let mut chosen: BTreeMap<ObjectId, Vec<ChosenGrasp>> = BTreeMap::new();
     for sample in reader.iter(Selection::default()) {
-        let run = CandidateRun::of(&sample?, by_trials)?;
+        let run = CandidateRun::of(&sample?, wanted.by_trials)?;
         let sample = run.run.sample;
         let grasps = chosen.entry(sample.subject).or_default();
         for (rank, grasp, trial) in run.candidates() {
-            if let Some(kind) = grasp.kind.filter(|kind| types.index_of(*kind).is_some()) {
+            let table = table_of(grasp, sample.subject, tables);
+            if let Some(kind) = kind_of(grasp, table).filter(|kind| types.index_of(*kind).is_some()) {
                 let epsilon = grasp.epsilon(&run.run.method);
                 let mut chosen = of_grasp(grasp, [sample.item.0, rank, kind], epsilon);
                 chosen.trial =
                     trial.map(|trial| GraspTrialEnd { outcome: trial.label(), trial: trial.outcome.verdict });
+                chosen.table = table;
                 grasps.push(chosen);
             }
         }
@@ -190,5 +233,6 @@ fn of_grasp(grasp: &Grasp, [run, rank, kind]: [u32; 3], epsilon: f64) -> ChosenG
         epsilon,
         verdict: grasp.verdict,
         trial: None,
+        table: None,
     }
 }

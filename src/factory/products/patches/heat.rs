@@ -30,6 +30,8 @@ struct SeenGrasp {
     rank: u32,
     type_index: u32,
     value: f32,
+    /// Index of the resting pose of the object on the grasp's table.
+    table: Option<u32>,
     approach: Vector3<f64>,
     points: [Point3<f64>; PATCH_POINTS],
 }
@@ -50,6 +52,7 @@ impl HeatView {
             rank: grasp.rank,
             type_index: job.grasps.types.index_of(grasp.kind).unwrap_or_default() as u32,
             value: job.settings.label_of(grasp),
+            table: grasp.table.map(|table| table.pose),
             approach: grasp.object_from_approach.rotation().matrix().column(2).into_owned(),
             points: hand.points(grasp),
         });
@@ -71,14 +74,15 @@ impl HeatView {
         image: &DepthCrop,
         payload: &mut Vec<u8>,
     ) {
-        let axis = self.grasps[own].approach;
+        let (axis, table) = (self.grasps[own].approach, self.grasps[own].table);
         let camera = settings.projection();
         self.record.sample = patch.sample;
         self.record.points.clear();
         self.visible.clear();
         for (index, grasp) in self.grasps.iter().enumerate() {
             // Rounding must not lose the patch's own grasp.
-            if index != own && grasp.approach.dot(&axis) < self.min {
+            // Another table is another scene.
+            if index != own && (grasp.approach.dot(&axis) < self.min || grasp.table != table) {
                 continue;
             }
             for (point, at) in (0..).zip(&grasp.points) {

@@ -16,6 +16,7 @@ impl PatchJob {
             types,
             side,
             metric,
+            table,
             visibility,
             tips,
             label,
@@ -35,6 +36,7 @@ impl PatchJob {
         spec.hand = Some(self.hand.spec(folder));
         (spec.patches.side, spec.patches.tips, spec.patches.label) = (*side, tips.to_vec(), *label);
         (spec.patches.visibility, spec.patches.metric) = (*visibility, metric.is_some());
+        spec.scene.table = *table;
         spec.patches.size = metric.unwrap_or(spec.patches.size);
         spec.camera = PatchCameraSpec {
             distance: *distance,
@@ -53,6 +55,7 @@ impl PatchJob {
             idle.push("hand.scene");
             // A job without a mark is named as it was before there were any.
             idle.extend((!visibility).then_some("patches.visibility"));
+            idle.extend((!table).then_some("scene"));
             idle.extend(metric.is_none().then_some(["patches.metric", "patches.size"]).into_iter().flatten());
         }
         without(keys_of(&spec), &idle)

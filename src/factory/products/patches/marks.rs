@@ -1,11 +1,13 @@
 //! What stands beside the patches of a grasp: its trials, which points are hidden, and patches of one size in metres.
 
 use super::{
-    settings::{ChosenGrasp, PatchSettings},
+    settings::{ChosenGrasp, GraspTable, PatchSettings},
     viewpoint::corner,
 };
 use crate::SampleWriter;
-use format::{Channel, HeatmapPatch, PATCH_POINTS, PatchMetric, PatchTrial, PatchVisibility, is_visible, window_side};
+use format::{
+    Channel, HeatmapPatch, PATCH_POINTS, PatchMetric, PatchTable, PatchTrial, PatchVisibility, is_visible, window_side,
+};
 use kernel::{geom::DepthCrop, ids::Digest};
 
 /// Marks of one thread; their memory is reused from grasp to grasp.
@@ -13,6 +15,7 @@ pub(super) struct PatchMarks {
     /// Digest of the trials, where labels are those of trials.
     trials: Option<Digest>,
     visibility: Option<PatchVisibility>,
+    table: Option<PatchTable>,
     metric: Option<PatchMetric>,
 }
 
@@ -33,12 +36,29 @@ impl PatchMarks {
             corners: [[0; 2]; PATCH_POINTS],
             depth: Vec::new(),
         };
-        Self { trials, visibility: settings.visibility.then(visibility), metric: settings.metric.map(metric) }
+        Self {
+            trials,
+            visibility: settings.visibility.then(visibility),
+            table: None,
+            metric: settings.metric.map(metric),
+        }
     }
 
     /// The squares of patches in metres, where the job asks for them.
     pub fn metric(&self) -> Option<&PatchMetric> {
         self.metric.as_ref()
+    }
+
+    /// The table under the object, where it stands on one.
+    pub fn table(&self) -> Option<&PatchTable> {
+        self.table.as_ref()
+    }
+
+    /// Puts the object of some patches on its table; returns the height of the camera above it [m].
+    pub fn stand_on(&mut self, table: &GraspTable, patch: &HeatmapPatch) -> f64 {
+        let camera_from_table = patch.camera_from_object * table.world_from_object.inverse();
+        self.table = Some(PatchTable { sample: patch.sample, resting_pose: table.pose, camera_from_table });
+        camera_from_table.inverse().translation().z
     }
 
     /// Places the square of a point in metres at this depth [m] and pixel; `None` where it reaches out of the image.
@@ -59,6 +79,9 @@ impl PatchMarks {
             let tested = PatchTrial::mask(end.outcome, patch.type_index, patch.types.len());
             let (sample, verdict) = (patch.sample, grasp.verdict);
             PatchTrial { sample, trials, outcome: end.outcome, trial: end.trial, verdict, tested }.encode(payload);
+        }
+        if let (Some(table), Some(payload)) = (&self.table, out.payload(Channel::PATCH_TABLE)) {
+            table.encode(payload);
         }
         if let (Some(metric), Some(payload)) = (&mut self.metric, out.payload(Channel::PATCH_METRIC)) {
             metric.sample = patch.sample;

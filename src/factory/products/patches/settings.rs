@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::job::JobHand;
 use format::{GraspLabel, TRIAL_LABEL, TrialVerdict, trial_value};
 use kernel::{
-    geom::{Approach, HandBase, Intrinsics, Object, Pose},
+    geom::{Approach, HandBase, Intrinsics, Object, Pose, World},
     ids::{Digest, ObjectId},
     words::{GraspTypeCounts, GraspVerdict, Split},
 };
@@ -87,6 +87,17 @@ pub struct ChosenGrasp {
     pub verdict: GraspVerdict,
     /// Its trials, where labels are those of trials.
     pub trial: Option<GraspTrialEnd>,
+    /// The resting pose of the object on a table that the grasp allows, where the job asks for a table and there is such a pose.
+    pub table: Option<GraspTable>,
+}
+
+/// Resting pose of the object of a grasp: the most likely one above whose table the hand stays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GraspTable {
+    /// Index into the object's resting poses.
+    pub pose: u32,
+    /// The object on the table, whose top is the plane z = 0.
+    pub world_from_object: Pose<World, Object>,
 }
 
 /// What came of the trials of a grasp.
@@ -107,6 +118,8 @@ pub struct PatchSettings {
     pub side: u32,
     /// Side of the squares that patches beside those in pixels show [m]; `None` without.
     pub metric: Option<f64>,
+    /// Whether the object stands on a table.
+    pub table: bool,
     /// Whether points behind the surface are marked.
     pub visibility: bool,
     /// The contacts of the hand that are F0, F1 and F2.

@@ -22,9 +22,11 @@ pub struct PatchesSpec {
     pub hand: Option<HandSpec>,
     /// The patches and their labels.
     pub patches: PatchSpec,
-    /// The camera. It points along the approach at the centre of the object's box; up is the object's z axis, or its x axis
-    /// where the approach is within 5 degrees of that.
+    /// The camera. It points along the approach at the centre of the object's box; up is the object's z axis (on a table the
+    /// table's normal), or its x axis where the approach is within 5 degrees of that.
     pub camera: PatchCameraSpec,
+    /// What the camera sees beside the object.
+    pub scene: PatchSceneSpec,
     /// The images.
     pub render: RenderSpec,
     /// Whole images beside the patches.
@@ -106,13 +108,23 @@ pub struct PatchCameraSpec {
     pub point_focal_length: Option<f64>,
 }
 
+/// What the camera sees beside the object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PatchSceneSpec {
+    /// Puts the object on a table, in the most likely of its resting poses in which the hand stays above it. Grasps that no
+    /// table allows are rejected, and the roll in a grasp's type is that against the camera over the table.
+    pub table: bool,
+}
+
 /// The images.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RenderSpec {
     /// Colours besides depth, drawn by MuJoCo. Needs EGL (`make deps-gl`); nothing else does.
     pub colour: bool,
-    /// With `colour`: lights and the colours of object and background are drawn anew for each grasp, by the job's seed.
+    /// With `colour`: lights and the colours of object, background and table, with a pattern of the table, are drawn anew for each
+    /// grasp, by the job's seed.
     pub randomise: bool,
 }
 

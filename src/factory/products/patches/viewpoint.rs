@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3};
 
-use kernel::geom::{Approach, CameraCv, Object, Pose};
+use kernel::geom::{Approach, CameraCv, Frame, Object, Pose, World};
 use robot::grasp::camera_axes;
 
 /// The camera `distance` [m] back along the approach from the middle of the object's box, at which it points; up is the
@@ -12,10 +12,26 @@ pub fn camera_from_object(
     middle: &Point3<f64>,
     distance: f64,
 ) -> Pose<CameraCv, Object> {
-    let sight = object_from_approach.rotation().matrix().column(2).into_owned();
+    camera_along(object_from_approach, middle, distance)
+}
+
+/// The camera of [`camera_from_object`] where the object stands on a table: up is the table's normal, or its x axis where the
+/// approach is within 5 degrees of that.
+pub fn camera_over_table(
+    object_from_approach: &Pose<Object, Approach>,
+    world_from_object: &Pose<World, Object>,
+    middle: &Point3<f64>,
+    distance: f64,
+) -> Pose<CameraCv, Object> {
+    let approach = *world_from_object * *object_from_approach;
+    camera_along(&approach, &world_from_object.point(middle), distance) * *world_from_object
+}
+
+fn camera_along<F: Frame>(approach: &Pose<F, Approach>, middle: &Point3<f64>, distance: f64) -> Pose<CameraCv, F> {
+    let sight = approach.rotation().matrix().column(2).into_owned();
     let [right, down] = camera_axes(&sight);
     let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, down, sight]));
-    Pose::<Object, CameraCv>::new(rotation, middle.coords - sight * distance).inverse()
+    Pose::<F, CameraCv>::new(rotation, middle.coords - sight * distance).inverse()
 }
 
 /// The left or top pixel of a patch of `side` pixels around a pixel coordinate: its middle is half a pixel away at most.
@@ -67,6 +83,14 @@ mod tests {
             assert!((libm::atan2(x.y, x.x) - roll).abs() < 1e-9);
             let up = pose.rotation() * Vector3::z();
             assert!(up.y < 1e-9 || up.xy().norm() < 0.1, "z is up in the image, or along the axis");
+            // On a table the same axis of sight, with the table's normal up.
+            let world_from_object = Pose::from_xyz_rpy([0.3, 0.2, 0.1, 1.4, -0.4, 0.9]);
+            let over = camera_over_table(&approach, &world_from_object, &middle, 2.0);
+            assert!((over.point(&middle) - Point3::new(0.0, 0.0, 2.0)).norm() < 1e-12);
+            let axis = over.rotation() * approach.rotation() * Vector3::z();
+            assert!((axis - Vector3::z()).norm() < 1e-12);
+            let normal = over.rotation() * world_from_object.inverse().rotation() * Vector3::z();
+            assert!(normal.x.abs() < 1e-12 && normal.y < 1e-9 || normal.xy().norm() < 0.1, "{normal}");
         }
     }
 }

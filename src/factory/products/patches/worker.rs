@@ -8,7 +8,8 @@ use super::{
     heat::HeatView,
     marks::PatchMarks,
     settings::{ChosenGrasp, GraspedObject, PatchJob},
-    viewpoint::{camera_from_object, corner},
+    tabletop::put_under,
+    viewpoint::{camera_from_object, camera_over_table, corner},
 };
 use crate::{ProduceError, SampleWriter, work::Producer};
 use format::{
@@ -17,7 +18,7 @@ use format::{
 use kernel::{
     assets::object_id,
     cancel::Cancel,
-    geom::{Pose, RenderMesh, SimdLevel},
+    geom::{DepthCrop, Pose, RenderMesh, SimdLevel},
     ids::{ItemId, SampleId},
     render::Rasteriser,
 };
@@ -25,6 +26,12 @@ use kernel::{
 /// Reason why a grasp makes no sample: the patch of this point reaches out of the image.
 const OUT_OF_FRAME: [&str; PATCH_POINTS] =
     ["palm_out_of_frame", "f0_out_of_frame", "f1_out_of_frame", "f2_out_of_frame"];
+
+/// Reasons why a grasp makes no sample on a table: there is none for it, or the camera would not see its top.
+const NO_TABLE: &str = "no_table";
+const BELOW_TABLE: &str = "camera_below_table";
+/// Lowest camera above a table [m].
+const MIN_HEIGHT: f64 = 0.01;
 
 /// The producer of one thread; its memory is reused from grasp to grasp.
 pub struct PatchWorker<'j> {
@@ -34,6 +41,8 @@ pub struct PatchWorker<'j> {
     /// The object that was loaded last, by its index in the job.
     loaded: Option<(usize, RenderMesh)>,
     rasteriser: Rasteriser,
+    /// The image of the last object on its table.
+    on_table: DepthCrop,
     record: HeatmapPatch,
     marks: PatchMarks,
     /// Where the job asks for heatmaps.
@@ -71,7 +80,7 @@ impl<'j> PatchWorker<'j> {
         };
         let rasteriser = Rasteriser::new(level);
         Self {
-            colours: settings.colour.map(|colour| ColourView::new(colour, settings.image, seed, &record)),
+            colours: settings.colour.map(|colour| ColourView::new(colour, settings.image, (seed, level), &record)),
             marks: PatchMarks::new(settings, job.grasps.trials, &record),
             heat: settings.heatmap_angle.map(|angle| HeatView::new(angle, record.sample, job)),
             job,
@@ -79,6 +88,7 @@ impl<'j> PatchWorker<'j> {
             shapes,
             loaded: None,
             rasteriser,
+            on_table: DepthCrop::default(),
             record,
         }
     }
@@ -99,7 +109,7 @@ impl<'j> PatchWorker<'j> {
             return Err(unusable(format!("its grasps are not of a hand with {} joints", self.hand.joints())));
         }
         if let Some(colours) = &mut self.colours {
-            colours.use_mesh(&mesh)?;
+            colours.use_mesh(&mesh, self.job.settings.table)?;
         }
         if let Some(heat) = &mut self.heat {
             heat.use_object(object, self.job, self.hand);
@@ -109,7 +119,12 @@ impl<'j> PatchWorker<'j> {
     }
 
     /// Fills the record but for depth; `Err` is why there is none.
-    fn fill(&mut self, object: &GraspedObject, view: ItemId, middle: &Point3<f64>) -> Result<(), (usize, String)> {
+    fn fill(
+        &mut self,
+        object: &GraspedObject,
+        view: ItemId,
+        middle: &Point3<f64>,
+    ) -> Result<(), (&'static str, String)> {
         let settings = &self.job.settings;
         let grasp = &object.grasps[view.0 as usize];
         let record = &mut self.record;
@@ -119,21 +134,33 @@ impl<'j> PatchWorker<'j> {
         (record.energy, record.epsilon) = (grasp.energy, grasp.epsilon);
         record.value = settings.label_of(grasp);
         record.object_from_approach = grasp.object_from_approach;
-        let pose = camera_from_object(&grasp.object_from_approach, middle, settings.distance);
+        let approach = &grasp.object_from_approach;
+        let pose = match grasp.table {
+            Some(table) => camera_over_table(approach, &table.world_from_object, middle, settings.distance),
+            None => camera_from_object(approach, middle, settings.distance),
+        };
         record.camera_from_object = pose;
+        if settings.table {
+            let because =
+                || (NO_TABLE, "the hand comes below the table in every resting pose of the object".to_owned());
+            let height = self.marks.stand_on(&grasp.table.ok_or_else(because)?, record);
+            if height <= MIN_HEIGHT {
+                return Err((BELOW_TABLE, format!("{height:.3} m above the table")));
+            }
+        }
         let points = self.hand.points(grasp);
         let projection = settings.projection();
         for (index, (point, record)) in points.iter().zip(&mut record.points).enumerate() {
             let seen = pose.point(point);
             if seen.z < settings.camera.near {
-                return Err((index, format!("{:.3} m before the camera", seen.z)));
+                return Err((OUT_OF_FRAME[index], format!("{:.3} m before the camera", seen.z)));
             }
             let (u, v) = projection.project(&seen);
             let corners =
                 (corner(u, settings.side, settings.camera.width), corner(v, settings.side, settings.camera.height));
             let placed = self.marks.place(index, seen.z, [u, v], settings);
             let (Some(left), Some(top), Some(())) = (corners.0, corners.1, placed) else {
-                return Err((index, format!("at ({u:.1}, {v:.1}) px")));
+                return Err((OUT_OF_FRAME[index], format!("at ({u:.1}, {v:.1}) px")));
             };
             (record.point, record.pixel, record.corner) = (point.coords.into(), [u, v], [left, top]);
         }
@@ -143,7 +170,14 @@ impl<'j> PatchWorker<'j> {
     /// The depth of the patches, cut out of the image.
     fn render(&mut self, mesh: &RenderMesh, image: Option<&mut Vec<u8>>) {
         let record = &mut self.record;
-        let crop = self.rasteriser.render(mesh, &record.camera, &record.camera_from_object);
+        let alone = self.rasteriser.render(mesh, &record.camera, &record.camera_from_object);
+        let crop = match self.marks.table() {
+            Some(table) => {
+                put_under(alone, table, &record.camera, &mut self.on_table);
+                &self.on_table
+            }
+            None => alone,
+        };
         record.depth.clear();
         for PatchPoint { corner: [left, top], .. } in &record.points {
             for row in *top..top + record.side {
@@ -163,15 +197,16 @@ impl<'j> PatchWorker<'j> {
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
         let object = &self.job.grasps.objects[index];
-        if let Err((point, detail)) = self.fill(object, item, &mesh.centre()) {
+        if let Err((reason, detail)) = self.fill(object, item, &mesh.centre()) {
             let facts = self.facts(&object.grasps[item.0 as usize]);
-            return out.reject(self.record.sample, facts, OUT_OF_FRAME[point], &detail);
+            return out.reject(self.record.sample, facts, reason, &detail);
         }
         self.render(mesh, out.payload(Channel::PATCH_IMAGE));
         if let Some(payload) = out.payload(Channel::PATCH) {
             self.record.encode(payload);
         }
-        let (grasp, image) = (&object.grasps[item.0 as usize], self.rasteriser.crop());
+        let grasp = &object.grasps[item.0 as usize];
+        let image = if self.job.settings.table { &self.on_table } else { self.rasteriser.crop() };
         if let (Some(heat), Some(payload)) = (&mut self.heat, out.payload(Channel::PATCH_HEATMAP)) {
             heat.evaluate(&self.record, item.0 as usize, &self.job.settings, image, payload);
         }
@@ -179,7 +214,7 @@ impl<'j> PatchWorker<'j> {
         let heatmap = self.heat.as_ref().map_or(&[][..], HeatView::visible);
         let visible = self.marks.write_visible(&self.record, image, heatmap, out);
         if let Some(colours) = &mut self.colours {
-            colours.render(&self.record, self.marks.metric(), out)?;
+            colours.render(&self.record, self.marks.metric(), self.marks.table(), out)?;
         }
         out.keep(self.record.sample, PatchFacts { visible, ..self.facts(grasp) })
     }
@@ -210,6 +245,7 @@ impl Producer for PatchWorker<'_> {
             (Channel::PATCH_VISIBILITY, settings.visibility),
             (Channel::PATCH_METRIC, settings.metric.is_some()),
             (Channel::PATCH_METRIC_COLOUR, has_colour && settings.metric.is_some()),
+            (Channel::PATCH_TABLE, settings.table),
         ];
         channels.into_iter().filter_map(|(channel, is_stored)| is_stored.then_some(channel)).collect()
     }

@@ -1,0 +1,147 @@
+//! The table under an object, as a camera sees it: exact depth, and colours with the object's shadow.
+
+use nalgebra::{Point3, Unit, Vector3};
+
+use format::PatchTable;
+use kernel::{
+    geom::{DepthCrop, Intrinsics, Object, Pose, Ray, SimdLevel, TriMesh, TriangleTree, World},
+    seed::Stream,
+};
+use sim::Appearance;
+
+/// Half the side of the square tabletop [m]; its middle lies below the object's centre of mass, nothing is behind its edges.
+const HALF_SIDE: f64 = 0.6;
+
+/// Where the ray through the middle of a pixel meets the tabletop: depth along the optical axis, and the point [m].
+fn hit(table: &PatchTable, camera: &Intrinsics, column: u32, row: u32) -> Option<(f64, Point3<f64>)> {
+    let sight = camera.unproject(f64::from(column) + 0.5, f64::from(row) + 0.5, 1.0);
+    let depth = table.depth_along(&sight.coords).filter(|depth| *depth >= camera.near)?;
+    let point = table.camera_from_table.inverse().point(&Point3::from(sight.coords * depth));
+    (point.x.abs().max(point.y.abs()) <= HALF_SIDE).then_some((depth, point))
+}
+
+/// Puts the tabletop behind the depth image of an object; `image` becomes the image of both.
+pub(super) fn put_under(object: &DepthCrop, table: &PatchTable, camera: &Intrinsics, image: &mut DepthCrop) {
+    let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
+    (image.left, image.top, image.width, image.height) = (0, 0, camera.width, camera.height);
+    image.depth.clear();
+    image.depth.extend(pixels.map(|(column, row)| {
+        let under = hit(table, camera, column, row).map_or(f32::NAN, |(depth, _)| depth as f32);
+        // The lower of two numbers, and the number beside a NaN.
+        object.at(column, row).min(under)
+    }));
+    *image = image.trimmed();
+}
+
+/// Colours of a tabletop.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct TablePaint {
+    /// Two colours, shares of full brightness: red, green, blue.
+    colours: [[f64; 3]; 2],
+    /// Stripes, checks, or none of them.
+    pattern: Pattern,
+    /// Width of a stripe or a check [m].
+    width: f64,
+    /// Sine and cosine of the pattern's angle on the table.
+    angle: (f64, f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pattern {
+    Plain,
+    Stripes,
+    Checks,
+}
+
+impl Default for TablePaint {
+    /// Plain, the colour of light wood.
+    fn default() -> Self {
+        Self { colours: [[0.62, 0.51, 0.39]; 2], pattern: Pattern::Plain, width: 1.0, angle: (0.0, 1.0) }
+    }
+}
+
+impl TablePaint {
+    /// Two colours in a pattern at random.
+    pub fn random(stream: &mut Stream) -> Self {
+        let mut colour = || [(); 3].map(|()| stream.uniform(0.1, 0.95));
+        let colours = [colour(), colour()];
+        let pattern = match stream.uniform(0.0, 3.0) {
+            kind if kind < 1.0 => Pattern::Plain,
+            kind if kind < 2.0 => Pattern::Stripes,
+            _ => Pattern::Checks,
+        };
+        let width = stream.uniform(0.01, 0.12);
+        Self { colours, pattern, width, angle: libm::sincos(stream.uniform(0.0, std::f64::consts::PI)) }
+    }
+
+    fn at(&self, point: &Point3<f64>) -> [f64; 3] {
+        let (sin, cos) = self.angle;
+        let across = ((cos * point.x + sin * point.y) / self.width).floor();
+        let along = ((cos * point.y - sin * point.x) / self.width).floor();
+        let odd = match self.pattern {
+            Pattern::Plain => false,
+            Pattern::Stripes => across.rem_euclid(2.0) != 0.0,
+            Pattern::Checks => (across + along).rem_euclid(2.0) != 0.0,
+        };
+        self.colours[usize::from(odd)]
+    }
+}
+
+/// What throws a shadow on the table.
+pub(super) struct ShadowCaster {
+    tree: TriangleTree,
+    /// A ball around the object, in `Object` [m].
+    middle: Point3<f64>,
+    radius: f64,
+    level: SimdLevel,
+}
+
+impl ShadowCaster {
+    /// An object of this mesh.
+    pub fn new(mesh: &TriMesh, level: SimdLevel) -> Self {
+        let points = || mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from)));
+        let low = points().fold(Point3::from([f64::INFINITY; 3]), |low, point| low.inf(&point));
+        let high = points().fold(Point3::from([f64::NEG_INFINITY; 3]), |high, point| high.sup(&point));
+        let middle = nalgebra::center(&low, &high);
+        let radius = points().map(|point| (point - middle).norm()).fold(0.0, f64::max);
+        Self { tree: TriangleTree::new(mesh), middle, radius, level }
+    }
+
+    /// Whether the object stands between a point and a light, in `Object`.
+    fn blocks(&self, point: &Point3<f64>, to_light: &Unit<Vector3<f64>>) -> bool {
+        let to_middle = self.middle - point;
+        let along = to_middle.dot(to_light);
+        let aside = to_middle.norm_squared() - along * along;
+        // What passes by the ball passes by the object.
+        aside <= self.radius * self.radius
+            && along >= -self.radius
+            && self.tree.blocks(self.level, &Ray::new(point, to_light), along + self.radius)
+    }
+}
+
+/// Colour of what is behind the object in a pixel: the tabletop, lit as the object is and with its shadow, else the background.
+pub(super) fn colour_behind(
+    table: &PatchTable,
+    camera: &Intrinsics,
+    object_from_table: &Pose<Object, World>,
+    (appearance, paint): (&Appearance, &TablePaint),
+    shadow: &ShadowCaster,
+    [column, row]: [u32; 2],
+) -> [u8; 3] {
+    let Some((_, point)) = hit(table, camera, column, row) else { return appearance.background };
+    let normal = object_from_table.rotation() * Vector3::z();
+    let in_object = object_from_table.point(&point);
+    let axis = table.camera_from_table.rotation().inverse() * Vector3::z();
+    let mut light = [0, 1, 2].map(|channel| {
+        f64::from(appearance.ambient[channel]) + f64::from(appearance.headlight[channel]) * (-axis.z).max(0.0)
+    });
+    for lamp in &appearance.lights {
+        let to_light = -lamp.direction;
+        let level = to_light.dot(&normal);
+        if level > 0.0 && !shadow.blocks(&in_object, &to_light) {
+            light.iter_mut().zip(lamp.colour).for_each(|(light, colour)| *light += level * f64::from(colour));
+        }
+    }
+    let paint = paint.at(&point);
+    std::array::from_fn(|channel| (255.0 * paint[channel] * light[channel]).round().clamp(0.0, 255.0) as u8)
+}
