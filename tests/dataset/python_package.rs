@@ -104,6 +104,7 @@ static DATA: LazyLock<Workspace> = LazyLock::new(|| {
     set.set([
         "grasps:physics={ perturbed = 1, series_share = 0.3 }",
         "patches:images={ full = true, heatmaps = true }",
+        "patches:patches.label=trial",
     ])
     .succeed();
     make_map(&workspace, "axes", "roll = 2\npitch = 4\nyaw = 4\n");

@@ -40,8 +40,10 @@ static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
          [annealing]\nsteps = 1500\n[keep]\nspace = \"force\"\nmin_epsilon = 0.0\n\
          [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
     );
-    let patches =
-        format!("product = \"patches\"\nseed = 5\n{hand}[grasps]\ndataset = \"grasps\"\n[shards]\nsamples = 5\n");
+    let patches = format!(
+        "product = \"patches\"\nseed = 5\n{hand}[grasps]\ndataset = \"grasps\"\n[patches]\nlabel = \"epsilon\"\n\
+         [shards]\nsamples = 5\n"
+    );
     workspace.write("patches.toml", patches);
     workspace.make_dataset("grasps", &grasps, &[]);
     workspace.run_job("patches", "depth").args(NO_COLOUR).succeed();
@@ -219,7 +221,10 @@ fn whole_images_hold_the_patches_and_the_grasps_from_about_one_side() {
     let more = [&NO_COLOUR[..], &["--set", "images.full=true", "--set", "images.heatmaps=true"]].concat();
     let first = run("patches", "images", &[&more[..], &["--threads", "1"]].concat());
     assert_eq!(run("patches", "images-two", &[&more[..], &["--threads", "2"]].concat()), first, "every file");
-    assert_eq!(first.topics, ["/patches/patch", "/patches/image", "/patches/heatmap"]);
+    assert_eq!(
+        first.topics,
+        ["/patches/patch", "/patches/image", "/patches/heatmap", "/patches/visibility", "/patches/metric"]
+    );
     assert_intact(WORKSPACE.path("images"), FULL_CHECK);
     let (reader, plain) = (open("images"), open("depth"));
     let all = read_patches(&reader);
@@ -373,7 +378,7 @@ fn colours_lie_over_depth() {
     let first = run("patches", "colour", &["--threads", "1"]);
     assert_eq!(run("patches", "colour-two", &["--threads", "2"]), first, "every file");
     assert_eq!(first.classes[&NumberClass::Exact], depth.classes[&NumberClass::Exact]);
-    assert_eq!(first.class_topics[&NumberClass::Colour], ["/patches/colour"]);
+    assert_eq!(first.class_topics[&NumberClass::Colour], ["/patches/colour", "/patches/metric_colour"]);
     assert!(first.platform.contains_key("gl_renderer") && depth.platform.is_empty());
     assert_intact(WORKSPACE.path("colour"), FULL_CHECK);
     let random = run("patches", "random", &["--set", "render.randomise=true"]);
@@ -410,7 +415,10 @@ fn whole_images_in_colour_hold_the_patches() {
     run("patches", "colour-alone", &[]);
     let full = run("patches", "colour-images", &["--set", "images.full=true", "--threads", "1"]);
     assert_eq!(run("patches", "colour-images-two", &["--set", "images.full=true", "--threads", "2"]), full);
-    assert_eq!(full.class_topics[&NumberClass::Colour], ["/patches/colour", "/patches/image_colour"]);
+    assert_eq!(
+        full.class_topics[&NumberClass::Colour],
+        ["/patches/colour", "/patches/image_colour", "/patches/metric_colour"]
+    );
     assert_intact(WORKSPACE.path("colour-images"), FULL_CHECK);
     let (reader, plain) = (open("colour-images"), open("colour-alone"));
     let (mut apart, mut pixels, mut bytes) = (0, 0, 0);

@@ -52,7 +52,7 @@ pub fn small_jobs(folder: &Path) -> [(&'static str, String); 4] {
          [annealing]\nsteps = 1500\n[keep]\nspace = \"force\"\n[physics]\n{NO_SPLIT}"
     );
     let patches = format!(
-        "product = \"patches\"\n{hand}[grasps]\ndataset = {:?}\n[patches]\nside = 4\n[images]\n\
+        "product = \"patches\"\n{hand}[grasps]\ndataset = {:?}\n[patches]\nside = 4\nlabel = \"epsilon\"\n[images]\n\
          full = true\nheatmaps = true\n[render]\ncolour = false\n",
         folder.join("grasps")
     );

@@ -10,11 +10,12 @@ use graspmill::{
     factory::{
         job::{Job, JobDraft},
         plan::Plan,
-        products::patches::{PatchJob, PatchLabel},
+        products::patches::{GraspTrialEnd, PatchJob, PatchLabel},
     },
     form::FormErrors,
     format::{
-        Channel, Grasp, GraspMethod, GraspRun, HandNames, Product, RunStretch, WRENCH,
+        Channel, Grasp, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandNames, Product, RunStretch,
+        TrialMethod, TrialOutcome, TrialVerdict, TriedStates, WRENCH,
         dataset::{DatasetHeader, Manifest, RunMark, ShardHeader, ShardWriter, begin_run, finish_dataset},
         products::grasps::SHAPES,
     },
@@ -39,6 +40,8 @@ struct MadeUpGrasps {
     energy: f64,
     first_split: Split,
     with_types: bool,
+    /// Verdict of the trials of all states; `None` without trials.
+    trials: Option<TrialVerdict>,
     hand: ObjectId,
 }
 
@@ -56,7 +59,13 @@ const RUNS: u32 = 5;
 
 impl MadeUpGrasps {
     fn new() -> Self {
-        Self { energy: 1.0, first_split: Split::Training, with_types: true, hand: hand() }
+        Self {
+            energy: 1.0,
+            first_split: Split::Training,
+            with_types: true,
+            trials: Some(TrialVerdict::Held),
+            hand: hand(),
+        }
     }
 
     fn grasp(&self, verdict: GraspVerdict, kind: Option<u32>) -> Grasp {
@@ -131,6 +140,55 @@ impl MadeUpGrasps {
         }
     }
 
+    /// Trials of all states of a run.
+    fn trials(&self, run: &GraspRun, verdict: TrialVerdict) -> GraspTrials {
+        let outcome = TrialOutcome {
+            verdict,
+            time: 1.0,
+            closing_time: 0.5,
+            closed_at_rest: true,
+            penetration: [0.0; 3],
+            farthest: 0.0,
+            slips: Vec::new(),
+            force: 1.0,
+            links: 2,
+            opened_by: 0.0,
+            drawn_back: 0.0,
+            warnings: 0,
+        };
+        let trial = |grasp: usize| GraspTrial {
+            grasp: grasp as u32,
+            outcome: outcome.clone(),
+            closed: None,
+            perturbed: Vec::new(),
+            roll_outs: [0; 2],
+            variants: Vec::new(),
+            table: None,
+            confirmed: Vec::new(),
+        };
+        GraspTrials {
+            sample: run.sample,
+            hand: run.hand.name.clone(),
+            links: run.hand.links.clone(),
+            joints: 1,
+            method: TrialMethod {
+                friction: 0.5,
+                torsion: 0.0,
+                mass: 0.1,
+                mass_from: "hull".to_owned(),
+                mass_source: String::new(),
+                gravity: "lifted".to_owned(),
+                spreads: [0.0; 4],
+                tried: TriedStates::Closed,
+                variants: Vec::new(),
+                table_friction: None,
+                confirm_held: Vec::new(),
+                confirm_failed: Vec::new(),
+            },
+            trials: (0..run.grasps.len()).map(trial).collect(),
+        }
+    }
+
     fn write(&self, folder: &Path) {
         let job = JobDigest(Digest::of(b"made-up grasps"));
         let samples = u64::from(3 * RUNS);
@@ -142,7 +200,7 @@ impl MadeUpGrasps {
             shard: ShardId(0),
             shards: 1,
             samples: 0..samples,
-            channels: vec![Channel::GRASP_RUN],
+            channels: [Channel::GRASP_RUN].into_iter().chain(self.trials.map(|_| Channel::GRASP_TRIALS)).collect(),
         };
         let mut writer = ShardWriter::create(&folder.join("shards"), &header).expect("a shard");
         let all = (1..=3).flat_map(|object| (0..RUNS).map(move |run| (object, run)));
@@ -150,7 +208,15 @@ impl MadeUpGrasps {
             let (run, mut payload) = (self.run(object, run), Vec::new());
             run.encode(&mut payload);
             writer.write(index, &run.sample, Channel::GRASP_RUN, &payload).expect("written");
-            writer.keep(index, &run.sample, run.facts()).expect("kept");
+            let mut facts = run.facts();
+            if let Some(verdict) = self.trials {
+                let trials = self.trials(&run, verdict);
+                payload.clear();
+                trials.encode(&mut payload);
+                writer.write(index, &run.sample, Channel::GRASP_TRIALS, &payload).expect("written");
+                facts.trials = trials.facts();
+            }
+            writer.keep(index, &run.sample, facts).expect("kept");
         }
         writer.finish().expect("a shard");
         // Nothing that is tested here reads shapes.
@@ -169,7 +235,7 @@ impl MadeUpGrasps {
             job,
             job_text: "seed = 1\n".to_owned(),
             class: NumberClass::Exact,
-            channel_classes: Default::default(),
+            channel_classes: self.trials.map(|_| (Channel::GRASP_TRIALS, NumberClass::Physics)).into_iter().collect(),
             platform: Default::default(),
             assets: (1..=3).map(asset).collect(),
             subjects: Vec::new(),
@@ -225,10 +291,13 @@ fn mistakes(overrides: &[&str]) -> String {
 #[test]
 fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     let standard = job(&["grasps.types=2"]);
-    assert_eq!((standard.product(), items(&standard)), (Product::PATCHES, vec![3, 0, 2]));
+    // All that was tried: a state of the first object that is not kept lies before a kept one in a run, another in the other.
+    assert_eq!((standard.product(), items(&standard)), (Product::PATCHES, vec![5, 0, 2]));
     assert_eq!(standard.shard_samples, 200);
     let settings = &work(&standard).settings;
-    assert_eq!((settings.side, settings.label, settings.distance), (72, PatchLabel::Epsilon, 2.0));
+    assert_eq!((settings.side, settings.label, settings.distance), (72, PatchLabel::Trial, 1.0));
+    assert_eq!((settings.metric, settings.visibility, settings.table), (Some(0.12), true, false));
+    assert!(work(&standard).grasps.objects[0].grasps.iter().all(|grasp| settings.label_of(grasp) == -1.0));
     assert_eq!((settings.camera.width, settings.camera.height, settings.camera.near), (640, 480, 0.1));
     // The camera of the completion jobs.
     assert!((settings.camera.fx - 554.382_712_8).abs() < 1e-6 && settings.camera.fx == settings.camera.fy);
@@ -236,9 +305,12 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     assert!(settings.colour.is_some_and(|colour| !colour.randomise));
     assert_eq!(work(&standard).grasps.types.chosen, [12, 40]);
     let plan = Plan::new(&standard.work.subjects(), standard.shard_samples);
-    assert_eq!((plan.samples, plan.shards.len(), plan.units().count()), (5, 1, 2));
+    assert_eq!((plan.samples, plan.shards.len(), plan.units().count()), (7, 1, 2));
     let thesis = job(&["profile=thesis"]);
     assert_eq!(work(&thesis).settings.label, PatchLabel::Energy);
+    let quirks = &work(&thesis).settings;
+    assert_eq!((quirks.metric, quirks.visibility, quirks.table, quirks.distance), (None, false, false, 2.0));
+    assert_eq!(items(&job(&["profile=thesis", "grasps.types=2"])), [3, 0, 2], "the kept ones");
     // Without quirks the points are where the images show them.
     assert_eq!((settings.point_focal_length, settings.image, settings.heatmap_angle), (None, false, None));
     assert_eq!(work(&thesis).settings.point_focal_length, Some(589.366_454));
@@ -247,7 +319,7 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
 
 #[test]
 fn the_tables_are_those_of_the_grasps() {
-    let job = job(&["grasps.types=2", "render.colour=false"]);
+    let job = job(&["grasps.types=2", "render.colour=false", "patches.label=epsilon"]);
     let header = tables(&job);
     assert_eq!((header.class, header.channel_classes.len(), header.platform.len()), (NumberClass::Exact, 0, 0));
     assert_eq!((header.assets.len(), header.hands.len()), (3, 1));
@@ -276,6 +348,10 @@ fn what_names_a_job_is_what_its_samples_depend_on() {
         "grasps.types=2",
         "patches.side=64",
         "patches.label=energy",
+        "patches.visibility=false",
+        "patches.metric=false",
+        "patches.size=0.1",
+        "scene.table=true",
         "render.colour=false",
         "images.full=true",
         "images.heatmaps=true",
@@ -291,6 +367,63 @@ fn what_names_a_job_is_what_its_samples_depend_on() {
     assert!(resolved.contains("dataset = ") && resolved.contains(&root.hex()), "{resolved}");
     let again = read(&resolved, &[]).and_then(|draft| draft.resolve(Vec::new()));
     assert_eq!(again.unwrap_or_else(|errors| panic!("{}", errors.render())).digest(), first.digest());
+}
+
+/// Nothing that came after it enters the name of a job that does without: datasets of the profile `thesis` keep their bytes.
+#[test]
+fn a_job_of_the_thesis_is_named_as_ever() {
+    let job = job(&["profile=thesis"]);
+    let keys = job.work.sample_keys();
+    let names =
+        |section: &str| keys[section].as_table().expect("a section").keys().map(String::as_str).collect::<Vec<_>>();
+    assert_eq!(keys.keys().collect::<Vec<_>>(), ["camera", "grasps", "hand", "images", "patches", "render"]);
+    assert_eq!(names("grasps"), ["root", "types"]);
+    assert_eq!(names("patches"), ["label", "side", "tips"]);
+    assert_eq!(tables(&job).channel_classes.keys().copied().collect::<Vec<_>>(), [Channel::PATCH_COLOUR]);
+    // What is written says all of it.
+    let written = job.to_toml(Path::new("jobs"));
+    assert!(written.contains("metric = false") && written.contains("table = false"), "{written}");
+}
+
+#[test]
+fn labels_by_trials_are_those_of_the_trials_that_the_job_pins() {
+    let first = job(&[]);
+    let root = |grasps: &Path| Manifest::read(grasps).expect("a dataset").classes[&NumberClass::Physics];
+    let trials = root(made_up_grasps());
+    assert_eq!(work(&first).grasps.trials, Some(trials));
+    assert!(first.to_toml(Path::new("jobs")).contains(&format!("trials_root = \"{}\"", trials.hex())));
+    assert_eq!(job(&[&format!("grasps.trials_root=\"{}\"", trials.hex())]).digest(), first.digest());
+    // The same grasps with other trials are other labels; without labels by trials the same job.
+    let elsewhere = |trials: Option<TrialVerdict>| {
+        let workspace = Workspace::new();
+        MadeUpGrasps { trials, ..MadeUpGrasps::new() }.write(workspace.folder());
+        workspace
+    };
+    let lost = elsewhere(Some(TrialVerdict::LostShaking));
+    let pinned = format!("grasps.trials_root=\"{}\"", trials.hex());
+    let said = read(&text(lost.folder()), &[&pinned]).expect_err("other trials").render();
+    assert!(said.contains("grasps.trials_root") && said.contains(&root(lost.folder()).short()), "{said}");
+    let by_epsilon = ["patches.label=epsilon"];
+    assert_eq!(job_of(lost.folder(), &by_epsilon).digest(), job(&by_epsilon).digest());
+    assert_eq!(work(&job(&by_epsilon)).grasps.trials, None);
+    // None held: there is no type to choose.
+    let said = read(&text(lost.folder()), &[]).expect_err("no grasp that held").render();
+    assert!(said.contains("at least one grasp that held and has a type"), "{said}");
+    let untried = elsewhere(None);
+    let said = read(&text(untried.folder()), &[]).expect_err("no trials").render();
+    assert!(said.contains("patches.label") && said.contains("[physics]"), "{said}");
+    assert!(read(&text(untried.folder()), &by_epsilon).is_ok());
+    let settings = &work(&first).settings;
+    let mut grasp = work(&first).grasps.objects[0].grasps[0].clone();
+    for (outcome, label) in [
+        (GraspLabel::Held, -1.0),
+        (GraspLabel::Failed, 1.0),
+        (GraspLabel::Borderline, 0.0),
+        (GraspLabel::Untested, 0.0),
+    ] {
+        grasp.trial = grasp.trial.map(|trial| GraspTrialEnd { outcome, ..trial });
+        assert_eq!(settings.label_of(&grasp), label);
+    }
 }
 
 #[test]
@@ -321,7 +454,10 @@ fn mistakes_are_told_with_their_places() {
         read(&text(workspace.folder()), &[]).expect_err("a mistake").render()
     };
     let untyped = said(MadeUpGrasps { with_types: false, ..MadeUpGrasps::new() });
-    assert!(untyped.contains("kept grasp that has a type"), "{untyped}");
+    assert!(
+        untyped.contains("grasp that held and has a type") && untyped.contains("tried grasps without"),
+        "{untyped}"
+    );
     let stranger = said(MadeUpGrasps { hand: ObjectId(Digest([1; 32])), ..MadeUpGrasps::new() });
     assert!(stranger.contains("hand of the grasps"), "{stranger}");
 }

@@ -4,6 +4,8 @@ mod check;
 mod colour_image;
 mod facts;
 mod heatmap;
+#[cfg(test)]
+mod mark_tests;
 mod metric;
 mod patch;
 #[cfg(test)]

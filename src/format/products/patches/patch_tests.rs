@@ -80,7 +80,7 @@ proptest! {
         }
         let checked = (checks_of(Product::PATCHES).samples)().check(Channel::PATCH, &bytes).expect("a record");
         let facts = Facts::from(patch.facts());
-        prop_assert_eq!(checked.facts, facts.values().iter().copied().enumerate().collect::<Vec<_>>());
+        prop_assert_eq!(checked.facts, facts.values().iter().copied().enumerate().take(4).collect::<Vec<_>>());
     }
 
     #[test]
