@@ -269,6 +269,15 @@ def test_the_table_of_patches_holds_the_patches(data: Path) -> None:
         camera = sample.camera
         for name in ("width", "height", "fx", "fy", "cx", "cy"):
             assert row[name] == getattr(camera, name)
+        for name in ("outcome", "trial", "verdict"):
+            assert row[name] == sample.trial[name]
+        assert row["trials"] == bytes(sample.trial["trials"]).hex()
+        assert row["visible"] == sample.visible.tolist()
+        assert np.array_equal(row["surfaces"], sample.surfaces.astype(float), equal_nan=True)
+        square = np.frombuffer(row["metric_depth"], "<f4").reshape(4, side, side)
+        assert np.array_equal(square, sample.metric_depth, equal_nan=True) and row["size"] == 0.12
+        assert row["windows"] == sample.windows[:, 2].tolist()
+        assert row["metric_corners"] == sample.windows[:, :2].reshape(-1).tolist()
 
 
 @pytest.mark.parametrize("name", ["axes", "sphere"])

@@ -36,6 +36,13 @@ static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
          [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
     );
     workspace.make_dataset("grasps", &grasps, &[]);
+    let lying = format!(
+        "product = \"grasps\"\nseed = 5\n{hand}\
+         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 4\n\
+         sampler = \"antipodal\"\n[antipodal]\nsupport = \"table\"\n[physics]\nvariant_share = 0.0\n\
+         [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
+    );
+    workspace.make_dataset("lying", &lying, &[]);
     workspace.write(
         "patches.toml",
         format!(
@@ -48,8 +55,9 @@ static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
     workspace
 });
 
-/// Enough types that some grasps of theirs failed.
-const ON_TABLE: [&str; 3] = ["render.colour=false", "scene.table=true", "grasps.types=64"];
+/// Grasps that were sampled for a table, and enough types that some of them failed.
+const LYING: [&str; 3] = ["grasps.dataset=lying", "scene.table=true", "grasps.types=64"];
+const ON_TABLE: [&str; 4] = ["render.colour=false", LYING[0], LYING[1], LYING[2]];
 
 fn run(out: &str, settings: &[&str], threads: &str) -> Manifest {
     WORKSPACE.run_job("patches", out).set(settings).args(["--threads", threads]).succeed();
@@ -65,12 +73,12 @@ fn samples(reader: &DatasetReader) -> Vec<Sample> {
 }
 
 /// Runs and trials of the dataset of grasps.
-fn read_trials() -> BTreeMap<SampleId, (GraspRun, GraspTrials)> {
+fn read_trials(grasps: &str) -> BTreeMap<SampleId, (GraspRun, GraspTrials)> {
     let read = |sample: Sample| {
         let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
         (run.sample, (run, trials.expect("trials")))
     };
-    samples(&open("grasps")).into_iter().map(read).collect()
+    samples(&open(grasps)).into_iter().map(read).collect()
 }
 
 fn read_meshes() -> BTreeMap<ObjectId, TriMesh> {
@@ -81,7 +89,7 @@ fn read_meshes() -> BTreeMap<ObjectId, TriMesh> {
 
 #[test]
 fn tried_grasps_are_samples_with_the_label_of_their_trials() {
-    let (reader, grasps, runs) = (open("depth"), open("grasps"), read_trials());
+    let (reader, grasps, runs) = (open("depth"), open("grasps"), read_trials("grasps"));
     let (mut tried, mut held, mut without) = (BTreeMap::new(), BTreeMap::new(), 0);
     for (run, trials) in runs.values() {
         for trial in &trials.trials {
@@ -192,8 +200,8 @@ fn squares_in_metres_are_cut_from_the_image() {
 
 #[test]
 fn objects_stand_on_the_table_that_their_grasp_allows() {
-    let (reader, runs, meshes) = (open("table"), read_trials(), read_meshes());
-    let resting: BTreeMap<ObjectId, _> = (open("grasps").assets().expect("assets").objects.iter())
+    let (reader, runs, meshes) = (open("table"), read_trials("lying"), read_meshes());
+    let resting: BTreeMap<ObjectId, _> = (open("lying").assets().expect("assets").objects.iter())
         .map(|row| (row.object, row.resting().expect("poses").expect("poses").poses))
         .collect();
     let mut rasteriser = Rasteriser::new(SimdLevel::detect());
@@ -207,7 +215,7 @@ fn objects_stand_on_the_table_that_their_grasp_allows() {
         assert_eq!(table.resting_pose as usize, pose);
         let table_from_object = table.camera_from_table.inverse() * patch.camera_from_object;
         let resting = &resting[&patch.sample.subject][pose].world_from_object;
-        let apart = table_from_object.to_rows().iter().zip(resting.to_rows()).map(|(a, b)| (a - b).abs());
+        let apart = table_from_object.to_rows().into_iter().zip(resting.to_rows()).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f64::max) < 1e-12);
         // The camera looks along the approach; the table's normal is up in the image.
         let axis = patch.camera_from_object.rotation() * patch.object_from_approach.rotation() * Vector3::z();
@@ -242,7 +250,13 @@ fn objects_stand_on_the_table_that_their_grasp_allows() {
     println!("objects {lowest:.1e} m from their tables, tabletops {worst:.1e} m off; labels {outcomes:?}");
     assert!(lowest < 1e-6 && worst < 1e-6);
     assert!(outcomes.contains(&GraspLabel::Held) && outcomes.contains(&GraspLabel::Failed), "{outcomes:?}");
-    // What no table allows is rejected.
+    assert_intact(WORKSPACE.path("table"), FULL_CHECK);
+}
+
+#[test]
+fn grasps_that_no_table_allows_are_rejected() {
+    run("upright", &["render.colour=false", "scene.table=true", "grasps.types=64", "patches.label=epsilon"], "2");
+    let (reader, grasps) = (open("upright"), open("grasps"));
     let mut rejected = 0;
     for shard in 0..reader.manifest().shards.len() {
         for row in reader.ledger(shard).expect("a ledger").rows {
@@ -254,19 +268,22 @@ fn objects_stand_on_the_table_that_their_grasp_allows() {
             }
         }
     }
-    assert!(rejected > 0, "{:?}", reader.manifest().counts);
-    assert_intact(WORKSPACE.path("table"), FULL_CHECK);
+    assert!(rejected > 0 && reader.manifest().counts.kept > 0, "{:?}", reader.manifest().counts);
+    // Types are those of kept grasps that a table allows.
+    let runs = samples(&grasps).into_iter().map(|sample| sample.grasp_run().expect("a run"));
+    let upright: usize = runs.map(|run| run.kept().filter(|grasp| grasp.likeliest_table().is_some()).count()).sum();
+    assert!(reader.manifest().counts.kept <= upright as u64);
+    assert_intact(WORKSPACE.path("upright"), FULL_CHECK);
 }
 
 #[test]
 fn threads_and_colours_change_no_exact_number() {
     let first = Manifest::read(&WORKSPACE.path("table")).expect("a dataset");
     assert_eq!(run("table-one", &ON_TABLE, "1"), first, "every file");
-    let coloured = ["scene.table=true", "grasps.types=64"];
-    let colour = run("table-colour", &coloured, "2");
+    let colour = run("table-colour", &LYING, "2");
     assert_eq!(colour.classes[&NumberClass::Exact], first.classes[&NumberClass::Exact]);
-    assert_eq!(run("table-colour-one", &coloured, "1"), colour, "every file");
-    let random = run("table-random", &["scene.table=true", "grasps.types=64", "render.randomise=true"], "2");
+    assert_eq!(run("table-colour-one", &LYING, "1"), colour, "every file");
+    let random = run("table-random", &[&LYING[..], &["render.randomise=true"]].concat(), "2");
     assert_eq!(random.classes[&NumberClass::Exact], first.classes[&NumberClass::Exact]);
     assert_ne!(random.classes[&NumberClass::Colour], colour.classes[&NumberClass::Colour]);
 }
@@ -274,7 +291,7 @@ fn threads_and_colours_change_no_exact_number() {
 /// Two lights from far away on a plain table: a pixel of it has one of four colours, and somewhere the object's shadow lies.
 #[test]
 fn objects_throw_shadows_on_their_table() {
-    run("shadows", &["scene.table=true"], "2");
+    run("shadows", &[LYING[0], LYING[1]], "2");
     let mut shaded = 0;
     for sample in samples(&open("shadows")) {
         let patch = sample.heatmap_patch().expect("a patch");

@@ -72,10 +72,14 @@ fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Opti
         return None;
     }
     if found.types.chosen.is_empty() {
-        let [such, others] =
-            if by_trials { ["grasp that held and", "tried grasps"] } else { ["kept grasp that", "kept grasps"] };
-        let seen = format!("none in {}, {} {others} without a type", dataset.display(), found.types.without);
-        checker.invalid("grasps.dataset", format!("at least one {such} has a type"), seen);
+        let mut such =
+            if by_trials { "grasp that held and has a type" } else { "kept grasp that has a type" }.to_owned();
+        if spec.scene.table {
+            such += ", and that a table allows";
+        }
+        let others = if by_trials { "tried" } else { "kept" };
+        let seen = format!("none in {}, {} {others} grasps without a type", dataset.display(), found.types.without);
+        checker.invalid("grasps.dataset", format!("at least one {such}"), seen);
         return None;
     }
     Some(found)

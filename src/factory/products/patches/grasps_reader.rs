@@ -89,9 +89,9 @@ pub fn read_grasps(folder: &Path, wanted: WantedGrasps) -> Result<FoundGrasps, I
 struct TypeCensus {
     /// All of them.
     counts: BTreeMap<u32, u64>,
-    /// Those whose types are chosen from: kept, or with trials held.
+    /// Grasps whose types are chosen from: kept, or with trials held, and where the object stands on a table allowed by one.
     good: BTreeMap<u32, u64>,
-    /// Those without a type.
+    /// Number of grasps without a type.
     without: u64,
     /// The space of epsilon that was asked for.
     space: String,
@@ -103,12 +103,14 @@ impl TypeCensus {
         for (number, sample) in reader.iter(Selection::default()).enumerate() {
             let run = CandidateRun::of(&sample?, wanted.by_trials)?;
             for (_, grasp, trial) in run.candidates() {
-                let Some(kind) = kind_of(grasp, table_of(grasp, run.run.sample.subject, tables)) else {
+                let table = table_of(grasp, run.run.sample.subject, tables);
+                let Some(kind) = kind_of(grasp, table) else {
                     census.without += 1;
                     continue;
                 };
                 *census.counts.entry(kind).or_default() += 1;
-                if trial.is_none_or(|trial| trial.label() == GraspLabel::Held) {
+                let stands = table.is_some() || !wanted.on_table;
+                if stands && trial.is_none_or(|trial| trial.label() == GraspLabel::Held) {
                     *census.good.entry(kind).or_default() += 1;
                 }
             }

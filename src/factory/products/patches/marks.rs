@@ -1,4 +1,4 @@
-//! What stands beside the patches of a grasp: its trials, which points are hidden, and patches of one size in metres.
+//! Marks beside the patches of a grasp: its trials, which points are hidden, and patches of one size in metres.
 
 use super::{
     settings::{ChosenGrasp, GraspTable, PatchSettings},

@@ -85,7 +85,7 @@ pub struct ChosenGrasp {
     pub epsilon: f64,
     /// Verdict of the analytic criteria.
     pub verdict: GraspVerdict,
-    /// Its trials, where labels are those of trials.
+    /// Outcome of the trials, where labels are those of trials.
     pub trial: Option<GraspTrialEnd>,
     /// The resting pose of the object on a table that the grasp allows, where the job asks for a table and there is such a pose.
     pub table: Option<GraspTable>,
@@ -100,7 +100,7 @@ pub struct GraspTable {
     pub world_from_object: Pose<World, Object>,
 }
 
-/// What came of the trials of a grasp.
+/// Outcome of the trials of a grasp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GraspTrialEnd {
     /// Label that all of them make together.

@@ -25,7 +25,7 @@ pub struct PatchesSpec {
     /// The camera. It points along the approach at the centre of the object's box; up is the object's z axis (on a table the
     /// table's normal), or its x axis where the approach is within 5 degrees of that.
     pub camera: PatchCameraSpec,
-    /// What the camera sees beside the object.
+    /// Surroundings of the object.
     pub scene: PatchSceneSpec,
     /// The images.
     pub render: RenderSpec,
@@ -56,7 +56,8 @@ pub struct GraspsSourceSpec {
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub trials_root: Option<String>,
     /// Number of grasp types: the most common ones among the kept grasps of the whole dataset, with `label = "trial"` among
-    /// those that held, the lower type first where two are as common. Grasps of other types are left out.
+    /// those that held, on a table among those that one allows, the lower type first where two are as common. Grasps of other
+    /// types are left out.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "types"))]
     pub types: u32,
 }
@@ -108,7 +109,7 @@ pub struct PatchCameraSpec {
     pub point_focal_length: Option<f64>,
 }
 
-/// What the camera sees beside the object.
+/// Surroundings of the object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatchSceneSpec {

@@ -87,7 +87,7 @@ impl TablePaint {
     }
 }
 
-/// What throws a shadow on the table.
+/// An object that throws a shadow on the table.
 pub(super) struct ShadowCaster {
     tree: TriangleTree,
     /// A ball around the object, in `Object` [m].

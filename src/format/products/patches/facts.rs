@@ -15,7 +15,7 @@ pub struct PatchFacts {
     pub epsilon: f64,
     /// Label that the trials of the grasp make; `None` where labels are not those of trials.
     pub outcome: Option<GraspLabel>,
-    /// Its points that the depth image does not hide; 0 where none are marked.
+    /// Number of points of the grasp that the depth image does not hide; 0 where none are marked.
     pub visible: u32,
 }
 

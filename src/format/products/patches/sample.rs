@@ -48,7 +48,7 @@ impl Sample {
         self.decoded(Channel::PATCH_HEATMAP, PatchHeatmap::decode)
     }
 
-    /// What the trials of the grasp say of its labels; `None` when not stored.
+    /// Trials of the grasp, and the labels that they make known; `None` when not stored.
     ///
     /// # Errors
     /// When the payload is no valid record.

@@ -1,4 +1,4 @@
-//! What the trials of a grasp say of the labels of its patches.
+//! Trials of the grasp of some patches, and the labels that they make known.
 
 use prost::Message;
 
