@@ -22,10 +22,10 @@ pub use colour_image::PatchImageColour;
 pub use facts::PatchFacts;
 pub use heatmap::{HeatmapPoint, PatchHeatmap};
 pub use metric::{PatchMetric, window_pixel, window_side};
-pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint};
+pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint, TRIAL_LABEL};
 pub use row::{FORMAT, TYPES};
 pub use table::PatchTable;
-pub use trial::{PatchTrial, TRIAL_LABEL, trial_value};
+pub use trial::{PatchTrial, trial_value};
 pub use types_file::{read_types, write_types};
 pub use visibility::{PatchVisibility, VISIBLE_TOLERANCE, is_visible};
 

@@ -2,7 +2,7 @@
 
 use prost::Message;
 
-use super::{PatchFacts, trial::TRIAL_LABEL};
+use super::PatchFacts;
 use crate::codec::{
     Depth, RecordError,
     fields::{broken, intrinsics, lengthy, named, pose, ranged},
@@ -22,6 +22,8 @@ const COLOUR: &str = "PatchColour";
 pub const PATCH_POINTS: usize = 4;
 /// Common names of these points.
 pub const POINT_NAMES: [&str; PATCH_POINTS] = ["palm", "F0", "F1", "F2"];
+/// The word in [`HeatmapPatch::label`] of labels that are those of trials.
+pub const TRIAL_LABEL: &str = "trial";
 /// Values that a label may be: -epsilon, the energy, or what trials say.
 const LABELS: [&str; 3] = ["epsilon", "energy", TRIAL_LABEL];
 

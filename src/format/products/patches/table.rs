@@ -53,7 +53,13 @@ impl PatchTable {
                     .map(|pixel| f64::from(pixel) + 0.5);
                 let sight = patch.camera.unproject(u, v, 1.0);
                 let behind = self.depth_along(&sight.coords).map_or(0.0, |table| f64::from(*depth) - table);
-                ranged(MESSAGE, "camera_from_table", behind, !(behind > BEHIND), "before all that is seen behind it")?;
+                ranged(
+                    MESSAGE,
+                    "camera_from_table",
+                    behind,
+                    behind.is_nan() || behind <= BEHIND,
+                    "before all that is seen behind it",
+                )?;
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use prost::Message;
 
-use super::{HeatmapPatch, PATCH_POINTS};
+use super::{HeatmapPatch, PATCH_POINTS, TRIAL_LABEL};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, named, ranged},
@@ -15,9 +15,6 @@ use kernel::{
 };
 
 const MESSAGE: &str = "PatchTrial";
-
-/// The word in [`HeatmapPatch::label`] of labels that are those of trials.
-pub const TRIAL_LABEL: &str = "trial";
 
 /// Trial of the grasp of some patches, and which numbers of their labels it makes known.
 #[derive(Clone, Debug, PartialEq, Eq)]
