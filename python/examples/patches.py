@@ -33,6 +33,9 @@ if samples[0].has("trial"):
 if samples[0].has("visibility"):
     print(f"{np.mean([sample.visible for sample in samples]):.0%} of the points are visible")
 if samples[0].has("heatmap"):
-    heatmap = samples[0].heatmap.image()  # (4 types, height, width), NaN where no grasp is known
-    channel, row, column = np.unravel_index(np.nanargmin(heatmap), heatmap.shape)
-    print(f"of its view the best place for point {channel % 4} of a grasp is pixel ({column}, {row})")
+    # (4 types, height, width), NaN where no label is known: in views of grasps that trials leave open, perhaps everywhere.
+    heatmaps = (sample.heatmap.image() for sample in samples)
+    heatmap = next((heatmap for heatmap in heatmaps if not np.isnan(heatmap).all()), None)
+    if heatmap is not None:
+        channel, row, column = np.unravel_index(np.nanargmin(heatmap), heatmap.shape)
+        print(f"in a view the best place for point {channel % 4} of a grasp is pixel ({column}, {row})")
