@@ -19,7 +19,7 @@ use graspmill::{
         dataset::{DatasetHeader, Manifest, RunMark, ShardHeader, ShardWriter, begin_run, finish_dataset},
         products::grasps::SHAPES,
     },
-    geom::Pose,
+    geom::{Object, Pose, World},
     ids::{Digest, ItemId, JobDigest, ObjectId, SampleId, SampleIndex, ShardId},
     tables::ParquetIndex,
     words::{GraspVerdict, NumberClass, ObjectSplit, STRETCHES, Split, SplitTable},
@@ -91,7 +91,7 @@ impl MadeUpGrasps {
             kind: kind.filter(|_| self.with_types),
             width: None,
             verdict,
-            clearances: Vec::new(),
+            clearances: vec![[0.1, 0.1]],
         }
     }
 
@@ -136,7 +136,7 @@ impl MadeUpGrasps {
                 stand_off: 0.1,
             },
             grasps,
-            resting_poses: 0,
+            resting_poses: 1,
         }
     }
 
@@ -228,7 +228,13 @@ impl MadeUpGrasps {
             holdout_items: if split == Split::Training { vec![4] } else { Vec::new() },
             subset: None,
         };
-        let asset = |object: u8| serde_json::json!({ "object": ObjectId(Digest([object; 32])), "name": format!("object {object}") });
+        let upright = serde_json::json!({
+            "world_from_object": Pose::<World, Object>::identity().to_rows(), "probability": 0.5, "height": 0.1
+        });
+        let asset = |object: u8| {
+            let (id, name) = (ObjectId(Digest([object; 32])), format!("object {object}"));
+            serde_json::json!({ "object": id, "name": name, "resting": [upright.clone()], "resting_left_out": 0 })
+        };
         let header = DatasetHeader {
             product: Product::GRASPS,
             generator: "graspmill test".to_owned(),
@@ -311,6 +317,11 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
     let quirks = &work(&thesis).settings;
     assert_eq!((quirks.metric, quirks.visibility, quirks.table, quirks.distance), (None, false, false, 2.0));
     assert_eq!(items(&job(&["profile=thesis", "grasps.types=2"])), [3, 0, 2], "the kept ones");
+    // On a table the roll is that against the camera over it, here of the second digit, -pi / 2.
+    let on_table = job(&["grasps.types=2", "scene.table=true"]);
+    assert_eq!(work(&on_table).grasps.types.chosen, [12 + 78_125, 40 + 78_125]);
+    assert!(work(&on_table).grasps.objects[0].grasps.iter().all(|grasp| grasp.table.is_some()));
+    assert!(work(&standard).grasps.objects[0].grasps.iter().all(|grasp| grasp.table.is_none()));
     // Without quirks the points are where the images show them.
     assert_eq!((settings.point_focal_length, settings.image, settings.heatmap_angle), (None, false, None));
     assert_eq!(work(&thesis).settings.point_focal_length, Some(589.366_454));
