@@ -165,6 +165,7 @@ impl MadeUpGrasps {
             variants: Vec::new(),
             table: None,
             confirmed: Vec::new(),
+            series: None,
         };
         GraspTrials {
             sample: run.sample,
@@ -184,6 +185,7 @@ impl MadeUpGrasps {
                 table_friction: None,
                 confirm_held: Vec::new(),
                 confirm_failed: Vec::new(),
+                series_interval: None,
             },
             trials: (0..run.grasps.len()).map(trial).collect(),
         }
