@@ -186,6 +186,11 @@ impl TrialWorker {
         if links < 2 {
             return Err(Verdict::LetGo { links });
         }
+        // What holds by contacts without a direction is no hold.
+        if outcome.shaken_penetration > EDGE_RADIUS {
+            let what = Unstable { step: self.hand.steps(), kind: Instability::Depth };
+            return Err(Verdict::Unstable { phase: Phase::Shake, what });
+        }
         Ok(())
     }
 
@@ -362,7 +367,6 @@ impl TrialWorker {
     ) -> Decided<()> {
         let before = self.hand.base_from_object();
         let origin = reference * self.object.centre;
-        let has_edges = self.hand.sim.true_mesh.is_some();
         for step in 0..steps_in(time) {
             self.hand.data.model_opt_mut().gravity = field((f64::from(step) + 0.5) * STEP).into();
             if let Some(table) = self.receding {
@@ -371,11 +375,6 @@ impl TrialWorker {
             }
             self.step(phase)?;
             outcome.shaken_penetration = outcome.shaken_penetration.max(self.depth());
-            // Deeper contacts with a true mesh have no direction: what they hold, press out or let go says nothing of the grasp.
-            if has_edges && outcome.shaken_penetration > EDGE_RADIUS {
-                let what = Unstable { step: self.hand.steps(), kind: Instability::Depth };
-                return Err(Verdict::Unstable { phase, what });
-            }
             let now = self.hand.base_from_object();
             let moved = (now * self.object.centre - origin).norm();
             outcome.farthest = outcome.farthest.max(moved);
