@@ -2,8 +2,9 @@
 
 use graspmill::format::{
     Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape, Occlusion,
-    PatchColour, PatchHeatmap, PatchImageColour, ReachabilityBlock, ReachabilityField, Scene, SceneImage,
-    SceneOverview, TactileContacts, Tsdf, Visibility, VoxelPair, check_record, checks_of,
+    PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
+    ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, TactileContacts, Tsdf, Visibility,
+    VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -45,7 +46,15 @@ pub fn records(input: &[u8]) {
         Channel::GRASP_RUN => again(payload, |bytes| GraspRun::decode(bytes).ok(), GraspRun::encode),
         Channel::GRASP_TRIALS => again(payload, |bytes| GraspTrials::decode(bytes).ok(), GraspTrials::encode),
         Channel::PATCH => again(payload, |bytes| HeatmapPatch::decode(bytes).ok(), HeatmapPatch::encode),
-        Channel::PATCH_COLOUR => again(payload, |bytes| PatchColour::decode(bytes).ok(), PatchColour::encode),
+        Channel::PATCH_COLOUR | Channel::PATCH_METRIC_COLOUR => {
+            again(payload, |bytes| PatchColour::decode(bytes).ok(), PatchColour::encode)
+        }
+        Channel::PATCH_TRIAL => again(payload, |bytes| PatchTrial::decode(bytes).ok(), PatchTrial::encode),
+        Channel::PATCH_VISIBILITY => {
+            again(payload, |bytes| PatchVisibility::decode(bytes).ok(), PatchVisibility::encode)
+        }
+        Channel::PATCH_METRIC => again(payload, |bytes| PatchMetric::decode(bytes).ok(), PatchMetric::encode),
+        Channel::PATCH_TABLE => again(payload, |bytes| PatchTable::decode(bytes).ok(), PatchTable::encode),
         Channel::PATCH_IMAGE_COLOUR => {
             again(payload, |bytes| PatchImageColour::decode(bytes).ok(), PatchImageColour::encode)
         }

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use graspmill::{
     format::{
-        Channel, Facts, GraspFacts, GraspRun, HeatmapPatch, Product, ReachabilityBlock, VoxelPair,
+        Channel, Facts, GraspFacts, GraspRun, HeatmapPatch, PatchFacts, Product, ReachabilityBlock, VoxelPair,
         dataset::{DatasetHeader, DatasetReader, Fate, Selection, ShardHeader, ShardWriter, finish_dataset},
     },
     tables::ParquetIndex,
@@ -119,11 +119,15 @@ fn forge(folder: &Path) -> u64 {
                     let forged = (row.index == target.index && channel == leading).then(|| change(&payload)).flatten();
                     let payload = match forged {
                         Some((bytes, new)) => {
-                            // The facts of trials are stated by another message, which stays.
+                            // The facts of trials and of marks are stated by other messages, which stay.
                             facts = match product {
                                 Product::GRASPS => {
                                     let trials = GraspFacts::from(&facts).trials;
                                     GraspFacts { trials, ..GraspFacts::from(&new) }.into()
+                                }
+                                Product::PATCHES => {
+                                    let PatchFacts { outcome, visible, .. } = PatchFacts::from(&facts);
+                                    PatchFacts { outcome, visible, ..PatchFacts::from(&new) }.into()
                                 }
                                 _ => new,
                             };
