@@ -2,7 +2,10 @@
 
 use prost::Message;
 
-use super::{HeatmapPatch, PATCH_POINTS, visibility::depths};
+use super::{
+    HeatmapPatch, PATCH_POINTS,
+    arrays::{depths, is_same_depth},
+};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, ranged},
@@ -82,8 +85,13 @@ impl PatchMetric {
                     continue;
                 }
                 let seen = patch.depth_of(index)[(y * patch.side + x) as usize];
-                let same = seen.to_bits() == depth.to_bits() || seen.is_nan() && depth.is_nan();
-                ranged(MESSAGE, "depth", f64::from(*depth), same, "that of the patches in pixels")?;
+                ranged(
+                    MESSAGE,
+                    "depth",
+                    f64::from(*depth),
+                    is_same_depth(seen, *depth),
+                    "that of the patches in pixels",
+                )?;
             }
         }
         Ok(())

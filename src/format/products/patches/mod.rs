@@ -1,5 +1,6 @@
 //! Patches: what a camera sees around the palm and the fingertips of grasps, with the labels of heatmaps.
 
+mod arrays;
 mod check;
 mod colour_image;
 mod facts;

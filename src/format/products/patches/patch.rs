@@ -2,7 +2,10 @@
 
 use prost::Message;
 
-use super::PatchFacts;
+use super::{
+    PatchFacts,
+    arrays::{depths, is_same_depth},
+};
 use crate::codec::{
     Depth, RecordError,
     fields::{broken, intrinsics, lengthy, named, pose, ranged},
@@ -121,8 +124,13 @@ impl HeatmapPatch {
         for (index, PatchPoint { corner: [left, top], .. }) in self.points.iter().enumerate() {
             for (k, depth) in (0..).zip(self.depth_of(index)) {
                 let whole = image.crop.at(left + k % self.side, top + k / self.side);
-                let same = whole.to_bits() == depth.to_bits() || whole.is_nan() && depth.is_nan();
-                ranged(IMAGE, "data", f64::from(whole), same, "that of the patch around each point")?;
+                ranged(
+                    IMAGE,
+                    "data",
+                    f64::from(whole),
+                    is_same_depth(whole, *depth),
+                    "that of the patch around each point",
+                )?;
             }
         }
         Ok(())
@@ -234,11 +242,7 @@ fn singles(bytes: &[u8]) -> Vec<f32> {
 fn depth(raw: &proto::HeatmapPatch) -> Result<Vec<f32>, RecordError> {
     let pixels = PATCH_POINTS * raw.side as usize * raw.side as usize;
     lengthy(MESSAGE, "depth", 4 * pixels, raw.depth.len())?;
-    let depth = singles(&raw.depth);
-    let wild = depth.iter().find(|depth| !(depth.is_nan() || **depth > 0.0 && depth.is_finite()));
-    let value = f64::from(wild.copied().unwrap_or_default());
-    ranged(MESSAGE, "depth", value, wild.is_none(), "positive, or NaN for no return")?;
-    Ok(depth)
+    depths(MESSAGE, "depth", &raw.depth)
 }
 
 /// The number in the labels of a record whose type has been checked.

@@ -2,7 +2,7 @@
 
 use prost::Message;
 
-use super::{HeatmapPatch, PATCH_POINTS, TRIAL_LABEL};
+use super::{HeatmapPatch, PATCH_POINTS, TRIAL_LABEL, arrays::flags};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, named, ranged},
@@ -109,11 +109,4 @@ fn worded<T: Copy>(
     let names: Vec<&str> = values.iter().map(|value| name(*value)).collect();
     named(MESSAGE, field, found, &names)?;
     Ok(values[names.iter().position(|name| *name == found).expect("the name is known")])
-}
-
-/// Zeros and ones on disk.
-pub(super) fn flags(message: &'static str, field: &'static str, bytes: &[u8]) -> Result<Vec<bool>, RecordError> {
-    let other = bytes.iter().find(|byte| **byte > 1);
-    ranged(message, field, f64::from(other.copied().unwrap_or_default()), other.is_none(), "0 or 1")?;
-    Ok(bytes.iter().map(|byte| *byte == 1).collect())
 }

@@ -2,7 +2,10 @@
 
 use prost::Message;
 
-use super::{HeatmapPatch, PATCH_POINTS, PatchHeatmap, trial::flags};
+use super::{
+    HeatmapPatch, PATCH_POINTS, PatchHeatmap,
+    arrays::{depths, flags, is_same_depth},
+};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, ranged},
@@ -52,7 +55,7 @@ impl PatchVisibility {
             let [column, row] = [0, 1]
                 .map(|axis| (point.pixel[axis].floor() as u32).saturating_sub(point.corner[axis]).min(patch.side - 1));
             let seen = patch.depth_of(index)[(row * patch.side + column) as usize];
-            let same = seen.to_bits() == surface.to_bits() || seen.is_nan() && surface.is_nan();
+            let same = is_same_depth(seen, surface);
             ranged(MESSAGE, "surfaces", f64::from(surface), same, "the depth of the patch in the pixel of its point")?;
             let depth = patch.camera_from_object.point(&point.point.into()).z;
             let says = self.visible[index] == is_visible(depth, surface);
@@ -94,13 +97,4 @@ impl PatchVisibility {
             heatmap_visible: flags(MESSAGE, "heatmap_visible", &raw.heatmap_visible)?,
         })
     }
-}
-
-/// Depths on disk, each positive or NaN.
-pub(super) fn depths(message: &'static str, field: &'static str, bytes: &[u8]) -> Result<Vec<f32>, RecordError> {
-    let depths: Vec<f32> = bytes.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
-    let wild = depths.iter().find(|depth| !(depth.is_nan() || **depth > 0.0 && depth.is_finite()));
-    let value = f64::from(wild.copied().unwrap_or_default());
-    ranged(message, field, value, wild.is_none(), "positive, or NaN for no return")?;
-    Ok(depths)
 }
