@@ -7,7 +7,7 @@ use nalgebra::{Unit, Vector3};
 use super::{
     resample::area_mean,
     settings::PatchColours,
-    tabletop::{ShadowCaster, TablePaint, colour_behind},
+    tabletop::{PaintedTabletop, ShadowCaster, TablePaint, Tabletop},
 };
 use crate::{Cause, ProduceError, SampleWriter};
 use format::{Channel, HeatmapPatch, PatchColour, PatchImageColour, PatchMetric, PatchPoint, PatchTable};
@@ -161,12 +161,12 @@ impl ColourView {
             return worker.gl_colours(camera, pose, window, appearance, &mut self.window).map_err(failed);
         };
         let [left, top, width, height] = window;
+        let tabletop = Tabletop::new(table, camera);
         let object_from_table = pose.inverse() * table.camera_from_table;
+        let painted = PaintedTabletop { tabletop, object_from_table, appearance, paint, shadow };
         let pixels = (top..top + height).flat_map(|row| (left..left + width).map(move |column| [column, row]));
         self.behind.clear();
-        self.behind.extend(
-            pixels.map(|pixel| colour_behind(table, camera, &object_from_table, (appearance, paint), shadow, pixel)),
-        );
+        self.behind.extend(pixels.map(|pixel| painted.colour_at(pixel)));
         let behind = |column: u32, row: u32| self.behind[((row - top) * width + column - left) as usize];
         worker.gl_colours_before(camera, pose, window, appearance, &behind, &mut self.window).map_err(failed)
     }

@@ -130,9 +130,9 @@ struct CandidateRun {
 
 impl CandidateRun {
     fn of(sample: &Sample, by_trials: bool) -> Result<Self, DatasetError> {
-        let trials = if by_trials { sample.grasp_trials()?.map(|trials| trials.trials) } else { None };
         // A dataset with a root of physics has trials beside every run; without them nothing of the run was tried.
-        let trials = if by_trials { Some(trials.unwrap_or_default()) } else { None };
+        let stored = if by_trials { sample.grasp_trials()? } else { None };
+        let trials = by_trials.then(|| stored.map_or_else(Vec::new, |stored| stored.trials));
         Ok(Self { run: sample.grasp_run()?, trials })
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use format::PatchTable;
 use kernel::{
-    geom::{DepthCrop, Intrinsics, Object, Pose, Ray, SimdLevel, TriMesh, TriangleTree, World},
+    geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, Ray, SimdLevel, TriMesh, TriangleTree, World},
     seed::Stream,
 };
 use sim::Appearance;
@@ -12,25 +12,40 @@ use sim::Appearance;
 /// Half the side of the square tabletop [m]; its middle lies below the object's centre of mass, nothing is behind its edges.
 const HALF_SIDE: f64 = 0.6;
 
-/// Where the ray through the middle of a pixel meets the tabletop: depth along the optical axis, and the point [m].
-fn hit(table: &PatchTable, camera: &Intrinsics, column: u32, row: u32) -> Option<(f64, Point3<f64>)> {
-    let sight = camera.unproject(f64::from(column) + 0.5, f64::from(row) + 0.5, 1.0);
-    let depth = table.depth_along(&sight.coords).filter(|depth| *depth >= camera.near)?;
-    let point = table.camera_from_table.inverse().point(&Point3::from(sight.coords * depth));
-    (point.x.abs().max(point.y.abs()) <= HALF_SIDE).then_some((depth, point))
+/// A tabletop before a camera.
+pub(super) struct Tabletop<'a> {
+    table: &'a PatchTable,
+    camera: &'a Intrinsics,
+    table_from_camera: Pose<World, CameraCv>,
 }
 
-/// Puts the tabletop behind the depth image of an object; `image` becomes the image of both.
-pub(super) fn put_under(object: &DepthCrop, table: &PatchTable, camera: &Intrinsics, image: &mut DepthCrop) {
-    let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
-    (image.left, image.top, image.width, image.height) = (0, 0, camera.width, camera.height);
-    image.depth.clear();
-    image.depth.extend(pixels.map(|(column, row)| {
-        let under = hit(table, camera, column, row).map_or(f32::NAN, |(depth, _)| depth as f32);
-        // The lower of two numbers, and the number beside a NaN.
-        object.at(column, row).min(under)
-    }));
-    *image = image.trimmed();
+impl<'a> Tabletop<'a> {
+    /// The tabletop of a table, as a camera sees it.
+    pub fn new(table: &'a PatchTable, camera: &'a Intrinsics) -> Self {
+        Self { table, camera, table_from_camera: table.camera_from_table.inverse() }
+    }
+
+    /// Where the ray through the middle of a pixel meets it: depth along the optical axis, and the point [m].
+    fn hit(&self, column: u32, row: u32) -> Option<(f64, Point3<f64>)> {
+        let sight = self.camera.unproject(f64::from(column) + 0.5, f64::from(row) + 0.5, 1.0);
+        let depth = self.table.depth_along(&sight.coords).filter(|depth| *depth >= self.camera.near)?;
+        let point = self.table_from_camera.point(&Point3::from(sight.coords * depth));
+        (point.x.abs().max(point.y.abs()) <= HALF_SIDE).then_some((depth, point))
+    }
+
+    /// Puts it behind the depth image of an object; `image` becomes the image of both.
+    pub fn put_under(&self, object: &DepthCrop, image: &mut DepthCrop) {
+        let Intrinsics { width, height, .. } = *self.camera;
+        let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
+        (image.left, image.top, image.width, image.height) = (0, 0, width, height);
+        image.depth.clear();
+        image.depth.extend(pixels.map(|(column, row)| {
+            let under = self.hit(column, row).map_or(f32::NAN, |(depth, _)| depth as f32);
+            // The lower of two numbers, and the number beside a NaN.
+            object.at(column, row).min(under)
+        }));
+        *image = image.trimmed();
+    }
 }
 
 /// Colours of a tabletop.
@@ -99,11 +114,9 @@ pub(super) struct ShadowCaster {
 impl ShadowCaster {
     /// An object of this mesh.
     pub fn new(mesh: &TriMesh, level: SimdLevel) -> Self {
-        let points = || mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from)));
-        let low = points().fold(Point3::from([f64::INFINITY; 3]), |low, point| low.inf(&point));
-        let high = points().fold(Point3::from([f64::NEG_INFINITY; 3]), |high, point| high.sup(&point));
-        let middle = nalgebra::center(&low, &high);
-        let radius = points().map(|point| (point - middle).norm()).fold(0.0, f64::max);
+        let middle = mesh.aabb().map_or_else(Point3::origin, |bounds| bounds.centre());
+        let points = mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from)));
+        let radius = points.map(|point| (point - middle).norm()).fold(0.0, f64::max);
         Self { tree: TriangleTree::new(mesh), middle, radius, level }
     }
 
@@ -119,29 +132,39 @@ impl ShadowCaster {
     }
 }
 
-/// Colour of what is behind the object in a pixel: the tabletop, lit as the object is and with its shadow, else the background.
-pub(super) fn colour_behind(
-    table: &PatchTable,
-    camera: &Intrinsics,
-    object_from_table: &Pose<Object, World>,
-    (appearance, paint): (&Appearance, &TablePaint),
-    shadow: &ShadowCaster,
-    [column, row]: [u32; 2],
-) -> [u8; 3] {
-    let Some((_, point)) = hit(table, camera, column, row) else { return appearance.background };
-    let normal = object_from_table.rotation() * Vector3::z();
-    let in_object = object_from_table.point(&point);
-    let axis = table.camera_from_table.rotation().inverse() * Vector3::z();
-    let mut light = [0, 1, 2].map(|channel| {
-        f64::from(appearance.ambient[channel]) + f64::from(appearance.headlight[channel]) * (-axis.z).max(0.0)
-    });
-    for lamp in &appearance.lights {
-        let to_light = -lamp.direction;
-        let level = to_light.dot(&normal);
-        if level > 0.0 && !shadow.blocks(&in_object, &to_light) {
-            light.iter_mut().zip(lamp.colour).for_each(|(light, colour)| *light += level * f64::from(colour));
+/// A tabletop in colours, lit as the object on it is and with its shadow.
+pub(super) struct PaintedTabletop<'a> {
+    /// The tabletop.
+    pub tabletop: Tabletop<'a>,
+    /// The table in the object's frame.
+    pub object_from_table: Pose<Object, World>,
+    /// Lights and the background.
+    pub appearance: &'a Appearance,
+    /// Colours of the top.
+    pub paint: &'a TablePaint,
+    /// The object.
+    pub shadow: &'a ShadowCaster,
+}
+
+impl PaintedTabletop<'_> {
+    /// Colour of what is behind the object in a pixel: the tabletop, else the background.
+    pub fn colour_at(&self, [column, row]: [u32; 2]) -> [u8; 3] {
+        let Some((_, point)) = self.tabletop.hit(column, row) else { return self.appearance.background };
+        let normal = self.object_from_table.rotation() * Vector3::z();
+        let in_object = self.object_from_table.point(&point);
+        let axis = self.tabletop.table_from_camera.rotation() * Vector3::z();
+        let mut light = [0, 1, 2].map(|channel| {
+            let [ambient, headlight] = [&self.appearance.ambient, &self.appearance.headlight];
+            f64::from(ambient[channel]) + f64::from(headlight[channel]) * (-axis.z).max(0.0)
+        });
+        for lamp in &self.appearance.lights {
+            let to_light = -lamp.direction;
+            let level = to_light.dot(&normal);
+            if level > 0.0 && !self.shadow.blocks(&in_object, &to_light) {
+                light.iter_mut().zip(lamp.colour).for_each(|(light, colour)| *light += level * f64::from(colour));
+            }
         }
+        let paint = self.paint.at(&point);
+        std::array::from_fn(|channel| (255.0 * paint[channel] * light[channel]).round().clamp(0.0, 255.0) as u8)
     }
-    let paint = paint.at(&point);
-    std::array::from_fn(|channel| (255.0 * paint[channel] * light[channel]).round().clamp(0.0, 255.0) as u8)
 }

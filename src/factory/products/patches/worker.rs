@@ -8,7 +8,7 @@ use super::{
     heat::HeatView,
     marks::PatchMarks,
     settings::{ChosenGrasp, GraspedObject, PatchJob},
-    tabletop::put_under,
+    tabletop::Tabletop,
     viewpoint::{camera_from_object, camera_over_table, corner},
 };
 use crate::{ProduceError, SampleWriter, work::Producer};
@@ -173,7 +173,7 @@ impl<'j> PatchWorker<'j> {
         let alone = self.rasteriser.render(mesh, &record.camera, &record.camera_from_object);
         let crop = match self.marks.table() {
             Some(table) => {
-                put_under(alone, table, &record.camera, &mut self.on_table);
+                Tabletop::new(table, &record.camera).put_under(alone, &mut self.on_table);
                 &self.on_table
             }
             None => alone,
