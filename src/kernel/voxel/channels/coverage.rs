@@ -78,8 +78,8 @@ impl CoverageBlocks {
         // What lies in a uniform region is decided here, the other cells point by point: with care at the solid's sides.
         let (mut inner, mut border) = (Vec::new(), Vec::new());
         let (group_reach, reach) = (Reach::new(&steps, GROUP as f64), Reach::new(&steps, 1.0));
-        for group in 0..n.div_ceil(GROUP).pow(3) {
-            let groups = n.div_ceil(GROUP);
+        let groups = n.div_ceil(GROUP);
+        for group in 0..groups.pow(3) {
             let first = [group / groups / groups, group / groups % groups, group % groups].map(|v| v * GROUP);
             let middle = Point3::from(corner + offset(first.map(|v| (v + GROUP / 2) as f64)));
             let share = self.uniform_share(solid, &middle, &group_reach);
@@ -214,6 +214,29 @@ fn even_bits(word: u64) -> u64 {
 /// Points of a cell relative to its middle [fine cells], by axis.
 type Lattice = [[[f32; LANES]; POINTS / LANES]; 3];
 
+/// The words of a whole solid as halves, the lower one first.
+fn halves_of(words: &[u64]) -> &[u32] {
+    const { assert!(cfg!(target_endian = "little"), "halves of words are counted from the lowest") };
+    // SAFETY: any bits make a u32.
+    let (_, halves, _) = unsafe { words.align_to::<u32>() };
+    assert_eq!(halves.len(), SolidGrid::SIDE.pow(3) / 32, "a whole solid");
+    halves
+}
+
+/// 1 where the fine cell of a lane is solid, else 0.
+///
+/// # Safety
+/// Every coordinate is 0 to 255, and `halves` is a whole solid.
+#[inline(always)]
+unsafe fn solid_bits<L: Lanes>(l: L, halves: &[u32], [x, y, z]: [L::I; 3]) -> L::I {
+    // Index of the 32-bit word: (256 x + y) 8 + z / 32.
+    let word = l.add_i(l.shl_i::<3>(l.add_i(l.shl_i::<8>(x), y)), l.shr_i::<5>(z));
+    // SAFETY: the index is below 256 * 256 * 8, the length.
+    let word = unsafe { l.gather_i(halves, word) };
+    // Bit z mod 32 of the word.
+    l.and_i(l.shr_each(word, l.and_i(z, l.splat_i(31))), l.splat_i(1))
+}
+
 simd_kernel! {
     /// Writes the share of each of these cells, given by index and middle [fine cells], whose points lie in solid fine
     /// cells, times 255.
@@ -222,10 +245,7 @@ simd_kernel! {
 
 #[inline(always)]
 fn count_points_body<L: Lanes>(l: L, words: &[u64], lattice: &Lattice, cells: &[(u32, [f32; 3])], out: &mut [u8]) {
-    const { assert!(cfg!(target_endian = "little"), "halves of words are counted from the lowest") };
-    // SAFETY: any bits make a u32.
-    let (_, halves, _) = unsafe { words.align_to::<u32>() };
-    assert_eq!(halves.len(), SolidGrid::SIDE.pow(3) / 32, "a whole solid");
+    let halves = halves_of(words);
     let (zero, side) = (l.splat(0.0), l.splat(SolidGrid::SIDE as f32));
     let last = l.splat(SolidGrid::SIDE as f32 - 1.0);
     for (index, middle) in cells {
@@ -237,12 +257,8 @@ fn count_points_body<L: Lanes>(l: L, words: &[u64], lattice: &Lattice, cells: &[
             let inside = l.both(l.both(in_x, in_y), in_z);
             // Not negative once clamped, so truncation is floor.
             let [x, y, z] = each_of!([x, y, z], value => l.truncate(l.max(l.min(value, last), zero)));
-            // Index of the 32-bit word: (256 x + y) 8 + z / 32.
-            let word = l.add_i(l.shl_i::<3>(l.add_i(l.shl_i::<8>(x), y)), l.shr_i::<5>(z));
-            // SAFETY: x, y and z are at most 255, so the index is below 256 * 256 * 8, the length.
-            let word = unsafe { l.gather_i(halves, word) };
-            // Bit z mod 32 of the word.
-            let solid = l.and_i(l.shr_each(word, l.and_i(z, l.splat_i(31))), l.splat_i(1));
+            // SAFETY: x, y and z are 0 to 255, and `halves` is a whole solid.
+            let solid = unsafe { solid_bits(l, halves, [x, y, z]) };
             count += l.bits(l.both(inside, l.gt_i(solid, l.splat_i(0)))).count_ones() as usize;
         }
         out[*index as usize] = ((count * 255 + POINTS / 2) / POINTS) as u8;
@@ -256,9 +272,7 @@ simd_kernel! {
 
 #[inline(always)]
 fn count_inner_body<L: Lanes>(l: L, words: &[u64], lattice: &Lattice, cells: &[(u32, [f32; 3])], out: &mut [u8]) {
-    // SAFETY: any bits make a u32.
-    let (_, halves, _) = unsafe { words.align_to::<u32>() };
-    assert_eq!(halves.len(), SolidGrid::SIDE.pow(3) / 32, "a whole solid");
+    let halves = halves_of(words);
     let mut counts = [0; LANES];
     for (index, middle) in cells {
         let [mx, my, mz] = each_of!([0, 1, 2], axis => l.splat(middle[axis]));
@@ -266,11 +280,9 @@ fn count_inner_body<L: Lanes>(l: L, words: &[u64], lattice: &Lattice, cells: &[(
         for ((x, y), z) in lattice[0].iter().zip(&lattice[1]).zip(&lattice[2]) {
             let [x, y, z] =
                 each_of!([(mx, x), (my, y), (mz, z)], (middle, offset) => l.truncate(l.add(middle, l.load(offset))));
-            let word = l.add_i(l.shl_i::<3>(l.add_i(l.shl_i::<8>(x), y)), l.shr_i::<5>(z));
             // SAFETY: these cells lie with all their points inside the grid (`coverage` passes no others): x, y and z are 0 to
-            // 255, so the index is below the length.
-            let word = unsafe { l.gather_i(halves, word) };
-            count = l.add_i(count, l.and_i(l.shr_each(word, l.and_i(z, l.splat_i(31))), l.splat_i(1)));
+            // 255. `halves` is a whole solid.
+            count = l.add_i(count, unsafe { solid_bits(l, halves, [x, y, z]) });
         }
         l.store_i(count, &mut counts);
         let count = counts.iter().sum::<u32>() as usize;
