@@ -186,8 +186,8 @@ impl TrialWorker {
         if links < 2 {
             return Err(Verdict::LetGo { links });
         }
-        // What holds by contacts without a direction is no hold.
-        if outcome.shaken_penetration > EDGE_RADIUS {
+        // What holds by contacts without a direction is no hold: those of a true mesh lose theirs beneath rounded edges.
+        if self.hand.sim.true_mesh.is_some() && outcome.shaken_penetration > EDGE_RADIUS {
             let what = Unstable { step: self.hand.steps(), kind: Instability::Depth };
             return Err(Verdict::Unstable { phase: Phase::Shake, what });
         }
