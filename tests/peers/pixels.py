@@ -1,4 +1,4 @@
-"""What several comparisons of images share."""
+"""Quiet pixels and rays, for several comparisons of images."""
 
 import numpy as np
 
