@@ -215,6 +215,7 @@ fn patches_page(name: &str, is_full: bool) -> Page {
         "without_type": 0, "samples": 5, "kept": 4, "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
         "colour": false, "types": [{ "kind": 12, "grasps": 5, "held": 0, "digits": [0, 0, 0, 0, 0, 0, 2, 2], "kept": 4 }],
         "epsilon": SPREAD, "energy": SPREAD,
+        "outcomes": is_full.then(|| json!({ "held": 3, "failed": 1 })), "visible_points": is_full.then_some(12),
         "objects": [{ "name": name, "object": object(), "samples": 5, "kept": 4 }],
     });
     let warnings = usize::from(is_full);

@@ -197,7 +197,7 @@ impl CardView {
             type_index: 0,
             epsilon: "0.1000".to_owned(),
             energy: "0.200".to_owned(),
-            outcome: None,
+            outcome: Some("held"),
             sample: "3".to_owned(),
             run: "4".to_owned(),
             rank: 5,
