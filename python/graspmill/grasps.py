@@ -25,7 +25,7 @@ TRIAL_VERDICTS = (
 )
 """Name of each verdict on a physical trial."""
 
-GRASP_LABELS = (None, "untested", "held", "failed", "borderline")
+GRASP_LABELS = (None, "untested", "held", "failed", "borderline", "unconfirmed")
 """Labels of grasps, in which all trials of one agree, by number; none in datasets of earlier versions."""
 
 WAYPOINTS = ("pregrasp", "arrival", "posture", "closed", "lifted")
@@ -256,7 +256,7 @@ def grasp_frame(data: Dataset[GraspSample]) -> pd.DataFrame:
     ``object``, ``split`` and ``item`` name the run, ``rank`` the grasp in it. Poses are 16 numbers (4 x 4, row-major).
     Where the dataset has trials, ``trial`` is the verdict on that of the grasp and ``held`` whether it held; both are
     missing of grasps that were not tried: these are untested, not bad. ``label`` is what all trials of a grasp say together:
-    ``held``, ``failed``, ``borderline`` where they disagree, ``untested``. ``robust`` says of some held grasps whether they hold
+    ``held``, ``failed``, ``borderline`` where they disagree, ``unconfirmed`` where none held but not all were made, ``untested``. ``robust`` says of some held grasps whether they hold
     under every variant of the conditions too, ``held_on_table`` whether the grasp lifted the object from a table on which it
     rested in its resting pose ``table_pose``.
 

@@ -179,7 +179,7 @@ class PatchSample(Sample):
 
     @content
     def outcome(self) -> str:
-        """The label that all trials of the grasp make: held, failed, borderline or untested (channel ``trial``)."""
+        """The label that all trials of the grasp make: held, failed, borderline, unconfirmed or untested (channel ``trial``)."""
         return str(self.trial["outcome"])
 
     @content

@@ -122,7 +122,7 @@ def test_labels_of_patches_are_those_of_the_trials(data: Path, runs: Dataset[Gra
         )
         trials = runs[int(found[0])].message("trials")["trials"]
         label = next(trial["label"] for trial in trials if trial["grasp"] == sample.patch["rank"])
-        assert sample.outcome == ["untested", "held", "failed", "borderline"][label - 1]
+        assert sample.outcome == ["untested", "held", "failed", "borderline", "unconfirmed"][label - 1]
         assert patches.column("outcome")[place] == label
         value = {"held": -1.0, "failed": 1.0}.get(sample.outcome, 0.0)
         own = np.zeros(sample.labels.shape, bool)

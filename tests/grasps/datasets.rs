@@ -18,7 +18,7 @@ use graspmill::{
         work::Opening,
     },
     format::{
-        Channel, Grasp, GraspTrial,
+        Channel, Grasp, GraspLabel, GraspTrial, GraspTrials,
         dataset::{DatasetReader, Manifest, Selection, verify},
         products::grasps::Shapes,
     },
@@ -175,7 +175,7 @@ fn runs_on_a_table_without_a_state_say_why() {
 fn trials_move_no_grasp() {
     let workspace = write_job();
     let plain = Manifest::read(&plain()).expect("a dataset");
-    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,confirm=\"none\"}";
+    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,failed_per_held=1000,confirm=\"none\"}";
     let asked = ["--set", physics, "--set", "annealing.steps=300"];
     let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
@@ -208,7 +208,13 @@ fn trials_move_no_grasp() {
         assert_eq!(trials.trials.iter().filter(held).count(), trials.trials.len());
         varied += trials.trials.iter().filter(|trial| trial.variants.len() == 7).count();
         first.insert(run.sample, (run, trials.clone()));
-        assert!(trials.trials.iter().all(|trial| trial.perturbed.len() == 2));
+        let is_whole = |trial: &GraspTrial| match trial.label() {
+            GraspLabel::Held | GraspLabel::Failed => trial.perturbed.len() == 2,
+            GraspLabel::Borderline => trial.roll_outs[0] == 0 || trial.perturbed.len() == 2,
+            GraspLabel::Unconfirmed => false,
+            GraspLabel::Untested => true,
+        };
+        assert!(trials.trials.iter().all(is_whole));
         for trial in trials.trials.iter().filter(|trial| trial.series.is_some()) {
             over_time += 1;
             let of_table = trial.table.as_ref().map(|table| (&table.outcome, &table.series));
@@ -228,7 +234,7 @@ fn trials_move_no_grasp() {
     assert!(rolled_out > 0 && rolled_out < tried_count as usize, "{rolled_out}");
     assert!(varied > 0 && varied < held as usize, "{varied} of {held}");
     assert!(over_time > 0 && over_time < tried_count as usize, "{over_time} of {tried_count}");
-    // The choice of what is tried moves no trial of a kept grasp, nor does what is stored over time.
+    // The choice of what is tried moves no trial of a kept grasp as long as every failure is confirmed, nor does what is stored over time.
     let physics = physics.replace("series_share=0.5", "series_share=0");
     let kept_alone = format!("{},tried=\"kept\"}}", physics.trim_end_matches('}'));
     let fewer = run(&workspace, "kept-alone", &["--set", &kept_alone, "--set", "annealing.steps=300"]);
@@ -246,6 +252,24 @@ fn trials_move_no_grasp() {
         assert_eq!(of_kept.cloned().map(without_series).collect::<Vec<_>>(), trials.trials);
         assert_eq!(trials.method.series_interval, None);
     }
+    // Half as many negatives as positives in a run, rounded up, and one where there is none; all else as before.
+    let few = physics.replace("failed_per_held=1000", "failed_per_held=0.5");
+    run(&workspace, "few", &["--set", &few, "--set", "annealing.steps=300"]);
+    let mut unconfirmed = 0;
+    for sample in open(&workspace, "few").iter(Selection::default()) {
+        let trials = sample.expect("a sample").grasp_trials().expect("readable").expect("a channel of trials");
+        let (_, of_all) = &first[&trials.sample];
+        let count = |of: &GraspTrials, label| of.trials.iter().filter(|trial| trial.label() == label).count();
+        let [held, failed] = [GraspLabel::Held, GraspLabel::Failed].map(|label| count(of_all, label));
+        assert_eq!(count(&trials, GraspLabel::Held), held);
+        assert_eq!(count(&trials, GraspLabel::Failed), failed.min(held.div_ceil(2).max(1)), "{held} held, {failed} failed");
+        unconfirmed += count(&trials, GraspLabel::Unconfirmed);
+        for (trial, whole) in trials.trials.iter().zip(&of_all.trials) {
+            assert_eq!((&trial.outcome, trial.roll_outs), (&whole.outcome, whole.roll_outs));
+            assert!(trial.label() == whole.label() || trial.is_unconfirmed, "{trial:?}");
+        }
+    }
+    assert!(unconfirmed > 0, "no run has more failures than it is asked for");
     assert_intact(&out, FULL_CHECK);
     Program::new("verify").args(["--regenerate", "3", "--seed", "2"]).arg(&out).succeed();
     let inspected = Program::on("inspect", &out).succeed().stdout;

@@ -121,7 +121,7 @@ fn tried_grasps_are_samples_with_the_label_of_their_trials() {
         let value = match label {
             GraspLabel::Held => -1.0,
             GraspLabel::Failed => 1.0,
-            GraspLabel::Borderline | GraspLabel::Untested => 0.0,
+            GraspLabel::Borderline | GraspLabel::Untested | GraspLabel::Unconfirmed => 0.0,
         };
         for point in 0..PATCH_POINTS {
             let mut expected = vec![0.0; 4 * chosen.len()];

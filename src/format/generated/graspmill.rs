@@ -656,7 +656,7 @@ pub struct PatchTrial {
     /// root digest of the physics numbers of the dataset that holds the trial, 32 bytes
     #[prost(bytes = "vec", tag = "2")]
     pub trials: ::prost::alloc::vec::Vec<u8>,
-    /// label that all trials of the grasp make together: held, failed, borderline, untested
+    /// label that all trials of the grasp make together: held, failed, borderline, unconfirmed, untested
     #[prost(string, tag = "3")]
     pub outcome: ::prost::alloc::string::String,
     /// how the trial in the air ended: a word of docs/grasps.md
@@ -1102,6 +1102,9 @@ pub struct GraspTrials {
     /// names of the easier conditions under which grasps that failed are
     #[prost(string, repeated, tag = "20")]
     pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// one number where it is limited: negatives of a run that are confirmed for each of its positives
+    #[prost(double, repeated, tag = "21")]
+    pub failed_per_held: ::prost::alloc::vec::Vec<f64>,
     /// s from one sample of a series to the next; 0 where no trial has one
     #[prost(double, tag = "30")]
     pub series_interval: f64,
@@ -1152,16 +1155,19 @@ pub struct GraspTrial {
     /// none where the hand would come below the table in every resting pose of the object
     #[prost(message, optional, tag = "14")]
     pub table: ::core::option::Option<TableTrial>,
-    /// verdict under each of GraspTrials.confirm_held where every trial above held, of
+    /// verdict under each of GraspTrials.confirm_held where outcome and table held, of
     #[prost(uint32, repeated, tag = "15")]
     pub confirmed: ::prost::alloc::vec::Vec<u32>,
     /// GraspTrials.confirm_failed where none did, up to the first that ends otherwise; else none
     ///
-    /// 1 untested, 2 held, 3 failed, 4 borderline: what outcome, table, perturbed and confirmed say together; 0
+    /// 1 untested, 2 held, 3 failed, 4 borderline, 5 unconfirmed: what outcome, table, perturbed and confirmed
     #[prost(uint32, tag = "16")]
     pub label: u32,
-    /// where a dataset of an earlier version has none
+    /// say together; 0 where a dataset of an earlier version has none
     ///
+    /// no trial so far held, and the run has negatives enough: further ones were not made
+    #[prost(bool, tag = "17")]
+    pub unconfirmed: bool,
     /// of the trial under the conditions as given; none of a grasp that was not chosen for it
     #[prost(message, optional, tag = "30")]
     pub series: ::core::option::Option<TrialSeries>,

@@ -359,8 +359,10 @@ impl ContactSurface {
                 if distance > max + reach {
                     continue;
                 }
-                self.followed(probe, object_from_probe, &probe_from_object, start, closest, |_, next, closest| {
-                    self.surface.closest_from(next, f64::INFINITY, Some(closest))
+                self.followed(probe, object_from_probe, &probe_from_object, start, closest, |from, next, closest| {
+                    // So small a step brings the two no nearer than it is long.
+                    let stands = (next - from).norm_squared() <= NEARER * NEARER;
+                    (!stands).then(|| self.surface.closest_from(next, f64::INFINITY, Some(closest)))?
                 })
             };
             // Minimum in the probe's frame, each kept once.

@@ -242,7 +242,7 @@ impl GraspSampler {
             // A depth of those that are left.
             let here = object_from_base(roll, first + (outer - first) * share);
             if self.is_clear(object, &here, amplitudes)
-                && self.closing.penetration(&object.surface, &here, joints) <= ALLOWED_OVERLAP
+                && !self.closing.overlaps(&object.surface, &here, joints, ALLOWED_OVERLAP)
             {
                 return Some(here * base_from_approach);
             }
@@ -317,9 +317,9 @@ impl GraspSampler {
         let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&pair.inward(), roll));
         let object_from_pads = IsometryMatrix3::from_parts(Translation3::from(pair.middle()), rotation);
         let object_from_base = object_from_pads * base_from_pads.inverse();
-        let deep = self.closing.penetration(&object.surface, &object_from_base, &joints);
         let object_from_approach = object_from_base * hand.approach_pose(&hand.link_frames(&joints)).isometry();
-        (deep <= ALLOWED_OVERLAP).then_some(Start { object_from_approach, posture, amplitudes: Vec::new() })
+        let is_clear = !self.closing.overlaps(&object.surface, &object_from_base, &joints, ALLOWED_OVERLAP);
+        is_clear.then_some(Start { object_from_approach, posture, amplitudes: Vec::new() })
     }
 }
 

@@ -6,7 +6,7 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
-use super::closing::{Closed, Closing, LEAVES, MAX_STEPS_OF_CLOSING, TOUCHES};
+use super::closing::{Closed, Closing, Gaps, MAX_STEPS_OF_CLOSING, TOUCHES};
 use crate::hand::Motor;
 use kernel::contact::ContactSurface;
 
@@ -37,6 +37,15 @@ pub(super) struct Centred {
     held: [Point3<f64>; 2],
 }
 
+/// What becomes of a gripper that closes at one pose.
+enum Grip {
+    Holds(Box<Centred>),
+    /// No narrower than it has to be: not looked into further.
+    Wide,
+    /// One pad never touches, or the opened hand is in the object.
+    Misses,
+}
+
 impl Closing {
     /// Closes a hand with a line between its pads, and gives way until both touch and the width is least of those around.
     /// `None` for another hand, and where both sides never touch, or the hand in its posture would be in the object by more
@@ -49,14 +58,14 @@ impl Closing {
         max_overlap: f64,
     ) -> Option<Centred> {
         let (_, line) = self.line?;
-        let mut best = self.gripped(surface, object_from_base, posture, max_overlap)?;
+        let mut best = self.gripped(surface, object_from_base, posture, max_overlap, f64::INFINITY)?;
         let mut step = STEPS[0];
         for _ in 0..MAX_STEPS {
             let Some(next) = best.rotated(&line, step) else { break };
             let trace = (object_from_base.rotation.inverse() * next.rotation).matrix().trace();
             let next = Some(next).filter(|_| trace > 1.0 + 2.0 * libm::cos(FARTHEST));
-            let next = next.and_then(|next| self.gripped(surface, &next, posture, max_overlap));
-            match next.filter(|next| next.width < best.width - NARROWER) {
+            let narrower = best.width - NARROWER;
+            match next.and_then(|next| self.gripped(surface, &next, posture, max_overlap, narrower)) {
                 Some(next) => best = next,
                 None if step < STEPS[1] => break,
                 None => step /= 2.0,
@@ -66,18 +75,26 @@ impl Closing {
     }
 
     /// Closes the hand, and gives way along the line between its pads until both touch; where they do not, from a little
-    /// farther back along its approach.
+    /// farther back along its approach. `None` where the width between the pads is not below `width` [m].
     fn gripped(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
         max_overlap: f64,
+        width: f64,
     ) -> Option<Centred> {
         let frames = self.hand.link_frames(&self.hand.posture_values(posture));
         let back = self.hand.approach_pose(&frames).isometry().rotation * -Vector3::z();
         let there = |retreat: &f64| object_from_base * Translation3::from(back * *retreat);
-        RETREATS.iter().map(there).find_map(|there| self.gripped_at(surface, &there, posture, max_overlap))
+        for there in RETREATS.iter().map(there) {
+            match self.gripped_at(surface, &there, posture, max_overlap, width) {
+                Grip::Holds(centred) => return Some(*centred),
+                Grip::Wide => return None,
+                Grip::Misses => {}
+            }
+        }
+        None
     }
 
     /// Grip for one pose of the hand.
@@ -87,8 +104,9 @@ impl Closing {
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
         max_overlap: f64,
-    ) -> Option<Centred> {
-        let (index, line) = self.line?;
+        max_width: f64,
+    ) -> Grip {
+        let Some((index, line)) = self.line else { return Grip::Misses };
         let mut closed = self.close(surface, object_from_base, posture);
         let mut object_from_base = *object_from_base;
         let sides = self.pressing(surface, &object_from_base, &closed, &line);
@@ -103,11 +121,16 @@ impl Closing {
             let gone = (closed.motors[index].angle - before.angle) * sign;
             object_from_base *= Translation3::from(line * (-side * gone));
         }
-        let held = self.held(surface, &object_from_base, &closed)?;
+        let Some(held) = self.held(surface, &object_from_base, &closed) else { return Grip::Misses };
+        let Some(width) = self.hand.width(&self.hand.link_frames(&closed.joints)) else { return Grip::Misses };
+        if width >= max_width {
+            return Grip::Wide;
+        }
         let opened = self.hand.posture_values(posture);
-        let overlaps = self.penetration(surface, &object_from_base, &opened) > max_overlap;
-        let width = self.hand.width(&self.hand.link_frames(&closed.joints))?;
-        (!overlaps).then_some(Centred { closed, object_from_base, width, held })
+        if self.overlaps(surface, &object_from_base, &opened, max_overlap) {
+            return Grip::Misses;
+        }
+        Grip::Holds(Box::new(Centred { closed, object_from_base, width, held }))
     }
 
     /// The middle of each pad's contacts; `None` where one has none.
@@ -161,26 +184,24 @@ impl Closing {
         let frames = self.hand.link_frames(joints);
         let speed = line.norm();
         let mut gone = 0.0;
+        // Against the object, in units of the pads' speed: 0 for what stays, 1 for the base, 2 for the other side.
+        let shares: Vec<f64> = self.sides.iter().map(|of_solid| of_solid - side).collect();
+        let mut gaps = Gaps::new(shares.len());
+        gaps.set_speeds(|solid| shares[solid].abs() * speed);
         for _ in 0..MAX_STEPS_OF_CLOSING {
-            let mut step = max - gone;
-            for solid in 0..self.probes.len() {
-                // Against the object, in units of the pads' speed: 0 for what stays, 1 for the base, 2 for the other side.
-                let share = self.sides[solid] - side;
-                if share == 0.0 {
-                    continue;
-                }
-                let travel = object_from_base.rotation * line * share;
+            let mut meets = false;
+            let step = gaps.time(|solid| {
+                let travel = object_from_base.rotation * line * shares[solid];
                 let moved = Translation3::from(travel * gone) * object_from_base;
-                let mut distance = self.distance(surface, &moved, &frames, solid);
-                if distance <= TOUCHES {
-                    if self.comes(&travel) {
-                        return gone;
-                    }
-                    distance = LEAVES;
-                }
-                step = step.min((distance - TOUCHES / 2.0) / (share.abs() * speed));
+                let distance = self.distance(surface, &moved, &frames, solid);
+                meets |= distance <= TOUCHES && self.comes(&travel);
+                distance
+            });
+            if meets {
+                return gone;
             }
             gone += step;
+            gaps.pass(step);
             if gone >= max {
                 break;
             }

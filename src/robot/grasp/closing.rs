@@ -92,6 +92,23 @@ impl Closing {
         -solids.map(|solid| self.distance(surface, object_from_base, &frames, solid)).fold(NEAR, f64::min)
     }
 
+    /// Whether the hand in a posture is deeper in the object than `max_overlap` [m].
+    pub(super) fn overlaps(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        joints: &[f64],
+        max_overlap: f64,
+    ) -> bool {
+        let frames = self.hand.link_frames(joints);
+        (0..self.probes.len()).any(|solid| {
+            let object_from_solid = self.object_from_solid(object_from_base, &frames, solid);
+            let (probe, scratch, found) = (&self.probes[solid], &mut self.scratch, &mut self.found);
+            surface.contacts(probe, &object_from_solid, -max_overlap, scratch, found);
+            !found.is_empty()
+        })
+    }
+
     /// Distance that the hand can come along a direction in `Object`, its joints still, until it meets the object [m]:
     /// 0 where it does not within `max`.
     pub(super) fn advance(
@@ -102,6 +119,9 @@ impl Closing {
         direction: &Vector3<f64>,
         max: f64,
     ) -> f64 {
+        if max == 0.0 {
+            return 0.0;
+        }
         let frames = self.hand.link_frames(joints);
         let mut come = 0.0;
         for _ in 0..MAX_STEPS_OF_CLOSING {
@@ -189,6 +209,7 @@ impl Closing {
         };
         let mut going = group.to_vec();
         let mut joints = vec![0.0; hand.tree().len()];
+        let mut gaps = Gaps::new(self.probes.len());
         // Conservative advancement (Mirtich 1996): steps so short that no solid can cover the distance left to the object.
         for _ in 0..MAX_STEPS_OF_CLOSING {
             going.retain(|index| left(*index, motors[*index]) > 0.0);
@@ -197,26 +218,27 @@ impl Closing {
             }
             hand.joint_values(motors, &mut joints);
             let frames = hand.link_frames(&joints);
-            let (mut time, mut met) = (f64::INFINITY, Vec::new());
-            for solid in 0..self.probes.len() {
-                // Bound on the speed of the solid's points: sum over the motors of reach times speed.
+            // Bound on the speed of each solid's points: sum over the motors of reach times speed.
+            gaps.set_speeds(|solid| {
                 let speed_of = |index: &usize| {
                     let after = usize::from(motors[*index].released.is_some());
                     self.reaches[solid][*index][after] * hand.driven()[*index].speed
                 };
-                let speed: f64 = going.iter().map(speed_of).sum();
-                if speed == 0.0 {
-                    continue;
-                }
-                let mut distance = self.distance(surface, object_from_base, &frames, solid);
+                going.iter().map(speed_of).sum()
+            });
+            let mut met = Vec::new();
+            let time = gaps.time(|solid| {
+                let distance = self.distance(surface, object_from_base, &frames, solid);
                 // Touching solid: motors that press it into the object have met it; other motion goes on in short steps.
                 if distance <= TOUCHES {
                     let link = self.solids.solids[solid].link;
                     let presses = |index: &usize| self.presses(object_from_base, &frames, motors[*index], *index, link);
                     met.extend(going.iter().copied().filter(presses).map(|index| (index, link)));
-                    distance = LEAVES;
                 }
-                time = time.min((distance - TOUCHES / 2.0) / speed);
+                distance
+            });
+            if !met.is_empty() {
+                gaps.pass(0.0);
             }
             // Motors that met the object: a clutch opens where the driven link itself met it, else the motor stops.
             for (index, link) in &met {
@@ -234,6 +256,7 @@ impl Closing {
                     let step = (time * driven.speed).min(left(*index, motor));
                     motors[*index] = driven.driven_to(motor, motor.angle + driven.closing_sign() * step);
                 }
+                gaps.pass(time);
             }
         }
     }
@@ -330,6 +353,60 @@ impl Closing {
                 }
             }
         }
+    }
+}
+
+/// How far the solids of a moving hand are from the object at least: each is measured only where it may be the next to meet it.
+pub(super) struct Gaps {
+    /// At least [m]; 0 where nothing is known.
+    gaps: Vec<f64>,
+    /// Bounds on the speed of their points [m per unit of time].
+    speeds: Vec<f64>,
+    /// Those that touch and move on.
+    touching: Vec<usize>,
+}
+
+impl Gaps {
+    pub(super) fn new(solids: usize) -> Self {
+        Self { gaps: vec![0.0; solids], speeds: vec![0.0; solids], touching: Vec::new() }
+    }
+
+    /// Sets the speed of each solid; one of speed 0 meets nothing.
+    pub(super) fn set_speeds(&mut self, speed: impl Fn(usize) -> f64) {
+        for (solid, speed_of) in self.speeds.iter_mut().enumerate() {
+            *speed_of = speed(solid);
+        }
+    }
+
+    /// Time in which no solid can meet the object; `measure` says how far one is from it. One that touches leaves it in steps
+    /// of [`LEAVES`].
+    pub(super) fn time(&mut self, mut measure: impl FnMut(usize) -> f64) -> f64 {
+        let mut measured = vec![false; self.gaps.len()];
+        loop {
+            let times = self.gaps.iter().zip(&self.speeds).enumerate();
+            let times = times.filter(|(_, (_, speed))| **speed > 0.0);
+            let times = times.map(|(solid, (gap, speed))| (solid, (gap - TOUCHES / 2.0) / speed));
+            let Some((next, time)) = times.min_by(|one, other| one.1.total_cmp(&other.1)) else {
+                return f64::INFINITY;
+            };
+            if measured[next] {
+                return time;
+            }
+            measured[next] = true;
+            self.gaps[next] = measure(next);
+            if self.gaps[next] <= TOUCHES {
+                self.gaps[next] = LEAVES;
+                self.touching.push(next);
+            }
+        }
+    }
+
+    /// Lets time pass, or none.
+    pub(super) fn pass(&mut self, time: f64) {
+        for (gap, speed) in self.gaps.iter_mut().zip(&self.speeds) {
+            *gap = (*gap - speed * time).max(0.0);
+        }
+        self.touching.drain(..).for_each(|solid| self.gaps[solid] = 0.0);
     }
 }
 

@@ -165,6 +165,7 @@ impl MadeUpGrasps {
             variants: Vec::new(),
             table: None,
             confirmed: Vec::new(),
+            is_unconfirmed: false,
             series: None,
         };
         GraspTrials {
@@ -185,6 +186,7 @@ impl MadeUpGrasps {
                 table_friction: None,
                 confirm_held: Vec::new(),
                 confirm_failed: Vec::new(),
+                failed_per_held: None,
                 series_interval: None,
             },
             trials: (0..run.grasps.len()).map(trial).collect(),
@@ -433,6 +435,7 @@ fn labels_by_trials_are_those_of_the_trials_that_the_job_pins() {
         (GraspLabel::Failed, 1.0),
         (GraspLabel::Borderline, 0.0),
         (GraspLabel::Untested, 0.0),
+        (GraspLabel::Unconfirmed, 0.0),
     ] {
         grasp.trial = grasp.trial.map(|trial| GraspTrialEnd { outcome, ..trial });
         assert_eq!(settings.label_of(&grasp), label);

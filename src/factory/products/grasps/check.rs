@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use super::{
     hand::can_grasp,
     keys::SEARCH_KEYS,
-    settings::{GraspSettings, Physics},
+    settings::{Confirm, GraspSettings, Physics},
     spec::{
         AmplitudesSpec, AnnealingSpec, AntipodalSpec, ConfirmSpec, DepthSpec, EnergySpec, FrameSpec, GraspsSpec,
         GravitySpec, KeepSpec, MassSpec, PhysicsSpec, PosesSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec,
@@ -163,6 +163,7 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         variant_share,
         series_share,
         confirm,
+        failed_per_held,
         gravity,
         table,
         table_friction,
@@ -191,10 +192,12 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         variant_share,
         series_share,
         confirm: match confirm {
-            ConfirmSpec::Both => [true, true],
-            ConfirmSpec::Failed => [false, true],
-            ConfirmSpec::None => [false, false],
+            ConfirmSpec::Strict => Confirm::Strict,
+            ConfirmSpec::Both => Confirm::Both,
+            ConfirmSpec::Failed => Confirm::Failed,
+            ConfirmSpec::None => Confirm::None,
         },
+        failed_per_held,
         six_directions: gravity == GravitySpec::Six,
         table_friction: table.then_some(table_friction),
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    settings::{GraspJob, GraspSettings, Physics},
+    settings::{Confirm, GraspJob, GraspSettings, Physics},
     spec::{
         AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, ConfirmSpec, DepthSpec, EnergySpec,
         FrameSpec, GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, RestingSpec,
@@ -115,6 +115,7 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             variant_share,
             series_share,
             confirm,
+            failed_per_held,
             six_directions,
             table_friction,
         } = physics;
@@ -131,10 +132,12 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             variant_share,
             series_share,
             confirm: match confirm {
-                [true, _] => ConfirmSpec::Both,
-                [false, true] => ConfirmSpec::Failed,
-                [false, false] => ConfirmSpec::None,
+                Confirm::Strict => ConfirmSpec::Strict,
+                Confirm::Both => ConfirmSpec::Both,
+                Confirm::Failed => ConfirmSpec::Failed,
+                Confirm::None => ConfirmSpec::None,
             },
+            failed_per_held,
             gravity: if six_directions { GravitySpec::Six } else { GravitySpec::Lifted },
             table: table_friction.is_some(),
             table_friction: table_friction.unwrap_or_default(),

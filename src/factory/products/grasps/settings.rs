@@ -3,6 +3,7 @@
 use crate::job::{JobHand, JobObjects};
 use format::TriedStates;
 use robot::grasp::{Annealing, Keeping, Sampler};
+use sim::Variant;
 
 /// Settings, hand and objects of a job for grasps.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,12 +57,51 @@ pub struct Physics {
     pub variant_share: f64,
     /// Share of the tried grasps whose trials are stored over time, 0 to 1.
     pub series_share: f64,
-    /// Whether grasps that held are tried again under harder conditions, and whether those that failed are under easier ones.
-    pub confirm: [bool; 2],
+    /// Trials that are made again before their outcome is a label.
+    pub confirm: Confirm,
+    /// Most grasps of a run that are labelled failed, for each that is labelled held: 0 or positive.
+    pub failed_per_held: f64,
     /// Gravity from six directions, without lift and shake.
     pub six_directions: bool,
     /// Friction of the object against the table on which grasps are tried as well; `None` where they are not.
     pub table_friction: Option<f64>,
+}
+
+/// Choice of the trials that are made again before their outcome is a label.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Confirm {
+    /// None.
+    None,
+    /// Those that failed.
+    Failed,
+    /// Those that failed, and those that held, once.
+    Both,
+    /// As [`Confirm::Both`], and those that held by MuJoCo's default settings too.
+    Strict,
+}
+
+impl Confirm {
+    /// Harder conditions, under which a grasp that held is tried again, one after another.
+    pub fn harder(self) -> &'static [Variant] {
+        match self {
+            Self::None | Self::Failed => &[],
+            Self::Both => &Variant::HARDER[..1],
+            Self::Strict => &Variant::HARDER,
+        }
+    }
+
+    /// Easier conditions, under which a grasp that failed is tried again.
+    pub fn easier(self) -> &'static [Variant] {
+        if self == Self::None { &[] } else { &Variant::EASIER }
+    }
+}
+
+impl Physics {
+    /// Most grasps of a run that are labelled failed where so many are labelled held: one at least, unless none is asked for.
+    pub fn negatives(&self, held: usize) -> usize {
+        let least = usize::from(self.failed_per_held > 0.0);
+        ((self.failed_per_held * held as f64).ceil() as usize).max(least)
+    }
 }
 
 impl GraspSettings {

@@ -304,7 +304,8 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::mass")]
     #[schemars(extend("examples" = [0.3]))]
     pub mass: MassSpec,
-    /// Runs of each grasp under perturbed conditions: friction by 20 %, mass by 10 %, the object's position by 1 mm
+    /// Runs of a grasp under perturbed conditions, up to the first that ends otherwise than the trials before; all of them where
+    /// its probability of success is measured: friction by 20 %, mass by 10 %, the object's position by 1 mm
     /// along each axis and its rotation by 1 degree about each (standard deviations).
     #[serde(default = "physics::perturbed")]
     #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
@@ -330,11 +331,16 @@ pub struct PhysicsSpec {
     pub series_share: f64,
     /// Trials that are made again before their outcome becomes a label: grasps that held, once, with elliptic friction cones
     /// without `impratio` and iterations against slip, friction lower by 20 %, and nothing that supports the object while the
-    /// hand closes; grasps that failed, with sharp edges of the hand's boxes, with the hand 2 mm nearer to the object, with
+    /// hand closes (`strict`: and then under MuJoCo's default solver settings); grasps that failed, with sharp edges of the hand's boxes, with the hand 2 mm nearer to the object, with
     /// friction higher by half, with half the mass, and by MuJoCo's own contacts of the mesh's triangles (where it has few
     /// enough), up to the first that holds. A grasp whose trials disagree is labelled borderline.
     #[serde(default = "physics::confirm")]
     pub confirm: ConfirmSpec,
+    /// Most grasps of a run that are labelled failed, for each that is labelled held, rounded up, and one at least unless this is 0:
+    /// a negative takes up to ten trials. All other grasps that fail their first trial are left at that, unconfirmed.
+    #[serde(default = "physics::failed_per_held")]
+    #[schemars(range(min = 0, max = 1000), extend("examples" = [0.25]))]
+    pub failed_per_held: f64,
     /// Gravity on the object once it is held.
     #[serde(default)]
     #[schemars(extend("examples" = ["six"]))]
@@ -366,6 +372,9 @@ pub enum TriedSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ConfirmSpec {
+    /// Trials that held, under MuJoCo's default settings as well, and trials that failed: for hands whose fingers press at an
+    /// angle, as those of three and more do.
+    Strict,
     /// Trials that held and trials that failed.
     Both,
     /// Trials that failed alone: enough for grippers that are tried on a table as well.
@@ -408,6 +417,10 @@ mod physics {
 
     pub(super) fn confirm() -> ConfirmSpec {
         ConfirmSpec::Both
+    }
+
+    pub(super) fn failed_per_held() -> f64 {
+        1.0
     }
 
     pub(super) fn table() -> bool {

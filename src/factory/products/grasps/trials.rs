@@ -13,7 +13,7 @@ use crate::{
     job::{JobHand, Weight},
 };
 use format::{
-    ClosedHand, Grasp, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialFacts,
+    ClosedHand, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialFacts,
     TrialMethod, TrialOutcome, TrialVerdict,
 };
 use kernel::{
@@ -81,7 +81,6 @@ impl Trials {
         let model = HandModel::open(scene).map_err(|error| ProduceError::unusable(&name, error))?;
         let TrialSpread { friction, mass, shift, turn } = SPREAD;
         let names = |variants: &[Variant]| variants.iter().map(|variant| variant.name().to_owned()).collect();
-        let [confirms_held, _] = settings.confirm;
         let record = GraspTrials {
             sample: run.sample,
             hand: run.hand.name.clone(),
@@ -99,8 +98,9 @@ impl Trials {
                 variants: if settings.variant_share > 0.0 { names(&Variant::ALL) } else { Vec::new() },
                 table_friction: settings.table_friction,
                 series_interval: (settings.series_share > 0.0).then_some(Series::INTERVAL),
-                confirm_held: if confirms_held { names(&Variant::HARDER) } else { Vec::new() },
+                confirm_held: names(settings.confirm.harder()),
                 confirm_failed: Vec::new(),
+                failed_per_held: Some(settings.failed_per_held),
             },
             trials: Vec::new(),
         };
@@ -134,8 +134,8 @@ impl Trials {
         let method = &mut self.record.method;
         (method.mass, method.mass_from, method.mass_source) = (mass, from.to_owned(), source.to_owned());
         let has_native = TrialSim::can_touch_triangles(&self.model, object.mesh());
-        let easier = Variant::EASIER.into_iter().filter(|easier| *easier != Variant::NativeContacts || has_native);
-        let easier: Vec<Variant> = if self.settings.confirm[1] { easier.collect() } else { Vec::new() };
+        let easier = self.settings.confirm.easier().iter().copied();
+        let easier: Vec<_> = easier.filter(|easier| *easier != Variant::NativeContacts || has_native).collect();
         method.confirm_failed = easier.iter().map(|easier| easier.name().to_owned()).collect();
         let (worker, tables) = (TrialWorker::new(&sim), tables.unwrap_or_default());
         let native = NativeTrials { mesh: object.mesh().clone(), properties, worker: None };
@@ -145,6 +145,10 @@ impl Trials {
 
     /// Tries the states of a run that the job asks for and appends the payload.
     ///
+    /// What a grasp is labelled needs several trials, and the first that ends otherwise makes the others needless. So positives
+    /// come first, each as far as it holds; of the grasps that did not, so many are then tried to the end, in their order, as the
+    /// job asks for beside the positives.
+    ///
     /// # Errors
     /// When a grasp does not fit the hand.
     pub fn run(&mut self, run: &GraspRun, payload: &mut Vec<u8>) -> Result<TrialFacts, ProduceError> {
@@ -152,14 +156,23 @@ impl Trials {
         let object = object.as_mut().expect("an object is loaded before its grasps are tried");
         record.sample = run.sample;
         record.trials.clear();
+        let unusable = |error: HandError| ProduceError::unusable(scene.as_str(), error);
+        let mut tries = Tries { model, settings, object };
         for (index, grasp) in (0..).zip(&run.grasps) {
             if settings.tried.includes(grasp.verdict) {
                 let mut draws = Draws::new(*seed, &run.sample, index);
-                let trial = object
-                    .grasp(model, index, grasp, settings, &mut draws)
-                    .map_err(|error| ProduceError::unusable(scene.as_str(), error))?;
-                record.trials.push(trial);
+                record.trials.push(tries.first(index, grasp, &mut draws).map_err(unusable)?);
             }
+        }
+        let of_label = |trials: &[GraspTrial], label| trials.iter().filter(|trial| trial.label() == label).count();
+        let mut wanted = settings.negatives(of_label(&record.trials, GraspLabel::Held));
+        for trial in record.trials.iter_mut().filter(|trial| trial.is_unconfirmed) {
+            if wanted == 0 {
+                break;
+            }
+            let mut draws = Draws::new(*seed, &run.sample, trial.grasp);
+            tries.to_the_end(&run.grasps[trial.grasp as usize], trial, &mut draws).map_err(unusable)?;
+            wanted -= usize::from(trial.label() == GraspLabel::Failed);
         }
         record.encode(payload);
         Ok(record.facts())
@@ -188,81 +201,133 @@ impl Draws {
     }
 }
 
-impl TriedObject {
-    fn grasp(
-        &mut self,
-        model: &HandModel,
-        index: u32,
-        grasp: &Grasp,
-        settings: &Physics,
-        draws: &mut Draws,
-    ) -> Result<GraspTrial, HandError> {
-        let base_from_object = grasp.object_from_base.isometry().inverse();
-        let conditions = self.conditions;
-        let mut run = |conditions: &TrialConditions| self.worker.run(&grasp.posture, &base_from_object, conditions);
-        // What is stored over time moves no trial.
+/// Trials of the grasps of one run.
+struct Tries<'a> {
+    model: &'a HandModel,
+    settings: &'a Physics,
+    object: &'a mut TriedObject,
+}
+
+impl Tries<'_> {
+    /// Tries a grasp in the air, and further as long as it holds; one whose probability of success is measured on the table
+    /// and perturbed whatever comes of it.
+    fn first(&mut self, index: u32, grasp: &Grasp, draws: &mut Draws) -> Result<GraspTrial, HandError> {
+        let (settings, conditions) = (self.settings, self.object.conditions);
         let has_series = draws.chosen_for_series.unit() < settings.series_share;
-        let outcome = run(&TrialConditions { has_series, ..conditions })?;
-        let mut perturbed = Vec::with_capacity(settings.perturbed as usize);
-        for _ in 0..settings.perturbed {
-            let off = conditions.perturbed(&SPREAD, &mut draws.perturbed);
-            perturbed.push(PerturbedTrial {
-                friction: off.friction,
-                mass: off.mass,
-                shift: off.shift.into(),
-                turn: off.turn.into(),
-                outcome: recorded(&run(&off)?),
-            });
+        let outcome = self.one(grasp, &TrialConditions { has_series, ..conditions })?;
+        let mut trial = GraspTrial {
+            grasp: index,
+            outcome: recorded(&outcome),
+            closed: outcome.closed.as_ref().map(closed_hand),
+            perturbed: Vec::new(),
+            roll_outs: [0; 2],
+            variants: Vec::new(),
+            table: None,
+            confirmed: Vec::new(),
+            is_unconfirmed: false,
+            series: outcome.series.as_ref().map(|series| recorded_series(series, conditions.gravity)),
+        };
+        let is_rolled_out = draws.chosen.unit() < settings.roll_out_share;
+        if is_rolled_out || trial.settled() == Some(true) {
+            trial.table = self.on_table(grasp, has_series)?;
         }
-        let mut roll_outs = [0; 2];
-        if draws.chosen.unit() < settings.roll_out_share {
+        if trial.settled() == Some(true) {
+            self.confirm(grasp, &mut trial, settings.confirm.harder())?;
+        }
+        let is_confirmed = trial.confirmed.iter().all(|verdict| verdict.is_held());
+        if is_rolled_out || (trial.settled() == Some(true) && is_confirmed) {
+            self.perturb(grasp, &mut trial, draws, is_rolled_out)?;
+        }
+        if is_rolled_out {
             for _ in 0..settings.roll_outs {
-                let held = run(&conditions.perturbed(&SPREAD, &mut draws.rolled_out))?.verdict.is_held();
-                roll_outs = [roll_outs[0] + 1, roll_outs[1] + u32::from(held)];
+                let off = conditions.perturbed(&SPREAD, &mut draws.rolled_out);
+                let held = self.one(grasp, &off)?.verdict.is_held();
+                trial.roll_outs = [trial.roll_outs[0] + 1, trial.roll_outs[1] + u32::from(held)];
             }
         }
-        let mut variants = Vec::new();
         if draws.chosen_for_variants.unit() < settings.variant_share && outcome.verdict.is_held() {
             for variant in Variant::ALL {
-                variants.push(verdict(&run(&variant.of(&conditions))?.verdict));
+                trial.variants.push(verdict(&self.one(grasp, &variant.of(&conditions))?.verdict));
             }
         }
-        // The most likely pose of the object in which the hand stays above the table.
-        let mut table = None;
-        if let Some((pose, support)) = grasp.likeliest_table().and_then(|pose| Some((pose, *self.tables.get(pose)?))) {
-            let on_table = TrialConditions { table: Some(support), gravity: Gravity::Lifted, has_series, ..conditions };
-            let outcome = run(&on_table)?;
-            let series = outcome.series.as_ref().map(|series| recorded_series(series, on_table.gravity));
-            table = Some(TableTrial { resting_pose: pose as u32, outcome: recorded(&outcome), series });
+        trial.is_unconfirmed = trial.agreed() == Some(false);
+        Ok(trial)
+    }
+
+    /// Makes the trials that a grasp which has not held so far lacks of a negative, up to the first that holds.
+    fn to_the_end(&mut self, grasp: &Grasp, trial: &mut GraspTrial, draws: &mut Draws) -> Result<(), HandError> {
+        trial.is_unconfirmed = false;
+        if trial.table.is_none() {
+            let has_series = draws.chosen_for_series.unit() < self.settings.series_share;
+            trial.table = self.on_table(grasp, has_series)?;
         }
-        let closed = outcome.closed.as_ref().map(closed_hand);
-        let series = outcome.series.as_ref().map(|series| recorded_series(series, conditions.gravity));
-        let (outcome, confirmed) = (recorded(&outcome), Vec::new());
-        let mut trial =
-            GraspTrial { grasp: index, outcome, closed, perturbed, roll_outs, variants, table, confirmed, series };
-        // Trials that agree are made again where it is harder to hold, or easier: what ends otherwise there is no sure label,
-        // and asks no further.
-        let agreed = trial.agreed();
-        let confirms = match (agreed, settings.confirm) {
-            (Some(true), [true, _]) => &Variant::HARDER[..],
-            (Some(false), [_, true]) => &self.easier[..],
-            _ => &[],
-        };
-        for variant in confirms {
-            let changed = variant.of(&conditions);
-            let outcome = match variant {
-                Variant::NativeContacts => {
-                    self.native.worker(model)?.run(&grasp.posture, &base_from_object, &changed)?
-                }
-                _ => run(&changed)?,
-            };
-            let confirmed = verdict(&outcome.verdict);
-            trial.confirmed.push(confirmed);
-            if Some(confirmed.is_held()) != agreed {
+        if trial.perturbed.is_empty() && trial.agreed() == Some(false) {
+            self.perturb(grasp, trial, draws, false)?;
+        }
+        if trial.agreed() == Some(false) {
+            let easier = self.object.easier.clone();
+            self.confirm(grasp, trial, &easier)?;
+        }
+        Ok(())
+    }
+
+    /// One trial of a grasp.
+    fn one(&mut self, grasp: &Grasp, conditions: &TrialConditions) -> Result<Outcome, HandError> {
+        self.object.worker.run(&grasp.posture, &grasp.object_from_base.isometry().inverse(), conditions)
+    }
+
+    /// The trial on the table of the most likely pose of the object in which the hand stays above it; `None` where there is
+    /// none.
+    fn on_table(&mut self, grasp: &Grasp, has_series: bool) -> Result<Option<TableTrial>, HandError> {
+        let support = |pose: usize| Some((pose, *self.object.tables.get(pose)?));
+        let Some((pose, support)) = grasp.likeliest_table().and_then(support) else { return Ok(None) };
+        let conditions = self.object.conditions;
+        let on_table = TrialConditions { table: Some(support), gravity: Gravity::Lifted, has_series, ..conditions };
+        let outcome = self.one(grasp, &on_table)?;
+        let series = outcome.series.as_ref().map(|series| recorded_series(series, on_table.gravity));
+        Ok(Some(TableTrial { resting_pose: pose as u32, outcome: recorded(&outcome), series }))
+    }
+
+    /// Tries a grasp under perturbed conditions, up to the first trial that ends otherwise, or all of them.
+    fn perturb(
+        &mut self,
+        grasp: &Grasp,
+        trial: &mut GraspTrial,
+        draws: &mut Draws,
+        all: bool,
+    ) -> Result<(), HandError> {
+        for _ in 0..self.settings.perturbed {
+            let off = self.object.conditions.perturbed(&SPREAD, &mut draws.perturbed);
+            let outcome = recorded(&self.one(grasp, &off)?);
+            let (shift, turn) = (off.shift.into(), off.turn.into());
+            trial.perturbed.push(PerturbedTrial { friction: off.friction, mass: off.mass, shift, turn, outcome });
+            if !all && trial.agreed().is_none() {
                 break;
             }
         }
-        Ok(trial)
+        Ok(())
+    }
+
+    /// Tries a grasp again where it is harder to hold, or easier, up to the first trial that ends otherwise: what does is no
+    /// sure label.
+    fn confirm(&mut self, grasp: &Grasp, trial: &mut GraspTrial, variants: &[Variant]) -> Result<(), HandError> {
+        let held = trial.outcome.verdict.is_held();
+        for variant in variants {
+            let changed = variant.of(&self.object.conditions);
+            let outcome = match variant {
+                Variant::NativeContacts => {
+                    let base_from_object = grasp.object_from_base.isometry().inverse();
+                    self.object.native.worker(self.model)?.run(&grasp.posture, &base_from_object, &changed)?
+                }
+                _ => self.one(grasp, &changed)?,
+            };
+            let confirmed = verdict(&outcome.verdict);
+            trial.confirmed.push(confirmed);
+            if confirmed.is_held() != held {
+                break;
+            }
+        }
+        Ok(())
     }
 }
 

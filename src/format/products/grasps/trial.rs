@@ -50,15 +50,18 @@ pub struct TrialMethod {
     pub confirm_held: Vec<String>,
     /// Names of the easier conditions under which grasps that failed are tried again.
     pub confirm_failed: Vec<String>,
+    /// Most failures of a run that are confirmed, for each of its grasps labelled held; `None` where all are.
+    pub failed_per_held: Option<f64>,
 }
 
 impl TrialMethod {
-    /// Names of the conditions that confirm trials which agreed, by whether all held; none where they disagree.
-    fn confirmations(&self, agreed: Option<bool>) -> &[String] {
-        match agreed {
-            Some(true) => &self.confirm_held,
-            Some(false) => &self.confirm_failed,
-            None => &[],
+    /// Number of conditions under which a grasp is tried again: those of positives once its trials in the air and on a table
+    /// held, those of negatives where no trial did, unless the grasp is left unconfirmed.
+    fn confirmations(&self, trial: &GraspTrial) -> usize {
+        match (trial.settled(), trial.agreed()) {
+            (Some(true), _) => self.confirm_held.len(),
+            (_, Some(false)) if !trial.is_unconfirmed => self.confirm_failed.len(),
+            _ => 0,
         }
     }
 }
@@ -162,9 +165,12 @@ pub struct GraspTrial {
     /// Trial on a table; `None` where the hand would come below it in every resting pose of the object, and in datasets
     /// without such trials.
     pub table: Option<TableTrial>,
-    /// Verdict under each of [`TrialMethod::confirm_held`] or [`TrialMethod::confirm_failed`], as the trials
-    /// [agree](GraspTrial::agreed), up to the first that ends otherwise; none where they do not agree.
+    /// Verdict under each of [`TrialMethod::confirm_held`] where the trials in the air and on a table held, under each of
+    /// [`TrialMethod::confirm_failed`] where no trial did, up to the first that ends otherwise; else none.
     pub confirmed: Vec<TrialVerdict>,
+    /// Whether no trial so far held and further ones were not made, since the run has
+    /// [negatives enough](TrialMethod::failed_per_held).
+    pub is_unconfirmed: bool,
     /// The trial under the conditions as given, over time; `None` of a grasp that was not chosen for it.
     pub series: Option<TrialSeries>,
 }
@@ -178,12 +184,20 @@ impl GraspTrial {
         (self.is_tested() && is_alike).then_some(held)
     }
 
+    /// Whether the grasp held in the air and on a table; `None` where the two disagree, or say nothing.
+    pub fn settled(&self) -> Option<bool> {
+        let held = self.outcome.verdict.is_held();
+        let on_table = self.table.as_ref().map(|trial| trial.outcome.verdict).filter(|verdict| verdict.is_tested());
+        (self.is_tested() && on_table.is_none_or(|verdict| verdict.is_held() == held)).then_some(held)
+    }
+
     /// The label that all trials of the grasp make together.
     pub fn label(&self) -> GraspLabel {
         let is_confirmed = |held: bool| self.confirmed.iter().all(|verdict| verdict.is_held() == held);
         match self.agreed() {
             _ if !self.is_tested() => GraspLabel::Untested,
             Some(true) if is_confirmed(true) => GraspLabel::Held,
+            Some(false) if self.is_unconfirmed => GraspLabel::Unconfirmed,
             Some(false) if is_confirmed(false) => GraspLabel::Failed,
             _ => GraspLabel::Borderline,
         }
@@ -290,6 +304,7 @@ impl GraspTrials {
             series_interval,
             confirm_held,
             confirm_failed,
+            failed_per_held,
         } = &self.method;
         wire::sample(out, 1, &self.sample);
         wire::bytes(out, 2, self.hand.as_bytes());
@@ -312,6 +327,7 @@ impl GraspTrials {
         wire::doubles(out, 18, table_friction.as_slice());
         confirm_held.iter().for_each(|name| wire::element(out, 19, name.as_bytes()));
         confirm_failed.iter().for_each(|name| wire::element(out, 20, name.as_bytes()));
+        wire::doubles(out, 21, failed_per_held.as_slice());
         wire::double(out, 30, series_interval.unwrap_or_default());
     }
 
@@ -340,6 +356,9 @@ impl GraspTrials {
         lengthy(MESSAGE, "table_friction", raw.table_friction.len().min(1), raw.table_friction.len())?;
         let table_friction = raw.table_friction.first().copied();
         not_below_zero("table_friction", table_friction.unwrap_or_default())?;
+        lengthy(MESSAGE, "failed_per_held", raw.failed_per_held.len().min(1), raw.failed_per_held.len())?;
+        let failed_per_held = raw.failed_per_held.first().copied();
+        not_below_zero("failed_per_held", failed_per_held.unwrap_or_default())?;
         not_below_zero("series_interval", raw.series_interval)?;
         let series_interval = (raw.series_interval > 0.0).then_some(raw.series_interval);
         let (friction, torsion, mass) = (raw.friction, raw.torsion, raw.mass);
@@ -359,6 +378,7 @@ impl GraspTrials {
             series_interval,
             confirm_held,
             confirm_failed,
+            failed_per_held,
         };
         let mut read: Vec<GraspTrial> = Vec::with_capacity(raw.trials.len());
         for trial in &raw.trials {
@@ -433,6 +453,7 @@ impl GraspTrial {
         }
         wire::uint32s(out, 15, self.confirmed.iter().map(|verdict| *verdict as u32));
         wire::uint32(out, 16, self.label().number());
+        wire::uint32(out, 17, u32::from(self.is_unconfirmed));
         self.series.iter().for_each(|series| nested(out, 30, |out| series.encode(out)));
     }
 
@@ -466,11 +487,15 @@ impl GraspTrial {
             variants: verdicts("trials.variants", &trial.variants)?,
             table: trial.table.as_ref().map(|trial| TableTrial::of(trial, joints + 1)).transpose()?,
             confirmed: verdicts("trials.confirmed", &trial.confirmed)?,
+            is_unconfirmed: trial.unconfirmed,
             series: TrialSeries::of(trial.series.as_ref(), &method.gravity, joints + 1)?,
         };
-        let agreed = read.agreed();
-        let asked = method.confirmations(agreed).len();
-        let ends = read.confirmed.iter().position(|verdict| Some(verdict.is_held()) != agreed);
+        let may_be = !read.is_unconfirmed || (read.agreed() == Some(false) && method.failed_per_held.is_some());
+        let unconfirmed = f64::from(u8::from(read.is_unconfirmed));
+        ranged(MESSAGE, "trials.unconfirmed", unconfirmed, may_be, "false where a trial held, or negatives are not limited")?;
+        let held = read.outcome.verdict.is_held();
+        let asked = method.confirmations(&read);
+        let ends = read.confirmed.iter().position(|verdict| verdict.is_held() != held);
         lengthy(MESSAGE, "trials.confirmed", ends.map_or(asked, |last| asked.min(last + 1)), read.confirmed.len())?;
         // Datasets of earlier versions state none.
         let is_so = [0, read.label().number()].contains(&trial.label);

@@ -78,6 +78,7 @@ fn trials() -> GraspTrials {
             series_interval: Some(0.02),
             confirm_held: vec!["slippery".to_owned(), "free".to_owned()],
             confirm_failed: vec!["rough".to_owned()],
+            failed_per_held: Some(0.5),
         },
         trials: vec![
             GraspTrial {
@@ -93,6 +94,7 @@ fn trials() -> GraspTrials {
                     series: Some(series()),
                 }),
                 confirmed: vec![],
+                is_unconfirmed: false,
                 series: Some(TrialSeries {
                     samples: vec![0; 3],
                     links: vec![],
@@ -110,6 +112,19 @@ fn trials() -> GraspTrials {
                 variants: vec![],
                 table: None,
                 confirmed: vec![],
+                is_unconfirmed: false,
+                series: None,
+            },
+            GraspTrial {
+                grasp: 6,
+                outcome: outcome(TrialVerdict::LostLifting),
+                closed: None,
+                perturbed: vec![],
+                roll_outs: [0; 2],
+                variants: vec![],
+                table: None,
+                confirmed: vec![],
+                is_unconfirmed: true,
                 series: None,
             },
         ],
@@ -123,11 +138,11 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     assert_eq!(GraspTrials::decode(&payload), Ok(trials()));
     let generated = proto::GraspTrials::decode(payload.as_slice()).unwrap();
     assert_eq!(generated.encode_to_vec(), payload);
-    assert_eq!(trials().facts(), TrialFacts { tried: 2, held: 1, refused: 1, tried_on_table: 1, held_on_table: 0 });
+    assert_eq!(trials().facts(), TrialFacts { tried: 3, held: 1, refused: 1, tried_on_table: 1, held_on_table: 0 });
     assert_eq!((trials().trials[0].success(), trials().trials[0].turned()), (Some(0.75), 1));
     assert_eq!(trials().trials[1].success(), None);
     assert_eq!([0, 1].map(|index| trials().trials[index].is_robust()), [Some(false), None]);
-    let lies: [fn(&mut proto::GraspTrials); 29] = [
+    let lies: [fn(&mut proto::GraspTrials); 34] = [
         |trials| trials.trials[0].label = 2,
         |trials| trials.trials[0].confirmed.push(0),
         |trials| trials.trials[1].confirmed.push(0),
@@ -150,6 +165,11 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
         |trials| trials.table_friction.clear(),
         |trials| trials.table_friction.push(0.5),
         |trials| trials.trials[0].table.as_mut().unwrap().outcome = None,
+        |trials| trials.trials[0].unconfirmed = true,
+        |trials| trials.trials[2].unconfirmed = false,
+        |trials| trials.failed_per_held.clear(),
+        |trials| trials.failed_per_held.push(1.0),
+        |trials| trials.failed_per_held[0] = -1.0,
         |trials| trials.series_interval = 0.0,
         |trials| trials.series_interval = -0.02,
         |trials| trials.trials[0].series.as_mut().unwrap().samples.push(0),
@@ -165,13 +185,13 @@ fn trials_read_back_and_have_the_generated_encoders_bytes() {
     }
     let [open, low, kept] = [GraspVerdict::OpenHand, GraspVerdict::LowQuality, GraspVerdict::Kept];
     let mut tried = trials();
-    assert!(tried.check_beside(&[open, low, open, open, kept], 3).is_ok());
-    assert!(tried.check_beside(&[open, low, open, open, kept], 2).is_err());
-    assert!(tried.check_beside(&[open, low, open, open], 3).is_err());
-    assert!(tried.check_beside(&[low, open, open, open, kept], 3).is_err());
-    tried.method.tried = TriedStates::Kept;
+    assert!(tried.check_beside(&[open, low, open, open, kept, open, low], 3).is_ok());
+    assert!(tried.check_beside(&[open, low, open, open, kept, open, low], 2).is_err());
     assert!(tried.check_beside(&[open, low, open, open, kept], 3).is_err());
-    assert!(tried.check_beside(&[low, kept, low, open, kept], 3).is_ok());
+    assert!(tried.check_beside(&[low, open, open, open, kept, open, low], 3).is_err());
+    tried.method.tried = TriedStates::Kept;
+    assert!(tried.check_beside(&[open, low, open, open, kept, open, low], 3).is_err());
+    assert!(tried.check_beside(&[low, kept, low, open, kept, low, kept], 3).is_ok());
 }
 
 fn series_of(trials: &mut proto::GraspTrials) -> &mut proto::TrialSeries {
@@ -193,7 +213,7 @@ fn moments_of_a_series_know_phase_and_forces() {
 /// depth of the start.
 #[test]
 fn labels_are_what_all_trials_say_together() {
-    use GraspLabel::{Borderline, Failed, Held, Untested};
+    use GraspLabel::{Borderline, Failed, Held, Unconfirmed, Untested};
     use TrialVerdict::{LetGo, LostLifting, LostShaking, StartsTooDeep, Unstable};
     let trial = |first: TrialVerdict, table: Option<TrialVerdict>, confirmed: &[TrialVerdict], start: f64| {
         let mut trial = trials().trials.swap_remove(0);
@@ -231,5 +251,8 @@ fn labels_are_what_all_trials_say_together() {
         let run = trials().trials[0].perturbed[0].clone();
         trial.perturbed = vec![PerturbedTrial { outcome: outcome(perturbed), ..run }];
         assert_eq!(trial.label(), expected, "{first:?}, perturbed {perturbed:?}");
+        trial.is_unconfirmed = expected == Failed;
+        let expected = if trial.is_unconfirmed { Unconfirmed } else { expected };
+        assert_eq!(trial.label(), expected, "{first:?}, perturbed {perturbed:?}, and no further");
     }
 }

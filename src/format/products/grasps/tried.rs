@@ -48,11 +48,14 @@ pub enum GraspLabel {
     Failed,
     /// Trials of the grasp disagree: neither a positive nor a negative.
     Borderline,
+    /// No trial of the grasp held, but not all were made: its run has as many negatives as the job asks for. Neither a positive
+    /// nor a negative.
+    Unconfirmed,
 }
 
 impl GraspLabel {
     /// Every label, in the order of their numbers on disk.
-    pub const ALL: [Self; 4] = [Self::Untested, Self::Held, Self::Failed, Self::Borderline];
+    pub const ALL: [Self; 5] = [Self::Untested, Self::Held, Self::Failed, Self::Borderline, Self::Unconfirmed];
 
     /// The number on disk, from 1.
     pub(super) fn number(self) -> u32 {
@@ -66,6 +69,7 @@ impl GraspLabel {
             Self::Held => "held",
             Self::Failed => "failed",
             Self::Borderline => "borderline",
+            Self::Unconfirmed => "unconfirmed",
         }
     }
 }

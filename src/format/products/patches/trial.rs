@@ -38,7 +38,7 @@ pub fn trial_value(outcome: GraspLabel) -> f32 {
     match outcome {
         GraspLabel::Held => -1.0,
         GraspLabel::Failed => 1.0,
-        GraspLabel::Borderline | GraspLabel::Untested => 0.0,
+        GraspLabel::Borderline | GraspLabel::Untested | GraspLabel::Unconfirmed => 0.0,
     }
 }
 

@@ -357,7 +357,7 @@ fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
         RowColumn::optional(
             "label",
             Text,
-            "what all trials of the grasp say together: held, failed, borderline where they disagree, untested; none without trials",
+            "what all trials of the grasp say together: held, failed, borderline where they disagree, unconfirmed where none held but not all were made, untested; none without trials",
             |row| row.trial.map_or(Value::Empty, |trial| Value::Text(trial.label().name())),
         ),
         RowColumn::optional(

@@ -93,7 +93,13 @@ impl TrialsInspection {
             let grasps = self.labels.get(label.name()).copied().unwrap_or(0);
             format!("{} {}", grouped(grasps), label.name())
         };
-        let labels = [GraspLabel::Held, GraspLabel::Failed, GraspLabel::Borderline, GraspLabel::Untested];
+        let labels = [
+            GraspLabel::Held,
+            GraspLabel::Failed,
+            GraspLabel::Borderline,
+            GraspLabel::Unconfirmed,
+            GraspLabel::Untested,
+        ];
         format!("labels by all trials together: {}", labels.map(count).join(", "))
     }
 
