@@ -262,7 +262,11 @@ fn trials_move_no_grasp() {
         let count = |of: &GraspTrials, label| of.trials.iter().filter(|trial| trial.label() == label).count();
         let [held, failed] = [GraspLabel::Held, GraspLabel::Failed].map(|label| count(of_all, label));
         assert_eq!(count(&trials, GraspLabel::Held), held);
-        assert_eq!(count(&trials, GraspLabel::Failed), failed.min(held.div_ceil(2).max(1)), "{held} held, {failed} failed");
+        assert_eq!(
+            count(&trials, GraspLabel::Failed),
+            failed.min(held.div_ceil(2).max(1)),
+            "{held} held, {failed} failed"
+        );
         unconfirmed += count(&trials, GraspLabel::Unconfirmed);
         for (trial, whole) in trials.trials.iter().zip(&of_all.trials) {
             assert_eq!((&trial.outcome, trial.roll_outs), (&whole.outcome, whole.roll_outs));

@@ -13,8 +13,8 @@ use crate::{
     job::{JobHand, Weight},
 };
 use format::{
-    ClosedHand, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialFacts,
-    TrialMethod, TrialOutcome, TrialVerdict,
+    ClosedHand, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial,
+    TrialFacts, TrialMethod, TrialOutcome, TrialVerdict,
 };
 use kernel::{
     contact::ContactSurface,

@@ -2,6 +2,7 @@
 
 mod check;
 mod facts;
+mod outcome;
 mod resting;
 mod row;
 mod run;
@@ -18,6 +19,7 @@ mod waypoints;
 
 pub(super) use check::CHECKS;
 pub use facts::{GraspFacts, TrialFacts};
+pub use outcome::TrialOutcome;
 pub use resting::{InvalidResting, add_resting};
 pub use row::{FORMAT, SHAPES};
 pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH};
@@ -25,9 +27,7 @@ pub use series::{SeriesMoment, TrialSeries, trial_phases};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
 pub(in crate::products) use shapes_file::SHAPES_CHECK;
 pub use shapes_file::{Shapes, ShapesWriter};
-pub use trial::{
-    ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod, TrialOutcome,
-};
+pub use trial::{ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod};
 pub use tried::{GraspLabel, TrialVerdict, TriedStates};
 pub use waypoints::Waypoint;
 

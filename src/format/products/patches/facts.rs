@@ -45,7 +45,12 @@ pub(super) const FACTS: [FactFormat; 6] = [
     fact("type_index", FactKind::Integer, "Index of that type among the chosen ones."),
     fact("energy", FactKind::Number, "Energy of the grasp."),
     fact("epsilon", FactKind::Number, "Epsilon of the grasp."),
-    beside(TRIAL_TOPIC, "outcome", FactKind::Integer, "Label by trials: 1 untested, 2 held, 3 failed, 4 borderline, 5 unconfirmed."),
+    beside(
+        TRIAL_TOPIC,
+        "outcome",
+        FactKind::Integer,
+        "Label by trials: 1 untested, 2 held, 3 failed, 4 borderline, 5 unconfirmed.",
+    ),
     beside(
         VISIBILITY_TOPIC,
         "visible_points",

@@ -193,9 +193,12 @@ fn trial_columns<'a>() -> Vec<RowColumn<PatchRow<'a>>> {
         row.trial.map_or(Value::Empty, value)
     }
     vec![
-        RowColumn::optional("outcome", Text, "label by trials: held, failed, borderline, unconfirmed, untested", |row| {
-            of(row, |trial| Value::Text(trial.outcome.name()))
-        }),
+        RowColumn::optional(
+            "outcome",
+            Text,
+            "label by trials: held, failed, borderline, unconfirmed, untested",
+            |row| of(row, |trial| Value::Text(trial.outcome.name())),
+        ),
         RowColumn::optional("trial", Text, "end of the trial in the air", |row| {
             of(row, |trial| Value::Text(trial.trial.name()))
         }),
