@@ -1,4 +1,4 @@
-"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes and views.
+"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes, views and amodal pairs.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
@@ -7,6 +7,7 @@
 ``docs/python.md`` says more; ``docs/format.md`` what every number means.
 """
 
+from .amodal import AmodalSample, Clutter
 from .arrays import NpyExport
 from .completion import CompletionSample, Contacts, Depth, Implicit, Pair, PairBatch, Tsdf
 from .dataset import Dataset
@@ -35,9 +36,11 @@ from .views import ViewSample
 __version__ = "0.1.0"
 
 __all__ = [
+    "AmodalSample",
     "Axis",
     "BadSelection",
     "Camera",
+    "Clutter",
     "CompletionSample",
     "Contacts",
     "DamagedFile",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
+from .amodal import AmodalSample
 from .completion import CompletionSample
 from .errors import VERIFY, BadSelection, DamagedFile
 from .folder import SPLITS, Folder
@@ -32,7 +33,15 @@ S = TypeVar("S", bound=Sample)
 
 KINDS: dict[str, type[Sample]] = {
     kind.product: kind
-    for kind in (CompletionSample, ReachabilitySample, GraspSample, PatchSample, SceneSample, ViewSample)
+    for kind in (
+        CompletionSample,
+        ReachabilitySample,
+        GraspSample,
+        PatchSample,
+        SceneSample,
+        ViewSample,
+        AmodalSample,
+    )
 }
 
 
@@ -40,7 +49,7 @@ class Dataset(Generic[S]):
     """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
 
     ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
-    ``PatchSample``, ``SceneSample``, ``ViewSample``): with it type checkers know what a sample has, and a dataset of another
+    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``): with it type checkers know what a sample has, and a dataset of another
     product is refused.
     ``Sample``, which products without a class of their own have, reads any product by the schemas in its shards.
     ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to

@@ -22,6 +22,7 @@ pub use product_format::{
     ArrayFormat, ChannelFormat, ExtraFile, FactFormat, FactKind, Facts, Noun, ProductFormat, RecordDecoder,
 };
 pub use products::{
+    amodal::{AmodalFacts, Clutter},
     checks_of,
     completion::{
         Approach, ApproachEnd, Cloud, Coverage, Felt, HandTouch, Implicit, Occlusion, OcclusionFacts,

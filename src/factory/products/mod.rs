@@ -1,23 +1,28 @@
-//! The products, one folder each: keys of their jobs, producers, and their row in the table.
+//! The products, one folder each: keys of their jobs, producers, and their row in the table. What several of them share stands
+//! beside them: how a pair of grids is made, and what surrounds the bodies of a scene.
 
+pub mod amodal;
 pub mod completion;
 pub mod grasps;
+pub mod pair;
 pub mod patches;
 pub mod reachability;
 pub mod scenes;
+pub mod surroundings;
 pub mod views;
 
 use super::product::ProductFactory;
 use format::Product;
 
 /// Every product; a job that names none is of the first.
-pub static PRODUCTS: [&ProductFactory; 6] = [
+pub static PRODUCTS: [&ProductFactory; 7] = [
     &completion::FACTORY,
     &reachability::FACTORY,
     &grasps::FACTORY,
     &patches::FACTORY,
     &scenes::FACTORY,
     &views::FACTORY,
+    &amodal::FACTORY,
 ];
 
 /// The row of a product.

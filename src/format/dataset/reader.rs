@@ -314,6 +314,13 @@ impl Sample {
         self.payloads.iter().map(|(channel, _)| *channel)
     }
 
+    /// The stored channel of the same name and message as another: products with one kind of record have a topic each for it.
+    /// The other itself where there is none.
+    pub fn alike(&self, channel: Channel) -> Channel {
+        let is_alike = |stored: &Channel| stored.name() == channel.name() && stored.message == channel.message;
+        self.channels().find(is_alike).unwrap_or(channel)
+    }
+
     /// The record of a channel; `None` when the dataset does not store it.
     ///
     /// # Errors

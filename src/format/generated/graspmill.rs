@@ -258,6 +258,41 @@ pub struct FactColumn {
     #[prost(double, repeated, tag = "3")]
     pub numbers: ::prost::alloc::vec::Vec<f64>,
 }
+/// Topic /amodal/clutter. What surrounds one body of a settled scene in one image; its pair is the graspmill.VoxelPair of topic
+/// /amodal/pair. SampleId.subject is the digest of the scene, SampleId.item the number of the view, SampleId.camera its camera, and
+/// SampleId.instance the number of the body, from 1, as in the image. Cells are those of the pair's grid.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct Clutter {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// 32 bytes: digest of the object that the body is
+    #[prost(bytes = "vec", tag = "2")]
+    pub object: ::prost::alloc::vec::Vec<u8>,
+    /// pixels of its silhouette alone, those outside the image included
+    #[prost(uint32, tag = "3")]
+    pub pixels_all: u32,
+    /// pixels of its silhouette alone, in the image
+    #[prost(uint32, tag = "4")]
+    pub pixels_in_image: u32,
+    /// pixels that see it
+    #[prost(uint32, tag = "5")]
+    pub pixels_visible: u32,
+    /// measured depths that the partial grid is made of
+    #[prost(uint32, tag = "6")]
+    pub points: u32,
+    /// of these, the depths measured on the body's own surface
+    #[prost(uint32, tag = "7")]
+    pub own_points: u32,
+    /// cells along each axis of the pair's grid
+    #[prost(uint32, tag = "8")]
+    pub resolution: u32,
+    /// resolution^3 bits: cells that hold a measured depth of anything else
+    #[prost(bytes = "vec", tag = "9")]
+    pub others_seen: ::prost::alloc::vec::Vec<u8>,
+    /// resolution^3 bits: cells that meet another body, the container or what is below the table
+    #[prost(bytes = "vec", tag = "10")]
+    pub others_solid: ::prost::alloc::vec::Vec<u8>,
+}
 /// Topic /grasps/run. One run of annealing from one place of an object's surface, and the best states that it came by.
 /// SampleId.subject is the object, SampleId.item the number of the seed.
 #[derive(Clone, PartialEq, ::prost::Message)]

@@ -1,12 +1,19 @@
 //! The table of checks: one row per product. They stand apart from the rows of the format, which every dataset needs,
 //! because a check reads whole datasets.
 
-use super::{completion, grasps, patches, reachability, scenes, views};
+use super::{amodal, completion, grasps, patches, reachability, scenes, views};
 use crate::{Product, ProductChecks};
 
 /// The checks of every product, in the order of [`PRODUCTS`](super::PRODUCTS).
-pub static CHECKS: [&ProductChecks; 6] =
-    [&completion::CHECKS, &reachability::CHECKS, &grasps::CHECKS, &patches::CHECKS, &scenes::CHECKS, &views::CHECKS];
+pub static CHECKS: [&ProductChecks; 7] = [
+    &completion::CHECKS,
+    &reachability::CHECKS,
+    &grasps::CHECKS,
+    &patches::CHECKS,
+    &scenes::CHECKS,
+    &views::CHECKS,
+    &amodal::CHECKS,
+];
 
 /// The checks of a product.
 ///

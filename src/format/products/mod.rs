@@ -1,5 +1,6 @@
 //! The table of products: one row each. A new product is a new row here, and a folder of its own beside this file.
 
+pub mod amodal;
 mod checks;
 pub mod completion;
 pub mod grasps;
@@ -13,5 +14,12 @@ pub use checks::{CHECKS, checks_of};
 use super::ProductFormat;
 
 /// Every product, in the order in which people meet them.
-pub static PRODUCTS: [&ProductFormat; 6] =
-    [&completion::FORMAT, &reachability::FORMAT, &grasps::FORMAT, &patches::FORMAT, &scenes::FORMAT, &views::FORMAT];
+pub static PRODUCTS: [&ProductFormat; 7] = [
+    &completion::FORMAT,
+    &reachability::FORMAT,
+    &grasps::FORMAT,
+    &patches::FORMAT,
+    &scenes::FORMAT,
+    &views::FORMAT,
+    &amodal::FORMAT,
+];

@@ -99,9 +99,8 @@ pub struct PreparedMesh {
     pub record: AssetRecord,
 }
 
-/// One row of the asset table.
+/// One row of the asset table. Whoever reads it passes over what a dataset says of its objects beyond it, such as masses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct AssetRecord {
     /// Name inside the job.
     pub name: String,

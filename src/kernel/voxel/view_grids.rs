@@ -177,6 +177,34 @@ impl ViewGrids {
         }
     }
 
+    /// Empties the cells whose centre falls into no pixel of the image: no line of sight leads there.
+    pub fn drop_outside_image(&self, camera: &Intrinsics, placement: &GridPlacement, grid: &mut OccupancyGrid) {
+        let n = placement.resolution as usize;
+        let (corner, all) = (placement.lower_corner(), u128::MAX >> (128 - n));
+        let centre = |axis: usize, index: usize| corner[axis] + (index as f64 + 0.5) * placement.cell_size;
+        // For each index along an axis of the image: bits of the layers along z in which the centre falls between its borders.
+        let lines = |axis: usize, focal: f64, principal: f64, side: u32| -> Vec<u128> {
+            let is_inside = |index: usize, z: usize| {
+                let pixel = focal * centre(axis, index) * (1.0 / centre(2, z)) + principal;
+                centre(2, z) > 0.0 && pixel >= 0.0 && pixel < f64::from(side)
+            };
+            let bits = |index: usize| (0..n).filter(|z| is_inside(index, *z)).fold(0, |bits, z| bits | 1u128 << z);
+            (0..n).map(bits).collect()
+        };
+        let columns = lines(0, camera.fx, camera.cx, camera.width);
+        let rows = lines(1, camera.fy, camera.cy, camera.height);
+        for (x, column) in columns.iter().enumerate() {
+            for (y, row) in rows.iter().enumerate() {
+                let mut outside = !(column & row) & all;
+                while outside != 0 {
+                    let bit = (x * n + y) * n + outside.trailing_zeros() as usize;
+                    grid.bytes_mut()[bit / 8] &= !(1 << (bit % 8));
+                    outside &= outside - 1;
+                }
+            }
+        }
+    }
+
     /// Share of the solid's fine cells whose centre lies inside the grid, 0 to 1.
     pub fn solid_share(
         &self,

@@ -65,7 +65,6 @@ impl Slices {
     ) -> Self {
         let n = partial.resolution();
         assert!(complete.resolution() == n && free.is_none_or(|free| free.resolution() == n), "grids of one sample");
-        assert!(at.iter().all(|index| *index < n), "cut outside the grid");
         let colour = |cell: [u32; 3]| {
             let colours = &SLICE_COLOURS;
             match (partial.get(cell), complete.get(cell), free.is_some_and(|free| free.get(cell))) {
@@ -76,7 +75,39 @@ impl Slices {
                 (false, false, false) => colours.unseen,
             }
         };
-        let [x, y, z] = at;
+        Self::of(n, at, zoom, colour)
+    }
+
+    /// Cuts as [`Slices::new`] through the grids of a pair in clutter: cells that `others` fill are grey but where the pair's own
+    /// grids have them.
+    ///
+    /// # Panics
+    /// If the grids differ in resolution or `at` lies outside.
+    pub fn among(
+        [partial, complete, others]: [&OccupancyGrid; 3],
+        free: Option<&OccupancyGrid>,
+        at: [u32; 3],
+        zoom: u32,
+    ) -> Self {
+        let n = partial.resolution();
+        let has_size = |grid: &OccupancyGrid| grid.resolution() == n;
+        assert!(has_size(complete) && has_size(others) && free.is_none_or(has_size), "grids of one sample");
+        let colour = |cell: [u32; 3]| {
+            let colours = &SLICE_COLOURS;
+            match (partial.get(cell), complete.get(cell), others.get(cell)) {
+                (true, true, _) => colours.partial,
+                (true, false, _) => colours.wrong,
+                (false, true, _) => colours.complete,
+                (false, false, true) => Colour::OTHERS,
+                (false, false, false) if free.is_some_and(|free| free.get(cell)) => colours.free,
+                (false, false, false) => colours.unseen,
+            }
+        };
+        Self::of(n, at, zoom, colour)
+    }
+
+    fn of(n: u32, [x, y, z]: [u32; 3], zoom: u32, colour: impl Fn([u32; 3]) -> Colour) -> Self {
+        assert!([x, y, z].iter().all(|index| *index < n), "cut outside the grid");
         Self {
             front: cut(n, zoom, [x, y], |column, row| colour([column, row, z])),
             side: cut(n, zoom, [z, y], |column, row| colour([x, row, column])),
@@ -138,6 +169,14 @@ mod tests {
         assert_eq!(at(&slices.side, 3, 1), colours.free.opaque());
         assert_eq!(at(&slices.top, 2, 7 - 1), colours.partial.opaque());
         assert_eq!(at(&slices.top, 6, 7 - 3), colours.wrong.opaque());
+        // What surrounds the solid is grey, but not where the pair's own cells are.
+        let mut others = OccupancyGrid::new(n);
+        [[2, 5, 3], [6, 5, 3], [2, 1, 3], [4, 4, 3]].into_iter().for_each(|cell| others.set(cell));
+        let among = Slices::among([&partial, &complete, &others], Some(&free), [2, 5, 3], 4);
+        assert_eq!(at(&among.front, 2, 5), colours.complete.opaque());
+        assert_eq!(at(&among.front, 6, 5), colours.wrong.opaque());
+        assert_eq!([at(&among.front, 2, 1), at(&among.front, 4, 4)], [Colour::OTHERS.opaque(); 2]);
+        assert_eq!(at(&among.side, 1, 5), colours.partial.opaque());
     }
 
     #[test]

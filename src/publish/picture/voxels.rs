@@ -46,6 +46,7 @@ const EMPTY: u8 = 0;
 const COMPLETE: u8 = 1;
 const PARTIAL: u8 = 2;
 const TOUCHED: u8 = 3;
+const OTHERS: u8 = 4;
 
 /// Cells with an empty border of one, and what fills them.
 struct Cells {
@@ -108,7 +109,7 @@ impl VoxelPainter {
     /// # Panics
     /// If the two grids differ in resolution.
     pub fn draw(&self, partial: Option<&OccupancyGrid>, complete: Option<&OccupancyGrid>) -> Picture {
-        self.draw_cells(&Cells::new(partial, complete, None))
+        self.draw_cells(&Cells::new([(complete, COMPLETE), (partial, PARTIAL)]))
     }
 
     /// Draws as [`VoxelPainter::draw`], with the cells of `tactile` in green over both.
@@ -121,7 +122,20 @@ impl VoxelPainter {
         complete: Option<&OccupancyGrid>,
         tactile: &OccupancyGrid,
     ) -> Picture {
-        self.draw_cells(&Cells::new(Some(partial), complete, Some(tactile)))
+        self.draw_cells(&Cells::new([(complete, COMPLETE), (Some(partial), PARTIAL), (Some(tactile), TOUCHED)]))
+    }
+
+    /// Draws as [`VoxelPainter::draw`], with the cells of `others` that are in no other grid in grey.
+    ///
+    /// # Panics
+    /// If the grids differ in resolution.
+    pub fn draw_among(
+        &self,
+        partial: &OccupancyGrid,
+        complete: Option<&OccupancyGrid>,
+        others: &OccupancyGrid,
+    ) -> Picture {
+        self.draw_cells(&Cells::new([(Some(others), OTHERS), (complete, COMPLETE), (Some(partial), PARTIAL)]))
     }
 
     /// Puts a dot on a picture of this painter at each position on the grid [cells], whatever stands before it.
@@ -138,7 +152,7 @@ impl VoxelPainter {
     }
 
     fn draw_cells(&self, cells: &Cells) -> Picture {
-        let ramps = [Colour::COMPLETE, Colour::PARTIAL, Colour::TOUCHED].map(ramp);
+        let ramps = [Colour::COMPLETE, Colour::PARTIAL, Colour::TOUCHED, Colour::OTHERS].map(ramp);
         let mut canvas = Canvas::new(self.side * FINE);
         for face in self.faces_back_to_front(cells) {
             let fill = cells.fill[cells.index(face.cell)];
@@ -250,11 +264,12 @@ fn ramp(colour: Colour) -> [[u8; 3]; 256] {
 }
 
 impl Cells {
-    fn new(partial: Option<&OccupancyGrid>, complete: Option<&OccupancyGrid>, tactile: Option<&OccupancyGrid>) -> Self {
-        let resolution = partial.or(complete).map_or(1, OccupancyGrid::resolution);
+    /// Cells of some grids, the later over the earlier.
+    fn new<const GRIDS: usize>(grids: [(Option<&OccupancyGrid>, u8); GRIDS]) -> Self {
+        let resolution = grids.iter().find_map(|(grid, _)| *grid).map_or(1, OccupancyGrid::resolution);
         let n = resolution as usize + 2;
         let mut cells = Self { n, fill: vec![EMPTY; n * n * n] };
-        for (grid, fill) in [(complete, COMPLETE), (partial, PARTIAL), (tactile, TOUCHED)] {
+        for (grid, fill) in grids {
             let Some(grid) = grid else { continue };
             assert_eq!(grid.resolution(), resolution, "grids of one sample share their resolution");
             for cell in grid.cells() {

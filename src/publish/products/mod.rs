@@ -1,6 +1,7 @@
 //! The table of products as people meet them: one row each. A new product is a new row here, and a folder of its own beside
 //! this file.
 
+pub mod amodal;
 pub mod completion;
 pub mod grasps;
 pub mod patches;
@@ -14,8 +15,15 @@ use super::product::ProductPages;
 use format::Product;
 
 /// Every product.
-pub static PRODUCTS: [&ProductPages; 6] =
-    [&completion::PAGES, &reachability::PAGES, &grasps::PAGES, &patches::PAGES, &scenes::PAGES, &views::PAGES];
+pub static PRODUCTS: [&ProductPages; 7] = [
+    &completion::PAGES,
+    &reachability::PAGES,
+    &grasps::PAGES,
+    &patches::PAGES,
+    &scenes::PAGES,
+    &views::PAGES,
+    &amodal::PAGES,
+];
 
 /// The row of a product.
 ///

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::{
     PRODUCTS,
+    amodal::{self, AmodalInspection, AmodalSurvey},
     completion::{self, CompletionInspection, CompletionSurvey, HandFacts, TouchFacts, TouchKind},
     grasps::{
         self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
@@ -244,6 +245,24 @@ fn views_page(name: &str, is_full: bool) -> Page {
     page(views::PAGE_TEMPLATE, &views::ViewsPage::of(&survey, cards, name))
 }
 
+fn amodal_page(name: &str, is_full: bool) -> Page {
+    let rest = json!({
+        "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
+        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
+        "strata": [[name, 5, 4]], "truncated": 1,
+        "partial_cells": SPREAD, "complete_cells": SPREAD, "visible_share": SPREAD, "solid_share": SPREAD, "purity": SPREAD,
+        "others_solid_cells": SPREAD,
+        "objects": [{ "name": name, "object": object(), "split": "training" }],
+    });
+    let mut facts =
+        serde_json::to_value(header(name, Product::AMODAL, usize::from(is_full), is_full)).expect("plain data");
+    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    let facts: AmodalInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let survey = AmodalSurvey { facts, shown: Vec::new() };
+    let cards = if is_full { vec![amodal::CardView::example(name)] } else { Vec::new() };
+    page(amodal::PAGE_TEMPLATE, &amodal::AmodalPage::of(&survey, cards, name))
+}
+
 fn scenes_page(name: &str, is_full: bool) -> Page {
     let rest = json!({
         "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
@@ -344,6 +363,7 @@ fn pages(name: &str) -> Vec<Page> {
     pages.extend([true, false].map(|is_full| patches_page(name, is_full)));
     pages.extend([true, false].map(|is_full| scenes_page(name, is_full)));
     pages.extend([true, false].map(|is_full| views_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| amodal_page(name, is_full)));
     for (is_directed, is_full) in [(true, true), (false, true), (false, false)] {
         pages.push(reachability_page(name, is_directed, is_full));
     }

@@ -5,18 +5,17 @@ use std::path::{Path as FilePath, PathBuf};
 use nalgebra::{Matrix3, Rotation3};
 
 use super::{
-    channels::Channels,
     check_occlusion::occlusion,
     check_touch::touch,
     settings::{CompletionSettings, Distance, Gate, SceneCamera},
-    spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, TruthRule, ViewsSpec},
+    spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, ViewsSpec},
 };
-use crate::job::{check_sensor, named_camera};
+use crate::{
+    job::{check_sensor, named_camera},
+    products::pair::Channels,
+};
 use form::{Checker, Path};
-use kernel::{
-    geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy},
-    voxel::Truth,
-};
+use kernel::geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy};
 use sim::scene_camera as camera_of_scene;
 
 /// Most views of one object.
@@ -28,12 +27,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
     let largest = spec.objects.iter().map(|entry| entry.size_rule().max).fold(0.0, f64::max);
     let distance = distance(checker, spec.distance, &camera, largest);
     let gate = Gate { min_partial_cells: spec.gate.min_partial_cells, min_overlap: spec.gate.min_overlap };
-    let cells = u64::from(spec.grid.resolution).pow(3);
-    if u64::from(gate.min_partial_cells) > cells {
-        let found = format!("{} of the grid's {cells}", gate.min_partial_cells);
-        checker.invalid("gate.min_partial_cells", "at most as many cells as the grid has", found);
-    }
-    CompletionSettings {
+    let settings = CompletionSettings {
         views: views(checker, &spec.views),
         pivot: spec.pivot,
         camera,
@@ -45,11 +39,13 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
         resolution: spec.grid.resolution,
         drop_index_zero: spec.grid.drop_index_zero,
         solid_with_surface: spec.truth.solid_with_surface,
-        truth: truth(checker, spec),
+        truth: spec.truth.check(checker),
         gate,
         channels: Channels::read(checker, &spec.channels, distance.farthest()),
         touch: touch(checker, &spec.touch, folder),
-    }
+    };
+    settings.rules().check(checker);
+    settings
 }
 
 fn views(checker: &mut Checker, spec: &ViewsSpec) -> ViewSet {
@@ -221,22 +217,5 @@ fn distance(checker: &mut Checker, spec: DistanceSpec, camera: &Intrinsics, larg
             Distance::Range { min: range.min, max: range.max }
         }
         DistanceSpec::Fit(fit) => Distance::Fit { share: fit.fit },
-    }
-}
-
-fn truth(checker: &mut Checker, spec: &CompletionSpec) -> Truth {
-    let rule = spec.truth.rule;
-    if spec.truth.fraction.is_some() && rule != TruthRule::Fraction {
-        checker.contradiction("truth.fraction", "truth.rule", "only the rule \"fraction\" asks for a fraction");
-    }
-    match (rule, spec.truth.fraction) {
-        (TruthRule::AnyOverlap, _) => Truth::AnyOverlap,
-        (TruthRule::Centre, _) => Truth::Centre,
-        (TruthRule::LowerCorners, _) => Truth::LowerCorners,
-        (TruthRule::Fraction, Some(fraction)) => Truth::Fraction(fraction),
-        (TruthRule::Fraction, None) => {
-            checker.missing("truth.fraction", "the smallest share of a cell that is solid, above 0 to 1");
-            Truth::Fraction(0.5)
-        }
     }
 }

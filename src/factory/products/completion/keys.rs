@@ -7,11 +7,14 @@ use super::{
     settings::{CompletionJob, CompletionSettings, Distance, Exploration, RandomRays, TouchByHand},
     spec::{
         AnglesSpec, CameraSpec, CompletionSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance, GridViews,
-        MatrixViews, TruthRule, ViewsSpec,
+        MatrixViews, ViewsSpec,
     },
 };
-use crate::job::{keys_of, spec::SensorSpec, without};
-use kernel::{geom::ViewSet, voxel::Truth};
+use crate::{
+    job::{keys_of, spec::SensorSpec, without},
+    products::pair::TruthSpec,
+};
+use kernel::geom::ViewSet;
 
 impl CompletionJob {
     /// Keys of the job file beside objects, split and shards. Keys that do not matter have the standard values. With a folder
@@ -68,13 +71,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
     }
     spec.occlusion = occlusion.as_ref().map(occlusion_keys);
     (spec.grid.resolution, spec.grid.drop_index_zero) = (*resolution, *drop_index_zero);
-    (spec.truth.rule, spec.truth.fraction) = match *truth {
-        Truth::AnyOverlap => (TruthRule::AnyOverlap, None),
-        Truth::Centre => (TruthRule::Centre, None),
-        Truth::Fraction(fraction) => (TruthRule::Fraction, Some(fraction)),
-        Truth::LowerCorners => (TruthRule::LowerCorners, None),
-    };
-    spec.truth.solid_with_surface = *solid_with_surface;
+    spec.truth = TruthSpec::of(*truth, *solid_with_surface);
     (spec.gate.min_partial_cells, spec.gate.min_overlap) = (gate.min_partial_cells, gate.min_overlap);
     channels.write_keys(&mut spec.channels);
     if let Some(RandomRays { count, target }) = touch.random_rays {

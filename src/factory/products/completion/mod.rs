@@ -2,10 +2,9 @@
 //!
 //! [`CompletionWorker`] is the producer of one thread: it loads an object, then makes its views one by one, and reuses all of
 //! its memory. The chain of a view: pose (`scene`) -> depth (raster or MuJoCo) -> occluder (`occlusion`) -> sensor -> grid placement -> partial
-//! -> complete -> gate -> records (`encode`): the pair, channels beside it
-//! (`channels`), touch (`touch`).
+//! -> complete (all three in `pair`, which other products of pairs share) -> gate -> records (`encode`): the pair, channels beside
+//! it, touch (`touch`).
 
-mod channels;
 mod check;
 mod check_occlusion;
 mod check_touch;
@@ -26,7 +25,6 @@ mod touch;
 mod work;
 mod worker;
 
-pub use channels::{Channels, ChannelsSpec, DepthFormat, DepthSpec, ImplicitSamples};
 pub use encode::channels_of;
 pub use row::FACTORY;
 pub use scene::{camera_from_world, world_from_object};

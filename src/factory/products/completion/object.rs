@@ -1,18 +1,14 @@
 //! An object of a completion job, ready for its views.
 
-use std::sync::Arc;
-
 use nalgebra::Point3;
 
-use super::{
-    channels::ObjectChannels, depth::SimObject, scene::pivot_point, settings::CompletionSettings, touch::TouchSurface,
-};
+use super::{depth::SimObject, scene::pivot_point, settings::CompletionSettings, touch::TouchSurface};
+use crate::products::pair::{ObjectChannels, PairObject};
 use kernel::{
-    assets::Winding,
     geom::{Aabb, SimdLevel},
     ids::ObjectId,
     object::PreparedObject,
-    voxel::{SolidObject, solid_occupancy},
+    voxel::SolidObject,
 };
 
 /// An object ready for its views.
@@ -34,25 +30,17 @@ impl CompletionObject {
         level: SimdLevel,
         sim: SimObject,
     ) -> Self {
-        let (mesh, record, bounds) = (prepared.mesh(), prepared.record(), prepared.bounds());
-        let solid = match settings.solid_with_surface {
-            false => Arc::clone(prepared.solid()),
-            true => Arc::new(solid_occupancy(mesh, prepared.inside_test(), true)),
-        };
+        let CompletionSettings { solid_with_surface, truth, channels, .. } = settings;
+        let PairObject { kernel, channels } = PairObject::new(prepared, *solid_with_surface, *truth, channels, level);
+        let bounds = prepared.bounds();
         Self {
-            id: record.object,
+            id: prepared.id(),
             pivot: pivot_point(settings.pivot, &bounds),
             bounds,
             sim,
-            channels: ObjectChannels::new(&settings.channels, prepared, &solid, level),
+            channels,
             touch: settings.touch.is_asked().then(|| TouchSurface::of_tree(prepared.tree(), level)),
-            kernel: SolidObject::new(
-                mesh,
-                solid,
-                record.watertight,
-                record.winding == Winding::Outward,
-                settings.truth,
-            ),
+            kernel,
         }
     }
 }

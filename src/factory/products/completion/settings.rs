@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::channels::Channels;
-use crate::job::{JobHand, JobObjects};
+use crate::{
+    job::{JobHand, JobObjects},
+    products::pair::{Channels, PairRules},
+};
 use kernel::{
     geom::{Intrinsics, ViewSet},
     render::{OccluderModel, SensorModel},
@@ -68,6 +70,15 @@ pub struct CompletionSettings {
     pub channels: Channels,
     /// Kinds of touch that go with each pair.
     pub touch: Touch,
+}
+
+impl CompletionSettings {
+    /// Rules by which the grids are made.
+    pub fn rules(&self) -> PairRules {
+        let Self { resolution, drop_index_zero, truth, gate, .. } = self;
+        let (resolution, drop_index_zero, truth) = (*resolution, *drop_index_zero, *truth);
+        PairRules { resolution, drop_index_zero, truth, min_partial_cells: gate.min_partial_cells }
+    }
 }
 
 /// The point that an object is rotated about, and that stands at the stated distance.

@@ -6,12 +6,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    channels::ChannelsSpec,
     settings::{Pivot, Renderer},
     spec_occlusion::OcclusionSpec,
     spec_touch::TouchSpec,
 };
-use crate::job::spec::{ObjectsSpec, SensorSpec, SplitSpec};
+use crate::{
+    job::spec::{ObjectsSpec, SensorSpec, SplitSpec},
+    products::pair::{ChannelsSpec, GridSpec, TruthSpec},
+};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
@@ -266,45 +268,6 @@ pub struct FitDistance {
     /// The sphere around the object's box fills this share of the shorter image side.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.6]), range(max = 1))]
     pub fit: f64,
-}
-
-/// The occupancy grids.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GridSpec {
-    /// Cells along each axis.
-    #[schemars(range(min = 1, max = 128))]
-    pub resolution: u32,
-    /// Quirk of the thesis: cells with index 0 on any axis are dropped from both grids.
-    pub drop_index_zero: bool,
-}
-
-/// When a cell of the complete grid is occupied.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TruthSpec {
-    /// The rule.
-    pub rule: TruthRule,
-    /// With `rule = "fraction"`: smallest share of the cell that is solid.
-    #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.5]), range(max = 1))]
-    pub fraction: Option<f64>,
-    /// Quirk of the thesis: the 256^3 solid also holds every cell that the surface crosses, as binvox does.
-    pub solid_with_surface: bool,
-}
-
-/// A rule of the complete grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum TruthRule {
-    /// The closed cell meets the solid: the surface passes through it or its centre is inside. Then every partial grid
-    /// lies in its complete grid.
-    AnyOverlap,
-    /// The cell's centre is inside the solid.
-    Centre,
-    /// At least the share `fraction` of the cell is solid.
-    Fraction,
-    /// Quirk of the thesis: the lower corner of an occupied cell of the 256^3 solid falls into the cell.
-    LowerCorners,
 }
 
 /// Which pairs are kept.

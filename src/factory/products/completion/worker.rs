@@ -1,7 +1,5 @@
 //! The producer of completion pairs for one thread: loads an object, then makes its views one by one.
 
-use nalgebra::Point3;
-
 use super::{
     depth::DepthSource,
     encode::{MadeView, ViewEncoder, channels_of},
@@ -11,12 +9,17 @@ use super::{
     scene::{camera_from_world, distance, world_from_object},
     settings::{CompletionJob, CompletionSettings, TouchByHand},
 };
-use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
+use crate::{
+    ProduceError, SampleWriter,
+    objects::prepared,
+    products::pair::{empty_pair, fill_grids},
+    work::Producer,
+};
 use format::{Channel, PairFacts, VoxelPair};
 use kernel::{
     cancel::Cancel,
-    geom::{DepthCrop, GridPlacement, OccupancyGrid, Pose, SimdLevel},
-    ids::{Digest, ItemId, ObjectId, SampleId},
+    geom::{DepthCrop, SimdLevel},
+    ids::{ItemId, SampleId},
     render::{Rasteriser, SensorScratch},
     seed::Stream,
     voxel::{NoGrid, ViewGrids},
@@ -125,7 +128,10 @@ impl<'j> CompletionWorker<'j> {
             sensor: SensorScratch::default(),
             crop: DepthCrop::default(),
             occlusion: ViewOcclusion::default(),
-            pair: empty_pair(settings),
+            pair: VoxelPair {
+                world_from_camera: camera_from_world().inverse(),
+                ..empty_pair(settings.resolution, settings.camera)
+            },
             encoder: ViewEncoder::default(),
         };
         let hand = by_hand.map(|by_hand| TouchingHand::new(&by_hand.hand)).transpose()?;
@@ -205,7 +211,6 @@ impl ViewScratch<'_> {
         let rotation = settings.views.rotation(sample.item.0 as usize);
         let distance = distance(settings, &object.bounds, || Stream::of_sample(self.seed, sample, "distance"));
         let pair = &mut self.pair;
-        (pair.partial_cells, pair.complete_cells, pair.both_cells, pair.solid_share) = (0, 0, 0, 0.0);
         pair.sample = *sample;
         pair.world_from_object = world_from_object(&object.pivot, &rotation, distance);
         pair.camera_from_object = camera_from_world() * pair.world_from_object;
@@ -222,19 +227,7 @@ impl ViewScratch<'_> {
         occlusion.draw(settings, &mut self.rasteriser, &self.crop, stream("occlusion"));
         occlusion.measure(settings, &mut self.sensor, &mut self.crop, stream("sensor"));
 
-        let (grids, drop_zero) = (&mut self.grids, settings.drop_index_zero);
-        pair.grid = grids.place_grid(&self.crop, &settings.camera, settings.resolution)?;
-        grids.partial(&self.crop, &settings.camera, &pair.grid, drop_zero, &mut pair.partial);
-        pair.partial_cells = pair.partial.count();
-        if pair.partial_cells < settings.gate.min_partial_cells {
-            // The complete grid of a view that is left out need not be made.
-            return Ok(());
-        }
-        let pose = &pair.camera_from_object;
-        grids.complete(&object.kernel, pose, &pair.grid, settings.truth, drop_zero, &mut pair.complete);
-        pair.complete_cells = pair.complete.count();
-        pair.both_cells = pair.partial.count_both(&pair.complete);
-        pair.solid_share = grids.solid_share(&object.kernel, pose, &pair.grid);
+        fill_grids(&mut self.grids, &settings.rules(), &object.kernel, &self.crop, pair)?;
         Ok(())
     }
 
@@ -283,22 +276,5 @@ impl Producer for CompletionWorker<'_> {
     fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
         let (_, loaded) = self.loaded.as_mut().expect("an object is loaded before its views are made");
         self.scratch.make(loaded, item, out)
-    }
-}
-
-fn empty_pair(settings: &CompletionSettings) -> VoxelPair {
-    VoxelPair {
-        sample: SampleId::of_object(ObjectId(Digest([0; 32])), ItemId(0)),
-        grid: GridPlacement { resolution: settings.resolution, centre: Point3::origin(), cell_size: 1.0 },
-        camera: settings.camera,
-        camera_from_object: Pose::identity(),
-        world_from_object: Pose::identity(),
-        world_from_camera: camera_from_world().inverse(),
-        partial: OccupancyGrid::new(settings.resolution),
-        complete: OccupancyGrid::new(settings.resolution),
-        partial_cells: 0,
-        complete_cells: 0,
-        both_cells: 0,
-        solid_share: 0.0,
     }
 }

@@ -6,9 +6,10 @@ use super::{
     loaded::LoadedMesh,
     settings::{ViewScene, ViewSettings},
 };
+use crate::products::surroundings::Surroundings;
 use format::{PixelMask, SceneContainer, SceneImage, SceneInstance};
 use kernel::{
-    geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, SimdLevel, TriMesh, World},
+    geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, SimdLevel, World},
     render::{LayeredImage, SensorModel, SensorScratch},
     seed::Stream,
 };
@@ -28,15 +29,9 @@ pub(super) struct SceneMeshes {
 impl SceneMeshes {
     /// The meshes of a scene on a table of these sides [m].
     pub fn new(bodies: Vec<Arc<LoadedMesh>>, container: &SceneContainer, table: [f64; 2]) -> Self {
-        let (container, table_z) = match *container {
-            SceneContainer::Plane { .. } => (None, 0.0),
-            SceneContainer::Bin { inner, wall } => (Some(LoadedMesh::of_mesh(&TriMesh::open_box(inner, wall))), -wall),
-        };
-        let [x, y] = table.map(|side| (side / 2.0) as f32);
-        let z = table_z as f32;
-        let vertices = vec![[-x, -y, z], [x, -y, z], [x, y, z], [-x, y, z]];
-        let table = LoadedMesh::of_mesh(&TriMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] });
-        Self { bodies, container, table, table_z }
+        let Surroundings { container, table, table_z } = Surroundings::new(container, table);
+        let container = container.as_ref().map(LoadedMesh::of_mesh);
+        Self { bodies, container, table: LoadedMesh::of_mesh(&table), table_z }
     }
 
     /// The point at which cameras point: the mean of the centres of the bodies' boxes.

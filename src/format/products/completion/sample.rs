@@ -1,4 +1,4 @@
-//! Records of a completion sample.
+//! Records of a completion sample. The ones that pairs of bodies in clutter have, too, are read of both.
 
 use super::{Cloud, Coverage, Implicit, Occlusion, TactileContacts, Tsdf, Visibility, VoxelPair};
 use crate::{
@@ -26,7 +26,7 @@ impl Sample {
     /// # Errors
     /// When the payload is no valid record.
     pub fn pair(&self) -> Result<VoxelPair, DatasetError> {
-        self.leading(Channel::PAIR, VoxelPair::decode)
+        self.leading(self.alike(Channel::PAIR), VoxelPair::decode)
     }
 
     /// Cells seen to be free; `None` when not stored.
@@ -34,7 +34,7 @@ impl Sample {
     /// # Errors
     /// When the payload is no valid record.
     pub fn visibility(&self) -> Result<Option<Visibility>, DatasetError> {
-        self.decoded(Channel::VISIBILITY, Visibility::decode)
+        self.decoded(self.alike(Channel::VISIBILITY), Visibility::decode)
     }
 
     /// The depth crop; `None` when not stored.
@@ -42,7 +42,7 @@ impl Sample {
     /// # Errors
     /// When the payload is no valid record.
     pub fn depth(&self) -> Result<Option<Depth>, DatasetError> {
-        self.decoded(Channel::DEPTH, Depth::decode)
+        self.decoded(self.alike(Channel::DEPTH), Depth::decode)
     }
 
     /// The partial point cloud; `None` when not stored.
@@ -50,7 +50,7 @@ impl Sample {
     /// # Errors
     /// When the payload is no valid record.
     pub fn cloud(&self) -> Result<Option<Cloud>, DatasetError> {
-        self.decoded(Channel::CLOUD, Cloud::decode)
+        self.decoded(self.alike(Channel::CLOUD), Cloud::decode)
     }
 
     /// Truncated signed distance; `None` when not stored.
@@ -58,7 +58,7 @@ impl Sample {
     /// # Errors
     /// When the payload is no valid record.
     pub fn tsdf(&self) -> Result<Option<Tsdf>, DatasetError> {
-        self.decoded(Channel::TSDF, Tsdf::decode)
+        self.decoded(self.alike(Channel::TSDF), Tsdf::decode)
     }
 
     /// Share of each cell that is solid; `None` when not stored.
@@ -66,7 +66,7 @@ impl Sample {
     /// # Errors
     /// When the payload is no valid record.
     pub fn coverage(&self) -> Result<Option<Coverage>, DatasetError> {
-        self.decoded(Channel::COVERAGE, Coverage::decode)
+        self.decoded(self.alike(Channel::COVERAGE), Coverage::decode)
     }
 
     /// Samples for implicit networks; `None` when not stored.
@@ -74,7 +74,7 @@ impl Sample {
     /// # Errors
     /// When the payload is no valid record.
     pub fn implicit(&self) -> Result<Option<Implicit>, DatasetError> {
-        self.decoded(Channel::IMPLICIT, Implicit::decode)
+        self.decoded(self.alike(Channel::IMPLICIT), Implicit::decode)
     }
 
     /// The occluder between the camera and the object; `None` when not stored.

@@ -21,6 +21,24 @@ use kernel::{
     },
 };
 
+/// Topics of a product of pairs: the same records, on topics of its own.
+pub struct PairTopics {
+    /// [`VoxelPair`].
+    pub pair: Channel,
+    /// [`Visibility`].
+    pub visibility: Channel,
+    /// [`Depth`].
+    pub depth: Channel,
+    /// [`Cloud`].
+    pub cloud: Channel,
+    /// [`Tsdf`].
+    pub tsdf: Channel,
+    /// [`Coverage`].
+    pub coverage: Channel,
+    /// [`Implicit`].
+    pub implicit: Channel,
+}
+
 /// Channels stored beside the partial and the complete grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -103,7 +121,7 @@ pub struct ImplicitSamples {
 
 impl Channels {
     /// The channels of a job whose farthest view stands at this distance [m], if that is known.
-    pub(super) fn read(checker: &mut Checker, spec: &ChannelsSpec, farthest: Option<f64>) -> Self {
+    pub fn read(checker: &mut Checker, spec: &ChannelsSpec, farthest: Option<f64>) -> Self {
         let depth = match spec.depth {
             DepthSpec::None => None,
             DepthSpec::F32 => Some(DepthFormat::F32),
@@ -130,7 +148,7 @@ impl Channels {
     }
 
     /// Writes the channels into keys that hold the defaults; those of channels that are not stored stay.
-    pub(super) fn write_keys(&self, spec: &mut ChannelsSpec) {
+    pub fn write_keys(&self, spec: &mut ChannelsSpec) {
         (spec.visibility, spec.cloud, spec.coverage) = (self.visibility, self.cloud, self.coverage);
         (spec.depth, spec.depth_step) = match self.depth {
             None => (DepthSpec::None, spec.depth_step),
@@ -145,27 +163,28 @@ impl Channels {
     }
 
     /// The channels that are stored, in the order in which they are written.
-    pub(super) fn stored(&self) -> impl Iterator<Item = Channel> {
+    pub fn stored(&self, topics: &PairTopics) -> impl Iterator<Item = Channel> {
         let asked = [
-            (Channel::VISIBILITY, self.visibility),
-            (Channel::DEPTH, self.depth.is_some()),
-            (Channel::CLOUD, self.cloud),
-            (Channel::TSDF, self.tsdf.is_some()),
-            (Channel::COVERAGE, self.coverage),
-            (Channel::IMPLICIT, self.implicit.is_some()),
+            (topics.visibility, self.visibility),
+            (topics.depth, self.depth.is_some()),
+            (topics.cloud, self.cloud),
+            (topics.tsdf, self.tsdf.is_some()),
+            (topics.coverage, self.coverage),
+            (topics.implicit, self.implicit.is_some()),
         ];
         asked.into_iter().filter_map(|(channel, asked)| asked.then_some(channel))
     }
 }
 
 /// An object's parts that its channels are made of; only those that the job stores are made.
-pub(super) struct ObjectChannels {
+pub struct ObjectChannels {
     coverage: Option<CoverageBlocks>,
     surface: Option<Arc<Surface>>,
 }
 
 impl ObjectChannels {
-    pub(super) fn new(channels: &Channels, prepared: &PreparedObject, solid: &SolidGrid, level: SimdLevel) -> Self {
+    /// The parts of an object that these channels are made of.
+    pub fn new(channels: &Channels, prepared: &PreparedObject, solid: &SolidGrid, level: SimdLevel) -> Self {
         let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
         Self {
             coverage: channels.coverage.then(|| CoverageBlocks::new(level, solid)),
@@ -175,20 +194,30 @@ impl ObjectChannels {
 }
 
 /// A view that was made, as its channels need it.
-pub(super) struct ChannelView<'a> {
+pub struct ChannelView<'a> {
+    /// Topics of the product.
+    pub topics: &'a PairTopics,
+    /// Seed of the job.
     pub seed: u64,
+    /// The camera.
     pub camera: &'a Intrinsics,
+    /// The pair.
     pub pair: &'a VoxelPair,
+    /// Depth of the object alone, of which the partial grid was made.
     pub crop: &'a DepthCrop,
     /// Depth at which each line of sight ends: at the object as measured, or at an occluder.
     pub sight: &'a DepthCrop,
+    /// Whether lines of sight that pass outside the image are unknown; else they meet nothing.
+    pub ends_at_image: bool,
+    /// The object's solid.
     pub solid: &'a SolidGrid,
+    /// Parts of the object that its channels are made of.
     pub object: &'a ObjectChannels,
 }
 
 /// Buffers in which a thread makes the channels beside the pair.
 #[derive(Default)]
-pub(super) struct ChannelScratch {
+pub struct ChannelScratch {
     free: OccupancyGrid,
     cloud: Vec<[f32; 3]>,
     tsdf: Vec<i16>,
@@ -198,46 +227,49 @@ pub(super) struct ChannelScratch {
 
 impl ChannelScratch {
     /// Fills the payload of every channel beside the pair that the job stores, touch apart.
-    pub(super) fn encode(
+    pub fn encode(
         &mut self,
         channels: &Channels,
         view: &ChannelView,
         grids: &mut ViewGrids,
         out: &mut SampleWriter<'_>,
     ) {
-        let ChannelView { seed, camera, pair, crop, sight, solid, object } = *view;
+        let ChannelView { topics, seed, camera, pair, crop, sight, ends_at_image, solid, object } = *view;
         let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
 
         // Channels of the view's image.
-        if let Some(payload) = out.payload(Channel::VISIBILITY) {
+        if let Some(payload) = out.payload(topics.visibility) {
             grids.free(sight, camera, grid, &pair.partial, &mut self.free);
+            if ends_at_image {
+                grids.drop_outside_image(camera, grid, &mut self.free);
+            }
             Visibility::encode_parts(sample, &self.free, payload);
         }
-        if let Some(payload) = out.payload(Channel::DEPTH) {
+        if let Some(payload) = out.payload(topics.depth) {
             let coding = match channels.depth {
                 Some(DepthFormat::U16 { step }) => DepthCoding::U16 { step },
                 Some(DepthFormat::F32) | None => DepthCoding::F32,
             };
             Depth::encode_parts(sample, crop, coding, payload);
         }
-        if let Some(payload) = out.payload(Channel::CLOUD) {
+        if let Some(payload) = out.payload(topics.cloud) {
             point_cloud(camera, crop, &mut self.cloud);
             Cloud::encode_parts(sample, &self.cloud, payload);
         }
 
         // Channels of the mesh and its solid in the view's pose.
-        if let Some(payload) = out.payload(Channel::TSDF) {
+        if let Some(payload) = out.payload(topics.tsdf) {
             let cells = channels.tsdf.unwrap_or_default();
             let surface = object.surface.as_ref().expect("an object has a surface where the job stores TSDFs");
             tsdf(surface, solid, pose, grid, cells, &mut self.tsdf);
             Tsdf::encode_parts(sample, grid.resolution, cells * grid.cell_size, &self.tsdf, payload);
         }
-        if let Some(payload) = out.payload(Channel::COVERAGE) {
+        if let Some(payload) = out.payload(topics.coverage) {
             let blocks = object.coverage.as_ref().expect("an object has blocks where the job stores coverage");
             blocks.coverage(solid, pose, grid, &mut self.coverage);
             Coverage::encode_parts(sample, grid.resolution, &self.coverage, payload);
         }
-        if let Some(payload) = out.payload(Channel::IMPLICIT) {
+        if let Some(payload) = out.payload(topics.implicit) {
             let counts = channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
             let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");
             let mut stream = Stream::of_sample(seed, sample, "implicit");

@@ -1,0 +1,49 @@
+//! The row of amodal pairs in the factory's table of products.
+
+use std::path::Path;
+
+use super::{
+    check,
+    settings::AmodalJob,
+    spec::{AmodalSpec, PROFILES},
+};
+use crate::{
+    job::{DraftWork, JobContext},
+    product::{InputDataset, ProductFactory},
+};
+use form::{Checker, FormErrors, Schema, schema_of};
+use format::{PARTIAL_INSIDE_COMPLETE, Product};
+use kernel::voxel::Truth;
+
+/// Amodal pairs as the factory makes them.
+pub static FACTORY: ProductFactory = ProductFactory {
+    product: Product::AMODAL,
+    keys,
+    profiles: PROFILES,
+    other_words: &[
+        ("objects", "the dataset of views says what its objects are"),
+        ("sensor", "the job of the views says what the sensor is"),
+        ("scenes", "name a dataset of views of them: `views.dataset`"),
+    ],
+    hand_uses: &[],
+    inputs: &[InputDataset { section: "views", product: Product::VIEWS }],
+    draft,
+};
+
+fn keys(title: &str) -> Schema {
+    schema_of::<AmodalSpec>(title)
+}
+
+fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) -> Result<DraftWork, FormErrors> {
+    let (spec, mut checker) = checker.value_of::<AmodalSpec>(keys)?;
+    let settings = check::settings(&mut checker, &spec);
+    let dataset = check::dataset(&mut checker, &spec, folder);
+    let views = dataset.as_ref().and_then(|dataset| check::views(&mut checker, &spec, dataset));
+    checker.finish()?;
+    let (dataset, views) = (dataset.expect("a missing one was reported"), views.expect("mistakes were reported"));
+    let rules = &settings.rules;
+    let obeys = rules.truth == Truth::AnyOverlap && !rules.drop_index_zero && !views.measured;
+    let rules = if obeys { vec![PARTIAL_INSIDE_COMPLETE] } else { Vec::new() };
+    let work = DraftWork::ready(AmodalJob { dataset, views, settings }, spec.shards.samples);
+    Ok(DraftWork { rules, ..work })
+}

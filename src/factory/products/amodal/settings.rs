@@ -1,0 +1,79 @@
+//! A job for amodal pairs, checked, with everything that it takes from the dataset of views but images and meshes.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::products::pair::{Channels, PairRules};
+use kernel::{
+    ids::{Digest, ObjectId},
+    words::SplitTable,
+};
+
+/// Views and settings of a job for amodal pairs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AmodalJob {
+    /// The folder of the dataset of views.
+    pub dataset: PathBuf,
+    /// Views of that dataset.
+    pub views: FoundViews,
+    /// Settings of the pairs.
+    pub settings: AmodalSettings,
+}
+
+/// The views of a dataset, without their images.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundViews {
+    /// Digest of the dataset's exact numbers.
+    pub root: Digest,
+    /// The scenes, in the order of the dataset.
+    pub scenes: Vec<ViewedScene>,
+    /// Whether a sensor measured the depth; else it is exact but for the step in which it is stored.
+    pub measured: bool,
+    /// Rows of its objects in the table of assets.
+    pub assets: Vec<serde_json::Value>,
+    /// Rows of its scenes in the table of assets.
+    pub subjects: Vec<serde_json::Value>,
+    /// Splits of its scenes and objects.
+    pub splits: SplitTable,
+}
+
+/// A scene with views.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ViewedScene {
+    /// The scene by content.
+    pub id: ObjectId,
+    /// Name, for people.
+    pub name: String,
+    /// Bodies of the scene.
+    pub bodies: u32,
+    /// The camera of each view, in order, kept or rejected.
+    pub cameras: Vec<u32>,
+}
+
+/// Settings of amodal pairs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AmodalSettings {
+    /// Rule by which a measured depth is of a body.
+    pub points: PointSource,
+    /// Smallest share of its silhouette that is seen of a body.
+    pub min_visible_share: f64,
+    /// Rules by which the grids are made.
+    pub rules: PairRules,
+    /// `thesis` quirk: the 256^3 solid also holds every cell that the surface crosses, as binvox does.
+    pub solid_with_surface: bool,
+    /// Channels beside the pair.
+    pub channels: Channels,
+}
+
+/// Rule by which a measured depth is of a body. Without a sensor both rules say the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PointSource {
+    /// Depths that were measured on the body's own surface: no other's point is among them.
+    Surface,
+    /// Depths of the pixels that see the body in the true image, as a perfect segmentation of a colour image would hand them out.
+    /// At its outline a sensor measures there what lies behind or beside the body, too.
+    Pixels,
+}

@@ -1,0 +1,87 @@
+//! Reads what a finished dataset says of its views, for a job for amodal pairs.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use super::settings::{FoundViews, ViewedScene};
+use format::{
+    Product,
+    dataset::{DatasetError, DatasetReader, Manifest, Selection},
+};
+use kernel::{
+    ids::{ObjectId, SampleIndex},
+    words::NumberClass,
+};
+
+/// Reason why a folder is no dataset of views that pairs can be made of.
+#[derive(Debug, thiserror::Error)]
+pub enum InvalidViews {
+    /// The dataset cannot be read.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// The dataset's product is another one.
+    #[error("{} is a dataset of {product}, not of views", folder.display())]
+    Product {
+        /// Folder of the dataset.
+        folder: PathBuf,
+        /// Product of the dataset.
+        product: Product,
+    },
+    /// The dataset has no digest of its images.
+    #[error("{} has no exact numbers", .0.display())]
+    NoExactNumbers(PathBuf),
+    /// No view was kept.
+    #[error("{} has no kept view", .0.display())]
+    Empty(PathBuf),
+    /// A scene is not in the table of assets, or its row does not say what its bodies are.
+    #[error(
+        "{}: assets.json does not say which objects are in scene {}; `verify` the dataset, and make it again",
+        folder.display(), scene.0.short()
+    )]
+    UnknownScene {
+        /// Folder of the dataset.
+        folder: PathBuf,
+        /// The scene.
+        scene: ObjectId,
+    },
+}
+
+/// What a dataset says of its views; of the images the first alone is read.
+///
+/// # Errors
+/// When the folder holds no finished dataset of views.
+pub fn read_views(folder: &Path) -> Result<FoundViews, InvalidViews> {
+    let manifest = Manifest::read(folder)?;
+    if manifest.product != Product::VIEWS {
+        return Err(InvalidViews::Product { folder: folder.to_owned(), product: manifest.product });
+    }
+    let root = manifest.classes.get(&NumberClass::Exact);
+    let root = *root.ok_or_else(|| InvalidViews::NoExactNumbers(folder.to_owned()))?;
+    let reader = DatasetReader::open(folder)?;
+    let first = reader.iter(Selection::default()).next().ok_or_else(|| InvalidViews::Empty(folder.to_owned()))??;
+    let measured = first.scene_image()?.point_instances.is_some();
+    let assets = reader.assets()?;
+    let rows: BTreeMap<ObjectId, _> = assets.subjects.iter().map(|row| (row.object, row)).collect();
+    let mut scenes: Vec<ViewedScene> = Vec::new();
+    for view in (0..manifest.counts.samples).filter_map(|index| reader.id(SampleIndex(index))) {
+        // Views of a scene stand together, in order.
+        if scenes.last().is_none_or(|scene| scene.id != view.subject) {
+            let row = rows.get(&view.subject).and_then(|row| Some((row, row.facts.get("objects")?.as_array()?.len())));
+            let (row, bodies) =
+                row.ok_or_else(|| InvalidViews::UnknownScene { folder: folder.to_owned(), scene: view.subject })?;
+            let (name, bodies) = (row.name.clone(), bodies as u32);
+            scenes.push(ViewedScene { id: view.subject, name, bodies, cameras: Vec::new() });
+        }
+        scenes.last_mut().expect("one was added").cameras.push(view.camera);
+    }
+    Ok(FoundViews {
+        root,
+        scenes,
+        measured,
+        assets: assets.objects.iter().map(|row| row.whole()).collect(),
+        subjects: assets.subjects.iter().map(|row| row.whole()).collect(),
+        splits: reader.splits().clone(),
+    })
+}

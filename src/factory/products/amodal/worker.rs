@@ -1,0 +1,257 @@
+//! The producer of amodal pairs for one thread.
+
+use std::sync::Arc;
+
+use super::{
+    image::{BodyPoints, ViewImage},
+    meshes::{LoadedObject, LoadedObjects},
+    neighbours::{Neighbours, StillSolid, window_of},
+    settings::{AmodalJob, AmodalSettings, ViewedScene},
+};
+use crate::{
+    ProduceError, SampleWriter,
+    products::pair::{ChannelScratch, ChannelView, PairTopics, empty_pair, fill_grids},
+    work::Producer,
+};
+use format::{
+    AmodalFacts, Channel, Clutter, SceneImage, SceneInstance, VoxelPair,
+    dataset::{DatasetReader, Sample},
+};
+use kernel::{
+    cancel::Cancel,
+    geom::{DepthCrop, Intrinsics, SimdLevel},
+    ids::{ItemId, SampleId},
+    voxel::ViewGrids,
+};
+
+/// Topics of the records that other products of pairs have, too.
+const TOPICS: PairTopics = PairTopics {
+    pair: Channel::AMODAL_PAIR,
+    visibility: Channel::AMODAL_VISIBILITY,
+    depth: Channel::AMODAL_DEPTH,
+    cloud: Channel::AMODAL_CLOUD,
+    tsdf: Channel::AMODAL_TSDF,
+    coverage: Channel::AMODAL_COVERAGE,
+    implicit: Channel::AMODAL_IMPLICIT,
+};
+
+/// Reason of a body whose view was rejected.
+const NO_VIEW: &str = "no_view";
+
+/// Reason of a body of which no pixel of the silhouette lies in the image.
+const OUTSIDE_VIEW: &str = "outside_view";
+
+/// Reason of a body that is seen by too small a share.
+const HIDDEN: &str = "hidden";
+
+/// Reason of a body whose partial grid has too few cells.
+const FEW_PARTIAL_CELLS: &str = "few_partial_cells";
+
+/// Parts that all threads share.
+pub(super) struct Shared<'j> {
+    pub job: &'j AmodalJob,
+    pub seed: u64,
+    pub level: SimdLevel,
+    /// The dataset of views.
+    pub views: DatasetReader,
+    pub objects: LoadedObjects,
+}
+
+/// The producer of one thread; its memory is reused from body to body.
+pub struct AmodalWorker<'s> {
+    shared: &'s Shared<'s>,
+    /// Index of the scene that was loaded last.
+    scene: usize,
+    /// The image that was read last.
+    image: Option<ViewImage>,
+    /// Container and table of the scene whose image was drawn last.
+    still: Option<StillSolid>,
+    scratch: PairScratch,
+}
+
+/// Memory in which pairs are made.
+struct PairScratch {
+    grids: ViewGrids,
+    pair: VoxelPair,
+    clutter: Clutter,
+    neighbours: Neighbours,
+    sight: DepthCrop,
+    channels: ChannelScratch,
+}
+
+/// The meshes of a scene, and what stands still around them.
+struct LoadedScene<'w> {
+    bodies: Vec<Arc<LoadedObject>>,
+    still: &'w StillSolid,
+}
+
+impl<'s> AmodalWorker<'s> {
+    /// A producer for one thread.
+    pub(super) fn new(shared: &'s Shared<'s>) -> Self {
+        let resolution = shared.job.settings.rules.resolution;
+        let camera = Intrinsics { width: 1, height: 1, fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, near: 0.01 };
+        let pair = empty_pair(resolution, camera);
+        let scratch = PairScratch {
+            grids: ViewGrids::new(shared.level),
+            clutter: Clutter::none(pair.sample, pair.sample.subject, resolution),
+            pair,
+            neighbours: Neighbours::default(),
+            sight: DepthCrop::default(),
+            channels: ChannelScratch::default(),
+        };
+        Self { shared, scene: 0, image: None, still: None, scratch }
+    }
+}
+
+/// The meshes of the scene of an image, whose depth is read, or, where no sensor measured it, rendered again.
+fn load_scene<'w>(
+    Shared { job, level, objects, .. }: &Shared<'_>,
+    still: &'w mut Option<StillSolid>,
+    image: &mut ViewImage,
+    stored: &Sample,
+) -> Result<LoadedScene<'w>, ProduceError> {
+    let SceneImage { container, table, .. } = image.record;
+    still.take_if(|still| !still.is_of(&container, table));
+    let still = still.get_or_insert_with(|| StillSolid::new(&container, table));
+    let bodies = image.record.bodies.iter().map(|body| objects.get(body.object, &job.settings, *level));
+    let bodies: Vec<Arc<LoadedObject>> = bodies.collect::<Result<_, _>>()?;
+    if image.record.point_instances.is_some() {
+        image.depth = stored.view_depth()?.ok_or_else(|| unlike(stored, "it has no depth"))?.crop;
+    } else if !image.render(&bodies, still) {
+        return Err(unlike(stored, "its scene, drawn again, is another picture"));
+    }
+    Ok(LoadedScene { bodies, still })
+}
+
+/// The error of a view that is not what it was.
+fn unlike(view: &Sample, what: &str) -> ProduceError {
+    let SampleId { subject, item, .. } = view.id;
+    let name = format!("view {item} of scene {}", subject.0.short());
+    ProduceError::unusable(name, format!("{what}; `verify` the dataset of views, and make it again with this version"))
+}
+
+/// Why a body is left out before anything is made of it, with numbers.
+fn unseen(body: &SceneInstance, settings: &AmodalSettings) -> Option<(&'static str, String)> {
+    let (share, least) = (body.visible_share(), settings.min_visible_share);
+    if body.mask.count() == 0 {
+        return Some((OUTSIDE_VIEW, "no pixel of its silhouette is in the image".to_owned()));
+    }
+    let seen = || format!("{share:.3} of it is seen, {least} asked: {} of {} px", body.pixels_visible, body.pixels_all);
+    (share < least).then(|| (HIDDEN, seen()))
+}
+
+impl PairScratch {
+    /// Enters a body into the records, without a cell.
+    fn begin(&mut self, sample: SampleId, image: &SceneImage) {
+        let Self { pair, clutter, .. } = self;
+        let body = &image.bodies[sample.instance as usize - 1];
+        (pair.sample, clutter.sample, clutter.object) = (sample, sample, body.object);
+        (pair.camera, pair.world_from_camera) = (image.camera, image.world_from_camera);
+        pair.world_from_object = body.world_from_object;
+        pair.camera_from_object = image.world_from_camera.inverse() * body.world_from_object;
+        (pair.partial_cells, pair.complete_cells, pair.both_cells, pair.solid_share) = (0, 0, 0, 0.0);
+        (clutter.pixels_all, clutter.pixels_visible) = (body.pixels_all, body.pixels_visible);
+        (clutter.pixels_in_image, clutter.points, clutter.own_points) = (body.mask.count(), 0, 0);
+        clutter.others_solid.reset(pair.grid.resolution);
+    }
+
+    /// Makes the pair of a body that is seen, and stores or rejects it.
+    fn make(
+        &mut self,
+        shared: &Shared<'_>,
+        image: &mut ViewImage,
+        scene: &LoadedScene<'_>,
+        out: &mut SampleWriter<'_>,
+    ) -> Result<(), ProduceError> {
+        let AmodalSettings { rules, channels, .. } = &shared.job.settings;
+        let Self { grids, pair, clutter, neighbours, sight, channels: scratch } = self;
+        let LoadedScene { bodies, still } = scene;
+        let (number, drop_zero) = (pair.sample.instance as u8, rules.drop_index_zero);
+
+        // Its points, and the grids around them.
+        let object = &bodies[usize::from(number) - 1];
+        let BodyPoints { all, own } = image.take_body(number, object);
+        (clutter.points, clutter.own_points) = (all, own);
+        let placed = fill_grids(grids, rules, &object.pair.kernel, &image.body, pair);
+        if placed.is_err() || pair.partial_cells < rules.min_partial_cells {
+            let cells = pair.partial_cells;
+            let detail = format!("{cells} cells, {} asked; {all} points", rules.min_partial_cells);
+            return out.reject(pair.sample, AmodalFacts::of(pair, clutter), FEW_PARTIAL_CELLS, &detail);
+        }
+
+        // What surrounds it.
+        neighbours.fill_seen(grids, image, pair, drop_zero, &mut clutter.others_seen);
+        neighbours.fill_solid(grids, image, bodies, still, pair, drop_zero, &mut clutter.others_solid);
+
+        if let Some(payload) = out.payload(TOPICS.pair) {
+            pair.encode(payload);
+        }
+        image.sight(window_of(&pair.grid, &pair.camera), sight);
+        let made = ChannelView {
+            topics: &TOPICS,
+            seed: shared.seed,
+            camera: &pair.camera,
+            pair,
+            crop: &image.body,
+            sight,
+            ends_at_image: true,
+            solid: &object.pair.kernel.solid,
+            object: &object.pair.channels,
+        };
+        scratch.encode(channels, &made, grids, out);
+        if let Some(payload) = out.payload(Channel::CLUTTER) {
+            clutter.encode(payload);
+        }
+        out.keep(pair.sample, AmodalFacts::of(pair, clutter))
+    }
+}
+
+impl Producer for AmodalWorker<'_> {
+    fn channels(&self) -> Vec<Channel> {
+        let beside = self.shared.job.settings.channels.stored(&TOPICS);
+        [TOPICS.pair].into_iter().chain(beside).chain([Channel::CLUTTER]).collect()
+    }
+
+    fn load(&mut self, subject: usize, _: &Cancel) -> Result<(), ProduceError> {
+        self.scene = subject;
+        Ok(())
+    }
+
+    fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
+        let shared = self.shared;
+        let ViewedScene { id, bodies, cameras, .. } = &shared.job.views.scenes[self.scene];
+        let view = SampleId { camera: cameras[item.0 as usize], ..SampleId::of_object(*id, item) };
+        let of_body = |number: u32| SampleId { instance: number, ..view };
+        let Some(stored) = shared.views.sample_of(&view)? else {
+            return (1..=*bodies).try_for_each(|number| {
+                out.reject(of_body(number), AmodalFacts::default(), NO_VIEW, "the view of its scene was rejected")
+            });
+        };
+        let record = stored.scene_image()?;
+        if record.bodies.len() != *bodies as usize {
+            return Err(unlike(&stored, "it has other bodies than its scene"));
+        }
+
+        let Self { image, still, scratch, .. } = self;
+        let image = match image {
+            Some(image) => image.with(record),
+            none => none.insert(ViewImage::new(record, shared.job.settings.points, shared.level)),
+        };
+        let reasons = image.record.bodies.iter().map(|body| unseen(body, &shared.job.settings));
+        let reasons: Vec<_> = reasons.collect();
+        let scene = match reasons.iter().any(Option::is_none) {
+            true => Some(load_scene(shared, still, image, &stored)?),
+            false => None,
+        };
+        for (number, reason) in (1..).zip(reasons) {
+            scratch.begin(of_body(number), &image.record);
+            if let Some((reason, detail)) = reason {
+                let facts = AmodalFacts::of(&scratch.pair, &scratch.clutter);
+                out.reject(of_body(number), facts, reason, &detail)?;
+            } else {
+                scratch.make(shared, image, scene.as_ref().expect("a body is seen"), out)?;
+            }
+        }
+        Ok(())
+    }
+}

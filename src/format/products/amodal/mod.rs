@@ -1,0 +1,52 @@
+//! Amodal pairs: completion pairs of the bodies of settled scenes, and what surrounds them.
+
+mod check;
+mod clutter;
+mod facts;
+mod row;
+#[cfg(test)]
+mod tests;
+
+pub(super) use check::CHECKS;
+pub use clutter::Clutter;
+pub use facts::AmodalFacts;
+pub use row::FORMAT;
+
+use crate::{
+    Channel, Product,
+    dataset::{DatasetError, Sample},
+};
+
+impl Product {
+    /// Completion pairs of the bodies of settled scenes.
+    pub const AMODAL: Self = Self::named("amodal");
+}
+
+impl Channel {
+    /// [`VoxelPair`](crate::VoxelPair): partial and complete grid of one body, camera, poses; every amodal sample has one.
+    pub const AMODAL_PAIR: Self = Self::at("/amodal/pair");
+    /// [`Visibility`](crate::Visibility): cells seen to be free.
+    pub const AMODAL_VISIBILITY: Self = Self::at("/amodal/visibility");
+    /// [`Depth`](crate::Depth): the crop of the depth that is of the body.
+    pub const AMODAL_DEPTH: Self = Self::at("/amodal/depth");
+    /// [`Cloud`](crate::Cloud): the partial point cloud.
+    pub const AMODAL_CLOUD: Self = Self::at("/amodal/cloud");
+    /// [`Tsdf`](crate::Tsdf): truncated signed distance to the body.
+    pub const AMODAL_TSDF: Self = Self::at("/amodal/tsdf");
+    /// [`Coverage`](crate::Coverage): share of each cell that is solid.
+    pub const AMODAL_COVERAGE: Self = Self::at("/amodal/coverage");
+    /// [`Implicit`](crate::Implicit): samples for implicit networks.
+    pub const AMODAL_IMPLICIT: Self = Self::at("/amodal/implicit");
+    /// [`Clutter`]: what surrounds the body; every amodal sample has one.
+    pub const CLUTTER: Self = Self::at("/amodal/clutter");
+}
+
+impl Sample {
+    /// What surrounds the body of an amodal sample.
+    ///
+    /// # Errors
+    /// When the sample is of another product, or the payload is no valid record.
+    pub fn clutter(&self) -> Result<Clutter, DatasetError> {
+        self.leading(Channel::CLUTTER, Clutter::decode)
+    }
+}

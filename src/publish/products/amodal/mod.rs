@@ -1,0 +1,17 @@
+//! Amodal pairs as people meet them: facts, page, pictures.
+
+mod inspection;
+mod page;
+mod painting;
+mod row;
+mod templates;
+
+pub use inspection::{AmodalInspection, AmodalObject, inspect_amodal};
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::{
+    inspection::AmodalSurvey,
+    page::{AmodalPage, CardView},
+    templates::PAGE_TEMPLATE,
+};

@@ -1,0 +1,174 @@
+//! The page of a dataset of amodal pairs: what was kept and why not, distributions, pictures.
+
+use serde::Serialize;
+
+use super::{
+    inspection::{AmodalInspection, AmodalObject, AmodalSurvey},
+    painting::PairPictures,
+};
+use crate::{
+    chart::{Bar, Ink, bar_chart, grouped, percent},
+    markup::Markup,
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture},
+    picture::Picture,
+    tally::SpreadRow,
+};
+use format::dataset::{DatasetError, DatasetReader};
+use kernel::{ids::ObjectId, words::Split};
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct AmodalPage<'a> {
+    dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
+    speed: Option<SpeedView>,
+    numbers: HeaderNumbers,
+    /// Reason, count and share.
+    rejects: Vec<[String; 3]>,
+    /// Split and kept pairs.
+    splits: Vec<[String; 2]>,
+    /// Kept pairs by how much of the body is seen; `None` where no pair is kept.
+    bodies: Option<Markup>,
+    /// Words, bodies, kept pairs and share.
+    strata: Vec<[String; 4]>,
+    spreads: Vec<Vec<String>>,
+    cards: Vec<CardView>,
+    /// Name and split.
+    objects: Vec<[String; 2]>,
+    job: &'a str,
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    kept: String,
+    samples: String,
+    share: String,
+    scenes: String,
+    truncated: String,
+}
+
+/// One pair.
+#[derive(Clone, Serialize)]
+pub(crate) struct CardView {
+    title: String,
+    words: String,
+    /// Name, hint and picture.
+    pictures: Vec<PanelView>,
+}
+
+/// A picture with its name.
+#[derive(Clone, Serialize)]
+struct PanelView {
+    image: ImageView,
+    name: &'static str,
+    hint: &'static str,
+}
+
+/// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
+const SIDE: u32 = 400;
+
+/// Side of a picture on the page [px].
+const SHOWN_SIDE: u32 = 200;
+
+/// Name of an object.
+pub(super) fn name_of(survey: &AmodalSurvey, object: ObjectId) -> &str {
+    survey.facts.objects.iter().find(|row| row.object == object).map_or("?", |row| row.name.as_str())
+}
+
+/// The pairs that a page shows.
+pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec<CardView>, DatasetError> {
+    let mut cards = Vec::new();
+    for index in &survey.shown {
+        let Some(sample) = reader.sample(*index)? else { continue };
+        let (pictures, pair, clutter) = PairPictures::of(&sample, SIDE)?;
+        let panel = |picture: &Picture, name, hint| PanelView {
+            image: ImageView::of(picture, SHOWN_SIDE, SHOWN_SIDE),
+            name,
+            hint,
+        };
+        let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
+        cards.push(CardView {
+            title: format!("{}, body {} in view {}", name_of(survey, clutter.object), sample.id.instance, sample.id.item),
+            words: format!(
+                "{split} · sample {} · {} of the silhouette is seen ({} of {} px) · {} partial of {} complete cells · {} of the \
+                 solid inside the grid · cell {:.2} mm · purity {}",
+                sample.index,
+                percent(clutter.visible_share()),
+                grouped(clutter.pixels_visible.into()),
+                grouped(clutter.pixels_all.into()),
+                pair.partial_cells,
+                pair.complete_cells,
+                percent(pair.solid_share),
+                pair.grid.cell_size * 1e3,
+                percent(clutter.purity()),
+            ),
+            pictures: vec![
+                panel(&pictures.seen, "Seen", "blue the body, grey anything else"),
+                panel(&pictures.whole, "Whole body", "orange is not seen"),
+                panel(&pictures.behind, "Whole body, from behind", "orange is not seen"),
+                panel(&pictures.slices.front, "Slice across the view", "x right, y down"),
+                panel(&pictures.slices.side, "Slice from the side", "z right, y down"),
+                panel(&pictures.slices.top, "Slice from above", "x right, z up"),
+            ],
+        });
+    }
+    Ok(cards)
+}
+
+impl<'a> AmodalPage<'a> {
+    /// The page with these cards.
+    pub fn of(survey: &'a AmodalSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
+        let facts = &survey.facts;
+        let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
+        let strip_card = |card: &CardView| StripCard {
+            caption: card.title.clone(),
+            pictures: card.pictures.iter().take(2).map(|panel| panel.image.clone()).collect(),
+        };
+        let bar =
+            |(words, _, kept): &(String, u64, u64)| Bar { label: words.clone(), value: *kept, ink: Ink::Complete };
+        let bars: Vec<Bar> = facts.strata.iter().map(bar).collect();
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            strip: StripPicture::strip(&(1..).zip(cards.iter().map(strip_card)).collect::<Vec<_>>()),
+            speed: SpeedView::of(&facts.header, "samples"),
+            numbers: HeaderNumbers {
+                kept: grouped(facts.kept),
+                samples: grouped(facts.samples),
+                share: share(facts.kept),
+                scenes: grouped(facts.scenes),
+                truncated: grouped(facts.truncated),
+            },
+            rejects: facts
+                .rejected
+                .iter()
+                .map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)])
+                .collect(),
+            splits: facts.splits.iter().map(|(split, count)| [split.name().to_owned(), grouped(*count)]).collect(),
+            bodies: (facts.kept > 0).then(|| bar_chart("Pairs by how much of the body is seen", &bars)),
+            strata: facts.stratum_rows(),
+            spreads: facts.spread_rows().into_iter().map(SpreadRow::into_cells).collect(),
+            objects: objects(facts),
+            cards,
+            job,
+        }
+    }
+}
+
+#[cfg(test)]
+impl CardView {
+    /// A card of one picture of this name.
+    pub fn example(name: &str) -> Self {
+        let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
+        Self {
+            title: name.to_owned(),
+            words: "training".to_owned(),
+            pictures: vec![PanelView { image, name: "Seen", hint: "blue the body" }],
+        }
+    }
+}
+
+fn objects(facts: &AmodalInspection) -> Vec<[String; 2]> {
+    let row = |object: &AmodalObject| [object.name.clone(), object.split.map_or("", Split::name).to_owned()];
+    facts.objects.iter().map(row).collect()
+}

@@ -1,0 +1,57 @@
+//! Pictures of a pair in clutter: what is seen of the body and of everything else, the whole body, and cuts through both.
+
+use crate::picture::{Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass};
+use format::{
+    Clutter, VoxelPair,
+    dataset::{DatasetError, Sample},
+};
+
+/// The pictures of a pair.
+pub(super) struct PairPictures {
+    /// Cells of the body that are seen, among those seen of everything else, from the camera's side.
+    pub seen: Picture,
+    /// Cells of the body, seen or not, from the camera's side.
+    pub whole: Picture,
+    /// The same from behind.
+    pub behind: Picture,
+    /// Cuts, with what is solid around the body.
+    pub slices: Slices,
+}
+
+impl PairPictures {
+    /// Draws a sample; each picture has `side` pixels along each side at most.
+    pub fn of(sample: &Sample, side: u32) -> Result<(Self, VoxelPair, Clutter), DatasetError> {
+        let (pair, clutter) = (sample.pair()?, sample.clutter()?);
+        let free = sample.visibility()?.map(|visibility| visibility.free);
+        let (partial, complete) = (&pair.partial, &pair.complete);
+        let among = VoxelPainter::new(side, Eye::CameraSide, &[complete, partial, &clutter.others_seen]);
+        let [front, behind] =
+            [Eye::CameraSide, Eye::Behind].map(|eye| VoxelPainter::new(side, eye, &[complete, partial]));
+        let zoom = (side / pair.grid.resolution).max(1);
+        let grids = [partial, complete, &clutter.others_solid];
+        let pictures = Self {
+            seen: among.draw_among(partial, None, &clutter.others_seen).with_few_colours(),
+            whole: front.draw(Some(partial), Some(complete)).with_few_colours(),
+            behind: behind.draw(Some(partial), Some(complete)).with_few_colours(),
+            slices: Slices::among(grids, free.as_ref(), centre_of_mass(complete), zoom),
+        };
+        Ok((pictures, pair, clutter))
+    }
+
+    /// The pictures in one row.
+    pub fn row(self, side: u32) -> Picture {
+        let slice = self.slices.front.in_square(side);
+        Picture::row(&[self.seen, self.whole, self.behind, slice], side / 20).with_few_colours()
+    }
+
+    /// The pictures as panels.
+    pub fn panels(self) -> Vec<Panel> {
+        let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
+        vec![
+            panel("what is seen", self.seen),
+            panel("whole body", self.whole),
+            panel("from behind", self.behind),
+            panel("cut, others grey", self.slices.front),
+        ]
+    }
+}

