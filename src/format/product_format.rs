@@ -20,6 +20,8 @@ pub struct ProductFormat {
     pub subject_meaning: &'static str,
     /// Meaning of the item number in a sample's id, a sentence.
     pub item_meaning: &'static str,
+    /// Whether an item makes several samples, one per instance from 1; a shard then ends where an item ends.
+    pub has_instances: bool,
     /// Channels in the order in which a sample's messages are written. Every kept sample has the first.
     pub channels: &'static [ChannelFormat],
     /// Facts of every sample, in the order of their columns.

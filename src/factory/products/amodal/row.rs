@@ -44,6 +44,8 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) ->
     let rules = &settings.rules;
     let obeys = rules.truth == Truth::AnyOverlap && !rules.drop_index_zero && !views.measured;
     let rules = if obeys { vec![PARTIAL_INSIDE_COMPLETE] } else { Vec::new() };
-    let work = DraftWork::ready(AmodalJob { dataset, views, settings }, spec.shards.samples);
+    // A shard holds the bodies of one view at least.
+    let most = views.scenes.iter().map(|scene| scene.bodies).max().unwrap_or(1);
+    let work = DraftWork::ready(AmodalJob { dataset, views, settings }, spec.shards.samples.max(most));
     Ok(DraftWork { rules, ..work })
 }

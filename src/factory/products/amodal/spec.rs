@@ -67,7 +67,7 @@ pub struct AmodalGateSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AmodalShardsSpec {
-    /// Samples per shard. Changes no sample.
+    /// Samples per shard, at most: a shard ends where a view ends, and holds one at least. Changes no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "samples"))]
     pub samples: u32,
 }

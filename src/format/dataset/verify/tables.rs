@@ -99,7 +99,8 @@ pub(super) fn check_foreign(
     Ok(())
 }
 
-/// Compares the folder's mark with the manifest. A dataset of one shard does not show the size of shards.
+/// Compares the folder's mark with the manifest. A dataset of one shard does not show the size of shards, nor does one whose shards
+/// end where the samples of an item end.
 pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<Problem>) {
     let remedy = "delete it and `run` the job again: finished shards are kept";
     let mark = match read_mark(folder) {
@@ -108,10 +109,10 @@ pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<
         Err(error) => return problems.push(whole(RUN, error.to_string(), remedy)),
     };
     let shards = manifest.shards.len();
+    let largest = manifest.shards.iter().map(|shard| shard.samples).max().unwrap_or(0);
     let size = match &manifest.shards[..] {
-        [first, _, ..] => u64::from(mark.shard_samples) == first.samples,
-        [only] => u64::from(mark.shard_samples) >= only.samples,
-        [] => true,
+        [first, _, ..] if !manifest.product.has_instances => u64::from(mark.shard_samples) == first.samples,
+        _ => u64::from(mark.shard_samples) >= largest,
     };
     let found = (mark.product, mark.job, mark.samples, mark.shards as usize);
     if found != (manifest.product, manifest.job, manifest.counts.samples, shards) || !size {

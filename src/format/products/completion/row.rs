@@ -20,6 +20,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subjects_are_objects: true,
     subject_meaning: "The object by content, 64 hexadecimal digits.",
     item_meaning: "Number of the view of the object.",
+    has_instances: false,
     channels: &CHANNELS,
     facts: &FACTS,
     has_splits: true,

@@ -18,6 +18,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subjects_are_objects: true,
     subject_meaning: "The object by content, 64 hexadecimal digits.",
     item_meaning: "Number of the run: of its seed.",
+    has_instances: false,
     channels: &[
         ChannelFormat::new(
             "/grasps/run",

@@ -17,6 +17,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subjects_are_objects: false,
     subject_meaning: "The robot by content, 64 hexadecimal digits.",
     item_meaning: "Number of the position, in C order over x, y, z.",
+    has_instances: false,
     channels: &[ChannelFormat::new(
         "/reachability/block",
         "graspmill.ReachabilityBlock",

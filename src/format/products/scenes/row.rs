@@ -14,6 +14,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subjects_are_objects: false,
     subject_meaning: "The digest of container, mode and split, 64 hexadecimal digits.",
     item_meaning: "Number of the scene in its split.",
+    has_instances: false,
     channels: &[
         ChannelFormat::new(
             "/scenes/scene",

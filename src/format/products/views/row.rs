@@ -15,6 +15,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     subjects_are_objects: false,
     subject_meaning: "The scene by content, 64 hexadecimal digits.",
     item_meaning: "Number of the view of the scene.",
+    has_instances: false,
     channels: &[
         ChannelFormat::new(
             "/views/image",
