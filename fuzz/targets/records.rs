@@ -1,7 +1,7 @@
 //! Every message of a dataset.
 
 use graspmill::format::{
-    Channel, Cloud, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape, Occlusion,
+    Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape, Occlusion,
     PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
     ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, TactileContacts, Tsdf, Visibility,
     VoxelPair, check_record, checks_of,
@@ -29,16 +29,26 @@ pub fn records(input: &[u8]) {
     let mut checks = (checks_of(channel.product()).samples)();
     let decodes = check_record(checks.as_mut(), channel, payload).is_ok();
     let found = match channel {
-        Channel::PAIR => again(payload, |bytes| VoxelPair::decode(bytes).ok(), VoxelPair::encode),
-        Channel::VISIBILITY => again(payload, |bytes| Visibility::decode(bytes).ok(), Visibility::encode),
-        Channel::DEPTH | Channel::PATCH_IMAGE | Channel::VIEW_DEPTH => {
+        Channel::PAIR | Channel::AMODAL_PAIR => again(payload, |bytes| VoxelPair::decode(bytes).ok(), VoxelPair::encode),
+        Channel::VISIBILITY | Channel::AMODAL_VISIBILITY => {
+            again(payload, |bytes| Visibility::decode(bytes).ok(), Visibility::encode)
+        }
+        Channel::DEPTH | Channel::PATCH_IMAGE | Channel::VIEW_DEPTH | Channel::AMODAL_DEPTH => {
             again(payload, |bytes| Depth::decode(bytes).ok(), Depth::encode)
         }
-        Channel::CLOUD => again(payload, |bytes| Cloud::decode(bytes).ok(), Cloud::encode),
-        Channel::TSDF => again(payload, |bytes| Tsdf::decode(bytes).ok(), Tsdf::encode),
-        Channel::COVERAGE => again(payload, |bytes| Coverage::decode(bytes).ok(), Coverage::encode),
+        Channel::CLOUD | Channel::AMODAL_CLOUD => {
+            again(payload, |bytes| Cloud::decode(bytes).ok(), Cloud::encode)
+        }
+        Channel::TSDF | Channel::AMODAL_TSDF => {
+            again(payload, |bytes| Tsdf::decode(bytes).ok(), Tsdf::encode)
+        }
+        Channel::COVERAGE | Channel::AMODAL_COVERAGE => {
+            again(payload, |bytes| Coverage::decode(bytes).ok(), Coverage::encode)
+        }
         Channel::OCCLUSION => again(payload, |bytes| Occlusion::decode(bytes).ok(), Occlusion::encode),
-        Channel::IMPLICIT => again(payload, |bytes| Implicit::decode(bytes).ok(), Implicit::encode),
+        Channel::IMPLICIT | Channel::AMODAL_IMPLICIT => {
+            again(payload, |bytes| Implicit::decode(bytes).ok(), Implicit::encode)
+        }
         Channel::TOUCH_RAYS | Channel::TOUCH_EXPLORATION | Channel::TOUCH_GRASP => {
             again(payload, |bytes| TactileContacts::decode_of(channel, bytes).ok(), TactileContacts::encode)
         }
@@ -62,6 +72,7 @@ pub fn records(input: &[u8]) {
         Channel::SCENE => again(payload, |bytes| Scene::decode(bytes).ok(), Scene::encode),
         Channel::SCENE_OVERVIEW => again(payload, |bytes| SceneOverview::decode(bytes).ok(), SceneOverview::encode),
         Channel::VIEW_IMAGE => again(payload, |bytes| SceneImage::decode(bytes).ok(), SceneImage::encode),
+        Channel::CLUTTER => again(payload, |bytes| Clutter::decode(bytes).ok(), Clutter::encode),
         other => panic!("{other:?} has no record here"),
     };
     assert_eq!(found, decodes, "the checker takes what decodes, and nothing else");

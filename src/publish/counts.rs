@@ -39,11 +39,14 @@ pub fn counts_in_words(folder: &Path, manifest: &Manifest) -> Result<Vec<String>
             let rejects: Vec<String> =
                 counts.rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
             let rejects = if rejects.is_empty() { String::new() } else { format!(" ({})", rejects.join(", ")) };
+            // The manifest counts objects, not scenes.
+            let about = match product.subjects_are_objects {
+                true => format!("{} {}", counts.objects, product.subjects.of(counts.objects)),
+                false => format!("{} objects in scenes", counts.objects),
+            };
             lines.push(format!(
-                "{} {samples} of {} {}: {} kept, {} rejected{rejects}",
+                "{} {samples} of {about}: {} kept, {} rejected{rejects}",
                 counts.samples,
-                counts.objects,
-                product.subjects.of(counts.objects),
                 counts.kept,
                 counts.samples - counts.kept
             ));
