@@ -1,8 +1,8 @@
 //! Every message of a dataset.
 
 use graspmill::format::{
-    Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape, Occlusion,
-    PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
+    Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
+    Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
     ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, TactileContacts, Tsdf, Visibility,
     VoxelPair, check_record, checks_of,
 };
@@ -29,19 +29,17 @@ pub fn records(input: &[u8]) {
     let mut checks = (checks_of(channel.product()).samples)();
     let decodes = check_record(checks.as_mut(), channel, payload).is_ok();
     let found = match channel {
-        Channel::PAIR | Channel::AMODAL_PAIR => again(payload, |bytes| VoxelPair::decode(bytes).ok(), VoxelPair::encode),
+        Channel::PAIR | Channel::AMODAL_PAIR => {
+            again(payload, |bytes| VoxelPair::decode(bytes).ok(), VoxelPair::encode)
+        }
         Channel::VISIBILITY | Channel::AMODAL_VISIBILITY => {
             again(payload, |bytes| Visibility::decode(bytes).ok(), Visibility::encode)
         }
         Channel::DEPTH | Channel::PATCH_IMAGE | Channel::VIEW_DEPTH | Channel::AMODAL_DEPTH => {
             again(payload, |bytes| Depth::decode(bytes).ok(), Depth::encode)
         }
-        Channel::CLOUD | Channel::AMODAL_CLOUD => {
-            again(payload, |bytes| Cloud::decode(bytes).ok(), Cloud::encode)
-        }
-        Channel::TSDF | Channel::AMODAL_TSDF => {
-            again(payload, |bytes| Tsdf::decode(bytes).ok(), Tsdf::encode)
-        }
+        Channel::CLOUD | Channel::AMODAL_CLOUD => again(payload, |bytes| Cloud::decode(bytes).ok(), Cloud::encode),
+        Channel::TSDF | Channel::AMODAL_TSDF => again(payload, |bytes| Tsdf::decode(bytes).ok(), Tsdf::encode),
         Channel::COVERAGE | Channel::AMODAL_COVERAGE => {
             again(payload, |bytes| Coverage::decode(bytes).ok(), Coverage::encode)
         }

@@ -49,6 +49,12 @@ impl StillSolid {
     }
 }
 
+/// The meshes of a scene, one per body in order, and what stands still around them.
+pub(super) struct LoadedScene<'w> {
+    pub bodies: Vec<Arc<LoadedObject>>,
+    pub still: &'w StillSolid,
+}
+
 /// Fills the grids of what surrounds a body; its memory is used again.
 #[derive(Default)]
 pub(super) struct Neighbours {
@@ -77,8 +83,7 @@ impl Neighbours {
         &mut self,
         grids: &mut ViewGrids,
         image: &ViewImage,
-        bodies: &[Arc<LoadedObject>],
-        still: &StillSolid,
+        LoadedScene { bodies, still }: &LoadedScene<'_>,
         pair: &VoxelPair,
         drop_index_zero: bool,
         out: &mut OccupancyGrid,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{
     image::{BodyPoints, ViewImage},
     meshes::{LoadedObject, LoadedObjects},
-    neighbours::{Neighbours, StillSolid, window_of},
+    neighbours::{LoadedScene, Neighbours, StillSolid, window_of},
     settings::{AmodalJob, AmodalSettings, ViewedScene},
 };
 use crate::{
@@ -77,12 +77,6 @@ struct PairScratch {
     neighbours: Neighbours,
     sight: DepthCrop,
     channels: ChannelScratch,
-}
-
-/// The meshes of a scene, and what stands still around them.
-struct LoadedScene<'w> {
-    bodies: Vec<Arc<LoadedObject>>,
-    still: &'w StillSolid,
 }
 
 impl<'s> AmodalWorker<'s> {
@@ -165,11 +159,10 @@ impl PairScratch {
     ) -> Result<(), ProduceError> {
         let AmodalSettings { rules, channels, .. } = &shared.job.settings;
         let Self { grids, pair, clutter, neighbours, sight, channels: scratch } = self;
-        let LoadedScene { bodies, still } = scene;
         let (number, drop_zero) = (pair.sample.instance as u8, rules.drop_index_zero);
 
         // Its points, and the grids around them.
-        let object = &bodies[usize::from(number) - 1];
+        let object = &scene.bodies[usize::from(number) - 1];
         let BodyPoints { all, own } = image.take_body(number, object);
         (clutter.points, clutter.own_points) = (all, own);
         let placed = fill_grids(grids, rules, &object.pair.kernel, &image.body, pair);
@@ -181,7 +174,7 @@ impl PairScratch {
 
         // What surrounds it.
         neighbours.fill_seen(grids, image, pair, drop_zero, &mut clutter.others_seen);
-        neighbours.fill_solid(grids, image, bodies, still, pair, drop_zero, &mut clutter.others_solid);
+        neighbours.fill_solid(grids, image, scene, pair, drop_zero, &mut clutter.others_solid);
 
         if let Some(payload) = out.payload(TOPICS.pair) {
             pair.encode(payload);
