@@ -18,6 +18,8 @@ pub(super) struct ViewImage {
     /// The depth that is of the body that was taken last [m].
     pub body: DepthCrop,
     points: PointSource,
+    /// Left, top, width and height of the pixels whose measured depth is taken for each body.
+    boxes: Vec<[u32; 4]>,
     image: LayeredImage,
     rasteriser: Rasteriser,
 }
@@ -35,7 +37,15 @@ impl ViewImage {
     /// An image, before its depth stands.
     pub fn new(record: SceneImage, points: PointSource, level: SimdLevel) -> Self {
         let (image, rasteriser) = (LayeredImage::new(record.camera, level), Rasteriser::new(level));
-        Self { record, depth: DepthCrop::default(), body: DepthCrop::default(), points, image, rasteriser }
+        let (depth, body, boxes) = (DepthCrop::default(), DepthCrop::default(), Vec::new());
+        Self { record, depth, body, points, boxes, image, rasteriser }
+    }
+
+    /// Takes the depth that a sensor measured.
+    pub fn measured(&mut self, depth: DepthCrop) {
+        self.depth = depth;
+        let visible = SceneImage::visible(self.owners(), self.record.camera.width, self.record.bodies.len());
+        self.boxes = visible.into_iter().map(|(_, visible_box)| visible_box).collect();
     }
 
     /// Takes another image; its depth is to be set.
@@ -84,7 +94,7 @@ impl ViewImage {
             self.body.clone_from(alone);
         } else {
             let mut body = std::mem::take(&mut self.body);
-            let [left, top, width, height] = self.owned_box(number);
+            let [left, top, width, height] = self.boxes[usize::from(number) - 1];
             self.copy_window([left, top, left + width, top + height], &mut body);
             self.body = body;
         }
@@ -101,20 +111,6 @@ impl ViewImage {
         });
         self.body = body;
         counts
-    }
-
-    /// First column and row, width and height of the pixels whose depth is taken for a body.
-    fn owned_box(&self, number: u8) -> [u32; 4] {
-        let mut ends = [u32::MAX, u32::MAX, 0, 0];
-        for (row, line) in (0..).zip(self.owners().chunks_exact(self.record.camera.width as usize)) {
-            for (column, _) in (0..).zip(line).filter(|(_, owner)| **owner == number) {
-                let [left, top, right, bottom] = &mut ends;
-                (*left, *right) = ((*left).min(column), (*right).max(column + 1));
-                (*top, *bottom) = ((*top).min(row), row + 1);
-            }
-        }
-        let [left, top, right, bottom] = ends;
-        if right == 0 { [0; 4] } else { [left, top, right - left, bottom - top] }
     }
 
     /// Copies the depth of a part of the image: first column and row, past-the-end column and row.

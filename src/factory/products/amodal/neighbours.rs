@@ -131,18 +131,28 @@ pub(super) fn window_of(grid: &GridPlacement, camera: &Intrinsics) -> [u32; 4] {
     [first(0), first(1), end(0).max(first(0)), end(1).max(first(1))]
 }
 
-/// Whether the box of a mesh reaches into the box around a grid's cells: those in its own axes are enough to rule most out.
+/// Whether the box of a mesh may reach into a grid: the two lie apart along no axis of either.
 fn reaches(mesh: &RenderMesh, pose: &Pose<CameraCv, Object>, grid: &GridPlacement) -> bool {
-    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    for corner in 0..8u32 {
-        let signs = Vector3::from_fn(|axis, _| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 });
-        let corner = pose.point(&(mesh.centre() + mesh.half_extents().component_mul(&signs)));
-        let cell = Vector3::from(grid.coordinates_of(corner.into()));
-        (low, high) = (low.inf(&cell), high.sup(&cell));
-    }
+    let corners = |centre: Point3<f64>, half: Vector3<f64>| {
+        (0..8u32).map(move |corner| {
+            let signs = Vector3::from_fn(|axis, _| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 });
+            centre + half.component_mul(&signs)
+        })
+    };
     // A cell of tolerance: the complete grid widens its cells by the rounding of depths.
-    let n = f64::from(grid.resolution) + 1.0;
-    (0..3).all(|axis| low[axis] <= n && high[axis] >= -1.0)
+    let side = (f64::from(grid.resolution) / 2.0 + 1.0) * grid.cell_size;
+    let half_grid = Vector3::repeat(side);
+    let middle = grid.lower_corner() + Vector3::repeat(side - grid.cell_size);
+    let overlap = |points: &mut dyn Iterator<Item = Vector3<f64>>, half: &Vector3<f64>| {
+        let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+        points.for_each(|point| (low, high) = (low.inf(&point), high.sup(&point)));
+        (0..3).all(|axis| low[axis] <= half[axis] && high[axis] >= -half[axis])
+    };
+    let half = mesh.half_extents();
+    let mut of_mesh = corners(mesh.centre(), half).map(|corner| pose.point(&corner) - middle);
+    let object_from_camera = pose.inverse();
+    let mut of_grid = corners(middle, half_grid).map(|corner| object_from_camera.point(&corner) - mesh.centre());
+    overlap(&mut of_mesh, &half_grid) && overlap(&mut of_grid, &half)
 }
 
 /// Adds the cells that reach down to a height in the world [m].

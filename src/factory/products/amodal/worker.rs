@@ -110,7 +110,8 @@ fn load_scene<'w>(
     let bodies = image.record.bodies.iter().map(|body| objects.get(body.object, &job.settings, *level));
     let bodies: Vec<Arc<LoadedObject>> = bodies.collect::<Result<_, _>>()?;
     if image.record.point_instances.is_some() {
-        image.depth = stored.view_depth()?.ok_or_else(|| unlike(stored, "it has no depth"))?.crop;
+        let depth = stored.view_depth()?.ok_or_else(|| unlike(stored, "it has no depth"))?;
+        image.measured(depth.crop);
     } else if !image.render(&bodies, still) {
         return Err(unlike(stored, "its scene, drawn again, is another picture"));
     }
