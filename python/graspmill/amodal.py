@@ -13,7 +13,7 @@ from .samples import content, expect_lengths
 
 @dataclass(frozen=True, eq=False)
 class Clutter:
-    """What surrounds one body of a scene in one image, on the grid of its pair."""
+    """Surroundings of one body of a scene in one image, on the grid of its pair."""
 
     object: str
     """Digest of the object that the body is, 64 hexadecimal digits, as in ``assets.json``."""
@@ -59,7 +59,7 @@ class AmodalSample(CompletionSample):
 
     @content
     def clutter(self) -> Clutter:
-        """What surrounds the body."""
+        """Surroundings of the body."""
         message, n = self.message("clutter"), self.resolution
         grids = {name: np.frombuffer(message[name], np.uint8) for name in ("others_seen", "others_solid")}
         expect_lengths(bytes_of_cells(n), **grids)

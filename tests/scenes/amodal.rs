@@ -262,7 +262,6 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
 fn check_by_trimesh(pairs: &Path, views: &Path, count: &str) -> Value {
     let python = Program::python().arg("tests/peers/amodal.py").arg(pairs).arg(views).arg(count);
     let found: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
-    println!("{found}");
     let number = |name: &str| found[name].as_f64().expect("a number");
     assert!(number("worst_point") < 1e-5, "{found}");
     assert_eq!((number("empty_cells"), number("stray_points")), (0.0, 0.0), "{found}");
@@ -284,6 +283,7 @@ fn trimesh_finds_every_point_on_its_body_and_the_same_solids() {
     let views = workspace.make_dataset("views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
     let pairs = workspace.make_dataset("pairs", &amodal_job("views", "channels = { cloud = true }"), &[]);
     let found = check_by_trimesh(&pairs, &views, "8");
+    println!("{found}");
     assert!(found["points"].as_u64().expect("a count") > 8 * 300, "{found}");
 }
 

@@ -1,4 +1,4 @@
-//! What stands still around the bodies of a scene, as meshes.
+//! Container and table of a scene, as meshes.
 
 use format::SceneContainer;
 use kernel::geom::TriMesh;

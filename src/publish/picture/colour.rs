@@ -31,7 +31,7 @@ impl Colour {
     pub const CONTACT: Self = Self([0x00, 0x00, 0x00]);
     /// A table that objects stand on: a light grey beside the set.
     pub const TABLE: Self = Self([0xc8, 0xc8, 0xc8]);
-    /// What surrounds an object: a middle grey beside the set.
+    /// Surroundings of an object: a middle grey beside the set.
     pub const OTHERS: Self = Self([0x8c, 0x8c, 0x90]);
     /// Errors: reddish purple of the same set.
     pub const WRONG: Self = Self([0xcc, 0x79, 0xa7]);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{meshes::LoadedObject, neighbours::StillSolid, settings::PointSource};
+use super::{meshes::LoadedObject, scene::StillSolid, settings::PointSource};
 use format::{SceneImage, SceneInstance};
 use kernel::{
     geom::{CameraCv, DepthCrop, Object, Pose, SimdLevel},
@@ -29,7 +29,7 @@ pub(super) struct ViewImage {
 pub(super) struct BodyPoints {
     /// All that are taken for it.
     pub all: u32,
-    /// Of these, the depths that were measured on its surface.
+    /// Depths among them that were measured on its surface.
     pub own: u32,
 }
 

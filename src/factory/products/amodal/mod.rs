@@ -10,6 +10,7 @@ mod keys;
 mod meshes;
 mod neighbours;
 mod row;
+mod scene;
 mod settings;
 pub mod spec;
 mod views_reader;

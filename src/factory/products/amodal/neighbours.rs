@@ -1,59 +1,13 @@
-//! What surrounds a body on the grid of its pair: what is seen of it, and where it is solid.
-
-use std::sync::Arc;
+//! Surroundings of a body on the grid of its pair: cells that are seen of anything else, and cells where something else is solid.
 
 use nalgebra::{Point3, Vector3};
 
-use super::{image::ViewImage, meshes::LoadedObject};
-use crate::products::surroundings::Surroundings;
-use format::{SceneContainer, VoxelPair};
+use super::{image::ViewImage, scene::LoadedScene};
+use format::VoxelPair;
 use kernel::{
     geom::{CameraCv, DepthCrop, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, RenderMesh, World},
-    voxel::{InsideTest, SolidObject, Truth, ViewGrids, solid_occupancy},
+    voxel::{SolidObject, Truth, ViewGrids},
 };
-
-/// What stands still around the bodies of a scene.
-pub(super) struct StillSolid {
-    /// Container and sides of the table that it was made of.
-    made_of: (SceneContainer, [f64; 2]),
-    /// The container's walls and floor; `None` for a plane.
-    container: Option<SolidObject>,
-    /// The container as views are drawn.
-    pub container_surface: Option<RenderMesh>,
-    /// The table as views are drawn.
-    pub table: RenderMesh,
-    /// All below this height is solid [m].
-    table_z: f64,
-}
-
-impl StillSolid {
-    /// The solids of a container on a table.
-    pub fn new(container: &SceneContainer, table_size: [f64; 2]) -> Self {
-        let Surroundings { container: mesh, table, table_z } = Surroundings::new(container, table_size);
-        let solid = |mesh| {
-            let solid = solid_occupancy(mesh, InsideTest::Crossings, false);
-            SolidObject::new(mesh, solid, true, true, Truth::AnyOverlap)
-        };
-        Self {
-            made_of: (*container, table_size),
-            container: mesh.as_ref().map(solid),
-            container_surface: mesh.as_ref().map(|mesh| RenderMesh::new(mesh, false)),
-            table: RenderMesh::new(&table, false),
-            table_z,
-        }
-    }
-
-    /// Whether it was made of this container on this table.
-    pub fn is_of(&self, container: &SceneContainer, table_size: [f64; 2]) -> bool {
-        self.made_of == (*container, table_size)
-    }
-}
-
-/// The meshes of a scene, one per body in order, and what stands still around them.
-pub(super) struct LoadedScene<'w> {
-    pub bodies: Vec<Arc<LoadedObject>>,
-    pub still: &'w StillSolid,
-}
 
 /// Fills the grids of what surrounds a body; its memory is used again.
 #[derive(Default)]
@@ -100,11 +54,11 @@ impl Neighbours {
                 add(&object.pair.kernel, &image.camera_from_object(body));
             }
         }
-        if let Some(container) = &still.container {
+        if let Some(container) = still.container() {
             let camera_from_world = pair.world_from_camera.inverse();
             add(container, &Pose::from_isometry(*camera_from_world.isometry()));
         }
-        add_below(still.table_z, &pair.world_from_camera, &pair.grid, drop_index_zero, out);
+        add_below(still.table_z(), &pair.world_from_camera, &pair.grid, drop_index_zero, out);
     }
 }
 

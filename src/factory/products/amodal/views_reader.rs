@@ -48,7 +48,7 @@ pub enum InvalidViews {
     },
 }
 
-/// What a dataset says of its views; of the images the first alone is read.
+/// Scenes, views, objects and splits of a dataset; of its images the first alone is read.
 ///
 /// # Errors
 /// When the folder holds no finished dataset of views.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::{
     image::{BodyPoints, ViewImage},
     meshes::{LoadedObject, LoadedObjects},
-    neighbours::{LoadedScene, Neighbours, StillSolid, window_of},
+    neighbours::{Neighbours, window_of},
+    scene::{LoadedScene, StillSolid},
     settings::{AmodalJob, AmodalSettings, ViewedScene},
 };
 use crate::{

@@ -16,7 +16,7 @@ use kernel::{
 
 const MESSAGE: &str = "Clutter";
 
-/// What surrounds one body of a scene in one image, on the grid of its pair.
+/// Surroundings of one body of a scene in one image, on the grid of its pair.
 ///
 /// For the hot path keep one and refill it: its grids keep their memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub struct Clutter {
     pub pixels_visible: u32,
     /// Measured depths that the partial grid is made of.
     pub points: u32,
-    /// Of these, the depths that were measured on the body's own surface.
+    /// Depths among them that were measured on the body's own surface.
     pub own_points: u32,
     /// Cells that hold a measured depth of anything else.
     pub others_seen: OccupancyGrid,

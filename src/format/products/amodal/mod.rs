@@ -42,7 +42,7 @@ impl Channel {
 }
 
 impl Sample {
-    /// What surrounds the body of an amodal sample.
+    /// Surroundings of the body of an amodal sample.
     ///
     /// # Errors
     /// When the sample is of another product, or the payload is no valid record.

@@ -12,7 +12,7 @@ pub(super) struct PairPictures {
     pub seen: Picture,
     /// Cells of the body, seen or not, from the camera's side.
     pub whole: Picture,
-    /// The same from behind.
+    /// Cells of the body from behind.
     pub behind: Picture,
     /// Cuts, with what is solid around the body.
     pub slices: Slices,

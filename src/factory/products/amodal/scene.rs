@@ -1,0 +1,64 @@
+//! A scene as its pairs need it: meshes of the bodies, container and table.
+
+use std::sync::Arc;
+
+use super::meshes::LoadedObject;
+use crate::products::surroundings::Surroundings;
+use format::SceneContainer;
+use kernel::{
+    geom::RenderMesh,
+    voxel::{InsideTest, SolidObject, Truth, solid_occupancy},
+};
+
+/// Container and table of a scene.
+pub(super) struct StillSolid {
+    /// Container and sides of the table that it was made of.
+    made_of: (SceneContainer, [f64; 2]),
+    /// The container's walls and floor; `None` for a plane.
+    container: Option<SolidObject>,
+    /// The container as views are drawn.
+    pub container_surface: Option<RenderMesh>,
+    /// The table as views are drawn.
+    pub table: RenderMesh,
+    /// All below this height is solid [m].
+    table_z: f64,
+}
+
+impl StillSolid {
+    /// The solids of a container on a table.
+    pub fn new(container: &SceneContainer, table_size: [f64; 2]) -> Self {
+        let Surroundings { container: mesh, table, table_z } = Surroundings::new(container, table_size);
+        let solid = |mesh| {
+            let solid = solid_occupancy(mesh, InsideTest::Crossings, false);
+            SolidObject::new(mesh, solid, true, true, Truth::AnyOverlap)
+        };
+        Self {
+            made_of: (*container, table_size),
+            container: mesh.as_ref().map(solid),
+            container_surface: mesh.as_ref().map(|mesh| RenderMesh::new(mesh, false)),
+            table: RenderMesh::new(&table, false),
+            table_z,
+        }
+    }
+
+    /// The container's walls and floor; `None` for a plane.
+    pub fn container(&self) -> Option<&SolidObject> {
+        self.container.as_ref()
+    }
+
+    /// All below this height is solid [m].
+    pub fn table_z(&self) -> f64 {
+        self.table_z
+    }
+
+    /// Whether it was made of this container on this table.
+    pub fn is_of(&self, container: &SceneContainer, table_size: [f64; 2]) -> bool {
+        self.made_of == (*container, table_size)
+    }
+}
+
+/// The meshes of a scene, one per body in order, with container and table.
+pub(super) struct LoadedScene<'w> {
+    pub bodies: Vec<Arc<LoadedObject>>,
+    pub still: &'w StillSolid,
+}
