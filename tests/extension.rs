@@ -62,32 +62,32 @@ const PRODUCT: Extension = Extension {
             "src/format/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFormat; 6]", "[&ProductFormat; 7]"),
-                ("&views::FORMAT]", "&views::FORMAT, &volume::FORMAT]"),
+                ("[&ProductFormat; 7]", "[&ProductFormat; 8]"),
+                ("    &amodal::FORMAT,\n", "    &amodal::FORMAT,\n    &volume::FORMAT,\n"),
             ],
         ),
         (
             "src/format/products/checks.rs",
             &[
                 ("scenes, views}", "scenes, views, volume}"),
-                ("[&ProductChecks; 6]", "[&ProductChecks; 7]"),
-                ("&views::CHECKS]", "&views::CHECKS, &volume::CHECKS]"),
+                ("[&ProductChecks; 7]", "[&ProductChecks; 8]"),
+                ("    &amodal::CHECKS,\n", "    &amodal::CHECKS,\n    &volume::CHECKS,\n"),
             ],
         ),
         (
             "src/factory/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFactory; 6]", "[&ProductFactory; 7]"),
-                ("    &views::FACTORY,\n", "    &views::FACTORY,\n    &volume::FACTORY,\n"),
+                ("[&ProductFactory; 7]", "[&ProductFactory; 8]"),
+                ("    &amodal::FACTORY,\n", "    &amodal::FACTORY,\n    &volume::FACTORY,\n"),
             ],
         ),
         (
             "src/publish/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductPages; 6]", "[&ProductPages; 7]"),
-                ("&views::PAGES]", "&views::PAGES, &volume::PAGES]"),
+                ("[&ProductPages; 7]", "[&ProductPages; 8]"),
+                ("    &amodal::PAGES,\n", "    &amodal::PAGES,\n    &volume::PAGES,\n"),
             ],
         ),
     ],
@@ -121,7 +121,7 @@ const CHANNEL: Extension = Extension {
             ],
         ),
         (
-            "src/factory/products/completion/channels.rs",
+            "src/factory/products/pair/channels.rs",
             &[
                 ("format::{Channel, Cloud,", "format::{Centroid, Channel, Cloud,"),
                 (
@@ -146,14 +146,14 @@ const CHANNEL: Extension = Extension {
                 ),
                 (
                     "        // Channels of the mesh and its solid",
-                    "        if let Some(payload) = out.payload(Channel::CENTROID) {\n            \
+                    "        if let Some(payload) = payload(out, product, Channel::CENTROID) {\n            \
                      Centroid::of(sample, &pair.complete).encode(payload);\n        }\n\n        \
                      // Channels of the mesh and its solid",
                 ),
             ],
         ),
         (
-            "src/factory/products/completion/profiles/standard.toml",
+            "src/factory/products/pair/channels.toml",
             &[("implicit_space = 2048\n", "implicit_space = 2048\ncentroid = false\n")],
         ),
     ],

@@ -12,6 +12,7 @@ use crate::{
     products::pair::{Channels, PairRules},
 };
 use form::Checker;
+use format::Product;
 use kernel::ids::Digest;
 
 const MAKE_VIEWS: &str = "make it first: `graspmill run jobs/views-quick.toml --out datasets/views-quick`";
@@ -30,7 +31,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec) -> AmodalSettin
         min_visible_share: spec.gate.min_visible_share,
         rules,
         solid_with_surface: spec.truth.solid_with_surface,
-        channels: Channels::read(checker, &spec.channels, None),
+        channels: Channels::read(checker, &spec.channels, Product::AMODAL, None),
     }
 }
 

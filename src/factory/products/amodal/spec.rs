@@ -9,7 +9,10 @@ use super::settings::PointSource;
 use crate::products::pair::{ChannelsSpec, GridSpec, TruthSpec};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
-pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
+pub const PROFILES: [&str; 2] = [
+    concat!(include_str!("profiles/standard.toml"), include_str!("../pair/channels.toml")),
+    include_str!("profiles/thesis.toml"),
+];
 
 /// A job that makes completion pairs of the bodies in views of settled scenes: what an image shows of each, the whole solid, and what
 /// surrounds it.

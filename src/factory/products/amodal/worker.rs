@@ -11,11 +11,11 @@ use super::{
 };
 use crate::{
     ProduceError, SampleWriter,
-    products::pair::{ChannelScratch, ChannelView, PairTopics, empty_pair, fill_grids},
+    products::pair::{ChannelScratch, ChannelView, empty_pair, fill_grids},
     work::Producer,
 };
 use format::{
-    AmodalFacts, Channel, Clutter, SceneImage, SceneInstance, VoxelPair,
+    AmodalFacts, Channel, Clutter, Product, SceneImage, SceneInstance, VoxelPair,
     dataset::{DatasetReader, Sample},
 };
 use kernel::{
@@ -23,17 +23,6 @@ use kernel::{
     geom::{DepthCrop, Intrinsics, SimdLevel},
     ids::{ItemId, SampleId},
     voxel::ViewGrids,
-};
-
-/// Topics of the records that other products of pairs have, too.
-const TOPICS: PairTopics = PairTopics {
-    pair: Channel::AMODAL_PAIR,
-    visibility: Channel::AMODAL_VISIBILITY,
-    depth: Channel::AMODAL_DEPTH,
-    cloud: Channel::AMODAL_CLOUD,
-    tsdf: Channel::AMODAL_TSDF,
-    coverage: Channel::AMODAL_COVERAGE,
-    implicit: Channel::AMODAL_IMPLICIT,
 };
 
 /// Reason of a body whose view was rejected.
@@ -178,12 +167,12 @@ impl PairScratch {
         neighbours.fill_seen(grids, image, pair, drop_zero, &mut clutter.others_seen);
         neighbours.fill_solid(grids, image, scene, pair, drop_zero, &mut clutter.others_solid);
 
-        if let Some(payload) = out.payload(TOPICS.pair) {
+        if let Some(payload) = out.payload(Channel::AMODAL_PAIR) {
             pair.encode(payload);
         }
         image.sight(window_of(&pair.grid, &pair.camera), sight);
         let made = ChannelView {
-            topics: &TOPICS,
+            product: Product::AMODAL,
             seed: shared.seed,
             camera: &pair.camera,
             pair,
@@ -203,8 +192,8 @@ impl PairScratch {
 
 impl Producer for AmodalWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        let beside = self.shared.job.settings.channels.stored(&TOPICS);
-        [TOPICS.pair].into_iter().chain(beside).chain([Channel::CLUTTER]).collect()
+        let beside = self.shared.job.settings.channels.stored(Product::AMODAL);
+        [Channel::AMODAL_PAIR].into_iter().chain(beside).chain([Channel::CLUTTER]).collect()
     }
 
     fn load(&mut self, subject: usize, _: &Cancel) -> Result<(), ProduceError> {

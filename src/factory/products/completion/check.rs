@@ -15,6 +15,7 @@ use crate::{
     products::pair::Channels,
 };
 use form::{Checker, Path};
+use format::Product;
 use kernel::geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy};
 use sim::scene_camera as camera_of_scene;
 
@@ -41,7 +42,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
         solid_with_surface: spec.truth.solid_with_surface,
         truth: spec.truth.check(checker),
         gate,
-        channels: Channels::read(checker, &spec.channels, distance.farthest()),
+        channels: Channels::read(checker, &spec.channels, Product::COMPLETION, distance.farthest()),
         touch: touch(checker, &spec.touch, folder),
     };
     settings.rules().check(checker);

@@ -10,21 +10,10 @@ use super::{
 };
 use crate::{
     ProduceError, SampleWriter,
-    products::pair::{ChannelScratch, ChannelView, PairTopics},
+    products::pair::{ChannelScratch, ChannelView},
 };
-use format::{Channel, TactileContacts, VoxelPair};
+use format::{Channel, Product, TactileContacts, VoxelPair};
 use kernel::{geom::DepthCrop, seed::Stream, voxel::ViewGrids};
-
-/// Topics of the records that other products of pairs have, too.
-const TOPICS: PairTopics = PairTopics {
-    pair: Channel::PAIR,
-    visibility: Channel::VISIBILITY,
-    depth: Channel::DEPTH,
-    cloud: Channel::CLOUD,
-    tsdf: Channel::TSDF,
-    coverage: Channel::COVERAGE,
-    implicit: Channel::IMPLICIT,
-};
 
 /// A made view.
 pub(super) struct MadeView<'a> {
@@ -54,7 +43,7 @@ pub fn channels_of(settings: &CompletionSettings) -> Vec<Channel> {
         (Channel::TOUCH_GRASP, by_hand(|touch| touch.grasp)),
     ];
     let beside = beside.into_iter().filter_map(|(channel, asked)| asked.then_some(channel));
-    iter::once(TOPICS.pair).chain(settings.channels.stored(&TOPICS)).chain(beside).collect()
+    iter::once(Channel::PAIR).chain(settings.channels.stored(Product::COMPLETION)).chain(beside).collect()
 }
 
 impl ViewEncoder {
@@ -70,13 +59,13 @@ impl ViewEncoder {
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
         let MadeView { settings, seed, pair, crop, occlusion, object } = *made;
-        if let Some(payload) = out.payload(TOPICS.pair) {
+        if let Some(payload) = out.payload(Channel::PAIR) {
             pair.encode(payload);
         }
         let (camera, solid) = (&settings.camera, object.kernel.solid.as_ref());
         let sight = occlusion.sight(crop);
-        let (topics, object) = (&TOPICS, &object.channels);
-        let view = ChannelView { topics, seed, camera, pair, crop, sight, ends_at_image: false, solid, object };
+        let (product, object) = (Product::COMPLETION, &object.channels);
+        let view = ChannelView { product, seed, camera, pair, crop, sight, ends_at_image: false, solid, object };
         self.channels.encode(&settings.channels, &view, grids, out);
         if let Some(payload) = out.payload(Channel::OCCLUSION) {
             occlusion.record(pair.sample).encode(payload);

@@ -16,7 +16,10 @@ use crate::{
 };
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
-pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
+pub const PROFILES: [&str; 2] = [
+    concat!(include_str!("profiles/standard.toml"), include_str!("../pair/channels.toml")),
+    include_str!("profiles/thesis.toml"),
+];
 
 /// A job that makes shape-completion pairs: which objects, seen how, become which samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -9,8 +9,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::SampleWriter;
-use form::Checker;
-use format::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Tsdf, Visibility, VoxelPair};
+use form::{Checker, Path};
+use format::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Product, Tsdf, Visibility, VoxelPair};
 use kernel::{
     geom::{DepthCrop, Intrinsics, OccupancyGrid, SimdLevel, SolidGrid},
     object::PreparedObject,
@@ -21,22 +21,14 @@ use kernel::{
     },
 };
 
-/// Topics of a product of pairs: the same records, on topics of its own.
-pub struct PairTopics {
-    /// [`VoxelPair`].
-    pub pair: Channel,
-    /// [`Visibility`].
-    pub visibility: Channel,
-    /// [`Depth`].
-    pub depth: Channel,
-    /// [`Cloud`].
-    pub cloud: Channel,
-    /// [`Tsdf`].
-    pub tsdf: Channel,
-    /// [`Coverage`].
-    pub coverage: Channel,
-    /// [`Implicit`].
-    pub implicit: Channel,
+/// The channel of a product that holds the records of one of completion's; `None` where the product has none.
+pub fn own_channel(product: Product, channel: Channel) -> Option<Channel> {
+    product.channels().find(|own| own.name() == channel.name() && own.message == channel.message)
+}
+
+/// Empty buffer for the payload of a product's own channel; `None` when samples do not have it.
+fn payload<'w>(out: &'w mut SampleWriter<'_>, product: Product, channel: Channel) -> Option<&'w mut Vec<u8>> {
+    out.payload(own_channel(product, channel)?)
 }
 
 /// Channels stored beside the partial and the complete grid.
@@ -121,7 +113,7 @@ pub struct ImplicitSamples {
 
 impl Channels {
     /// The channels of a job whose farthest view stands at this distance [m], if that is known.
-    pub fn read(checker: &mut Checker, spec: &ChannelsSpec, farthest: Option<f64>) -> Self {
+    pub fn read(checker: &mut Checker, spec: &ChannelsSpec, product: Product, farthest: Option<f64>) -> Self {
         let depth = match spec.depth {
             DepthSpec::None => None,
             DepthSpec::F32 => Some(DepthFormat::F32),
@@ -137,14 +129,19 @@ impl Channels {
         if spec.implicit && implicit.surface == 0 && implicit.space == 0 {
             checker.contradiction("channels.implicit", "channels.implicit_surface = 0", "no point is asked for");
         }
-        Self {
+        let channels = Self {
             visibility: spec.visibility,
             depth,
             cloud: spec.cloud,
             tsdf: spec.tsdf.then_some(spec.tsdf_truncation),
             coverage: spec.coverage,
             implicit: spec.implicit.then_some(implicit),
+        };
+        for channel in channels.asked().filter(|channel| own_channel(product, *channel).is_none()) {
+            let key = Path::from("channels").key(channel.name());
+            checker.contradiction(key, "product", format!("samples of {product} have no such channel"));
         }
+        channels
     }
 
     /// Writes the channels into keys that hold the defaults; those of channels that are not stored stay.
@@ -163,14 +160,19 @@ impl Channels {
     }
 
     /// The channels that are stored, in the order in which they are written.
-    pub fn stored(&self, topics: &PairTopics) -> impl Iterator<Item = Channel> {
+    pub fn stored(&self, product: Product) -> impl Iterator<Item = Channel> {
+        self.asked().filter_map(move |channel| own_channel(product, channel))
+    }
+
+    /// Completion's channels of the records that are asked for.
+    fn asked(&self) -> impl Iterator<Item = Channel> {
         let asked = [
-            (topics.visibility, self.visibility),
-            (topics.depth, self.depth.is_some()),
-            (topics.cloud, self.cloud),
-            (topics.tsdf, self.tsdf.is_some()),
-            (topics.coverage, self.coverage),
-            (topics.implicit, self.implicit.is_some()),
+            (Channel::VISIBILITY, self.visibility),
+            (Channel::DEPTH, self.depth.is_some()),
+            (Channel::CLOUD, self.cloud),
+            (Channel::TSDF, self.tsdf.is_some()),
+            (Channel::COVERAGE, self.coverage),
+            (Channel::IMPLICIT, self.implicit.is_some()),
         ];
         asked.into_iter().filter_map(|(channel, asked)| asked.then_some(channel))
     }
@@ -195,8 +197,8 @@ impl ObjectChannels {
 
 /// A view that was made, as its channels need it.
 pub struct ChannelView<'a> {
-    /// Topics of the product.
-    pub topics: &'a PairTopics,
+    /// Product of the sample.
+    pub product: Product,
     /// Seed of the job.
     pub seed: u64,
     /// The camera.
@@ -234,42 +236,42 @@ impl ChannelScratch {
         grids: &mut ViewGrids,
         out: &mut SampleWriter<'_>,
     ) {
-        let ChannelView { topics, seed, camera, pair, crop, sight, ends_at_image, solid, object } = *view;
+        let ChannelView { product, seed, camera, pair, crop, sight, ends_at_image, solid, object } = *view;
         let (sample, pose, grid) = (&pair.sample, &pair.camera_from_object, &pair.grid);
 
         // Channels of the view's image.
-        if let Some(payload) = out.payload(topics.visibility) {
+        if let Some(payload) = payload(out, product, Channel::VISIBILITY) {
             grids.free(sight, camera, grid, &pair.partial, &mut self.free);
             if ends_at_image {
                 grids.drop_outside_image(camera, grid, &mut self.free);
             }
             Visibility::encode_parts(sample, &self.free, payload);
         }
-        if let Some(payload) = out.payload(topics.depth) {
+        if let Some(payload) = payload(out, product, Channel::DEPTH) {
             let coding = match channels.depth {
                 Some(DepthFormat::U16 { step }) => DepthCoding::U16 { step },
                 Some(DepthFormat::F32) | None => DepthCoding::F32,
             };
             Depth::encode_parts(sample, crop, coding, payload);
         }
-        if let Some(payload) = out.payload(topics.cloud) {
+        if let Some(payload) = payload(out, product, Channel::CLOUD) {
             point_cloud(camera, crop, &mut self.cloud);
             Cloud::encode_parts(sample, &self.cloud, payload);
         }
 
         // Channels of the mesh and its solid in the view's pose.
-        if let Some(payload) = out.payload(topics.tsdf) {
+        if let Some(payload) = payload(out, product, Channel::TSDF) {
             let cells = channels.tsdf.unwrap_or_default();
             let surface = object.surface.as_ref().expect("an object has a surface where the job stores TSDFs");
             tsdf(surface, solid, pose, grid, cells, &mut self.tsdf);
             Tsdf::encode_parts(sample, grid.resolution, cells * grid.cell_size, &self.tsdf, payload);
         }
-        if let Some(payload) = out.payload(topics.coverage) {
+        if let Some(payload) = payload(out, product, Channel::COVERAGE) {
             let blocks = object.coverage.as_ref().expect("an object has blocks where the job stores coverage");
             blocks.coverage(solid, pose, grid, &mut self.coverage);
             Coverage::encode_parts(sample, grid.resolution, &self.coverage, payload);
         }
-        if let Some(payload) = out.payload(topics.implicit) {
+        if let Some(payload) = payload(out, product, Channel::IMPLICIT) {
             let counts = channels.implicit.map_or((0, 0), |counts| (counts.surface, counts.space));
             let surface = object.surface.as_ref().expect("an object has a surface where the job stores points");
             let mut stream = Stream::of_sample(seed, sample, "implicit");

@@ -8,7 +8,7 @@ mod spec;
 
 pub use channels::{
     ChannelScratch, ChannelView, Channels, ChannelsSpec, DepthFormat, DepthSpec, ImplicitSamples, ObjectChannels,
-    PairTopics,
+    own_channel,
 };
 pub use grids::{PairRules, empty_pair, fill_grids};
 pub use object::PairObject;
