@@ -37,7 +37,7 @@ pub(super) struct Centred {
     held: [Point3<f64>; 2],
 }
 
-/// What becomes of a gripper that closes at one pose.
+/// Result of closing a gripper at one pose.
 enum Grip {
     Holds(Box<Centred>),
     /// No narrower than it has to be: not looked into further.

@@ -356,13 +356,13 @@ impl Closing {
     }
 }
 
-/// How far the solids of a moving hand are from the object at least: each is measured only where it may be the next to meet it.
+/// Lower bounds of the distances of a moving hand's solids from the object: each is measured only where it may be the next to meet it.
 pub(super) struct Gaps {
     /// At least [m]; 0 where nothing is known.
     gaps: Vec<f64>,
     /// Bounds on the speed of their points [m per unit of time].
     speeds: Vec<f64>,
-    /// Those that touch and move on.
+    /// Solids that touch and move on.
     touching: Vec<usize>,
 }
 

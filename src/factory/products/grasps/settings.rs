@@ -72,11 +72,11 @@ pub struct Physics {
 pub enum Confirm {
     /// None.
     None,
-    /// Those that failed.
+    /// Trials that failed.
     Failed,
-    /// Those that failed, and those that held, once.
+    /// Trials that failed, and trials that held, once.
     Both,
-    /// As [`Confirm::Both`], and those that held by MuJoCo's default settings too.
+    /// Both, and trials that held by MuJoCo's default settings too.
     Strict,
 }
 

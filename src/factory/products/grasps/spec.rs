@@ -336,7 +336,7 @@ pub struct PhysicsSpec {
     /// enough), up to the first that holds. A grasp whose trials disagree is labelled borderline.
     #[serde(default = "physics::confirm")]
     pub confirm: ConfirmSpec,
-    /// Most grasps of a run that are labelled failed, for each that is labelled held, rounded up, and one at least unless this is 0:
+    /// Limit of the grasps of a run that are labelled failed, for each that is labelled held, rounded up, and one at least unless this is 0:
     /// a negative takes up to ten trials. All other grasps that fail their first trial are left at that, unconfirmed.
     #[serde(default = "physics::failed_per_held")]
     #[schemars(range(min = 0, max = 1000), extend("examples" = [0.25]))]

@@ -145,7 +145,7 @@ impl Trials {
 
     /// Tries the states of a run that the job asks for and appends the payload.
     ///
-    /// What a grasp is labelled needs several trials, and the first that ends otherwise makes the others needless. So positives
+    /// A label needs several trials, and the first that ends otherwise makes the others needless. So positives
     /// come first, each as far as it holds; of the grasps that did not, so many are then tried to the end, in their order, as the
     /// job asks for beside the positives.
     ///

@@ -1,4 +1,4 @@
-//! What came of one trial of a grasp.
+//! Outcome of one trial of a grasp.
 
 use super::TrialVerdict;
 use crate::codec::{
