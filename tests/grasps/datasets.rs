@@ -18,11 +18,12 @@ use graspmill::{
         work::Opening,
     },
     format::{
-        Channel, Grasp, GraspLabel, GraspTrial, GraspTrials,
+        Channel, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials,
         dataset::{DatasetReader, Manifest, Selection, verify},
         products::grasps::Shapes,
     },
     geom::Shape,
+    ids::SampleId,
     words::{GraspVerdict, NumberClass},
 };
 
@@ -235,12 +236,29 @@ fn trials_move_no_grasp() {
     assert!(rolled_out > 0 && rolled_out < tried_count as usize, "{rolled_out}");
     assert!(varied > 0 && varied < held as usize, "{varied} of {held}");
     assert!(over_time > 0 && over_time < tried_count as usize, "{over_time} of {tried_count}");
-    // The choice of what is tried moves no trial of a kept grasp as long as every failure is confirmed, nor does what is stored over time.
+    kept_grasps_have_the_same_trials_alone(&workspace, physics, kept, &first);
+    fewer_failures_are_confirmed_on_demand(&workspace, physics, &first);
+    assert_intact(&out, FULL_CHECK);
+    Program::new("verify").args(["--regenerate", "3", "--seed", "2"]).arg(&out).succeed();
+    let inspected = Program::on("inspect", &out).succeed().stdout;
+    assert!(inspected.contains("grasps tried") && inspected.contains("perturbed runs"), "{inspected}");
+    assert!(inspected.contains("forces and drift over time of "), "{inspected}");
+    let page = read_report(&out);
+    assert!(page.contains("id=\"trials\"") && page.contains("<th>held</th>") && page.contains("Brier score"));
+    replays_in_plain_mujoco(&out);
+}
+
+/// A dataset's runs and their trials.
+type Tried = BTreeMap<SampleId, (GraspRun, GraspTrials)>;
+
+/// The choice of what is tried moves no trial of a kept grasp as long as every failure is confirmed, nor does what is stored over
+/// time.
+fn kept_grasps_have_the_same_trials_alone(workspace: &Workspace, physics: &str, kept: u64, first: &Tried) {
     let physics = physics.replace("series_share=0.5", "series_share=0");
     let kept_alone = format!("{},tried=\"kept\"}}", physics.trim_end_matches('}'));
-    let fewer = run(&workspace, "kept-alone", &["--set", &kept_alone, "--set", "annealing.steps=300"]);
+    let fewer = run(workspace, "kept-alone", &["--set", &kept_alone, "--set", "annealing.steps=300"]);
     assert_eq!(fewer.counts.fact("grasps_tried"), kept);
-    for sample in open(&workspace, "kept-alone").iter(Selection::default()) {
+    for sample in open(workspace, "kept-alone").iter(Selection::default()) {
         let trials = sample.expect("a sample").grasp_trials().expect("readable").expect("a channel of trials");
         let (run, of_all) = &first[&trials.sample];
         let of_kept =
@@ -257,11 +275,14 @@ fn trials_move_no_grasp() {
         }
         assert_eq!(trials.method.series_interval, None);
     }
-    // Half as many negatives as positives in a run, rounded up, and one where there is none; all else as before.
+}
+
+/// Half as many negatives as positives in a run, rounded up, and one where there is none; all else as before.
+fn fewer_failures_are_confirmed_on_demand(workspace: &Workspace, physics: &str, first: &Tried) {
     let few = physics.replace("failed_per_held=1000", "failed_per_held=0.5");
-    run(&workspace, "few", &["--set", &few, "--set", "annealing.steps=300"]);
+    run(workspace, "few", &["--set", &few, "--set", "annealing.steps=300"]);
     let mut unconfirmed = 0;
-    for sample in open(&workspace, "few").iter(Selection::default()) {
+    for sample in open(workspace, "few").iter(Selection::default()) {
         let trials = sample.expect("a sample").grasp_trials().expect("readable").expect("a channel of trials");
         let (_, of_all) = &first[&trials.sample];
         let count = |of: &GraspTrials, label| of.trials.iter().filter(|trial| trial.label() == label).count();
@@ -279,14 +300,6 @@ fn trials_move_no_grasp() {
         }
     }
     assert!(unconfirmed > 0, "no run has more failures than it is asked for");
-    assert_intact(&out, FULL_CHECK);
-    Program::new("verify").args(["--regenerate", "3", "--seed", "2"]).arg(&out).succeed();
-    let inspected = Program::on("inspect", &out).succeed().stdout;
-    assert!(inspected.contains("grasps tried") && inspected.contains("perturbed runs"), "{inspected}");
-    assert!(inspected.contains("forces and drift over time of "), "{inspected}");
-    let page = read_report(&out);
-    assert!(page.contains("id=\"trials\"") && page.contains("<th>held</th>") && page.contains("Brier score"));
-    replays_in_plain_mujoco(&out);
 }
 
 /// MuJoCo out of its own Python package, with contacts of its own, says of nearly all grasps what we say of them.

@@ -171,7 +171,7 @@ impl Trials {
                 break;
             }
             let mut draws = Draws::new(*seed, &run.sample, trial.grasp);
-            tries.to_the_end(&run.grasps[trial.grasp as usize], trial, &mut draws).map_err(unusable)?;
+            tries.finish(&run.grasps[trial.grasp as usize], trial, &mut draws).map_err(unusable)?;
             wanted -= usize::from(trial.label() == GraspLabel::Failed);
         }
         record.encode(payload);
@@ -255,7 +255,7 @@ impl Tries<'_> {
     }
 
     /// Makes the trials that a grasp which has not held so far lacks of a negative, up to the first that holds.
-    fn to_the_end(&mut self, grasp: &Grasp, trial: &mut GraspTrial, draws: &mut Draws) -> Result<(), HandError> {
+    fn finish(&mut self, grasp: &Grasp, trial: &mut GraspTrial, draws: &mut Draws) -> Result<(), HandError> {
         trial.is_unconfirmed = false;
         if trial.table.is_none() {
             let has_series = draws.chosen_for_series.unit() < self.settings.series_share;

@@ -38,6 +38,22 @@ fn series() -> TrialSeries {
     }
 }
 
+/// A grasp with its trial in the air alone.
+fn tried_once(grasp: u32, outcome: TrialOutcome) -> GraspTrial {
+    GraspTrial {
+        grasp,
+        outcome,
+        closed: None,
+        perturbed: vec![],
+        roll_outs: [0; 2],
+        variants: vec![],
+        table: None,
+        confirmed: vec![],
+        is_unconfirmed: false,
+        series: None,
+    }
+}
+
 fn trials() -> GraspTrials {
     let contact = PressedContact {
         link: 2,
@@ -103,30 +119,8 @@ fn trials() -> GraspTrials {
                     turned: vec![],
                 }),
             },
-            GraspTrial {
-                grasp: 4,
-                outcome: refused,
-                closed: None,
-                perturbed: vec![],
-                roll_outs: [0; 2],
-                variants: vec![],
-                table: None,
-                confirmed: vec![],
-                is_unconfirmed: false,
-                series: None,
-            },
-            GraspTrial {
-                grasp: 6,
-                outcome: outcome(TrialVerdict::LostLifting),
-                closed: None,
-                perturbed: vec![],
-                roll_outs: [0; 2],
-                variants: vec![],
-                table: None,
-                confirmed: vec![],
-                is_unconfirmed: true,
-                series: None,
-            },
+            tried_once(4, refused),
+            GraspTrial { is_unconfirmed: true, ..tried_once(6, outcome(TrialVerdict::LostLifting)) },
         ],
     }
 }
