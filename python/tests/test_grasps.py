@@ -185,11 +185,15 @@ def test_trials_are_counted_as_the_index_does(runs: Dataset[GraspSample]) -> Non
         assert trials["held_on_table"].sum() == runs.column("grasps_held_on_table")[place]
         # On a table were those that stay above it, in the most likely pose of which that is true.
         clearances = run.grasps["clearances"][trials["grasp"]]
-        for pose, lowest in zip(trials["table_pose"], clearances):
+        for trial, lowest in zip(trials, clearances):
             above = np.flatnonzero(np.asarray(lowest) >= 0)
-            assert pose == (above[0] if len(above) else -1)
-        # What was refused was not perturbed either.
-        assert set(trials["perturbed"][trials["verdict"] != 1]) <= {0, 1}
+            likeliest = above[0] if len(above) else -1
+            # A grasp that fails in the air may be left at that.
+            is_left = trial["verdict"] != TRIAL_VERDICTS.index("held") and trial["table_pose"] == -1
+            assert is_left or trial["table_pose"] == likeliest
+        # No label of a grasp that was not perturbed says that it held or failed.
+        labels = np.array([trial["label"] for trial in run.message("trials")["trials"]], int)
+        assert (trials["perturbed"][np.isin(labels, [2, 3])] == 1).all()
         contacts = run.trial_contacts
         assert set(contacts["grasp"]) <= set(trials["grasp"]) and (contacts["force"] >= 0).all()
     assert tried > 0
