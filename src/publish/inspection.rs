@@ -131,6 +131,12 @@ pub(super) fn open_of(folder: &Path, product: Product) -> Result<DatasetReader, 
     })
 }
 
+/// Members of a list at even steps, `most` of them or all: the middle one of each of as many equal runs.
+pub(super) fn evenly<T: Copy>(list: &[T], most: usize) -> Vec<T> {
+    let count = list.len().min(most);
+    (0..count).map(|number| list[(2 * number + 1) * list.len() / (2 * count)]).collect()
+}
+
 /// Name of a dataset's job as its text says it; else the name of the folder.
 pub(super) fn name_of(reader: &DatasetReader) -> Result<String, DatasetError> {
     let job: Option<toml::Table> = reader.job_text()?.parse().ok();

@@ -25,6 +25,7 @@ mod product;
 pub mod products;
 mod release;
 mod report;
+mod scene_objects;
 mod tally;
 mod templates;
 
@@ -52,6 +53,7 @@ pub use release::{
     About, Author, LicenceStatement, LicenceTerms, Published, ReleaseError, ReleaseOptions, make_release,
 };
 pub use report::{ReportSummary, report};
+pub use scene_objects::ScenesObject;
 pub use tally::Spread;
 
 use std::path::{Path, PathBuf};

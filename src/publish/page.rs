@@ -1,9 +1,16 @@
 //! Parts that all pages share, as their templates take them.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
-use super::{chart::grouped, inspection::InspectionHeader, notes::Speed, picture::Picture};
-use kernel::words::{NumberClass, size_in_words};
+use super::{
+    chart::{grouped, percent},
+    inspection::InspectionHeader,
+    notes::Speed,
+    picture::Picture,
+};
+use kernel::words::{NumberClass, Split, size_in_words};
 
 /// A dataset as the head of its page shows it.
 #[derive(Serialize)]
@@ -74,6 +81,17 @@ impl SpeedView {
             memory: speed.peak_memory.map(size_in_words),
         })
     }
+}
+
+/// Rows of counts with their share of all: word, count and share.
+pub(super) fn share_rows(counts: &BTreeMap<String, u64>, all: u64) -> Vec<[String; 3]> {
+    let share = |count: u64| percent(count as f64 / all.max(1) as f64);
+    counts.iter().map(|(word, count)| [word.clone(), grouped(*count), share(*count)]).collect()
+}
+
+/// Rows of the splits: name and count.
+pub(super) fn split_rows(splits: &BTreeMap<Split, u64>) -> Vec<[String; 2]> {
+    splits.iter().map(|(split, count)| [split.name().to_owned(), grouped(*count)]).collect()
 }
 
 /// A picture inside a page.

@@ -8,6 +8,7 @@ use super::{
     google::protobuf::Timestamp,
     image, transform,
 };
+use crate::inspection::evenly;
 use format::{
     Scene, SceneOverview,
     dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
@@ -30,11 +31,9 @@ const MAX_ARROW: f64 = 0.1;
 /// When a shard is missing or damaged, or the file cannot be written.
 pub fn write_scene_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
     let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
-    let count = PREVIEWED.min(kept.len());
-    let mut scenes = Vec::with_capacity(count);
-    for number in 0..count {
-        // The middle of each of `count` equal runs.
-        if let Some(sample) = reader.sample(kept[(2 * number + 1) * kept.len() / (2 * count)])?
+    let mut scenes = Vec::new();
+    for index in evenly(&kept, PREVIEWED) {
+        if let Some(sample) = reader.sample(index)?
             && let Some(overview) = sample.scene_overview()?
         {
             scenes.push((sample.scene()?, overview));

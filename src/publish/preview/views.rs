@@ -3,6 +3,7 @@
 use std::{io::BufWriter, path::PathBuf};
 
 use super::{PREVIEWED, Preview, calibration, google::protobuf::Timestamp, image, transform};
+use crate::inspection::evenly;
 use format::{
     Depth, SceneImage,
     dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
@@ -17,11 +18,9 @@ use kernel::ids::SampleIndex;
 /// When a shard is missing or damaged, or the file cannot be written.
 pub fn write_view_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
     let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
-    let count = PREVIEWED.min(kept.len());
-    let mut views = Vec::with_capacity(count);
-    for number in 0..count {
-        // The middle of each of `count` equal runs.
-        if let Some(sample) = reader.sample(kept[(2 * number + 1) * kept.len() / (2 * count)])?
+    let mut views = Vec::new();
+    for index in evenly(&kept, PREVIEWED) {
+        if let Some(sample) = reader.sample(index)?
             && let Some(depth) = sample.view_depth()?
         {
             views.push((sample.scene_image()?, depth));

@@ -6,17 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     chart::{grouped, percent},
-    inspection::{InspectionHeader, open_of},
+    inspection::{InspectionHeader, evenly, open_of},
+    scene_objects::ScenesObject,
     tally::{Spread, SpreadRow, Tally},
 };
 use format::{
     AmodalFacts, Product,
     dataset::{DatasetError, DatasetReader, Fate},
 };
-use kernel::{
-    ids::{ObjectId, SampleIndex},
-    words::Split,
-};
+use kernel::{ids::SampleIndex, words::Split};
 
 /// Content of a dataset of amodal pairs. `Display` is for people; serialised, it is for machines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,18 +49,7 @@ pub struct AmodalInspection {
     /// Cells that meet another body, container or table.
     pub others_solid_cells: Spread,
     /// One row per object, sorted by name.
-    pub objects: Vec<AmodalObject>,
-}
-
-/// One object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct AmodalObject {
-    /// Name in the job of the scenes.
-    pub name: String,
-    /// The object by content.
-    pub object: ObjectId,
-    /// Split of its scenes.
-    pub split: Option<Split>,
+    pub objects: Vec<ScenesObject>,
 }
 
 /// Everything that a page needs but the pictures.
@@ -144,16 +131,6 @@ impl AmodalSurvey {
             }
         }
         let assets = reader.assets()?;
-        let objects = assets.objects.into_iter().map(|row| AmodalObject {
-            split: reader.splits().object(&row.object).map(|split| split.split),
-            name: row.name,
-            object: row.object,
-        });
-        let mut objects: Vec<AmodalObject> = objects.collect();
-        objects.sort_by(|a, b| a.name.cmp(&b.name));
-        // Pairs at even steps over the dataset.
-        let count = kept.len().min(SHOWN);
-        let shown = (0..count).map(|number| kept[(2 * number + 1) * kept.len() / (2 * count)]).collect();
         let counts = &manifest.counts;
         let facts = AmodalInspection {
             header: InspectionHeader::of(reader)?,
@@ -170,9 +147,9 @@ impl AmodalSurvey {
             solid_share: tallies.solid.spread(),
             purity: tallies.purity.spread(),
             others_solid_cells: tallies.others.spread(),
-            objects,
+            objects: ScenesObject::all(reader)?,
         };
-        Ok(Self { facts, shown })
+        Ok(Self { facts, shown: evenly(&kept, SHOWN) })
     }
 }
 
@@ -223,11 +200,7 @@ impl fmt::Display for AmodalInspection {
         for row in self.spread_rows() {
             writeln!(f, "{row}")?;
         }
-        let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
-        writeln!(f, "\n{:<wide$}  split", "object")?;
-        for AmodalObject { name, split, .. } in &self.objects {
-            writeln!(f, "{name:<wide$}  {}", split.map_or("", Split::name))?;
-        }
+        ScenesObject::write_all(&self.objects, f)?;
         if let Some(speed) = &self.header.notes.speed {
             writeln!(f, "\nspeed: {:.1} samples/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;
         }

@@ -6,7 +6,7 @@ mod painting;
 mod row;
 mod templates;
 
-pub use inspection::{AmodalInspection, AmodalObject, inspect_amodal};
+pub use inspection::{AmodalInspection, inspect_amodal};
 pub use row::PAGES;
 
 #[cfg(test)]

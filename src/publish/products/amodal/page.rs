@@ -2,19 +2,17 @@
 
 use serde::Serialize;
 
-use super::{
-    inspection::{AmodalInspection, AmodalObject, AmodalSurvey},
-    painting::PairPictures,
-};
+use super::{inspection::AmodalSurvey, painting::PairPictures};
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture},
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
     picture::Picture,
+    scene_objects::ScenesObject,
     tally::SpreadRow,
 };
 use format::dataset::{DatasetError, DatasetReader};
-use kernel::{ids::ObjectId, words::Split};
+use kernel::words::Split;
 
 /// The page as its template takes it.
 #[derive(Serialize)]
@@ -71,11 +69,6 @@ const SIDE: u32 = 400;
 /// Side of a picture on the page [px].
 const SHOWN_SIDE: u32 = 200;
 
-/// Name of an object.
-pub(super) fn name_of(survey: &AmodalSurvey, object: ObjectId) -> &str {
-    survey.facts.objects.iter().find(|row| row.object == object).map_or("?", |row| row.name.as_str())
-}
-
 /// The pairs that a page shows.
 pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec<CardView>, DatasetError> {
     let mut cards = Vec::new();
@@ -89,7 +82,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec
         };
         let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
         cards.push(CardView {
-            title: format!("{}, body {} in view {}", name_of(survey, clutter.object), sample.id.instance, sample.id.item),
+            title: format!("{}, body {} in view {}", ScenesObject::name_of(&survey.facts.objects, clutter.object), sample.id.instance, sample.id.item),
             words: format!(
                 "{split} · sample {} · {} of the silhouette is seen ({} of {} px) · {} partial of {} complete cells · {} of the \
                  solid inside the grid · cell {:.2} mm · purity {}",
@@ -120,7 +113,6 @@ impl<'a> AmodalPage<'a> {
     /// The page with these cards.
     pub fn of(survey: &'a AmodalSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
         let facts = &survey.facts;
-        let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
         let strip_card = |card: &CardView| StripCard {
             caption: card.title.clone(),
             pictures: card.pictures.iter().take(2).map(|panel| panel.image.clone()).collect(),
@@ -135,20 +127,16 @@ impl<'a> AmodalPage<'a> {
             numbers: HeaderNumbers {
                 kept: grouped(facts.kept),
                 samples: grouped(facts.samples),
-                share: share(facts.kept),
+                share: percent(facts.kept as f64 / facts.samples.max(1) as f64),
                 scenes: grouped(facts.scenes),
                 truncated: grouped(facts.truncated),
             },
-            rejects: facts
-                .rejected
-                .iter()
-                .map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)])
-                .collect(),
-            splits: facts.splits.iter().map(|(split, count)| [split.name().to_owned(), grouped(*count)]).collect(),
+            rejects: share_rows(&facts.rejected, facts.samples),
+            splits: split_rows(&facts.splits),
             bodies: (facts.kept > 0).then(|| bar_chart("Pairs by how much of the body is seen", &bars)),
             strata: facts.stratum_rows(),
             spreads: facts.spread_rows().into_iter().map(SpreadRow::into_cells).collect(),
-            objects: objects(facts),
+            objects: ScenesObject::rows(&facts.objects),
             cards,
             job,
         }
@@ -166,9 +154,4 @@ impl CardView {
             pictures: vec![PanelView { image, name: "Seen", hint: "blue the body" }],
         }
     }
-}
-
-fn objects(facts: &AmodalInspection) -> Vec<[String; 2]> {
-    let row = |object: &AmodalObject| [object.name.clone(), object.split.map_or("", Split::name).to_owned()];
-    facts.objects.iter().map(row).collect()
 }

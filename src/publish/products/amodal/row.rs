@@ -2,7 +2,7 @@
 
 use super::{
     inspection::AmodalSurvey,
-    page::{AmodalPage, cards, name_of},
+    page::{AmodalPage, cards},
     painting::PairPictures,
     templates::TEMPLATES,
 };
@@ -14,6 +14,7 @@ use crate::{
     picture::{Panel, Picture},
     preview::{PREVIEWED, preview_samples, write_preview},
     product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
+    scene_objects::ScenesObject,
     templates::page_values,
 };
 use format::{
@@ -85,7 +86,8 @@ impl Survey for AmodalSurvey {
         for index in self.shown.iter().take(PICTURES) {
             let Some(sample) = reader.sample(*index)? else { continue };
             let (pictures, _, clutter) = PairPictures::of(&sample, SIDE)?;
-            let caption = format!("{}, view {}", name_of(self, clutter.object), sample.id.item);
+            let caption =
+                format!("{}, view {}", ScenesObject::name_of(&self.facts.objects, clutter.object), sample.id.item);
             drawn.push((caption, pictures.row(SIDE)));
         }
         Ok(drawn)

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     chart::{Ink, grouped, percent, value_histogram},
     markup::Markup,
-    page::{DatasetView, StripPicture},
+    page::{DatasetView, StripPicture, share_rows},
 };
 use format::PATCH_POINTS;
 
@@ -58,7 +58,7 @@ impl<'a> PatchesPage<'a> {
             in_colour: facts.colour,
             numbers: HeaderNumbers::of(facts),
             by_trials: facts.outcomes.is_some(),
-            outcomes: outcomes(facts),
+            outcomes: facts.outcomes.as_ref().map_or_else(Vec::new, |outcomes| share_rows(outcomes, facts.kept)),
             visible: facts.visible_points.map(|visible| {
                 let all = PATCH_POINTS as u64 * facts.kept;
                 [grouped(visible), percent(visible as f64 / all.max(1) as f64)]
@@ -68,7 +68,7 @@ impl<'a> PatchesPage<'a> {
             objects: objects(facts, &cards),
             cards,
             epsilon: (!survey.epsilons.is_empty()).then(|| epsilon().svg()),
-            rejects: rejects(facts),
+            rejects: share_rows(&facts.rejected, facts.samples),
             job,
         }
     }
@@ -133,17 +133,6 @@ impl TypesView {
         });
         Self { rows: rows.collect(), chosen: facts.types.len(), different: grouped(facts.different_types) }
     }
-}
-
-fn outcomes(facts: &PatchesInspection) -> Vec<[String; 3]> {
-    let share = |count: u64| percent(count as f64 / facts.kept.max(1) as f64);
-    let rows = facts.outcomes.iter().flatten();
-    rows.map(|(label, count)| [label.clone(), grouped(*count), share(*count)]).collect()
-}
-
-fn rejects(facts: &PatchesInspection) -> Vec<[String; 3]> {
-    let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
-    facts.rejected.iter().map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)]).collect()
 }
 
 /// One object.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     chart::{grouped, percent},
-    inspection::{InspectionHeader, open_of},
+    inspection::{InspectionHeader, evenly, open_of},
     tally::{Spread, SpreadRow},
 };
 use format::{
@@ -105,9 +105,6 @@ impl SceneSurvey {
         });
         let mut objects: Vec<SceneObject> = objects.collect();
         objects.sort_by(|a, b| a.name.cmp(&b.name));
-        // Scenes at even steps over the dataset.
-        let count = kept.len().min(SHOWN);
-        let shown = (0..count).map(|number| kept[(2 * number + 1) * kept.len() / (2 * count)]).collect();
         let facts = ScenesInspection {
             header: InspectionHeader::of(reader)?,
             samples: manifest.counts.samples,
@@ -124,7 +121,7 @@ impl SceneSurvey {
             drift: spread(|scene| scene.drift[0]),
             objects,
         };
-        Ok(Self { facts, shown })
+        Ok(Self { facts, shown: evenly(&kept, SHOWN) })
     }
 }
 

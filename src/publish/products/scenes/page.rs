@@ -9,7 +9,7 @@ use super::{
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture},
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
 };
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::Split;
@@ -96,7 +96,6 @@ impl<'a> ScenesPage<'a> {
     /// The page with these cards.
     pub fn of(survey: &'a SceneSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
         let facts = &survey.facts;
-        let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
         let strip_card = |card: &CardView| StripCard {
             caption: card.title.clone(),
             pictures: std::iter::once(card.instances.clone()).chain(card.depth.clone()).collect(),
@@ -112,17 +111,13 @@ impl<'a> ScenesPage<'a> {
             speed: SpeedView::of(&facts.header, "scenes"),
             numbers: HeaderNumbers {
                 kept: grouped(facts.kept),
-                share: share(facts.kept),
+                share: percent(facts.kept as f64 / facts.samples.max(1) as f64),
                 bodies: grouped(facts.bodies),
                 objects: grouped(facts.objects.len() as u64),
                 gone: grouped(facts.gone),
             },
-            rejects: facts
-                .rejected
-                .iter()
-                .map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)])
-                .collect(),
-            splits: facts.splits.iter().map(|(split, count)| [split.name().to_owned(), grouped(*count)]).collect(),
+            rejects: share_rows(&facts.rejected, facts.samples),
+            splits: split_rows(&facts.splits),
             bodies: (!bars.is_empty()).then(|| bar_chart("Kept scenes by their count of bodies", &bars)),
             spreads: facts.spreads().into_iter().map(|row| row.into_cells()).collect(),
             objects: objects(facts),

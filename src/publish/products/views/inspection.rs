@@ -6,16 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     chart::{grouped, percent},
-    inspection::{InspectionHeader, open_of},
+    inspection::{InspectionHeader, evenly, open_of},
+    scene_objects::ScenesObject,
 };
 use format::{
     Product,
     dataset::{DatasetError, DatasetReader, Fate},
 };
-use kernel::{
-    ids::{ObjectId, SampleIndex},
-    words::Split,
-};
+use kernel::{ids::SampleIndex, words::Split};
 
 /// Content of a dataset of views. `Display` is for people; serialised, it is for machines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,18 +42,7 @@ pub struct ViewsInspection {
     /// Cameras that were drawn again because they saw too little.
     pub unseen_draws: u64,
     /// One row per object, sorted by name.
-    pub objects: Vec<ViewObject>,
-}
-
-/// One object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ViewObject {
-    /// Name in the job of the scenes.
-    pub name: String,
-    /// The object by content.
-    pub object: ObjectId,
-    /// Split of its scenes.
-    pub split: Option<Split>,
+    pub objects: Vec<ScenesObject>,
 }
 
 /// Everything that a page needs but the pictures.
@@ -95,16 +82,6 @@ impl ViewSurvey {
             kept.extend(rows.iter().filter(|row| matches!(row.fate, Fate::Kept(_))).map(|row| row.index));
         }
         let assets = reader.assets()?;
-        let objects = assets.objects.into_iter().map(|row| ViewObject {
-            split: reader.splits().object(&row.object).map(|split| split.split),
-            name: row.name,
-            object: row.object,
-        });
-        let mut objects: Vec<ViewObject> = objects.collect();
-        objects.sort_by(|a, b| a.name.cmp(&b.name));
-        // Views at even steps over the dataset.
-        let count = kept.len().min(SHOWN);
-        let shown = (0..count).map(|number| kept[(2 * number + 1) * kept.len() / (2 * count)]).collect();
         let counts = &manifest.counts;
         let facts = ViewsInspection {
             header: InspectionHeader::of(reader)?,
@@ -118,9 +95,9 @@ impl ViewSurvey {
             truncated: counts.fact("truncated"),
             near_draws: counts.fact("near_draws"),
             unseen_draws: counts.fact("unseen_draws"),
-            objects,
+            objects: ScenesObject::all(reader)?,
         };
-        Ok(Self { facts, shown })
+        Ok(Self { facts, shown: evenly(&kept, SHOWN) })
     }
 }
 
@@ -153,11 +130,7 @@ impl fmt::Display for ViewsInspection {
         }
         self.header.write_shards(f)?;
         writeln!(f)?;
-        let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
-        writeln!(f, "\n{:<wide$}  split", "object")?;
-        for ViewObject { name, split, .. } in &self.objects {
-            writeln!(f, "{name:<wide$}  {}", split.map_or("", Split::name))?;
-        }
+        ScenesObject::write_all(&self.objects, f)?;
         if let Some(speed) = &self.header.notes.speed {
             writeln!(f, "\nspeed: {:.1} views/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;
         }

@@ -6,7 +6,7 @@ mod painting;
 mod row;
 mod templates;
 
-pub use inspection::{ViewObject, ViewsInspection, inspect_views};
+pub use inspection::{ViewsInspection, inspect_views};
 pub use row::PAGES;
 
 #[cfg(test)]

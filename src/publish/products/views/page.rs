@@ -3,13 +3,14 @@
 use serde::Serialize;
 
 use super::{
-    inspection::{ViewSurvey, ViewsInspection},
+    inspection::ViewSurvey,
     painting::{depth_of_view, instance_picture, step_for, view_words},
 };
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture},
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    scene_objects::ScenesObject,
 };
 use format::{
     SceneInstance,
@@ -70,10 +71,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
         let (image, Some(depth)) = (sample.scene_image()?, sample.view_depth()?) else { continue };
-        let name_of = |object| {
-            let found = survey.facts.objects.iter().find(|row| row.object == object);
-            found.map_or("?", |row| row.name.as_str()).to_owned()
-        };
+        let name_of = |object| ScenesObject::name_of(&survey.facts.objects, object).to_owned();
         let row = |(number, body): (u32, &SceneInstance)| {
             let pixels = format!("{} of {}", grouped(body.pixels_visible.into()), grouped(body.pixels_all.into()));
             [number.to_string(), name_of(body.object), percent(body.visible_share()), pixels]
@@ -95,7 +93,6 @@ impl<'a> ViewsPage<'a> {
     /// The page with these cards.
     pub fn of(survey: &'a ViewSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
         let facts = &survey.facts;
-        let share = |count: u64| percent(count as f64 / facts.samples.max(1) as f64);
         let strip_card = |card: &CardView| StripCard {
             caption: card.title.clone(),
             pictures: std::iter::once(card.instances.clone()).chain(card.depth.clone()).collect(),
@@ -108,22 +105,18 @@ impl<'a> ViewsPage<'a> {
             speed: SpeedView::of(&facts.header, "views"),
             numbers: HeaderNumbers {
                 kept: grouped(facts.kept),
-                share: share(facts.kept),
+                share: percent(facts.kept as f64 / facts.samples.max(1) as f64),
                 scenes: grouped(facts.scenes),
                 bodies: grouped(facts.bodies),
                 truncated: grouped(facts.truncated),
                 near_draws: grouped(facts.near_draws),
                 unseen_draws: grouped(facts.unseen_draws),
             },
-            rejects: facts
-                .rejected
-                .iter()
-                .map(|(reason, count)| [reason.clone(), grouped(*count), share(*count)])
-                .collect(),
-            splits: facts.splits.iter().map(|(split, count)| [split.name().to_owned(), grouped(*count)]).collect(),
+            rejects: share_rows(&facts.rejected, facts.samples),
+            splits: split_rows(&facts.splits),
             bodies: (facts.bodies > 0).then(|| bar_chart("Bodies by how much of them is seen", &bars)),
             strata: facts.stratum_rows(),
-            objects: objects(facts),
+            objects: ScenesObject::rows(&facts.objects),
             cards,
             job,
         }
@@ -143,9 +136,4 @@ impl CardView {
             bodies: vec![["1".to_owned(), name.to_owned(), "100 %".to_owned(), "5 of 5".to_owned()]],
         }
     }
-}
-
-fn objects(facts: &ViewsInspection) -> Vec<[String; 2]> {
-    let row = |object: &super::ViewObject| [object.name.clone(), object.split.map_or("", Split::name).to_owned()];
-    facts.objects.iter().map(row).collect()
 }
