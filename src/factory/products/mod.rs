@@ -1,9 +1,10 @@
 //! The products, one folder each: keys of their jobs, producers, and their row in the table. What several of them share stands
-//! beside them: how a pair of grids is made, and what surrounds the bodies of a scene.
+//! beside them: how a pair of grids is made, what surrounds the bodies of a scene, and how a dataset is read that a job is about.
 
 pub mod amodal;
 pub mod completion;
 pub mod grasps;
+pub mod input;
 pub mod pair;
 pub mod patches;
 pub mod reachability;

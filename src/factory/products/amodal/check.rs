@@ -7,15 +7,12 @@ use super::{
     spec::AmodalSpec,
     views_reader::read_views,
 };
-use crate::{
-    job::tidy,
-    products::pair::{Channels, PairRules},
+use crate::products::{
+    input::InputSection,
+    pair::{Channels, PairRules},
 };
 use form::Checker;
 use format::Product;
-use kernel::ids::Digest;
-
-const MAKE_VIEWS: &str = "make it first: `graspmill run jobs/views-quick.toml --out datasets/views-quick`";
 
 /// Settings of the pairs; mistakes are reported.
 pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec) -> AmodalSettings {
@@ -35,33 +32,19 @@ pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec) -> AmodalSettin
     }
 }
 
+/// The section that names the dataset.
+const VIEWS: InputSection = InputSection {
+    name: "views",
+    make: "make it first: `graspmill run jobs/views-quick.toml --out datasets/views-quick`",
+};
+
 /// The folder of the dataset; `None` when the job names none, which is reported.
 pub(super) fn dataset(checker: &mut Checker, spec: &AmodalSpec, folder: &FilePath) -> Option<PathBuf> {
-    match &spec.views.dataset {
-        Some(dataset) => Some(tidy(&folder.join(dataset))),
-        None => {
-            checker.missing("views.dataset", "the folder of a finished dataset of views").help(MAKE_VIEWS);
-            None
-        }
-    }
+    VIEWS.folder(checker, spec.views.dataset.as_ref(), folder)
 }
 
 /// The views, compared with the root that the job pins; `None` when something is wrong, which is reported.
 pub(super) fn views(checker: &mut Checker, spec: &AmodalSpec, dataset: &FilePath) -> Option<FoundViews> {
-    let found = match read_views(dataset) {
-        Ok(found) => found,
-        Err(error) => {
-            checker.not_found("views.dataset", "dataset of views", error.to_string()).help(MAKE_VIEWS);
-            return None;
-        }
-    };
-    let pinned = spec.views.root.as_deref().and_then(Digest::from_hex);
-    if let Some(pinned) = pinned.filter(|pinned| *pinned != found.root) {
-        let expected = format!("views of root {}", pinned.short());
-        let seen = format!("{}: {} holds others", found.root.short(), dataset.display());
-        let report = checker.invalid("views.root", expected, seen);
-        report.help("restore the dataset, or take `root` out of the job for a new dataset");
-        return None;
-    }
-    Some(found)
+    let found = VIEWS.found(checker, read_views(dataset))?;
+    VIEWS.has_root(checker, spec.views.root.as_deref(), found.root, dataset).then_some(found)
 }

@@ -6,9 +6,10 @@ use std::{
 };
 
 use super::settings::{FoundViews, ViewedScene};
+use crate::products::input::{InvalidInput, open_input};
 use format::{
     Product,
-    dataset::{DatasetError, DatasetReader, Manifest, Selection},
+    dataset::{DatasetError, Selection},
 };
 use kernel::{
     ids::{ObjectId, SampleIndex},
@@ -18,20 +19,12 @@ use kernel::{
 /// Reason why a folder is no dataset of views that pairs can be made of.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidViews {
+    /// The folder holds no finished dataset of views.
+    #[error(transparent)]
+    Input(#[from] InvalidInput),
     /// The dataset cannot be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// The dataset's product is another one.
-    #[error("{} is a dataset of {product}, not of views", folder.display())]
-    Product {
-        /// Folder of the dataset.
-        folder: PathBuf,
-        /// Product of the dataset.
-        product: Product,
-    },
-    /// The dataset has no digest of its images.
-    #[error("{} has no exact numbers", .0.display())]
-    NoExactNumbers(PathBuf),
     /// No view was kept.
     #[error("{} has no kept view", .0.display())]
     Empty(PathBuf),
@@ -53,19 +46,13 @@ pub enum InvalidViews {
 /// # Errors
 /// When the folder holds no finished dataset of views.
 pub fn read_views(folder: &Path) -> Result<FoundViews, InvalidViews> {
-    let manifest = Manifest::read(folder)?;
-    if manifest.product != Product::VIEWS {
-        return Err(InvalidViews::Product { folder: folder.to_owned(), product: manifest.product });
-    }
-    let root = manifest.classes.get(&NumberClass::Exact);
-    let root = *root.ok_or_else(|| InvalidViews::NoExactNumbers(folder.to_owned()))?;
-    let reader = DatasetReader::open(folder)?;
+    let (reader, root) = open_input(folder, Product::VIEWS, NumberClass::Exact)?;
     let first = reader.iter(Selection::default()).next().ok_or_else(|| InvalidViews::Empty(folder.to_owned()))??;
     let measured = first.scene_image()?.point_instances.is_some();
     let assets = reader.assets()?;
     let rows: BTreeMap<ObjectId, _> = assets.subjects.iter().map(|row| (row.object, row)).collect();
     let mut scenes: Vec<ViewedScene> = Vec::new();
-    for view in (0..manifest.counts.samples).filter_map(|index| reader.id(SampleIndex(index))) {
+    for view in (0..reader.manifest().counts.samples).filter_map(|index| reader.id(SampleIndex(index))) {
         // Views of a scene stand together, in order.
         if scenes.last().is_none_or(|scene| scene.id != view.subject) {
             let row = rows.get(&view.subject).and_then(|row| Some((row, row.facts.get("objects")?.as_array()?.len())));

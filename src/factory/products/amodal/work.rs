@@ -5,16 +5,16 @@ use std::{collections::BTreeMap, path::Path};
 use super::{
     meshes::LoadedObjects,
     settings::AmodalJob,
-    views_reader::read_views,
     worker::{AmodalWorker, Shared},
 };
 use crate::{
     ProduceError,
     job::{shards_section, subjects_section},
     plan::{JobSplits, SubjectItems},
+    products::input::open_input,
     work::{OpenWork, Opening, Producer, Work, WorkTables},
 };
-use format::{Product, dataset::DatasetReader};
+use format::Product;
 use kernel::{ids::ObjectId, words::NumberClass};
 
 impl Work for AmodalJob {
@@ -62,12 +62,13 @@ impl Work for AmodalJob {
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let Opening { seed, level, .. } = opening;
         let name = || self.dataset.display().to_string();
-        let found = read_views(&self.dataset).map_err(|error| ProduceError::unusable(name(), error))?;
-        if found.root != self.views.root {
-            let (found, expected) = (ObjectId(found.root), ObjectId(self.views.root));
+        let (views, root) = open_input(&self.dataset, Product::VIEWS, NumberClass::Exact)
+            .map_err(|error| ProduceError::unusable(name(), error))?;
+        if root != self.views.root {
+            let (found, expected) = (ObjectId(root), ObjectId(self.views.root));
             return Err(ProduceError::Changed { name: name(), found, expected });
         }
-        let (views, objects) = (DatasetReader::open(&self.dataset)?, LoadedObjects::open(self)?);
+        let objects = LoadedObjects::open(self)?;
         Ok(Box::new(OpenAmodal(Shared { job: self, seed, level, views, objects })))
     }
 

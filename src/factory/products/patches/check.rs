@@ -7,12 +7,16 @@ use super::{
     settings::{FoundGrasps, PatchColours, PatchJob, PatchLabel, PatchSettings},
     spec::{PatchCameraSpec, PatchesSpec},
 };
-use crate::job::{read_hand, tidy};
+use crate::{job::read_hand, products::input::InputSection};
 use form::Checker;
 use kernel::{geom::Intrinsics, ids::Digest};
 use sim::HandModel;
 
-const MAKE_GRASPS: &str = "make it first: `graspmill run jobs/ycb-grasps.toml --out datasets/ycb-grasps`";
+/// The section that names the dataset.
+const GRASPS: InputSection = InputSection {
+    name: "grasps",
+    make: "make it first: `graspmill run jobs/ycb-grasps.toml --out datasets/ycb-grasps`",
+};
 
 const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take labels by analytic \
                            criteria: `patches.label = \"epsilon\"`";
@@ -22,11 +26,7 @@ pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) 
     let settings = settings(checker, spec);
     let hand = spec.hand.as_ref();
     let hand = hand.and_then(|hand| read_hand(checker, "hand", hand, folder, HandModel::check_grasping));
-    let Some(dataset) = &spec.grasps.dataset else {
-        checker.missing("grasps.dataset", "the folder of a finished dataset of grasps").help(MAKE_GRASPS);
-        return None;
-    };
-    let dataset = tidy(&folder.join(dataset));
+    let dataset = GRASPS.folder(checker, spec.grasps.dataset.as_ref(), folder)?;
     let found = grasps(checker, spec, &dataset);
     let (hand, grasps, settings) = (hand?, found?, settings?);
     if hand.id != grasps.hand {
@@ -41,24 +41,14 @@ pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) 
 fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Option<FoundGrasps> {
     let by_trials = spec.patches.label == PatchLabel::Trial;
     let wanted = WantedGrasps { max_types: spec.grasps.types, by_trials, on_table: spec.scene.table };
-    let found = match read_grasps(dataset, wanted) {
-        Ok(found) => found,
-        Err(InvalidGrasps::NoTrials(_)) => {
-            let seen = format!("{} has none", dataset.display());
-            checker.invalid("patches.label", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
-            return None;
-        }
-        Err(error) => {
-            checker.not_found("grasps.dataset", "dataset of grasps", error.to_string()).help(MAKE_GRASPS);
-            return None;
-        }
-    };
-    let pinned = spec.grasps.root.as_deref().and_then(Digest::from_hex);
-    if let Some(pinned) = pinned.filter(|pinned| *pinned != found.root) {
-        let expected = format!("grasps of root {}", pinned.short());
-        let seen = format!("{}: {} holds others", found.root.short(), dataset.display());
-        let report = checker.invalid("grasps.root", expected, seen);
-        report.help("restore the dataset, or take `root` out of the job for a new dataset");
+    let found = read_grasps(dataset, wanted);
+    if let Err(InvalidGrasps::NoTrials(_)) = found {
+        let seen = format!("{} has none", dataset.display());
+        checker.invalid("patches.label", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
+        return None;
+    }
+    let found = GRASPS.found(checker, found)?;
+    if !GRASPS.has_root(checker, spec.grasps.root.as_deref(), found.root, dataset) {
         return None;
     }
     let trials_root = spec.grasps.trials_root.as_deref().and_then(Digest::from_hex);

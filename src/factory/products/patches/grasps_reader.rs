@@ -6,9 +6,10 @@ use std::{
 };
 
 use super::settings::{ChosenGrasp, FoundGrasps, GraspTable, GraspTrialEnd, GraspedObject};
+use crate::products::input::{InvalidInput, open_input};
 use format::{
     Grasp, GraspLabel, GraspRun, GraspTrial, Product, WRENCH,
-    dataset::{DatasetError, DatasetReader, Manifest, Sample, Selection},
+    dataset::{DatasetError, DatasetReader, Sample, Selection},
     products::grasps::InvalidResting,
 };
 use kernel::{
@@ -21,20 +22,12 @@ use robot::grasp::kind_in_frame;
 /// Reason why a folder is no dataset of grasps that patches can be made of.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidGrasps {
+    /// The folder holds no finished dataset of grasps.
+    #[error(transparent)]
+    Input(#[from] InvalidInput),
     /// The dataset cannot be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// The dataset's product is another one.
-    #[error("{} is a dataset of {product}, not of grasps", folder.display())]
-    Product {
-        /// Folder of the dataset.
-        folder: PathBuf,
-        /// Product of the dataset.
-        product: Product,
-    },
-    /// The dataset has no digest of exact numbers.
-    #[error("{} has no exact numbers", .0.display())]
-    NoExactNumbers(PathBuf),
     /// Labels are to be those of trials, and the dataset has none.
     #[error("{} has no trials, of which labels are to be made", .0.display())]
     NoTrials(PathBuf),
@@ -62,15 +55,9 @@ pub struct WantedGrasps {
 /// # Errors
 /// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are asked for.
 pub fn read_grasps(folder: &Path, wanted: WantedGrasps) -> Result<FoundGrasps, InvalidGrasps> {
-    let manifest = Manifest::read(folder)?;
-    if manifest.product != Product::GRASPS {
-        return Err(InvalidGrasps::Product { folder: folder.to_owned(), product: manifest.product });
-    }
-    let reader = DatasetReader::open(folder)?;
-    let root = manifest.classes.get(&NumberClass::Exact);
-    let root = *root.ok_or_else(|| InvalidGrasps::NoExactNumbers(folder.to_owned()))?;
+    let (reader, root) = open_input(folder, Product::GRASPS, NumberClass::Exact)?;
     let trials = match wanted.by_trials {
-        true => Some(*manifest.classes.get(&NumberClass::Physics).ok_or_else(|| no_trials(folder))?),
+        true => Some(*reader.manifest().classes.get(&NumberClass::Physics).ok_or_else(|| no_trials(folder))?),
         false => None,
     };
     let tables = if wanted.on_table { resting_poses(&reader)? } else { BTreeMap::new() };

@@ -7,12 +7,19 @@ use super::{
     settings::{Aim, FoundScenes, ViewCamera, ViewPlacement, ViewSettings},
     spec::{AimSpec, ShellSpec, ViewCameraSpec, ViewsSpec},
 };
-use crate::job::{check_sensor, named_camera, tidy};
+use crate::{
+    job::{check_sensor, named_camera},
+    products::input::InputSection,
+};
 use form::{Checker, Path};
 use format::SceneImage;
-use kernel::{geom::Intrinsics, ids::Digest};
+use kernel::geom::Intrinsics;
 
-const MAKE_SCENES: &str = "make it first: `graspmill run jobs/scenes-quick.toml --out datasets/scenes-quick`";
+/// The section that names the dataset.
+const SCENES: InputSection = InputSection {
+    name: "scenes",
+    make: "make it first: `graspmill run jobs/scenes-quick.toml --out datasets/scenes-quick`",
+};
 
 /// Smallest distance seen where the job says none [m].
 const NEAR: f64 = 0.01;
@@ -38,19 +45,8 @@ pub(super) fn settings(checker: &mut Checker, spec: &ViewsSpec, folder: &FilePat
 
 /// The scenes, compared with the root that the job pins; `None` when something is wrong, which is reported.
 pub(super) fn scenes(checker: &mut Checker, spec: &ViewsSpec, dataset: &FilePath) -> Option<FoundScenes> {
-    let found = match read_scenes(dataset) {
-        Ok(found) => found,
-        Err(error) => {
-            checker.not_found("scenes.dataset", "dataset of scenes", error.to_string()).help(MAKE_SCENES);
-            return None;
-        }
-    };
-    let pinned = spec.scenes.root.as_deref().and_then(Digest::from_hex);
-    if let Some(pinned) = pinned.filter(|pinned| *pinned != found.root) {
-        let expected = format!("scenes of root {}", pinned.short());
-        let seen = format!("{}: {} holds others", found.root.short(), dataset.display());
-        let report = checker.invalid("scenes.root", expected, seen);
-        report.help("restore the dataset, or take `root` out of the job for a new dataset");
+    let found = SCENES.found(checker, read_scenes(dataset))?;
+    if !SCENES.has_root(checker, spec.scenes.root.as_deref(), found.root, dataset) {
         return None;
     }
     let crowded = found.list.iter().map(|scene| scene.bodies.len()).max().filter(|most| *most > SceneImage::MAX_BODIES);
@@ -64,13 +60,7 @@ pub(super) fn scenes(checker: &mut Checker, spec: &ViewsSpec, dataset: &FilePath
 
 /// The folder of the dataset; `None` when the job names none, which is reported.
 pub(super) fn dataset(checker: &mut Checker, spec: &ViewsSpec, folder: &FilePath) -> Option<std::path::PathBuf> {
-    match &spec.scenes.dataset {
-        Some(dataset) => Some(tidy(&folder.join(dataset))),
-        None => {
-            checker.missing("scenes.dataset", "the folder of a finished dataset of scenes").help(MAKE_SCENES);
-            None
-        }
-    }
+    SCENES.folder(checker, spec.scenes.dataset.as_ref(), folder)
 }
 
 /// A camera; `None` when something is wrong, which is reported.

@@ -3,29 +3,22 @@
 use std::path::{Path, PathBuf};
 
 use super::settings::{FoundScenes, ViewScene};
+use crate::products::input::{InvalidInput, open_input};
 use format::{
     Product,
-    dataset::{DatasetError, DatasetReader, Manifest, Selection},
+    dataset::{DatasetError, Selection},
 };
 use kernel::words::{NumberClass, Split, SplitTable};
 
 /// Reason why a folder is no dataset of scenes that can be looked at.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidScenes {
+    /// The folder holds no finished dataset of scenes.
+    #[error(transparent)]
+    Input(#[from] InvalidInput),
     /// The dataset cannot be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// The dataset's product is another one.
-    #[error("{} is a dataset of {product}, not of scenes", folder.display())]
-    Product {
-        /// Folder of the dataset.
-        folder: PathBuf,
-        /// Product of the dataset.
-        product: Product,
-    },
-    /// The dataset has no digest of its poses.
-    #[error("{} has no numbers of physics", .0.display())]
-    NoPoses(PathBuf),
     /// No scene was kept.
     #[error("{} has no kept scene", .0.display())]
     Empty(PathBuf),
@@ -36,13 +29,7 @@ pub enum InvalidScenes {
 /// # Errors
 /// When the folder holds no finished dataset of scenes.
 pub fn read_scenes(folder: &Path) -> Result<FoundScenes, InvalidScenes> {
-    let manifest = Manifest::read(folder)?;
-    if manifest.product != Product::SCENES {
-        return Err(InvalidScenes::Product { folder: folder.to_owned(), product: manifest.product });
-    }
-    let reader = DatasetReader::open(folder)?;
-    let root = manifest.classes.get(&NumberClass::Physics);
-    let root = *root.ok_or_else(|| InvalidScenes::NoPoses(folder.to_owned()))?;
+    let (reader, root) = open_input(folder, Product::SCENES, NumberClass::Physics)?;
     let mut list = Vec::new();
     for sample in reader.iter(Selection::default()) {
         let sample = sample?;
