@@ -87,18 +87,16 @@ impl ViewImage {
 
     /// Takes the depth of one body, by its number from 1; counts its points.
     pub fn take_body(&mut self, number: u8, object: &LoadedObject) -> BodyPoints {
+        let mut body = std::mem::take(&mut self.body);
         if self.record.point_instances.is_none() {
             // As completion renders the object alone, to the bit; what stands in front of it is taken out below.
             let pose = self.camera_from_object(&self.record.bodies[usize::from(number) - 1]);
             let alone = self.rasteriser.render(&object.pair.kernel.render, &self.record.camera, &pose);
-            self.body.clone_from(alone);
+            body.clone_from(alone);
         } else {
-            let mut body = std::mem::take(&mut self.body);
             let [left, top, width, height] = self.boxes[usize::from(number) - 1];
             self.copy_window([left, top, left + width, top + height], &mut body);
-            self.body = body;
         }
-        let mut body = std::mem::take(&mut self.body);
         let (owners, measured) = (self.owners(), self.record.point_instances.as_deref());
         let mut counts = BodyPoints::default();
         self.for_pixels(&mut body, |depth, pixel| {

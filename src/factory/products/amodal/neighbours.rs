@@ -54,11 +54,11 @@ impl Neighbours {
                 add(&object.pair.kernel, &image.camera_from_object(body));
             }
         }
-        if let Some(container) = still.container() {
+        if let Some(container) = &still.container {
             let camera_from_world = pair.world_from_camera.inverse();
             add(container, &Pose::from_isometry(*camera_from_world.isometry()));
         }
-        add_below(still.table_z(), &pair.world_from_camera, &pair.grid, drop_index_zero, out);
+        add_below(still.table_z, &pair.world_from_camera, &pair.grid, drop_index_zero, out);
     }
 }
 

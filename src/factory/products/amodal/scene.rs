@@ -15,13 +15,13 @@ pub(super) struct StillSolid {
     /// Container and sides of the table that it was made of.
     made_of: (SceneContainer, [f64; 2]),
     /// The container's walls and floor; `None` for a plane.
-    container: Option<SolidObject>,
+    pub container: Option<SolidObject>,
     /// The container as views are drawn.
     pub container_surface: Option<RenderMesh>,
     /// The table as views are drawn.
     pub table: RenderMesh,
     /// All below this height is solid [m].
-    table_z: f64,
+    pub table_z: f64,
 }
 
 impl StillSolid {
@@ -39,16 +39,6 @@ impl StillSolid {
             table: RenderMesh::new(&table, false),
             table_z,
         }
-    }
-
-    /// The container's walls and floor; `None` for a plane.
-    pub fn container(&self) -> Option<&SolidObject> {
-        self.container.as_ref()
-    }
-
-    /// All below this height is solid [m].
-    pub fn table_z(&self) -> f64 {
-        self.table_z
     }
 
     /// Whether it was made of this container on this table.

@@ -127,13 +127,13 @@ fn unseen(body: &SceneInstance, settings: &AmodalSettings) -> Option<(&'static s
 
 impl PairScratch {
     /// Enters a body into the records, without a cell.
-    fn begin(&mut self, sample: SampleId, image: &SceneImage) {
-        let Self { pair, clutter, .. } = self;
+    fn begin(&mut self, sample: SampleId, view: &ViewImage) {
+        let (Self { pair, clutter, .. }, image) = (self, &view.record);
         let body = &image.bodies[sample.instance as usize - 1];
         (pair.sample, clutter.sample, clutter.object) = (sample, sample, body.object);
         (pair.camera, pair.world_from_camera) = (image.camera, image.world_from_camera);
         pair.world_from_object = body.world_from_object;
-        pair.camera_from_object = image.world_from_camera.inverse() * body.world_from_object;
+        pair.camera_from_object = view.camera_from_object(body);
         (pair.partial_cells, pair.complete_cells, pair.both_cells, pair.solid_share) = (0, 0, 0, 0.0);
         (clutter.pixels_all, clutter.pixels_visible) = (body.pixels_all, body.pixels_visible);
         (clutter.pixels_in_image, clutter.points, clutter.own_points) = (body.mask.count(), 0, 0);
@@ -228,7 +228,7 @@ impl Producer for AmodalWorker<'_> {
             false => None,
         };
         for (number, reason) in (1..).zip(reasons) {
-            scratch.begin(of_body(number), &image.record);
+            scratch.begin(of_body(number), image);
             if let Some((reason, detail)) = reason {
                 let facts = AmodalFacts::of(&scratch.pair, &scratch.clutter);
                 out.reject(of_body(number), facts, reason, &detail)?;

@@ -50,16 +50,18 @@ impl AmodalFacts {
     /// Facts of a pair and of what surrounds it.
     pub fn of(pair: &VoxelPair, clutter: &Clutter) -> Self {
         let VoxelPair { partial_cells, complete_cells, both_cells, solid_share, .. } = *pair;
+        Self { partial_cells, complete_cells, both_cells, solid_share, ..Self::of_clutter(clutter) }
+    }
+
+    /// Facts that the record of the clutter states alone; all others are 0.
+    fn of_clutter(clutter: &Clutter) -> Self {
         Self {
-            partial_cells,
-            complete_cells,
-            both_cells,
-            solid_share,
             visible_share: clutter.visible_share(),
             pixels_visible: clutter.pixels_visible,
             truncated: u32::from(clutter.is_truncated()),
             purity: clutter.purity(),
             others_solid_cells: clutter.others_solid.count(),
+            ..Self::default()
         }
     }
 }
@@ -67,14 +69,8 @@ impl AmodalFacts {
 impl Clutter {
     /// The facts that the record states alone, with their indices.
     pub(super) fn stated_facts(&self) -> Vec<(usize, f64)> {
-        let values = [
-            self.visible_share(),
-            f64::from(self.pixels_visible),
-            f64::from(u32::from(self.is_truncated())),
-            self.purity(),
-            f64::from(self.others_solid.count()),
-        ];
-        (FIRST_OF_CLUTTER..).zip(values).collect()
+        let facts = Facts::from(AmodalFacts::of_clutter(self));
+        facts.values().iter().copied().enumerate().skip(FIRST_OF_CLUTTER).collect()
     }
 }
 
