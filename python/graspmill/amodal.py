@@ -28,7 +28,7 @@ class Clutter:
     points: int
     """Measured depths that the partial grid is made of."""
     own_points: int
-    """Of these, the depths that were measured on the body's own surface."""
+    """Points among them that were measured on the body's own surface."""
     others_seen: Cells
     """Cells that hold a measured depth of anything else: (n, n, n), indexed (x, y, z)."""
     others_solid: Cells

@@ -166,6 +166,42 @@ fn contacts_are_as_near_as_parry_says() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// A box as large as a palm that parry finds in a mesh is found there by its depth alone. With a wide margin a nearer point beside
+/// can stand for it: hands are tested for overlap without one.
+#[test]
+fn overlap_is_found_by_depth_alone() {
+    const OVERLAP: f64 = 1e-4;
+    let mut scratch = ContactScratch::default();
+    let (mut deep, mut wide) = (Vec::new(), Vec::new());
+    let mut draw = Stream::of_job(1, b"", "overlaps");
+    let palm = Shape::Box { half: [0.06, 0.062, 0.02] };
+    let (mut overlapping, mut hidden) = (0, 0);
+    for name in ["mug-01", "can-01", "box-01"] {
+        let mesh = built_in_mesh(name);
+        let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+        let (peer, probe) = (Peer::new(&mesh, &palm), Probe::new(&palm).expect("a solid"));
+        let (bounds, radius) = (surface.bounds(), (surface.bounds().max - surface.bounds().min).norm() / 2.0);
+        for _ in 0..1500 {
+            let axis = Vector3::from_fn(|_, _| draw.normal());
+            let rotation = UnitQuaternion::from_scaled_axis(axis.normalize() * draw.uniform(0.0, 3.1));
+            let away = Vector3::from_fn(|_, _| draw.normal()).normalize() * draw.uniform(0.4 * radius, radius + 0.05);
+            let placed = IsometryMatrix3::from_parts(
+                Translation3::from(bounds.centre().coords + away),
+                rotation.to_rotation_matrix(),
+            );
+            if peer.distance(&palm, &placed) < -2.0 * OVERLAP {
+                overlapping += 1;
+                surface.contacts(&probe, &placed, -OVERLAP, &mut scratch, &mut deep);
+                assert!(deep.first().is_some_and(|contact| contact.distance < -OVERLAP), "{name} at {placed:?}");
+                surface.contacts(&probe, &placed, 0.002, &mut scratch, &mut wide);
+                hidden += usize::from(wide.first().is_none_or(|contact| contact.distance >= -OVERLAP));
+            }
+        }
+    }
+    println!("{overlapping} boxes in a mesh; a margin of 2 mm hides {hidden}");
+    assert!(overlapping > 1000, "{overlapping}");
+}
+
 #[test]
 fn cost_of_a_contact() {
     // Shown, not judged.

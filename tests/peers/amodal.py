@@ -2,7 +2,7 @@
 
     amodal.py PAIRS VIEWS COUNT
 
-Of COUNT pairs, spread over the dataset:
+COUNT pairs, spread over the dataset, are examined:
 - every point of the cloud, moved into the object's frame: largest distance to the mesh [m];
 - cells of the partial grid that hold no point, and points in no cell of it;
 - cells whose centre trimesh finds inside the whole body and that `complete` lacks, and cells of it that lie farther from the mesh than

@@ -237,9 +237,6 @@ impl Closing {
                 }
                 distance
             });
-            if !met.is_empty() {
-                gaps.pass(0.0);
-            }
             // Motors that met the object: a clutch opens where the driven link itself met it, else the motor stops.
             for (index, link) in &met {
                 let (driven, motor) = (&hand.driven()[*index], motors[*index]);
@@ -256,8 +253,8 @@ impl Closing {
                     let step = (time * driven.speed).min(left(*index, motor));
                     motors[*index] = driven.driven_to(motor, motor.angle + driven.closing_sign() * step);
                 }
-                gaps.pass(time);
             }
+            gaps.pass(if met.is_empty() { time } else { 0.0 });
         }
     }
 

@@ -164,8 +164,8 @@ impl Trials {
                 record.trials.push(tries.first(index, grasp, &mut draws).map_err(unusable)?);
             }
         }
-        let of_label = |trials: &[GraspTrial], label| trials.iter().filter(|trial| trial.label() == label).count();
-        let mut wanted = settings.negatives(of_label(&record.trials, GraspLabel::Held));
+        let held = record.trials.iter().filter(|trial| trial.label() == GraspLabel::Held).count();
+        let mut wanted = settings.negatives(held);
         for trial in record.trials.iter_mut().filter(|trial| trial.is_unconfirmed) {
             if wanted == 0 {
                 break;
@@ -234,8 +234,7 @@ impl Tries<'_> {
         if trial.settled() == Some(true) {
             self.confirm(grasp, &mut trial, settings.confirm.harder())?;
         }
-        let is_confirmed = trial.confirmed.iter().all(|verdict| verdict.is_held());
-        if is_rolled_out || (trial.settled() == Some(true) && is_confirmed) {
+        if is_rolled_out || trial.label() == GraspLabel::Held {
             self.perturb(grasp, &mut trial, draws, is_rolled_out)?;
         }
         if is_rolled_out {

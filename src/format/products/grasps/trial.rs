@@ -148,19 +148,25 @@ pub struct GraspTrial {
 }
 
 impl GraspTrial {
-    /// Whether the grasp held, by its trial in the air, the one on a table and the perturbed ones alike; `None` where they
-    /// disagree, or say nothing since the hand starts in the object or the simulation became unstable.
-    pub fn agreed(&self) -> Option<bool> {
-        let held = self.outcome.verdict.is_held();
-        let is_alike = self.of_grasp().all(|verdict| verdict.is_held() == held);
-        (self.is_tested() && is_alike).then_some(held)
+    /// Whether the grasp held in the air and on a table; `None` where the two disagree, or say nothing since the hand starts in
+    /// the object or the simulation became unstable.
+    pub fn settled(&self) -> Option<bool> {
+        let on_table = self.table.as_ref().map(|trial| trial.outcome.verdict);
+        self.is_tested().then(|| self.alike(on_table)).flatten()
     }
 
-    /// Whether the grasp held in the air and on a table; `None` where the two disagree, or say nothing.
-    pub fn settled(&self) -> Option<bool> {
+    /// Whether the grasp held in the air, on a table and in every perturbed trial alike; `None` where they disagree, or say
+    /// nothing.
+    pub fn agreed(&self) -> Option<bool> {
+        self.settled()?;
+        self.alike(self.perturbed.iter().map(|run| run.outcome.verdict))
+    }
+
+    /// The outcome of the trial in the air, where these verdicts are as it, as far as they say anything.
+    fn alike(&self, verdicts: impl IntoIterator<Item = TrialVerdict>) -> Option<bool> {
         let held = self.outcome.verdict.is_held();
-        let on_table = self.table.as_ref().map(|trial| trial.outcome.verdict).filter(|verdict| verdict.is_tested());
-        (self.is_tested() && on_table.is_none_or(|verdict| verdict.is_held() == held)).then_some(held)
+        let mut tested = verdicts.into_iter().filter(|verdict| verdict.is_tested());
+        tested.all(|verdict| verdict.is_held() == held).then_some(held)
     }
 
     /// The label that all trials of the grasp make together.
@@ -178,13 +184,6 @@ impl GraspTrial {
     /// Whether the trial in the air says anything about the grasp.
     fn is_tested(&self) -> bool {
         self.outcome.verdict.is_tested() && self.outcome.penetration[0] <= MAX_LABELLED_START
-    }
-
-    /// Verdicts in the air, on a table and under perturbed conditions that say anything about the grasp.
-    fn of_grasp(&self) -> impl Iterator<Item = TrialVerdict> {
-        let on_table = self.table.iter().map(|trial| trial.outcome.verdict);
-        let perturbed = self.perturbed.iter().map(|run| run.outcome.verdict);
-        std::iter::once(self.outcome.verdict).chain(on_table).chain(perturbed).filter(|verdict| verdict.is_tested())
     }
 
     /// Share of the roll-outs that held; `None` without any.
