@@ -86,7 +86,7 @@ impl InputSection {
         named.map(|dataset| tidy(&folder.join(dataset)))
     }
 
-    /// What was found in the dataset; `None` when nothing was, which is reported.
+    /// The result of a search in the dataset; `None` when nothing was found, which is reported.
     pub fn found<T>(&self, checker: &mut Checker, found: Result<T, impl std::fmt::Display>) -> Option<T> {
         let Self { name, make } = self;
         let key = format!("{name}.dataset");
