@@ -108,12 +108,14 @@ pub struct HandWorker {
     /// Torques or forces of the servos in the last step [N m or N].
     torques: Vec<f64>,
     effort: Effort,
-    /// Contacts with a true mesh.
-    collider: Option<TrueMeshCollider>,
+    /// Contacts with true meshes: the object's first.
+    colliders: Vec<TrueMeshCollider>,
     /// Commands of the object's slides, along the axes of its pose [m].
     pub(super) slid: Vector3<f64>,
     /// The object's pose, expressed in the hand's base frame.
     pub(super) base_from_mount: IsometryMatrix3<f64>,
+    /// Position of the hand's base in MuJoCo's world, in which it does not turn [m]: 0 but where it moves through a scene.
+    carried: Vector3<f64>,
     steps: u32,
     /// Steps of MuJoCo in each of ours.
     substeps: u32,
@@ -130,8 +132,8 @@ impl HandWorker {
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
         // Keeps the bits of touch by hands on a fixed object.
         let remembers = matches!(sim.hold, Hold::Free(_));
-        let collider = |mesh| TrueMeshCollider::new(&sim.model, mesh, sim.table.as_ref(), remembers);
-        let collider = sim.true_mesh.as_ref().map(collider);
+        let collider = |mesh| TrueMeshCollider::new(mesh, sim.table.as_ref(), remembers);
+        let colliders = sim.true_mesh.iter().chain(&sim.neighbours).map(collider).collect();
         let mut worker = Self {
             sim: Arc::clone(sim),
             data,
@@ -139,9 +141,10 @@ impl HandWorker {
             wanted,
             torques,
             effort: Effort::GRASP,
-            collider,
+            colliders,
             slid: Vector3::zeros(),
             base_from_mount: IsometryMatrix3::identity(),
+            carried: Vector3::zeros(),
             steps: 0,
             substeps: 1,
             stood_at,
@@ -191,6 +194,7 @@ impl HandWorker {
         self.effort = Effort::GRASP;
         self.slid = Vector3::zeros();
         self.base_from_mount = *base_from_object;
+        self.carried = Vector3::zeros();
         self.stood_at = self.joints();
         let (position, rotation) = (base_from_object.translation.vector.into(), quaternion(base_from_object));
         match self.sim.hold {
@@ -201,8 +205,13 @@ impl HandWorker {
                 coordinates[3..].copy_from_slice(&rotation);
             }
         }
-        self.collider.iter_mut().for_each(TrueMeshCollider::forget);
-        let _loan = ColliderLoan::new(&mut self.collider);
+        self.look();
+    }
+
+    /// Finds the contacts of the state as it is, as if nothing had been before.
+    pub(super) fn look(&mut self) {
+        self.colliders.iter_mut().for_each(TrueMeshCollider::forget);
+        let _loan = ColliderLoan::new(&mut self.colliders);
         self.data.forward();
     }
 
@@ -217,10 +226,7 @@ impl HandWorker {
         for (servo, value) in self.sim.servos.iter().zip(joints) {
             self.data.qpos_mut()[servo.address] = *value;
         }
-        self.collider.iter_mut().for_each(TrueMeshCollider::forget);
-        let loan = ColliderLoan::new(&mut self.collider);
-        self.data.forward();
-        drop(loan);
+        self.look();
         self.touches()
     }
 
@@ -233,9 +239,8 @@ impl HandWorker {
     /// Sets whether the faces of the hand's boxes and cylinders reach to their edges where they touch a true mesh, from now on:
     /// before a start.
     pub(super) fn set_edges(&mut self, are_sharp: bool) {
-        if let (Some(collider), Some(mesh)) = (&mut self.collider, &self.sim.true_mesh) {
-            collider.set_edges(mesh, are_sharp);
-        }
+        let meshes = self.sim.true_mesh.iter().chain(&self.sim.neighbours);
+        self.colliders.iter_mut().zip(meshes).for_each(|(collider, mesh)| collider.set_edges(mesh, are_sharp));
     }
 
     /// Sets the effort of the motors from now on, until the next [`HandWorker::start`].
@@ -253,9 +258,20 @@ impl HandWorker {
             Hold::Free(object) => {
                 let [x, y, z, rotation @ ..] =
                     std::array::from_fn::<f64, 7, _>(|at| self.data.qpos()[object.address + at]);
-                isometry(&[x, y, z], &rotation)
+                let [at_x, at_y, at_z] = self.carried.into();
+                isometry(&[x - at_x, y - at_y, z - at_z], &rotation)
             }
         }
+    }
+
+    /// Says where the hand's base is in MuJoCo's world from now on [m].
+    pub(super) fn carry_to(&mut self, position: Vector3<f64>) {
+        self.carried = position;
+    }
+
+    /// Position of the hand's base in MuJoCo's world [m].
+    pub(super) fn carried(&self) -> Vector3<f64> {
+        self.carried
     }
 
     /// One step of 2 ms.
@@ -284,7 +300,7 @@ impl HandWorker {
                 self.data.ctrl_mut()[slide.control] = *slid;
             }
         }
-        let loan = ColliderLoan::new(&mut self.collider);
+        let loan = ColliderLoan::new(&mut self.colliders);
         for _ in 0..self.substeps {
             self.data.step();
         }
@@ -338,12 +354,17 @@ impl HandWorker {
         }
     }
 
+    /// Counts anew for how long the hand has been at rest: other commands follow.
+    pub(super) fn begin_to_move(&mut self) {
+        self.steps_at_rest = 0;
+    }
+
     /// Steps with the same commands until the hand comes to rest, at most so many.
     ///
     /// # Panics
     /// When there is not one command per driven joint.
     pub fn run(&mut self, commands: &[Command], max_steps: u32) -> Run {
-        self.steps_at_rest = 0;
+        self.begin_to_move();
         let mut end = RunEnd::TimedOut;
         for _ in 0..max_steps {
             if let Err(unstable) = self.step(commands) {
@@ -408,7 +429,7 @@ impl HandWorker {
             // From the first geom to the second; the point lies half way between the two surfaces.
             let along = Vector3::from_column_slice(&contact.frame[..3]);
             let normal = if object_first { along } else { -along };
-            let point = Point3::from(contact.pos) - normal * (contact.dist / 2.0);
+            let point = Point3::from(contact.pos) - self.carried - normal * (contact.dist / 2.0);
             let force = self.data.contact_force(index)[0];
             let normal = Unit::new_unchecked(normal);
             found.push(LinkTouch { link, point, normal, distance: contact.dist, force });

@@ -38,3 +38,10 @@ pub(super) fn solid(kind: MjtGeomBase, [x, y, z]: &[f64; 3]) -> Option<Shape> {
         _ => None,
     }
 }
+
+/// The angle between two placements [rad].
+pub(super) fn angle_between(one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>) -> f64 {
+    // By the chord: good for small angles as well.
+    let chord = (one.rotation.matrix() - other.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
+    2.0 * libm::asin((chord / 2.0).min(1.0))
+}

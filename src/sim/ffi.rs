@@ -184,11 +184,12 @@ unsafe extern "C" fn collide_boxes(
     #[expect(unsafe_code, reason = "MuJoCo's structs")]
     unsafe {
         let found = with_scene(|scene| {
-            let pair = [one, other].map(|geom| *(*model).geom_bodyid.add(geom as usize) as usize);
-            let poses = pair.map(|body| pose_at((*data).xpos, (*data).xmat, body));
-            write_contacts(contacts, scene.contacts(pair, poses))
+            let bodies = [one, other].map(|geom| *(*model).geom_bodyid.add(geom as usize) as usize);
+            let pair = scene.pair_of(bodies)?;
+            let poses = bodies.map(|body| pose_at((*data).xpos, (*data).xmat, body));
+            Some(write_contacts(contacts, scene.contacts(pair, poses)))
         });
-        found.unwrap_or_else(|| {
+        found.flatten().unwrap_or_else(|| {
             let own = OWN_BOXES.get().copied().flatten();
             own.map_or(0, |own| own(model, data, contacts, one, other, margin))
         })

@@ -27,7 +27,7 @@ use super::{
     hand::HandModel,
     native_mesh::NativeContacts,
     table::{self, Table},
-    true_mesh::{self, TrueMesh, TrueMeshCollider},
+    true_mesh::{self, TrueMesh},
 };
 use kernel::{
     contact::{ContactSurface, Probe},
@@ -41,6 +41,9 @@ use robot::{
 
 /// Length of a step [s]. Half of it and a tenth of the labels of grasps stay the same: it is part of the method.
 pub(super) const STEP: f64 = 0.002;
+
+/// [m/s^2].
+pub(super) const GRAVITY: f64 = 9.81;
 
 /// Error of a servo at its joint's torque [rad].
 const SAG: f64 = 0.0025;
@@ -59,9 +62,9 @@ pub(super) const CONTACT_SOLIMP: [f64; 5] = [0.95, 0.995, 0.0005, 0.5, 2.0];
 const OWN_ACTUATORS: i32 = 30;
 
 /// Names of the mount, of the object that the hand closes on, and of the three slides between them.
-const MOUNT: &str = "graspmill place";
-const OBJECT: &str = "graspmill object";
-const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
+pub(super) const MOUNT: &str = "graspmill place";
+pub(super) const OBJECT: &str = "graspmill object";
+pub(super) const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
 
 /// Mass that a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
 pub(super) const SLIDE_MASS: f64 = 100.0;
@@ -102,6 +105,20 @@ pub(super) enum GeomOwner {
     Link(usize),
     Object,
     Table,
+    /// Something of a scene beside the object: 0 for the container, or the number of a body.
+    Scene(usize),
+}
+
+/// Object in a hand's model, and its surroundings.
+pub(super) struct Held {
+    /// Support of the object.
+    pub(super) hold: Hold,
+    /// The object, where it is a true mesh.
+    pub(super) true_mesh: Option<TrueMesh>,
+    /// True meshes around it.
+    pub(super) neighbours: Vec<TrueMesh>,
+    /// The table, where the object may stand on one.
+    pub(super) table: Option<Table>,
 }
 
 /// A compiled model of a hand and an object. Shared by threads; each makes its own [`super::HandWorker`].
@@ -114,6 +131,8 @@ pub struct HandSim {
     pub(super) hold: Hold,
     /// The object, where it is a true mesh.
     pub(super) true_mesh: Option<TrueMesh>,
+    /// True meshes around it, in a scene.
+    pub(super) neighbours: Vec<TrueMesh>,
     /// Solids of the hand that may touch the true mesh, and where each sits.
     solids: Vec<(Mount, Probe)>,
     /// Whether each motor of the hand moves each link.
@@ -212,7 +231,6 @@ impl HandSim {
     ) -> Result<Self, HandError> {
         let refused = refused_by(model);
         let (mut spec, gains) = hand_spec(model)?;
-        let hand = Arc::clone(&model.hand);
         match mass {
             Some(mass) => add_free_object(&mut spec, mass),
             None => add_object(&mut spec).map_err(refused)?,
@@ -222,30 +240,39 @@ impl HandSim {
             table::add(&mut spec, object_body);
         }
         let mut compiled = spec.compile().map_err(refused)?;
+        let object = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
+        let table = corners.is_some().then(|| Table::of(&compiled, object));
+        let true_mesh = surface.map(|surface| TrueMesh::of_model(&compiled, surface, corners.unwrap_or_default()));
+        let hold = match mass {
+            Some(mass) => Hold::Free(free_object(&mut compiled, object, mass)),
+            None => Hold::Slides(SLIDES.map(|name| servo(&compiled, name, slide_stiffness()))),
+        };
+        let table_body = table.as_ref().map(|table| table.body);
+        let owner = |body: usize| match body {
+            body if body == object => Some(GeomOwner::Object),
+            body => (Some(body) == table_body).then_some(GeomOwner::Table),
+        };
+        Self::assembled(model, compiled, &gains, Held { hold, true_mesh, neighbours: Vec::new(), table }, owner)
+    }
+
+    /// Assembles a simulation of a compiled model, in which the hand comes first; `owner` says what owns the bodies after it.
+    pub(super) fn assembled(
+        model: &HandModel,
+        mut compiled: MjModel,
+        gains: &[f64],
+        held: Held,
+        owner: impl Fn(usize) -> Option<GeomOwner>,
+    ) -> Result<Self, HandError> {
         set_option(compiled.opt_mut());
         compiled.geom_solref_mut().fill(CONTACT_SOLREF);
         compiled.geom_solimp_mut().fill(CONTACT_SOLIMP);
         compiled.flex_solref_mut().fill(CONTACT_SOLREF);
         compiled.flex_solimp_mut().fill(CONTACT_SOLIMP);
-        let servos = servos(&compiled, &hand, &gains);
+        let hand = Arc::clone(&model.hand);
+        let servos = servos(&compiled, &hand, gains);
         let links = model.robot.all_links()?;
-        let object_body = compiled.name_to_id(MjtObjBase::mjOBJ_BODY, OBJECT).expect("the object was added");
-        let table = corners.is_some().then(|| Table::of(&compiled, object_body));
-        let true_mesh = surface.map(|surface| TrueMesh {
-            surface: Arc::clone(surface),
-            probes: TrueMeshCollider::probes(&compiled),
-            corners: corners.unwrap_or_default(),
-        });
-        let hold = match mass {
-            Some(mass) => Hold::Free(free_object(&mut compiled, object_body, mass)),
-            None => Hold::Slides(SLIDES.map(|name| servo(&compiled, name, slide_stiffness()))),
-        };
-        // Bodies of the object and the table come last: the description's keep their numbers.
-        let owner = |body: &i32| match index(*body) {
-            body if body == object_body => GeomOwner::Object,
-            body if table.as_ref().is_some_and(|table| table.body == body) => GeomOwner::Table,
-            body => GeomOwner::Link(links.of_body[body].0),
-        };
+        // What is added comes last: the description's bodies keep their numbers.
+        let owner = |body: &i32| owner(index(*body)).unwrap_or_else(|| GeomOwner::Link(links.of_body[index(*body)].0));
         let owners = compiled.geom_bodyid().iter().map(owner).collect();
         let touch_sensors = (0..compiled.sensor_type().len())
             .filter(|sensor| compiled.sensor_type()[*sensor] == MjtSensor::mjSENS_TOUCH)
@@ -259,11 +286,12 @@ impl HandSim {
             let body_from_geom = isometry(&compiled.geom_pos()[geom], &compiled.geom_quat()[geom]);
             Some((Mount { link: *link, link_from_frame: link_from_body * body_from_geom }, (*probe)?))
         };
+        let Held { hold, true_mesh, neighbours, table } = held;
         let probes = true_mesh.iter().flat_map(|mesh| mesh.probes.iter().enumerate());
         let solids = probes.filter_map(solid).collect();
         let model = Arc::new(compiled);
         let links_moved = hand.driven().iter().map(|driven| hand.links_moved(driven)).collect();
-        Ok(Self { hand, model, servos, hold, true_mesh, solids, links_moved, owners, table, touch_sensors })
+        Ok(Self { hand, model, servos, hold, true_mesh, neighbours, solids, links_moved, owners, table, touch_sensors })
     }
 
     /// A lower bound of the distance between the true mesh and the hand, with its links at these frames in its base [m];
@@ -426,7 +454,7 @@ fn slide_stiffness() -> f64 {
 }
 
 /// The object without geoms, free to move.
-fn add_free_object(spec: &mut MjSpec, mass: &MassProperties) {
+pub(super) fn add_free_object(spec: &mut MjSpec, mass: &MassProperties) {
     let object = spec.world_body_mut().add_body();
     object.with_name(OBJECT);
     object.set_mass(1.0);
@@ -438,7 +466,7 @@ fn add_free_object(spec: &mut MjSpec, mass: &MassProperties) {
 }
 
 /// Finds the free object in the compiled model, and gives its friction priority over the hand's.
-fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeObject {
+pub(super) fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeObject {
     let touched = if model.body_geomnum()[body] > 0 {
         let geom = index(model.body_geomadr()[body]);
         model.geom_priority_mut()[geom] = 1;
@@ -452,7 +480,7 @@ fn free_object(model: &mut MjModel, body: usize, mass: &MassProperties) -> FreeO
 }
 
 /// Refuses sizes, and moments of inertia that no solid has, before the compiler would.
-fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
+pub(super) fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
     let wrong = |reason: String| Err(HandError::Object { reason });
     let moments = mass.inertia.symmetric_eigenvalues();
     let fits = mass.volume > 0.0 && mass.volume.is_finite() && mass.centre.iter().all(|part| part.is_finite());
@@ -467,7 +495,7 @@ fn check_mass(mass: &MassProperties) -> Result<(), HandError> {
     Ok(())
 }
 
-fn object_body(spec: &mut MjSpec) -> &mut MjsBody {
+pub(super) fn object_body(spec: &mut MjSpec) -> &mut MjsBody {
     spec.body_mut(OBJECT).expect("the object was added")
 }
 

@@ -9,7 +9,8 @@
 //! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that nothing pushes away, compiled once and
 //! shared, a [`HandWorker`] what one thread needs to move it. The object may be a true mesh: MuJoCo itself collides the convex
 //! hull of one. A [`TrialSim`] is a hand with an object that moves freely, a [`TrialWorker`] closes, lifts and shakes: the
-//! physics label of a grasp. A [`SettleWorker`] lets bodies fall and come to rest in a container. Stepping is of class `physics`.
+//! physics label of a grasp. A [`SettleWorker`] lets bodies fall and come to rest in a container, and a [`ClutterWorker`] tries a grasp
+//! of one of them. Stepping is of class `physics`.
 //!
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
@@ -21,6 +22,7 @@ pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod bodies;
 mod closing;
+mod clutter;
 mod colour;
 mod contacts;
 mod convert;
@@ -49,6 +51,10 @@ mod unstable;
 
 pub use bodies::PairRule;
 pub use closing::{HandWorker, LinkTouch, Run, RunEnd};
+pub use clutter::{
+    ClutterOutcome, ClutterPhase, ClutterProtocol, ClutterScene, ClutterSim, ClutterVerdict, ClutterWorker,
+    NeighbourMotion, SceneContact,
+};
 pub use colour::{Appearance, Light, Window};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::SimWorker;

@@ -7,7 +7,7 @@
 use std::{cell::RefCell, sync::Arc};
 
 use mujoco_rs::wrappers::{
-    mj_editing::{MjSpec, MjsBody, SpecItem},
+    mj_editing::{MjSpec, MjsBody, MjsGeom, SpecItem},
     mj_model::{MjModel, MjtGeomBase, MjtObjBase},
 };
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
@@ -21,8 +21,10 @@ use kernel::contact::{ContactScratch, ContactSurface, ContactTracker, Probe, Sur
 /// The geom and the mesh that stand for a true mesh.
 const NAME: &str = "graspmill true mesh";
 
-/// The true mesh of a model, and what may touch it.
+/// A true mesh of a model, and what may touch it.
 pub(super) struct TrueMesh {
+    /// MuJoCo's number of the geom that stands for it.
+    pub(super) geom: usize,
     pub(super) surface: Arc<ContactSurface>,
     /// Solid of each geom of the model that may touch the mesh.
     pub(super) probes: Vec<Option<Probe>>,
@@ -48,17 +50,17 @@ pub(super) struct TrueMeshCollider {
 }
 
 thread_local! {
-    static LENT: RefCell<Option<TrueMeshCollider>> = const { RefCell::new(None) };
+    static LENT: RefCell<Vec<TrueMeshCollider>> = const { RefCell::new(Vec::new()) };
 }
 
-/// While it lives, MuJoCo asks the collider on this thread.
+/// While it lives, MuJoCo asks the colliders on this thread.
 pub(super) struct ColliderLoan<'a> {
-    owner: &'a mut Option<TrueMeshCollider>,
+    owner: &'a mut Vec<TrueMeshCollider>,
 }
 
 impl<'a> ColliderLoan<'a> {
-    pub(super) fn new(owner: &'a mut Option<TrueMeshCollider>) -> Self {
-        LENT.set(owner.take());
+    pub(super) fn new(owner: &'a mut Vec<TrueMeshCollider>) -> Self {
+        LENT.set(std::mem::take(owner));
         Self { owner }
     }
 }
@@ -71,11 +73,21 @@ impl Drop for ColliderLoan<'_> {
 
 /// Calls `ask` with the collider that stands for a geom on this thread, if there is one.
 pub(super) fn with_collider<T>(geom: i32, ask: impl FnOnce(&mut TrueMeshCollider) -> T) -> Option<T> {
-    LENT.with_borrow_mut(|lent| lent.as_mut().filter(|collider| collider.geom == geom).map(ask))
+    LENT.with_borrow_mut(|lent| lent.iter_mut().find(|collider| collider.geom == geom).map(ask))
 }
 
-/// Puts the geom of a true mesh on a body, in whose frame the mesh is.
+/// Puts the geom of a model's only true mesh on a body, in whose frame the mesh is.
 pub(super) fn add_geom(spec: &mut MjSpec, surface: &ContactSurface, body: impl FnOnce(&mut MjSpec) -> &mut MjsBody) {
+    add_named_geom(spec, NAME, surface, body);
+}
+
+/// Puts a geom of this name on a body, in whose frame its true mesh is.
+pub(super) fn add_named_geom<'s>(
+    spec: &'s mut MjSpec,
+    name: &str,
+    surface: &ContactSurface,
+    body: impl FnOnce(&'s mut MjSpec) -> &'s mut MjsBody,
+) -> &'s mut MjsGeom {
     let bounds = surface.bounds();
     // As wide as a mesh has to be, at least.
     let half = (bounds.max - bounds.min).map(|side| side.max(1e-3)) / 2.0;
@@ -88,30 +100,41 @@ pub(super) fn add_geom(spec: &mut MjSpec, surface: &ContactSurface, body: impl F
     };
     let corners: Vec<[f32; 3]> = (0..8).map(corner).collect();
     let mesh = spec.add_mesh();
-    mesh.with_name(NAME);
+    mesh.with_name(name);
     mesh.set_uservert(corners.as_flattened());
     let geom = body(spec).add_geom();
-    geom.with_name(NAME);
+    geom.with_name(name);
     geom.set_type(MjtGeomBase::mjGEOM_MESH);
-    geom.set_meshname(NAME);
+    geom.set_meshname(name);
+    geom
+}
+
+impl TrueMesh {
+    /// The model's only true mesh; `corners` are those of its convex hull, where it stands on a table.
+    pub(super) fn of_model(model: &MjModel, surface: &Arc<ContactSurface>, corners: Vec<Point3<f64>>) -> Self {
+        Self { corners, ..Self::named(model, NAME, surface) }
+    }
+
+    /// The true mesh whose geom has this name.
+    pub(super) fn named(model: &MjModel, name: &str, surface: &Arc<ContactSurface>) -> Self {
+        let geom = model.name_to_id(MjtObjBase::mjOBJ_GEOM, name).expect("the true mesh has a geom");
+        let probes = TrueMeshCollider::probes(model);
+        Self { geom, surface: Arc::clone(surface), probes, corners: Vec::new() }
+    }
 }
 
 impl TrueMeshCollider {
     /// Solid of each geom of a model; `None` where it is no box, ball, capsule or cylinder.
-    pub(super) fn probes(model: &MjModel) -> Vec<Option<Probe>> {
+    fn probes(model: &MjModel) -> Vec<Option<Probe>> {
         let kinds = model.geom_type().iter().zip(model.geom_size());
         kinds.map(|(kind, size)| solid(*kind, size).as_ref().and_then(Probe::new)).collect()
     }
 
-    fn geom_of(model: &MjModel) -> usize {
-        model.name_to_id(MjtObjBase::mjOBJ_GEOM, NAME).expect("the true mesh has a geom")
-    }
-
     /// Creates a collider that [remembers](ContactTracker::new), or not; with a table where the model has one.
-    pub(super) fn new(model: &MjModel, mesh: &TrueMesh, table: Option<&Table>, remembers: bool) -> Self {
+    pub(super) fn new(mesh: &TrueMesh, table: Option<&Table>, remembers: bool) -> Self {
         Self {
             surface: Arc::clone(&mesh.surface),
-            geom: Self::geom_of(model) as i32,
+            geom: mesh.geom as i32,
             trackers: mesh
                 .probes
                 .iter()
@@ -203,7 +226,7 @@ mod tests {
     fn ball_over(
         surface: &Arc<ContactSurface>,
         radius: f64,
-    ) -> (Arc<MjModel>, MjData<Arc<MjModel>>, Option<TrueMeshCollider>) {
+    ) -> (Arc<MjModel>, MjData<Arc<MjModel>>, Vec<TrueMeshCollider>) {
         super::super::ffi::prepare_library();
         let mut spec = MjSpec::new();
         let body = spec.world_body_mut().add_body();
@@ -228,10 +251,9 @@ mod tests {
         model.geom_solimp_mut().fill([0.95, 0.995, 0.0005, 0.5, 2.0]);
         model.geom_friction_mut().fill([0.5, 0.005, 0.002]);
         let model = Arc::new(model);
-        let probes = TrueMeshCollider::probes(&model);
-        let mesh = TrueMesh { surface: Arc::clone(surface), probes, corners: Vec::new() };
-        let collider = TrueMeshCollider::new(&model, &mesh, None, true);
-        (Arc::clone(&model), MjData::new(model), Some(collider))
+        let mesh = TrueMesh::of_model(&model, surface, Vec::new());
+        let collider = TrueMeshCollider::new(&mesh, None, true);
+        (Arc::clone(&model), MjData::new(model), vec![collider])
     }
 
     /// Drops a ball at points over the middle of a hollow scan and lets it come to rest; the distance from its surface to the

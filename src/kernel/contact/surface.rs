@@ -561,15 +561,20 @@ pub(super) fn spread_out(contacts: &mut Vec<SurfaceContact>, max: usize) {
         let between_normals = (one.normal.into_inner() - other.normal.into_inner()).norm_squared();
         (one.point - other.point).norm_squared() + NORMAL_WEIGHT * NORMAL_WEIGHT * between_normals
     };
+    // Of each contact that is not kept the distance to the kept one that it is most like.
+    let mut likeness = vec![f64::INFINITY; contacts.len()];
     for kept in 1..max.min(contacts.len()) {
-        let min =
-            |at: usize| contacts[..kept].iter().map(|known| unlike(known, &contacts[at])).fold(f64::INFINITY, f64::min);
+        let known = contacts[kept - 1];
         // Of several equally unlike the nearest.
-        let next = (kept..contacts.len()).fold((kept, f64::NEG_INFINITY), |best, at| {
-            let min = min(at);
-            if min > best.1 { (at, min) } else { best }
-        });
+        let mut next = (kept, f64::NEG_INFINITY);
+        for (at, (contact, likeness)) in contacts.iter().zip(&mut likeness).enumerate().skip(kept) {
+            *likeness = likeness.min(unlike(&known, contact));
+            if *likeness > next.1 {
+                next = (at, *likeness);
+            }
+        }
         contacts[kept..=next.0].rotate_right(1);
+        likeness[kept..=next.0].rotate_right(1);
     }
     contacts.truncate(max);
     contacts.sort_by(|one, other| one.distance.total_cmp(&other.distance));

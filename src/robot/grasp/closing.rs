@@ -11,7 +11,7 @@ use super::{
     motion::{motor_at, moves, reach, velocities, velocity},
     solids::HandSolids,
 };
-use crate::hand::{Hand, Motor};
+use crate::hand::{Driven, Hand, Motor};
 use kernel::contact::{ContactScratch, ContactSurface, Probe, SurfaceContact};
 
 /// A link that is so near touches [m].
@@ -284,18 +284,41 @@ impl Closing {
         frames: &[IsometryMatrix3<f64>],
         solid: usize,
     ) -> f64 {
+        self.distance_within(surface, object_from_base, frames, solid, NEAR)
+    }
+
+    /// From a surface to a solid [m]: exact where it is below `reach`, with the contacts in `found`; else a lower bound that is
+    /// no less than that.
+    pub(super) fn distance_within(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+        solid: usize,
+        reach: f64,
+    ) -> f64 {
         let object_from_solid = self.object_from_solid(object_from_base, frames, solid);
         let probe = &self.probes[solid];
         let bound = surface.clearance_at_least(probe, &object_from_solid);
         self.found.clear();
-        if bound > NEAR {
+        if bound > reach {
             return bound;
         }
-        surface.contacts(probe, &object_from_solid, NEAR, &mut self.scratch, &mut self.found);
-        self.found.first().map_or(NEAR, |contact| contact.distance)
+        surface.contacts(probe, &object_from_solid, reach, &mut self.scratch, &mut self.found);
+        self.found.first().map_or(reach, |contact| contact.distance)
     }
 
-    fn object_from_solid(
+    /// Bound on the speed of a solid's points while motors go from start to end, each at its speed [m/s].
+    pub(super) fn speed_bound(&self, solid: usize, start: &[Motor], end: &[Motor]) -> f64 {
+        let moving = self.hand.driven().iter().zip(start.iter().zip(end)).zip(&self.reaches[solid]);
+        let speed = |((driven, (start, end)), [before, after]): ((&Driven, (&Motor, &Motor)), &[f64; 2])| {
+            let reach = if end.released.is_some() { before.max(*after) } else { *before };
+            if start.angle == end.angle { 0.0 } else { reach * driven.speed }
+        };
+        moving.map(speed).sum()
+    }
+
+    pub(super) fn object_from_solid(
         &self,
         object_from_base: &IsometryMatrix3<f64>,
         frames: &[IsometryMatrix3<f64>],

@@ -20,6 +20,7 @@ mod object;
 mod opposition;
 mod pads;
 mod pairs;
+mod passage;
 mod rate;
 mod sampled;
 mod settings;
@@ -38,6 +39,7 @@ pub use found::{Energies, Grasp, GraspContact, GraspRun, PairLosses, Quality, St
 pub use kind::{KindDigits, camera_axes, kind_in_frame, wrist_roll};
 pub use object::ObjectSearch;
 pub use opposition::has_opposition;
+pub use passage::{ClosingGrasp, HandPassage, InTheWay, Obstacle, Passage, PathStage, Surroundings};
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
     AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,

@@ -100,6 +100,13 @@ impl TableWatch {
         table.lowest
     }
 
+    /// The lowest point over the plane z = 0 of a hand that goes from one posture to another, all motors at their speeds [m].
+    pub(super) fn lowest(&self, world_from_base: &IsometryMatrix3<f64>, start: &[Motor], end: &[Motor]) -> f64 {
+        let mut tables = [Table::below(world_from_base)];
+        self.watch(start, end, &mut tables);
+        tables[0].lowest
+    }
+
     /// Drives all motors from start to end at once, each at its speed, and measures how low the hand comes.
     fn watch(&self, start: &[Motor], end: &[Motor], tables: &mut [Table]) {
         let hand = &self.hand;
@@ -142,7 +149,11 @@ impl TableWatch {
 
 impl Table {
     fn under(pose: &RestingPose, object_from_base: &IsometryMatrix3<f64>) -> Self {
-        let world_from_base = pose.world_from_object.isometry() * object_from_base;
+        Self::below(&(pose.world_from_object.isometry() * object_from_base))
+    }
+
+    /// The plane z = 0 of the world.
+    fn below(world_from_base: &IsometryMatrix3<f64>) -> Self {
         let up = world_from_base.rotation.inverse() * Vector3::z();
         Self { up, offset: world_from_base.translation.vector.z, lowest: f64::INFINITY }
     }

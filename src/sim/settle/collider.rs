@@ -8,9 +8,11 @@ use super::Container;
 use crate::true_mesh::WorldContact;
 use kernel::contact::{BodyScratch, ContactBody, PairTracker, SurfaceContact, plane_contacts};
 
-/// Working memory of one thread that finds the contacts of one scene. Bodies are counted as MuJoCo counts them: 0 is the
-/// world, in which the container stands.
+/// Working memory of one thread that finds the contacts of one scene. Bodies are counted from the one that the container is, which
+/// is 0: the world, where nothing else is simulated.
 pub(crate) struct SceneCollider {
+    /// MuJoCo's number of the container's body; those of the scene's bodies follow.
+    first: usize,
     container: Container,
     bodies: Vec<Arc<ContactBody>>,
     /// Tracker of each pair, the lower body first.
@@ -24,12 +26,12 @@ thread_local! {
 }
 
 /// While it lives, MuJoCo asks the collider on this thread.
-pub(super) struct SceneLoan<'a> {
+pub(crate) struct SceneLoan<'a> {
     owner: &'a mut Option<SceneCollider>,
 }
 
 impl<'a> SceneLoan<'a> {
-    pub(super) fn new(owner: &'a mut Option<SceneCollider>) -> Self {
+    pub(crate) fn new(owner: &'a mut Option<SceneCollider>) -> Self {
         LENT.set(owner.take());
         Self { owner }
     }
@@ -47,18 +49,24 @@ pub(crate) fn with_scene<T>(ask: impl FnOnce(&mut SceneCollider) -> T) -> Option
 }
 
 impl SceneCollider {
-    pub(super) fn new(container: Container, bodies: Vec<Arc<ContactBody>>) -> Self {
+    pub(crate) fn new(first: usize, container: Container, bodies: Vec<Arc<ContactBody>>) -> Self {
         let count = bodies.len() + 1;
         let trackers = (0..count * (count - 1) / 2).map(|_| PairTracker::default()).collect();
-        Self { container, bodies, trackers, scratch: BodyScratch::default(), found: Vec::new() }
+        Self { first, container, bodies, trackers, scratch: BodyScratch::default(), found: Vec::new() }
     }
 
     /// Begins a new run.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.trackers.iter_mut().for_each(PairTracker::forget);
     }
 
-    /// Contacts of two bodies that overlap, with their normals out of the first.
+    /// Numbers of two bodies in the scene by MuJoCo's; `None` where one is none of it.
+    pub(crate) fn pair_of(&self, bodies: [usize; 2]) -> Option<[usize; 2]> {
+        let [one, other] = bodies.map(|body| body.checked_sub(self.first).filter(|body| *body <= self.bodies.len()));
+        Some([one?, other?])
+    }
+
+    /// Contacts of two bodies that overlap, with their normals out of the first; the container's frame is the scene's.
     pub(crate) fn contacts(
         &mut self,
         pair: [usize; 2],
@@ -73,7 +81,7 @@ impl SceneCollider {
         // The frame that the contacts are in, and whether their normals come out of the lower body.
         let (world_from_first, out_of_low) = match (low, &self.container) {
             (0, Container::Plane { .. }) => {
-                plane_contacts(second, &world_from_high, &mut self.found);
+                plane_contacts(second, &world_from_low.inv_mul(&world_from_high), &mut self.found);
                 (world_from_high, -1.0)
             }
             (low, container) => {

@@ -11,7 +11,7 @@ mod patch;
 mod settings;
 mod worker;
 
-pub(super) use collider::{SceneCollider, with_scene};
+pub(super) use collider::{SceneCollider, SceneLoan, with_scene};
 pub use outcome::{Fault, SceneTouch, SettledBody, SettledScene};
 pub(super) use patch::BodyPatch;
 pub use settings::{Container, Placement, SceneBody, SettleSettings};

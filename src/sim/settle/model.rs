@@ -2,6 +2,12 @@
 //!
 //! A model is compiled once per count of bodies and thread, and given the masses and boxes of one scene after the other.
 
+use super::{BodyPatch, Container, SettleSettings};
+use crate::{
+    convert::index,
+    ffi,
+    hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, GRAVITY},
+};
 use mujoco_rs::{
     mujoco_c::{mjtCone, mjtIntegrator},
     wrappers::{
@@ -10,26 +16,12 @@ use mujoco_rs::{
         mj_model::{MjModel, MjtGeomBase},
     },
 };
-use nalgebra::{Point3, Vector3};
-
-use super::{BodyPatch, Container, SettleSettings};
-use crate::{
-    convert::index,
-    ffi,
-    hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF},
-};
-
-/// [m/s^2].
-pub(super) const GRAVITY: f64 = 9.81;
 
 /// Ratio of the stiffness of friction to that of normal forces: how little heaps creep.
 const IMPRATIO: f64 = 100.0;
 
 /// Memory of a model [bytes]: the contacts of 20 nested cups and what the solver makes of them.
 const MEMORY: usize = 64 << 20;
-
-/// Half the thickness of the box that stands for the plane [m].
-const GROUND: f64 = 1.0;
 
 /// A model of a thread, with its state.
 pub(super) struct SceneModel {
@@ -54,15 +46,9 @@ impl SceneModel {
         spec.set_memory(MEMORY as _);
         let ground = spec.world_body_mut().add_geom();
         ground.set_type(MjtGeomBase::mjGEOM_BOX);
-        let (centre, half) = match container {
-            Container::Plane { .. } => (Point3::new(0.0, 0.0, -GROUND), Vector3::new(1e3, 1e3, GROUND)),
-            Container::Bin { body, .. } => {
-                let bounds = body.surface().bounds();
-                (bounds.centre(), (bounds.max - bounds.min) / 2.0)
-            }
-        };
-        *ground.pos_mut() = centre.into();
-        *ground.size_mut() = half.into();
+        let bounds = container.bounds();
+        *ground.pos_mut() = bounds.centre().into();
+        *ground.size_mut() = ((bounds.max - bounds.min) / 2.0).into();
         // Of two frictions the larger counts: the container's is none of its own.
         *ground.friction_mut() = [0.0; 3];
         ground.set_condim(6);

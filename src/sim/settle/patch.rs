@@ -1,9 +1,12 @@
 //! Masses, boxes and friction of one body, as a model of scenes is given them.
 
-use mujoco_rs::wrappers::{mj_editing::MjsBody, mj_model::MjtGeomBase};
+use mujoco_rs::wrappers::{
+    mj_editing::{MjsBody, MjsGeom},
+    mj_model::MjtGeomBase,
+};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
-use super::{SceneBody, SettleSettings};
+use super::SceneBody;
 
 /// Torsional friction [m].
 const TORSION: f64 = 0.005;
@@ -27,7 +30,8 @@ pub(crate) struct BodyPatch {
 }
 
 impl BodyPatch {
-    pub(super) fn new(body: &SceneBody, settings: &SettleSettings) -> Self {
+    /// The body's own; `rolling` is its rolling friction [m].
+    pub(crate) fn new(body: &SceneBody, rolling: f64) -> Self {
         let bounds = body.body.surface().bounds();
         let (box_centre, half) = (bounds.centre(), (bounds.max - bounds.min) / 2.0);
         let [moments, axes] = principal(&body.solid.inertia);
@@ -45,7 +49,7 @@ impl BodyPatch {
             box_centre: box_centre.into(),
             box_half: half.into(),
             bounds: [x, y, z, a, b, c],
-            friction: [body.friction, TORSION, settings.rolling],
+            friction: [body.friction, TORSION, rolling],
         }
     }
 
@@ -67,20 +71,32 @@ impl BodyPatch {
         }
     }
 
-    pub(super) fn add_to(&self, body: &mut MjsBody) {
+    /// Makes a body free to move, with this mass and box.
+    pub(crate) fn add_to<'b>(&self, body: &'b mut MjsBody) -> &'b mut MjsGeom {
+        body.add_free_joint();
+        self.add_mass_to(body);
+        self.add_box_to(body)
+    }
+
+    /// Gives a body this mass.
+    pub(crate) fn add_mass_to(&self, body: &mut MjsBody) {
         body.set_mass(self.mass);
         *body.ipos_mut() = self.centre;
         *body.iquat_mut() = self.quaternion;
         *body.inertia_mut() = self.inertia;
         *body.fullinertia_mut() = [f64::NAN; 6];
         body.set_explicitinertial(true);
-        body.add_free_joint();
+    }
+
+    /// Gives a body the box that stands for its true mesh.
+    pub(crate) fn add_box_to<'b>(&self, body: &'b mut MjsBody) -> &'b mut MjsGeom {
         let geom = body.add_geom();
         geom.set_type(MjtGeomBase::mjGEOM_BOX);
         *geom.pos_mut() = self.box_centre;
         *geom.size_mut() = self.box_half;
         *geom.friction_mut() = self.friction;
         geom.set_condim(6);
+        geom
     }
 }
 

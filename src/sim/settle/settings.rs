@@ -2,9 +2,15 @@
 
 use std::sync::Arc;
 
-use nalgebra::{IsometryMatrix3, Rotation3};
+use nalgebra::{IsometryMatrix3, Point3, Rotation3};
 
-use kernel::{contact::ContactBody, geom::MassProperties};
+use kernel::{
+    contact::ContactBody,
+    geom::{Aabb, MassProperties},
+};
+
+/// Thickness of the box that stands for the plane, and half its sides [m].
+const GROUND: [f64; 2] = [2.0, 1e3];
 
 /// Container of a scene, fixed in the world.
 #[derive(Clone)]
@@ -29,6 +35,17 @@ impl Container {
         match self {
             Self::Plane { size } => *size,
             Self::Bin { inner: [x, y, _], .. } => [*x, *y],
+        }
+    }
+
+    /// Box around the container, in the world [m]; a plane is the top of a wide one.
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Self::Plane { .. } => {
+                let [thickness, half] = GROUND;
+                Aabb { min: Point3::new(-half, -half, -thickness), max: Point3::new(half, half, 0.0) }
+            }
+            Self::Bin { body, .. } => *body.surface().bounds(),
         }
     }
 

@@ -83,11 +83,11 @@ impl SettleWorker {
     fn run<'w>(&'w mut self, bodies: &'w [SceneBody]) -> Run<'w> {
         let Self { container, settings, models, .. } = self;
         let model = models.entry(bodies.len()).or_insert_with(|| SceneModel::new(container, settings, bodies.len()));
-        let patches: Vec<BodyPatch> = bodies.iter().map(|body| BodyPatch::new(body, settings)).collect();
+        let patches: Vec<BodyPatch> = bodies.iter().map(|body| BodyPatch::new(body, settings.rolling)).collect();
         model.set_bodies(&patches);
         model.data.reset();
         let surfaces = bodies.iter().map(|body| std::sync::Arc::clone(&body.body)).collect();
-        let collider = Some(SceneCollider::new(container.clone(), surfaces));
+        let collider = Some(SceneCollider::new(0, container.clone(), surfaces));
         Run { model, collider, bodies, container, settings, present: vec![true; bodies.len()] }
     }
 
@@ -434,7 +434,7 @@ mod tests {
     #[test]
     fn a_can_lies_on_a_plane_where_it_weighs_what_the_plane_carries() {
         let can = scene_body(&built_in_source("can-01"));
-        let weight = can.mass * super::super::model::GRAVITY;
+        let weight = can.mass * crate::hand_sim::GRAVITY;
         let mut worker = SettleWorker::new(Container::Plane { size: [1.0, 1.0] }, SETTINGS, SimdLevel::Scalar);
         let placed = Placement::Placed { world_from_object: IsometryMatrix3::translation(0.1, 0.0, 0.2) };
         let scene = worker.settle(&[can], &[placed], 1);
@@ -468,7 +468,7 @@ mod tests {
     fn a_patched_model_equals_a_compiled_one() {
         let bodies = ["mug-01", "box-01", "cup-01"].map(|name| scene_body(&built_in_source(name)));
         let container = bin();
-        let patches = bodies.each_ref().map(|body| BodyPatch::new(body, &SETTINGS));
+        let patches = bodies.each_ref().map(|body| BodyPatch::new(body, SETTINGS.rolling));
         let mut models = [
             SceneModel::new(&container, &SETTINGS, patches.len()),
             SceneModel::of_patches(&container, &SETTINGS, &patches),
@@ -486,7 +486,7 @@ mod tests {
                 .collect();
             let found = models.each_mut().map(|model| {
                 let surfaces = bodies.iter().map(|body| Arc::clone(&body.body)).collect();
-                let mut collider = Some(SceneCollider::new(container.clone(), surfaces));
+                let mut collider = Some(SceneCollider::new(0, container.clone(), surfaces));
                 model.data.reset();
                 model.data.qpos_mut().copy_from_slice(&poses);
                 let loan = SceneLoan::new(&mut collider);

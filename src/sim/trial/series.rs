@@ -3,7 +3,7 @@
 use nalgebra::{IsometryMatrix3, Point3};
 
 use super::Phase;
-use crate::{closing::HandWorker, hand_sim::STEP};
+use crate::{closing::HandWorker, convert::angle_between, hand_sim::STEP};
 
 /// Steps of 2 ms from one sample to the next.
 const STEPS_PER_SAMPLE: u32 = 10;
@@ -56,11 +56,4 @@ impl Series {
         let moved = (now * centre - reference * centre).norm();
         self.samples.push(SeriesSample { phase, forces, moved, turned: angle_between(&reference, &now) });
     }
-}
-
-/// The angle between two placements [rad].
-pub(super) fn angle_between(one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>) -> f64 {
-    // By the chord: good for small angles as well.
-    let chord = (one.rotation.matrix() - other.rotation.matrix()).norm() / std::f64::consts::SQRT_2;
-    2.0 * libm::asin((chord / 2.0).min(1.0))
 }

@@ -5,23 +5,20 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
 use super::{
-    Gravity, Grip, Outcome, Phase, Series, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict,
-    WhileClosing, series::angle_between,
+    Gravity, Grip, Outcome, Phase, Series, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict, WhileClosing,
 };
 use crate::{
     closing::HandWorker,
+    convert::angle_between,
     effort::Command,
     error::HandError,
     ffi,
     free_object::FreeObject,
-    hand_sim::{GeomOwner, Hold, SLIDE_MASS, STEP, quaternion},
+    hand_sim::{GRAVITY, GeomOwner, Hold, SLIDE_MASS, STEP, quaternion},
     true_mesh::TrueMesh,
     unstable::{Instability, Unstable},
 };
 use kernel::contact::EDGE_RADIUS;
-
-/// [m/s^2].
-const GRAVITY: f64 = 9.81;
 
 /// A hand that backs off is clear of the object when it is no deeper than this [m].
 const CLEAR: f64 = 1e-4;
