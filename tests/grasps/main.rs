@@ -3,6 +3,7 @@
 mod annealing;
 mod datasets;
 mod kept_trials;
+mod passage;
 mod patch_marks;
 mod patches;
 mod second_engine;

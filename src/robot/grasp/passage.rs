@@ -123,6 +123,13 @@ struct Moment<'m> {
     frames: &'m [IsometryMatrix3<f64>],
 }
 
+impl ClosingGrasp {
+    /// The motors when the hand has closed on the object, one per driven joint.
+    pub fn closed(&self) -> &[Motor] {
+        &self.closed
+    }
+}
+
 impl HandPassage {
     /// A hand that keeps at least a margin from everything but the object that it grasps [m].
     ///
@@ -163,30 +170,36 @@ impl HandPassage {
         let scene_from_base = object.scene_from_obstacle * grasp.object_from_base;
         let posture: Vec<Motor> = grasp.posture.iter().copied().map(Motor::engaged).collect();
         let back = scene_from_base.rotation * grasp.approach * -STAND_OFF;
-        let mut least = FAR;
         // The plane: a straight path is lowest at one of its ends.
-        let [shaped, closing] =
-            [&posture, &grasp.closed].map(|end| self.table.lowest(&scene_from_base, &posture, end) - scene.ground);
-        for (stage, height) in [
-            (PathStage::Pregrasp, shaped),
-            (PathStage::Approach, shaped + back.z.min(0.0)),
-            (PathStage::Closing, closing),
-        ] {
-            if height < self.margin {
-                return Passage { blocked: Some((stage, InTheWay::Ground)), clearance: height };
-            }
-            least = least.min(height);
-        }
+        let lowest = |end: &[Motor]| self.table.lowest(&scene_from_base, &posture, end) - scene.ground;
+        let [shaped, closing] = [lowest(&posture), lowest(&grasp.closed)];
+        let above = |stage: PathStage| match stage {
+            PathStage::Pregrasp => shaped,
+            PathStage::Approach => shaped + back.z.min(0.0),
+            PathStage::Closing => closing,
+        };
+        let margin = self.margin;
+        let under = |stage: PathStage| {
+            let blocked = Some((stage, InTheWay::Ground));
+            Some(Passage { blocked, clearance: above(stage) }).filter(|passage| passage.clearance < margin)
+        };
+        let mut least = FAR.min(above(PathStage::Approach)).min(closing);
         let things = self.things(scene, target);
         let joints = self.closing.hand.posture_values(&grasp.posture);
         let frames = self.closing.hand.link_frames(&joints);
         let moment = Moment { scene_from_base, frames: &frames };
         let blocked =
             |stage: PathStage, thing: &Thing, clearance: f64| Passage { blocked: Some((stage, thing.what)), clearance };
+        if let Some(passage) = under(PathStage::Pregrasp) {
+            return passage;
+        }
         for thing in &things {
             if let Some(clearance) = self.nearer_than_margin(thing, &moment) {
                 return blocked(PathStage::Pregrasp, thing, clearance);
             }
+        }
+        if let Some(passage) = under(PathStage::Approach) {
+            return passage;
         }
         for thing in &things {
             match self.on_approach(thing, &moment, &back) {
@@ -194,6 +207,9 @@ impl HandPassage {
                 Ok(_) if thing.what == InTheWay::Target => {}
                 Ok(clearance) => least = least.min(clearance),
             }
+        }
+        if let Some(passage) = under(PathStage::Closing) {
+            return passage;
         }
         // The target is what the hand closes on.
         for thing in things.iter().filter(|thing| thing.what != InTheWay::Target) {
