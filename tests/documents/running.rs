@@ -1,7 +1,16 @@
 //! Blocks of shell and of Python run, from the documents' own text, each document in a folder of its own that is like a clone
 //! of the repository. Jobs are made smaller on the way; what cannot run here is listed, with the reason.
 
-use std::{collections::BTreeSet, fmt::Write as _, fs, path::PathBuf, sync::LazyLock};
+use std::{
+    collections::BTreeSet,
+    fmt::Write as _,
+    fs,
+    path::PathBuf,
+    sync::{
+        LazyLock,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
 
 use super::blocks::{Block, blocks_of, documents, file_block};
 use crate::support::{
@@ -222,15 +231,22 @@ const PROLOGUE: &str = "set -euo pipefail\nat=''\ntrap 'echo \"FAILED: $at\" >&2
 
 #[test]
 fn blocks_run() {
-    let (mut ran, mut left_out) = (0, Vec::new());
-    for document in documents() {
-        let script = Script::of(&document, |_| false);
-        if script.ran > 0 {
-            script.run(&document, "venv");
+    let documents = documents();
+    let scripts: Vec<Script> = documents.iter().map(|document| Script::of(document, |_| false)).collect();
+    // Each works in a folder of its own.
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mine = || scripts.iter().zip(&documents).nth(next.fetch_add(1, Ordering::Relaxed));
+        for (script, document) in std::iter::from_fn(mine).filter(|(script, _)| script.ran > 0) {
+            script.run(document, "venv");
         }
-        ran += script.ran;
-        left_out.extend(script.left_out);
-    }
+    };
+    std::thread::scope(|scope| {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        (0..threads).for_each(|_| _ = scope.spawn(work));
+    });
+    let ran: usize = scripts.iter().map(|script| script.ran).sum();
+    let left_out: Vec<String> = scripts.into_iter().flat_map(|script| script.left_out).collect();
     for (row, _) in NOT_RUN {
         assert!(left_out.iter().any(|text| text == row), "NOT_RUN lists what no document says: {row}");
     }

@@ -264,7 +264,6 @@ fn coal_finds_the_same_in_the_way() {
                     // Whoever is found in the way before is nearer than its margin, but for the tolerance.
                     if first.is_none() && distance < margin - Passage::TOLERANCE {
                         first = Some((stage, thing));
-                        assert!(says(first), "{scene_of} {number}: {first:?} at {distance}, found {found:?}");
                     }
                     if says(Some((stage, thing))) {
                         first = first.or(found.blocked);
@@ -274,16 +273,24 @@ fn coal_finds_the_same_in_the_way() {
                                 "{scene_of} {number}: {distance} {found:?}"
                             );
                         }
-                        // Between two samples the hand may come nearer than at either.
-                        assert!(distance < margin + 0.0025, "{scene_of} {number}: {distance} {found:?}");
+                        // Between two samples the hand may come nearer than at either; one that closes by clutches is seen closed alone.
+                        assert!(
+                            *count == 1 && stage == PathStage::Closing || distance < margin + 0.0025,
+                            "{scene_of} {number}: {distance} {found:?}"
+                        );
                     }
                     if thing != InTheWay::Target {
                         least = least.min(distance);
                     }
                 }
             }
-            let ground = matches!(found.blocked, Some((_, InTheWay::Ground)));
-            assert!(ground || first == found.blocked, "{scene_of} {number}: {first:?} {found:?}");
+            match found.blocked {
+                // Of the plane coal knows nothing.
+                Some((stage, InTheWay::Ground)) => {
+                    assert!(first.is_none_or(|(other, _)| other >= stage), "{scene_of} {number}: {first:?} {found:?}");
+                }
+                blocked => assert_eq!(first, blocked, "{scene_of} {number}"),
+            }
             if found.blocked.is_none() {
                 assert!(least > found.clearance - Passage::TOLERANCE, "{scene_of} {number}: {least} {found:?}");
             }

@@ -3,7 +3,7 @@
 question.json: {"meshes": [{"vertices", "triangles", "pose"}], "solids": [{"half", "round", "thickness"}]}, poses by rows of
 three times four; poses: rows of f64, for each pose of the hand one pose of each solid. A solid is a box, or the cylinder in it about
 z, thickened. Writes distances: f64, for each pose of the hand one of each mesh [m], the least of all solids; where a solid
-meets no triangle but its middle lies in the mesh, minus the thickness.
+meets no triangle but its middle lies in the mesh, minus the thickness. Farther than 2 cm a lower bound is written.
 
 passage.py FOLDER
 """
@@ -15,6 +15,9 @@ from pathlib import Path
 import coal
 import numpy as np
 import trimesh
+
+# Beyond this nobody asks how far it is [m].
+FAR = 0.02
 
 
 def transform(rows):
@@ -51,6 +54,7 @@ def main(folder):
         meshes.append((model_of(vertices, triangles), transform(mesh["pose"]), trimesh.Trimesh(vertices, triangles, process=False)))
     solids = [solid_of(solid["half"], solid["round"], solid["thickness"]) for solid in question["solids"]]
     thickness = np.array([solid["thickness"] for solid in question["solids"]])
+    reach = thickness + [np.linalg.norm(solid["half"]) for solid in question["solids"]]
     poses = np.fromfile(folder / "poses", dtype="<f8").reshape(-1, len(solids), 12)
     found = np.empty((len(poses), len(meshes)))
     for index, (model, scene_from_mesh, mesh) in enumerate(meshes):
@@ -61,9 +65,14 @@ def main(folder):
         if near.any():
             inside[near] = mesh.contains(middles[near])
         inside = inside.reshape(len(poses), len(solids))
+        outside = np.maximum(np.maximum(mesh.bounds[0] - middles, middles - mesh.bounds[1]), 0.0)
+        bounds = np.linalg.norm(outside, axis=1).reshape(len(poses), len(solids)) - reach
         for number, placed in enumerate(poses):
             least = np.inf
             for solid, pose in enumerate(placed):
+                if bounds[number, solid] > FAR:
+                    least = min(least, bounds[number, solid])
+                    continue
                 request, result = coal.DistanceRequest(), coal.DistanceResult()
                 shape, inside_by = solids[solid]
                 distance = coal.distance(shape, transform(pose), model, scene_from_mesh, request, result) - inside_by
