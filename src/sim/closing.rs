@@ -115,7 +115,7 @@ pub struct HandWorker {
     /// The object's pose, expressed in the hand's base frame.
     pub(super) base_from_mount: IsometryMatrix3<f64>,
     /// Position of the hand's base in MuJoCo's world, in which it does not turn [m]: 0 but where it moves through a scene.
-    carried: Vector3<f64>,
+    pub(super) carried: Vector3<f64>,
     steps: u32,
     /// Steps of MuJoCo in each of ours.
     substeps: u32,
@@ -262,16 +262,6 @@ impl HandWorker {
                 isometry(&[x - at_x, y - at_y, z - at_z], &rotation)
             }
         }
-    }
-
-    /// Says where the hand's base is in MuJoCo's world from now on [m].
-    pub(super) fn carry_to(&mut self, position: Vector3<f64>) {
-        self.carried = position;
-    }
-
-    /// Position of the hand's base in MuJoCo's world [m].
-    pub(super) fn carried(&self) -> Vector3<f64> {
-        self.carried
     }
 
     /// One step of 2 ms.
@@ -612,6 +602,25 @@ mod tests {
     use crate::{HandModel, Instability};
     use kernel::geom::Shape;
     use robot::collision::Geometry;
+
+    /// Joints of a gripper that only open from 0 on do not make slides that do.
+    #[test]
+    fn an_object_on_slides_goes_to_either_side_of_its_place() {
+        let scene = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/parallel_gripper.xml"));
+        let model = HandModel::open(scene).expect("the hand");
+        let ball = Geometry { shape: Shape::Sphere { radius: 0.01 }, link_from_shape: IsometryMatrix3::identity() };
+        let mut worker = HandWorker::new(&Arc::new(HandSim::new(&model, &[ball]).expect("a simulation")));
+        let pose = IsometryMatrix3::translation(0.0, 0.0, 0.3);
+        for slid in [Vector3::new(0.01, -0.02, 0.03), Vector3::new(-0.01, 0.02, -0.03)] {
+            worker.start(&worker.hand().opened(), &pose).expect("a posture");
+            worker.slid = slid;
+            for _ in 0..200 {
+                worker.step(&[Command::Hold]).expect("stable");
+            }
+            let moved = worker.base_from_object().translation.vector - pose.translation.vector;
+            assert!((moved - slid).norm() < 1e-4, "{moved} for {slid}");
+        }
+    }
 
     /// Numbers that blow up are reported, and the next run is as good as new.
     #[test]

@@ -440,6 +440,8 @@ fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
         let slide = object.add_joint();
         slide.with_name(name);
         slide.set_type(MjtJoint::mjJNT_SLIDE);
+        // The hand's description may limit its joints by default.
+        slide.set_limited(MjtLimited::mjLIMITED_FALSE);
         *slide.axis_mut() = std::array::from_fn(|part| f64::from(u8::from(part == axis)));
     }
     for name in SLIDES {

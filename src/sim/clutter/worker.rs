@@ -262,14 +262,14 @@ impl ClutterWorker {
         drop(loan);
         stepped.map_err(|what| ClutterVerdict::Unstable { phase, what })?;
         // What the hand pushes against moves it by less than what it is given in the next step.
-        self.hand.carry_to(glide.at(time + STEP)[0]);
+        self.hand.carried = glide.at(time + STEP)[0];
         self.observe(outcome, phase);
         Ok(())
     }
 
     /// Gives the hand's base a position and a velocity, and for the next step an acceleration, against gravity; all in its frame.
     fn prescribe(&mut self, [position, velocity]: [Vector3<f64>; 2], acceleration: &Vector3<f64>) {
-        self.hand.carry_to(position);
+        self.hand.carried = position;
         let data = &mut self.hand.data;
         let gravity = Vector3::from(data.model_opt_mut().gravity);
         for BaseSlide { axis, address, dof, mass, weight } in &self.sim.slides {
@@ -339,7 +339,7 @@ impl ClutterWorker {
 
     /// The target's centre of mass in the scene [m].
     fn target_centre(&self) -> Point3<f64> {
-        let centre = self.hand.base_from_object() * self.object.centre + self.hand.carried();
+        let centre = self.hand.base_from_object() * self.object.centre + self.hand.carried;
         self.world_from_scene.inverse_transform_point(&centre)
     }
 
