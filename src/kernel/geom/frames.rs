@@ -37,6 +37,8 @@ frames! {
     CameraGl = "camera_gl";
     /// The frame of a robot that is brought to a pose: the target site of a planning group [m].
     EndEffector = "end_effector";
+    /// A fused volume: the origin is the corner of its cube from which its voxels are counted, the axes run along its edges [m].
+    Volume = "volume";
     /// A hand's base: the frame of its description [m].
     HandBase = "hand_base";
     /// Where a hand takes hold from: the origin on its palm, +z out of the palm towards what it grasps [m].

@@ -28,7 +28,7 @@ pub use field::{
     signed_distance_thesis,
 };
 pub use frames::{
-    Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, World, rotation_from_rpy,
+    Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, Volume, World, rotation_from_rpy,
     rotation_towards,
 };
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};

@@ -66,7 +66,8 @@ pub(super) fn fill_interior(
 ) {
     let n = placement.resolution as usize;
     if closed && placement.cell_size < 1.75 * solid.pitch {
-        let winding = winding_rows(mesh, surface, n);
+        let corners = |triangle: usize| mesh.corners.each_ref().map(|corner| surface.corner(corner[triangle]));
+        let winding = winding_rows((0..mesh.corners[0].len()).map(corners), n);
         for (row, inside) in rows.iter_mut().zip(winding) {
             *row |= inside;
         }
@@ -140,12 +141,12 @@ fill_runs_over!(fill_long_runs, u128);
 /// Cells along each axis, at most.
 const MAX_SIDE: usize = 128;
 
-/// Cells whose centre has a winding number other than 0, by signed crossings along each column.
-fn winding_rows(mesh: &RenderMesh, surface: &Surface, n: usize) -> Vec<u128> {
+/// Rows of cells along z, in C order, whose centre has a winding number other than 0, by signed crossings along each column.
+/// Corners of the triangles in grid coordinates; they may be wound either way, all of them the same.
+pub(super) fn winding_rows(triangles: impl Iterator<Item = [[f64; 3]; 3]>, n: usize) -> Vec<u128> {
     // Change of the winding number at each cell of each column.
     let mut changes = vec![0_i16; n * n * (n + 1)];
-    for triangle in 0..mesh.corners[0].len() {
-        let corners = mesh.corners.each_ref().map(|corner| surface.corner(corner[triangle]));
+    for corners in triangles {
         // Columns whose centre lies in the triangle's range along an axis.
         let reach = |axis: usize| {
             let [a, b, c] = corners.map(|corner| corner[axis]);
@@ -170,7 +171,7 @@ fn winding_rows(mesh: &RenderMesh, surface: &Surface, n: usize) -> Vec<u128> {
                 // Barycentric interpolation of the height at the column's centre.
                 let share = |q: &[f64; 3], r: &[f64; 3]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
                 let z = (share(&b, &c) * a[2] + share(&c, &a) * b[2] + share(&a, &b) * c[2]) / area;
-                // First cell whose centre is not below the crossing. Stored corners are swapped: a positive area enters, +1.
+                // First cell whose centre is not below the crossing.
                 let cell = (z - 0.5).ceil().clamp(0.0, n as f64) as usize;
                 changes[(x * n + y) * (n + 1) + cell] += if area > 0.0 { 1 } else { -1 };
             }

@@ -1,12 +1,14 @@
-//! Occupancy: meshes to solid grids, depth images to partial grids, binvox files.
+//! Occupancy: meshes to solid grids, depth images to partial grids and fused volumes, binvox files.
 
 mod binvox;
 mod caps;
 mod cells;
+mod centres;
 pub mod channels;
 mod columns;
 mod complete;
 mod corners;
+mod fusion;
 mod interior;
 mod lookup;
 mod overlap;
@@ -24,6 +26,8 @@ mod winding;
 mod work;
 
 pub use binvox::{Binvox, InvalidBinvox, solid_to_binvox};
+pub use centres::{InsideOf, mark_inside};
+pub use fusion::{VolumeFusion, VolumeGrid};
 pub use placement::NoGrid;
 pub use shape::{ShapeDescriptor, twins};
 pub use solid::{InsideTest, solid_occupancy};
