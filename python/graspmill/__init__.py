@@ -1,4 +1,5 @@
-"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes, views and amodal pairs.
+"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes, views, amodal pairs and
+volumes.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
@@ -32,6 +33,7 @@ from .scenes import Overview, SceneContacts, SceneSample
 from .shapes import Mesh, ObjectFacts, RestingPose, object_facts, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
 from .views import ViewSample
+from .volumes import VolumeSample
 
 __version__ = "0.1.0"
 
@@ -82,6 +84,7 @@ __all__ = [
     "UnknownFormat",
     "VERDICTS",
     "ViewSample",
+    "VolumeSample",
     "WAYPOINTS",
     "WrongProduct",
     "grasp_frame",

@@ -25,6 +25,7 @@ from .reachability import ReachabilitySample
 from .samples import Layout, Sample
 from .scenes import SceneSample
 from .views import ViewSample
+from .volumes import VolumeSample
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,6 +42,7 @@ KINDS: dict[str, type[Sample]] = {
         SceneSample,
         ViewSample,
         AmodalSample,
+        VolumeSample,
     )
 }
 
@@ -49,7 +51,7 @@ class Dataset(Generic[S]):
     """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
 
     ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
-    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``): with it type checkers know what a sample has, and a dataset of another
+    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``): with it type checkers know what a sample has, and a dataset of another
     product is refused.
     ``Sample``, which products without a class of their own have, reads any product by the schemas in its shards.
     ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to

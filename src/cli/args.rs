@@ -332,6 +332,17 @@ pub struct ExportArgs {
     /// npy: one byte per cell, shape (N, n, n, n), instead of packed bits.
     #[arg(long)]
     pub unpacked: bool,
+    /// vgn: a number that no dataset says, in metres: max_opening_width, finger_depth, of views also size and below (repeatable).
+    #[arg(long, value_name = "KEY=NUMBER", value_parser = key_and_number)]
+    pub set: Vec<(String, f64)>,
+}
+
+/// A key and its number, out of `KEY=NUMBER`.
+fn key_and_number(text: &str) -> Result<(String, f64), String> {
+    let expected = || format!("`{text}` is no KEY=NUMBER, such as finger_depth=0.05");
+    let (key, number) = text.split_once('=').ok_or_else(expected)?;
+    let number = number.trim().parse().map_err(|_| expected())?;
+    Ok((key.trim().to_owned(), number))
 }
 
 /// A format of the table of export formats, by its name.

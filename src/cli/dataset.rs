@@ -161,6 +161,7 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
         objects: arguments.object.clone(),
         limit: arguments.limit,
         unpacked: arguments.unpacked,
+        numbers: arguments.set.iter().cloned().collect(),
     };
     let format = arguments.to.0;
     let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;

@@ -45,6 +45,7 @@ pub use products::{
         CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneMode, SceneOverview, SceneSupport,
     },
     views::{SceneImage, SceneInstance, ViewFacts},
+    volumes::{FusedView, SceneVolume, VolumeFacts, VolumeTruth},
 };
 
 /// Number of the format on disk; a reader refuses every other.

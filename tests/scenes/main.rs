@@ -5,6 +5,7 @@ mod amodal;
 #[path = "../support/mod.rs"]
 mod support;
 mod views;
+mod volumes;
 
 use std::path::Path;
 

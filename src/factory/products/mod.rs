@@ -1,5 +1,6 @@
 //! The products, one folder each: keys of their jobs, producers, and their row in the table. What several of them share stands
-//! beside them: how a pair of grids is made, what surrounds the bodies of a scene, and how a dataset is read that a job is about.
+//! beside them: how a pair of grids is made, what surrounds the bodies of a scene, and how a dataset is read that a job is about, among them one
+//! of views.
 
 pub mod amodal;
 pub mod completion;
@@ -10,13 +11,15 @@ pub mod patches;
 pub mod reachability;
 pub mod scenes;
 pub mod surroundings;
+pub mod viewed;
 pub mod views;
+pub mod volumes;
 
 use super::product::ProductFactory;
 use format::Product;
 
 /// Every product; a job that names none is of the first.
-pub static PRODUCTS: [&ProductFactory; 7] = [
+pub static PRODUCTS: [&ProductFactory; 8] = [
     &completion::FACTORY,
     &reachability::FACTORY,
     &grasps::FACTORY,
@@ -24,6 +27,7 @@ pub static PRODUCTS: [&ProductFactory; 7] = [
     &scenes::FACTORY,
     &views::FACTORY,
     &amodal::FACTORY,
+    &volumes::FACTORY,
 ];
 
 /// The row of a product.

@@ -1369,3 +1369,59 @@ pub struct SceneImage {
     #[prost(uint32, tag = "19")]
     pub unseen_draws: u32,
 }
+/// Topic /volumes/fusion. Truncated signed distances fused from depth images of one settled scene, whose views are samples of a
+/// dataset of views. SampleId.subject is the digest of the scene, SampleId.item the number of the fusion. Voxel (x, y, z) of a cube
+/// is value (x resolution + y) resolution + z; its centre is at ((x, y, z) + 0.5) size / resolution in the volume's frame.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SceneVolume {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// voxels along each edge, at most 128
+    #[prost(uint32, tag = "2")]
+    pub resolution: u32,
+    /// length of an edge of the cube, m
+    #[prost(double, tag = "3")]
+    pub size: f64,
+    /// distances are cut at this, m
+    #[prost(double, tag = "4")]
+    pub truncation: f64,
+    /// 12: rotation and translation by rows; the origin is a corner of the cube
+    #[prost(double, repeated, tag = "5")]
+    pub world_from_volume: ::prost::alloc::vec::Vec<f64>,
+    /// number of each fused view of the scene, ascending
+    #[prost(uint32, repeated, tag = "6")]
+    pub views: ::prost::alloc::vec::Vec<u32>,
+    /// entry of the views' cameras that made each
+    #[prost(uint32, repeated, tag = "7")]
+    pub cameras: ::prost::alloc::vec::Vec<u32>,
+    /// camera of each view
+    #[prost(message, repeated, tag = "8")]
+    pub intrinsics: ::prost::alloc::vec::Vec<Camera>,
+    /// (views, 12); camera z forward, y down
+    #[prost(double, repeated, tag = "9")]
+    pub world_from_camera: ::prost::alloc::vec::Vec<f64>,
+    /// resolution^3 i16, little-endian: steps of truncation / 32767, negative behind
+    #[prost(bytes = "vec", tag = "10")]
+    pub values: ::prost::alloc::vec::Vec<u8>,
+    /// resolution^3 u8: images that the value is the mean of; of none the value is 0
+    #[prost(bytes = "vec", tag = "11")]
+    pub weights: ::prost::alloc::vec::Vec<u8>,
+}
+/// Topic /volumes/truth. What is at the centre of each voxel of the same cube.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct VolumeTruth {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// that of the volume
+    #[prost(uint32, tag = "2")]
+    pub resolution: u32,
+    /// resolution^3 u8: 0 free, from 1 inside the body, 254 the container, 255 below the table
+    #[prost(bytes = "vec", tag = "3")]
+    pub instances: ::prost::alloc::vec::Vec<u8>,
+    /// 32 bytes per body of the scene, in its order: its object's digest
+    #[prost(bytes = "vec", tag = "4")]
+    pub objects: ::prost::alloc::vec::Vec<u8>,
+    /// (bodies, 12)
+    #[prost(double, repeated, tag = "5")]
+    pub world_from_object: ::prost::alloc::vec::Vec<f64>,
+}

@@ -1,11 +1,11 @@
 //! The table of checks: one row per product. They stand apart from the rows of the format, which every dataset needs,
 //! because a check reads whole datasets.
 
-use super::{amodal, completion, grasps, patches, reachability, scenes, views};
+use super::{amodal, completion, grasps, patches, reachability, scenes, views, volumes};
 use crate::{Product, ProductChecks};
 
 /// The checks of every product, in the order of [`PRODUCTS`](super::PRODUCTS).
-pub static CHECKS: [&ProductChecks; 7] = [
+pub static CHECKS: [&ProductChecks; 8] = [
     &completion::CHECKS,
     &reachability::CHECKS,
     &grasps::CHECKS,
@@ -13,6 +13,7 @@ pub static CHECKS: [&ProductChecks; 7] = [
     &scenes::CHECKS,
     &views::CHECKS,
     &amodal::CHECKS,
+    &volumes::CHECKS,
 ];
 
 /// The checks of a product.

@@ -8,13 +8,14 @@ pub mod patches;
 pub mod reachability;
 pub mod scenes;
 pub mod views;
+pub mod volumes;
 
 pub use checks::{CHECKS, checks_of};
 
 use super::ProductFormat;
 
 /// Every product, in the order in which people meet them.
-pub static PRODUCTS: [&ProductFormat; 7] = [
+pub static PRODUCTS: [&ProductFormat; 8] = [
     &completion::FORMAT,
     &reachability::FORMAT,
     &grasps::FORMAT,
@@ -22,4 +23,5 @@ pub static PRODUCTS: [&ProductFormat; 7] = [
     &scenes::FORMAT,
     &views::FORMAT,
     &amodal::FORMAT,
+    &volumes::FORMAT,
 ];

@@ -67,8 +67,14 @@ impl VolumeFusion {
 
     /// A volume without an image.
     pub fn new(grid: VolumeGrid, truncation_voxels: f64) -> Self {
-        let mut fusion =
-            Self { grid, truncation: 0.0, images: 0, sums: Vec::new(), weights: Vec::new(), row: RowScratch::default() };
+        let mut fusion = Self {
+            grid,
+            truncation: 0.0,
+            images: 0,
+            sums: Vec::new(),
+            weights: Vec::new(),
+            row: RowScratch::default(),
+        };
         fusion.begin(grid, truncation_voxels);
         fusion
     }

@@ -36,6 +36,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::GRASPS,
         counted: Noun { one: "grasp", many: "grasps" },
+        keys: &[],
         layout: |_| {
             "grasps/<object>.h5: grasps/transforms (N, 4, 4), the gripper in the object's frame [m], its origin that of the hand's \
              base, z the approach, x the line along which the pads close; grasps/qualities/flex/object_in_gripper (N), 1 where \

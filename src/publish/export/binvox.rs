@@ -23,6 +23,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::COMPLETION,
         counted: Noun { one: "sample", many: "samples" },
+        keys: &[],
         layout: |_| {
             "<stem>_partial.binvox, <stem>_complete.binvox, with touch <stem>_tactile.binvox (cells that any kind of touch met); \
              stems in samples.csv; translate is the grid's lower corner and scale its side, in camera axes [m]"

@@ -42,6 +42,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::VIEWS,
         counted: Noun { one: "view", many: "views" },
+        keys: &[],
         layout: |_| {
             "models/obj_ID.ply in mm about the centre of the object's box, with models_info.json and objects.json (name, digest, \
              centre of the box in the object's own frame); train_pbr, val_holdout, val and test: a folder per scene with \

@@ -19,6 +19,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::VIEWS,
         counted: Noun { one: "view", many: "views" },
+        keys: &[],
         layout: |_| {
             "instances.json: images (with sample, scene, split and intrinsics; pixel centres at +0.5), categories (name and digest \
              of each object) and annotations: bbox, area and segmentation of the pixels that see the body, as uncompressed run \

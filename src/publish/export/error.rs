@@ -32,6 +32,43 @@ pub enum ExportError {
         /// The format.
         format: &'static str,
     },
+    /// A number that the form does not need.
+    #[error("{format} of a dataset of {product} has no number {key}; it {}", known_keys(known))]
+    UnknownKey {
+        /// The format.
+        format: &'static str,
+        /// Product of the dataset.
+        product: Product,
+        /// The key.
+        key: String,
+        /// Keys that it has.
+        known: Vec<&'static str>,
+    },
+    /// A number that no length can be.
+    #[error("{key} = {value}: must be positive and finite")]
+    BadNumber {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: f64,
+    },
+    /// Images of several cameras in a format that has one.
+    #[error(
+        "vgn has one camera for all images, and view {view} has another than the first one; export the views of one camera: make \
+         them by a job with one"
+    )]
+    OtherCamera {
+        /// The view.
+        view: SampleIndex,
+    },
+    /// Cubes of several sizes in a format that has one.
+    #[error(
+        "vgn has one size for all volumes, and sample {index} has another than the first one; `verify` the dataset"
+    )]
+    OtherCube {
+        /// The volume.
+        index: SampleIndex,
+    },
     /// A map is written as a whole.
     #[error("graspit writes the whole grid of poses; leave out split, object and limit")]
     WholeGrid,
@@ -137,6 +174,11 @@ fn listed_forms(names: &[&str]) -> String {
         [name] => format!("give --to {name}"),
         [others @ .., last] => format!("give --to {} or {last}", others.join(", ")),
     }
+}
+
+/// The numbers that a form needs.
+fn known_keys(known: &[&'static str]) -> String {
+    if known.is_empty() { "has none at all".to_owned() } else { format!("has {}", known.join(", ")) }
 }
 
 /// A few names, and how many more.

@@ -1,5 +1,7 @@
 //! A format of exports: its row with a form per product, the selection that it takes and what it leaves.
 
+use std::collections::BTreeMap;
+
 use serde_json::{Map, Value, json};
 
 use super::{error::ExportError, target::Target};
@@ -26,10 +28,23 @@ pub struct ExportForm {
     pub product: Product,
     /// Noun of one thing that is counted and of several.
     pub counted: Noun,
+    /// Numbers that the form needs and no dataset says.
+    pub keys: &'static [ExportKey],
     /// Layout of the files in words, for `export.json`; the argument is [`ExportSelection::unpacked`].
     pub(super) layout: fn(bool) -> &'static str,
     /// Writes the files.
     pub(super) write: fn(&DatasetReader, &ExportSelection, &mut Target) -> Result<Written, ExportError>,
+}
+
+/// A number that a form needs and no dataset says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExportKey {
+    /// Name, as in the files of the format.
+    pub name: &'static str,
+    /// Value where none is given.
+    pub default: f64,
+    /// Meaning with unit, a sentence.
+    pub meaning: &'static str,
 }
 
 impl ExportFormat {
@@ -40,7 +55,7 @@ impl ExportFormat {
 }
 
 /// Selection of samples, and how they are written.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExportSelection {
     /// Samples of a split or of a nested training subset.
     pub samples: Selection,
@@ -50,6 +65,15 @@ pub struct ExportSelection {
     pub limit: Option<u64>,
     /// One byte per cell, in the formats that offer it.
     pub unpacked: bool,
+    /// Numbers for [`ExportForm::keys`], by name; the others have their defaults.
+    pub numbers: BTreeMap<String, f64>,
+}
+
+impl ExportSelection {
+    /// The number of a key of a form.
+    pub(super) fn number(&self, key: &ExportKey) -> f64 {
+        self.numbers.get(key.name).copied().unwrap_or(key.default)
+    }
 }
 
 /// Content that a format has written.

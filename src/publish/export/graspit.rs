@@ -21,6 +21,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::REACHABILITY,
         counted: Noun { one: "pose", many: "poses" },
+        keys: &[],
         layout: |_| {
             "reach_data.full: 1 reachable, 0 not; reach_data.sdf: signed distance, POSITIVE where reachable (the \
              dataset's own field is negative there); both raw little-endian float64, C order over x, y, z, roll, \

@@ -10,9 +10,11 @@ mod coco;
 mod error;
 mod form;
 mod graspit;
+mod half;
 mod mujoco;
 mod names;
 mod npy;
+mod npz;
 mod object_mesh;
 mod objects;
 mod pair;
@@ -23,6 +25,7 @@ mod row_tables;
 mod selected;
 mod table;
 mod target;
+mod vgn;
 mod webdataset;
 
 use std::path::{Path, PathBuf};
@@ -30,13 +33,13 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 pub use error::ExportError;
-pub use form::{ExportForm, ExportFormat, ExportSelection};
+pub use form::{ExportForm, ExportFormat, ExportKey, ExportSelection};
 
 use self::{form::Written, target::Target};
 use format::{Noun, dataset::DatasetReader};
 
 /// Every format, in the order in which help lists them.
-pub static FORMATS: [&ExportFormat; 10] = [
+pub static FORMATS: [&ExportFormat; 11] = [
     &npy::FORMAT,
     &row_tables::FORMAT,
     &webdataset::FORMAT,
@@ -47,6 +50,7 @@ pub static FORMATS: [&ExportFormat; 10] = [
     &acronym::FORMAT,
     &bop::FORMAT,
     &coco::FORMAT,
+    &vgn::FORMAT,
 ];
 
 impl ExportFormat {
@@ -92,6 +96,15 @@ pub fn export(
     })?;
     if selection.unpacked && !format.has_unpacked {
         return Err(ExportError::AlwaysPacked { format: format.name });
+    }
+    for (name, value) in &selection.numbers {
+        if !form.keys.iter().any(|key| key.name == name) {
+            let known = form.keys.iter().map(|key| key.name).collect();
+            return Err(ExportError::UnknownKey { format: format.name, product, key: name.clone(), known });
+        }
+        if !(*value > 0.0 && value.is_finite()) {
+            return Err(ExportError::BadNumber { key: name.clone(), value: *value });
+        }
     }
     let mut target = Target::create(out)?;
     let Written { count, mut facts } = (form.write)(&reader, selection, &mut target)?;

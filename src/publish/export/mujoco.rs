@@ -34,6 +34,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::GRASPS,
         counted: Noun { one: "grasp", many: "grasps" },
+        keys: &[],
         layout: |_| {
             "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
              <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \

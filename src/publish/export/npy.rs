@@ -41,6 +41,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::COMPLETION,
         counted: Noun { one: "sample", many: "samples" },
+        keys: &[],
         layout: |unpacked| match unpacked {
             false => {
                 "partial.npy, complete.npy, with touch tactile.npy (cells that any kind of touch met): uint8 (samples, n^3 / 8), in \

@@ -31,6 +31,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     forms: &[ExportForm {
         product: Product::COMPLETION,
         counted: Noun { one: "sample", many: "samples" },
+        keys: &[],
         layout: |_| {
             "completion-<shard>.tar, 2048 samples each: <sample index>.json, .partial.npy, .complete.npy, with touch \
              .tactile.npy (cells that any kind of touch met), uint8 of n^3 / 8 bytes, for numpy.unpackbits(..., \

@@ -7,6 +7,7 @@ mod pairs;
 mod patches;
 mod scenes;
 mod views;
+mod volumes;
 
 pub use grasps::write_grasp_preview;
 pub use map::write_map_preview;
@@ -14,6 +15,7 @@ pub use pairs::{PreviewSample, preview_samples, write_preview};
 pub use patches::write_patch_preview;
 pub use scenes::write_scene_preview;
 pub use views::write_view_preview;
+pub use volumes::write_volume_preview;
 
 use std::{collections::BTreeMap, io::Seek};
 

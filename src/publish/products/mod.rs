@@ -10,12 +10,13 @@ pub mod scenes;
 #[cfg(test)]
 mod template_tests;
 pub mod views;
+pub mod volumes;
 
 use super::product::ProductPages;
 use format::Product;
 
 /// Every product.
-pub static PRODUCTS: [&ProductPages; 7] = [
+pub static PRODUCTS: [&ProductPages; 8] = [
     &completion::PAGES,
     &reachability::PAGES,
     &grasps::PAGES,
@@ -23,6 +24,7 @@ pub static PRODUCTS: [&ProductPages; 7] = [
     &scenes::PAGES,
     &views::PAGES,
     &amodal::PAGES,
+    &volumes::PAGES,
 ];
 
 /// The row of a product.

@@ -17,6 +17,7 @@ use super::{
     reachability::{self, ReachabilityFacts},
     scenes::{self, SceneSurvey, ScenesInspection},
     views::{self, ViewSurvey, ViewsInspection},
+    volumes::{self, VolumeSurvey, VolumesInspection},
 };
 use crate::{
     escape,
@@ -263,6 +264,24 @@ fn amodal_page(name: &str, is_full: bool) -> Page {
     page(amodal::PAGE_TEMPLATE, &amodal::AmodalPage::of(&survey, cards, name))
 }
 
+fn volumes_page(name: &str, is_full: bool) -> Page {
+    let rest = json!({
+        "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
+        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
+        "images": 9, "by_images": if is_full { json!({ "1": 3, "6": 1 }) } else { json!({}) },
+        "bodies": 20, "bodies_inside": 19,
+        "observed_voxels": SPREAD, "near_voxels": SPREAD, "occupied_voxels": SPREAD,
+        "objects": [{ "name": name, "object": object(), "split": "training" }],
+    });
+    let mut facts =
+        serde_json::to_value(header(name, Product::VOLUMES, usize::from(is_full), is_full)).expect("plain data");
+    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    let facts: VolumesInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let survey = VolumeSurvey { facts, shown: Vec::new() };
+    let cards = if is_full { vec![volumes::CardView::example(name)] } else { Vec::new() };
+    page(volumes::PAGE_TEMPLATE, &volumes::VolumesPage::of(&survey, cards, name))
+}
+
 fn scenes_page(name: &str, is_full: bool) -> Page {
     let rest = json!({
         "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
@@ -364,6 +383,7 @@ fn pages(name: &str) -> Vec<Page> {
     pages.extend([true, false].map(|is_full| scenes_page(name, is_full)));
     pages.extend([true, false].map(|is_full| views_page(name, is_full)));
     pages.extend([true, false].map(|is_full| amodal_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| volumes_page(name, is_full)));
     for (is_directed, is_full) in [(true, true), (false, true), (false, false)] {
         pages.push(reachability_page(name, is_directed, is_full));
     }

@@ -2,14 +2,10 @@
 
 use std::path::{Path as FilePath, PathBuf};
 
-use super::{
-    settings::{AmodalSettings, FoundViews},
-    spec::AmodalSpec,
-    views_reader::read_views,
-};
+use super::{settings::AmodalSettings, spec::AmodalSpec};
 use crate::products::{
-    input::InputSection,
     pair::{Channels, PairRules},
+    viewed::{FoundViews, VIEWS, read_views},
 };
 use form::Checker;
 use format::Product;
@@ -31,12 +27,6 @@ pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec) -> AmodalSettin
         channels: Channels::read(checker, &spec.channels, Product::AMODAL, None),
     }
 }
-
-/// The section that names the dataset.
-const VIEWS: InputSection = InputSection {
-    name: "views",
-    make: "make it first: `graspmill run jobs/views-quick.toml --out datasets/views-quick`",
-};
 
 /// The folder of the dataset; `None` when the job names none, which is reported.
 pub(super) fn dataset(checker: &mut Checker, spec: &AmodalSpec, folder: &FilePath) -> Option<PathBuf> {

@@ -2,7 +2,7 @@
 //!
 //! [`AmodalWorker`] is the producer of one thread: it reads an image (`image`), takes the depth of each body that passes the gate,
 //! makes its pair as completion does (`pair`, which both share), and adds what surrounds it (`neighbours`). Views say where
-//! everything stands and hold the meshes (`meshes`), so that nothing else is read. All of it is of class `exact`.
+//! everything stands and hold the meshes (`viewed`), so that nothing else is read. All of it is of class `exact`.
 
 mod check;
 mod image;
@@ -13,11 +13,9 @@ mod row;
 mod scene;
 mod settings;
 pub mod spec;
-mod views_reader;
 mod work;
 mod worker;
 
 pub use row::FACTORY;
-pub use settings::{AmodalJob, AmodalSettings, FoundViews, PointSource, ViewedScene};
-pub use views_reader::{InvalidViews, read_views};
+pub use settings::{AmodalJob, AmodalSettings, PointSource};
 pub use worker::AmodalWorker;

@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::products::pair::{Channels, PairRules};
-use kernel::{
-    ids::{Digest, ObjectId},
-    words::SplitTable,
+use crate::products::{
+    pair::{Channels, PairRules},
+    viewed::FoundViews,
 };
 
 /// Views and settings of a job for amodal pairs.
@@ -20,36 +19,6 @@ pub struct AmodalJob {
     pub views: FoundViews,
     /// Settings of the pairs.
     pub settings: AmodalSettings,
-}
-
-/// The views of a dataset, without their images.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FoundViews {
-    /// Digest of the dataset's exact numbers.
-    pub root: Digest,
-    /// The scenes, in the order of the dataset.
-    pub scenes: Vec<ViewedScene>,
-    /// Whether a sensor measured the depth; else it is exact but for the step in which it is stored.
-    pub measured: bool,
-    /// Rows of its objects in the table of assets.
-    pub assets: Vec<serde_json::Value>,
-    /// Rows of its scenes in the table of assets.
-    pub subjects: Vec<serde_json::Value>,
-    /// Splits of its scenes and objects.
-    pub splits: SplitTable,
-}
-
-/// A scene with views.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ViewedScene {
-    /// The scene by content.
-    pub id: ObjectId,
-    /// Name, for people.
-    pub name: String,
-    /// Bodies of the scene.
-    pub bodies: u32,
-    /// The camera of each view, in order, kept or rejected.
-    pub cameras: Vec<u32>,
 }
 
 /// Settings of amodal pairs.

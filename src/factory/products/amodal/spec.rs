@@ -1,12 +1,13 @@
 //! The keys of a job for amodal pairs.
 
-use std::path::PathBuf;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::settings::PointSource;
-use crate::products::pair::{ChannelsSpec, GridSpec, TruthSpec};
+use crate::products::{
+    pair::{ChannelsSpec, GridSpec, TruthSpec},
+    viewed::ViewsSourceSpec,
+};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [
@@ -40,18 +41,6 @@ impl AmodalSpec {
     pub fn standard() -> Self {
         toml::from_str(PROFILES[0]).expect("the standard defaults are keys of a job (a test reads them)")
     }
-}
-
-/// Source of the views.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ViewsSourceSpec {
-    /// The folder of a finished dataset of views; relative to the job file. Its meshes are those of its `shapes.mcap`.
-    #[schemars(required, extend("examples" = ["../datasets/ycb-views"]))]
-    pub dataset: Option<PathBuf>,
-    /// The digest of its views (64 hexadecimal digits, `exact` in its manifest); a resolved job pins it.
-    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
-    pub root: Option<String>,
 }
 
 /// Which pairs are kept.

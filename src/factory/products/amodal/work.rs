@@ -1,6 +1,6 @@
 //! A job for amodal pairs as the factory runs it.
 
-use std::{collections::BTreeMap, path::Path};
+use std::path::Path;
 
 use super::{
     meshes::LoadedObjects,
@@ -9,13 +9,12 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::{shards_section, subjects_section},
+    job::shards_section,
     plan::{JobSplits, SubjectItems},
-    products::input::open_input,
+    products::viewed::{ViewedScene, open_views},
     work::{OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::Product;
-use kernel::{ids::ObjectId, words::NumberClass};
 
 impl Work for AmodalJob {
     fn product(&self) -> Product {
@@ -23,7 +22,7 @@ impl Work for AmodalJob {
     }
 
     fn subjects(&self) -> Vec<SubjectItems> {
-        let items = |scene: &super::ViewedScene| SubjectItems {
+        let items = |scene: &ViewedScene| SubjectItems {
             id: scene.id,
             items: scene.cameras.len() as u32,
             samples_per_item: scene.bodies,
@@ -41,33 +40,17 @@ impl Work for AmodalJob {
         self.keys(None)
     }
 
-    /// The scenes by name and content, with the splits: the root of the views does not depend on those.
     fn subject_keys(&self) -> toml::Table {
-        let names = self.views.scenes.iter().map(|scene| (scene.id.0, scene.name.clone()));
-        subjects_section(&self.views.splits, names)
+        self.views.subject_keys()
     }
 
     fn tables(&self, _: Option<&JobSplits>) -> WorkTables {
-        WorkTables {
-            class: NumberClass::Exact,
-            channel_classes: BTreeMap::new(),
-            platform: BTreeMap::new(),
-            assets: self.views.assets.clone(),
-            subjects: self.views.subjects.clone(),
-            hands: Vec::new(),
-            splits: Some(self.views.splits.clone()),
-        }
+        self.views.tables()
     }
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let Opening { seed, level, .. } = opening;
-        let name = || self.dataset.display().to_string();
-        let (views, root) = open_input(&self.dataset, Product::VIEWS, NumberClass::Exact)
-            .map_err(|error| ProduceError::unusable(name(), error))?;
-        if root != self.views.root {
-            let (found, expected) = (ObjectId(root), ObjectId(self.views.root));
-            return Err(ProduceError::Changed { name: name(), found, expected });
-        }
+        let views = open_views(&self.dataset, &self.views)?;
         let objects = LoadedObjects::open(self)?;
         Ok(Box::new(OpenAmodal(Shared { job: self, seed, level, views, objects })))
     }

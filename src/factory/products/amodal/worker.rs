@@ -7,11 +7,14 @@ use super::{
     meshes::{LoadedObject, LoadedObjects},
     neighbours::{Neighbours, window_of},
     scene::{LoadedScene, StillSolid},
-    settings::{AmodalJob, AmodalSettings, ViewedScene},
+    settings::{AmodalJob, AmodalSettings},
 };
 use crate::{
     ProduceError, SampleWriter,
-    products::pair::{ChannelScratch, ChannelView, empty_pair, fill_grids},
+    products::{
+        pair::{ChannelScratch, ChannelView, empty_pair, fill_grids},
+        viewed::ViewedScene,
+    },
     work::Producer,
 };
 use format::{

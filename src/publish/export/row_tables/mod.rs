@@ -23,24 +23,28 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
         ExportForm {
             product: Product::COMPLETION,
             counted: Noun { one: "sample", many: "samples" },
+            keys: &[],
             layout: |_| pairs::LAYOUT,
             write: pairs::write,
         },
         ExportForm {
             product: Product::GRASPS,
             counted: Noun { one: "grasp", many: "grasps" },
+            keys: &[],
             layout: |_| grasps::LAYOUT,
             write: grasps::write,
         },
         ExportForm {
             product: Product::PATCHES,
             counted: Noun { one: "sample", many: "samples" },
+            keys: &[],
             layout: |_| patches::LAYOUT,
             write: patches::write,
         },
         ExportForm {
             product: Product::REACHABILITY,
             counted: Noun { one: "pose", many: "poses" },
+            keys: &[],
             layout: |_| poses::LAYOUT,
             write: poses::write,
         },

@@ -1,22 +1,25 @@
-//! Reads what a finished dataset says of its views, for a job for amodal pairs.
+//! Reads what a finished dataset says of its views.
 
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
 };
 
-use super::settings::{FoundViews, ViewedScene};
-use crate::products::input::{InvalidInput, open_input};
+use super::found::{FoundViews, ViewedScene};
+use crate::{
+    ProduceError,
+    products::input::{InvalidInput, open_input},
+};
 use format::{
     Product,
-    dataset::{DatasetError, Selection},
+    dataset::{DatasetError, DatasetReader, Selection},
 };
 use kernel::{
     ids::{ObjectId, SampleIndex},
     words::NumberClass,
 };
 
-/// Reason why a folder is no dataset of views that pairs can be made of.
+/// Reason why a folder is no dataset of views that samples can be made of.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidViews {
     /// The folder holds no finished dataset of views.
@@ -48,7 +51,8 @@ pub enum InvalidViews {
 pub fn read_views(folder: &Path) -> Result<FoundViews, InvalidViews> {
     let (reader, root) = open_input(folder, Product::VIEWS, NumberClass::Exact)?;
     let first = reader.iter(Selection::default()).next().ok_or_else(|| InvalidViews::Empty(folder.to_owned()))??;
-    let measured = first.scene_image()?.point_instances.is_some();
+    let image = first.scene_image()?;
+    let (measured, container) = (image.point_instances.is_some(), image.container);
     let assets = reader.assets()?;
     let rows: BTreeMap<ObjectId, _> = assets.subjects.iter().map(|row| (row.object, row)).collect();
     let mut scenes: Vec<ViewedScene> = Vec::new();
@@ -67,8 +71,24 @@ pub fn read_views(folder: &Path) -> Result<FoundViews, InvalidViews> {
         root,
         scenes,
         measured,
+        container,
         assets: assets.objects.iter().map(|row| row.whole()).collect(),
         subjects: assets.subjects.iter().map(|row| row.whole()).collect(),
         splits: reader.splits().clone(),
     })
+}
+
+/// Opens a dataset of views that a job has read before.
+///
+/// # Errors
+/// When it is gone or another one than when the job was resolved.
+pub fn open_views(dataset: &Path, views: &FoundViews) -> Result<DatasetReader, ProduceError> {
+    let name = || dataset.display().to_string();
+    let opened = open_input(dataset, Product::VIEWS, NumberClass::Exact);
+    let (reader, root) = opened.map_err(|error| ProduceError::unusable(name(), error))?;
+    if root == views.root {
+        return Ok(reader);
+    }
+    let (found, expected) = (ObjectId(root), ObjectId(views.root));
+    Err(ProduceError::Changed { name: name(), found, expected })
 }

@@ -1,0 +1,26 @@
+//! The section of a job file that names a dataset of views.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::products::input::InputSection;
+
+/// The section that names the dataset.
+pub const VIEWS: InputSection = InputSection {
+    name: "views",
+    make: "make it first: `graspmill run jobs/views-quick.toml --out datasets/views-quick`",
+};
+
+/// Source of the views.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ViewsSourceSpec {
+    /// The folder of a finished dataset of views; relative to the job file. Its meshes are those of its `shapes.mcap`.
+    #[schemars(required, extend("examples" = ["../datasets/ycb-views"]))]
+    pub dataset: Option<PathBuf>,
+    /// The digest of its views (64 hexadecimal digits, `exact` in its manifest); a resolved job pins it.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub root: Option<String>,
+}

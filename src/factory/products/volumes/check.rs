@@ -1,0 +1,54 @@
+//! From the keys of a job for volumes to settings that make sense: every mistake that the schema cannot see.
+
+use std::path::{Path as FilePath, PathBuf};
+
+use super::{
+    settings::VolumeSettings,
+    spec::{FusionSpec, VolumesSpec},
+};
+use crate::products::viewed::{FoundViews, VIEWS, read_views};
+use form::Checker;
+use kernel::voxel::VolumeGrid;
+
+/// Settings of the volumes; mistakes are reported.
+pub(super) fn settings(checker: &mut Checker, spec: &VolumesSpec) -> VolumeSettings {
+    let FusionSpec { size, resolution, truncation_voxels, below, views, fusions } = spec.fusion;
+    if views[0] > views[1] {
+        checker.invalid("fusion.views", "the lower number first", format!("[{}, {}]", views[0], views[1]));
+    }
+    if below >= size {
+        checker.invalid("fusion.below", format!("less than the cube's edge, {size} m"), format!("{below} m"));
+    }
+    VolumeSettings { grid: VolumeGrid { resolution, size }, truncation_voxels, below, views, fusions }
+}
+
+/// The folder of the dataset; `None` when the job names none, which is reported.
+pub(super) fn dataset(checker: &mut Checker, spec: &VolumesSpec, folder: &FilePath) -> Option<PathBuf> {
+    VIEWS.folder(checker, spec.views.dataset.as_ref(), folder)
+}
+
+/// The views, compared with the root that the job pins and with its cube; `None` when something is wrong, which is reported.
+pub(super) fn views(
+    checker: &mut Checker,
+    spec: &VolumesSpec,
+    settings: &VolumeSettings,
+    dataset: &FilePath,
+) -> Option<FoundViews> {
+    let found = VIEWS.found(checker, read_views(dataset))?;
+    if !VIEWS.has_root(checker, spec.views.root.as_deref(), found.root, dataset) {
+        return None;
+    }
+    if let Some((key, seen)) = settings.too_small_for(&found.container) {
+        let report = checker.invalid(key, "a cube that the room in the bin fits into", seen);
+        report.help("give a larger `fusion.size`, with `fusion.resolution` to match, or make scenes in a smaller bin");
+        return None;
+    }
+    let most = found.scenes.iter().map(|scene| scene.cameras.len()).max().unwrap_or(0);
+    if (most as u64) < u64::from(spec.fusion.views[0]) {
+        let seen = format!("{} images, and no scene has more than {most} views", spec.fusion.views[0]);
+        let report = checker.invalid("fusion.views", "no more images than a scene has views", seen);
+        report.help("ask for fewer images, or make more views of each scene");
+        return None;
+    }
+    Some(found)
+}

@@ -1,0 +1,23 @@
+//! A resolved job for volumes as keys of a job file.
+
+use std::path::Path;
+
+use super::{
+    settings::{VolumeJob, VolumeSettings},
+    spec::{FusionSpec, VolumesSpec},
+};
+use crate::job::{keys_of, relative_to, with_slashes, without};
+use kernel::voxel::VolumeGrid;
+
+impl VolumeJob {
+    /// Keys of the job file beside shards. With a folder the dataset is named relative to it, otherwise by content alone.
+    pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
+        let VolumeSettings { grid: VolumeGrid { resolution, size }, truncation_voxels, below, views, fusions } =
+            self.settings;
+        let mut spec = VolumesSpec::standard();
+        spec.views.dataset = folder.map(|folder| with_slashes(&relative_to(&self.dataset, folder)).into());
+        spec.views.root = Some(self.views.root.hex());
+        spec.fusion = FusionSpec { size, resolution, truncation_voxels, below, views, fusions };
+        without(keys_of(&spec), &["shards"])
+    }
+}

@@ -1,0 +1,46 @@
+//! The row of volumes in the factory's table of products.
+
+use std::path::Path;
+
+use super::{
+    check,
+    settings::VolumeJob,
+    spec::{PROFILES, VolumesSpec},
+};
+use crate::{
+    job::{DraftWork, JobContext},
+    product::{InputDataset, ProductFactory},
+};
+use form::{Checker, FormErrors, Schema, schema_of};
+use format::Product;
+
+/// Volumes as the factory makes them.
+pub static FACTORY: ProductFactory = ProductFactory {
+    product: Product::VOLUMES,
+    keys,
+    profiles: PROFILES,
+    other_words: &[
+        ("objects", "the dataset of views says what its objects are"),
+        ("sensor", "the job of the views says what the sensor is"),
+        ("scenes", "name a dataset of views of them: `views.dataset`"),
+        ("grid", "the cube is `fusion`: `size`, `resolution`, `truncation_voxels`"),
+        ("volume", "the cube is `fusion`: `size`, `resolution`, `truncation_voxels`"),
+    ],
+    hand_uses: &[],
+    inputs: &[InputDataset { section: "views", product: Product::VIEWS }],
+    draft,
+};
+
+fn keys(title: &str) -> Schema {
+    schema_of::<VolumesSpec>(title)
+}
+
+fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) -> Result<DraftWork, FormErrors> {
+    let (spec, mut checker) = checker.value_of::<VolumesSpec>(keys)?;
+    let settings = check::settings(&mut checker, &spec);
+    let dataset = check::dataset(&mut checker, &spec, folder);
+    let views = dataset.as_ref().and_then(|dataset| check::views(&mut checker, &spec, &settings, dataset));
+    checker.finish()?;
+    let (dataset, views) = (dataset.expect("a missing one was reported"), views.expect("mistakes were reported"));
+    Ok(DraftWork::ready(VolumeJob { dataset, views, settings }, spec.shards.samples))
+}

@@ -1,0 +1,60 @@
+//! A job for volumes, checked, with everything that it takes from the dataset of views but images and meshes.
+
+use std::path::PathBuf;
+
+use nalgebra::{Rotation3, Vector3};
+
+use crate::products::viewed::FoundViews;
+use format::SceneContainer;
+use kernel::{
+    geom::{Pose, Volume, World},
+    voxel::VolumeGrid,
+};
+
+/// Views and settings of a job for volumes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeJob {
+    /// The folder of the dataset of views.
+    pub dataset: PathBuf,
+    /// Views of that dataset.
+    pub views: FoundViews,
+    /// Settings of the volumes.
+    pub settings: VolumeSettings,
+}
+
+/// Settings of volumes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeSettings {
+    /// The cube.
+    pub grid: VolumeGrid,
+    /// Distances are cut at this [voxels].
+    pub truncation_voxels: f64,
+    /// Height of what carries the bodies above the lower side of the cube [m].
+    pub below: f64,
+    /// Fewest and most images that are fused.
+    pub views: [u32; 2],
+    /// Fusions of each scene.
+    pub fusions: u32,
+}
+
+impl VolumeSettings {
+    /// Pose of the cube in every scene: upright, centred over the world's origin.
+    pub fn world_from_volume(&self) -> Pose<World, Volume> {
+        let half = self.grid.size / 2.0;
+        Pose::new(Rotation3::identity(), Vector3::new(-half, -half, -self.below))
+    }
+
+    /// What the cube would have to be for the room in a container to fit into it: edge and key that is too small, with numbers;
+    /// `None` where it fits. A plane has no sides.
+    pub fn too_small_for(&self, container: &SceneContainer) -> Option<(&'static str, String)> {
+        let SceneContainer::Bin { inner: [x, y, z], .. } = *container else { return None };
+        let Self { grid: VolumeGrid { size, .. }, below, .. } = *self;
+        let (wide, high) = (x.max(y) > size, z > size - below);
+        let needed = x.max(y).max(z + below);
+        (wide || high).then(|| {
+            let what =
+                format!("the bin is {x} x {y} x {z} m inside, the cube {size} m with {below} m of it below the floor");
+            ("fusion.size", format!("{what}; at least {needed:.3} m are needed"))
+        })
+    }
+}

@@ -1,0 +1,62 @@
+//! The keys of a job for volumes.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::products::viewed::ViewsSourceSpec;
+
+/// Defaults of the profile `standard`, and the ones that `thesis` changes.
+pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
+
+/// A job that fuses depth images of settled scenes into truncated signed distances, with what is at the centre of every voxel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct VolumesSpec {
+    /// The views, a finished dataset.
+    pub views: ViewsSourceSpec,
+    /// The cube, and which images are fused.
+    pub fusion: FusionSpec,
+    /// The files of the dataset.
+    pub shards: VolumeShardsSpec,
+}
+
+impl VolumesSpec {
+    /// The standard defaults, without a dataset.
+    pub fn standard() -> Self {
+        toml::from_str(PROFILES[0]).expect("the standard defaults are keys of a job (a test reads them)")
+    }
+}
+
+/// The cube, and which images are fused.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FusionSpec {
+    /// Length of an edge of the cube, which stands upright and centred over the middle of the container's floor. A bin must fit
+    /// into it.
+    #[schemars(range(min = 0.01, max = 10), extend("x-unit" = "m", "examples" = [0.5]))]
+    pub size: f64,
+    /// Voxels along each edge.
+    #[schemars(range(min = 1, max = 128), extend("x-unit" = "voxels"))]
+    pub resolution: u32,
+    /// Distances are cut at this. A voxel farther behind everything that an image sees learns nothing from it.
+    #[schemars(range(min = 0.5, max = 64), extend("x-unit" = "voxels"))]
+    pub truncation_voxels: f64,
+    /// Height of what carries the bodies, the plane or the floor of the bin, above the lower side of the cube.
+    #[schemars(range(min = 0, max = 10), extend("x-unit" = "m"))]
+    pub below: f64,
+    /// Fewest and most images that are fused; their number is uniform in between, at most the views that the scene has, and each of
+    /// these is as likely as any other.
+    #[schemars(inner(range(min = 1, max = 255)), extend("x-unit" = "views", "examples" = [[1, 1]]))]
+    pub views: [u32; 2],
+    /// Fusions of each scene.
+    #[schemars(range(min = 1, max = 10_000))]
+    pub fusions: u32,
+}
+
+/// The files of the dataset.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VolumeShardsSpec {
+    /// Samples per shard. Changes no sample.
+    #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "samples"))]
+    pub samples: u32,
+}

@@ -1,0 +1,179 @@
+//! The producer of volumes for one thread.
+
+use std::sync::Arc;
+
+use super::{
+    images::SceneImages,
+    scene::fill_truth,
+    settings::{VolumeJob, VolumeSettings},
+};
+use crate::{
+    ProduceError, SampleWriter,
+    products::viewed::{ViewMeshes, ViewedScene},
+    recent::Recent,
+    work::Producer,
+};
+use format::{Channel, FusedView, SceneVolume, VolumeFacts, VolumeTruth, dataset::DatasetReader};
+use kernel::{
+    cancel::Cancel,
+    ids::{Digest, ItemId, ObjectId, SampleId},
+    object::PreparedObject,
+    seed::Stream,
+    voxel::VolumeFusion,
+};
+
+/// Objects that are kept, at most: about 1 MB each, of meshes with holes 3 MB.
+const KEPT: usize = 256;
+
+/// Reason of a scene with fewer kept views than are to be fused.
+const FEW_VIEWS: &str = "few_views";
+
+/// Reason of a scene whose container reaches out of the cube.
+const CONTAINER_OUTSIDE: &str = "container_outside";
+
+/// Reason of a scene of which no body holds the centre of a voxel.
+const NO_BODY_INSIDE: &str = "no_body_inside";
+
+/// Parts that all threads share.
+pub(super) struct Shared<'j> {
+    job: &'j VolumeJob,
+    seed: u64,
+    /// The dataset of views.
+    views: DatasetReader,
+    meshes: ViewMeshes,
+    objects: Recent<PreparedObject>,
+}
+
+impl<'j> Shared<'j> {
+    /// Views and meshes of a job.
+    pub fn new(job: &'j VolumeJob, seed: u64, views: DatasetReader, meshes: ViewMeshes) -> Self {
+        Self { job, seed, views, meshes, objects: Recent::new(KEPT) }
+    }
+
+    /// The kept views of a scene, in order.
+    fn kept_views(&self, scene: &ViewedScene) -> Vec<SampleId> {
+        let view =
+            |(item, camera): (u32, &u32)| SampleId { camera: *camera, ..SampleId::of_object(scene.id, ItemId(item)) };
+        let is_kept = |view: &SampleId| self.views.find(view).is_some_and(|index| self.views.is_kept(index));
+        (0..).zip(&scene.cameras).map(view).filter(is_kept).collect()
+    }
+}
+
+/// The producer of one thread; its memory is reused from volume to volume.
+pub struct VolumeWorker<'s> {
+    shared: &'s Shared<'s>,
+    /// Index of the scene that was asked for last.
+    scene: usize,
+    /// Index of the scene whose truth and kept views these are.
+    loaded: Option<usize>,
+    kept: Vec<SampleId>,
+    images: SceneImages,
+    fusion: VolumeFusion,
+    volume: SceneVolume,
+    truth: VolumeTruth,
+}
+
+impl<'s> VolumeWorker<'s> {
+    /// A producer for one thread.
+    pub(super) fn new(shared: &'s Shared<'s>) -> Self {
+        let VolumeSettings { grid, truncation_voxels, .. } = shared.job.settings;
+        let sample = SampleId::of_object(ObjectId(Digest([0; 32])), ItemId(0));
+        let truth = VolumeTruth { sample, resolution: grid.resolution, instances: Vec::new(), bodies: Vec::new() };
+        Self {
+            shared,
+            scene: 0,
+            loaded: None,
+            kept: Vec::new(),
+            images: SceneImages::default(),
+            fusion: VolumeFusion::new(grid, truncation_voxels),
+            volume: SceneVolume::empty(sample, grid, truncation_voxels * grid.voxel()),
+            truth,
+        }
+    }
+
+    /// Takes the scene that was asked for; why none of its volumes is kept, with numbers, if so.
+    fn take_scene(&mut self) -> Result<Option<(&'static str, String)>, ProduceError> {
+        let Self { shared, truth, images, kept, .. } = self;
+        let settings = &shared.job.settings;
+        if self.loaded != Some(self.scene) {
+            self.loaded = None;
+            images.clear();
+            *kept = shared.kept_views(&shared.job.views.scenes[self.scene]);
+            if let Some(first) = kept.first() {
+                let image = images.get(&shared.views, first)?;
+                let object = |id: ObjectId| -> Result<Arc<PreparedObject>, ProduceError> {
+                    shared.objects.get(shared.meshes.index_of(id)?, || shared.meshes.prepared(id))
+                };
+                let objects =
+                    image.record.bodies.iter().map(|body| object(body.object)).collect::<Result<Vec<_>, _>>()?;
+                fill_truth(settings, &image.record, &objects, truth);
+            }
+            self.loaded = Some(self.scene);
+        }
+        let fewest = settings.views[0].max(1);
+        if kept.len() < fewest as usize {
+            return Ok(Some((FEW_VIEWS, format!("{} kept views, {fewest} asked", kept.len()))));
+        }
+        let container = images.get(&shared.views, &kept[0])?.record.container;
+        if let Some((_, what)) = settings.too_small_for(&container) {
+            return Ok(Some((CONTAINER_OUTSIDE, what)));
+        }
+        let bodies = truth.bodies.len();
+        Ok((truth.occupied() == 0).then(|| (NO_BODY_INSIDE, format!("no voxel's centre is in one of {bodies} bodies"))))
+    }
+
+    /// Draws the views that a volume fuses, in order.
+    fn draw(&self, sample: &SampleId) -> Vec<SampleId> {
+        let mut stream = Stream::of_sample(self.shared.seed, sample, "volume images");
+        let [fewest, most] = self.shared.job.settings.views;
+        let most = most.min(self.kept.len() as u32);
+        let count = fewest + stream.below(u64::from(most - fewest) + 1) as u32;
+        let mut drawn = self.kept.clone();
+        stream.shuffle(&mut drawn);
+        drawn.truncate(count as usize);
+        drawn.sort_unstable_by_key(|view| view.item);
+        drawn
+    }
+}
+
+impl Producer for VolumeWorker<'_> {
+    fn channels(&self) -> Vec<Channel> {
+        vec![Channel::VOLUME_FUSION, Channel::VOLUME_TRUTH]
+    }
+
+    fn load(&mut self, subject: usize, _: &Cancel) -> Result<(), ProduceError> {
+        self.scene = subject;
+        Ok(())
+    }
+
+    fn produce(&mut self, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
+        let shared = self.shared;
+        let settings = &shared.job.settings;
+        let sample = SampleId::of_object(shared.job.views.scenes[self.scene].id, item);
+        if let Some((reason, detail)) = self.take_scene()? {
+            return out.reject(sample, VolumeFacts::default(), reason, &detail);
+        }
+        let drawn = self.draw(&sample);
+        let Self { images, fusion, volume, truth, .. } = self;
+        (volume.sample, truth.sample) = (sample, sample);
+        volume.world_from_volume = settings.world_from_volume();
+        volume.views.clear();
+        fusion.begin(settings.grid, settings.truncation_voxels);
+        for view in &drawn {
+            let image = images.get(&shared.views, view)?;
+            let (intrinsics, world_from_camera) = (image.record.camera, image.record.world_from_camera);
+            fusion.add(&image.depth, &intrinsics, &(world_from_camera.inverse() * volume.world_from_volume));
+            volume.views.push(FusedView { view: view.item.0, camera: view.camera, intrinsics, world_from_camera });
+        }
+        fusion.steps(&mut volume.steps);
+        volume.weights.clear();
+        volume.weights.extend_from_slice(fusion.weights());
+        if let Some(payload) = out.payload(Channel::VOLUME_FUSION) {
+            volume.encode(payload);
+        }
+        if let Some(payload) = out.payload(Channel::VOLUME_TRUTH) {
+            truth.encode(payload);
+        }
+        out.keep(sample, VolumeFacts::of(volume, truth))
+    }
+}

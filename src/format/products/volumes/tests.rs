@@ -1,0 +1,116 @@
+use nalgebra::{Rotation3, Vector3};
+
+use super::*;
+use crate::{Facts, RecordError};
+use kernel::{
+    geom::{Intrinsics, Pose},
+    ids::{Digest, ItemId, ObjectId, SampleId},
+    voxel::VolumeGrid,
+};
+
+const GRID: VolumeGrid = VolumeGrid { resolution: 3, size: 0.3 };
+
+fn sample() -> SampleId {
+    SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(2))
+}
+
+/// Two images of three voxels: one seen twice, one at the cut, one free.
+fn volume() -> SceneVolume {
+    let intrinsics = Intrinsics { width: 640, height: 480, fx: 554.3, fy: 554.3, cx: 320.0, cy: 240.0, near: 0.1 };
+    let view = |view, camera| FusedView {
+        view,
+        camera,
+        intrinsics,
+        world_from_camera: Pose::new(Rotation3::from_euler_angles(0.1, 0.2, 0.3), Vector3::new(0.0, 0.1, 0.5)),
+    };
+    let mut volume = SceneVolume {
+        world_from_volume: Pose::new(Rotation3::identity(), Vector3::new(-0.15, -0.15, -0.05)),
+        views: vec![view(0, 0), view(4, 1)],
+        ..SceneVolume::empty(sample(), GRID, 0.04)
+    };
+    (volume.steps[0], volume.weights[0]) = (-32767, 2);
+    (volume.steps[5], volume.weights[5]) = (120, 1);
+    (volume.steps[26], volume.weights[26]) = (32767, 1);
+    volume
+}
+
+fn truth() -> VolumeTruth {
+    let mut instances = vec![0; 27];
+    instances[..5].copy_from_slice(&[1, 1, 3, 254, 255]);
+    let body = |byte| (ObjectId(Digest([byte; 32])), Pose::identity());
+    VolumeTruth { sample: sample(), resolution: 3, instances, bodies: vec![body(1), body(2), body(3)] }
+}
+
+fn payload(encode: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
+    let mut out = Vec::new();
+    encode(&mut out);
+    out
+}
+
+#[test]
+fn volume_and_truth_come_back_as_they_were_with_their_counts() {
+    let (volume, truth) = (volume(), truth());
+    assert_eq!(SceneVolume::decode(&payload(|out| volume.encode(out))), Ok(volume.clone()));
+    assert_eq!(VolumeTruth::decode(&payload(|out| truth.encode(out))), Ok(truth.clone()));
+    assert_eq!(truth.check_beside(&volume), Ok(()));
+    let facts = VolumeFacts::of(&volume, &truth);
+    let expected =
+        VolumeFacts { images: 2, observed_voxels: 3, near_voxels: 1, bodies: 3, bodies_inside: 2, occupied_voxels: 3 };
+    assert_eq!(facts, expected);
+    assert_eq!((volume.value(0), volume.value(26)), (-1.0, 1.0));
+    assert_eq!(VolumeFacts::from(&Facts::from(facts)), facts);
+    // Each record states its own part of the table, by the same indices.
+    let values = Facts::from(facts);
+    let stated: Vec<_> = volume.stated_facts().into_iter().chain(truth.stated_facts()).collect();
+    assert_eq!(stated, values.values().iter().copied().enumerate().collect::<Vec<_>>());
+}
+
+fn field_of(error: &RecordError) -> &'static str {
+    match error {
+        RecordError::Range { field, .. } | RecordError::Length { field, .. } | RecordError::Rotation { field, .. } => {
+            field
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_volume_that_contradicts_itself_is_refused() {
+    type Change = fn(&mut SceneVolume);
+    let changes: [(Change, &str); 9] = [
+        (|volume| volume.grid.resolution = 129, "resolution"),
+        (|volume| volume.grid.size = 0.0, "size"),
+        (|volume| volume.truncation = f64::NAN, "truncation"),
+        (|volume| volume.views.clear(), "views"),
+        (|volume| volume.views[1].view = 0, "views"),
+        (|volume| volume.weights[3] = 3, "weights"),
+        (|volume| volume.steps[5] = i16::MIN, "values"),
+        (|volume| volume.steps[7] = 1, "values"),
+        (|volume| drop(volume.weights.pop()), "weights"),
+    ];
+    for (change, expected) in changes {
+        let mut volume = volume();
+        change(&mut volume);
+        let error = SceneVolume::decode(&payload(|out| volume.encode(out))).expect_err(expected);
+        assert_eq!(field_of(&error), expected, "{error:?}");
+    }
+}
+
+#[test]
+fn a_truth_of_unknown_bodies_or_of_another_grid_is_refused() {
+    type Change = fn(&mut VolumeTruth);
+    let changes: [(Change, &str); 4] = [
+        (|truth| truth.instances[9] = 4, "instances"),
+        (|truth| truth.instances[9] = 253, "instances"),
+        (|truth| truth.bodies.clear(), "objects"),
+        (|truth| truth.resolution = 4, "instances"),
+    ];
+    for (change, expected) in changes {
+        let mut truth = truth();
+        change(&mut truth);
+        let error = VolumeTruth::decode(&payload(|out| truth.encode(out))).expect_err(expected);
+        assert_eq!(field_of(&error), expected, "{error:?}");
+    }
+    let coarse = VolumeTruth { resolution: 2, instances: vec![0; 8], ..truth() };
+    assert_eq!(field_of(&coarse.check_beside(&volume()).expect_err("another grid")), "resolution");
+}

@@ -1,0 +1,267 @@
+//! Views and volumes as VGN and GIGA read them: depth images with poses, grids of distances, points with occupancy.
+//!
+//! Layout and fields by the public code of VGN (`vgn.io`, `vgn.perception`, `vgn.dataset`) and of GIGA (`vgn.dataset_voxel`), of which
+//! nothing is copied. Their task frame has its origin at a corner of the cube, z up; images have whole numbers as pixel centres, so
+//! `K` has half a pixel less than ours. Their `grasps.csv` holds labels of grasps that were tried: no dataset here has any, and none
+//! is written.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use serde_json::json;
+
+use super::{
+    error::ExportError,
+    form::{ExportForm, ExportFormat, ExportKey, ExportSelection, Written},
+    half::half_precision,
+    npz::Npz,
+    selected::SelectedSamples,
+    target::Target,
+};
+use format::{Noun, Product, SceneVolume, VolumeTruth, dataset::DatasetReader};
+use kernel::{
+    geom::{CameraCv, DepthCrop, Intrinsics, Pose, Volume, World},
+    ids::{ObjectId, SampleIndex},
+};
+
+const SIZE: ExportKey = ExportKey {
+    name: "size",
+    default: 0.3,
+    meaning: "Edge of the cube of the task, centred over the container's floor [m].",
+};
+const BELOW: ExportKey = ExportKey {
+    name: "below",
+    default: 0.05,
+    meaning: "Height of what carries the bodies above the cube's lower side [m].",
+};
+const OPENING: ExportKey =
+    ExportKey { name: "max_opening_width", default: 0.08, meaning: "Widest opening of the gripper [m]." };
+const FINGER: ExportKey =
+    ExportKey { name: "finger_depth", default: 0.05, meaning: "Length of the gripper's fingers [m]." };
+
+/// Views and volumes for VGN and GIGA.
+pub(super) static FORMAT: ExportFormat = ExportFormat {
+    name: "vgn",
+    summary: "Depth images of views, or grids and occupancy of volumes, as VGN and GIGA read them, without labels of grasps.",
+    has_unpacked: false,
+    forms: &[
+        ExportForm {
+            product: Product::VIEWS,
+            counted: Noun { one: "view", many: "views" },
+            keys: &[SIZE, BELOW, OPENING, FINGER],
+            layout: |_| {
+                "raw data: setup.json (size, intrinsic, max_opening_width, finger_depth) and scenes/ID.npz, one per scene: depth_imgs \
+                 float32 (n, height, width) [m], 0 without a return, and extrinsics float32 (n, 7), qx qy qz qw x y z of \
+                 camera_from_task; scenes.csv names scene, split and views of each ID; pixel centres are whole numbers; no grasps.csv"
+            },
+            write: write_views,
+        },
+        ExportForm {
+            product: Product::VOLUMES,
+            counted: Noun { one: "volume", many: "volumes" },
+            keys: &[OPENING, FINGER],
+            layout: |_| {
+                "processed data: setup.json, scenes/ID.npz, one per volume: grid float32 (1, n, n, n), (tsdf + 1) / 2 where an image \
+                 says something and -0.98 <= tsdf < 0.98, else 0; occ/ID/0000.npz: points float16 (n^3, 3) [m], the centres of the \
+                 voxels in the task frame, and occ bool, inside a body; scenes.csv names scene, split and views of each ID; no \
+                 grasps.csv"
+            },
+            write: write_volumes,
+        },
+    ],
+};
+
+/// What a reader has to know of the files, for people.
+fn readme(of: &str, files: &str) -> String {
+    format!(
+        "# {of} for VGN and GIGA\n\n{files}\n\n`export.json` names the dataset by its root digest; `scenes.csv` says which scene, split \
+         and views each ID is of.\n\n## No labels of grasps\n\nThere is no `grasps.csv`: it would hold grasps that were tried in \
+         simulation, and the dataset that this export is made of has none. Training VGN or GIGA needs them beside these \
+         files, a row per grasp: `scene_id,qx,qy,qz,qw,x,y,z,width,label` (raw data, metres) or `scene_id,qx,qy,qz,qw,i,j,k,width,label` \
+         (processed data, voxels). Nor is there a `mesh_pose_list`: the poses of the bodies are in the dataset of views.\n\n## \
+         Conventions\n\nThe task frame has its origin at a corner of the cube, z up. Pixel centres are whole numbers, so `K` has half \
+         a pixel less than the dataset's principal point. Lengths are metres. `max_opening_width` and `finger_depth` of `setup.json` \
+         were given to the export; nothing in the dataset depends on them.\n"
+    )
+}
+
+/// Text of `setup.json`.
+fn setup(size: f64, camera: &Intrinsics, selection: &ExportSelection) -> String {
+    let k = [camera.fx, 0.0, camera.cx - 0.5, 0.0, camera.fy, camera.cy - 0.5, 0.0, 0.0, 1.0];
+    let setup = json!({
+        "size": size,
+        "intrinsic": { "width": camera.width, "height": camera.height, "K": k },
+        "max_opening_width": selection.number(&OPENING),
+        "finger_depth": selection.number(&FINGER),
+    });
+    serde_json::to_string_pretty(&setup).expect("plain data with text keys") + "\n"
+}
+
+/// Arrays as their files take them.
+fn bytes_of(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+    values.into_iter().flat_map(f32::to_le_bytes).collect()
+}
+
+/// The images of one scene while they come in.
+#[derive(Default)]
+struct SceneArrays {
+    depths: Vec<u8>,
+    extrinsics: Vec<u8>,
+    views: Vec<String>,
+}
+
+/// Quaternion x, y, z, w with w not negative, then position, of the task frame as a camera sees it.
+fn extrinsic(camera_from_task: &Pose<CameraCv, Volume>) -> [f32; 7] {
+    let rotation = UnitQuaternion::from_rotation_matrix(camera_from_task.rotation());
+    let sign = if rotation.w < 0.0 { -1.0 } else { 1.0 };
+    let [x, y, z, w] = [rotation.i, rotation.j, rotation.k, rotation.w].map(|value| (sign * value) as f32);
+    let at = camera_from_task.translation();
+    [x, y, z, w, at.x as f32, at.y as f32, at.z as f32]
+}
+
+/// Name of a scene: as long as those of VGN.
+fn id_of(scene: ObjectId) -> String {
+    scene.to_string()[..32].to_owned()
+}
+
+const HEADING: &str = "scene_id,scene,name,split,fusion,views\n";
+
+fn write_views(
+    reader: &DatasetReader,
+    selection: &ExportSelection,
+    target: &mut Target,
+) -> Result<Written, ExportError> {
+    let assets = reader.assets()?;
+    let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
+    let (size, below) = (selection.number(&SIZE), selection.number(&BELOW));
+    let world_from_task: Pose<World, Volume> =
+        Pose::new(Rotation3::identity(), Vector3::new(-size / 2.0, -size / 2.0, -below));
+    let mut camera: Option<Intrinsics> = None;
+    let (mut current, mut arrays) = (None::<(ObjectId, String)>, SceneArrays::default());
+    let (mut table, mut ids) = (HEADING.to_owned(), BTreeSet::new());
+    selected.each(|sample, names| {
+        let (image, depth) = (sample.scene_image()?, sample.view_depth()?);
+        check_camera(&mut camera, &image.camera, names.index)?;
+        if current.as_ref().is_none_or(|(scene, _)| *scene != names.id.subject) {
+            finish_scene(&mut arrays, current.take(), camera.as_ref(), &mut table, target)?;
+            ids.insert(id_of(names.id.subject));
+            current = Some((names.id.subject, format!("{},{},{}", names.subject, quoted(names.object), names.split)));
+        }
+        let depth = depth.map_or_else(DepthCrop::default, |depth| depth.crop);
+        let whole = depth.whole(image.camera.width, image.camera.height);
+        arrays.depths.extend(bytes_of(whole.into_iter().map(|metres| if metres.is_nan() { 0.0 } else { metres })));
+        arrays.extrinsics.extend(bytes_of(extrinsic(&(image.world_from_camera.inverse() * world_from_task))));
+        arrays.views.push(names.id.item.0.to_string());
+        Ok(())
+    })?;
+    finish_scene(&mut arrays, current, camera.as_ref(), &mut table, target)?;
+    let camera = camera.expect("a view is selected");
+    target.write("setup.json", setup(size, &camera, selection).as_bytes())?;
+    target.write("scenes.csv", table.as_bytes())?;
+    let files = format!(
+        "Raw data: `scenes/ID.npz` has `depth_imgs` and `extrinsics` of a scene, `setup.json` the cube of {size} m, of which {below} m \
+         lie below what carries the bodies. A body outside the cube is in the images nevertheless."
+    );
+    target.write("README.md", readme("Views", &files).as_bytes())?;
+    let mut written = Written::selection(selected.count(), "views", selection);
+    written.facts.insert("scenes".to_owned(), ids.len().into());
+    Ok(written)
+}
+
+/// Takes the camera of the first image; every other must be the same.
+fn check_camera(camera: &mut Option<Intrinsics>, own: &Intrinsics, view: SampleIndex) -> Result<(), ExportError> {
+    let near = own.near;
+    let first = camera.get_or_insert(*own);
+    if (Intrinsics { near, ..*first }) == *own { Ok(()) } else { Err(ExportError::OtherCamera { view }) }
+}
+
+/// A name in a table: between quotation marks, which are doubled inside.
+fn quoted(name: &str) -> String {
+    format!("\"{}\"", name.replace('"', "\"\""))
+}
+
+/// Writes the images of a scene, and its row of the table.
+fn finish_scene(
+    arrays: &mut SceneArrays,
+    scene: Option<(ObjectId, String)>,
+    camera: Option<&Intrinsics>,
+    table: &mut String,
+    target: &mut Target,
+) -> Result<(), ExportError> {
+    let SceneArrays { depths, extrinsics, views } = std::mem::take(arrays);
+    let (Some((scene, facts)), Some(camera)) = (scene, camera) else { return Ok(()) };
+    let (id, count) = (id_of(scene), views.len() as u64);
+    let mut npz = Npz::default();
+    npz.add("depth_imgs", "<f4", &[count, camera.height.into(), camera.width.into()], &depths);
+    npz.add("extrinsics", "<f4", &[count, 7], &extrinsics);
+    target.write(&format!("scenes/{id}.npz"), &npz.finish())?;
+    table.push_str(&format!("{id},{facts},,{}\n", views.join(" ")));
+    Ok(())
+}
+
+/// Distances in VGN's own grid: one number for what is free, unseen, or deep behind what is seen.
+fn grid_value(volume: &SceneVolume, index: usize) -> f32 {
+    let value = volume.value(index) as f32;
+    let is_near = volume.weights[index] > 0 && (-0.98..0.98).contains(&value);
+    if is_near { (value + 1.0) * 0.5 } else { 0.0 }
+}
+
+fn write_volumes(
+    reader: &DatasetReader,
+    selection: &ExportSelection,
+    target: &mut Target,
+) -> Result<Written, ExportError> {
+    let assets = reader.assets()?;
+    let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
+    let mut first: Option<(SceneVolume, Vec<u8>)> = None;
+    let mut table = HEADING.to_owned();
+    selected.each(|sample, names| {
+        let (volume, truth) = (sample.scene_volume()?, sample.volume_truth()?);
+        let n = volume.grid.resolution;
+        let (_, points) = first.get_or_insert_with(|| (volume.clone(), centres(&volume)));
+        let points = points.clone();
+        let is_alike = first.as_ref().is_none_or(|(first, _)| first.grid == volume.grid);
+        if !is_alike {
+            return Err(ExportError::OtherCube { index: names.index });
+        }
+        let id = format!("{}-{:04}", id_of(names.id.subject), names.id.item.0);
+        let side = u64::from(n);
+        let mut npz = Npz::default();
+        npz.add(
+            "grid",
+            "<f4",
+            &[1, side, side, side],
+            &bytes_of((0..volume.steps.len()).map(|index| grid_value(&volume, index))),
+        );
+        target.write(&format!("scenes/{id}.npz"), &npz.finish())?;
+        let occupied: Vec<u8> = truth.instances.iter().map(|own| u8::from(VolumeTruth::is_body(*own))).collect();
+        let mut npz = Npz::default();
+        npz.add("points", "<f2", &[side.pow(3), 3], &points);
+        npz.add("occ", "|b1", &[side.pow(3)], &occupied);
+        target.write(&format!("occ/{id}/0000.npz"), &npz.finish())?;
+        let views: Vec<String> = volume.views.iter().map(|view| view.view.to_string()).collect();
+        let facts = format!("{},{},{}", names.subject, quoted(names.object), names.split);
+        table.push_str(&format!("{id},{facts},{},{}\n", names.id.item.0, views.join(" ")));
+        Ok(())
+    })?;
+    let (first, _) = first.expect("a volume is selected");
+    target.write("setup.json", setup(first.grid.size, &first.views[0].intrinsics, selection).as_bytes())?;
+    target.write("scenes.csv", table.as_bytes())?;
+    let files = format!(
+        "Processed data: `scenes/ID.npz` has the `grid` of a volume by VGN's own rule, in which what is free, what no image sees and \
+         what lies deep behind a surface are one number, 0; the dataset keeps the three apart. `occ/ID/0000.npz` has `points` and `occ` \
+         as GIGA reads them: the centres of all {} voxels of the cube, not points drawn near the bodies, and whether each is inside \
+         a body; the container is none. `intrinsic` of `setup.json` is of the first image that was fused.",
+        first.grid.voxels()
+    );
+    target.write("README.md", readme("Volumes", &files).as_bytes())?;
+    Ok(Written::selection(selected.count(), "volumes", selection))
+}
+
+/// Centres of the voxels in half precision [m].
+fn centres(volume: &SceneVolume) -> Vec<u8> {
+    let (grid, n) = (volume.grid, volume.grid.resolution);
+    let voxels = (0..n).flat_map(move |x| (0..n).flat_map(move |y| (0..n).map(move |z| [x, y, z])));
+    let numbers = voxels.flat_map(|voxel| <[f64; 3]>::from(grid.centre(voxel).coords));
+    numbers.flat_map(|value| half_precision(value).to_le_bytes()).collect()
+}

@@ -1,0 +1,17 @@
+//! Volumes as people meet them: facts, page, pictures.
+
+mod inspection;
+mod page;
+mod painting;
+mod row;
+mod templates;
+
+pub use inspection::{VolumesInspection, inspect_volumes};
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::{
+    inspection::VolumeSurvey,
+    page::{CardView, VolumesPage},
+    templates::PAGE_TEMPLATE,
+};

@@ -1,0 +1,164 @@
+//! The page of a dataset of volumes: what was kept and why not, distributions, pictures.
+
+use serde::Serialize;
+
+use super::{
+    inspection::{VolumeSurvey, images_in_words},
+    painting::VolumePictures,
+};
+use crate::{
+    chart::{Bar, Ink, bar_chart, grouped, percent},
+    markup::Markup,
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    picture::Picture,
+    scene_objects::ScenesObject,
+    tally::SpreadRow,
+};
+use format::{
+    SceneVolume, VolumeTruth,
+    dataset::{DatasetError, DatasetReader},
+};
+use kernel::words::{Split, number_ranges};
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct VolumesPage<'a> {
+    dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
+    speed: Option<SpeedView>,
+    numbers: HeaderNumbers,
+    /// Reason, count and share.
+    rejects: Vec<[String; 3]>,
+    /// Split and kept volumes.
+    splits: Vec<[String; 2]>,
+    /// Kept volumes by the number of images; `None` where no volume is kept.
+    images: Option<Markup>,
+    spreads: Vec<Vec<String>>,
+    cards: Vec<CardView>,
+    /// Name and split.
+    objects: Vec<[String; 2]>,
+    job: &'a str,
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    kept: String,
+    share: String,
+    scenes: String,
+    images: String,
+    bodies: String,
+    inside: String,
+}
+
+/// One volume.
+#[derive(Clone, Serialize)]
+pub(crate) struct CardView {
+    title: String,
+    words: String,
+    pictures: Vec<PanelView>,
+}
+
+/// A picture with its name.
+#[derive(Clone, Serialize)]
+struct PanelView {
+    image: ImageView,
+    name: &'static str,
+    hint: &'static str,
+}
+
+/// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
+const SIDE: u32 = 400;
+
+/// Side of a picture on the page [px].
+const SHOWN_SIDE: u32 = 200;
+
+/// One line about a volume.
+pub(super) fn volume_words(volume: &SceneVolume, truth: &VolumeTruth) -> String {
+    let views: Vec<u32> = volume.views.iter().map(|view| view.view).collect();
+    format!(
+        "{} (views {}) · {} of {} bodies inside · {} of {} voxels observed · voxel {:.2} mm",
+        images_in_words(views.len() as u32),
+        number_ranges(&views).join(", "),
+        truth.bodies_inside(),
+        truth.bodies.len(),
+        grouped(volume.observed().into()),
+        grouped(volume.grid.voxels() as u64),
+        volume.grid.voxel() * 1e3,
+    )
+}
+
+/// The volumes that a page shows.
+pub(crate) fn cards(reader: &DatasetReader, survey: &VolumeSurvey) -> Result<Vec<CardView>, DatasetError> {
+    let mut cards = Vec::new();
+    for index in &survey.shown {
+        let Some(sample) = reader.sample(*index)? else { continue };
+        let (pictures, volume, truth) = VolumePictures::of(&sample, SIDE)?;
+        let panel = |picture: &Picture, name, hint| PanelView {
+            image: ImageView::of(picture, SHOWN_SIDE, SHOWN_SIDE),
+            name,
+            hint,
+        };
+        let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
+        cards.push(CardView {
+            title: format!("volume {}", sample.index),
+            words: format!("{split} · {}", volume_words(&volume, &truth)),
+            pictures: vec![
+                panel(&pictures.seen, "Fused surface", "blue: seen in an image"),
+                panel(&pictures.truth, "True bodies", "orange, container grey"),
+                panel(&pictures.side, "Distances, from the side", "x right, z up"),
+                panel(&pictures.true_side, "Truth, from the side", "x right, z up"),
+                panel(&pictures.top, "Distances, from above", "x right, y up"),
+                panel(&pictures.true_top, "Truth, from above", "x right, y up"),
+            ],
+        });
+    }
+    Ok(cards)
+}
+
+impl<'a> VolumesPage<'a> {
+    /// The page with these cards.
+    pub fn of(survey: &'a VolumeSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
+        let facts = &survey.facts;
+        let strip_card = |card: &CardView| StripCard {
+            caption: card.title.clone(),
+            pictures: card.pictures.iter().take(2).map(|panel| panel.image.clone()).collect(),
+        };
+        let bar =
+            |(images, count): (&u32, &u64)| Bar { label: images_in_words(*images), value: *count, ink: Ink::Complete };
+        let bars: Vec<Bar> = facts.by_images.iter().map(bar).collect();
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            strip: StripPicture::strip(&(1..).zip(cards.iter().map(strip_card)).collect::<Vec<_>>()),
+            speed: SpeedView::of(&facts.header, "volumes"),
+            numbers: HeaderNumbers {
+                kept: grouped(facts.kept),
+                share: percent(facts.kept as f64 / facts.samples.max(1) as f64),
+                scenes: grouped(facts.scenes),
+                images: grouped(facts.images),
+                bodies: grouped(facts.bodies),
+                inside: grouped(facts.bodies_inside),
+            },
+            rejects: share_rows(&facts.rejected, facts.samples),
+            splits: split_rows(&facts.splits),
+            images: (facts.kept > 0).then(|| bar_chart("Volumes by the number of images fused", &bars)),
+            spreads: facts.spread_rows().into_iter().map(SpreadRow::into_cells).collect(),
+            objects: ScenesObject::rows(&facts.objects),
+            cards,
+            job,
+        }
+    }
+}
+
+#[cfg(test)]
+impl CardView {
+    /// A card of one picture of this name.
+    pub fn example(name: &str) -> Self {
+        let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
+        Self {
+            title: name.to_owned(),
+            words: "training".to_owned(),
+            pictures: vec![PanelView { image, name: "Fused surface", hint: "blue" }],
+        }
+    }
+}
