@@ -12,13 +12,16 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use graspmill::{
     factory::products::completion::{RandomRays, RayTarget, TouchSurface},
     format::TactileContacts,
-    geom::{CameraCv, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, SimdLevel, TriMesh, ViewSet},
+    geom::{
+        CameraCv, DepthCrop, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, SimdLevel, TriMesh, ViewSet,
+        Volume,
+    },
     ids::{Digest, ItemId, ObjectId, SampleId},
     render::{Rasteriser, SensorModel},
     seed::Stream,
-    voxel::{InsideTest, SolidObject, Truth, ViewGrids, solid_occupancy},
+    voxel::{InsideTest, SolidObject, Truth, ViewGrids, VolumeFusion, VolumeGrid, solid_occupancy},
 };
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 use scans::{average, scans};
 use support::pairs::{default_camera, empty_pair};
 
@@ -230,5 +233,42 @@ fn touch(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, scans_of_16k, larger_meshes, touch);
+/// Six images of 640 x 480 of a ball on a table, from all round, into 40^3 voxels.
+fn fusion(criterion: &mut Criterion) {
+    let camera = default_camera();
+    let grid = VolumeGrid { resolution: 40, size: 0.3 };
+    let (ball, radius, table) = (Point3::new(0.15, 0.15, 0.11), 0.06, 0.05);
+    let image = |view: u32| {
+        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), std::f64::consts::TAU * f64::from(view) / 6.0)
+            * Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI - 0.6);
+        let eye = Point3::new(0.15, 0.15, 0.1) - rotation * Vector3::new(0.0, 0.0, 0.6);
+        let pose: Pose<CameraCv, Volume> = Pose::new(rotation, eye.coords).inverse();
+        let pixels = (0..camera.height).flat_map(|row| (0..camera.width).map(move |column| (column, row)));
+        let depth = pixels.map(|(column, row)| {
+            let ray = rotation * camera.unproject(f64::from(column) + 0.5, f64::from(row) + 0.5, 1.0).coords;
+            let (to_ball, square) = (ball - eye, ray.norm_squared());
+            let along = ray.dot(&to_ball);
+            let root = along * along - square * (to_ball.norm_squared() - radius * radius);
+            let to_table = (table - eye.z) / ray.z;
+            if root > 0.0 { ((along - root.sqrt()) / square) as f32 } else { to_table as f32 }
+        });
+        (DepthCrop { left: 0, top: 0, width: camera.width, height: camera.height, depth: depth.collect() }, pose)
+    };
+    let images: Vec<_> = (0..6).map(image).collect();
+    let (mut fusion, mut steps) = (VolumeFusion::new(grid, 4.0), Vec::new());
+    let mut group = criterion.benchmark_group("volume_40");
+    group.sample_size(20).measurement_time(Duration::from_secs(3));
+    group.bench_function("fuse_6_images", |bencher| {
+        bencher.iter(|| {
+            fusion.begin(grid, 4.0);
+            images.iter().for_each(|(depth, pose)| fusion.add(black_box(depth), &camera, pose));
+            fusion.steps(&mut steps);
+            black_box(&steps);
+        });
+    });
+    assert!(fusion.weights().iter().filter(|weight| **weight == 6).count() > 30_000, "most of the cube is in sight");
+    group.finish();
+}
+
+criterion_group!(benches, scans_of_16k, larger_meshes, touch, fusion);
 criterion_main!(benches);

@@ -62,32 +62,32 @@ const PRODUCT: Extension = Extension {
             "src/format/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFormat; 7]", "[&ProductFormat; 8]"),
-                ("    &amodal::FORMAT,\n", "    &amodal::FORMAT,\n    &volume::FORMAT,\n"),
+                ("[&ProductFormat; 8]", "[&ProductFormat; 9]"),
+                ("    &volumes::FORMAT,\n", "    &volumes::FORMAT,\n    &volume::FORMAT,\n"),
             ],
         ),
         (
             "src/format/products/checks.rs",
             &[
-                ("scenes, views}", "scenes, views, volume}"),
-                ("[&ProductChecks; 7]", "[&ProductChecks; 8]"),
-                ("    &amodal::CHECKS,\n", "    &amodal::CHECKS,\n    &volume::CHECKS,\n"),
+                ("views, volumes}", "views, volume, volumes}"),
+                ("[&ProductChecks; 8]", "[&ProductChecks; 9]"),
+                ("    &volumes::CHECKS,\n", "    &volumes::CHECKS,\n    &volume::CHECKS,\n"),
             ],
         ),
         (
             "src/factory/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFactory; 7]", "[&ProductFactory; 8]"),
-                ("    &amodal::FACTORY,\n", "    &amodal::FACTORY,\n    &volume::FACTORY,\n"),
+                ("[&ProductFactory; 8]", "[&ProductFactory; 9]"),
+                ("    &volumes::FACTORY,\n", "    &volumes::FACTORY,\n    &volume::FACTORY,\n"),
             ],
         ),
         (
             "src/publish/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductPages; 7]", "[&ProductPages; 8]"),
-                ("    &amodal::PAGES,\n", "    &amodal::PAGES,\n    &volume::PAGES,\n"),
+                ("[&ProductPages; 8]", "[&ProductPages; 9]"),
+                ("    &volumes::PAGES,\n", "    &volumes::PAGES,\n    &volume::PAGES,\n"),
             ],
         ),
     ],

@@ -3,8 +3,8 @@
 use graspmill::format::{
     Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
     Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
-    ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, TactileContacts, Tsdf, Visibility,
-    VoxelPair, check_record, checks_of,
+    ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, SceneVolume, TactileContacts, Tsdf,
+    Visibility, VolumeTruth, VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -70,6 +70,8 @@ pub fn records(input: &[u8]) {
         Channel::SCENE => again(payload, |bytes| Scene::decode(bytes).ok(), Scene::encode),
         Channel::SCENE_OVERVIEW => again(payload, |bytes| SceneOverview::decode(bytes).ok(), SceneOverview::encode),
         Channel::VIEW_IMAGE => again(payload, |bytes| SceneImage::decode(bytes).ok(), SceneImage::encode),
+        Channel::VOLUME_FUSION => again(payload, |bytes| SceneVolume::decode(bytes).ok(), SceneVolume::encode),
+        Channel::VOLUME_TRUTH => again(payload, |bytes| VolumeTruth::decode(bytes).ok(), VolumeTruth::encode),
         Channel::CLUTTER => again(payload, |bytes| Clutter::decode(bytes).ok(), Clutter::encode),
         other => panic!("{other:?} has no record here"),
     };

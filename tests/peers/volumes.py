@@ -6,7 +6,7 @@ COUNT volumes, spread over the dataset, are examined. RULE says who fuses:
 - numpy: an implementation of our own, in double precision, of the rule in docs/format.md;
 - open3d: Open3D's `UniformTSDFVolume`, with whole numbers as pixel centres, in single precision.
 A voxel counts as a tie when its centre projects to within 0.002 px of the border between two pixels of a fused image, or lies within
-1e-5 of the truncation behind what a pixel sees: there rounding decides what is seen. Everywhere else weights must be equal.
+1e-5 m of the truncation behind what a pixel sees: there rounding decides what is seen. Everywhere else weights must be equal.
 With trimesh, each centre that is farther than 0.1 mm from every mesh must be inside the body that the truth names, and in no other.
 Prints counts as JSON.
 """
@@ -122,7 +122,7 @@ def main():
     total = min(int(count), len(data))
     for index in np.linspace(0, len(data) - 1, total).astype(int):
         sample = data[int(index)]
-        centres = (np.stack(np.unravel_index(np.arange(len(centres)), 3 * [sample.resolution]), -1) + 0.5) * sample.voxel
+        centres = (np.stack(np.unravel_index(np.arange(sample.resolution**3), 3 * [sample.resolution]), -1) + 0.5) * sample.voxel
         depths = [images[place[(sample.id.subject, int(view))]].depth for view in sample.views]
         values, weights = fuse(sample, centres, depths)
         ties = np.zeros(len(centres), bool)

@@ -51,7 +51,7 @@ pub struct VolumeFusion {
     row: RowScratch,
 }
 
-/// What one row of voxels along z is in an image, and squares of slopes of the image's pixels.
+/// Memory for one row of voxels along z, projected into an image, and squares of slopes of the image's pixels.
 #[derive(Debug, Default)]
 struct RowScratch {
     columns: Vec<f64>,
@@ -108,8 +108,8 @@ impl VolumeFusion {
                 scratch.project_row(n, &first, &step, camera);
                 let start = (x * n + y) * n;
                 let voxels = sums[start..start + n].iter_mut().zip(&mut weights[start..start + n]);
-                for (z, (sum, weight)) in voxels.enumerate() {
-                    let (column, row, own) = (scratch.columns[z], scratch.rows[z], scratch.depths[z]);
+                let projected = scratch.columns.iter().zip(&scratch.rows).zip(&scratch.depths);
+                for ((sum, weight), ((&column, &row), &own)) in voxels.zip(projected) {
                     if !(own > 0.0 && column >= left && column < right && row >= top && row < bottom) {
                         continue;
                     }
@@ -168,18 +168,23 @@ impl RowScratch {
         self.row_slopes.extend(squares(depth.top, depth.height, camera.cy, camera.fy));
     }
 
-    /// Pixel coordinates and depths of a row of voxels from its first centre on.
+    /// Pixel coordinates and depths of a row of voxels from its first centre on. Depth, and pixel coordinates times depth, change by
+    /// the same step from centre to centre.
     fn project_row(&mut self, n: usize, first: &Point3<f64>, step: &Vector3<f64>, camera: &Intrinsics) {
         for values in [&mut self.columns, &mut self.rows, &mut self.depths] {
             values.resize(n, 0.0);
         }
+        let Intrinsics { fx, fy, cx, cy, .. } = *camera;
+        let (first_column, first_row) = (fx * first.x + cx * first.z, fy * first.y + cy * first.z);
+        let (column_step, row_step) = (fx * step.x + cx * step.z, fy * step.y + cy * step.z);
         let values = self.columns[..n].iter_mut().zip(&mut self.rows[..n]).zip(&mut self.depths[..n]);
-        for (index, ((column, row), own)) in values.enumerate() {
-            let along = index as u32;
-            let [x, y, z] = [0, 1, 2].map(|axis| first[axis] + f64::from(along) * step[axis]);
-            *column = camera.fx * x / z + camera.cx;
-            *row = camera.fy * y / z + camera.cy;
-            *own = z;
+        for (index, ((column, row), depth)) in values.enumerate() {
+            let along = f64::from(index as i32);
+            let own = first.z + along * step.z;
+            let per_depth = 1.0 / own;
+            *column = (first_column + along * column_step) * per_depth;
+            *row = (first_row + along * row_step) * per_depth;
+            *depth = own;
         }
     }
 }

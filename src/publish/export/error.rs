@@ -49,7 +49,7 @@ pub enum ExportError {
     BadNumber {
         /// The key.
         key: String,
-        /// Its value.
+        /// The number.
         value: f64,
     },
     /// Images of several cameras in a format that has one.

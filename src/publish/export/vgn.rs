@@ -71,7 +71,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     ],
 };
 
-/// What a reader has to know of the files, for people.
+/// Text of README.md: all that a reader has to know of the files.
 fn readme(of: &str, files: &str) -> String {
     format!(
         "# {of} for VGN and GIGA\n\n{files}\n\n`export.json` names the dataset by its root digest; `scenes.csv` says which scene, split \

@@ -24,8 +24,14 @@ use crate::support::{
 const FETCHED_APART: [&str; 2] = ["jobs/allegro-grasps.toml", "jobs/panda-reachability.toml"];
 
 /// The jobs about settled scenes; the tests of scenes run them.
-const OF_SCENES: [&str; 4] =
-    ["jobs/amodal-quick.toml", "jobs/views-quick.toml", "jobs/ycb-amodal.toml", "jobs/ycb-views.toml"];
+const OF_SCENES: [&str; 6] = [
+    "jobs/amodal-quick.toml",
+    "jobs/views-quick.toml",
+    "jobs/volumes-quick.toml",
+    "jobs/ycb-amodal.toml",
+    "jobs/ycb-views.toml",
+    "jobs/ycb-volumes.toml",
+];
 
 fn job_files() -> Vec<PathBuf> {
     let names = list_names("jobs").into_iter().filter(|name| name.ends_with(".toml"));

@@ -1,4 +1,4 @@
-//! What a dataset says of its views, without their images.
+//! Facts of the views of a dataset, without their images.
 
 use std::collections::BTreeMap;
 

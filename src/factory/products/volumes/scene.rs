@@ -1,4 +1,4 @@
-//! What is at the centre of every voxel of a scene.
+//! The truth of a volume: what is at the centre of every voxel.
 
 use std::sync::Arc;
 

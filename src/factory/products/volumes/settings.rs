@@ -44,8 +44,7 @@ impl VolumeSettings {
         Pose::new(Rotation3::identity(), Vector3::new(-half, -half, -self.below))
     }
 
-    /// What the cube would have to be for the room in a container to fit into it: edge and key that is too small, with numbers;
-    /// `None` where it fits. A plane has no sides.
+    /// Key and numbers of a cube that the room in a container does not fit into; `None` where it fits. A plane has no sides.
     pub fn too_small_for(&self, container: &SceneContainer) -> Option<(&'static str, String)> {
         let SceneContainer::Bin { inner: [x, y, z], .. } = *container else { return None };
         let Self { grid: VolumeGrid { size, .. }, below, .. } = *self;

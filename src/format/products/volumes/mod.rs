@@ -41,7 +41,7 @@ impl Sample {
         self.leading(Channel::VOLUME_FUSION, SceneVolume::decode)
     }
 
-    /// What is at the centre of each voxel of a volume.
+    /// Truth of a volume: what is at the centre of each voxel.
     ///
     /// # Errors
     /// When the sample is of another product, or the payload is no valid record.

@@ -1,4 +1,4 @@
-//! Record of what is at the centre of each voxel of a volume.
+//! Record of the truth of a volume.
 
 use prost::Message;
 
@@ -18,7 +18,7 @@ use kernel::{
 
 const MESSAGE: &str = "VolumeTruth";
 
-/// What is at the centre of each voxel of a volume.
+/// Truth of a volume: what is at the centre of each voxel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeTruth {
     /// Which sample.

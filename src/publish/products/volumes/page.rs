@@ -105,7 +105,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &VolumeSurvey) -> Result<Vec
             words: format!("{split} · {}", volume_words(&volume, &truth)),
             pictures: vec![
                 panel(&pictures.seen, "Fused surface", "blue: seen in an image"),
-                panel(&pictures.truth, "True bodies", "orange, container grey"),
+                panel(&pictures.truth, "True bodies", "orange, container left out"),
                 panel(&pictures.side, "Distances, from the side", "x right, z up"),
                 panel(&pictures.true_side, "Truth, from the side", "x right, z up"),
                 panel(&pictures.top, "Distances, from above", "x right, y up"),

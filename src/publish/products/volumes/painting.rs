@@ -11,7 +11,7 @@ use kernel::geom::OccupancyGrid;
 pub(super) struct VolumePictures {
     /// Voxels at the fused surface.
     pub seen: Picture,
-    /// Voxels inside the bodies and the container.
+    /// Voxels inside the bodies, without the container, which would hide them.
     pub truth: Picture,
     /// Cut through the distances from the side: x to the right, z up.
     pub side: Picture,
@@ -38,9 +38,7 @@ impl VolumePictures {
             volume.weights[index] > 0 && volume.value(index).abs() <= reach
         });
         let bodies = upright(n, |voxel| VolumeTruth::is_body(truth.instances[index(voxel)]));
-        let container = upright(n, |voxel| truth.instances[index(voxel)] == VolumeTruth::CONTAINER);
-        let nothing = OccupancyGrid::new(n);
-        let painter = VoxelPainter::new(side, Eye::CameraSide, &[&surface, &bodies, &container]);
+        let painter = VoxelPainter::new(side, Eye::CameraSide, &[&surface, &bodies]);
         // Where the bodies are, in the middle of what they fill.
         let [_, y, z] = middle(n, |voxel| VolumeTruth::is_body(truth.instances[index(voxel)]));
         let zoom = (side / n).max(1);
@@ -48,7 +46,7 @@ impl VolumePictures {
         let own = |voxel: [u32; 3]| truth.instances[index(voxel)];
         let pictures = Self {
             seen: painter.draw(Some(&surface), None).with_few_colours(),
-            truth: painter.draw_among(&nothing, Some(&bodies), &container).with_few_colours(),
+            truth: painter.draw(None, Some(&bodies)).with_few_colours(),
             side: cut(n, zoom, |right, up| distance([right, y, up])),
             true_side: instances(n, zoom, |right, up| own([right, y, up])),
             top: cut(n, zoom, |right, up| distance([right, up, z])),

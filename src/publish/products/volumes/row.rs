@@ -33,9 +33,9 @@ pub static PAGES: ProductPages = ProductPages {
         acquisition: "Depth images of settled scenes were fused into a cube of voxels over the middle of the container's floor; which \
                       images, and how many, was drawn.",
         reading: "",
-        legend: "From left to right: the voxels at the fused surface, the true bodies (orange) with the container (grey), a cut \
-                 through the distances from the side (white free, blue in front of what is seen, orange behind it, grey in no image), \
-                 and the truth in the same cut.",
+        legend: "From left to right: the voxels at the fused surface, the true bodies (orange, without the container), a cut through \
+                 the distances from the side (white free, blue in front of what is seen, orange behind it, grey in no image), and the \
+                 truth in the same cut.",
         regenerated: 64,
         tasks: &["robotics", "image-to-3d"],
     },
