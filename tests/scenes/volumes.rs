@@ -199,7 +199,7 @@ fn scenes_without_enough_views_or_without_a_body_in_the_cube_are_rejected_and_co
     assert!(kept > 0, "{fates:?}");
     let two = workspace.path("two");
     let job = workspace.write("two.toml", one.replace("views = [1, 1]", "views = [2, 2]"));
-    let said = Program::run_job(job, &two).expect_code(3).stderr;
+    let said = Program::run_job(job, &two).expect_code(3).text();
     assert!(said.contains("no volume was kept") && said.contains("8 few_views"), "{said}");
     assert!(self::fates(&two).values().all(|(reason, _)| reason.as_deref() == Some("few_views")));
     // As many as there are, where a range asks for more.

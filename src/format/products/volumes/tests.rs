@@ -1,7 +1,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
-use crate::{Facts, RecordError};
+use crate::{Facts, RecordError, SceneImage};
 use kernel::{
     geom::{Intrinsics, Pose},
     ids::{Digest, ItemId, ObjectId, SampleId},
@@ -65,6 +65,14 @@ fn volume_and_truth_come_back_as_they_were_with_their_counts() {
     assert_eq!(stated, values.values().iter().copied().enumerate().collect::<Vec<_>>());
 }
 
+#[test]
+fn numbers_are_those_of_images() {
+    let numbers = [VolumeTruth::FREE, VolumeTruth::CONTAINER, VolumeTruth::TABLE];
+    assert_eq!(numbers, [SceneImage::NOTHING, SceneImage::CONTAINER, SceneImage::TABLE]);
+    assert_eq!(VolumeTruth::MAX_BODIES, SceneImage::MAX_BODIES);
+    assert!(!numbers.iter().any(|number| VolumeTruth::is_body(*number)) && VolumeTruth::is_body(252));
+}
+
 fn field_of(error: &RecordError) -> &'static str {
     match error {
         RecordError::Range { field, .. } | RecordError::Length { field, .. } | RecordError::Rotation { field, .. } => {
@@ -86,7 +94,7 @@ fn a_volume_that_contradicts_itself_is_refused() {
         (|volume| volume.weights[3] = 3, "weights"),
         (|volume| volume.steps[5] = i16::MIN, "values"),
         (|volume| volume.steps[7] = 1, "values"),
-        (|volume| drop(volume.weights.pop()), "weights"),
+        (|volume| volume.weights.truncate(26), "weights"),
     ];
     for (change, expected) in changes {
         let mut volume = volume();

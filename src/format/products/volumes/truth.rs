@@ -3,13 +3,10 @@
 use prost::Message;
 
 use super::SceneVolume;
-use crate::{
-    SceneImage,
-    codec::{
-        RecordError,
-        fields::{broken, lengthy, pose, ranged, resolution},
-        proto, sample_from_proto, wire,
-    },
+use crate::codec::{
+    RecordError,
+    fields::{broken, lengthy, pose, ranged, resolution},
+    proto, sample_from_proto, wire,
 };
 use kernel::{
     geom::{Object, Pose, World},
@@ -33,17 +30,20 @@ pub struct VolumeTruth {
 
 impl VolumeTruth {
     /// Number of a voxel whose centre is in nothing.
-    pub const FREE: u8 = SceneImage::NOTHING;
+    pub const FREE: u8 = 0;
 
     /// Number of a voxel whose centre is in a wall or the floor of the container.
-    pub const CONTAINER: u8 = SceneImage::CONTAINER;
+    pub const CONTAINER: u8 = 254;
 
     /// Number of a voxel whose centre is below the table.
-    pub const TABLE: u8 = SceneImage::TABLE;
+    pub const TABLE: u8 = 255;
+
+    /// Bodies of a scene, at most, as in images.
+    pub const MAX_BODIES: usize = 252;
 
     /// Whether a number is a body's.
     pub fn is_body(number: u8) -> bool {
-        (1..=SceneImage::MAX_BODIES).contains(&usize::from(number))
+        (1..=Self::MAX_BODIES).contains(&usize::from(number))
     }
 
     /// Count of the voxels whose centre is inside a body.
@@ -79,7 +79,7 @@ impl VolumeTruth {
         let resolution = resolution(MESSAGE, raw.resolution)?;
         lengthy(MESSAGE, "instances", (resolution as usize).pow(3), raw.instances.len())?;
         let count = raw.objects.len() / 32;
-        let fits = (1..=SceneImage::MAX_BODIES).contains(&count);
+        let fits = (1..=Self::MAX_BODIES).contains(&count);
         ranged(MESSAGE, "objects", count as f64, fits, "1 to 252 bodies")?;
         lengthy(MESSAGE, "objects", 32 * count, raw.objects.len())?;
         lengthy(MESSAGE, "world_from_object", 12 * count, raw.world_from_object.len())?;
