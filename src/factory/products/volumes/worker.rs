@@ -66,6 +66,8 @@ pub struct VolumeWorker<'s> {
     scene: usize,
     /// Index of the scene whose truth and kept views these are.
     loaded: Option<usize>,
+    /// Reason why none of its volumes is kept, with numbers, if so.
+    refusal: Option<(&'static str, String)>,
     kept: Vec<SampleId>,
     images: SceneImages,
     fusion: VolumeFusion,
@@ -83,6 +85,7 @@ impl<'s> VolumeWorker<'s> {
             shared,
             scene: 0,
             loaded: None,
+            refusal: None,
             kept: Vec::new(),
             images: SceneImages::default(),
             fusion: VolumeFusion::new(grid, truncation_voxels),
@@ -91,35 +94,34 @@ impl<'s> VolumeWorker<'s> {
         }
     }
 
-    /// Takes the scene that was asked for; why none of its volumes is kept, with numbers, if so.
-    fn take_scene(&mut self) -> Result<Option<(&'static str, String)>, ProduceError> {
-        let Self { shared, truth, images, kept, .. } = self;
+    /// Takes the scene that was asked for, if another one stands: its kept views and its truth, and why none of its volumes is kept.
+    fn take_scene(&mut self) -> Result<(), ProduceError> {
+        let Self { shared, scene, truth, images, kept, .. } = self;
+        if self.loaded == Some(*scene) {
+            return Ok(());
+        }
         let settings = &shared.job.settings;
-        if self.loaded != Some(self.scene) {
-            self.loaded = None;
-            images.clear();
-            *kept = shared.kept_views(&shared.job.views.scenes[self.scene]);
-            if let Some(first) = kept.first() {
-                let image = images.get(&shared.views, first)?;
-                let object = |id: ObjectId| -> Result<Arc<PreparedObject>, ProduceError> {
-                    shared.objects.get(shared.meshes.index_of(id)?, || shared.meshes.prepared(id))
-                };
-                let objects =
-                    image.record.bodies.iter().map(|body| object(body.object)).collect::<Result<Vec<_>, _>>()?;
-                fill_truth(settings, &image.record, &objects, truth);
-            }
-            self.loaded = Some(self.scene);
-        }
+        self.loaded = None;
+        images.clear();
+        *kept = shared.kept_views(&shared.job.views.scenes[*scene]);
         let fewest = settings.views[0].max(1);
-        if kept.len() < fewest as usize {
-            return Ok(Some((FEW_VIEWS, format!("{} kept views, {fewest} asked", kept.len()))));
-        }
-        let container = images.get(&shared.views, &kept[0])?.record.container;
-        if let Some((_, what)) = settings.too_small_for(&container) {
-            return Ok(Some((CONTAINER_OUTSIDE, what)));
-        }
-        let bodies = truth.bodies.len();
-        Ok((truth.occupied() == 0).then(|| (NO_BODY_INSIDE, format!("no voxel's centre is in one of {bodies} bodies"))))
+        self.refusal = if kept.len() < fewest as usize {
+            Some((FEW_VIEWS, format!("{} kept views, {fewest} asked", kept.len())))
+        } else {
+            // Container and bodies stand in every image of the scene.
+            let image = images.get(&shared.views, &kept[0])?;
+            let object = |id: ObjectId| -> Result<Arc<PreparedObject>, ProduceError> {
+                shared.objects.get(shared.meshes.index_of(id)?, || shared.meshes.prepared(id))
+            };
+            let objects = image.record.bodies.iter().map(|body| object(body.object)).collect::<Result<Vec<_>, _>>()?;
+            fill_truth(settings, &image.record, &objects, truth);
+            let outside = settings.too_small_for(&image.record.container);
+            let no_body = || format!("no voxel's centre is in one of {} bodies", truth.bodies.len());
+            let empty = (truth.occupied() == 0).then(|| (NO_BODY_INSIDE, no_body()));
+            outside.map(|(_, what)| (CONTAINER_OUTSIDE, what)).or(empty)
+        };
+        self.loaded = Some(*scene);
+        Ok(())
     }
 
     /// Draws the views that a volume fuses, in order.
@@ -150,8 +152,9 @@ impl Producer for VolumeWorker<'_> {
         let shared = self.shared;
         let settings = &shared.job.settings;
         let sample = SampleId::of_object(shared.job.views.scenes[self.scene].id, item);
-        if let Some((reason, detail)) = self.take_scene()? {
-            return out.reject(sample, VolumeFacts::default(), reason, &detail);
+        self.take_scene()?;
+        if let Some((reason, detail)) = &self.refusal {
+            return out.reject(sample, VolumeFacts::default(), reason, detail);
         }
         let drawn = self.draw(&sample);
         let Self { images, fusion, volume, truth, .. } = self;
