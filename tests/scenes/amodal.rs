@@ -460,6 +460,7 @@ fn the_jobs_of_amodal_pairs_that_travel_with_the_source_are_jobs() {
     let set = JobText::open(Path::new("jobs/ycb-clutter.toml"), &[]).expect("the set");
     let set = JobSet::read(&set).unwrap_or_else(|errors| panic!("{}", errors.render()));
     let parts: Vec<&str> = set.jobs.iter().map(|job| job.name.as_str()).collect();
-    assert_eq!(parts, ["scenes", "views", "amodal"]);
-    assert_eq!(set.jobs[2].inputs, BTreeMap::from([("views".to_owned(), "views".to_owned())]));
+    assert_eq!(parts, ["scenes", "views", "amodal", "volumes"]);
+    let views = BTreeMap::from([("views".to_owned(), "views".to_owned())]);
+    assert!(set.jobs[2..].iter().all(|job| job.inputs == views));
 }

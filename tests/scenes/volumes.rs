@@ -382,3 +382,20 @@ fn a_regenerated_volume_is_that_of_its_own_number() {
         assert!(seen.len() > 20 && close * 10 > seen.len() * 9, "{close} of {}", seen.len());
     }
 }
+
+#[test]
+fn the_jobs_of_volumes_that_travel_with_the_source_are_jobs() {
+    let workspace = Workspace::new();
+    let (scenes, views) = (workspace.path("scenes"), workspace.path("views"));
+    Program::run_job("jobs/scenes-quick.toml", &scenes).set(["scenes.training=2"]).succeed();
+    let dataset = format!("scenes.dataset={:?}", scenes.display().to_string());
+    Program::run_job("jobs/views-quick.toml", &views).set([dataset]).succeed();
+    let dataset = format!("views.dataset={:?}", views.display().to_string());
+    let run = |name: &str| Program::run_job(format!("jobs/{name}.toml"), workspace.path(name)).set([dataset.as_str()]);
+    run("volumes-quick").succeed();
+    assert_eq!(samples(&workspace.path("volumes-quick")).len(), 2 * 2);
+    // The bins of the scans are smaller than those of the built-in shapes.
+    assert!(run("ycb-volumes").expect_code(2).stderr.contains("at least 0.450 m are needed"));
+    run("ycb-volumes").set(["fusion.size=0.48"]).succeed();
+    assert_eq!(samples(&workspace.path("ycb-volumes")).len(), 2);
+}
