@@ -29,17 +29,19 @@ use crate::support::{
 static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
     let workspace = Workspace::kept("patch_marks");
     let hand = barrett_line();
+    // Labels, and nothing that is told of grasps besides.
+    let few_trials = "[physics]\nperturbed = 0\nroll_out_share = 0.0\nvariant_share = 0.0\n";
     let grasps = format!(
         "product = \"grasps\"\nseed = 5\n{hand}\
          objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 4\n\
-         [annealing]\nsteps = 1500\n[keep]\nspace = \"force\"\nmin_epsilon = 0.0\n[physics]\n\
+         [annealing]\nsteps = 1500\n[keep]\nspace = \"force\"\nmin_epsilon = 0.0\n{few_trials}\
          [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
     );
     workspace.make_dataset("grasps", &grasps, &[]);
     let lying = format!(
         "product = \"grasps\"\nseed = 5\n{hand}\
          objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 4\n\
-         sampler = \"antipodal\"\n[antipodal]\nsupport = \"table\"\n[physics]\nvariant_share = 0.0\n\
+         sampler = \"antipodal\"\n[antipodal]\nsupport = \"table\"\n{few_trials}\
          [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
     );
     workspace.make_dataset("lying", &lying, &[]);
