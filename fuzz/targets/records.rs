@@ -3,8 +3,8 @@
 use graspmill::format::{
     Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
     Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
-    ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, SceneVolume, TactileContacts, Tsdf,
-    Visibility, VolumeTruth, VoxelPair, check_record, checks_of,
+    PickCandidates, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, SceneVolume,
+    TactileContacts, Tsdf, Visibility, VolumeTruth, VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -72,6 +72,8 @@ pub fn records(input: &[u8]) {
         Channel::VIEW_IMAGE => again(payload, |bytes| SceneImage::decode(bytes).ok(), SceneImage::encode),
         Channel::VOLUME_FUSION => again(payload, |bytes| SceneVolume::decode(bytes).ok(), SceneVolume::encode),
         Channel::VOLUME_TRUTH => again(payload, |bytes| VolumeTruth::decode(bytes).ok(), VolumeTruth::encode),
+        Channel::PICK_CANDIDATES => again(payload, |bytes| PickCandidates::decode(bytes).ok(), PickCandidates::encode),
+        Channel::PICK_TRIALS => again(payload, |bytes| PickTrials::decode(bytes).ok(), PickTrials::encode),
         Channel::CLUTTER => again(payload, |bytes| Clutter::decode(bytes).ok(), Clutter::encode),
         other => panic!("{other:?} has no record here"),
     };

@@ -1,5 +1,5 @@
-"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes, views, amodal pairs and
-volumes.
+"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes, views, amodal pairs,
+volumes and picks.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
@@ -27,6 +27,7 @@ from .geometry import Camera, Grid, SampleId, pack, unpack
 from .grasps import GRASP_LABELS, TRIAL_PHASES, TRIAL_VERDICTS, VERDICTS, WAYPOINTS, GraspSample, grasp_frame
 from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
+from .picks import PICK_OBSTACLES, PICK_PHASES, PICK_STAGES, PICK_VERDICTS, PickSample, PickTrial
 from .reachability import LABELS, PROOFS, ReachabilitySample
 from .samples import Sample
 from .scenes import Overview, SceneContacts, SceneSample
@@ -64,10 +65,16 @@ __all__ = [
     "NpyExport",
     "ObjectFacts",
     "Overview",
+    "PICK_OBSTACLES",
+    "PICK_PHASES",
+    "PICK_STAGES",
+    "PICK_VERDICTS",
     "PROOFS",
     "Pair",
     "PairBatch",
     "PatchSample",
+    "PickSample",
+    "PickTrial",
     "ReachabilityField",
     "ReachabilitySample",
     "RestingPose",

@@ -21,6 +21,7 @@ from .grasps import GraspSample
 from .index import Index
 from .mcap import McapFile
 from .patches import PatchSample
+from .picks import PickSample
 from .reachability import ReachabilitySample
 from .samples import Layout, Sample
 from .scenes import SceneSample
@@ -43,6 +44,7 @@ KINDS: dict[str, type[Sample]] = {
         ViewSample,
         AmodalSample,
         VolumeSample,
+        PickSample,
     )
 }
 
@@ -51,8 +53,8 @@ class Dataset(Generic[S]):
     """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
 
     ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
-    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``): with it type checkers know what a
-    sample has, and a dataset of another product is refused.
+    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``, ``PickSample``): with it type
+    checkers know what a sample has, and a dataset of another product is refused.
     ``Sample``, which products without a class of their own have, reads any product by the schemas in its shards.
     ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to
     read, all without it. ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.

@@ -40,6 +40,10 @@ pub use products::{
         PatchMetric, PatchPoint, PatchTable, PatchTrial, PatchVisibility, TRIAL_LABEL, VISIBLE_TOLERANCE, is_visible,
         trial_value, window_pixel, window_side,
     },
+    picks::{
+        AwakeBodies, AwakeNeighbour, Blocked, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPhase,
+        PickProtocol, PickStage, PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing, TakenGrasps,
+    },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
     scenes::{
         CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneMode, SceneOverview, SceneSupport,

@@ -2,6 +2,7 @@
 //! mistakes are said with their keys.
 
 mod amodal;
+mod picks;
 #[path = "../support/mod.rs"]
 mod support;
 mod views;

@@ -1,6 +1,6 @@
 //! The products, one folder each: keys of their jobs, producers, and their row in the table. What several of them share stands
 //! beside them: how a pair of grids is made, what surrounds the bodies of a scene, and how a dataset is read that a job is about, among them one
-//! of views.
+//! of settled scenes and one of views.
 
 pub mod amodal;
 pub mod completion;
@@ -8,8 +8,10 @@ pub mod grasps;
 pub mod input;
 pub mod pair;
 pub mod patches;
+pub mod picks;
 pub mod reachability;
 pub mod scenes;
+pub mod settled;
 pub mod surroundings;
 pub mod viewed;
 pub mod views;
@@ -19,7 +21,7 @@ use super::product::ProductFactory;
 use format::Product;
 
 /// Every product; a job that names none is of the first.
-pub static PRODUCTS: [&ProductFactory; 8] = [
+pub static PRODUCTS: [&ProductFactory; 9] = [
     &completion::FACTORY,
     &reachability::FACTORY,
     &grasps::FACTORY,
@@ -28,6 +30,7 @@ pub static PRODUCTS: [&ProductFactory; 8] = [
     &views::FACTORY,
     &amodal::FACTORY,
     &volumes::FACTORY,
+    &picks::FACTORY,
 ];
 
 /// The row of a product.

@@ -1,7 +1,15 @@
-//! Container and table of a scene, as meshes.
+//! Container and table of a scene, as meshes, and the container ready for contacts.
 
+use std::sync::Arc;
+
+use crate::ProduceError;
 use format::SceneContainer;
-use kernel::geom::TriMesh;
+use kernel::{
+    contact::{ContactBody, ContactSurface, Sampled},
+    geom::TriMesh,
+    voxel::InsideTest,
+};
+use sim::Container;
 
 /// The container of a scene, and the table below it, in the scene's frame.
 pub struct Surroundings {
@@ -24,5 +32,22 @@ impl Surroundings {
         let z = table_z as f32;
         let vertices = vec![[-x, -y, z], [x, -y, z], [x, y, z], [-x, y, z]];
         Self { container, table: TriMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] }, table_z }
+    }
+}
+
+/// The container of settled bodies, ready for contacts.
+///
+/// # Errors
+/// When its mesh has no surface.
+pub fn settled_container(container: &SceneContainer) -> Result<Container, ProduceError> {
+    match *container {
+        SceneContainer::Plane { size } => Ok(Container::Plane { size }),
+        SceneContainer::Bin { inner, wall } => {
+            let mesh = TriMesh::open_box(inner, wall);
+            let surface = ContactSurface::new(&mesh, InsideTest::WindingNumber);
+            let surface = surface.map_err(|error| ProduceError::unusable("container", error))?;
+            let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
+            Ok(Container::Bin { body, inner })
+        }
     }
 }

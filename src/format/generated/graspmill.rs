@@ -844,6 +844,197 @@ pub struct PatchColour {
     #[prost(bytes = "vec", tag = "3")]
     pub rgb: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topic /picks/grasps. Grasps of one body of a settled scene, and whether the hand comes to them and closes without touching
+/// anything else. SampleId.subject is the digest of the scene, SampleId.item the number of the body less one. Bodies are counted from 1,
+/// in the order of the scene. Lengths in m. Candidates are sorted by run, rank and direction.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PickCandidates {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// plane, bin
+    #[prost(string, tag = "2")]
+    pub container: ::prost::alloc::string::String,
+    /// plane: sides of the rectangle; bin: room inside along x, y, z, and wall
+    #[prost(double, repeated, tag = "3")]
+    pub container_size: ::prost::alloc::vec::Vec<f64>,
+    /// 32 bytes per body of the scene: its object's digest
+    #[prost(bytes = "vec", tag = "4")]
+    pub objects: ::prost::alloc::vec::Vec<u8>,
+    /// (bodies, 12): rotation and translation by rows
+    #[prost(double, repeated, tag = "5")]
+    pub world_from_object: ::prost::alloc::vec::Vec<f64>,
+    /// name of the hand
+    #[prost(string, tag = "6")]
+    pub hand: ::prost::alloc::string::String,
+    /// BLAKE3 of its description and table, 32 bytes
+    #[prost(bytes = "vec", tag = "7")]
+    pub hand_digest: ::prost::alloc::vec::Vec<u8>,
+    /// which stored grasps are taken: tried, held, kept, closed
+    #[prost(string, tag = "8")]
+    pub take: ::prost::alloc::string::String,
+    /// grasps of the body's object that are
+    #[prost(uint32, tag = "9")]
+    pub stored: u32,
+    /// directions about its closing line in which each is evaluated; 1 without such a line
+    #[prost(uint32, tag = "10")]
+    pub rolls: u32,
+    /// the hand stays so far from everything but the body
+    #[prost(double, tag = "11")]
+    pub margin: f64,
+    /// per candidate: number of the run of its stored grasp
+    #[prost(uint32, repeated, tag = "12")]
+    pub runs: ::prost::alloc::vec::Vec<u32>,
+    /// per candidate: index of the grasp in GraspRun.grasps
+    #[prost(uint32, repeated, tag = "13")]
+    pub ranks: ::prost::alloc::vec::Vec<u32>,
+    /// per candidate: number of its direction; 0 is the stored grasp
+    #[prost(uint32, repeated, tag = "14")]
+    pub directions: ::prost::alloc::vec::Vec<u32>,
+    /// (candidates, 12): the hand's base where it closes
+    #[prost(double, repeated, tag = "15")]
+    pub world_from_base: ::prost::alloc::vec::Vec<f64>,
+    /// u8 per candidate: 0 free, 1 ground, 2 container, 3 own object, 4 neighbour
+    #[prost(bytes = "vec", tag = "16")]
+    pub verdicts: ::prost::alloc::vec::Vec<u8>,
+    /// u8 per candidate: 0 free, 1 pregrasp, 2 approach, 3 closing
+    #[prost(bytes = "vec", tag = "17")]
+    pub stages: ::prost::alloc::vec::Vec<u8>,
+    /// per candidate: number of the neighbour in the way; 0 where none is
+    #[prost(uint32, repeated, tag = "18")]
+    pub neighbours: ::prost::alloc::vec::Vec<u32>,
+    /// per candidate: distance from what is in the way, below 0 where they overlap; where
+    #[prost(double, repeated, tag = "19")]
+    pub clearances: ::prost::alloc::vec::Vec<f64>,
+    /// it is free the smallest from anything but the body on the whole path, at most 0.01
+    ///
+    /// names of the hand's joints, in the order of its tree
+    #[prost(string, repeated, tag = "20")]
+    pub joints: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// (free candidates, joints), rad or m: all joints of the hand that has closed
+    #[prost(double, repeated, tag = "21")]
+    pub closed_joints: ::prost::alloc::vec::Vec<f64>,
+}
+/// Topic /picks/trials. Some of the free candidates, tried in MuJoCo: the hand comes along its approach, closes, lifts, and keeps
+/// what it has, with the bodies near it free to move. Times in s, masses in kg, forces in N, angles in rad.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PickTrials {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// names of the hand's links, the base first
+    #[prost(string, repeated, tag = "2")]
+    pub links: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// of the body
+    #[prost(double, tag = "3")]
+    pub mass: f64,
+    /// of the body, against the hand
+    #[prost(double, tag = "4")]
+    pub friction: f64,
+    /// m: torque about a contact's normal is at most friction * torsion * force
+    #[prost(double, tag = "5")]
+    pub torsion: f64,
+    /// m: rolling friction among bodies
+    #[prost(double, tag = "6")]
+    pub rolling: f64,
+    /// near: bodies two contacts away and near the hand's path may move; all: all may
+    #[prost(string, tag = "7")]
+    pub awake: ::prost::alloc::string::String,
+    /// the hand starts so far back along its approach
+    #[prost(double, tag = "8")]
+    pub stand_off: f64,
+    #[prost(double, tag = "9")]
+    pub approach_time: f64,
+    /// deepest overlap at the start
+    #[prost(double, tag = "10")]
+    pub start_depth: f64,
+    /// longest
+    #[prost(double, tag = "11")]
+    pub closing_time: f64,
+    /// height
+    #[prost(double, tag = "12")]
+    pub lift: f64,
+    #[prost(double, tag = "13")]
+    pub lift_time: f64,
+    #[prost(double, tag = "14")]
+    pub hold_time: f64,
+    /// so far up is the centre of mass of a body that is held
+    #[prost(double, tag = "15")]
+    pub least_raised: f64,
+    /// a body that moves farther in the hand is lost
+    #[prost(double, tag = "16")]
+    pub lost_distance: f64,
+    /// a body that rotates more in the hand is lost
+    #[prost(double, tag = "17")]
+    pub lost_angle: f64,
+    /// a neighbour that is so far up in the end was carried along
+    #[prost(double, tag = "18")]
+    pub carried_height: f64,
+    /// by candidate
+    #[prost(message, repeated, tag = "19")]
+    pub trials: ::prost::alloc::vec::Vec<PickTrial>,
+}
+/// The trial of one candidate.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PickTrial {
+    /// index in the candidates of the sample
+    #[prost(uint32, tag = "1")]
+    pub candidate: u32,
+    /// 0 held, 1 starts_too_deep, 2 not_touching, 3 one_link, 4 lost_approaching, 5 lost_closing,
+    #[prost(uint32, tag = "2")]
+    pub verdict: u32,
+    /// 6 lost_lifting, 7 lost_holding, 8 let_go, 9 not_lifted, 10 unstable
+    ///
+    /// since the trial began, when it was decided
+    #[prost(double, tag = "3")]
+    pub time: f64,
+    /// of 2 ms that were simulated
+    #[prost(uint32, tag = "4")]
+    pub steps: u32,
+    /// height of the body's centre of mass in the end over where it lay
+    #[prost(double, tag = "5")]
+    pub raised: f64,
+    /// deepest overlap of hand and body since the hand had closed
+    #[prost(double, tag = "6")]
+    pub penetration: f64,
+    /// the hand's base when it had closed; none where it did not come so far
+    #[prost(double, repeated, tag = "7")]
+    pub object_from_base: ::prost::alloc::vec::Vec<f64>,
+    /// of each contact then, an index in PickTrials.links
+    #[prost(uint32, repeated, tag = "8")]
+    pub links: ::prost::alloc::vec::Vec<u32>,
+    /// (contacts, 3) on the body's surface, in the frame of the hand's base
+    #[prost(double, repeated, tag = "9")]
+    pub points: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts, 3) out of the body, in the frame of the hand's base
+    #[prost(double, repeated, tag = "10")]
+    pub normals: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts) from the body to the link
+    #[prost(double, repeated, tag = "11")]
+    pub distances: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts) along the normal
+    #[prost(double, repeated, tag = "12")]
+    pub forces: ::prost::alloc::vec::Vec<f64>,
+    /// what the hand pressed on beside the body, in order: 0 the container, from 1 a body
+    #[prost(uint32, repeated, tag = "13")]
+    pub touched: ::prost::alloc::vec::Vec<u32>,
+    /// in which it was touched first: 0 approach, 1 closing, 2 lift, 3 hold
+    #[prost(uint32, repeated, tag = "14")]
+    pub touched_phases: ::prost::alloc::vec::Vec<u32>,
+    /// since the trial began, when it was touched first
+    #[prost(double, repeated, tag = "15")]
+    pub touched_times: ::prost::alloc::vec::Vec<f64>,
+    /// largest normal force of one contact
+    #[prost(double, repeated, tag = "16")]
+    pub touched_forces: ::prost::alloc::vec::Vec<f64>,
+    /// the neighbours that could move, ascending
+    #[prost(uint32, repeated, tag = "17")]
+    pub awake: ::prost::alloc::vec::Vec<u32>,
+    /// per such neighbour: largest distance of its centre of mass from where it lay
+    #[prost(double, repeated, tag = "18")]
+    pub moved: ::prost::alloc::vec::Vec<f64>,
+    /// per such neighbour: height of its centre of mass in the end over where it lay
+    #[prost(double, repeated, tag = "19")]
+    pub lifted: ::prost::alloc::vec::Vec<f64>,
+}
 /// Topic /reachability/block. The poses of one position: one cell per orientation, C order over roll, pitch, yaw (yaw
 /// varies fastest) or over direction, roll. SampleId.subject is the robot's digest, SampleId.item the position's cell, C
 /// order over x, y, z.

@@ -1,11 +1,11 @@
 //! The table of checks: one row per product. They stand apart from the rows of the format, which every dataset needs,
 //! because a check reads whole datasets.
 
-use super::{amodal, completion, grasps, patches, reachability, scenes, views, volumes};
+use super::{amodal, completion, grasps, patches, picks, reachability, scenes, views, volumes};
 use crate::{Product, ProductChecks};
 
 /// The checks of every product, in the order of [`PRODUCTS`](super::PRODUCTS).
-pub static CHECKS: [&ProductChecks; 8] = [
+pub static CHECKS: [&ProductChecks; 9] = [
     &completion::CHECKS,
     &reachability::CHECKS,
     &grasps::CHECKS,
@@ -14,6 +14,7 @@ pub static CHECKS: [&ProductChecks; 8] = [
     &views::CHECKS,
     &amodal::CHECKS,
     &volumes::CHECKS,
+    &picks::CHECKS,
 ];
 
 /// The checks of a product.

@@ -5,6 +5,7 @@ mod checks;
 pub mod completion;
 pub mod grasps;
 pub mod patches;
+pub mod picks;
 pub mod reachability;
 pub mod scenes;
 pub mod views;
@@ -15,7 +16,7 @@ pub use checks::{CHECKS, checks_of};
 use super::ProductFormat;
 
 /// Every product, in the order in which people meet them.
-pub static PRODUCTS: [&ProductFormat; 8] = [
+pub static PRODUCTS: [&ProductFormat; 9] = [
     &completion::FORMAT,
     &reachability::FORMAT,
     &grasps::FORMAT,
@@ -24,4 +25,5 @@ pub static PRODUCTS: [&ProductFormat; 8] = [
     &views::FORMAT,
     &amodal::FORMAT,
     &volumes::FORMAT,
+    &picks::FORMAT,
 ];

@@ -5,6 +5,7 @@ pub mod amodal;
 pub mod completion;
 pub mod grasps;
 pub mod patches;
+pub mod picks;
 pub mod reachability;
 pub mod scenes;
 #[cfg(test)]
@@ -16,7 +17,7 @@ use super::product::ProductPages;
 use format::Product;
 
 /// Every product.
-pub static PRODUCTS: [&ProductPages; 8] = [
+pub static PRODUCTS: [&ProductPages; 9] = [
     &completion::PAGES,
     &reachability::PAGES,
     &grasps::PAGES,
@@ -25,6 +26,7 @@ pub static PRODUCTS: [&ProductPages; 8] = [
     &views::PAGES,
     &amodal::PAGES,
     &volumes::PAGES,
+    &picks::PAGES,
 ];
 
 /// The row of a product.

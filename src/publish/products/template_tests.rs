@@ -14,6 +14,7 @@ use super::{
         TrialsInspection, VariantsInspection,
     },
     patches::{self, PatchSurvey, PatchesInspection},
+    picks::{self, PickSurvey, PicksInspection},
     reachability::{self, ReachabilityFacts},
     scenes::{self, SceneSurvey, ScenesInspection},
     views::{self, ViewSurvey, ViewsInspection},
@@ -282,6 +283,29 @@ fn volumes_page(name: &str, is_full: bool) -> Page {
     page(volumes::PAGE_TEMPLATE, &volumes::VolumesPage::of(&survey, cards, name))
 }
 
+fn picks_page(name: &str, is_full: bool) -> Page {
+    let trials = json!({
+        "tried": 8, "verdicts": { "held": 5, "let_go": 3 }, "held": 5, "held_touching": 2, "held_moving": 1, "held_carrying": 1,
+    });
+    let rest = json!({
+        "hand": name, "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
+        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
+        "bodies_with_free": 3, "candidates": if is_full { 90 } else { 0 }, "free": 9, "lost": [40, 20, 1, 20],
+        "trials": is_full.then_some(trials),
+        "objects": [{
+            "name": name, "object": object(), "split": "training", "bodies": 4, "candidates": 90, "free": 9,
+            "lost": [40, 20, 1, 20], "trials": [8, 5],
+        }],
+    });
+    let mut facts =
+        serde_json::to_value(header(name, Product::PICKS, usize::from(is_full), is_full)).expect("plain data");
+    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    let facts: PicksInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let survey = PickSurvey { facts, shown: Vec::new() };
+    let cards = if is_full { vec![picks::CardView::example(name)] } else { Vec::new() };
+    page(picks::PAGE_TEMPLATE, &picks::PicksPage::of(&survey, cards, name))
+}
+
 fn scenes_page(name: &str, is_full: bool) -> Page {
     let rest = json!({
         "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
@@ -384,6 +408,7 @@ fn pages(name: &str) -> Vec<Page> {
     pages.extend([true, false].map(|is_full| views_page(name, is_full)));
     pages.extend([true, false].map(|is_full| amodal_page(name, is_full)));
     pages.extend([true, false].map(|is_full| volumes_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| picks_page(name, is_full)));
     for (is_directed, is_full) in [(true, true), (false, true), (false, false)] {
         pages.push(reachability_page(name, is_directed, is_full));
     }

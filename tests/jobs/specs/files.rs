@@ -24,11 +24,13 @@ use crate::support::{
 const FETCHED_APART: [&str; 2] = ["jobs/allegro-grasps.toml", "jobs/panda-reachability.toml"];
 
 /// The jobs about settled scenes; the tests of scenes run them.
-const OF_SCENES: [&str; 6] = [
+const OF_SCENES: [&str; 8] = [
     "jobs/amodal-quick.toml",
+    "jobs/picks-quick.toml",
     "jobs/views-quick.toml",
     "jobs/volumes-quick.toml",
     "jobs/ycb-amodal.toml",
+    "jobs/ycb-picks.toml",
     "jobs/ycb-views.toml",
     "jobs/ycb-volumes.toml",
 ];
@@ -135,6 +137,7 @@ fn every_job_file_is_a_job_of_its_size() {
         // Of made-up grasps.
         ("barrett-table-patches", 3, 5),
         ("builtin", 33, 726),
+        ("clutter-grasps-quick", 8, 4),
         ("exploration", 78, 12),
         ("fetch-grasps", 78, 20),
         ("fetch-reachability-halfstep", 1, 42_240),
@@ -154,6 +157,7 @@ fn every_job_file_is_a_job_of_its_size() {
         ("sensor-kinect", 32, 500),
         ("thesis", 608, 726),
         ("tx60l-table-reachability", 1, 5054),
+        ("ycb-clutter-grasps", 78, 5),
         ("ycb-completion", 78, 726),
         ("ycb-grasp-database", 78, 3),
         ("ycb-grasps", 78, 20),

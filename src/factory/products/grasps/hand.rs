@@ -45,15 +45,15 @@ pub struct GraspHand {
 }
 
 impl GraspHand {
-    /// Reads the hand and checks that it is still the one of the job.
+    /// Reads the hand and checks that it is still the one of the job, and can do what the job asks.
     ///
     /// # Errors
-    /// When it is gone, another one, or cannot grasp.
-    pub fn open(hand: &JobHand, sampler: &Sampler) -> Result<Self, ProduceError> {
+    /// When it is gone, another one, or cannot do that.
+    pub fn open(hand: &JobHand, can: impl Fn(&HandModel) -> Result<(), HandError>) -> Result<Self, ProduceError> {
         check_hand(hand)?;
         let name = || hand.scene.display().to_string();
         let model = HandModel::open(&hand.scene).map_err(|error| ProduceError::unusable(name(), error))?;
-        can_grasp(&model, sampler).map_err(|error| ProduceError::unusable(name(), error))?;
+        can(&model).map_err(|error| ProduceError::unusable(name(), error))?;
         let (bodies, _) = model.bodies().map_err(|error| ProduceError::unusable(name(), error))?;
         let search = HandSearch::new(model.hand(), &bodies).map_err(|error| ProduceError::unusable(name(), error))?;
         Ok(Self { hand: Arc::clone(model.hand()), bodies: Arc::new(bodies), search: Arc::new(search) })

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde_json::{Map, Value};
 
 use super::{
-    hand::GraspHand,
+    hand::{GraspHand, can_grasp},
     settings::GraspJob,
     shapes::{hand_shape, object_shape, trial_hand},
     worker::GraspWorker,
@@ -75,7 +75,8 @@ impl Work for GraspJob {
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let Opening { seed, level, .. } = opening;
-        Ok(Box::new(OpenGrasps { job: self, hand: GraspHand::open(&self.hand, &self.settings.sampler)?, seed, level }))
+        let hand = GraspHand::open(&self.hand, |model| can_grasp(model, &self.settings.sampler))?;
+        Ok(Box::new(OpenGrasps { job: self, hand, seed, level }))
     }
 
     fn remarks(&self) -> Vec<String> {
@@ -127,7 +128,8 @@ impl OpenGrasps<'_> {
     /// Size of the file of the hand and these shapes, which is written into a folder of no dataset [bytes].
     fn bytes_of_shapes(&self, shapes: &[ObjectShape], folder: &Path) -> Result<f64, ProduceError> {
         let job = JobDigest(Digest([0; 32]));
-        let mut writer = ShapesWriter::create(folder, &job, &hand_shape(&self.hand, self.job.hand.id))?;
+        let mut writer =
+            ShapesWriter::create(folder, &job, Product::GRASPS, &hand_shape(&self.hand, self.job.hand.id))?;
         shapes.iter().try_for_each(|shape| writer.object(shape))?;
         Ok(writer.finish(trial_hand(self.job)?.as_ref())? as f64)
     }
@@ -139,7 +141,7 @@ impl OpenGrasps<'_> {
         let mut objects: Vec<&JobObject> = self.job.objects.list.iter().collect();
         objects.sort_by_key(|object| object.id());
         let hand = hand_shape(&self.hand, self.job.hand.id);
-        let mut writer = ShapesWriter::create(closing.folder, &closing.job, &hand)?;
+        let mut writer = ShapesWriter::create(closing.folder, &closing.job, Product::GRASPS, &hand)?;
         let pool = closing.parallelism.pool()?;
         for few in objects.chunks(closing.parallelism.threads.max(1)) {
             if closing.cancel.is_cancelled() {

@@ -1,6 +1,6 @@
 //! A job for scenes as the factory runs it.
 
-use std::{collections::BTreeMap, path::Path, sync::Arc};
+use std::{collections::BTreeMap, path::Path};
 
 use super::{
     loaded::LoadedObjects,
@@ -12,17 +12,15 @@ use crate::{
     job::{JobObjects, SplitInput, shards_section},
     objects::{bytes_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
+    products::surroundings::settled_container,
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
-use format::{Product, SceneContainer};
+use format::Product;
 use kernel::{
-    contact::{ContactBody, ContactSurface, Sampled},
-    geom::TriMesh,
     ids::ObjectId,
-    voxel::InsideTest,
     words::{NumberClass, ObjectSplit, Split},
 };
-use sim::{Container, sim_facts};
+use sim::sim_facts;
 
 impl Work for SceneJob {
     fn product(&self) -> Product {
@@ -103,7 +101,7 @@ impl Work for SceneJob {
             }
             sides.push((split, side));
         }
-        let container = container(&self.settings.container)?;
+        let container = settled_container(&self.settings.container)?;
         let objects = LoadedObjects::default();
         Ok(Box::new(OpenScenes(Shared { job: self, seed, level, container, sides, objects })))
     }
@@ -118,20 +116,6 @@ impl Work for SceneJob {
 /// Side of the objects of a split's scenes.
 fn side_of(split: Split) -> Split {
     if split == Split::Holdout { Split::Training } else { split }
-}
-
-/// The container, ready for contacts.
-fn container(container: &SceneContainer) -> Result<Container, ProduceError> {
-    match *container {
-        SceneContainer::Plane { size } => Ok(Container::Plane { size }),
-        SceneContainer::Bin { inner, wall } => {
-            let mesh = TriMesh::open_box(inner, wall);
-            let surface = ContactSurface::new(&mesh, InsideTest::WindingNumber);
-            let surface = surface.map_err(|error| ProduceError::unusable("container", error))?;
-            let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
-            Ok(Container::Bin { body, inner })
-        }
-    }
 }
 
 /// A job for scenes whose container stands.

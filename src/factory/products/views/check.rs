@@ -3,23 +3,16 @@
 use std::path::Path as FilePath;
 
 use super::{
-    scenes_reader::read_scenes,
-    settings::{Aim, FoundScenes, ViewCamera, ViewPlacement, ViewSettings},
+    settings::{Aim, ViewCamera, ViewPlacement, ViewSettings},
     spec::{AimSpec, ShellSpec, ViewCameraSpec, ViewsSpec},
 };
 use crate::{
     job::{check_sensor, named_camera},
-    products::input::InputSection,
+    products::settled::{FoundScenes, SCENES, found_scenes},
 };
 use form::{Checker, Path};
 use format::SceneImage;
 use kernel::geom::Intrinsics;
-
-/// The section that names the dataset.
-const SCENES: InputSection = InputSection {
-    name: "scenes",
-    make: "make it first: `graspmill run jobs/scenes-quick.toml --out datasets/scenes-quick`",
-};
 
 /// Smallest distance seen where the job says none [m].
 const NEAR: f64 = 0.01;
@@ -45,10 +38,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ViewsSpec, folder: &FilePat
 
 /// The scenes, compared with the root that the job pins; `None` when something is wrong, which is reported.
 pub(super) fn scenes(checker: &mut Checker, spec: &ViewsSpec, dataset: &FilePath) -> Option<FoundScenes> {
-    let found = SCENES.found(checker, read_scenes(dataset))?;
-    if !SCENES.has_root(checker, spec.scenes.root.as_deref(), found.root, dataset) {
-        return None;
-    }
+    let found = found_scenes(checker, &spec.scenes, dataset)?;
     let crowded = found.list.iter().map(|scene| scene.bodies.len()).max().filter(|most| *most > SceneImage::MAX_BODIES);
     if let Some(most) = crowded {
         let expected = format!("scenes of at most {} bodies", SceneImage::MAX_BODIES);

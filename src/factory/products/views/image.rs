@@ -2,11 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{
-    loaded::LoadedMesh,
-    settings::{ViewScene, ViewSettings},
-};
-use crate::products::surroundings::Surroundings;
+use super::{loaded::LoadedMesh, settings::ViewSettings};
+use crate::products::{settled::SettledScene, surroundings::Surroundings};
 use format::{PixelMask, SceneContainer, SceneImage, SceneInstance};
 use kernel::{
     geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, SimdLevel, World},
@@ -35,14 +32,14 @@ impl SceneMeshes {
     }
 
     /// The point at which cameras point: the mean of the centres of the bodies' boxes.
-    pub fn middle(&self, scene: &ViewScene) -> Point3<f64> {
+    pub fn middle(&self, scene: &SettledScene) -> Point3<f64> {
         let centres = self.bodies.iter().zip(&scene.bodies).map(|(mesh, (_, pose))| pose.point(&mesh.render.centre()));
         let sum = centres.fold(Vector3::zeros(), |sum, centre| sum + centre.coords);
         Point3::from(sum / self.bodies.len() as f64)
     }
 
     /// Whether a point in the world is inside or next to something.
-    pub fn is_near(&self, scene: &ViewScene, point: &Point3<f64>, clearance: f64, level: SimdLevel) -> bool {
+    pub fn is_near(&self, scene: &SettledScene, point: &Point3<f64>, clearance: f64, level: SimdLevel) -> bool {
         let mut bodies = self.bodies.iter().zip(&scene.bodies);
         point.z < self.table_z + clearance
             || self.container.as_ref().is_some_and(|mesh| mesh.is_near(point, clearance, level))
@@ -62,7 +59,7 @@ pub(super) struct ImageMaker {
 
 impl ImageMaker {
     /// A maker of images.
-    pub fn new(camera: Intrinsics, table: [f64; 2], scene: &ViewScene, level: SimdLevel) -> Self {
+    pub fn new(camera: Intrinsics, table: [f64; 2], scene: &SettledScene, level: SimdLevel) -> Self {
         let record = SceneImage {
             sample: kernel::ids::SampleId::of_object(scene.id, kernel::ids::ItemId(0)),
             camera,
@@ -82,7 +79,7 @@ impl ImageMaker {
     /// Renders a scene: fills the record but for its sample and its draws.
     pub fn render(
         &mut self,
-        scene: &ViewScene,
+        scene: &SettledScene,
         meshes: &SceneMeshes,
         camera: &Intrinsics,
         world_from_camera: &Pose<World, CameraCv>,

@@ -9,7 +9,6 @@ mod image;
 mod keys;
 mod loaded;
 mod row;
-mod scenes_reader;
 mod settings;
 pub mod spec;
 mod work;
@@ -17,6 +16,5 @@ mod worker;
 
 pub use cameras::{camera_at, world_from_camera};
 pub use row::FACTORY;
-pub use scenes_reader::{InvalidScenes, read_scenes};
-pub use settings::{Aim, FoundScenes, ViewCamera, ViewJob, ViewPlacement, ViewScene, ViewSettings};
+pub use settings::{Aim, ViewCamera, ViewJob, ViewPlacement, ViewSettings};
 pub use worker::ViewWorker;

@@ -4,18 +4,16 @@ use std::path::Path;
 
 use super::{
     check,
-    settings::{FoundScenes, ViewJob},
+    settings::ViewJob,
     spec::{PROFILES, ViewsSpec},
 };
 use crate::{
-    job::{
-        DraftWork, JobContext, ObjectsDraft, describe_cameras, describe_sensors,
-        spec::{ObjectsSpec, SplitSpec},
-    },
+    job::{DraftWork, JobContext, describe_cameras, describe_sensors},
     product::{InputDataset, ProductFactory},
+    products::settled::{draft_objects, object_keys},
 };
-use form::{Checker, Document, FormErrors, Schema, schema_of};
-use format::{Product, dataset::layout::JOB};
+use form::{Checker, FormErrors, Schema, schema_of};
+use format::Product;
 
 /// Views as the factory makes them.
 pub static FACTORY: ProductFactory = ProductFactory {
@@ -45,36 +43,15 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     let settings = check::settings(&mut checker, &spec, folder);
     let dataset = check::dataset(&mut checker, &spec, folder);
     let scenes = dataset.as_ref().and_then(|dataset| check::scenes(&mut checker, &spec, dataset));
-    let objects = scenes.as_ref().and_then(|scenes| objects_of(&mut checker, scenes));
+    let keys = scenes.as_ref().and_then(|scenes| object_keys(&mut checker, scenes));
     checker.finish()?;
     let (dataset, scenes) = (dataset.expect("a missing one was reported"), scenes.expect("mistakes were reported"));
-    let (split, objects) = objects.expect("mistakes of the job of the scenes were reported");
-    // The meshes are found as the job of the scenes found them.
-    let (document, syntax) = Document::read(&dataset.join(JOB).display().to_string(), &scenes.job_text, &[]);
-    let of_scenes = Checker::new(document.named("the job of the scenes"), syntax);
-    let objects = ObjectsDraft::read(of_scenes, &split, &objects, &dataset, context)?;
+    let keys = keys.expect("mistakes of the job of the scenes were reported");
+    let objects = draft_objects(&keys, &scenes, &dataset, context)?;
     Ok(DraftWork::of_objects(objects, spec.shards.samples, move |objects, _| ViewJob {
         dataset,
         scenes,
         objects,
         settings,
     }))
-}
-
-/// Objects and split of the job of the scenes; `None` when it has none, which is reported.
-fn objects_of(checker: &mut Checker, scenes: &FoundScenes) -> Option<(SplitSpec, Vec<ObjectsSpec>)> {
-    let read = || -> Result<_, toml::de::Error> {
-        let mut keys: toml::Table = scenes.job_text.parse()?;
-        let mut take = |key: &str| keys.remove(key).unwrap_or(toml::Value::Boolean(false));
-        Ok((take("split").try_into()?, take("objects").try_into()?))
-    };
-    match read() {
-        Ok(found) => Some(found),
-        Err(error) => {
-            let detail = format!("its {JOB}: {error}");
-            let report = checker.not_found("scenes.dataset", "job of the scenes", detail);
-            report.help("`verify` the dataset of scenes, and make it again");
-            None
-        }
-    }
 }

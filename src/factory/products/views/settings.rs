@@ -2,13 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::job::JobObjects;
-use format::SceneContainer;
+use crate::{job::JobObjects, products::settled::FoundScenes};
 use kernel::{
-    geom::{CameraCv, Intrinsics, Object, Pose, World},
-    ids::{Digest, ObjectId},
+    geom::{CameraCv, Intrinsics, Pose, World},
     render::SensorModel,
-    words::{Split, SplitTable},
 };
 
 /// Scenes, objects and settings of a job for views.
@@ -22,48 +19,6 @@ pub struct ViewJob {
     pub objects: JobObjects,
     /// Settings of the images.
     pub settings: ViewSettings,
-}
-
-/// The kept scenes of a dataset.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FoundScenes {
-    /// Digest of the dataset's numbers of physics.
-    pub root: Digest,
-    /// The scenes, in the order of the dataset.
-    pub list: Vec<ViewScene>,
-    /// Rows of its objects in the table of assets.
-    pub assets: Vec<serde_json::Value>,
-    /// Splits of its objects.
-    pub splits: SplitTable,
-    /// Job of the dataset, which names the meshes.
-    pub job_text: String,
-}
-
-/// A settled scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ViewScene {
-    /// The scene by content.
-    pub id: ObjectId,
-    /// Split of the scene.
-    pub split: Split,
-    /// Number of the scene in its split.
-    pub number: u32,
-    /// Container of the scene.
-    pub container: SceneContainer,
-    /// Object and pose of each body, in the order of their release.
-    pub bodies: Vec<(ObjectId, Pose<World, Object>)>,
-}
-
-impl ViewScene {
-    /// Name, for people.
-    pub fn name(&self) -> String {
-        format!("{} {}", self.split.name(), self.number)
-    }
-
-    /// Split of its objects.
-    pub fn side(&self) -> Split {
-        if self.split == Split::Holdout { Split::Training } else { self.split }
-    }
 }
 
 /// Settings of the images of scenes.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::job::spec::SensorSpec;
+use crate::{job::spec::SensorSpec, products::settled::ScenesSourceSpec};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
@@ -28,18 +28,6 @@ impl ViewsSpec {
     pub fn standard() -> Self {
         toml::from_str(PROFILES[0]).expect("the standard defaults are keys of a job (a test reads them)")
     }
-}
-
-/// Source of the scenes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ScenesSourceSpec {
-    /// The folder of a finished dataset of scenes; relative to the job file. Its meshes are found by its own job.
-    #[schemars(required, extend("examples" = ["../datasets/ycb-scenes"]))]
-    pub dataset: Option<PathBuf>,
-    /// The digest of its scenes (64 hexadecimal digits, `physics` in its manifest); a resolved job pins it.
-    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
-    pub root: Option<String>,
 }
 
 /// The images.

@@ -17,7 +17,7 @@ use mcap::{
 
 use super::{
     HandShape, ObjectShape, TrialHand,
-    row::{FORMAT, RUN_SCHEMAS, SHAPES},
+    row::{RUN_SCHEMAS, SHAPES},
 };
 use crate::dataset::{
     DatasetError,
@@ -46,14 +46,14 @@ pub struct ShapesWriter {
 }
 
 impl ShapesWriter {
-    /// Begins with the hand, of grasps; the objects follow, sorted by content.
+    /// Begins with the hand, of a product with one; the objects follow, sorted by content.
     ///
     /// # Errors
     /// When the file can't be written.
-    pub fn create(folder: &Path, job: &JobDigest, hand: &HandShape) -> Result<Self, DatasetError> {
+    pub fn create(folder: &Path, job: &JobDigest, product: Product, hand: &HandShape) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, SHAPES)?;
         let copy = file.try_clone().map_err(DatasetError::io("writing", temporary.path()))?;
-        let begun = begin(BufWriter::new(copy), job, FORMAT.name).and_then(|mut writer| {
+        let begun = begin(BufWriter::new(copy), job, product.name).and_then(|mut writer| {
             let channels = [
                 add_channel(&mut writer, HandShape::SCHEMA, HandShape::TOPIC)?,
                 add_channel(&mut writer, ObjectShape::SCHEMA, ObjectShape::TOPIC)?,

@@ -1,8 +1,8 @@
-//! Reads the scenes of a finished dataset for a job for views.
+//! Reads the scenes of a finished dataset for a job about them.
 
 use std::path::{Path, PathBuf};
 
-use super::settings::{FoundScenes, ViewScene};
+use super::found::{FoundScenes, SettledScene};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
     Product,
@@ -10,7 +10,7 @@ use format::{
 };
 use kernel::words::{NumberClass, Split, SplitTable};
 
-/// Reason why a folder is no dataset of scenes that can be looked at.
+/// Reason why a folder is no dataset of scenes that a job can be about.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidScenes {
     /// The folder holds no finished dataset of scenes.
@@ -34,8 +34,9 @@ pub fn read_scenes(folder: &Path) -> Result<FoundScenes, InvalidScenes> {
     for sample in reader.iter(Selection::default()) {
         let sample = sample?;
         let scene = sample.scene()?;
-        list.push(ViewScene {
+        list.push(SettledScene {
             id: scene.id(),
+            sample: sample.id,
             split: reader.split(sample.index).unwrap_or(Split::Training),
             number: sample.id.item.0,
             container: scene.container,

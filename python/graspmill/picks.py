@@ -1,0 +1,225 @@
+"""Samples of picks: grasps of one body of a settled scene, what is in their way, and trials among the neighbours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .geometry import Floats, pose
+from .samples import Sample, as_array, content, expect_lengths
+
+PICK_OBSTACLES = ("free", "ground", "container", "own object", "neighbour")
+"""What is in the way of a hand, by the numbers of ``verdicts``; 0: nothing is."""
+PICK_STAGES = ("free", "pregrasp", "approach", "closing")
+"""Part of a hand's path, by the numbers of ``stages``."""
+PICK_VERDICTS = (
+    "held",
+    "starts_too_deep",
+    "not_touching",
+    "one_link",
+    "lost_approaching",
+    "lost_closing",
+    "lost_lifting",
+    "lost_holding",
+    "let_go",
+    "not_lifted",
+    "unstable",
+)
+"""Verdicts on trials among neighbours, by their numbers."""
+PICK_PHASES = ("approach", "closing", "lift", "hold")
+"""Parts of a trial among neighbours, by their numbers."""
+
+
+def _poses(rows: Floats) -> Floats:
+    """(k, 4, 4) poses, out of twelve stored numbers each."""
+    rows = rows.reshape(-1, 3, 4)
+    poses = np.tile(np.eye(4), (len(rows), 1, 1))
+    poses[:, :3] = rows
+    return poses
+
+
+@dataclass(frozen=True, eq=False)
+class PickTrial:
+    """The trial of one free candidate, among the neighbours."""
+
+    candidate: int
+    """Index in the candidates of the sample."""
+    verdict: str
+    """One of ``PICK_VERDICTS``."""
+    time: float
+    """Time since the trial began at which it was decided [s]."""
+    raised: float
+    """Height of the body's centre of mass in the end over where it lay [m]."""
+    penetration: float
+    """Deepest overlap of hand and body since the hand had closed [m]."""
+    object_from_base: Floats | None
+    """(4, 4) pose of the hand's base when it had closed; ``None`` where it did not come so far."""
+    links: list[str]
+    """Link of each contact of the closed hand with the body."""
+    points: Floats
+    """(contacts, 3) m on the body's surface, in the frame of the hand's base."""
+    normals: Floats
+    """(contacts, 3) out of the body, in the frame of the hand's base."""
+    forces: Floats
+    """(contacts,) N along the normals."""
+    touched: dict[int, tuple[str, float, float]]
+    """What the hand pressed on beside the body, by number, 0 the container: phase and time [s] of the first touch, largest force [N]."""
+    moved: dict[int, float]
+    """Largest distance of each neighbour that could move from where it lay [m], by number."""
+    lifted: dict[int, float]
+    """Height of each such neighbour in the end over where it lay [m], by number."""
+
+    @property
+    def held(self) -> bool:
+        """Whether the body was lifted and kept."""
+        return self.verdict == PICK_VERDICTS[0]
+
+
+class PickSample(Sample):
+    """Grasps of one body of a settled scene. Bodies are counted from 1, in the order of the scene; candidates are rows of arrays."""
+
+    product = "picks"
+    __slots__ = ()
+
+    @content
+    def body(self) -> int:
+        """Number of the body in its scene, from 1."""
+        return int(self.id.item) + 1
+
+    @content
+    def container(self) -> tuple[str, Floats]:
+        """``("plane", [x, y])`` or ``("bin", [x, y, z, wall])`` [m]; the world's origin is the middle of the floor."""
+        message = self.message("grasps")
+        return str(message["container"]), message["container_size"]
+
+    @content
+    def objects(self) -> list[str]:
+        """Digest of the object of each body of the scene, 64 hexadecimal digits, as in ``assets.json``."""
+        digests = bytes(self.message("grasps")["objects"])
+        return [digests[start : start + 32].hex() for start in range(0, len(digests), 32)]
+
+    @content
+    def object_id(self) -> str:
+        """Digest of the body's own object."""
+        return self.objects[self.body - 1]
+
+    @content
+    def world_from_object(self) -> Floats:
+        """(bodies, 4, 4) poses of all bodies of the scene."""
+        poses = _poses(self.message("grasps")["world_from_object"])
+        expect_lengths(len(self.objects), world_from_object=poses)
+        return poses
+
+    @content
+    def hand(self) -> str:
+        """Name of the hand."""
+        return str(self.message("grasps")["hand"])
+
+    @content
+    def margin(self) -> float:
+        """The hand stays so far from everything but the body [m]."""
+        return float(self.message("grasps")["margin"])
+
+    @content
+    def runs(self) -> npt.NDArray[np.uint32]:
+        """(candidates,) number of the run of each stored grasp: its item in the dataset of grasps."""
+        return np.asarray(self.message("grasps")["runs"], np.uint32)
+
+    @content
+    def ranks(self) -> npt.NDArray[np.uint32]:
+        """(candidates,) index of each stored grasp in its run."""
+        return self._per_candidate("ranks", np.uint32)
+
+    @content
+    def directions(self) -> npt.NDArray[np.uint32]:
+        """(candidates,) number of its direction; 0 is the stored grasp."""
+        return self._per_candidate("directions", np.uint32)
+
+    @content
+    def world_from_base(self) -> Floats:
+        """(candidates, 4, 4) poses of the hand's base where it closes."""
+        poses = _poses(self.message("grasps")["world_from_base"])
+        expect_lengths(len(self.runs), world_from_base=poses)
+        return poses
+
+    @content
+    def verdicts(self) -> npt.NDArray[np.uint8]:
+        """(candidates,) what is in the way, an index in ``PICK_OBSTACLES``; 0 where the hand is free."""
+        return as_array(self.message("grasps")["verdicts"], "u1", len(self.runs))
+
+    @content
+    def free(self) -> npt.NDArray[np.bool_]:
+        """(candidates,) whether the hand comes and closes without touching anything but the body."""
+        return np.asarray(self.verdicts == 0)
+
+    @content
+    def stages(self) -> npt.NDArray[np.uint8]:
+        """(candidates,) part of the path on which it is, an index in ``PICK_STAGES``."""
+        return as_array(self.message("grasps")["stages"], "u1", len(self.runs))
+
+    @content
+    def neighbours(self) -> npt.NDArray[np.uint32]:
+        """(candidates,) number of the body in the way, from 1; 0 where no neighbour is."""
+        return self._per_candidate("neighbours", np.uint32)
+
+    @content
+    def clearances(self) -> Floats:
+        """(candidates,) m from what is in the way, below 0 where they overlap; of a free hand the smallest distance, up to 0.01."""
+        return self._per_candidate("clearances", np.float64)
+
+    @content
+    def joint_names(self) -> list[str]:
+        """Names of the hand's joints."""
+        return [str(name) for name in self.message("grasps")["joints"]]
+
+    @content
+    def closed_joints(self) -> Floats:
+        """(candidates, joints) all joints of the hand closed on the body alone [rad or m]; NaN where it is not free."""
+        joints: Floats = np.full((len(self.runs), len(self.joint_names)), np.nan)
+        joints[self.free] = self.message("grasps")["closed_joints"].reshape(-1, len(self.joint_names))
+        return joints
+
+    @content
+    def trials(self) -> list[PickTrial]:
+        """Trials of some of the free candidates; needs the channel of trials."""
+        message = self.message("trials")
+        links = [str(name) for name in message["links"]]
+        return [_trial(trial, links) for trial in message["trials"]]
+
+    def _per_candidate(self, name: str, kind: type) -> npt.NDArray[Any]:
+        found: npt.NDArray[Any] = np.asarray(self.message("grasps")[name], kind)
+        expect_lengths(len(self.runs), **{name: found})
+        return found
+
+
+def _trial(message: Any, links: list[str]) -> PickTrial:
+    touches = [links[link] for link in message["links"]]
+    points, normals = (message[name].reshape(-1, 3) for name in ("points", "normals"))
+    expect_lengths(len(touches), points=points, normals=normals, forces=message["forces"])
+    touched = zip(
+        np.asarray(message["touched"]).tolist(),
+        (PICK_PHASES[phase] for phase in message["touched_phases"]),
+        message["touched_times"].tolist(),
+        message["touched_forces"].tolist(),
+    )
+    awake = np.asarray(message["awake"]).tolist()
+    expect_lengths(len(awake), moved=message["moved"], lifted=message["lifted"])
+    base = message["object_from_base"]
+    return PickTrial(
+        candidate=int(message["candidate"]),
+        verdict=PICK_VERDICTS[message["verdict"]],
+        time=float(message["time"]),
+        raised=float(message["raised"]),
+        penetration=float(message["penetration"]),
+        object_from_base=pose(base) if len(base) else None,
+        links=touches,
+        points=points,
+        normals=normals,
+        forces=message["forces"],
+        touched={thing: (phase, time, force) for thing, phase, time, force in touched},
+        moved=dict(zip(awake, message["moved"].tolist())),
+        lifted=dict(zip(awake, message["lifted"].tolist())),
+    )

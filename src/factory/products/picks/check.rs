@@ -1,0 +1,125 @@
+//! From the keys of a job for picks to settings that make sense: every mistake that the schema cannot see.
+
+use std::{
+    cell::Cell,
+    collections::BTreeSet,
+    path::{Path as FilePath, PathBuf},
+};
+
+use super::{
+    grasps_reader::{InvalidPickGrasps, read_pick_grasps},
+    settings::{PickGrasps, PickSettings},
+    spec::{PickSpec, PicksSpec},
+};
+use crate::{
+    job::{JobHand, read_hand},
+    products::{
+        input::InputSection,
+        settled::{FoundScenes, ObjectKeys, SCENES, found_scenes, object_keys, rolling_friction},
+    },
+};
+use form::Checker;
+use kernel::ids::{Digest, ObjectId};
+use sim::HandModel;
+
+/// The section that names the dataset of grasps.
+const GRASPS: InputSection = InputSection {
+    name: "grasps",
+    make: "make it first: `graspmill run jobs/clutter-grasps-quick.toml --out datasets/clutter-grasps-quick`",
+};
+
+const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take the kept ones: `picks.take = \"kept\"`";
+
+/// Directions of a hand with a closing line, where the job says none.
+const ROLLS: u32 = 16;
+
+/// A job for picks but for the meshes.
+pub(super) struct Checked {
+    pub scenes_folder: PathBuf,
+    pub scenes: FoundScenes,
+    pub rolling: f64,
+    pub keys: ObjectKeys,
+    pub grasps_folder: PathBuf,
+    pub grasps: PickGrasps,
+    pub hand: JobHand,
+    pub settings: PickSettings,
+}
+
+/// The job; `None` when something is wrong, which is reported.
+pub(super) fn checked(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath) -> Option<Checked> {
+    let hand = hand(checker, spec, folder);
+    let settings = hand.as_ref().and_then(|(_, has_line)| settings(checker, &spec.picks, *has_line));
+    let scenes_folder = SCENES.folder(checker, spec.scenes.dataset.as_ref(), folder);
+    let grasps_folder = GRASPS.folder(checker, spec.grasps.dataset.as_ref(), folder);
+    let scenes = found_scenes(checker, &spec.scenes, scenes_folder.as_ref()?);
+    let rolling = scenes.as_ref().and_then(|scenes| rolling_friction(checker, scenes));
+    let keys = scenes.as_ref().and_then(|scenes| object_keys(checker, scenes));
+    let (scenes_folder, grasps_folder, scenes) = (scenes_folder?, grasps_folder?, scenes?);
+    let grasps = grasps(checker, spec, &grasps_folder, &scenes)?;
+    let (hand, _) = hand?;
+    if hand.id != grasps.hand {
+        let expected = format!("the hand of the grasps, of content {}", grasps.hand.0.short());
+        let seen = format!("{} of content {}", hand.name, hand.id.0.short());
+        let report = checker.invalid("hand.scene", expected, seen);
+        report.help("name the hand's MJCF file as the job of the grasps does");
+        return None;
+    }
+    let (rolling, keys, settings) = (rolling?, keys?, settings?);
+    Some(Checked { scenes_folder, scenes, rolling, keys, grasps_folder, grasps, hand, settings })
+}
+
+/// The hand, and whether it has a closing line.
+fn hand(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath) -> Option<(JobHand, bool)> {
+    let has_line = Cell::new(false);
+    let can = |model: &HandModel| {
+        has_line.set(model.hand().closing_line().is_some());
+        model.check_grasping()
+    };
+    let hand = read_hand(checker, "hand", spec.hand.as_ref()?, folder, can)?;
+    Some((hand, has_line.get()))
+}
+
+fn settings(checker: &mut Checker, spec: &PickSpec, has_line: bool) -> Option<PickSettings> {
+    let &PickSpec { take: _, rolls, candidates, margin, trials, awake } = spec;
+    if let Some(rolls) = rolls.filter(|rolls| *rolls > 1 && !has_line) {
+        let expected = "1 for a hand without two pads that slide towards each other";
+        let report = checker.invalid("picks.rolls", expected, rolls.to_string());
+        report.help("take `picks.rolls` out of the job: such a hand has no line that it could be rotated about");
+        return None;
+    }
+    let rolls = rolls.unwrap_or(if has_line { ROLLS } else { 1 });
+    Some(PickSettings { rolls, candidates, margin, trials, awake: awake.into() })
+}
+
+/// The grasps of the scenes' objects, compared with the roots that the job pins.
+fn grasps(checker: &mut Checker, spec: &PicksSpec, dataset: &FilePath, scenes: &FoundScenes) -> Option<PickGrasps> {
+    let objects: BTreeSet<ObjectId> =
+        scenes.list.iter().flat_map(|scene| scene.bodies.iter().map(|(object, _)| *object)).collect();
+    let found = read_pick_grasps(dataset, spec.picks.take.map(Into::into), &objects);
+    if let Err(InvalidPickGrasps::NoTrials(_)) = found {
+        let seen = format!("{} has none", dataset.display());
+        checker.invalid("picks.take", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
+        return None;
+    }
+    let found = GRASPS.found(checker, found)?;
+    if !GRASPS.has_root(checker, spec.grasps.root.as_deref(), found.root, dataset) {
+        return None;
+    }
+    let pinned = spec.grasps.trials_root.as_deref().and_then(Digest::from_hex);
+    if let (Some(pinned), Some(trials)) = (pinned, found.trials)
+        && pinned != trials
+    {
+        let seen = format!("{}: {} holds others", trials.short(), dataset.display());
+        let report = checker.invalid("grasps.trials_root", format!("trials of root {}", pinned.short()), seen);
+        report.help("restore the dataset, or take `trials_root` out of the job for new trials");
+        return None;
+    }
+    if found.objects.values().all(Vec::is_empty) {
+        let seen = format!("none in {}, of {} objects", dataset.display(), objects.len());
+        let expected = format!("at least one grasp of the scenes' objects that is {}", found.take.name());
+        let report = checker.invalid("grasps.dataset", expected, seen);
+        report.help("make grasps of the objects of the scenes: both jobs need the same `[[objects]]`");
+        return None;
+    }
+    Some(found)
+}

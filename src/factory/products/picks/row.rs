@@ -1,0 +1,53 @@
+//! The row of picks in the factory's table of products.
+
+use std::path::Path;
+
+use super::{
+    check,
+    settings::PickJob,
+    spec::{PROFILES, PicksSpec},
+};
+use crate::{
+    job::{DraftWork, JobContext},
+    product::{InputDataset, ProductFactory},
+    products::settled::draft_objects,
+};
+use form::{Checker, FormErrors, schema_of};
+use format::Product;
+
+/// Picks as the factory makes them.
+pub static FACTORY: ProductFactory = ProductFactory {
+    product: Product::PICKS,
+    keys: schema_of::<PicksSpec>,
+    profiles: PROFILES,
+    other_words: &[
+        ("objects", "the dataset of scenes says what its objects are"),
+        ("physics", "the dataset of scenes says how its bodies rub; `picks.trials` says how many grasps are tried"),
+        ("clutter", "scenes and grasps are datasets of their own: `scenes.dataset`, `grasps.dataset`"),
+    ],
+    hand_uses: &[],
+    inputs: &[
+        InputDataset { section: "scenes", product: Product::SCENES },
+        InputDataset { section: "grasps", product: Product::GRASPS },
+    ],
+    draft,
+};
+
+fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobContext) -> Result<DraftWork, FormErrors> {
+    let (spec, mut checker) = checker.value_of::<PicksSpec>(keys)?;
+    let checked = check::checked(&mut checker, &spec, folder);
+    checker.finish()?;
+    let check::Checked { scenes_folder, scenes, rolling, keys, grasps_folder, grasps, hand, settings } =
+        checked.expect("mistakes were reported");
+    let objects = draft_objects(&keys, &scenes, &scenes_folder, context)?;
+    Ok(DraftWork::of_objects(objects, spec.shards.samples, move |objects, _| PickJob {
+        scenes_folder,
+        scenes,
+        rolling,
+        objects,
+        grasps_folder,
+        grasps,
+        hand,
+        settings,
+    }))
+}

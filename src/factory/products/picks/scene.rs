@@ -1,0 +1,83 @@
+//! A scene that grasps are evaluated in.
+
+use std::sync::Arc;
+
+use super::loaded::LoadedObject;
+use format::{CONTAINER, Scene, SceneContainer};
+use robot::grasp::{Obstacle, Surroundings};
+use sim::{ClutterScene, Container, SceneBody, TrialConditions};
+
+/// A settled scene with its objects.
+pub(super) struct LoadedScene {
+    /// Index in the job.
+    pub index: usize,
+    /// The scene as its dataset has it.
+    pub record: Scene,
+    /// Objects of the bodies, in order.
+    pub objects: Vec<Arc<LoadedObject>>,
+    /// Things that a hand can touch.
+    pub surroundings: Surroundings,
+    /// Scene in which trials are made.
+    pub clutter: ClutterScene,
+}
+
+impl LoadedScene {
+    /// A scene of these objects in its container, in which bodies roll with a friction [m].
+    pub fn new(
+        index: usize,
+        record: Scene,
+        objects: Vec<Arc<LoadedObject>>,
+        container: &Container,
+        rolling: f64,
+    ) -> Self {
+        let poses = record.bodies.iter().map(|body| *body.world_from_object.isometry());
+        let poses: Vec<_> = poses.collect();
+        let obstacle = |(object, pose): (&Arc<LoadedObject>, &_)| Obstacle {
+            surface: Arc::clone(object.body.surface()),
+            scene_from_obstacle: *pose,
+        };
+        let walls = match container {
+            Container::Plane { .. } => None,
+            Container::Bin { body, .. } => Some(Obstacle {
+                surface: Arc::clone(body.surface()),
+                scene_from_obstacle: nalgebra::IsometryMatrix3::identity(),
+            }),
+        };
+        let ground = match record.container {
+            SceneContainer::Plane { .. } => 0.0,
+            SceneContainer::Bin { wall, .. } => -wall,
+        };
+        let surroundings =
+            Surroundings { container: walls, ground, objects: objects.iter().zip(&poses).map(obstacle).collect() };
+        let bodies = record.bodies.iter().zip(&objects).map(|(body, object)| SceneBody {
+            body: Arc::clone(&object.body),
+            solid: object.solid,
+            mass: body.mass,
+            friction: body.friction,
+        });
+        let clutter = ClutterScene {
+            container: container.clone(),
+            bodies: bodies.collect(),
+            scene_from_objects: poses,
+            rolling,
+            torsion: TrialConditions::TORSION,
+        };
+        Self { index, record, objects, surroundings, clutter }
+    }
+
+    /// Whether each body touches another one, or touches a body that does, beside the one itself.
+    pub fn two_contacts_away(&self, body: usize) -> Vec<bool> {
+        let mut reached = vec![false; self.record.bodies.len()];
+        reached[body] = true;
+        for _ in 0..2 {
+            let before = reached.clone();
+            for contact in self.record.contacts.iter().filter(|contact| contact.pair[0] != CONTAINER) {
+                let [first, second] = contact.pair.map(|number| number as usize - 1);
+                reached[first] |= before[second];
+                reached[second] |= before[first];
+            }
+        }
+        reached[body] = false;
+        reached
+    }
+}

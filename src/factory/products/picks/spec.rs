@@ -1,0 +1,150 @@
+//! The keys of a job for picks.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{job::spec::HandSpec, products::settled::ScenesSourceSpec};
+use format::{AwakeBodies, TakenGrasps};
+
+/// Defaults of the profile `standard`, and the ones that `thesis` changes.
+pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
+
+/// A job that evaluates stored grasps in settled scenes: which the hand comes to without touching anything else, and what comes of some of
+/// them among the neighbours.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PicksSpec {
+    /// The scenes, a finished dataset.
+    pub scenes: ScenesSourceSpec,
+    /// The grasps, a finished dataset.
+    pub grasps: PickGraspsSpec,
+    /// The hand of these grasps.
+    // Without an `Option` a mistake in it would hide those of the other keys.
+    #[schemars(required)]
+    pub hand: Option<HandSpec>,
+    /// Grasps that are evaluated, and those that are tried.
+    pub picks: PickSpec,
+    /// The files of the dataset.
+    pub shards: PickShardsSpec,
+}
+
+impl PicksSpec {
+    /// The standard defaults, without datasets and a hand.
+    pub fn standard() -> Self {
+        toml::from_str(PROFILES[0]).expect("the standard defaults are keys of a job (a test reads them)")
+    }
+}
+
+/// Source of the grasps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PickGraspsSpec {
+    /// The folder of a finished dataset of grasps of the scenes' objects; relative to the job file.
+    #[schemars(required, extend("examples" = ["../datasets/clutter-grasps-quick"]))]
+    pub dataset: Option<PathBuf>,
+    /// The digest of its exact numbers (64 hexadecimal digits); a resolved job pins it.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub root: Option<String>,
+    /// With `take = "held"` or `"tried"`: the digest of its physics numbers (64 hexadecimal digits); a resolved job pins it.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub trials_root: Option<String>,
+}
+
+/// Grasps that are evaluated, and those that are tried.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PickSpec {
+    /// Stored grasps that are taken. Without it, `held` where the dataset of grasps has trials, else `kept`.
+    #[schemars(extend("examples" = ["held"]))]
+    pub take: Option<TakeSpec>,
+    /// Directions in which each stored grasp is evaluated: the hand is rotated about its closing line through the mean of the
+    /// grasp's contacts, evenly over the full circle, and closes anew. Without it, 16 for a hand whose two pads slide towards each other,
+    /// and 1, the stored grasp alone, for every other.
+    #[schemars(range(min = 1, max = 360), extend("x-unit" = "directions", "examples" = [16]))]
+    pub rolls: Option<u32>,
+    /// Grasps that are evaluated of each body, at most, drawn without replacement from its stored grasps and their directions.
+    #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "grasps"))]
+    pub candidates: u32,
+    /// The hand keeps so far from everything but the body that it grasps.
+    #[schemars(range(min = 0, max = 0.009), extend("x-unit" = "m"))]
+    pub margin: f64,
+    /// Free grasps that are tried of each body, at most, in MuJoCo; with 0 nothing is tried.
+    #[schemars(range(max = 10_000), extend("x-unit" = "grasps"))]
+    pub trials: u32,
+    /// Bodies that may move in a trial.
+    pub awake: AwakeSpec,
+}
+
+/// Choice of stored grasps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TakeSpec {
+    /// All grasps that were tried.
+    Tried,
+    /// Grasps that held in every trial.
+    Held,
+    /// The kept grasps.
+    Kept,
+    /// All whose closed hand touches with two links at least, whatever their quality.
+    Closed,
+}
+
+impl From<TakeSpec> for TakenGrasps {
+    fn from(take: TakeSpec) -> Self {
+        match take {
+            TakeSpec::Tried => Self::Tried,
+            TakeSpec::Held => Self::Held,
+            TakeSpec::Kept => Self::Kept,
+            TakeSpec::Closed => Self::Closed,
+        }
+    }
+}
+
+impl From<TakenGrasps> for TakeSpec {
+    fn from(take: TakenGrasps) -> Self {
+        match take {
+            TakenGrasps::Tried => Self::Tried,
+            TakenGrasps::Held => Self::Held,
+            TakenGrasps::Kept => Self::Kept,
+            TakenGrasps::Closed => Self::Closed,
+        }
+    }
+}
+
+/// Choice of bodies that may move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AwakeSpec {
+    /// Bodies that touch the grasped one or touch such a body, and bodies that the hand comes within 5 cm of; the others stand still.
+    Near,
+    /// All bodies.
+    All,
+}
+
+impl From<AwakeSpec> for AwakeBodies {
+    fn from(awake: AwakeSpec) -> Self {
+        match awake {
+            AwakeSpec::Near => Self::Near,
+            AwakeSpec::All => Self::All,
+        }
+    }
+}
+
+impl From<AwakeBodies> for AwakeSpec {
+    fn from(awake: AwakeBodies) -> Self {
+        match awake {
+            AwakeBodies::Near => Self::Near,
+            AwakeBodies::All => Self::All,
+        }
+    }
+}
+
+/// The files of the dataset.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PickShardsSpec {
+    /// Bodies per shard. Changes no sample.
+    #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "bodies"))]
+    pub samples: u32,
+}

@@ -1,0 +1,12 @@
+//! A dataset of settled scenes as every job that is made of one reads it: which scenes and bodies it has, and the meshes of their
+//! objects, which its own job names.
+
+mod found;
+mod objects;
+mod reader;
+mod source;
+
+pub use found::{FoundScenes, SettledScene};
+pub use objects::{ObjectKeys, add_meshes, by_content, bytes_of_meshes, draft_objects, object_keys, rolling_friction};
+pub use reader::{InvalidScenes, read_scenes};
+pub use source::{SCENES, ScenesSourceSpec, found_scenes};

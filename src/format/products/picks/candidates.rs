@@ -1,0 +1,278 @@
+//! Record of the grasps of one body of a scene, and of what is in their way.
+
+use prost::Message;
+
+use super::{PickObstacle, PickStage, TakenGrasps};
+use crate::{
+    SceneContainer,
+    codec::{
+        RecordError,
+        fields::{broken, lengthy, named, pose, ranged},
+        proto, sample_from_proto, wire,
+    },
+};
+use kernel::{
+    geom::{HandBase, Object, Pose, World},
+    ids::{Digest, ObjectId, SampleId},
+};
+
+const MESSAGE: &str = "PickCandidates";
+
+/// Bodies of a scene, at most.
+const MAX_BODIES: usize = 1000;
+
+/// Grasps of one body of a settled scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PickCandidates {
+    /// Which sample: the scene, and the number of the body less one.
+    pub sample: SampleId,
+    /// Container of the scene.
+    pub container: SceneContainer,
+    /// The bodies of the scene, in its order: object and pose.
+    pub bodies: Vec<(ObjectId, Pose<World, Object>)>,
+    /// Name of the hand.
+    pub hand: String,
+    /// Description and table of the hand by content.
+    pub hand_id: ObjectId,
+    /// Names of the hand's joints, in the order of its tree.
+    pub joints: Vec<String>,
+    /// Choice of the stored grasps.
+    pub take: TakenGrasps,
+    /// Grasps of the body's object that candidates are drawn from.
+    pub stored: u32,
+    /// Directions about its closing line in which each is evaluated.
+    pub rolls: u32,
+    /// Distance that the hand keeps from everything but the body [m].
+    pub margin: f64,
+    /// The grasps that were evaluated, sorted by run, rank and direction.
+    pub candidates: Vec<PickCandidate>,
+}
+
+/// A grasp of a body, and what is in its way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PickCandidate {
+    /// Number of the run of the stored grasp.
+    pub run: u32,
+    /// Index of the stored grasp in its run.
+    pub rank: u32,
+    /// Number of its direction; 0 is the stored grasp.
+    pub direction: u32,
+    /// The hand's base where it closes.
+    pub world_from_base: Pose<World, HandBase>,
+    /// Obstacle on the path, and the part of the path; `None` where the hand is free.
+    pub blocked: Option<Blocked>,
+    /// Distance from what is in the way [m], below 0 where they overlap; where the hand is free the smallest from anything but the
+    /// body on its whole path, up to [`PickCandidates::FAR`].
+    pub clearance: f64,
+    /// All joints of the closed hand, where it is free [rad or m]; else none.
+    pub closed: Vec<f64>,
+}
+
+/// Obstacle in the way of a hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Blocked {
+    /// Part of the path.
+    pub stage: PickStage,
+    /// The obstacle.
+    pub by: PickObstacle,
+}
+
+impl PickCandidate {
+    /// Whether the hand comes and closes without touching anything but the body.
+    pub fn is_free(&self) -> bool {
+        self.blocked.is_none()
+    }
+
+    fn key(&self) -> [u32; 3] {
+        [self.run, self.rank, self.direction]
+    }
+}
+
+impl PickCandidates {
+    /// Clearances are told up to this [m].
+    pub const FAR: f64 = 0.01;
+
+    /// Number of the body in the scene, from 1.
+    pub fn body(&self) -> u32 {
+        self.sample.item.0 + 1
+    }
+
+    /// Object that the body is.
+    pub fn object(&self) -> ObjectId {
+        self.bodies[self.sample.item.0 as usize].0
+    }
+
+    /// Indices of the free candidates.
+    pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
+        self.candidates.iter().enumerate().filter(|(_, candidate)| candidate.is_free()).map(|(index, _)| index)
+    }
+
+    /// Appends the payload to `out`; equal records give equal bytes.
+    pub fn encode(&self, out: &mut Vec<u8>) {
+        let all = || self.candidates.iter();
+        out.reserve(160 * self.candidates.len() + 144 * self.bodies.len() + 256);
+        wire::sample(out, 1, &self.sample);
+        wire::bytes(out, 2, self.container.name().as_bytes());
+        wire::doubles(out, 3, &self.container.sizes());
+        let objects: Vec<u8> = self.bodies.iter().flat_map(|(object, _)| object.0.0).collect();
+        wire::bytes(out, 4, &objects);
+        wire::doubles_of(out, 5, self.bodies.iter().flat_map(|(_, pose)| pose.to_rows()));
+        wire::bytes(out, 6, self.hand.as_bytes());
+        wire::bytes(out, 7, &self.hand_id.0.0);
+        wire::bytes(out, 8, self.take.name().as_bytes());
+        wire::uint32(out, 9, self.stored);
+        wire::uint32(out, 10, self.rolls);
+        wire::double(out, 11, self.margin);
+        wire::uint32s(out, 12, all().map(|candidate| candidate.run));
+        wire::uint32s(out, 13, all().map(|candidate| candidate.rank));
+        wire::uint32s(out, 14, all().map(|candidate| candidate.direction));
+        wire::doubles_of(out, 15, all().flat_map(|candidate| candidate.world_from_base.to_rows()));
+        wire::bytes_of(out, 16, all().map(|candidate| candidate.blocked.map_or(0, |blocked| blocked.by.number())));
+        wire::bytes_of(out, 17, all().map(|candidate| candidate.blocked.map_or(0, |blocked| blocked.stage.number())));
+        let neighbour = |candidate: &PickCandidate| match candidate.blocked.map(|blocked| blocked.by) {
+            Some(PickObstacle::Neighbour(number)) => number,
+            _ => 0,
+        };
+        wire::uint32s(out, 18, all().map(neighbour));
+        wire::doubles_of(out, 19, all().map(|candidate| candidate.clearance));
+        self.joints.iter().for_each(|name| wire::element(out, 20, name.as_bytes()));
+        wire::doubles_of(out, 21, all().flat_map(|candidate| candidate.closed.iter().copied()));
+    }
+
+    /// Reads and checks a payload.
+    ///
+    /// # Errors
+    /// When lengths do not fit each other, a number is out of range or not finite, a pose is no rigid motion, a name is unknown, or
+    /// candidates are out of order.
+    pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
+        let raw = proto::PickCandidates::decode(payload).map_err(broken(MESSAGE))?;
+        let sample = sample_from_proto(MESSAGE, raw.sample.clone())?;
+        let container = SceneContainer::of(MESSAGE, &raw.container, &raw.container_size)?;
+        let bodies = bodies(&raw)?;
+        let item = sample.item.0;
+        let is_body = (item as usize) < bodies.len();
+        ranged(MESSAGE, "sample.item", f64::from(item), is_body, "a body of the scene, from 0")?;
+        lengthy(MESSAGE, "hand_digest", 32, raw.hand_digest.len())?;
+        let names = TakenGrasps::ALL.map(TakenGrasps::name);
+        named(MESSAGE, "take", &raw.take, &names)?;
+        let take = TakenGrasps::ALL[names.iter().position(|name| *name == raw.take).unwrap_or_default()];
+        ranged(MESSAGE, "rolls", f64::from(raw.rolls), raw.rolls > 0, "1 or more")?;
+        let margin = raw.margin;
+        ranged(MESSAGE, "margin", margin, (0.0..Self::FAR).contains(&margin), "from 0 to below 0.01")?;
+        let candidates = candidates(&raw, bodies.len() as u32)?;
+        let drawn_from = u64::from(raw.stored) * u64::from(raw.rolls);
+        let count = candidates.len();
+        ranged(MESSAGE, "runs", count as f64, count as u64 <= drawn_from, "at most stored times rolls")?;
+        Ok(Self {
+            sample,
+            container,
+            bodies,
+            hand_id: ObjectId(Digest(raw.hand_digest.as_slice().try_into().unwrap_or_default())),
+            hand: raw.hand,
+            joints: raw.joints,
+            take,
+            stored: raw.stored,
+            rolls: raw.rolls,
+            margin,
+            candidates,
+        })
+    }
+}
+
+/// Object and pose of each body.
+type Bodies = Vec<(ObjectId, Pose<World, Object>)>;
+
+fn bodies(raw: &proto::PickCandidates) -> Result<Bodies, RecordError> {
+    let count = raw.objects.len() / 32;
+    ranged(MESSAGE, "objects", count as f64, (1..=MAX_BODIES).contains(&count), "1 to 1000 bodies")?;
+    lengthy(MESSAGE, "objects", 32 * count, raw.objects.len())?;
+    lengthy(MESSAGE, "world_from_object", 12 * count, raw.world_from_object.len())?;
+    let digests = raw.objects.chunks_exact(32);
+    let body = |(digest, rows): (&[u8], &[f64])| {
+        let object = ObjectId(Digest(digest.try_into().expect("32 bytes")));
+        Ok((object, pose(MESSAGE, "world_from_object", rows)?))
+    };
+    digests.zip(raw.world_from_object.chunks_exact(12)).map(body).collect()
+}
+
+fn candidates(raw: &proto::PickCandidates, bodies: u32) -> Result<Vec<PickCandidate>, RecordError> {
+    let count = raw.runs.len();
+    for (field, expected, found) in [
+        ("ranks", count, raw.ranks.len()),
+        ("directions", count, raw.directions.len()),
+        ("world_from_base", 12 * count, raw.world_from_base.len()),
+        ("verdicts", count, raw.verdicts.len()),
+        ("stages", count, raw.stages.len()),
+        ("neighbours", count, raw.neighbours.len()),
+        ("clearances", count, raw.clearances.len()),
+    ] {
+        lengthy(MESSAGE, field, expected, found)?;
+    }
+    let joints = raw.joints.len();
+    ranged(MESSAGE, "joints", joints as f64, joints > 0, "one at least")?;
+    let free = raw.verdicts.iter().filter(|verdict| **verdict == 0).count();
+    lengthy(MESSAGE, "closed_joints", free * joints, raw.closed_joints.len())?;
+    let wild = raw.closed_joints.iter().find(|value| !value.is_finite());
+    ranged(MESSAGE, "closed_joints", wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
+    let mut closed = raw.closed_joints.chunks_exact(joints);
+    let mut found: Vec<PickCandidate> = Vec::with_capacity(count);
+    for index in 0..count {
+        let blocked = blocked(raw, index, bodies)?;
+        let clearance = raw.clearances[index];
+        // What is free keeps the margin, but for the tolerance of clearances.
+        let fits = match blocked {
+            Some(_) => clearance.is_finite() && clearance < raw.margin,
+            None => (0.0..=PickCandidates::FAR).contains(&clearance),
+        };
+        ranged(
+            MESSAGE,
+            "clearances",
+            clearance,
+            fits,
+            "below the margin where something is in the way, else 0 to 0.01",
+        )?;
+        let direction = raw.directions[index];
+        ranged(MESSAGE, "directions", f64::from(direction), direction < raw.rolls, "below rolls")?;
+        let candidate = PickCandidate {
+            run: raw.runs[index],
+            rank: raw.ranks[index],
+            direction,
+            world_from_base: pose(MESSAGE, "world_from_base", &raw.world_from_base[12 * index..][..12])?,
+            blocked,
+            clearance,
+            closed: if blocked.is_none() { closed.next().unwrap_or_default().to_vec() } else { Vec::new() },
+        };
+        let is_next = found.last().is_none_or(|before| before.key() < candidate.key());
+        ranged(MESSAGE, "directions", f64::from(direction), is_next, "sorted by run, rank and direction, none twice")?;
+        found.push(candidate);
+    }
+    Ok(found)
+}
+
+fn blocked(raw: &proto::PickCandidates, index: usize, bodies: u32) -> Result<Option<Blocked>, RecordError> {
+    let (verdict, stage, neighbour) = (raw.verdicts[index], raw.stages[index], raw.neighbours[index]);
+    let own = raw.sample.as_ref().map_or(0, |sample| sample.item) + 1;
+    let by = match verdict {
+        0 => None,
+        1 => Some(PickObstacle::Ground),
+        2 => Some(PickObstacle::Container),
+        3 => Some(PickObstacle::Own),
+        4 => Some(PickObstacle::Neighbour(neighbour)),
+        _ => return ranged(MESSAGE, "verdicts", f64::from(verdict), false, "0 to 4").map(|()| None),
+    };
+    let is_in_bin = raw.container == "bin";
+    ranged(MESSAGE, "verdicts", f64::from(verdict), verdict != 2 || is_in_bin, "a container only in a bin")?;
+    let fits = match by {
+        Some(PickObstacle::Neighbour(number)) => (1..=bodies).contains(&number) && number != own,
+        _ => neighbour == 0,
+    };
+    ranged(MESSAGE, "neighbours", f64::from(neighbour), fits, "another body where the verdict is 4, else 0")?;
+    let Some(by) = by else {
+        return ranged(MESSAGE, "stages", f64::from(stage), stage == 0, "0 of what is free").map(|()| None);
+    };
+    let known = PickStage::ALL.into_iter().find(|known| known.number() == stage);
+    // A hand that closes may touch what it closes on.
+    let known = known.filter(|stage| by != PickObstacle::Own || *stage != PickStage::Closing);
+    ranged(MESSAGE, "stages", f64::from(stage), known.is_some(), "1 to 3, of the own object 1 or 2")?;
+    Ok(known.map(|stage| Blocked { stage, by }))
+}

@@ -1,0 +1,36 @@
+//! Checks of picks, and of the shapes beside them.
+
+use super::{
+    PickCandidates, PickFacts, PickTrials,
+    facts::{FIRST_OF_TRIALS, PickTrialFacts},
+};
+use crate::{Channel, CheckSample, CheckedRecord, Product, ProductChecks, RecordError, products::grasps::SHAPES_CHECK};
+
+/// The checks of picks.
+pub(crate) static CHECKS: ProductChecks =
+    ProductChecks { product: Product::PICKS, samples: || Box::new(PickCheck::default()), files: &[SHAPES_CHECK] };
+
+/// Checks of one thread; remembers the candidates of the sample.
+#[derive(Default)]
+struct PickCheck {
+    seen: Option<PickCandidates>,
+}
+
+impl CheckSample for PickCheck {
+    fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
+        if channel == Channel::PICK_CANDIDATES {
+            self.seen = None;
+            let candidates = self.seen.insert(PickCandidates::decode(payload)?);
+            let mut checked = CheckedRecord::of(candidates.sample);
+            checked.facts = PickFacts::of(candidates, None).values().into_iter().enumerate().collect();
+            return Ok(checked);
+        }
+        let trials = PickTrials::decode(payload)?;
+        if let Some(candidates) = self.seen.as_ref().filter(|seen| seen.sample == trials.sample) {
+            trials.check_beside(candidates)?;
+        }
+        let mut checked = CheckedRecord::of(trials.sample);
+        checked.facts = (FIRST_OF_TRIALS..).zip(PickTrialFacts::of(&trials).values()).collect();
+        Ok(checked)
+    }
+}

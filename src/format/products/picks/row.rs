@@ -1,0 +1,58 @@
+//! The row of picks in the table of products.
+
+use super::facts::{FACTS, TRIALS};
+use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat, products::grasps::SHAPES};
+
+const SCHEMAS: &[u8] = include_bytes!("../../generated/picks.bin");
+
+/// The row of picks in the table of products.
+pub static FORMAT: ProductFormat = ProductFormat {
+    name: "picks",
+    summary: "Grasps of the bodies of settled scenes: which are free of everything else, and what came of trials among neighbours.",
+    samples: Noun { one: "body", many: "bodies" },
+    subjects: Noun { one: "scene", many: "scenes" },
+    subjects_are_objects: false,
+    subject_meaning: "The scene by content, 64 hexadecimal digits.",
+    item_meaning: "Number of the body in the scene, less one.",
+    has_instances: false,
+    channels: &[
+        ChannelFormat::new(
+            "/picks/grasps",
+            "graspmill.PickCandidates",
+            SCHEMAS,
+            &[
+                ArrayFormat::new(
+                    "world_from_base",
+                    "(candidates, 12) f64",
+                    "the hand's base where it closes, by rows [m]",
+                ),
+                ArrayFormat::new("verdicts", "(candidates) u8", "what is in the way: 0 nothing, 4 a neighbour"),
+                ArrayFormat::new(
+                    "clearances",
+                    "(candidates) f64",
+                    "distance from what is in the way, or from anything [m]",
+                ),
+                ArrayFormat::new(
+                    "closed_joints",
+                    "(free candidates, joints) f64",
+                    "joints of the closed hand [rad or m]",
+                ),
+                ArrayFormat::new("world_from_object", "(bodies, 12) f64", "pose of each body by rows [m]"),
+            ],
+        ),
+        ChannelFormat::new(
+            TRIALS,
+            "graspmill.PickTrials",
+            SCHEMAS,
+            &[ArrayFormat::new(
+                "trials",
+                "(tried candidates, ...)",
+                "physical trials among the neighbours: verdict, what was touched, moved and carried along",
+            )],
+        ),
+    ],
+    facts: &FACTS,
+    has_splits: true,
+    inherits_splits: true,
+    files: &[ExtraFile { name: SHAPES, meaning: "Shapes of the hand and meshes of the objects." }],
+};

@@ -1,0 +1,199 @@
+use nalgebra::{Rotation3, Vector3};
+
+use super::*;
+use crate::{Facts, PressedContact, RecordError, SceneContainer};
+use kernel::{
+    geom::Pose,
+    ids::{Digest, ItemId, ObjectId, SampleId},
+};
+
+fn sample() -> SampleId {
+    SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(1))
+}
+
+fn candidate(key: [u32; 3], blocked: Option<(PickStage, PickObstacle)>, clearance: f64) -> PickCandidate {
+    let [run, rank, direction] = key;
+    PickCandidate {
+        run,
+        rank,
+        direction,
+        world_from_base: Pose::new(Rotation3::from_euler_angles(0.1, 0.2, 0.3), Vector3::new(0.0, 0.1, 0.5)),
+        blocked: blocked.map(|(stage, by)| Blocked { stage, by }),
+        clearance,
+        closed: if blocked.is_none() { vec![0.01, 0.02] } else { Vec::new() },
+    }
+}
+
+/// The second of three bodies: two free grasps, and one lost to each obstacle.
+fn candidates() -> PickCandidates {
+    let body = |byte| (ObjectId(Digest([byte; 32])), Pose::identity());
+    PickCandidates {
+        sample: sample(),
+        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02 },
+        bodies: vec![body(1), body(2), body(3)],
+        hand: "gripper".to_owned(),
+        hand_id: ObjectId(Digest([7; 32])),
+        joints: vec!["left".to_owned(), "right".to_owned()],
+        take: TakenGrasps::Held,
+        stored: 2,
+        rolls: 4,
+        margin: 0.002,
+        candidates: vec![
+            candidate([0, 3, 0], None, 0.01),
+            candidate([0, 3, 2], Some((PickStage::Pregrasp, PickObstacle::Ground)), -0.03),
+            candidate([0, 3, 3], Some((PickStage::Approach, PickObstacle::Container)), 0.0),
+            candidate([5, 0, 0], Some((PickStage::Approach, PickObstacle::Own)), -0.001),
+            candidate([5, 0, 1], Some((PickStage::Closing, PickObstacle::Neighbour(3))), 0.0019),
+            candidate([5, 0, 3], None, 0.0021),
+        ],
+    }
+}
+
+fn trials() -> PickTrials {
+    let failed = PickTrial {
+        candidate: 0,
+        verdict: PickVerdict::LostClosing,
+        time: 0.75,
+        steps: 375,
+        raised: -0.001,
+        penetration: 0.0,
+        object_from_base: None,
+        contacts: Vec::new(),
+        touched: vec![PressedThing { thing: 0, phase: PickPhase::Closing, time: 0.6, force: 2.5 }],
+        awake: vec![AwakeNeighbour { body: 1, moved: 0.02, lifted: 0.05 }],
+    };
+    let held = PickTrial {
+        candidate: 5,
+        verdict: PickVerdict::Held,
+        time: 2.1,
+        steps: 1050,
+        raised: 0.1,
+        penetration: 1e-5,
+        object_from_base: Some(Pose::identity()),
+        contacts: vec![PressedContact {
+            link: 1,
+            point: [0.1, 0.0, 0.2],
+            normal: [0.0, 1.0, 0.0],
+            distance: -1e-5,
+            force: 3.0,
+        }],
+        touched: vec![PressedThing { thing: 3, phase: PickPhase::Lift, time: 1.2, force: 0.5 }],
+        awake: vec![
+            AwakeNeighbour { body: 1, moved: 0.0, lifted: 0.0 },
+            AwakeNeighbour { body: 3, moved: 0.11, lifted: 0.09 },
+        ],
+    };
+    PickTrials {
+        sample: sample(),
+        links: vec!["base".to_owned(), "left".to_owned(), "right".to_owned()],
+        mass: 0.2,
+        friction: 0.5,
+        torsion: 0.002,
+        rolling: 0.002,
+        awake: AwakeBodies::Near,
+        protocol: PickProtocol {
+            approach: [0.1, 0.5],
+            start_depth: 0.001,
+            closing_time: 1.0,
+            lift: [0.1, 1.0],
+            hold_time: 0.5,
+            least_raised: 0.08,
+            lost: [0.03, 0.5],
+            carried_height: 0.04,
+        },
+        trials: vec![failed, held],
+    }
+}
+
+fn payload(encode: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
+    let mut out = Vec::new();
+    encode(&mut out);
+    out
+}
+
+#[test]
+fn candidates_and_trials_come_back_as_they_were_with_their_counts() {
+    let (candidates, trials) = (candidates(), trials());
+    assert_eq!(PickCandidates::decode(&payload(|out| candidates.encode(out))), Ok(candidates.clone()));
+    assert_eq!(PickTrials::decode(&payload(|out| trials.encode(out))), Ok(trials.clone()));
+    assert_eq!(trials.check_beside(&candidates), Ok(()));
+    let facts = PickFacts::of(&candidates, Some(&trials));
+    assert_eq!((facts.stored, facts.candidates, facts.free, facts.lost), (2, 6, 2, [1; 4]));
+    assert_eq!((facts.trials.tried(), facts.trials.held()), (2, 1));
+    let PickTrialFacts { held_touching, held_moving, held_carrying, .. } = facts.trials;
+    assert_eq!((held_touching, held_moving, held_carrying), (1, 1, 1));
+    assert_eq!(PickFacts::from(&Facts::from(facts)), facts);
+    assert_eq!((candidates.body(), candidates.object()), (2, ObjectId(Digest([2; 32]))));
+    assert_eq!(candidates.free().collect::<Vec<_>>(), [0, 5]);
+    assert_eq!(trials.trials[1].carried(0.04).collect::<Vec<_>>(), [3]);
+}
+
+type Fault<T> = (&'static str, fn(&mut T));
+
+#[test]
+fn candidates_that_make_no_sense_are_refused_by_field() {
+    let faults: [Fault<PickCandidates>; 12] = [
+        ("sample.item", |record| record.sample.item = ItemId(3)),
+        ("rolls", |record| record.rolls = 0),
+        ("directions", |record| record.rolls = 3),
+        ("runs", |record| record.stored = 1),
+        ("margin", |record| record.margin = 0.01),
+        ("directions", |record| record.candidates.swap(0, 1)),
+        ("clearances", |record| record.candidates[1].clearance = 0.002),
+        ("clearances", |record| record.candidates[0].clearance = -0.001),
+        ("closed_joints", |record| record.candidates[0].closed.push(0.0)),
+        ("neighbours", |record| {
+            record.candidates[4].blocked = Some(Blocked { stage: PickStage::Closing, by: PickObstacle::Neighbour(2) });
+        }),
+        ("stages", |record| {
+            record.candidates[3].blocked = Some(Blocked { stage: PickStage::Closing, by: PickObstacle::Own });
+        }),
+        ("verdicts", |record| record.container = SceneContainer::Plane { size: [1.0, 1.0] }),
+    ];
+    for (field, fault) in faults {
+        let mut record = candidates();
+        fault(&mut record);
+        let found = PickCandidates::decode(&payload(|out| record.encode(out)));
+        let error = found.expect_err(field);
+        let named = match &error {
+            RecordError::Range { field, .. } | RecordError::Length { field, .. } => *field,
+            _ => "?",
+        };
+        assert_eq!(named, field, "{error}");
+    }
+}
+
+#[test]
+fn trials_that_make_no_sense_are_refused_by_field() {
+    let faults: [Fault<PickTrials>; 8] = [
+        ("trials.candidate", |record| record.trials.swap(0, 1)),
+        ("trials.links", |record| record.trials[1].contacts[0].link = 3),
+        ("trials.normals", |record| record.trials[1].contacts[0].normal = [0.0, 1.1, 0.0]),
+        ("trials.object_from_base", |record| record.trials[1].object_from_base = None),
+        ("trials.awake", |record| record.trials[1].awake.swap(0, 1)),
+        ("trials.moved", |record| record.trials[1].awake[0].moved = -1.0),
+        ("trials.touched_forces", |record| record.trials[0].touched[0].force = f64::NAN),
+        ("trials.time", |record| record.trials[0].time = -1.0),
+    ];
+    let named = |error: &RecordError| match error {
+        RecordError::Range { field, .. } | RecordError::Length { field, .. } => *field,
+        _ => "?",
+    };
+    for (field, fault) in faults {
+        let mut record = trials();
+        fault(&mut record);
+        let error = PickTrials::decode(&payload(|out| record.encode(out))).expect_err(field);
+        assert_eq!(named(&error), field, "{error}");
+    }
+    let beside: [Fault<PickTrials>; 3] = [
+        ("trials.candidate", |record| record.trials[0].candidate = 1),
+        ("trials.touched", |record| record.trials[0].touched[0].thing = 2),
+        ("trials.awake", |record| record.trials[1].awake[1].body = 4),
+    ];
+    for (field, fault) in beside {
+        let mut record = trials();
+        fault(&mut record);
+        let error = record.check_beside(&candidates()).expect_err(field);
+        assert_eq!(named(&error), field, "{error}");
+    }
+}

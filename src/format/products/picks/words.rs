@@ -1,0 +1,208 @@
+//! Words of picks: which stored grasps are taken, what is in the way of a hand, and verdicts on trials.
+
+/// Choice of the stored grasps that are evaluated in scenes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TakenGrasps {
+    /// All grasps that were tried.
+    Tried,
+    /// Grasps that held in every trial.
+    Held,
+    /// The kept grasps.
+    Kept,
+    /// All whose closed hand touches with two links at least.
+    Closed,
+}
+
+impl TakenGrasps {
+    /// Every choice.
+    pub const ALL: [Self; 4] = [Self::Tried, Self::Held, Self::Kept, Self::Closed];
+
+    /// The name on disk.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tried => "tried",
+            Self::Held => "held",
+            Self::Kept => "kept",
+            Self::Closed => "closed",
+        }
+    }
+
+    /// Whether trials of the stored grasps decide.
+    pub fn needs_trials(self) -> bool {
+        matches!(self, Self::Tried | Self::Held)
+    }
+}
+
+/// Choice of the bodies that may move in a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AwakeBodies {
+    /// Bodies two contacts away from the one that is grasped, and those that the hand comes near.
+    Near,
+    /// All bodies.
+    All,
+}
+
+impl AwakeBodies {
+    /// Every choice.
+    pub const ALL: [Self; 2] = [Self::Near, Self::All];
+
+    /// The name on disk.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Near => "near",
+            Self::All => "all",
+        }
+    }
+}
+
+/// Something in the way of a hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PickObstacle {
+    /// The plane below everything.
+    Ground,
+    /// The container.
+    Container,
+    /// The body that is to be grasped, where the hand comes.
+    Own,
+    /// Another body, by its number from 1.
+    Neighbour(u32),
+}
+
+impl PickObstacle {
+    /// Names of the obstacles, in the order of their numbers on disk from 1.
+    pub const NAMES: [&'static str; 4] = ["ground", "container", "own object", "neighbour"];
+
+    /// The number on disk, from 1; 0 stands for none.
+    pub fn number(self) -> u8 {
+        match self {
+            Self::Ground => 1,
+            Self::Container => 2,
+            Self::Own => 3,
+            Self::Neighbour(_) => 4,
+        }
+    }
+}
+
+/// Part of a hand's path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PickStage {
+    /// The hand in its posture, where it begins to close.
+    Pregrasp,
+    /// On the way there.
+    Approach,
+    /// While it closes.
+    Closing,
+}
+
+impl PickStage {
+    /// Every stage, in the order of their numbers on disk, from 1.
+    pub const ALL: [Self; 3] = [Self::Pregrasp, Self::Approach, Self::Closing];
+
+    /// The number on disk, from 1.
+    pub(super) fn number(self) -> u8 {
+        self as u8 + 1
+    }
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pregrasp => "pregrasp",
+            Self::Approach => "approach",
+            Self::Closing => "closing",
+        }
+    }
+}
+
+/// Part of a trial among neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PickPhase {
+    /// The hand comes along its approach.
+    Approach,
+    /// The hand closes.
+    Closing,
+    /// The hand lifts.
+    Lift,
+    /// The hand keeps what it has.
+    Hold,
+}
+
+impl PickPhase {
+    /// Every phase, in the order of their numbers on disk.
+    pub const ALL: [Self; 4] = [Self::Approach, Self::Closing, Self::Lift, Self::Hold];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Approach => "approach",
+            Self::Closing => "closing",
+            Self::Lift => "lift",
+            Self::Hold => "hold",
+        }
+    }
+}
+
+/// Verdict on a trial among neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PickVerdict {
+    /// The body is lifted and stayed in the hand, and two links at least touch it.
+    Held,
+    /// The hand starts too deep in something: nothing was simulated.
+    StartsTooDeep,
+    /// The closed hand does not touch the body.
+    NotTouching,
+    /// The closed hand touches it with one link.
+    OneLink,
+    /// The body left while the hand came.
+    LostApproaching,
+    /// The body left while the hand closed.
+    LostClosing,
+    /// The body left while it was lifted.
+    LostLifting,
+    /// The body left after that.
+    LostHolding,
+    /// The body stayed, but in the end fewer than two links touch it.
+    LetGo,
+    /// The body stayed in the hand, but is not as far up as it should be.
+    NotLifted,
+    /// The numbers blew up.
+    Unstable,
+}
+
+impl PickVerdict {
+    /// Every verdict, in the order of their numbers on disk.
+    pub const ALL: [Self; 11] = [
+        Self::Held,
+        Self::StartsTooDeep,
+        Self::NotTouching,
+        Self::OneLink,
+        Self::LostApproaching,
+        Self::LostClosing,
+        Self::LostLifting,
+        Self::LostHolding,
+        Self::LetGo,
+        Self::NotLifted,
+        Self::Unstable,
+    ];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Held => "held",
+            Self::StartsTooDeep => "starts_too_deep",
+            Self::NotTouching => "not_touching",
+            Self::OneLink => "one_link",
+            Self::LostApproaching => "lost_approaching",
+            Self::LostClosing => "lost_closing",
+            Self::LostLifting => "lost_lifting",
+            Self::LostHolding => "lost_holding",
+            Self::LetGo => "let_go",
+            Self::NotLifted => "not_lifted",
+            Self::Unstable => "unstable",
+        }
+    }
+
+    /// Whether the grasp held.
+    pub fn is_held(self) -> bool {
+        self == Self::Held
+    }
+}

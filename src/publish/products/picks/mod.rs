@@ -1,0 +1,17 @@
+//! Picks as people meet them: facts, page, pictures.
+
+mod inspection;
+mod page;
+mod painting;
+mod row;
+mod templates;
+
+pub use inspection::{PickedObject, PicksInspection, inspect_picks};
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::{
+    inspection::PickSurvey,
+    page::{CardView, PicksPage},
+    templates::PAGE_TEMPLATE,
+};

@@ -1,0 +1,193 @@
+//! The page of a dataset of picks: what grasps are lost to, what came of trials, pictures.
+
+use serde::Serialize;
+
+use super::{
+    inspection::{PickSurvey, PickedObject, share},
+    painting::Drawn,
+};
+use crate::{
+    chart::{Bar, Ink, bar_chart, grouped},
+    markup::Markup,
+    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    picture::Picture,
+};
+use format::{
+    PickCandidates, PickTrials, PickVerdict,
+    dataset::{DatasetError, DatasetReader},
+};
+use kernel::words::Split;
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct PicksPage<'a> {
+    dataset: DatasetView<'a>,
+    strip: Vec<StripPicture>,
+    speed: Option<SpeedView>,
+    numbers: HeaderNumbers,
+    /// Reason, count and share.
+    rejects: Vec<[String; 3]>,
+    /// Split and kept bodies.
+    splits: Vec<[String; 2]>,
+    /// Candidates by what became of them; `None` where none was evaluated.
+    ends: Option<Markup>,
+    /// Trials; `None` where nothing was tried.
+    trials: Option<TrialsView>,
+    cards: Vec<CardView>,
+    /// Name, split, bodies, candidates, free, lost to each thing, tried, held.
+    objects: Vec<Vec<String>>,
+    job: &'a str,
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    kept: String,
+    scenes: String,
+    hand: String,
+    with_free: String,
+    candidates: String,
+    free: String,
+    free_share: String,
+}
+
+/// Trials among neighbours.
+#[derive(Serialize)]
+struct TrialsView {
+    tried: String,
+    held: String,
+    held_share: String,
+    touching: String,
+    moving: String,
+    carrying: String,
+    chart: Markup,
+}
+
+/// One body of a scene.
+#[derive(Clone, Serialize)]
+pub(crate) struct CardView {
+    title: String,
+    words: String,
+    pictures: Vec<PanelView>,
+}
+
+/// A picture with its name.
+#[derive(Clone, Serialize)]
+struct PanelView {
+    image: ImageView,
+    name: &'static str,
+    hint: &'static str,
+}
+
+/// Side of a picture [px].
+const SIDE: u32 = 360;
+
+/// Side of a picture on the page [px].
+const SHOWN_SIDE: u32 = 260;
+
+/// One line about a body.
+pub(super) fn pick_words(candidates: &PickCandidates, trials: Option<&PickTrials>) -> String {
+    let free = candidates.free().count();
+    let all = candidates.candidates.len();
+    let mut words = format!("body {} of {} · {free} of {all} grasps free", candidates.body(), candidates.bodies.len());
+    if let Some(trials) = trials {
+        let held = trials.trials.iter().filter(|trial| trial.verdict.is_held()).count();
+        words += &format!(" · {held} of {} trials held", trials.trials.len());
+    }
+    words
+}
+
+/// The bodies that a page shows; none where the hand has a shape that cannot be drawn.
+pub(crate) fn cards(reader: &DatasetReader, survey: &PickSurvey) -> Result<Vec<CardView>, DatasetError> {
+    let Some(mut drawn) = Drawn::of(reader)? else { return Ok(Vec::new()) };
+    let mut cards = Vec::new();
+    for index in &survey.shown {
+        let Some(sample) = reader.sample(*index)? else { continue };
+        let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+        let pictures = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;
+        let panel = |picture: &Picture, name, hint| PanelView {
+            image: ImageView::of(picture, SHOWN_SIDE, SHOWN_SIDE),
+            name,
+            hint,
+        };
+        let name = if trials.is_some() { "A grasp that held" } else { "A free grasp" };
+        let held = pictures.held.as_ref().map(|picture| panel(picture, name, "blue: the closed hand"));
+        let ways = panel(&pictures.ways, "All grasps", "green: free, red: something is in the way");
+        let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
+        let object = survey.facts.objects.iter().find(|row| row.object == candidates.object());
+        cards.push(CardView {
+            title: object.map_or_else(|| "?".to_owned(), |row| row.name.clone()),
+            words: format!("{split} · {}", pick_words(&candidates, trials.as_ref())),
+            pictures: held.into_iter().chain([ways]).collect(),
+        });
+    }
+    Ok(cards)
+}
+
+impl<'a> PicksPage<'a> {
+    /// The page with these cards.
+    pub fn of(survey: &'a PickSurvey, cards: Vec<CardView>, job: &'a str) -> Self {
+        let facts = &survey.facts;
+        let strip_card = |card: &CardView| StripCard {
+            caption: card.title.clone(),
+            pictures: card.pictures.iter().map(|panel| panel.image.clone()).collect(),
+        };
+        let end = |(name, count): (&str, u64)| {
+            let is_free = name == "free";
+            let label = if is_free { "free".to_owned() } else { format!("lost to {name}") };
+            Bar { label, value: count, ink: if is_free { Ink::Complete } else { Ink::Reject } }
+        };
+        let ends: Vec<Bar> = facts.ends().map(end).collect();
+        let trials = facts.trials.as_ref().map(|trials| {
+            let bar = |(verdict, count): (&String, &u64)| Bar {
+                label: verdict.replace('_', " "),
+                value: *count,
+                ink: if verdict == PickVerdict::Held.name() { Ink::Complete } else { Ink::Reject },
+            };
+            let bars: Vec<Bar> = trials.verdicts.iter().map(bar).collect();
+            TrialsView {
+                tried: grouped(trials.tried),
+                held: grouped(trials.held),
+                held_share: share(trials.held, trials.tried),
+                touching: grouped(trials.held_touching),
+                moving: grouped(trials.held_moving),
+                carrying: grouped(trials.held_carrying),
+                chart: bar_chart("Trials by verdict", &bars),
+            }
+        });
+        Self {
+            dataset: DatasetView::of(&facts.header),
+            strip: StripPicture::strip(&(1..).zip(cards.iter().map(strip_card)).collect::<Vec<_>>()),
+            speed: SpeedView::of(&facts.header, "bodies"),
+            numbers: HeaderNumbers {
+                kept: grouped(facts.kept),
+                scenes: grouped(facts.scenes),
+                hand: facts.hand.clone(),
+                with_free: grouped(facts.bodies_with_free),
+                candidates: grouped(facts.candidates),
+                free: grouped(facts.free),
+                free_share: share(facts.free, facts.candidates),
+            },
+            rejects: share_rows(&facts.rejected, facts.samples),
+            splits: split_rows(&facts.splits),
+            ends: (facts.candidates > 0).then(|| bar_chart("Grasps by what became of them", &ends)),
+            trials,
+            objects: facts.objects.iter().map(PickedObject::cells).collect(),
+            cards,
+            job,
+        }
+    }
+}
+
+#[cfg(test)]
+impl CardView {
+    /// A card of one picture of this name.
+    pub fn example(name: &str) -> Self {
+        let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
+        Self {
+            title: name.to_owned(),
+            words: "training".to_owned(),
+            pictures: vec![PanelView { image, name: "A free grasp", hint: "blue" }],
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Pictures of a scene with grasps of one of its bodies: the closed hand among the bodies, and from where hands come.
+
+use std::{collections::BTreeMap, f64::consts::FRAC_PI_4, sync::Arc};
+
+use nalgebra::{IsometryMatrix3, Point3};
+
+use crate::picture::{Colour, Picture, Solid, SolidView, solid_picture};
+use format::{
+    HandShape, PickCandidates, PickTrials, SceneContainer,
+    dataset::{DatasetError, DatasetReader},
+    products::grasps::Shapes,
+};
+use kernel::{
+    geom::{NoSurface, Shape, TouchShape, TriMesh, Triangles},
+    ids::ObjectId,
+};
+
+/// Elevation from which a scene is drawn: over the walls of a bin [rad].
+const ELEVATION: f64 = 0.95;
+
+/// Length of the world that a picture shows of what lies around the body [m].
+const EXTENT: f64 = 0.42;
+
+/// Side of a picture over the radius of the dot of a hand.
+const SIDE_OVER_DOT: f64 = 90.0;
+
+/// Thickness of a drawn table [m].
+const TABLE_THICKNESS: f64 = 0.002;
+
+/// Hand and objects of a dataset, ready to be drawn.
+pub(super) struct Drawn {
+    hand: HandShape,
+    /// One per solid of the hand.
+    solids: Vec<TouchShape>,
+    shapes: Shapes,
+    /// Place of each object among the shapes.
+    places: BTreeMap<ObjectId, usize>,
+    objects: BTreeMap<ObjectId, TouchShape>,
+}
+
+/// The pictures of a body of a scene.
+pub(super) struct PickPictures {
+    /// A grasp that held, or without one a free grasp: the closed hand among the bodies. `None` where no grasp is free.
+    pub held: Option<Picture>,
+    /// The bodies, and a dot where each hand's base stands: green where it is free, vermilion where something is in the way.
+    pub ways: Picture,
+}
+
+impl Drawn {
+    /// Hand and objects of a dataset; `None` where the hand has a shape that cannot be drawn.
+    pub fn of(reader: &DatasetReader) -> Result<Option<Self>, DatasetError> {
+        let shapes = Shapes::open(reader.folder())?;
+        let hand = shapes.hand()?;
+        let solids: Result<_, NoSurface> = hand.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
+        // The shapes are sorted as the asset table is.
+        let places = reader.assets()?.objects.iter().enumerate().map(|(place, row)| (row.object, place)).collect();
+        Ok(solids.ok().map(|solids| Self { hand, solids, shapes, places, objects: BTreeMap::new() }))
+    }
+
+    /// Draws a sample; each picture has `side` pixels along each side.
+    pub fn pictures(
+        &mut self,
+        candidates: &PickCandidates,
+        trials: Option<&PickTrials>,
+        side: u32,
+    ) -> Result<PickPictures, DatasetError> {
+        for (object, _) in &candidates.bodies {
+            self.load(*object)?;
+        }
+        let container = container(&candidates.container);
+        let mut solids: Vec<Solid<'_>> = Vec::new();
+        for (number, (object, pose)) in (1..).zip(&candidates.bodies) {
+            let colour = if number == candidates.body() { Colour::COMPLETE } else { Colour::OTHERS };
+            solids.extend(self.objects.get(object).map(|shape| Solid { shape, pose: *pose.isometry(), colour }));
+        }
+        solids.extend(container.as_ref().map(|(shape, pose)| Solid { shape, pose: *pose, colour: Colour::TABLE }));
+        let own = candidates.bodies[candidates.sample.item.0 as usize].1;
+        let middle = Point3::from(*own.translation());
+        let view = SolidView { azimuth: -FRAC_PI_4, elevation: ELEVATION, middle, extent: EXTENT };
+        let mut ways = solid_picture(&solids, &view, side);
+        // Free hands come last: they are few, and hide nothing that matters.
+        for is_free in [false, true] {
+            let colour = if is_free { Colour::TOUCHED } else { Colour::HELD };
+            for candidate in candidates.candidates.iter().filter(|candidate| candidate.is_free() == is_free) {
+                let at = Point3::from(*candidate.world_from_base.translation());
+                ways.dot(view.pixel(&at, side), f64::from(side) / SIDE_OVER_DOT, colour);
+            }
+        }
+        let held = trials.and_then(|trials| trials.trials.iter().find(|trial| trial.verdict.is_held()));
+        let shown = held.map(|trial| trial.candidate as usize).or_else(|| candidates.free().next());
+        let shown = shown.and_then(|place| candidates.candidates.get(place));
+        let held = shown.map(|candidate| {
+            let frames = self.hand.link_frames(&candidate.closed);
+            let base = candidate.world_from_base.isometry();
+            solids.extend(self.hand.solids.iter().zip(&self.solids).map(|(part, shape)| Solid {
+                shape,
+                pose: base * frames[part.link] * part.link_from_solid,
+                colour: Colour::EXPLORED,
+            }));
+            solid_picture(&solids, &view, side).with_few_colours()
+        });
+        Ok(PickPictures { held, ways: ways.with_few_colours() })
+    }
+
+    fn load(&mut self, object: ObjectId) -> Result<(), DatasetError> {
+        if let (Some(place), false) = (self.places.get(&object), self.objects.contains_key(&object))
+            && let Ok(shape) = mesh_shape(&self.shapes.object(*place)?.mesh)
+        {
+            self.objects.insert(object, shape);
+        }
+        Ok(())
+    }
+}
+
+fn mesh_shape(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
+    let triangles = Triangles {
+        corners: mesh.vertices.iter().map(|corner| Point3::from(corner.map(f64::from))).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    TouchShape::new(&Shape::Mesh(Arc::new(triangles)))
+}
+
+/// The container, and its pose; a piece of the plane where there is none.
+fn container(container: &SceneContainer) -> Option<(TouchShape, IsometryMatrix3<f64>)> {
+    match *container {
+        SceneContainer::Bin { inner, wall } => {
+            Some((mesh_shape(&TriMesh::open_box(inner, wall)).ok()?, IsometryMatrix3::identity()))
+        }
+        SceneContainer::Plane { size: [x, y] } => {
+            let half = [x / 2.0, y / 2.0, TABLE_THICKNESS / 2.0];
+            let shape = TouchShape::new(&Shape::Box { half }).ok()?;
+            Some((shape, IsometryMatrix3::translation(0.0, 0.0, -TABLE_THICKNESS / 2.0)))
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The row of picks in the table of products.
+
+use super::{
+    inspection::PickSurvey,
+    page::{PicksPage, cards, pick_words},
+    painting::Drawn,
+    templates::TEMPLATES,
+};
+use crate::{
+    asset::{AssetKind, AssetUse},
+    chart::grouped,
+    inspection::Inspection,
+    numbers::{NumberRow, Numbers},
+    picture::{Panel, Picture},
+    preview::write_pick_preview,
+    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
+    templates::page_values,
+};
+use format::{
+    Noun, Product,
+    dataset::{DatasetError, DatasetReader, Sample},
+    products::grasps::SHAPES,
+};
+
+/// Picks as people meet them.
+pub static PAGES: ProductPages = ProductPages {
+    product: Product::PICKS,
+    words: ProductWords {
+        lead: "Grasps of a hand on the bodies of settled scenes: which reach their body without touching anything else, and what came of \
+               those that were tried among the neighbours.",
+        sample: "one body of one settled scene, with the grasps that were evaluated",
+        labels: "for each grasp what is in its way, at which stage and how near; where the job asks for trials, for some of the free \
+                 grasps whether the body was lifted and kept, what was touched, moved and carried along",
+        acquisition: "Stored grasps of each body's object were placed in the scene, those of a gripper rotated about its closing line, \
+                      and the hand was followed along its approach and while it closes among the true meshes.",
+        reading: "`shapes.mcap` holds the hand's shapes and the objects' meshes, so that grasps can be drawn.",
+        legend: "From left to right: the closed hand (blue) on the body (orange) among the others (grey), and where the base of \
+                 each hand stands, green where it is free and red where something is in the way.",
+        regenerated: 16,
+        tasks: &["robotics"],
+    },
+    templates: &TEMPLATES,
+    survey: |reader| Ok(Box::new(PickSurvey::of(reader)?)),
+    parts: Some(SampleParts {
+        noun: Noun { one: "grasp", many: "grasps" },
+        count: |manifest| manifest.counts.fact("candidates"),
+    }),
+    counts_in_words: |_, _| Ok(Vec::new()),
+    write_preview: |reader, _| Ok(write_pick_preview(reader)?),
+    preview_shows_more: false,
+    assets: ProductAssets {
+        subjects: AssetKind::Object,
+        objects: AssetUse::Copied,
+        descriptions: AssetUse::Copied,
+        shape_files: &[SHAPES],
+        data_files: &[],
+    },
+};
+
+/// Side of each part of a sample's picture in a release [px].
+const SIDE: u32 = 240;
+
+impl Survey for PickSurvey {
+    fn inspection(&self) -> Inspection {
+        Inspection::of(&self.facts)
+    }
+
+    fn page(&self, reader: &DatasetReader) -> Result<Page, DatasetError> {
+        let (cards, job) = (cards(reader, self)?, reader.job_text()?);
+        let shown = cards.len();
+        Ok(Page { values: page_values(&PicksPage::of(self, cards, &job)), shown })
+    }
+
+    fn add_numbers(&self, numbers: &mut Numbers) {
+        let facts = &self.facts;
+        let mut add = |name: String, count: u64| numbers.rows.push(NumberRow::new(name, grouped(count)));
+        add("scenes".to_owned(), facts.scenes);
+        add("bodies with a free grasp".to_owned(), facts.bodies_with_free);
+        for (name, count) in facts.ends() {
+            add(if name == "free" { "free grasps".to_owned() } else { format!("grasps lost to {name}") }, count);
+        }
+        if let Some(trials) = &facts.trials {
+            add("grasps tried among neighbours".to_owned(), trials.tried);
+            add("trials that held".to_owned(), trials.held);
+            add("trials that held and moved a neighbour".to_owned(), trials.held_moving);
+            add("trials that held and carried a neighbour along".to_owned(), trials.held_carrying);
+        }
+    }
+
+    fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {
+        let Some(mut drawn) = Drawn::of(reader)? else { return Ok(Vec::new()) };
+        let mut pictures = Vec::new();
+        for index in self.shown.iter().take(PICTURES) {
+            let Some(sample) = reader.sample(*index)? else { continue };
+            let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+            let found = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;
+            let row: Vec<Picture> = found.held.into_iter().chain([found.ways]).collect();
+            let picture = Picture::row(&row, SIDE / 20).with_few_colours();
+            pictures.push((pick_words(&candidates, trials.as_ref()), picture));
+        }
+        Ok(pictures)
+    }
+
+    fn panels(&self, reader: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
+        let Some(mut drawn) = Drawn::of(reader)? else { return Ok(Vec::new()) };
+        let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+        let found = drawn.pictures(&candidates, trials.as_ref(), side)?;
+        let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
+        let held = found.held.map(|picture| panel("closed hand", picture));
+        Ok(held.into_iter().chain([panel("free and blocked", found.ways)]).collect())
+    }
+}
