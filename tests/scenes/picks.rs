@@ -222,7 +222,7 @@ fn surroundings(scene: &Scene, shapes: &BTreeMap<ObjectId, TriMesh>) -> Surround
 fn every_row_follows_from_the_stored_scene_and_grasp() {
     let workspace = with_inputs("");
     let picks = workspace.make_dataset("picks", &picks_job("trials = 0\nrolls = 8"), &[]);
-    assert!(!reader(&picks).manifest().channels.iter().any(|channel| channel.topic == "/picks/trials"));
+    assert!(!reader(&picks).manifest().channels().iter().any(|channel| channel.topic == "/picks/trials"));
     let scenes: BTreeMap<ObjectId, Scene> = (samples(&workspace.path("scenes")).iter())
         .map(|sample| sample.scene().expect("a scene"))
         .map(|scene| (scene.id(), scene))
