@@ -39,7 +39,7 @@ const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\nc
 fn grasps_job(shapes: &[&str], more: &str) -> String {
     format!(
         "product = \"grasps\"\nseed = 7\n[hand]\nscene = {:?}\n[[objects]]\nbuilt_in = {shapes:?}\n[grasps]\nseeds = 2\n\
-         sampler = \"antipodal\"\n[antipodal]\nbest = 8\n[keep]\ntorsion = 0.002\n{more}\n{NO_SPLIT}",
+         sampler = \"antipodal\"\n[antipodal]\nbest = 5\n[keep]\ntorsion = 0.002\n{more}\n{NO_SPLIT}",
         repository_path(GRIPPER)
     )
 }

@@ -166,31 +166,43 @@ impl HandPassage {
     /// # Panics
     /// When there is no such object.
     pub fn follow(&mut self, scene: &Surroundings, target: usize, grasp: &ClosingGrasp) -> Passage {
+        self.follow_and_close(scene, target, &grasp.object_from_base, &grasp.posture, |_| grasp)
+    }
+
+    /// Follows the hand as [`Self::follow`] does, on its way to a grasp that is asked for where nothing is in the way before the hand closes: closing takes longer than
+    /// all the rest.
+    ///
+    /// # Panics
+    /// When there is no such object, or the posture has not one value per driven joint.
+    pub fn follow_and_close<'g>(
+        &mut self,
+        scene: &Surroundings,
+        target: usize,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+        close: impl FnOnce(&mut Self) -> &'g ClosingGrasp,
+    ) -> Passage {
         let object = &scene.objects[target];
-        let scene_from_base = object.scene_from_obstacle * grasp.object_from_base;
-        let posture: Vec<Motor> = grasp.posture.iter().copied().map(Motor::engaged).collect();
-        let back = scene_from_base.rotation * grasp.approach * -STAND_OFF;
-        // The plane: a straight path is lowest at one of its ends.
-        let lowest = |end: &[Motor]| self.table.lowest(&scene_from_base, &posture, end) - scene.ground;
-        let [shaped, closing] = [lowest(&posture), lowest(&grasp.closed)];
-        let above = |stage: PathStage| match stage {
-            PathStage::Pregrasp => shaped,
-            PathStage::Approach => shaped + back.z.min(0.0),
-            PathStage::Closing => closing,
-        };
-        let margin = self.margin;
-        let under = |stage: PathStage| {
-            let blocked = Some((stage, InTheWay::Ground));
-            Some(Passage { blocked, clearance: above(stage) }).filter(|passage| passage.clearance < margin)
-        };
-        let mut least = FAR.min(above(PathStage::Approach)).min(closing);
-        let things = self.things(scene, target);
-        let joints = self.closing.hand.posture_values(&grasp.posture);
+        let scene_from_base = object.scene_from_obstacle * object_from_base;
+        let joints = self.closing.hand.posture_values(posture);
+        let posture: Vec<Motor> = posture.iter().copied().map(Motor::engaged).collect();
         let frames = self.closing.hand.link_frames(&joints);
+        let approach = self.closing.hand.approach_pose(&frames).isometry().rotation * Vector3::z();
+        let back = scene_from_base.rotation * approach * -STAND_OFF;
+        // The plane: a straight path is lowest at one of its ends.
+        let shaped = self.table.lowest(&scene_from_base, &posture, &posture) - scene.ground;
+        let on_approach = shaped + back.z.min(0.0);
+        let margin = self.margin;
+        let under = |stage: PathStage, clearance: f64| {
+            let blocked = Some((stage, InTheWay::Ground));
+            Some(Passage { blocked, clearance }).filter(|passage| passage.clearance < margin)
+        };
+        let mut least = FAR.min(on_approach);
+        let things = self.things(scene, target);
         let moment = Moment { scene_from_base, frames: &frames };
         let blocked =
             |stage: PathStage, thing: &Thing, clearance: f64| Passage { blocked: Some((stage, thing.what)), clearance };
-        if let Some(passage) = under(PathStage::Pregrasp) {
+        if let Some(passage) = under(PathStage::Pregrasp, shaped) {
             return passage;
         }
         for thing in &things {
@@ -198,7 +210,7 @@ impl HandPassage {
                 return blocked(PathStage::Pregrasp, thing, clearance);
             }
         }
-        if let Some(passage) = under(PathStage::Approach) {
+        if let Some(passage) = under(PathStage::Approach, on_approach) {
             return passage;
         }
         for thing in &things {
@@ -208,9 +220,12 @@ impl HandPassage {
                 Ok(clearance) => least = least.min(clearance),
             }
         }
-        if let Some(passage) = under(PathStage::Closing) {
+        let grasp = close(self);
+        let closing = self.table.lowest(&scene_from_base, &posture, &grasp.closed) - scene.ground;
+        if let Some(passage) = under(PathStage::Closing, closing) {
             return passage;
         }
+        least = least.min(closing);
         // The target is what the hand closes on.
         for thing in things.iter().filter(|thing| thing.what != InTheWay::Target) {
             match self.while_closing(thing, &scene_from_base, [&posture, &grasp.closed]) {

@@ -12,7 +12,11 @@ use kernel::{
     contact::{ContactBody, Sampled},
     geom::MassProperties,
 };
-use robot::grasp::ClosingGrasp;
+use nalgebra::IsometryMatrix3;
+use robot::{
+    grasp::{ClosingGrasp, HandPassage},
+    hand::Hand,
+};
 
 /// Objects that are kept, at most: about 7 MB each, and half a kilobyte for each grasp that was evaluated.
 const KEPT: usize = 128;
@@ -23,7 +27,7 @@ pub(super) struct LoadedObject {
     pub body: Arc<ContactBody>,
     /// Mass properties of its solid.
     pub solid: MassProperties,
-    /// The hand closed on the object, for each stored grasp and direction; made when it is first evaluated.
+    /// The hand closed on the object, for each stored grasp and direction; made when it is first needed.
     closed: Vec<OnceLock<ClosedGrasp>>,
 }
 
@@ -33,6 +37,22 @@ pub(super) struct ClosedGrasp {
     pub grasp: ClosingGrasp,
     /// All joints of the closed hand [rad or m].
     pub joints: Vec<f64>,
+}
+
+impl ClosedGrasp {
+    /// Closes the hand on an object.
+    pub fn new(
+        passage: &mut HandPassage,
+        hand: &Hand,
+        object: &LoadedObject,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+    ) -> Self {
+        let grasp = passage.close(object.body.surface(), object_from_base, posture);
+        let mut joints = vec![0.0; hand.tree().len()];
+        hand.joint_values(grasp.closed(), &mut joints);
+        Self { grasp, joints }
+    }
 }
 
 /// Objects that were loaded last.

@@ -67,17 +67,37 @@ impl LoadedScene {
 
     /// Whether each body touches another one, or touches a body that does, beside the one itself.
     pub fn two_contacts_away(&self, body: usize) -> Vec<bool> {
-        let mut reached = vec![false; self.record.bodies.len()];
-        reached[body] = true;
-        for _ in 0..2 {
-            let before = reached.clone();
-            for contact in self.record.contacts.iter().filter(|contact| contact.pair[0] != CONTAINER) {
-                let [first, second] = contact.pair.map(|number| number as usize - 1);
-                reached[first] |= before[second];
-                reached[second] |= before[first];
-            }
+        let pairs: Vec<[u32; 2]> = self.record.contacts.iter().map(|contact| contact.pair).collect();
+        reached(&pairs, self.record.bodies.len(), body)
+    }
+}
+
+/// Bodies that are reached from one by two contacts at most; contacts with the container lead nowhere.
+fn reached(pairs: &[[u32; 2]], bodies: usize, from: usize) -> Vec<bool> {
+    let mut reached = vec![false; bodies];
+    reached[from] = true;
+    for _ in 0..2 {
+        let before = reached.clone();
+        for pair in pairs.iter().filter(|pair| pair[0] != CONTAINER) {
+            let [first, second] = pair.map(|number| number as usize - 1);
+            reached[first] |= before[second];
+            reached[second] |= before[first];
         }
-        reached[body] = false;
-        reached
+    }
+    reached[from] = false;
+    reached
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_contacts_reach_the_neighbours_of_neighbours_and_not_through_the_container() {
+        // A chain of 2, 1, 3 and 5; 4 lies apart, and all but 1 lie on the container.
+        let pairs = [[1, 2], [0, 2], [0, 3], [1, 3], [3, 5], [0, 4], [0, 5], [3, 5]];
+        assert_eq!(reached(&pairs, 5, 1), [true, false, true, false, false]);
+        assert_eq!(reached(&pairs, 5, 0), [false, true, true, false, true]);
+        assert_eq!(reached(&pairs, 5, 3), [false; 5]);
     }
 }

@@ -2,13 +2,13 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use nalgebra::Vector3;
+use nalgebra::{IsometryMatrix3, Vector3};
 
 use super::{
     loaded::{ClosedGrasp, LoadedObject, LoadedObjects},
     rotated::rotated_about_line,
     scene::LoadedScene,
-    settings::{PickJob, PickSettings, StoredGrasp},
+    settings::{PickJob, PickSettings},
     trials::Trials,
 };
 use crate::{ProduceError, SampleWriter, products::grasps::GraspHand, work::Producer};
@@ -101,13 +101,19 @@ impl<'s> PickWorker<'s> {
         }
         let object = &scene.objects[body];
         let numbers = self.draw(&sample, stored.len());
-        let mut closed: Vec<&ClosedGrasp> = Vec::with_capacity(numbers.len());
+        let mut closed: Vec<Option<&ClosedGrasp>> = Vec::with_capacity(numbers.len());
         let mut candidates = Vec::with_capacity(numbers.len());
+        let hand = &self.shared.hand.hand;
         for number in numbers {
             let (grasp, direction) = (&stored[(number / job.settings.rolls) as usize], number % job.settings.rolls);
-            let found = self.closed(object, number, grasp, direction);
-            let passage = self.passage.follow(&scene.surroundings, body, &found.grasp);
-            candidates.push(recorded(scene, body, [grasp.run, grasp.rank, direction], found, &passage));
+            let base = rotated_about_line(grasp, self.line, direction, job.settings.rolls);
+            let mut found = None;
+            let passage = self.passage.follow_and_close(&scene.surroundings, body, &base, &grasp.posture, |passage| {
+                let close = || ClosedGrasp::new(passage, hand, object, &base, &grasp.posture);
+                &found.insert(object.closed(number as usize, close)).grasp
+            });
+            let key = [grasp.run, grasp.rank, direction];
+            candidates.push(recorded(scene, body, key, &base, &passage, found));
             closed.push(found);
         }
         let record = PickCandidates {
@@ -129,8 +135,8 @@ impl<'s> PickWorker<'s> {
         let mut tried = None;
         if self.trials.is_some() && out.stores(Channel::PICK_TRIALS) {
             let chosen = self.draw_trials(&sample, record.free());
-            let chosen: Vec<(u32, &ClosedGrasp)> =
-                chosen.into_iter().map(|index| (index as u32, closed[index])).collect();
+            let chosen = chosen.into_iter().filter_map(|index| Some((index as u32, closed[index]?)));
+            let chosen: Vec<(u32, &ClosedGrasp)> = chosen.collect();
             let Self { trials, passage, .. } = self;
             let trials = trials.as_ref().expect("there are trials").run(sample, scene, &chosen, passage)?;
             if let Some(payload) = out.payload(Channel::PICK_TRIALS) {
@@ -139,25 +145,6 @@ impl<'s> PickWorker<'s> {
             tried = Some(trials);
         }
         out.keep(sample, PickFacts::of(&record, tried.as_ref()))
-    }
-
-    /// The hand closed on an object in one of its stored grasps, rotated.
-    fn closed<'o>(
-        &mut self,
-        object: &'o LoadedObject,
-        number: u32,
-        grasp: &StoredGrasp,
-        direction: u32,
-    ) -> &'o ClosedGrasp {
-        let Self { shared, passage, line, .. } = self;
-        object.closed(number as usize, || {
-            let base = rotated_about_line(grasp, *line, direction, shared.job.settings.rolls);
-            let grasp = passage.close(object.body.surface(), &base, &grasp.posture);
-            let hand = &shared.hand.hand;
-            let mut joints = vec![0.0; hand.tree().len()];
-            hand.joint_values(grasp.closed(), &mut joints);
-            ClosedGrasp { grasp, joints }
-        })
     }
 }
 
@@ -170,10 +157,11 @@ fn recorded(
     scene: &LoadedScene,
     body: usize,
     [run, rank, direction]: [u32; 3],
-    closed: &ClosedGrasp,
+    object_from_base: &IsometryMatrix3<f64>,
     passage: &Passage,
+    closed: Option<&ClosedGrasp>,
 ) -> PickCandidate {
-    let world_from_base = scene.surroundings.objects[body].scene_from_obstacle * closed.grasp.object_from_base;
+    let world_from_base = scene.surroundings.objects[body].scene_from_obstacle * object_from_base;
     let blocked = passage.blocked.map(|(stage, by)| Blocked {
         stage: match stage {
             PathStage::Pregrasp => PickStage::Pregrasp,
@@ -194,7 +182,7 @@ fn recorded(
         world_from_base: Pose::from_isometry(world_from_base),
         blocked,
         clearance: passage.clearance,
-        closed: if blocked.is_none() { closed.joints.clone() } else { Vec::new() },
+        closed: closed.filter(|_| blocked.is_none()).map(|closed| closed.joints.clone()).unwrap_or_default(),
     }
 }
 

@@ -155,7 +155,7 @@ impl SceneContainer {
     }
 
     /// The container of a name and sizes in a record of this message.
-    pub(in crate::products) fn of(message: &'static str, name: &str, sizes: &[f64]) -> Result<Self, RecordError> {
+    pub(crate) fn of(message: &'static str, name: &str, sizes: &[f64]) -> Result<Self, RecordError> {
         let fits = sizes.iter().find(|size| !(**size > 0.0 && size.is_finite()));
         ranged(message, "container_size", fits.copied().unwrap_or(1.0), fits.is_none(), "above 0")?;
         named(message, "container", name, &["plane", "bin"])?;
