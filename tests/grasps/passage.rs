@@ -1,9 +1,9 @@
 //! Hands that come and close among other objects: free or not, against coal and closed forms.
 
-use std::{fs, sync::Arc};
+use std::{collections::BTreeMap, fs, sync::Arc};
 
 use graspmill::{
-    collision::Geometry,
+    collision::{Body, Geometry},
     contact::ContactSurface,
     geom::{Shape, TriMesh},
     grasp::{ClosingGrasp, HandPassage, HandSearch, InTheWay, Obstacle, Passage, PathStage, Surroundings},
@@ -173,40 +173,117 @@ fn rounded(shape: &Shape) -> serde_json::Value {
     json!({ "half": half, "round": is_round, "thickness": thickness })
 }
 
+const SCANS: [&str; 4] = ["025_mug", "006_mustard", "011_banana", "024_bowl"];
+
+/// Scans in the air over a low bin, each turned by chance.
+fn scans_in_a_bin(meshes: &[TriMesh], bin: &TriMesh, draw: &mut Stream) -> Surroundings {
+    let mut objects: Vec<Obstacle> = Vec::new();
+    for (index, mesh) in meshes.iter().enumerate() {
+        let at = Vector3::new(0.13 * (index % 2) as f64, 0.13 * (index / 2) as f64, 0.1);
+        objects.push(obstacle(mesh, IsometryMatrix3::from_parts(at.into(), turned(draw))));
+    }
+    let container = obstacle(bin, IsometryMatrix3::translation(0.06, 0.06, 0.0));
+    Surroundings { container: Some(container), ground: -0.02, objects }
+}
+
+fn turned(draw: &mut Stream) -> Rotation3<f64> {
+    let parts = [(); 4].map(|()| draw.normal());
+    UnitQuaternion::from_quaternion(nalgebra::Quaternion::from(parts)).to_rotation_matrix()
+}
+
+/// Distances of the solids, at each moment that `rows` has, from each mesh: a row a moment.
+fn ask_coal(things: &[(&TriMesh, &Obstacle)], solids: &[(usize, Geometry)], rows: Vec<u8>) -> Vec<Vec<f64>> {
+    let folder = Workspace::new();
+    let pose = |pose: &IsometryMatrix3<f64>| {
+        let pose = pose.to_homogeneous();
+        (0..3).flat_map(|row| (0..4).map(move |column| pose[(row, column)])).collect::<Vec<f64>>()
+    };
+    let mesh = |(mesh, placed): &(&TriMesh, &Obstacle)| {
+        let pose = pose(&placed.scene_from_obstacle);
+        json!({ "vertices": mesh.vertices, "triangles": mesh.triangles, "pose": pose })
+    };
+    let question = json!({
+        "meshes": things.iter().map(mesh).collect::<Vec<_>>(),
+        "solids": solids.iter().map(|(_, geometry)| rounded(&geometry.shape)).collect::<Vec<_>>(),
+    });
+    folder.write("question.json", question.to_string());
+    folder.write("poses", rows);
+    Program::peer("peers/bin/python").arg("tests/peers/passage.py").arg(folder.folder()).succeed();
+    let answer = fs::read(folder.path("distances")).expect("an answer");
+    let distances: Vec<f64> = answer.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+    distances.chunks_exact(things.len()).map(<[f64]>::to_vec).collect()
+}
+
+/// A hand that was followed, with the moments of its path that coal has seen: of each stage in turn.
+struct Followed {
+    target: usize,
+    found: Passage,
+    moments: [usize; 3],
+}
+
+impl Followed {
+    /// Compares with coal's distances at these moments; `says` tells which grasp it is.
+    fn check(&self, near: &[Vec<f64>], says: &str) {
+        let Self { target, found, moments } = self;
+        let bin = SCANS.len();
+        let (mut first, mut least, mut at) = (None, f64::INFINITY, 0);
+        for (stage, count) in [PathStage::Pregrasp, PathStage::Approach, PathStage::Closing].into_iter().zip(moments) {
+            let near = &near[at..at + count];
+            at += count;
+            // In the order in which things are looked at; the target is what the hand closes on.
+            let own = (stage != PathStage::Closing).then_some((InTheWay::Target, *target));
+            let others = (0..bin).filter(|index| index != target).map(|index| (InTheWay::Neighbour(index), index));
+            for (thing, column) in std::iter::once((InTheWay::Container, bin)).chain(own).chain(others) {
+                let distance = near.iter().map(|row| row[column]).fold(f64::INFINITY, f64::min);
+                let margin = if thing == InTheWay::Target { -1e-4 } else { MARGIN };
+                if first.is_none() && distance < margin - Passage::TOLERANCE {
+                    first = Some((stage, thing));
+                }
+                if Some((stage, thing)) == found.blocked {
+                    first = first.or(found.blocked);
+                    // Deep in something the two measure depth in ways of their own.
+                    let is_told = stage != PathStage::Pregrasp || distance <= 0.0;
+                    assert!(is_told || (distance - found.clearance).abs() < 1e-4, "{says}: {distance} {found:?}");
+                    // Between two samples the hand may come nearer than at either; one with clutches is seen closed alone.
+                    let is_seen = *count > 1 || stage == PathStage::Pregrasp;
+                    assert!(!is_seen || distance < margin + 0.0025, "{says}: {distance} {found:?}");
+                }
+                if thing != InTheWay::Target {
+                    least = least.min(distance);
+                }
+            }
+        }
+        match found.blocked {
+            // Coal knows nothing of the plane.
+            Some((stage, InTheWay::Ground)) => {
+                assert!(first.is_none_or(|(other, _)| other >= stage), "{says}: {first:?} {found:?}");
+            }
+            blocked => assert_eq!(first, blocked, "{says}"),
+        }
+        assert!(found.blocked.is_some() || least > found.clearance - Passage::TOLERANCE, "{says}: {least} {found:?}");
+    }
+}
+
 /// Twenty thousand poses of hands among scans: coal finds the same things in the way, at the same distances.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn coal_finds_the_same_in_the_way() {
-    const NAMES: [&str; 4] = ["025_mug", "006_mustard", "011_banana", "024_bowl"];
-    let meshes: Vec<TriMesh> = NAMES.iter().map(|name| prepare_scan(&scan_file(name))).collect();
-    let mut poses = 0;
-    let mut counts = std::collections::BTreeMap::new();
-    for scene_of in [GRIPPER, BARRETT] {
-        let model = open_hand(scene_of);
+    const GRASPS: usize = 170;
+    let meshes: Vec<TriMesh> = SCANS.iter().map(|name| prepare_scan(&scan_file(name))).collect();
+    let bin = TriMesh::open_box([0.5, 0.5, 0.05], 0.02);
+    let (mut poses, mut counts) = (0, BTreeMap::new());
+    for hand in [GRIPPER, BARRETT] {
+        let model = open_hand(hand);
         let (bodies, _) = model.bodies().expect("its bodies");
-        let solids: Vec<(usize, Geometry)> = bodies
-            .bodies
-            .iter()
-            .flat_map(|body| body.geometries.iter().map(|geometry| (body.link, geometry.clone())))
-            .collect();
+        let of_body = |body: &Body| body.geometries.iter().map(|geometry| (body.link, geometry.clone())).collect();
+        let solids: Vec<(usize, Geometry)> =
+            bodies.bodies.iter().flat_map(|body| -> Vec<_> { of_body(body) }).collect();
         let mut watch = passage(&model);
-        let mut draw = Stream::of_job(1, scene_of.as_bytes(), "hands among scans");
-        let turned = |draw: &mut Stream| {
-            let parts = [(); 4].map(|()| draw.normal());
-            UnitQuaternion::from_quaternion(nalgebra::Quaternion::from(parts)).to_rotation_matrix()
-        };
-        let mut objects: Vec<Obstacle> = Vec::new();
-        for (index, mesh) in meshes.iter().enumerate() {
-            let at = Vector3::new(0.13 * (index % 2) as f64, 0.13 * (index / 2) as f64, 0.1);
-            objects.push(obstacle(mesh, IsometryMatrix3::from_parts(at.into(), turned(&mut draw))));
-        }
-        let bin = TriMesh::open_box([0.5, 0.5, 0.05], 0.02);
-        let container = obstacle(&bin, IsometryMatrix3::translation(0.06, 0.06, 0.0));
-        let scene = Surroundings { container: Some(container), ground: -0.02, objects };
-        let (mut grasps, mut sampled, mut rows) = (Vec::new(), Vec::new(), Vec::new());
-        let mut seconds = 0.0;
-        for _ in 0..170 {
-            let target = (draw.unit() * NAMES.len() as f64) as usize;
+        let mut draw = Stream::of_job(1, hand.as_bytes(), "hands among scans");
+        let scene = scans_in_a_bin(&meshes, &bin, &mut draw);
+        let (mut followed, mut rows, mut seconds) = (Vec::new(), Vec::new(), 0.0);
+        for _ in 0..GRASPS {
+            let target = (draw.unit() * SCANS.len() as f64) as usize;
             // From outside towards the middle of the object's box, nearly.
             let rotation = turned(&mut draw);
             let middle = scene.objects[target].surface.bounds().centre();
@@ -218,85 +295,18 @@ fn coal_finds_the_same_in_the_way() {
             seconds += thread_seconds() - began;
             let path = Sampled::new(&model, &solids, &scene.objects[target].scene_from_obstacle, &grasp);
             rows.extend(path.poses.iter().flat_map(|number| number.to_le_bytes()));
-            sampled.push(path.moments);
-            grasps.push((target, found));
-        }
-        let folder = Workspace::new();
-        let pose = |pose: &IsometryMatrix3<f64>| {
-            let pose = pose.to_homogeneous();
-            (0..3).flat_map(|row| (0..4).map(move |column| pose[(row, column)])).collect::<Vec<f64>>()
-        };
-        let container = scene.container.as_ref().expect("a bin");
-        let things = meshes.iter().zip(&scene.objects).chain([(&bin, container)]);
-        let question = json!({
-            "meshes": things.map(|(mesh, placed)| json!({
-                "vertices": mesh.vertices, "triangles": mesh.triangles, "pose": pose(&placed.scene_from_obstacle),
-            })).collect::<Vec<_>>(),
-            "solids": solids.iter().map(|(_, geometry)| rounded(&geometry.shape)).collect::<Vec<_>>(),
-        });
-        folder.write("question.json", question.to_string());
-        folder.write("poses", rows);
-        Program::peer("peers/bin/python").arg("tests/peers/passage.py").arg(folder.folder()).succeed();
-        let answer = fs::read(folder.path("distances")).expect("an answer");
-        let distances: Vec<f64> = answer.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let mut moments = distances.chunks_exact(NAMES.len() + 1);
-        for (number, ((target, found), parts)) in grasps.iter().zip(&sampled).enumerate() {
-            let stages = [PathStage::Pregrasp, PathStage::Approach, PathStage::Closing];
-            let mut first = None;
-            let mut least = f64::INFINITY;
-            for (stage, count) in stages.into_iter().zip(parts) {
-                poses += count;
-                let near: Vec<Vec<f64>> = moments.by_ref().take(*count).map(<[f64]>::to_vec).collect();
-                // In the order in which things are looked at.
-                let order =
-                    std::iter::once((InTheWay::Container, NAMES.len())).chain([(InTheWay::Target, *target)]).chain(
-                        (0..NAMES.len())
-                            .filter(|index| index != target)
-                            .map(|index| (InTheWay::Neighbour(index), index)),
-                    );
-                for (thing, column) in order {
-                    if thing == InTheWay::Target && stage == PathStage::Closing {
-                        continue;
-                    }
-                    let distance = near.iter().map(|row| row[column]).fold(f64::INFINITY, f64::min);
-                    let margin = if thing == InTheWay::Target { -1e-4 } else { MARGIN };
-                    let says = |place: Option<(PathStage, InTheWay)>| place == found.blocked;
-                    // Whoever is found in the way before is nearer than its margin, but for the tolerance.
-                    if first.is_none() && distance < margin - Passage::TOLERANCE {
-                        first = Some((stage, thing));
-                    }
-                    if says(Some((stage, thing))) {
-                        first = first.or(found.blocked);
-                        if stage == PathStage::Pregrasp && distance > 0.0 {
-                            assert!(
-                                (distance - found.clearance).abs() < 1e-4,
-                                "{scene_of} {number}: {distance} {found:?}"
-                            );
-                        }
-                        // Between two samples the hand may come nearer than at either; one that closes by clutches is seen closed alone.
-                        assert!(
-                            *count == 1 && stage == PathStage::Closing || distance < margin + 0.0025,
-                            "{scene_of} {number}: {distance} {found:?}"
-                        );
-                    }
-                    if thing != InTheWay::Target {
-                        least = least.min(distance);
-                    }
-                }
-            }
-            match found.blocked {
-                // Of the plane coal knows nothing.
-                Some((stage, InTheWay::Ground)) => {
-                    assert!(first.is_none_or(|(other, _)| other >= stage), "{scene_of} {number}: {first:?} {found:?}");
-                }
-                blocked => assert_eq!(first, blocked, "{scene_of} {number}"),
-            }
-            if found.blocked.is_none() {
-                assert!(least > found.clearance - Passage::TOLERANCE, "{scene_of} {number}: {least} {found:?}");
-            }
             *counts.entry(format!("{:?}", found.blocked.map(|(stage, _)| stage))).or_insert(0) += 1;
+            followed.push(Followed { target, found, moments: path.moments });
         }
-        println!("{scene_of}: {:.0} us a grasp with its closing", 1e6 * seconds / 170.0);
+        let container = scene.container.as_ref().expect("a bin");
+        let things: Vec<_> = meshes.iter().zip(&scene.objects).chain([(&bin, container)]).collect();
+        let mut near = &ask_coal(&things, &solids, rows)[..];
+        for (number, grasp) in followed.iter().enumerate() {
+            let (own, rest) = near.split_at(grasp.moments.iter().sum());
+            grasp.check(own, &format!("{hand} {number}"));
+            (near, poses) = (rest, poses + own.len());
+        }
+        println!("{hand}: {:.0} us a grasp with its closing", 1e6 * seconds / GRASPS as f64);
     }
     println!("{poses} poses of hands, {counts:?}");
     assert!(poses > 20_000, "{poses}");
