@@ -12,7 +12,7 @@ from .geometry import Floats, pose
 from .samples import Sample, as_array, content, expect_lengths
 
 PICK_OBSTACLES = ("free", "ground", "container", "own object", "neighbour")
-"""What is in the way of a hand, by the numbers of ``verdicts``; 0: nothing is."""
+"""Obstacles in the way of a hand, by the numbers of ``verdicts``; 0: none."""
 PICK_STAGES = ("free", "pregrasp", "approach", "closing")
 """Part of a hand's path, by the numbers of ``stages``."""
 PICK_VERDICTS = (
@@ -66,7 +66,7 @@ class PickTrial:
     forces: Floats
     """(contacts,) N along the normals."""
     touched: dict[int, tuple[str, float, float]]
-    """What the hand pressed on beside the body, by number, 0 the container: phase and time [s] of the first touch, largest force [N]."""
+    """Things that the hand pressed on beside the body, by number, 0 the container: phase and time [s] of the first touch, largest force [N]."""
     moved: dict[int, float]
     """Largest distance of each neighbour that could move from where it lay [m], by number."""
     lifted: dict[int, float]
