@@ -111,6 +111,21 @@ impl ImageView {
     }
 }
 
+/// A picture of a card, with its name.
+#[derive(Clone, Serialize)]
+pub(super) struct PanelView {
+    pub image: ImageView,
+    name: &'static str,
+    hint: &'static str,
+}
+
+impl PanelView {
+    /// A square picture, shown `side` pixels large.
+    pub fn square(picture: &Picture, side: u32, name: &'static str, hint: &'static str) -> Self {
+        Self { image: ImageView::of(picture, side, side), name, hint }
+    }
+}
+
 /// A card of a page as the strip on top of it shows it.
 pub(super) struct StripCard {
     /// Words below its pictures.

@@ -6,7 +6,7 @@ use super::{inspection::AmodalSurvey, painting::PairPictures};
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    page::{DatasetView, PanelView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
     picture::Picture,
     scene_objects::ScenesObject,
     tally::SpreadRow,
@@ -55,14 +55,6 @@ pub(crate) struct CardView {
     pictures: Vec<PanelView>,
 }
 
-/// A picture with its name.
-#[derive(Clone, Serialize)]
-struct PanelView {
-    image: ImageView,
-    name: &'static str,
-    hint: &'static str,
-}
-
 /// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
 const SIDE: u32 = 400;
 
@@ -75,11 +67,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
         let (pictures, pair, clutter) = PairPictures::of(&sample, SIDE)?;
-        let panel = |picture: &Picture, name, hint| PanelView {
-            image: ImageView::of(picture, SHOWN_SIDE, SHOWN_SIDE),
-            name,
-            hint,
-        };
+        let panel = |picture: &Picture, name, hint| PanelView::square(picture, SHOWN_SIDE, name, hint);
         let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
         cards.push(CardView {
             title: format!("{}, body {} in view {}", ScenesObject::name_of(&survey.facts.objects, clutter.object), sample.id.instance, sample.id.item),
@@ -147,11 +135,11 @@ impl<'a> AmodalPage<'a> {
 impl CardView {
     /// A card of one picture of this name.
     pub fn example(name: &str) -> Self {
-        let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
+        let picture = Picture::filled(1, 1, [0; 4]);
         Self {
             title: name.to_owned(),
             words: "training".to_owned(),
-            pictures: vec![PanelView { image, name: "Seen", hint: "blue the body" }],
+            pictures: vec![PanelView::square(&picture, 1, "Seen", "blue the body")],
         }
     }
 }

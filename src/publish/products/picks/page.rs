@@ -9,7 +9,7 @@ use super::{
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    page::{DatasetView, PanelView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
     picture::Picture,
 };
 use format::{
@@ -71,14 +71,6 @@ pub(crate) struct CardView {
     pictures: Vec<PanelView>,
 }
 
-/// A picture with its name.
-#[derive(Clone, Serialize)]
-struct PanelView {
-    image: ImageView,
-    name: &'static str,
-    hint: &'static str,
-}
-
 /// Side of a picture [px].
 const SIDE: u32 = 360;
 
@@ -105,11 +97,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &PickSurvey) -> Result<Vec<C
         let Some(sample) = reader.sample(*index)? else { continue };
         let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
         let pictures = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;
-        let panel = |picture: &Picture, name, hint| PanelView {
-            image: ImageView::of(picture, SHOWN_SIDE, SHOWN_SIDE),
-            name,
-            hint,
-        };
+        let panel = |picture: &Picture, name, hint| PanelView::square(picture, SHOWN_SIDE, name, hint);
         let name = if trials.is_some() { "A grasp that held" } else { "A free grasp" };
         let held = pictures.held.as_ref().map(|picture| panel(picture, name, "blue: the closed hand"));
         let ways = panel(&pictures.ways, "All grasps", "green: free, red: something is in the way");
@@ -183,11 +171,11 @@ impl<'a> PicksPage<'a> {
 impl CardView {
     /// A card of one picture of this name.
     pub fn example(name: &str) -> Self {
-        let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
+        let picture = Picture::filled(1, 1, [0; 4]);
         Self {
             title: name.to_owned(),
             words: "training".to_owned(),
-            pictures: vec![PanelView { image, name: "A free grasp", hint: "blue" }],
+            pictures: vec![PanelView::square(&picture, 1, "A free grasp", "blue")],
         }
     }
 }

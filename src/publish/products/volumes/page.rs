@@ -9,7 +9,7 @@ use super::{
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    page::{DatasetView, PanelView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
     picture::Picture,
     scene_objects::ScenesObject,
     tally::SpreadRow,
@@ -59,14 +59,6 @@ pub(crate) struct CardView {
     pictures: Vec<PanelView>,
 }
 
-/// A picture with its name.
-#[derive(Clone, Serialize)]
-struct PanelView {
-    image: ImageView,
-    name: &'static str,
-    hint: &'static str,
-}
-
 /// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
 const SIDE: u32 = 400;
 
@@ -94,11 +86,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &VolumeSurvey) -> Result<Vec
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
         let (pictures, volume, truth) = VolumePictures::of(&sample, SIDE)?;
-        let panel = |picture: &Picture, name, hint| PanelView {
-            image: ImageView::of(picture, SHOWN_SIDE, SHOWN_SIDE),
-            name,
-            hint,
-        };
+        let panel = |picture: &Picture, name, hint| PanelView::square(picture, SHOWN_SIDE, name, hint);
         let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
         cards.push(CardView {
             title: format!("volume {}", sample.index),
@@ -154,11 +142,11 @@ impl<'a> VolumesPage<'a> {
 impl CardView {
     /// A card of one picture of this name.
     pub fn example(name: &str) -> Self {
-        let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
+        let picture = Picture::filled(1, 1, [0; 4]);
         Self {
             title: name.to_owned(),
             words: "training".to_owned(),
-            pictures: vec![PanelView { image, name: "Fused surface", hint: "blue" }],
+            pictures: vec![PanelView::square(&picture, 1, "Fused surface", "blue")],
         }
     }
 }
