@@ -121,7 +121,7 @@ impl Sampled {
         let hand = model.hand();
         let scene_from_base = scene_from_object * grasp.object_from_base;
         let frames = hand.link_frames(&hand.posture_values(&grasp.posture));
-        let approach = scene_from_base.rotation * (hand.approach_pose(&frames).isometry().rotation * Vector3::z());
+        let approach = scene_from_base.rotation * hand.approach_direction(&frames);
         let mut poses = Vec::new();
         let mut add = |base: &IsometryMatrix3<f64>, frames: &[IsometryMatrix3<f64>]| {
             for (link, geometry) in solids {

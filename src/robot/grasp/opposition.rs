@@ -140,7 +140,7 @@ impl Oppositions {
         let middle =
             nalgebra::center(&first.point, &second.point).coords + line * ((first.radius - second.radius) / 2.0);
         let rotation = Rotation3::from_matrix_unchecked(rotation_towards(&line, 0.0));
-        let approach = hand.approach_pose(&frames).isometry().rotation * Vector3::z();
+        let approach = hand.approach_direction(&frames);
         // From between the sides to just before the nearest of the tips.
         let reach = |place: &Place| solids.reach_along(place.link, &approach, &frames);
         let tip = sides.as_flattened().iter().map(reach).fold(f64::INFINITY, f64::min);

@@ -99,8 +99,6 @@ pub struct ClosingGrasp {
     pub posture: Vec<f64>,
     /// The motors when it has closed.
     closed: Vec<Motor>,
-    /// Direction of the approach, in the base frame.
-    approach: Vector3<f64>,
 }
 
 /// Follows a hand through scenes; the memory of one thread.
@@ -155,10 +153,7 @@ impl HandPassage {
         posture: &[f64],
     ) -> ClosingGrasp {
         let closed = self.closing.close(surface, object_from_base, posture).motors;
-        let hand = &self.closing.hand;
-        let frames = hand.link_frames(&hand.posture_values(posture));
-        let approach = hand.approach_pose(&frames).isometry().rotation * Vector3::z();
-        ClosingGrasp { object_from_base: *object_from_base, posture: posture.to_vec(), closed, approach }
+        ClosingGrasp { object_from_base: *object_from_base, posture: posture.to_vec(), closed }
     }
 
     /// Follows the hand on its way to a grasp of object `target`, and until it has closed.
@@ -169,8 +164,8 @@ impl HandPassage {
         self.follow_and_close(scene, target, &grasp.object_from_base, &grasp.posture, |_| grasp)
     }
 
-    /// Follows the hand as [`Self::follow`] does, on its way to a grasp that is asked for where nothing is in the way before the hand closes: closing takes longer than
-    /// all the rest.
+    /// Follows the hand as [`Self::follow`] does, on its way to a grasp that is asked for where nothing is in the way before the hand
+    /// closes: closing takes longer than all the rest.
     ///
     /// # Panics
     /// When there is no such object, or the posture has not one value per driven joint.
@@ -187,8 +182,7 @@ impl HandPassage {
         let joints = self.closing.hand.posture_values(posture);
         let posture: Vec<Motor> = posture.iter().copied().map(Motor::engaged).collect();
         let frames = self.closing.hand.link_frames(&joints);
-        let approach = self.closing.hand.approach_pose(&frames).isometry().rotation * Vector3::z();
-        let back = scene_from_base.rotation * approach * -STAND_OFF;
+        let back = scene_from_base.rotation * self.closing.hand.approach_direction(&frames) * -STAND_OFF;
         // The plane: a straight path is lowest at one of its ends.
         let shaped = self.table.lowest(&scene_from_base, &posture, &posture) - scene.ground;
         let on_approach = shaped + back.z.min(0.0);
@@ -197,14 +191,14 @@ impl HandPassage {
             let blocked = Some((stage, InTheWay::Ground));
             Some(Passage { blocked, clearance }).filter(|passage| passage.clearance < margin)
         };
+        if let Some(passage) = under(PathStage::Pregrasp, shaped) {
+            return passage;
+        }
         let mut least = FAR.min(on_approach);
         let things = self.things(scene, target);
         let moment = Moment { scene_from_base, frames: &frames };
         let blocked =
             |stage: PathStage, thing: &Thing, clearance: f64| Passage { blocked: Some((stage, thing.what)), clearance };
-        if let Some(passage) = under(PathStage::Pregrasp, shaped) {
-            return passage;
-        }
         for thing in &things {
             if let Some(clearance) = self.nearer_than_margin(thing, &moment) {
                 return blocked(PathStage::Pregrasp, thing, clearance);
@@ -240,9 +234,10 @@ impl HandPassage {
     pub fn near(&mut self, scene: &Surroundings, target: usize, grasp: &ClosingGrasp, distance: f64) -> Vec<usize> {
         let scene_from_base = scene.objects[target].scene_from_obstacle * grasp.object_from_base;
         let hand = Arc::clone(&self.closing.hand);
-        let back = scene_from_base.rotation * grasp.approach * -STAND_OFF;
-        let mut joints = vec![0.0; hand.tree().len()];
         let posture: Vec<Motor> = grasp.posture.iter().copied().map(Motor::engaged).collect();
+        let shaped = hand.link_frames(&hand.posture_values(&grasp.posture));
+        let back = scene_from_base.rotation * hand.approach_direction(&shaped) * -STAND_OFF;
+        let mut joints = vec![0.0; hand.tree().len()];
         let mut near = Vec::new();
         for motors in [&posture, &grasp.closed] {
             hand.joint_values(motors, &mut joints);
@@ -295,21 +290,10 @@ impl HandPassage {
         let obstacle_from_scene = thing.obstacle.scene_from_obstacle.inverse();
         let mut least = thing.told();
         for solid in 0..self.closing.probes.len() {
-            let mut come = 0.0;
-            loop {
+            thing.advance(&mut least, 1.0, STAND_OFF, |come, reach| {
                 let moved = obstacle_from_scene * Translation3::from(back * come) * moment.scene_from_base;
-                let surface = &thing.obstacle.surface;
-                let distance =
-                    self.closing.distance_within(surface, &moved, moment.frames, solid, least.max(0.0) + BEYOND);
-                if distance < thing.margin {
-                    return Err(distance);
-                }
-                least = thing.least(least, distance);
-                if come == 1.0 {
-                    break;
-                }
-                come = f64::min(come + thing.step(distance, least) / STAND_OFF, 1.0);
-            }
+                self.closing.distance_within(&thing.obstacle.surface, &moved, moment.frames, solid, reach)
+            })?;
         }
         Ok(least)
     }
@@ -334,25 +318,14 @@ impl HandPassage {
             if speed == 0.0 {
                 continue;
             }
-            let mut time = 0.0;
-            loop {
+            thing.advance(&mut least, duration, speed, |time, reach| {
                 let driven = hand.driven().iter().zip(start.iter().zip(end));
                 let now: Vec<Motor> =
                     driven.map(|(driven, (start, end))| motor_at(*start, *end, driven, time * driven.speed)).collect();
                 hand.joint_values(&now, &mut joints);
                 let frames = hand.link_frames(&joints);
-                let surface = &thing.obstacle.surface;
-                let distance =
-                    self.closing.distance_within(surface, &obstacle_from_base, &frames, solid, least + BEYOND);
-                if distance < thing.margin {
-                    return Err(distance);
-                }
-                least = thing.least(least, distance);
-                if time == duration {
-                    break;
-                }
-                time = f64::min(time + thing.step(distance, least) / speed, duration);
-            }
+                self.closing.distance_within(&thing.obstacle.surface, &obstacle_from_base, &frames, solid, reach)
+            })?;
         }
         Ok(least)
     }
@@ -367,6 +340,29 @@ impl Thing<'_> {
     /// The least distance so far [m].
     fn least(&self, least: f64, distance: f64) -> f64 {
         if self.what == InTheWay::Target { least } else { least.min(distance) }
+    }
+
+    /// Advances from 0 to `end`, where no point of a solid moves by more than `speed` per unit [m]; `distance` says how far it is from
+    /// the obstacle there, exactly up to a reach. An error is a distance below the margin.
+    fn advance(
+        &self,
+        least: &mut f64,
+        end: f64,
+        speed: f64,
+        mut distance: impl FnMut(f64, f64) -> f64,
+    ) -> Result<(), f64> {
+        let mut at = 0.0;
+        loop {
+            let now = distance(at, *least + BEYOND);
+            if now < self.margin {
+                return Err(now);
+            }
+            *least = self.least(*least, now);
+            if at == end {
+                return Ok(());
+            }
+            at = f64::min(at + self.step(now, *least) / speed, end);
+        }
     }
 
     /// Motion after which the distance may be told as it was [m]: it has come no nearer than the margin, and no nearer than the

@@ -300,6 +300,11 @@ impl Hand {
         Pose::from_isometry(self.base_from(&self.parts.approach, frames))
     }
 
+    /// Direction of the approach, expressed in the base frame; `frames` as [`Hand::link_frames`] has them.
+    pub fn approach_direction(&self, frames: &[IsometryMatrix3<f64>]) -> Vector3<f64> {
+        self.approach_pose(frames).isometry().rotation * Vector3::z()
+    }
+
     /// Position and outward direction of a contact, expressed in the base frame [m].
     ///
     /// # Panics

@@ -11,7 +11,7 @@ use super::{
     model::{BaseSlide, Neighbour},
 };
 use crate::{
-    closing::{HandWorker, LinkTouch},
+    closing::HandWorker,
     convert::{angle_between, isometry},
     effort::{Command, Effort},
     error::HandError,
@@ -19,12 +19,10 @@ use crate::{
     free_object::FreeObject,
     hand_sim::{GRAVITY, GeomOwner, Hold, STEP, is_finite, quaternion},
     settle::{SceneCollider, SceneLoan},
+    trial::{PUSHED_AWAY, deepest, deepest_start, pressing_links, steps_in},
     unstable::{Instability, Unstable},
 };
 use kernel::contact::EDGE_RADIUS;
-
-/// Distance beyond which a target that closing pushed away has left the hand [m].
-const PUSHED_AWAY: f64 = 0.1;
 
 /// Protocol of a trial in a scene. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,7 +146,7 @@ impl ClutterWorker {
         let sim = Arc::clone(&self.sim);
         let hand = self.hand.hand();
         let frames = hand.link_frames(&hand.posture_values(posture));
-        let approach = hand.approach_pose(&frames).isometry().rotation * Vector3::z();
+        let approach = hand.approach_direction(&frames);
         self.world_from_scene = *base_from_scene;
         let poses = &sim.scene.scene_from_objects;
         self.hand.start(posture, &(base_from_scene * poses[sim.target]))?;
@@ -178,7 +176,7 @@ impl ClutterWorker {
     /// The phases, until one decides.
     fn decide(&mut self, outcome: &mut ClutterOutcome, approach: &Vector3<f64>) -> Decided<()> {
         let penetration = self.start_depth();
-        if penetration > self.protocol.start_depth.min(0.98 * EDGE_RADIUS) {
+        if penetration > deepest_start(self.protocol.start_depth) {
             return Err(ClutterVerdict::Refused { penetration });
         }
         let ClutterProtocol { stand_off, approach_time, closing, lift, lift_time, hold_time, .. } = self.protocol;
@@ -202,7 +200,7 @@ impl ClutterWorker {
         let reference = self.hand.base_from_object();
         outcome.closed = Some(reference);
         outcome.touches = self.hand.touches();
-        match links_of(&outcome.touches) {
+        match pressing_links(&outcome.touches).len() {
             0 => return Err(ClutterVerdict::NotTouching),
             1 => return Err(ClutterVerdict::OneLink),
             _ => {}
@@ -214,11 +212,11 @@ impl ClutterWorker {
         ];
         for (phase, glide) in phases {
             self.glide(outcome, phase, &glide, &close, |worker, outcome| {
-                outcome.penetration = outcome.penetration.max(worker.depth_in_target());
+                outcome.penetration = outcome.penetration.max(deepest(&worker.hand.touches()));
                 worker.keeps(&reference).then_some(()).ok_or_else(|| worker.lost(phase))
             })?;
         }
-        let links = links_of(&self.hand.touches());
+        let links = pressing_links(&self.hand.touches()).len();
         if links < 2 {
             return Err(ClutterVerdict::LetGo { links });
         }
@@ -321,11 +319,6 @@ impl ClutterWorker {
         self.hand.data.contact().iter().filter(meets).map(|contact| -contact.dist).fold(0.0, f64::max)
     }
 
-    /// Depth of the hand in the target [m].
-    fn depth_in_target(&self) -> f64 {
-        self.hand.touches().iter().map(|touch| -touch.distance).fold(0.0, f64::max)
-    }
-
     /// Whether the target is still where it was in the hand, nearly.
     fn keeps(&self, reference: &IsometryMatrix3<f64>) -> bool {
         let now = self.hand.base_from_object();
@@ -350,18 +343,6 @@ impl ClutterWorker {
         let pose = isometry(&[x, y, z], &rotation);
         self.world_from_scene.inverse_transform_point(&(pose * self.sim.scene.bodies[neighbour.body].solid.centre))
     }
-}
-
-/// Number of links that press on the target.
-fn links_of(touches: &[LinkTouch]) -> usize {
-    let mut links: Vec<usize> = touches.iter().filter(|touch| touch.force > 0.0).map(|touch| touch.link).collect();
-    links.sort_unstable();
-    links.dedup();
-    links.len()
-}
-
-fn steps_in(time: f64) -> u32 {
-    (time / STEP).round() as u32
 }
 
 #[cfg(test)]

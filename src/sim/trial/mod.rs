@@ -20,11 +20,13 @@ pub use conditions::{
     Gravity, TableSupport, TrialConditions, TrialProtocol, TrialSpread, WhileClosing, mass_of_volume,
 };
 pub use outcome::{Grip, Outcome, Slip, Start, Verdict};
+pub(super) use outcome::{deepest, pressing_links};
 pub use phase::Phase;
 pub use replay::{PlainHand, plain_hand};
 pub use series::{Series, SeriesSample};
 pub use variant::Variant;
 pub use worker::TrialWorker;
+pub(super) use worker::{PUSHED_AWAY, deepest_start, steps_in};
 
 use super::{
     error::HandError,

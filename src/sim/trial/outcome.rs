@@ -97,11 +97,7 @@ pub struct Grip {
 impl Grip {
     /// The links that press on the object, in order.
     pub fn links(&self) -> Vec<usize> {
-        let mut links: Vec<usize> =
-            self.touches.iter().filter(|touch| touch.force > 0.0).map(|touch| touch.link).collect();
-        links.sort_unstable();
-        links.dedup();
-        links
+        pressing_links(&self.touches)
     }
 
     /// Sum of the normal forces of a link [N].
@@ -121,8 +117,21 @@ impl Grip {
 
     /// Deepest penetration of the object by the hand [m], by exact distances from the true mesh.
     pub fn penetration(&self) -> f64 {
-        self.touches.iter().map(|touch| -touch.distance).fold(0.0, f64::max)
+        deepest(&self.touches)
     }
+}
+
+/// The links that press on an object, in order.
+pub(crate) fn pressing_links(touches: &[LinkTouch]) -> Vec<usize> {
+    let mut links: Vec<usize> = touches.iter().filter(|touch| touch.force > 0.0).map(|touch| touch.link).collect();
+    links.sort_unstable();
+    links.dedup();
+    links
+}
+
+/// Deepest penetration of an object by the links that touch it [m].
+pub(crate) fn deepest(touches: &[LinkTouch]) -> f64 {
+    touches.iter().map(|touch| -touch.distance).fold(0.0, f64::max)
 }
 
 /// Motion of the object in the hand during a phase that it stood to the end.

@@ -30,7 +30,7 @@ const DRAWS_BACK: f64 = 5e-4;
 const MAX_BACK: f64 = 0.005;
 
 /// Distance beyond which an object that closing pushed away has left the hand [m].
-const PUSHED_AWAY: f64 = 0.1;
+pub(crate) const PUSHED_AWAY: f64 = 0.1;
 
 /// Working memory of one thread that makes trials; its state is its own.
 pub struct TrialWorker {
@@ -142,7 +142,7 @@ impl TrialWorker {
     ) -> Decided<()> {
         // Start too deep in the object or the table: refused before any motion.
         let penetration = outcome.start.penetration.max(outcome.start.table_penetration);
-        if penetration > self.deepest_start() {
+        if penetration > deepest_start(self.protocol.start_depth) {
             return Err(Verdict::Refused { penetration });
         }
         // Axes in which the accelerations are given: those of the object at the start, or of the table, whose z is up. They act
@@ -232,7 +232,7 @@ impl TrialWorker {
     fn approach(&self, posture: &[f64]) -> Vector3<f64> {
         let hand = self.hand.hand();
         let frames = hand.link_frames(&hand.posture_values(posture));
-        hand.approach_pose(&frames).isometry().rotation * Vector3::z()
+        hand.approach_direction(&frames)
     }
 
     /// Puts hand and object where they start.
@@ -251,7 +251,7 @@ impl TrialWorker {
             worker.depths(object_from_table.map(|table| pose * table).as_ref())
         };
         let mut deepest = depths(self, &pose);
-        if backs_off && deepest.deepest() > self.deepest_start() {
+        if backs_off && deepest.deepest() > deepest_start(self.protocol.start_depth) {
             let hand = Arc::clone(self.hand.hand());
             let back = self.approach(&posture) * DRAWS_BACK;
             loop {
@@ -277,12 +277,6 @@ impl TrialWorker {
         let Depths { base, fingers, table } = deepest;
         let penetration = base.max(fingers);
         Ok(Start { posture, base_from_object: pose, penetration, table_penetration: table, opened_by, drawn_back })
-    }
-
-    /// The deepest start that is none too deep [m]. A box or a cylinder whose core is cut by the surface is reported as deep as
-    /// its edges are rounded, or a little less, however deep it is: so much is too deep whatever the protocol says.
-    fn deepest_start(&self) -> f64 {
-        self.protocol.start_depth.min(0.98 * EDGE_RADIUS)
     }
 
     /// Penetration of the object and of a table by the hand as it stands.
@@ -425,7 +419,14 @@ impl TrialWorker {
     }
 }
 
-fn steps_in(time: f64) -> u32 {
+/// The deepest start that is none too deep, by a protocol's [m]. A box or a cylinder whose core is cut by the surface is reported as
+/// deep as its edges are rounded, or a little less, however deep it is: so much is too deep whatever the protocol says.
+pub(crate) fn deepest_start(of_protocol: f64) -> f64 {
+    of_protocol.min(0.98 * EDGE_RADIUS)
+}
+
+/// Count of the steps in a time [s].
+pub(crate) fn steps_in(time: f64) -> u32 {
     (time / STEP).round() as u32
 }
 
