@@ -166,6 +166,81 @@ fn contacts_are_as_near_as_parry_says() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Points of a solid's core, with steps of 2 mm at most between neighbours.
+fn core_points(shape: &Shape) -> Vec<Point3<f64>> {
+    const STEP: f64 = 0.002;
+    let (half, round) = match *shape {
+        Shape::Sphere { .. } => ([0.0; 3], false),
+        Shape::Capsule { half, .. } => ([0.0, 0.0, half], false),
+        Shape::Box { half } => (half.map(|side| side - EDGE_RADIUS), false),
+        Shape::Cylinder { radius, half } => ([radius - EDGE_RADIUS, radius - EDGE_RADIUS, half - EDGE_RADIUS], true),
+        Shape::Mesh(_) => unreachable!("no solid of a hand"),
+    };
+    let along = half.map(|side| {
+        let steps = (2.0 * side / STEP).ceil() as i32;
+        (0..=steps)
+            .map(move |step| if steps == 0 { 0.0 } else { side * (2.0 * f64::from(step) / f64::from(steps) - 1.0) })
+    });
+    let [x, y, z] = along.map(Iterator::collect::<Vec<f64>>);
+    let mut points = Vec::new();
+    for &x in &x {
+        for &y in &y {
+            points.extend(z.iter().map(|&z| Point3::new(x, y, z)));
+        }
+    }
+    points.retain(|point| !round || point.x.hypot(point.y) <= half[0]);
+    points
+}
+
+/// A distance alone is that of the point of the core that is nearest or deepest, as many points of it say: within its range; beyond it no
+/// less than its end; its start for what is deeper.
+#[test]
+fn distances_without_contacts_are_those_of_a_solids_points() {
+    const REACH: f64 = 0.012;
+    // To the next of these points.
+    const BETWEEN: f64 = 0.0018;
+    let mut scratch = ContactScratch::default();
+    let mut draw = Stream::of_job(1, b"", "distances");
+    for name in ["mug-01", "can-01", "half-cube-diamond", "bowl-01"] {
+        let mesh = built_in_mesh(name);
+        let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+        let bounds = *surface.bounds();
+        let (mut deep, mut within, mut beyond) = (0, 0, 0);
+        for index in 0..300 {
+            let shape = &SOLIDS[index % SOLIDS.len()];
+            let probe = Probe::new(shape).expect("a solid");
+            let at = Vector3::from_fn(|axis, _| draw.uniform(bounds.min[axis] - 0.03, bounds.max[axis] + 0.03));
+            let angles = [(); 3].map(|()| draw.uniform(-3.0, 3.0));
+            let rotation = rotation_from_rpy(angles[0], angles[1], angles[2]);
+            let placed = IsometryMatrix3::from_parts(Translation3::from(at), rotation);
+            let floor = -draw.uniform(0.0, 0.003);
+            let found = surface.distance_within(&probe, &placed, &(floor..=REACH), &mut scratch);
+            let thickness = match *shape {
+                Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
+                _ => EDGE_RADIUS,
+            };
+            let distances = core_points(shape).into_iter().map(|point| surface.signed_distance(&(placed * point)));
+            let sampled = distances.fold(f64::INFINITY, f64::min) - thickness;
+            let says = format!("{name} {index}: {found} in {floor}..={REACH}, sampled {sampled}");
+            assert!(found >= floor, "{says}");
+            if found == floor {
+                deep += 1;
+                assert!(sampled - BETWEEN <= floor + 5e-5, "{says}");
+            } else if found < REACH {
+                within += 1;
+                // Inside, the deepest of pieces of 4 mm is told.
+                let told = if found > 5e-5 - thickness { 1e-6 } else { 0.002 };
+                assert!((sampled - BETWEEN..=sampled + told).contains(&found), "{says}");
+            } else {
+                beyond += 1;
+                assert!(sampled >= REACH - 1e-6, "{says}");
+            }
+        }
+        println!("{name}: {deep} deep, {within} within, {beyond} beyond");
+        assert!(deep > 30 && within > 30 && beyond > 30, "{name}: {deep} {within} {beyond}");
+    }
+}
+
 /// A box as large as a palm that parry finds in a mesh is found there by its depth alone. With a wide margin a nearer point beside
 /// can stand for it: hands are tested for overlap without one.
 #[test]

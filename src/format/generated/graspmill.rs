@@ -902,10 +902,11 @@ pub struct PickCandidates {
     /// per candidate: number of the neighbour in the way; 0 where none is
     #[prost(uint32, repeated, tag = "18")]
     pub neighbours: ::prost::alloc::vec::Vec<u32>,
-    /// per candidate: distance from what is in the way, below 0 where they overlap; where
+    /// per candidate: distance from what is in the way, below 0 where they overlap, at
     #[prost(double, repeated, tag = "19")]
     pub clearances: ::prost::alloc::vec::Vec<f64>,
-    /// it is free the smallest from anything but the body on the whole path, at most 0.01
+    /// least -0.001; where it is free the smallest from anything but the body on the
+    /// whole path, at most 0.01
     ///
     /// names of the hand's joints, in the order of its tree
     #[prost(string, repeated, tag = "20")]

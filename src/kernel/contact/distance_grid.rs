@@ -87,22 +87,38 @@ impl DistanceGrid {
 
     /// A lower bound of the signed distance from the surface to a point in `Object` [m].
     pub fn at_least(&self, point: &Point3<f64>) -> f64 {
+        match self.nearest(point) {
+            Some((value, apart)) => value - apart - ROUNDING,
+            None => {
+                // Beyond the lattice the surface is at least as far as its box.
+                let nearest = point.coords.sup(&self.bounds.min.coords).inf(&self.bounds.max.coords);
+                (point.coords - nearest).norm()
+            }
+        }
+    }
+
+    /// An upper bound of the signed distance from the surface to a point in `Object` [m], infinite beyond the lattice.
+    pub fn at_most(&self, point: &Point3<f64>) -> f64 {
+        // What lies deeper than distances are exact is a lower bound: there the surface is at least that far.
+        self.nearest(point).map_or(f64::INFINITY, |(value, apart)| value.max(-EXACT) + apart + ROUNDING)
+    }
+
+    /// The value at the point of the lattice next to a point, and how far the two are apart at most [m]; `None` beyond the lattice.
+    fn nearest(&self, point: &Point3<f64>) -> Option<(f64, f64)> {
         let along = (point - self.origin) / self.cell;
         let mut indices = [0; 3];
         let mut apart = 0.0;
         for axis in 0..3 {
             let nearest = along[axis].round();
             if !(0.0..self.counts[axis] as f64).contains(&nearest) {
-                // Beyond the lattice the surface is at least as far as its box.
-                let nearest = point.coords.sup(&self.bounds.min.coords).inf(&self.bounds.max.coords);
-                return (point.coords - nearest).norm();
+                return None;
             }
             indices[axis] = nearest as usize;
             apart += (along[axis] - nearest).powi(2);
         }
         let [x, y, z] = indices;
         let value = f64::from(self.values[(x * self.counts[1] + y) * self.counts[2] + z]);
-        value - self.cell * apart.sqrt() - ROUNDING
+        Some((value, self.cell * apart.sqrt()))
     }
 
     /// About the signed distance from the surface to a point in `Object` [m], between the points of the lattice; beyond it the

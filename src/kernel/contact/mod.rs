@@ -10,10 +10,13 @@
 mod bodies;
 mod crossing;
 mod distance_grid;
+mod nearest;
+mod piece;
 mod points;
 mod probe;
 mod surface;
 mod tracker;
+mod trail;
 
 pub use bodies::{BodyScratch, ContactBody, MAX_CONTACTS, PairTracker, plane_contacts};
 pub use crossing::crosses;

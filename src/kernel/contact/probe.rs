@@ -1,6 +1,6 @@
 //! Solids as a core with a thickness.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::geom::Shape;
 
@@ -67,6 +67,18 @@ impl Probe {
             1 => 2,
             _ => 4,
         }
+    }
+
+    /// The core's farthest point in a direction.
+    pub(super) fn farthest(&self, direction: &Vector3<f64>) -> Point3<f64> {
+        let mut farthest =
+            Point3::from_slice(&std::array::from_fn::<_, 3, _>(|axis| self.half[axis].copysign(direction[axis])));
+        let across = direction.x.hypot(direction.y);
+        if self.round && across > 0.0 {
+            let scale = self.half[0] / across;
+            (farthest.x, farthest.y) = (direction.x * scale, direction.y * scale);
+        }
+        farthest
     }
 
     /// The point of the core next to a point.

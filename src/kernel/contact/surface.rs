@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
-use super::{DistanceGrid, Probe};
+use super::{DistanceGrid, Probe, piece::Piece, trail::Trail};
 use crate::{
     cancel::{Cancel, Cancelled},
     geom::{Aabb, NoSurface, SolidGrid, TriMesh, TriangleTree, convex_hull_corners},
     voxel::{
         InsideTest,
-        channels::{Closest, Neighbourhood, Surface},
+        channels::{Closest, Surface},
         solid_occupancy,
     },
 };
@@ -19,23 +19,18 @@ use crate::{
 const CELLS: u32 = 64;
 /// Margin of the distance grid around the mesh's box [m].
 const MARGIN: f64 = 0.012;
-/// A core is cut into pieces no longer than this [m]; each is a point where a contact may be.
-const PIECE: f64 = 0.004;
 /// Contacts of one solid are at least so far apart [m], unless they press in different directions.
 const SEPARATION: f64 = 0.008;
 /// From a piece to its closest point: projections onto the surface and back onto the core, at most.
 const PROJECTIONS: usize = 24;
 /// Least decrease of the distance per step [m]: a step that gains less ends the iteration.
 const NEARER: f64 = 1e-8;
-/// The surface's triangles are gathered for so much around a point [m], once it moves by less than this share of it at a time.
-const NEARBY: f64 = 2e-4;
-const SLOW: f64 = 0.1;
 /// Distances below which directions are lost [m].
 const SETTLED: f64 = 1e-7;
 /// Distance between two contacts that counts as much as an angle of 60 degrees between their normals [m].
 const NORMAL_WEIGHT: f64 = 0.05;
 /// Cosine of the smallest angle between the directions in which one point of a core is pressed.
-const OTHER_WALL: f64 = 0.8;
+pub(super) const OTHER_WALL: f64 = 0.8;
 
 /// A mesh's surface with what makes contacts cheap; built once per object, shared by threads. Of class `exact`.
 pub struct ContactSurface {
@@ -58,28 +53,23 @@ pub struct SurfaceContact {
 /// Memory of one thread's search.
 #[derive(Default)]
 pub struct ContactScratch {
-    waiting: Vec<Piece>,
-    seeds: Vec<Seed>,
+    pub(super) waiting: Vec<Piece>,
+    pub(super) seeds: Vec<Seed>,
     /// Balls around points of the core in which nothing touches: of those the distance is known.
-    free: Vec<(Point3<f64>, f64)>,
+    pub(super) free: Vec<(Point3<f64>, f64)>,
     minima: Vec<Minimum>,
-}
-
-/// A box of the core's frame.
-#[derive(Clone, Copy)]
-struct Piece {
-    centre: Vector3<f64>,
-    half: Vector3<f64>,
+    /// Points of the core that are nearer to the surface than those around them, and the directions out of it there.
+    pub(super) cores: Vec<(Point3<f64>, Vector3<f64>)>,
 }
 
 /// A piece of the core near which the surface may be, in the probe's frame.
-struct Seed {
-    point: Point3<f64>,
+pub(super) struct Seed {
+    pub(super) point: Point3<f64>,
     /// Distance that the piece reaches from there [m].
-    reach: f64,
+    pub(super) reach: f64,
     /// Lower bound of its signed distance, and about how much that is [m].
-    bound: f64,
-    about: f64,
+    pub(super) bound: f64,
+    pub(super) about: f64,
 }
 
 /// A point of a core that is nearer to the surface than those around it.
@@ -92,7 +82,7 @@ pub(super) struct Minimum {
 impl Minimum {
     /// Whether another point of the core is so near that it counts as this one.
     fn is_near(&self, other: &Point3<f64>) -> bool {
-        (self.core - other).norm_squared() < SEPARATION * SEPARATION
+        are_near(&self.core, other)
     }
 
     pub(super) fn pair(&self) -> &Pair {
@@ -117,57 +107,20 @@ pub(super) struct Pair {
     distance: f64,
 }
 
-/// Cache of the surface around one point that is followed step by step: the point moves micrometres per step.
-pub(super) struct Trail {
-    near: Nearby,
-    /// Cache around the point from which another wall is searched.
-    beyond: Nearby,
-}
-
-impl Trail {
-    /// Creates a trail that caches the surface, or one that queries it anew each time.
-    pub(super) fn new(remembers: bool) -> Self {
-        let nearby = || Nearby { remembers, around: Neighbourhood::default(), asked: Point3::origin() };
-        Self { near: nearby(), beyond: nearby() }
+impl Pair {
+    /// The point of the core, in `Object`.
+    pub(super) fn core(&self) -> &Point3<f64> {
+        &self.core
     }
 
-    /// Begins again.
-    pub(super) fn forget(&mut self) {
-        for nearby in [&mut self.near, &mut self.beyond] {
-            nearby.around.forget();
-            nearby.asked = Point3::origin();
-        }
+    /// From the surface to the core [m], negative inside.
+    pub(super) fn distance(&self) -> f64 {
+        self.distance
     }
-}
 
-struct Nearby {
-    remembers: bool,
-    around: Neighbourhood,
-    /// Where the last question was asked that the neighbourhood did not answer.
-    asked: Point3<f64>,
-}
-
-impl Nearby {
-    /// [`Surface::closest_from`], out of the neighbourhood if it can answer; of what moves slowly one is gathered.
-    fn closest(
-        &mut self,
-        surface: &Surface,
-        point: &Point3<f64>,
-        reach: f64,
-        hint: Option<&Closest>,
-    ) -> Option<Closest> {
-        if self.around.holds(point) {
-            let found = surface.closest_among(point, &self.around);
-            return found.filter(|closest| closest.distance_squared < reach * reach);
-        }
-        let found = surface.closest_from(point, reach, hint);
-        let slow = self.remembers && (point - self.asked).norm_squared() < (NEARBY * SLOW).powi(2);
-        self.asked = *point;
-        if slow {
-            let far = found.map_or(reach + NEARBY, |closest| closest.distance_squared.sqrt() + 2.0 * NEARBY);
-            surface.gather(point, NEARBY, far, &mut self.around);
-        }
-        found
+    /// Direction out of the mesh, in `Object`.
+    pub(super) fn normal(&self) -> &Vector3<f64> {
+        &self.normal
     }
 }
 
@@ -271,6 +224,11 @@ impl ContactSurface {
         self.distances.at_least(point)
     }
 
+    /// An upper bound of the same.
+    pub(super) fn at_most(&self, point: &Point3<f64>) -> f64 {
+        self.distances.at_most(point)
+    }
+
     /// Direction of steepest rise of the signed distance at a point in `Object`, and the distance [m]; on the surface itself
     /// its outward normal.
     pub fn outward(&self, point: &Point3<f64>) -> (Vector3<f64>, f64) {
@@ -284,24 +242,6 @@ impl ContactSurface {
     /// triangle, with the outward unit normal there; in `Object`. Uniform numbers give points uniform over the area.
     pub fn point_at(&self, share: f64, u: f64, v: f64) -> Option<(Point3<f64>, Vector3<f64>)> {
         self.surface.point_at(share, u, v)
-    }
-
-    /// A lower bound of the distance from the surface to a solid placed in `Object` [m]; below 0 where they may overlap.
-    pub fn clearance_at_least(&self, probe: &Probe, object_from_probe: &IsometryMatrix3<f64>) -> f64 {
-        let mut min = f64::INFINITY;
-        let mut waiting = vec![Piece::whole(probe)];
-        while let Some(piece) = waiting.pop() {
-            let centre = object_from_probe * Point3::from(piece.centre);
-            let bound = self.distances.at_least(&centre) - piece.half.norm() - probe.thickness;
-            if bound >= min {
-                continue;
-            }
-            match piece.halves() {
-                Some(halves) => waiting.extend(halves),
-                None => min = bound,
-            }
-        }
-        min
     }
 
     /// Where a solid placed in `Object` is nearer to the surface than `margin` [m]: the nearest point and the most
@@ -359,11 +299,7 @@ impl ContactSurface {
                 if distance > max + reach {
                     continue;
                 }
-                self.followed(probe, object_from_probe, &probe_from_object, start, closest, |from, next, closest| {
-                    // So small a step brings the two no nearer than it is long.
-                    let stands = (next - from).norm_squared() <= NEARER * NEARER;
-                    (!stands).then(|| self.surface.closest_from(next, f64::INFINITY, Some(closest)))?
-                })
+                self.slide(probe, [object_from_probe, &probe_from_object], start, closest)
             };
             // Minimum in the probe's frame, each kept once.
             let core = probe_from_object * pair.core;
@@ -378,6 +314,48 @@ impl ContactSurface {
             }
         }
         farther
+    }
+
+    /// The nearest pair from a point of the core on, placed in `Object`: where that is outside of the mesh, the point slides to where
+    /// the core is nearest, unless what it is nearest to is known by the direction out of it. `None` where the surface is beyond a
+    /// reach of that point [m].
+    pub(super) fn pair_from(
+        &self,
+        probe: &Probe,
+        [object_from_probe, probe_from_object]: [&IsometryMatrix3<f64>; 2],
+        start: Point3<f64>,
+        reach: f64,
+        is_known: impl FnOnce(&Vector3<f64>) -> bool,
+    ) -> Option<Pair> {
+        let may_be_inside = self.distances.at_least(&start) < 0.0;
+        let closest = self.surface.closest(&start, if may_be_inside { f64::INFINITY } else { reach })?;
+        if may_be_inside && self.surface.inside(&self.solid, &start, Some(&closest)) {
+            return Some(self.pair_inside(start, closest));
+        }
+        let distance = closest.distance_squared.sqrt();
+        if distance > reach {
+            return None;
+        }
+        let normal = self.away(&start, &closest, distance);
+        if is_known(&normal) {
+            return Some(Pair { core: start, closest, normal, distance });
+        }
+        Some(self.slide(probe, [object_from_probe, probe_from_object], start, closest))
+    }
+
+    /// Slides a point of the core, outside of the mesh, to where core and surface are nearest to each other.
+    fn slide(
+        &self,
+        probe: &Probe,
+        [object_from_probe, probe_from_object]: [&IsometryMatrix3<f64>; 2],
+        start: Point3<f64>,
+        closest: Closest,
+    ) -> Pair {
+        self.followed(probe, object_from_probe, probe_from_object, start, closest, |from, next, closest| {
+            // So small a step brings the two no nearer than it is long.
+            let stands = (next - from).norm_squared() <= NEARER * NEARER;
+            (!stands).then(|| self.surface.closest_from(next, f64::INFINITY, Some(closest)))?
+        })
     }
 
     /// Follows a point that a search has found to where it is with the solid placed elsewhere.
@@ -530,6 +508,11 @@ impl ContactSurface {
     }
 }
 
+/// Whether two points of a core count as one.
+pub(super) fn are_near(one: &Point3<f64>, other: &Point3<f64>) -> bool {
+    (one - other).norm_squared() < SEPARATION * SEPARATION
+}
+
 /// A ball, or the end of a capsule, may lie in a corner: another part of the surface that the same point of the core is near
 /// to, in another direction. `closest` searches the surface from a point within a reach.
 fn other_wall(
@@ -578,22 +561,4 @@ pub(super) fn spread_out(contacts: &mut Vec<SurfaceContact>, max: usize) {
     }
     contacts.truncate(max);
     contacts.sort_by(|one, other| one.distance.total_cmp(&other.distance));
-}
-
-impl Piece {
-    fn whole(probe: &Probe) -> Self {
-        Self { centre: Vector3::zeros(), half: probe.half.into() }
-    }
-
-    /// Two pieces, parted across the longest side; `None` for one that is small enough.
-    fn halves(&self) -> Option<[Self; 2]> {
-        let axis = self.half.imax();
-        if 2.0 * self.half[axis] <= PIECE {
-            return None;
-        }
-        let (mut half, mut shift) = (self.half, Vector3::zeros());
-        half[axis] /= 2.0;
-        shift[axis] = half[axis];
-        Some([-shift, shift].map(|shift| Self { centre: self.centre + shift, half }))
-    }
 }

@@ -2,10 +2,7 @@
 
 use nalgebra::IsometryMatrix3;
 
-use super::{
-    ContactScratch, ContactSurface, Probe, SurfaceContact,
-    surface::{Minimum, Trail},
-};
+use super::{ContactScratch, ContactSurface, Probe, SurfaceContact, surface::Minimum, trail::Trail};
 
 /// Points that are so near to touching are kept beside those that touch [m]: until the solid has moved by this much, no other
 /// point can.

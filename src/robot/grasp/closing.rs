@@ -1,6 +1,6 @@
 //! Closing a hand by kinematics alone: every finger until it meets the object.
 
-use std::sync::Arc;
+use std::{ops::RangeInclusive, sync::Arc};
 
 use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
@@ -284,28 +284,28 @@ impl Closing {
         frames: &[IsometryMatrix3<f64>],
         solid: usize,
     ) -> f64 {
-        self.distance_within(surface, object_from_base, frames, solid, NEAR)
+        let object_from_solid = self.object_from_solid(object_from_base, frames, solid);
+        let probe = &self.probes[solid];
+        let bound = surface.clearance_at_least(probe, &object_from_solid);
+        self.found.clear();
+        if bound > NEAR {
+            return bound;
+        }
+        surface.contacts(probe, &object_from_solid, NEAR, &mut self.scratch, &mut self.found);
+        self.found.first().map_or(NEAR, |contact| contact.distance)
     }
 
-    /// From a surface to a solid [m]: exact where it is below `reach`, with the contacts in `found`; else a lower bound that is
-    /// no less than that.
+    /// The same without contacts, exact within a range ([`ContactSurface::distance_within`]).
     pub(super) fn distance_within(
         &mut self,
         surface: &ContactSurface,
         object_from_base: &IsometryMatrix3<f64>,
         frames: &[IsometryMatrix3<f64>],
         solid: usize,
-        reach: f64,
+        range: &RangeInclusive<f64>,
     ) -> f64 {
         let object_from_solid = self.object_from_solid(object_from_base, frames, solid);
-        let probe = &self.probes[solid];
-        let bound = surface.clearance_at_least(probe, &object_from_solid);
-        self.found.clear();
-        if bound > reach {
-            return bound;
-        }
-        surface.contacts(probe, &object_from_solid, reach, &mut self.scratch, &mut self.found);
-        self.found.first().map_or(reach, |contact| contact.distance)
+        surface.distance_within(&self.probes[solid], &object_from_solid, range, &mut self.scratch)
     }
 
     /// Bound on the speed of a solid's points while motors go from start to end, each at its speed [m/s].

@@ -77,14 +77,17 @@ pub struct Passage {
     /// Obstacle on the path, and the part of the path: the first by stage, and within one by the order of [`InTheWay`]. `None` where the
     /// hand is free.
     pub blocked: Option<(PathStage, InTheWay)>,
-    /// Distance of the hand from what is in the way [m], below 0 where they overlap; where it is free the least distance from
-    /// anything but the target on its whole path, up to [`FAR`].
+    /// Distance of the hand from what is in the way [m], below 0 where they overlap, by [`Self::DEEP`] at most; where it is free the
+    /// least distance from anything but the target on its whole path, up to [`Self::FAR`].
     pub clearance: f64,
 }
 
 impl Passage {
     /// Clearances are told up to this [m].
     pub const FAR: f64 = 0.01;
+    /// Clearances are told down to this far below 0 [m]. Whoever is deeper in something is not told how deep: a search for the
+    /// deepest point of a hand in a wall takes longer than all the rest.
+    pub const DEEP: f64 = 0.001;
     /// A told clearance is at most this much above the true one [m], and a hand is called free that comes nearer than its margin
     /// by less.
     pub const TOLERANCE: f64 = 1e-4;
@@ -188,8 +191,9 @@ impl HandPassage {
         let on_approach = shaped + back.z.min(0.0);
         let margin = self.margin;
         let under = |stage: PathStage, clearance: f64| {
-            let blocked = Some((stage, InTheWay::Ground));
-            Some(Passage { blocked, clearance }).filter(|passage| passage.clearance < margin)
+            let passage =
+                Passage { blocked: Some((stage, InTheWay::Ground)), clearance: clearance.max(-Passage::DEEP) };
+            Some(passage).filter(|_| clearance < margin)
         };
         if let Some(passage) = under(PathStage::Pregrasp, shaped) {
             return passage;
@@ -273,15 +277,23 @@ impl HandPassage {
         container.chain([own]).chain(others).collect()
     }
 
-    /// The distance of the hand from something where it is below the margin [m]; `None` where it is not.
+    /// The distance of the hand from something where it is below the margin [m], told down to [`Passage::DEEP`]; `None` where it
+    /// is not.
     fn nearer_than_margin(&mut self, thing: &Thing, moment: &Moment) -> Option<f64> {
         let Thing { obstacle, margin, .. } = thing;
         let obstacle_from_base = obstacle.scene_from_obstacle.inverse() * moment.scene_from_base;
-        let solids = 0..self.closing.probes.len();
-        let distances = solids.map(|solid| {
-            self.closing.distance_within(&obstacle.surface, &obstacle_from_base, moment.frames, solid, *margin)
-        });
-        Some(distances.fold(f64::INFINITY, f64::min)).filter(|distance| distance < margin)
+        let mut nearest = *margin;
+        for solid in 0..self.closing.probes.len() {
+            let range = -Passage::DEEP..=nearest;
+            let closing = &mut self.closing;
+            let distance =
+                closing.distance_within(&obstacle.surface, &obstacle_from_base, moment.frames, solid, &range);
+            nearest = nearest.min(distance);
+            if nearest == -Passage::DEEP {
+                break;
+            }
+        }
+        Some(nearest).filter(|distance| distance < margin)
     }
 
     /// Follows the hand from where it begins to close backwards along its approach: its distance from something where that is
@@ -292,7 +304,13 @@ impl HandPassage {
         for solid in 0..self.closing.probes.len() {
             thing.advance(&mut least, 1.0, STAND_OFF, |come, reach| {
                 let moved = obstacle_from_scene * Translation3::from(back * come) * moment.scene_from_base;
-                self.closing.distance_within(&thing.obstacle.surface, &moved, moment.frames, solid, reach)
+                self.closing.distance_within(
+                    &thing.obstacle.surface,
+                    &moved,
+                    moment.frames,
+                    solid,
+                    &(-Passage::DEEP..=reach),
+                )
             })?;
         }
         Ok(least)
@@ -324,7 +342,13 @@ impl HandPassage {
                     driven.map(|(driven, (start, end))| motor_at(*start, *end, driven, time * driven.speed)).collect();
                 hand.joint_values(&now, &mut joints);
                 let frames = hand.link_frames(&joints);
-                self.closing.distance_within(&thing.obstacle.surface, &obstacle_from_base, &frames, solid, reach)
+                self.closing.distance_within(
+                    &thing.obstacle.surface,
+                    &obstacle_from_base,
+                    &frames,
+                    solid,
+                    &(-Passage::DEEP..=reach),
+                )
             })?;
         }
         Ok(least)

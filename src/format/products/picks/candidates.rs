@@ -61,8 +61,8 @@ pub struct PickCandidate {
     pub world_from_base: Pose<World, HandBase>,
     /// Obstacle on the path, and the part of the path; `None` where the hand is free.
     pub blocked: Option<Blocked>,
-    /// Distance from what is in the way [m], below 0 where they overlap; where the hand is free the smallest from anything but the
-    /// body on its whole path, up to [`PickCandidates::FAR`].
+    /// Distance from what is in the way [m], below 0 where they overlap, by [`PickCandidates::DEEP`] at most; where the hand is free
+    /// the smallest from anything but the body on its whole path, up to [`PickCandidates::FAR`].
     pub clearance: f64,
     /// All joints of the closed hand, where it is free [rad or m]; else none.
     pub closed: Vec<f64>,
@@ -91,6 +91,8 @@ impl PickCandidate {
 impl PickCandidates {
     /// Clearances are told up to this [m].
     pub const FAR: f64 = 0.01;
+    /// And down to this far below 0 [m].
+    pub const DEEP: f64 = 0.001;
 
     /// Number of the body in the scene, from 1.
     pub fn body(&self) -> u32 {
@@ -221,7 +223,7 @@ fn candidates(raw: &proto::PickCandidates, bodies: u32) -> Result<Vec<PickCandid
         let clearance = raw.clearances[index];
         // What is free keeps the margin, but for the tolerance of clearances.
         let fits = match blocked {
-            Some(_) => clearance.is_finite() && clearance < raw.margin,
+            Some(_) => (-PickCandidates::DEEP..raw.margin).contains(&clearance),
             None => (0.0..=PickCandidates::FAR).contains(&clearance),
         };
         ranged(
@@ -229,7 +231,7 @@ fn candidates(raw: &proto::PickCandidates, bodies: u32) -> Result<Vec<PickCandid
             "clearances",
             clearance,
             fits,
-            "below the margin where something is in the way, else 0 to 0.01",
+            "from -0.001 to below the margin where something is in the way, else 0 to 0.01",
         )?;
         let direction = raw.directions[index];
         ranged(MESSAGE, "directions", f64::from(direction), direction < raw.rolls, "below rolls")?;

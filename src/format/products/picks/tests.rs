@@ -40,7 +40,7 @@ fn candidates() -> PickCandidates {
         margin: 0.002,
         candidates: vec![
             candidate([0, 3, 0], None, 0.01),
-            candidate([0, 3, 2], Some((PickStage::Pregrasp, PickObstacle::Ground)), -0.03),
+            candidate([0, 3, 2], Some((PickStage::Pregrasp, PickObstacle::Ground)), -0.001),
             candidate([0, 3, 3], Some((PickStage::Approach, PickObstacle::Container)), 0.0),
             candidate([5, 0, 0], Some((PickStage::Approach, PickObstacle::Own)), -0.001),
             candidate([5, 0, 1], Some((PickStage::Closing, PickObstacle::Neighbour(3))), 0.0019),
@@ -132,7 +132,7 @@ type Fault<T> = (&'static str, fn(&mut T));
 
 #[test]
 fn candidates_that_make_no_sense_are_refused_by_field() {
-    let faults: [Fault<PickCandidates>; 12] = [
+    let faults: [Fault<PickCandidates>; 13] = [
         ("sample.item", |record| record.sample.item = ItemId(3)),
         ("rolls", |record| record.rolls = 0),
         ("directions", |record| record.rolls = 3),
@@ -140,6 +140,7 @@ fn candidates_that_make_no_sense_are_refused_by_field() {
         ("margin", |record| record.margin = 0.01),
         ("directions", |record| record.candidates.swap(0, 1)),
         ("clearances", |record| record.candidates[1].clearance = 0.002),
+        ("clearances", |record| record.candidates[1].clearance = -0.0011),
         ("clearances", |record| record.candidates[0].clearance = -0.001),
         ("closed_joints", |record| record.candidates[0].closed.push(0.0)),
         ("neighbours", |record| {
