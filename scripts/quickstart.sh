@@ -1,8 +1,11 @@
 #!/usr/bin/env bash
-# Runs jobs, verifies and reports each, and says what to do next. Usage: quickstart.sh PROGRAM JOB DATASET [JOB DATASET]...
+# Runs jobs, verifies and reports each, and says what to do next. The first is a set of bins of scans; where the scans are not, the set
+# FALLBACK takes its place. Usage: quickstart.sh PROGRAM SET DATASETS FALLBACK DATASETS [JOB DATASET]...
 set -uo pipefail
 program=$1
-shift
+clutter=("$2" "$3")
+fallback=("$4" "$5")
+shift 5
 
 step() {
     echo
@@ -10,7 +13,7 @@ step() {
     "$@"
 }
 
-# Makes, verifies and reports one dataset.
+# Makes, verifies and reports one dataset, or those of a set.
 make_dataset() {
     local job=$1 data=$2 stood code
     stood=$(test -e "$data" && echo yes)
@@ -32,10 +35,16 @@ make_dataset() {
 }
 
 start=$(date +%s)
-first=$2
+if ! compgen -G '.deps/ycb/*.stl' > /dev/null; then
+    echo "quickstart: the scans are not in .deps/ycb; ${fallback[0]} is made without them (make setup fetches them)"
+    clutter=("${fallback[@]}")
+fi
+set -- "${clutter[@]}" "$@"
+pages=()
 made=()
 while [ $# -ge 2 ]; do
     make_dataset "$1" "$2"
+    pages+=("  open $2/report.html in a browser")
     made+=("  $2 ($(du -sh "$2" | cut -f1))")
     shift 2
 done
@@ -45,8 +54,8 @@ cat <<END
 quickstart: done in $(($(date +%s) - start)) s after building:
 $(printf '%s\n' "${made[@]}")
 Next:
-  open $first/report.html in a browser
-  $program inspect $first
+$(printf '%s\n' "${pages[@]:0:2}")
+  $program inspect ${clutter[1]}/views
   $program run jobs/ycb-completion.toml --out datasets/ycb-completion
   make model-quick    (trains a network on such pairs and shows what it completes; PyTorch, 5 GB once)
 END

@@ -41,7 +41,7 @@ pub enum Command {
     Diff(DiffArgs),
     /// Show the facts of a dataset, as text or JSON.
     Inspect(DatasetArgs),
-    /// Write report.html: pictures, distributions, assets, splits.
+    /// Write report.html: pictures, distributions, assets, splits; for a set a page that leads to those of its datasets.
     Report(ReportArgs),
     /// Write samples in another format.
     Export(ExportArgs),
@@ -282,9 +282,10 @@ pub struct DiffArgs {
 
 #[derive(Args, Debug)]
 pub struct ReportArgs {
-    /// The dataset's folder.
+    /// The folder of a dataset or of a set.
     pub dir: PathBuf,
-    /// Where to write; `report.html` in the dataset's folder by default.
+    /// Where to write; `report.html` in that folder by default. With it the page of a set leads nowhere, and only this page is
+    /// written.
     #[arg(short, long, value_name = "FILE", value_parser = local_path())]
     pub out: Option<PathBuf>,
     /// Open it in the browser: by the program that BROWSER names, or else the desktop's.

@@ -13,12 +13,12 @@ use format::{
     dataset::{Manifest, Selection, read_mark, scan_shards},
 };
 use kernel::words::{Split, counted, number_ranges, size_in_words};
-use publish::export::{self, ExportError, ExportSelection};
-use serde::Serialize;
-use std::{
-    io,
-    path::{self, Path},
+use publish::{
+    ReportSummary,
+    export::{self, ExportError, ExportSelection},
 };
+use serde::Serialize;
+use std::path::{self, Path};
 
 /// Progress of a dataset.
 #[derive(Serialize)]
@@ -124,28 +124,34 @@ pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failu
 
 /// `graspmill report`.
 pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure> {
-    refuse_set(&arguments.dir)?;
     let summary = publish::report(&arguments.dir, arguments.out.as_deref())?;
-    printer.result(&format!("{} ({})", summary.path.display(), size_in_words(summary.bytes)));
+    printer.result(&page_words(&summary));
     if arguments.open {
-        let path = summary.path.display();
-        show_page(&summary.path).map_err(|error| {
-            Failure::message(Exit::Failed, format!("{path}: no program to show it: {error}; open it in a browser"))
-        })?;
+        show_page(&summary.path)?;
     }
     Ok(Exit::Complete)
 }
 
+/// A page that was written, in words.
+pub fn page_words(summary: &ReportSummary) -> String {
+    format!("{} ({})", summary.path.display(), size_in_words(summary.bytes))
+}
+
 /// Shows a page in the first program of `BROWSER` that starts, else by the desktop's own; does not wait until it is closed.
-fn show_page(path: &Path) -> io::Result<()> {
-    let path = path::absolute(path)?;
-    let browsers = machine::variable("BROWSER").unwrap_or_default();
-    let mut browsers = browsers.split(':').filter(|browser| !browser.is_empty());
-    if browsers.any(|browser| open::with_detached(&path, browser).is_ok()) {
-        Ok(())
-    } else {
-        open::that_detached(&path)
-    }
+pub fn show_page(path: &Path) -> Result<(), Failure> {
+    let shown = path::absolute(path).and_then(|path| {
+        let browsers = machine::variable("BROWSER").unwrap_or_default();
+        let mut browsers = browsers.split(':').filter(|browser| !browser.is_empty());
+        if browsers.any(|browser| open::with_detached(&path, browser).is_ok()) {
+            Ok(())
+        } else {
+            open::that_detached(&path)
+        }
+    });
+    shown.map_err(|error| {
+        let path = path.display();
+        Failure::message(Exit::Failed, format!("{path}: no program to show it: {error}; open it in a browser"))
+    })
 }
 
 /// `graspmill export`.

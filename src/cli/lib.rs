@@ -114,7 +114,10 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Merge(arguments) => merge::merge(arguments, printer),
         Command::Submit(arguments) => submit::submit(arguments, printer),
         Command::Inspect(arguments) => dataset::inspect(arguments, printer),
-        Command::Report(arguments) => dataset::report(arguments, printer),
+        Command::Report(arguments) => match SetTable::read(&arguments.dir)? {
+            Some(table) => set::report(arguments, &table, printer),
+            None => dataset::report(arguments, printer),
+        },
         Command::Export(arguments) => dataset::export(arguments, printer),
         Command::Release(arguments) => release::release(arguments, printer),
         Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),

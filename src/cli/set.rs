@@ -8,7 +8,7 @@ use std::{
 use serde::Serialize;
 
 use super::{
-    args::{DatasetArgs, RunArgs, VerifyArgs},
+    args::{DatasetArgs, ReportArgs, RunArgs, VerifyArgs},
     dataset,
     exit::{Exit, Failure},
     jobs, machine,
@@ -128,6 +128,17 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
         printer.result(&texts.join("\n\n"));
     }
     Ok(exit)
+}
+
+/// Writes the page of a set and those of its datasets.
+pub fn report(arguments: &ReportArgs, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
+    let summary = publish::report_set(&arguments.dir, table, arguments.out.as_deref())?;
+    let pages = summary.datasets.iter().chain([&summary.set]);
+    printer.result(&pages.map(dataset::page_words).collect::<Vec<_>>().join("\n"));
+    if arguments.open {
+        dataset::show_page(&summary.set.path)?;
+    }
+    Ok(Exit::Complete)
 }
 
 /// Prints the root of a set whose datasets are all finished.

@@ -26,6 +26,8 @@ pub mod products;
 mod release;
 mod report;
 mod scene_objects;
+mod scene_samples;
+mod set;
 mod tally;
 mod templates;
 
@@ -54,6 +56,7 @@ pub use release::{
 };
 pub use report::{ReportSummary, report};
 pub use scene_objects::ScenesObject;
+pub use set::{SetReportSummary, draw_set, report_set};
 pub use tally::Spread;
 
 use std::path::{Path, PathBuf};

@@ -9,6 +9,7 @@ use super::{
     inspection::Inspection,
     numbers::Numbers,
     picture::{Panel, Picture},
+    scene_samples::{ScenePanel, SceneSample},
     templates::PageTemplates,
 };
 use crate::preview::PreviewError;
@@ -114,6 +115,23 @@ pub(super) trait Survey {
     /// # Errors
     /// When a file of the dataset is missing or damaged.
     fn panels(&self, _reader: &DatasetReader, _sample: &Sample, _side: u32) -> Result<Vec<Panel>, DatasetError> {
+        Ok(Vec::new())
+    }
+
+    /// Samples that can stand in the first picture of a set, where one scene is shown as several datasets know it; none where
+    /// the product has nothing to show of a scene.
+    ///
+    /// # Errors
+    /// When a file of the dataset is missing or damaged.
+    fn scene_samples(&self, _reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
+        Ok(Vec::new())
+    }
+
+    /// Draws one of these samples for that picture.
+    ///
+    /// # Errors
+    /// When a file of the dataset is missing or damaged.
+    fn scene_panels(&self, _reader: &DatasetReader, _sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
         Ok(Vec::new())
     }
 }

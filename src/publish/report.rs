@@ -2,8 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{notes::write_atomically, product::Page, products::pages_of};
-use format::dataset::{DatasetError, DatasetReader};
+use super::{
+    notes::write_atomically,
+    product::{Page, Survey},
+    products::pages_of,
+};
+use format::dataset::{DatasetError, DatasetReader, layout::REPORT};
 
 /// A report that was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,7 +20,7 @@ pub struct ReportSummary {
     pub shown: usize,
 }
 
-/// Writes the page of the finished dataset in `folder` to `out` (`report.html` in the folder when `None`).
+/// Writes the page of the finished dataset in `folder` to `out` ([`REPORT`] in the folder when `None`).
 ///
 /// Reads what the inspection reads, and decodes the samples that it shows. The page depends on the dataset and on
 /// `notes.json`, not on clock, machine or path (but for a job without a name).
@@ -25,10 +29,22 @@ pub struct ReportSummary {
 /// When the dataset is not finished, a file is missing or damaged, or the page can't be written.
 pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, DatasetError> {
     let reader = DatasetReader::open(folder)?;
-    let pages = pages_of(reader.manifest().product);
-    let Page { values, shown } = (pages.survey)(&reader)?.page(&reader)?;
-    let html = pages.templates.render_page(&values);
-    let path = out.map_or_else(|| folder.join("report.html"), Path::to_owned);
+    let survey = (pages_of(reader.manifest().product).survey)(&reader)?;
+    let path = out.map_or_else(|| folder.join(REPORT), Path::to_owned);
+    write_page(&reader, survey.as_ref(), path)
+}
+
+/// Writes the page of a dataset that was surveyed.
+///
+/// # Errors
+/// When a file of the dataset is missing or damaged, or the page can't be written.
+pub(super) fn write_page(
+    reader: &DatasetReader,
+    survey: &dyn Survey,
+    path: PathBuf,
+) -> Result<ReportSummary, DatasetError> {
+    let Page { values, shown } = survey.page(reader)?;
+    let html = pages_of(reader.manifest().product).templates.render_page(&values);
     write_atomically(&path, html.as_bytes())?;
     Ok(ReportSummary { path, bytes: html.len() as u64, shown })
 }

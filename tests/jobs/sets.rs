@@ -58,8 +58,20 @@ fn one_command_makes_datasets_that_share_their_objects() {
     let alone = workspace.path("alone");
     Program::run_job("jobs/grasps-quick.toml", &alone).set(SHORT_SEARCH).succeed();
     assert_eq!(Manifest::read(&alone).expect("a dataset").root, content.roots["grasps"]);
+    assert_reports(&moved, &table);
     assert_resumes(&moved, &table);
     assert_finds_damage(&moved);
+}
+
+/// Without scenes the page of a set shows a picture of each dataset.
+fn assert_reports(out: &Path, table: &SetTable) {
+    Program::on("report", out).succeed();
+    let page = read_text(out.join("report.html"));
+    for name in table.jobs.iter().map(|job| &job.name) {
+        assert!(page.contains(&format!("<a href=\"{name}/report.html\">")), "no link to {name}");
+        assert!(page.contains(&format!("The first picture of {name}: ")), "no picture of {name}");
+    }
+    assert_eq!(page.matches("<figure>").count(), 4);
 }
 
 /// A run makes lost files again, keeps the others, and calls nothing whole before it is.

@@ -3,6 +3,7 @@
 
 mod amodal;
 mod picks;
+mod sets;
 #[path = "../support/mod.rs"]
 mod support;
 mod views;

@@ -11,7 +11,7 @@ use crate::{
     products::{PRODUCTS, factory_of},
 };
 use form::{Checker, Document, FormErrors, Hints, Path, Requirement, did_you_mean};
-use format::Product;
+use format::{Product, dataset::SetEntry};
 
 /// Value of `product` in a set.
 pub(super) const SET: &str = "set";
@@ -67,7 +67,7 @@ fn members(checker: &mut Checker, spec: &SetSpec, text: &JobText) -> Vec<SetMemb
     for (index, member) in spec.jobs.iter().enumerate() {
         let path = Path::from("jobs").index(index);
         let name = &member.name;
-        if !is_plain(name) {
+        if !SetEntry::is_name(name) {
             let report = checker.invalid(path.key("name"), "small letters, digits, - and _", format!("\"{name}\""));
             report.help("it is the folder of the dataset");
         } else if names[..index].contains(&name.as_str()) {
@@ -154,12 +154,6 @@ fn overrides_of<'a>(name: &'a str, names: &'a [&str], overrides: &'a [String]) -
             None => Some(setting.clone()),
         }
     })
-}
-
-/// Whether a name is safe as a folder on every machine.
-fn is_plain(name: &str) -> bool {
-    let begins = name.starts_with(|first: char| first.is_ascii_lowercase() || first.is_ascii_digit());
-    begins && name.bytes().all(|byte| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'))
 }
 
 /// The value of `product` in a job file.

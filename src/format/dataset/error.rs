@@ -110,6 +110,14 @@ pub enum DatasetError {
         /// The folder.
         folder: PathBuf,
     },
+    /// The folder holds a set of which datasets are not finished.
+    #[error("{} is a set of which {} not finished; `run` the set again to resume", folder.display(), unfinished(missing))]
+    UnfinishedSet {
+        /// The folder.
+        folder: PathBuf,
+        /// Names of those datasets.
+        missing: Vec<String>,
+    },
     /// The dataset was written in another format.
     #[error("{} has format version {found}, this program reads {expected}; {}", path.display(), version_remedy(*found, *expected))]
     Version {
@@ -224,6 +232,10 @@ impl DatasetError {
     pub fn is_io(&self) -> bool {
         matches!(self, Self::Io { .. })
     }
+}
+
+fn unfinished(missing: &[String]) -> String {
+    format!("{} {}", missing.join(", "), if missing.len() == 1 { "is" } else { "are" })
 }
 
 fn folder_remedy(inside: &[String]) -> String {

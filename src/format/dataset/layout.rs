@@ -26,6 +26,8 @@ pub const CLUSTER: &str = "cluster";
 
 /// A few samples, or a map, for viewers; no part of the dataset.
 pub const PREVIEW: &str = "preview.mcap";
+/// A page for people, of a dataset or of a set; no part of either.
+pub const REPORT: &str = "report.html";
 
 /// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
 pub(super) fn files_of(product: Product) -> Vec<&'static str> {

@@ -12,7 +12,7 @@ use super::{
     DatasetError, DatasetReader, Manifest,
     durable::{self, TEMPORARY},
     folder::{is_absent, sorted_entries},
-    layout::SET,
+    layout::{MANIFEST, REPORT, SET},
     seal::{sealed, unsealed},
 };
 use crate::{FORMAT_VERSION, Product};
@@ -74,6 +74,14 @@ pub struct SetObject {
     pub samples: BTreeMap<String, u64>,
 }
 
+impl SetEntry {
+    /// Whether a name is safe as a folder on every machine.
+    pub fn is_name(name: &str) -> bool {
+        let begins = name.starts_with(|first: char| first.is_ascii_lowercase() || first.is_ascii_digit());
+        begins && name.bytes().all(|byte| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'))
+    }
+}
+
 impl SetTable {
     /// A set of which nothing is made.
     pub fn new(name: &str, jobs: Vec<SetEntry>) -> Self {
@@ -83,7 +91,7 @@ impl SetTable {
     /// Reads the `set.json` of a folder; `None` when it has none.
     ///
     /// # Errors
-    /// When the file can't be read, is no such JSON, or is of another format version.
+    /// When the file can't be read, is no such JSON, names a folder elsewhere, or is of another format version.
     pub fn read(folder: &Path) -> Result<Option<Self>, DatasetError> {
         let path = folder.join(SET);
         let text = match kernel::files::read(&path) {
@@ -101,11 +109,15 @@ impl SetTable {
         if table.format_version != FORMAT_VERSION {
             return Err(DatasetError::Version { path, found: table.format_version, expected: FORMAT_VERSION });
         }
+        // Reports are written into the folders of these names.
+        if let Some(job) = table.jobs.iter().find(|job| !SetEntry::is_name(&job.name)) {
+            return Err(invalid(format!("'{}' is no name of a dataset in it", job.name)));
+        }
         Ok(Some(table))
     }
 
     /// Marks `folder` as this set's, or finds that it is; makes it where missing. `set.json` may have been lost: folders of
-    /// this set's datasets are no strangers.
+    /// this set's datasets and its report are no strangers.
     ///
     /// # Errors
     /// When it holds another set, or something else; when it can't be made or written.
@@ -123,12 +135,25 @@ impl SetTable {
         fs::create_dir_all(folder).map_err(DatasetError::io("creating", folder))?;
         for entry in sorted_entries(folder)? {
             let name = entry.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let ours = self.jobs.iter().any(|job| job.name == name) || name.ends_with(TEMPORARY);
+            let ours = self.jobs.iter().any(|job| job.name == name) || name.ends_with(TEMPORARY) || name == REPORT;
             if !ours {
                 return Err(DatasetError::NotADataset { folder: folder.to_owned(), entry: name });
             }
         }
         self.write(folder)
+    }
+
+    /// Content of the datasets as they are now, whatever `set.json` says.
+    ///
+    /// # Errors
+    /// When some are not finished: all of these are named. When one can't be read.
+    pub fn content(&self, folder: &Path) -> Result<SetContent, DatasetError> {
+        let names = self.jobs.iter().map(|job| &job.name);
+        let missing: Vec<String> = names.filter(|name| !folder.join(name).join(MANIFEST).exists()).cloned().collect();
+        if missing.is_empty() {
+            return SetContent::of(folder, &self.jobs);
+        }
+        Err(DatasetError::UnfinishedSet { folder: folder.to_owned(), missing })
     }
 
     /// Says what the datasets hold and writes it.

@@ -26,6 +26,7 @@ use crate::{
     inspection::InspectionHeader,
     notes::{RunNotes, Speed},
     release::{DOCUMENT_TEMPLATES, Example},
+    set::{self, SetPage},
     tally::{Spread, Tally},
     templates::{SHARED, Template, environment},
 };
@@ -409,6 +410,7 @@ fn pages(name: &str) -> Vec<Page> {
     pages.extend([true, false].map(|is_full| amodal_page(name, is_full)));
     pages.extend([true, false].map(|is_full| volumes_page(name, is_full)));
     pages.extend([true, false].map(|is_full| picks_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| page(set::PAGE_TEMPLATE, &SetPage::example(name, is_full))));
     for (is_directed, is_full) in [(true, true), (false, true), (false, false)] {
         pages.push(reachability_page(name, is_directed, is_full));
     }
@@ -441,8 +443,8 @@ fn marked() -> (Environment<'static>, Vec<String>) {
         let text: &'static str = Box::leak(pieces.collect::<String>().into_boxed_str());
         (name, text)
     };
-    let own =
-        PRODUCTS.iter().map(|pages| pages.templates).chain([&DOCUMENT_TEMPLATES]).flat_map(|templates| templates.own);
+    let others = [&DOCUMENT_TEMPLATES, &set::TEMPLATES];
+    let own = PRODUCTS.iter().map(|pages| pages.templates).chain(others).flat_map(|templates| templates.own);
     let templates: Vec<Template> = SHARED.iter().chain(own).copied().map(marked).collect();
     (environment(templates), marks)
 }
@@ -502,7 +504,7 @@ fn names_are_text_in_pages() {
     for (name, escaped) in [("<b>x</b>", "&lt;b&gt;x&lt;/b&gt;"), ("a&b", "a&amp;b"), ("\"'", "&quot;&#39;")] {
         let of_pages = pages(name);
         let html: Vec<&Page> = of_pages.iter().filter(|(template, _)| template.ends_with(".html")).collect();
-        assert_eq!(html.len(), 23);
+        assert_eq!(html.len(), 25);
         for (template, view) in html {
             let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");

@@ -63,7 +63,6 @@ pub(super) const RECIPE: &str = "recipe.json";
 const ABOUT: &str = "about.toml";
 const DATASHEET: &str = "DATASHEET.md";
 const LICENCES_TEXT: &str = "LICENCES.md";
-const REPORT: &str = "report.html";
 
 /// Options of a release.
 #[derive(Clone, Copy, Debug)]
@@ -217,7 +216,7 @@ fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, Re
         staging.write(&shown.path, &shown.picture.to_png())?;
     }
     preview(folder, &reader, staging)?;
-    report(staging.path(), Some(&staging.path().join(REPORT)))?;
+    report(staging.path(), Some(&staging.path().join(layout::REPORT)))?;
     let mut numbers = Numbers::of(&reader)?;
     survey.add_numbers(&mut numbers);
     Ok(Drawn { numbers, pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect() })

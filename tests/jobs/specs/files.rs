@@ -189,6 +189,21 @@ fn quickstart_does_without_the_scans_and_says_so() {
     assert!(draft.work.notes[0].contains("make setup"), "{:?}", draft.work.notes);
 }
 
+/// Scenes and grasps of the set that `make quickstart` begins with are of the same scans: each names them for itself.
+#[test]
+fn the_set_of_quickstart_has_one_list_of_scans() {
+    let text = JobText::open(Path::new("jobs/quickstart-clutter.toml"), &[]).expect("readable");
+    let set = JobSet::read(&text).unwrap_or_else(|errors| panic!("{}", errors.render()));
+    let names: Vec<&str> = set.jobs.iter().map(|job| job.name.as_str()).collect();
+    assert_eq!(names, ["scenes", "views", "amodal", "grasps", "picks"]);
+    let scans = |job: &SetMember| -> Vec<String> {
+        let draft = JobDraft::read(&job.text, &context(".deps")).unwrap_or_else(|errors| panic!("{}", errors.render()));
+        draft.sources().map(|source| source.name.clone()).collect()
+    };
+    let of_scenes = scans(&set.jobs[0]);
+    assert_eq!((of_scenes.len(), &of_scenes), (10, &scans(&set.jobs[3])));
+}
+
 fn assert_resolves_and_reads_back(file: &Path) {
     let job = resolve(read(file, ".deps"));
     let text = job.to_toml(Path::new("datasets/x"));

@@ -1,10 +1,15 @@
 //! Pictures of a pair in clutter: what is seen of the body and of everything else, the whole body, and cuts through both.
 
-use crate::picture::{Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass};
+use crate::{
+    chart::percent,
+    picture::{Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass},
+    scene_samples::ScenePanel,
+};
 use format::{
     Clutter, VoxelPair,
     dataset::{DatasetError, Sample},
 };
+use kernel::ids::ObjectId;
 
 /// The pictures of a pair.
 pub(super) struct PairPictures {
@@ -54,4 +59,22 @@ impl PairPictures {
             panel("cut, others grey", self.slices.front),
         ]
     }
+}
+
+/// Side of each picture of a pair in the first picture of a set [px].
+const SIDE: u32 = 400;
+
+/// The pair in the first picture of a set: what is seen, and the whole body.
+pub(super) fn pair_panel<'a>(
+    sample: &Sample,
+    name_of: impl Fn(ObjectId) -> &'a str,
+) -> Result<ScenePanel, DatasetError> {
+    let (pictures, _, clutter) = PairPictures::of(sample, SIDE)?;
+    let caption = format!(
+        "One amodal completion: {} of the silhouette of {} is seen (left: blue, what surrounds it grey), and the whole body is \
+         known (right: orange where nothing is seen).",
+        percent(clutter.visible_share()),
+        name_of(clutter.object),
+    );
+    Ok(ScenePanel { caption, pictures: vec![pictures.seen, pictures.whole] })
 }

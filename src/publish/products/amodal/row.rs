@@ -3,7 +3,7 @@
 use super::{
     inspection::AmodalSurvey,
     page::{AmodalPage, cards},
-    painting::PairPictures,
+    painting::{PairPictures, pair_panel},
     templates::TEMPLATES,
 };
 use crate::{
@@ -15,10 +15,11 @@ use crate::{
     preview::{PREVIEWED, preview_samples, write_preview},
     product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, Survey},
     scene_objects::ScenesObject,
+    scene_samples::{ScenePanel, SceneSample},
     templates::page_values,
 };
 use format::{
-    Product,
+    AmodalFacts, Product,
     dataset::{DatasetError, DatasetReader, Sample},
 };
 
@@ -95,5 +96,17 @@ impl Survey for AmodalSurvey {
 
     fn panels(&self, _: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
         Ok(PairPictures::of(sample, side)?.0.panels())
+    }
+
+    /// Bodies of which half is seen come first; of one that reaches out of the image no neighbour hides the rest.
+    fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
+        SceneSample::all(reader, |row| {
+            let facts = AmodalFacts::from(&row.facts);
+            Some((Some(row.sample.item), (facts.visible_share - 0.5).abs() + f64::from(facts.truncated)))
+        })
+    }
+
+    fn scene_panels(&self, _: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
+        Ok(vec![pair_panel(sample, |object| ScenesObject::name_of(&self.facts.objects, object))?])
     }
 }

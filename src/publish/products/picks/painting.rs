@@ -4,10 +4,13 @@ use std::{collections::BTreeMap, f64::consts::FRAC_PI_4, sync::Arc};
 
 use nalgebra::{IsometryMatrix3, Point3};
 
-use crate::picture::{Colour, Picture, Solid, SolidView, solid_picture};
+use crate::{
+    picture::{Colour, Picture, Solid, SolidView, solid_picture},
+    scene_samples::ScenePanel,
+};
 use format::{
     HandShape, PickCandidates, PickTrials, SceneContainer,
-    dataset::{DatasetError, DatasetReader},
+    dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::Shapes,
 };
 use kernel::{
@@ -132,4 +135,25 @@ fn container(container: &SceneContainer) -> Option<(TouchShape, IsometryMatrix3<
             Some((shape, IsometryMatrix3::translation(0.0, 0.0, -TABLE_THICKNESS / 2.0)))
         }
     }
+}
+
+/// Side of the picture of a body in the first picture of a set [px].
+const SIDE: u32 = 480;
+
+/// A grasp that held the body of a sample, in the first picture of a set; `None` where none held, or the hand has a shape that
+/// cannot be drawn. The name is that of the body's object.
+pub(super) fn pick_panel(
+    reader: &DatasetReader,
+    sample: &Sample,
+    name: &str,
+) -> Result<Option<ScenePanel>, DatasetError> {
+    let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+    let held = trials.as_ref().and_then(|trials| trials.trials.iter().find(|trial| trial.verdict.is_held()));
+    let (Some(mut drawn), Some(trial)) = (Drawn::of(reader)?, held) else { return Ok(None) };
+    let pictures = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;
+    let caption = format!(
+        "A grasp of {name} that held among its neighbours in simulation: the hand (blue) lifted the body (orange) by {:.0} cm.",
+        100.0 * trial.raised
+    );
+    Ok(pictures.held.map(|picture| ScenePanel { caption, pictures: vec![picture] }))
 }

@@ -3,7 +3,7 @@
 use super::{
     inspection::PickSurvey,
     page::{PicksPage, cards, pick_words},
-    painting::Drawn,
+    painting::{Drawn, pick_panel},
     templates::TEMPLATES,
 };
 use crate::{
@@ -14,10 +14,11 @@ use crate::{
     picture::{Panel, Picture},
     preview::write_pick_preview,
     product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
+    scene_samples::{ScenePanel, SceneSample},
     templates::page_values,
 };
 use format::{
-    Noun, Product,
+    Noun, PickFacts, Product,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::SHAPES,
 };
@@ -108,5 +109,16 @@ impl Survey for PickSurvey {
         let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
         let held = found.held.map(|picture| panel("closed hand", picture));
         Ok(held.into_iter().chain([panel("free and blocked", found.ways)]).collect())
+    }
+
+    /// Bodies that a grasp held.
+    fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
+        SceneSample::all(reader, |row| (PickFacts::from(&row.facts).trials.held() > 0).then_some((None, 0.0)))
+    }
+
+    fn scene_panels(&self, reader: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
+        let object = sample.pick_candidates()?.object();
+        let row = self.facts.objects.iter().find(|row| row.object == object);
+        Ok(pick_panel(reader, sample, row.map_or("?", |row| row.name.as_str()))?.into_iter().collect())
     }
 }

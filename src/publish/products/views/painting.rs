@@ -1,8 +1,11 @@
 //! Pictures of a view: which body each pixel sees, and depth.
 
-use crate::picture::{DepthRange, FLOOR, InstanceMap, Picture, WALLS, depth_picture};
-use format::{Depth, SceneImage};
-use kernel::geom::DepthCrop;
+use crate::{
+    picture::{DepthRange, FLOOR, InstanceMap, Picture, WALLS, depth_picture},
+    scene_samples::ScenePanel,
+};
+use format::{Depth, SceneContainer, SceneImage};
+use kernel::{geom::DepthCrop, words::counted};
 
 /// An image of every `step`-th pixel.
 fn thinned<T: Copy>(pixels: &[T], width: u32, step: u32) -> Vec<T> {
@@ -42,4 +45,31 @@ pub(super) fn view_words(image: &SceneImage) -> String {
     let seen = image.bodies.iter().filter(|body| body.pixels_visible > 0).count();
     let truncated = image.bodies.iter().filter(|body| body.is_truncated()).count();
     format!("{seen} of {} bodies are seen, {truncated} reach out of the image", image.bodies.len())
+}
+
+/// Longest side of the pictures of a view in the first picture of a set [px].
+const SIDE: u32 = 640;
+
+/// The view in the first picture of a set: its depth, and which body each pixel sees.
+pub(super) fn view_panels(image: &SceneImage, depth: &Depth) -> Vec<ScenePanel> {
+    let step = step_for(image, SIDE);
+    let bodies = counted(image.bodies.len() as u64, "body");
+    let seen = image.bodies.iter().filter(|body| body.pixels_visible > 0).count();
+    let held_by = match image.container {
+        SceneContainer::Bin { .. } => "in a bin",
+        SceneContainer::Plane { .. } => "on a plane",
+    };
+    let by = if image.point_instances.is_some() { "as a depth camera measures them" } else { "as a camera sees them" };
+    let of_depth = depth_of_view(image, depth, step).map(|picture| ScenePanel {
+        caption: format!("{bodies} {held_by}, {by}: near is light and far is dark."),
+        pictures: vec![picture.with_few_colours()],
+    });
+    let of_bodies = ScenePanel {
+        caption: format!(
+            "The instance map of this view: each body has a colour of its own, and {seen} of {} are seen.",
+            image.bodies.len()
+        ),
+        pictures: vec![instance_picture(image, depth, step).with_few_colours()],
+    };
+    of_depth.into_iter().chain([of_bodies]).collect()
 }

@@ -3,7 +3,7 @@
 use super::{
     inspection::ViewSurvey,
     page::{ViewsPage, cards},
-    painting::{depth_of_view, instance_picture, step_for, view_words},
+    painting::{depth_of_view, instance_picture, step_for, view_panels, view_words},
     templates::TEMPLATES,
 };
 use crate::{
@@ -14,6 +14,7 @@ use crate::{
     picture::{Panel, Picture},
     preview::write_view_preview,
     product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
+    scene_samples::{ScenePanel, SceneSample},
     templates::page_values,
 };
 use format::{
@@ -98,5 +99,14 @@ impl Survey for ViewSurvey {
         let bodies = Panel { caption: "bodies".to_owned(), picture: instance_picture(&image, &depth, step) };
         let depth = depth_of_view(&image, &depth, step);
         Ok([bodies].into_iter().chain(depth.map(|picture| Panel { caption: "depth".to_owned(), picture })).collect())
+    }
+
+    fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
+        SceneSample::all(reader, |row| Some((Some(row.sample.item), 0.0)))
+    }
+
+    fn scene_panels(&self, _: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
+        let Some(depth) = sample.view_depth()? else { return Ok(Vec::new()) };
+        Ok(view_panels(&sample.scene_image()?, &depth))
     }
 }

@@ -1,0 +1,149 @@
+//! The first picture of a set: one scene as its datasets know it, or the first picture of each dataset where they know none.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::surveyed::SurveyedDataset;
+use crate::scene_samples::{ScenePanel, SceneSample};
+use format::dataset::DatasetError;
+use kernel::ids::{ItemId, ObjectId};
+
+/// A dataset that can show scenes, and the samples that it can show.
+struct Source<'a> {
+    dataset: &'a SurveyedDataset,
+    samples: Vec<SceneSample>,
+}
+
+/// Samples of one scene that go together, one of a source at most, by the index of the source.
+type SceneChoice = BTreeMap<usize, SceneSample>;
+
+/// Draws the first picture of a set, panel by panel.
+///
+/// # Errors
+/// When a file of a dataset is missing or damaged.
+pub(super) fn draw(datasets: &[SurveyedDataset]) -> Result<Vec<ScenePanel>, DatasetError> {
+    let sources = sources(datasets)?;
+    let mut panels = Vec::new();
+    for (source, sample) in choose(sources.iter().map(|source| source.samples.as_slice())) {
+        let SurveyedDataset { reader, survey, .. } = sources[source].dataset;
+        if let Some(sample) = reader.sample(sample.index)? {
+            panels.extend(survey.scene_panels(reader, &sample)?);
+        }
+    }
+    if panels.is_empty() { first_pictures(datasets) } else { Ok(panels) }
+}
+
+/// The first picture of each dataset.
+fn first_pictures(datasets: &[SurveyedDataset]) -> Result<Vec<ScenePanel>, DatasetError> {
+    let mut panels = Vec::new();
+    for SurveyedDataset { name, reader, survey } in datasets {
+        let first = survey.pictures(reader)?.into_iter().next();
+        panels.extend(first.map(|(caption, picture)| ScenePanel {
+            caption: format!("The first picture of {name}: {caption}."),
+            pictures: vec![picture],
+        }));
+    }
+    Ok(panels)
+}
+
+/// The datasets that can show scenes, in the order of the set: the first one of each product.
+fn sources(datasets: &[SurveyedDataset]) -> Result<Vec<Source<'_>>, DatasetError> {
+    let mut sources: Vec<Source<'_>> = Vec::new();
+    let mut left_out = BTreeSet::new();
+    for dataset in datasets {
+        let samples = dataset.survey.scene_samples(&dataset.reader)?;
+        if samples.is_empty() {
+            continue;
+        }
+        // A view is known by its number: what is made of the views of another dataset does not go with these.
+        let is_of_others = dataset.inputs()?.iter().any(|input| left_out.contains(input));
+        if is_of_others || sources.iter().any(|source| source.dataset.product() == dataset.product()) {
+            left_out.insert(dataset.name.clone());
+        } else {
+            sources.push(Source { dataset, samples });
+        }
+    }
+    Ok(sources)
+}
+
+/// Samples of the first scene that the most sources can show; scenes stand in the order of the first source that knows them.
+fn choose<'a>(sources: impl Iterator<Item = &'a [SceneSample]>) -> SceneChoice {
+    let mut scenes: Vec<ObjectId> = Vec::new();
+    let mut samples: BTreeMap<ObjectId, Vec<(usize, SceneSample)>> = BTreeMap::new();
+    for (source, of_source) in sources.enumerate() {
+        for sample in of_source {
+            let of_scene = samples.entry(sample.scene).or_default();
+            if of_scene.is_empty() {
+                scenes.push(sample.scene);
+            }
+            of_scene.push((source, *sample));
+        }
+    }
+    let mut chosen = SceneChoice::new();
+    for scene in scenes {
+        let found = choose_of_scene(&samples[&scene]);
+        if found.len() > chosen.len() {
+            chosen = found;
+        }
+    }
+    chosen
+}
+
+/// The samples of one scene that go together: of one view, and of the scene as a whole. The view is that of which the most
+/// sources have a sample, and of those the one with the smallest distances; ties go to the first.
+fn choose_of_scene(samples: &[(usize, SceneSample)]) -> SceneChoice {
+    let views: BTreeSet<Option<ItemId>> = samples.iter().map(|(_, sample)| sample.view).collect();
+    let distance = |choice: &SceneChoice| choice.values().map(|sample| sample.distance).sum::<f64>();
+    let mut best = SceneChoice::new();
+    for view in views {
+        let mut found = SceneChoice::new();
+        for (source, sample) in samples.iter().filter(|(_, sample)| sample.view.is_none() || sample.view == view) {
+            let nearest = found.entry(*source).or_insert(*sample);
+            if sample.distance < nearest.distance {
+                *nearest = *sample;
+            }
+        }
+        if found.len() > best.len() || (found.len() == best.len() && distance(&found) < distance(&best)) {
+            best = found;
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernel::ids::{Digest, SampleIndex};
+
+    fn sample(index: u64, scene: &str, view: Option<u32>, distance: f64) -> SceneSample {
+        let scene = ObjectId(Digest::of(scene.as_bytes()));
+        SceneSample { index: SampleIndex(index), scene, view: view.map(ItemId), distance }
+    }
+
+    /// Indices of the chosen samples, by source.
+    fn chosen(sources: &[&[SceneSample]]) -> Vec<(usize, u64)> {
+        choose(sources.iter().copied()).into_iter().map(|(source, sample)| (source, sample.index.0)).collect()
+    }
+
+    #[test]
+    fn the_first_scene_that_all_sources_know_is_shown() {
+        let views = [sample(0, "a", Some(0), 0.0), sample(1, "b", Some(0), 0.0), sample(2, "c", Some(0), 0.0)];
+        let picks = [sample(4, "b", None, 0.0), sample(5, "b", None, 0.0), sample(6, "c", None, 0.0)];
+        assert_eq!(chosen(&[&views, &picks]), [(0, 1), (1, 4)]);
+        // Where none has everything, the first that has the most.
+        assert_eq!(chosen(&[&views[..1], &picks[2..]]), [(0, 0)]);
+        assert_eq!(chosen(&[]), []);
+    }
+
+    #[test]
+    fn the_view_is_that_of_the_nearest_sample() {
+        let views = [0, 1, 2].map(|view| sample(view.into(), "a", Some(view), 0.0));
+        let pairs = [(0, 0.4), (1, 0.1), (1, 0.05), (1, 0.05), (2, 0.05)];
+        let pairs: Vec<SceneSample> =
+            (0..).zip(pairs).map(|(index, (view, distance))| sample(index, "a", Some(view), distance)).collect();
+        let picks = [sample(9, "a", None, 0.0)];
+        assert_eq!(chosen(&[&views, &pairs, &picks]), [(0, 1), (1, 2), (2, 9)]);
+        // A view without a pair shows less than one with a bad pair.
+        assert_eq!(chosen(&[&views, &pairs[..1], &picks]), [(0, 0), (1, 0), (2, 9)]);
+        assert_eq!(chosen(&[&picks]), [(0, 9)]);
+    }
+}

@@ -1,0 +1,15 @@
+//! Sets as people meet them: `report.html` beside the datasets, with one picture of what they hold together.
+
+mod figure;
+mod page;
+mod report;
+mod surveyed;
+mod templates;
+
+pub use report::{SetReportSummary, draw_set, report_set};
+
+#[cfg(test)]
+pub(super) use self::{
+    page::SetPage,
+    templates::{PAGE_TEMPLATE, TEMPLATES},
+};

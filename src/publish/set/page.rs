@@ -1,0 +1,151 @@
+//! The page of a set: one picture of what its datasets hold together, and what each of them is.
+
+use std::collections::BTreeSet;
+
+use serde::Serialize;
+
+use super::surveyed::SurveyedDataset;
+use crate::{
+    asset::AssetKind, chart::grouped, counts::counts_in_words, page::ImageView, products::pages_of,
+    scene_samples::ScenePanel,
+};
+use format::dataset::{DatasetError, SetContent, SetTable, layout::REPORT};
+use kernel::{ids::ObjectId, words::size_in_words};
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(crate) struct SetPage<'a> {
+    name: &'a str,
+    root: String,
+    format: u32,
+    numbers: HeaderNumbers,
+    panels: Vec<PanelView>,
+    rows: Vec<DatasetRow<'a>>,
+    /// Names that stand for several objects.
+    differing: Vec<&'a str>,
+}
+
+/// The numbers that matter most.
+#[derive(Serialize)]
+struct HeaderNumbers {
+    datasets: String,
+    samples: String,
+    objects: String,
+    size: String,
+}
+
+/// A panel of the first picture.
+#[derive(Serialize)]
+struct PanelView {
+    caption: String,
+    images: Vec<ImageView>,
+}
+
+/// A dataset of the set.
+#[derive(Serialize)]
+struct DatasetRow<'a> {
+    name: &'a str,
+    product: &'static str,
+    /// Sentence about the product.
+    lead: &'static str,
+    /// Stored samples with their noun.
+    samples: String,
+    /// Objects, or robots.
+    objects: String,
+    size: String,
+    /// The first digits of its root digest.
+    root: String,
+    /// Its report, by a path from the set's folder; `None` where the page stands elsewhere.
+    report: Option<String>,
+    /// Its counts in words.
+    counts: Vec<String>,
+}
+
+impl<'a> SetPage<'a> {
+    /// The page of a set with these datasets and panels; with links to the reports of the datasets where `has_links`.
+    ///
+    /// # Errors
+    /// When a table of a dataset is missing or damaged.
+    pub fn of(
+        table: &'a SetTable,
+        content: &'a SetContent,
+        datasets: &'a [SurveyedDataset],
+        panels: &[ScenePanel],
+        has_links: bool,
+    ) -> Result<Self, DatasetError> {
+        let (mut rows, mut objects) = (Vec::new(), BTreeSet::<ObjectId>::new());
+        let (mut samples, mut size) = (0, 0);
+        for SurveyedDataset { name, reader, .. } in datasets {
+            let manifest = reader.manifest();
+            let pages = pages_of(manifest.product);
+            let assets = reader.assets()?;
+            let count = grouped(assets.objects.len() as u64);
+            let (kept, bytes) = (manifest.counts.kept, manifest.entries().values().map(|file| file.bytes).sum());
+            samples += kept;
+            size += bytes;
+            let are_objects = pages.assets.subjects == AssetKind::Object;
+            objects.extend(assets.objects.iter().filter(|_| are_objects).map(|row| row.object));
+            rows.push(DatasetRow {
+                name,
+                product: manifest.product.name,
+                lead: pages.words.lead,
+                samples: format!("{} {}", grouped(kept), manifest.product.samples.of(kept)),
+                objects: if are_objects { count } else { format!("{count} {}", pages.assets.subjects.name()) },
+                size: size_in_words(bytes),
+                root: manifest.root.short().to_string(),
+                report: has_links.then(|| format!("{name}/{REPORT}")),
+                counts: counts_in_words(reader.folder(), manifest)?,
+            });
+        }
+        let panel = |panel: &ScenePanel| PanelView {
+            caption: panel.caption.clone(),
+            images: panel
+                .pictures
+                .iter()
+                .map(|picture| ImageView::of(picture, picture.width, picture.height))
+                .collect(),
+        };
+        Ok(Self {
+            name: &table.name,
+            root: content.root.to_string(),
+            format: table.format_version,
+            numbers: HeaderNumbers {
+                datasets: grouped(rows.len() as u64),
+                samples: grouped(samples),
+                objects: grouped(objects.len() as u64),
+                size: size_in_words(size),
+            },
+            panels: panels.iter().map(panel).collect(),
+            rows,
+            differing: content.differing.iter().map(String::as_str).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+impl<'a> SetPage<'a> {
+    /// A page of one dataset of this name, with a picture and links or without.
+    pub fn example(name: &'a str, is_full: bool) -> Self {
+        let image = ImageView::of(&crate::picture::Picture::filled(1, 1, [0; 4]), 1, 1);
+        let [datasets, samples, objects, size] = ["1", "5", "1", "7 bytes"].map(str::to_owned);
+        Self {
+            name,
+            root: "0123".to_owned(),
+            format: format::FORMAT_VERSION,
+            numbers: HeaderNumbers { datasets, samples, objects, size },
+            panels: is_full.then(|| PanelView { caption: name.to_owned(), images: vec![image] }).into_iter().collect(),
+            rows: vec![DatasetRow {
+                name,
+                product: "pairs",
+                lead: "Pairs.",
+                samples: "5 pairs".to_owned(),
+                objects: "1".to_owned(),
+                size: "7 bytes".to_owned(),
+                root: "0123".to_owned(),
+                report: is_full.then(|| format!("{name}/{REPORT}")),
+                counts: vec![name.to_owned()],
+            }],
+            differing: is_full.then_some(name).into_iter().collect(),
+        }
+    }
+}

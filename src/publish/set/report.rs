@@ -1,0 +1,56 @@
+//! `report.html` of a set, and those of its datasets.
+
+use std::path::{Path, PathBuf};
+
+use super::{figure, page::SetPage, surveyed::SurveyedDataset, templates::TEMPLATES};
+use crate::{
+    notes::write_atomically,
+    picture::Picture,
+    report::{ReportSummary, write_page},
+    templates::page_values,
+};
+use format::dataset::{DatasetError, SetTable, layout::REPORT};
+
+/// The reports of a set that were written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetReportSummary {
+    /// The page of the set; it shows the panels of its first picture.
+    pub set: ReportSummary,
+    /// The pages of its datasets, in their order; none where the page of the set went elsewhere.
+    pub datasets: Vec<ReportSummary>,
+}
+
+/// Writes the page of the finished set in `folder`, and the page of each dataset in the dataset's own folder; the former leads
+/// to the latter, and to nothing else. With `out` only the page of the set is written, there, and leads nowhere.
+///
+/// The page depends on the data alone, not on clock, machine or path.
+///
+/// # Errors
+/// When a dataset is not finished, a file is missing or damaged, or a page can't be written.
+pub fn report_set(folder: &Path, table: &SetTable, out: Option<&Path>) -> Result<SetReportSummary, DatasetError> {
+    let content = table.content(folder)?;
+    let surveyed = SurveyedDataset::all(folder, table)?;
+    let mut datasets = Vec::new();
+    if out.is_none() {
+        for SurveyedDataset { name, reader, survey } in &surveyed {
+            datasets.push(write_page(reader, survey.as_ref(), folder.join(name).join(REPORT))?);
+        }
+    }
+    let panels = figure::draw(&surveyed)?;
+    let page = SetPage::of(table, &content, &surveyed, &panels, out.is_none())?;
+    let html = TEMPLATES.render_page(&page_values(&page));
+    let path: PathBuf = out.map_or_else(|| folder.join(REPORT), Path::to_owned);
+    write_atomically(&path, html.as_bytes())?;
+    let set = ReportSummary { path, bytes: html.len() as u64, shown: panels.len() };
+    Ok(SetReportSummary { set, datasets })
+}
+
+/// Draws the first picture of the finished set in `folder`: the pictures of its panels, from left to right.
+///
+/// # Errors
+/// When a dataset is not finished, or a file is missing or damaged.
+pub fn draw_set(folder: &Path, table: &SetTable) -> Result<Vec<Picture>, DatasetError> {
+    table.content(folder)?;
+    let panels = figure::draw(&SurveyedDataset::all(folder, table)?)?;
+    Ok(panels.into_iter().flat_map(|panel| panel.pictures).collect())
+}

@@ -1,0 +1,47 @@
+//! The datasets of a set, each surveyed once for its own page and for that of the set.
+
+use std::path::Path;
+
+use crate::{product::Survey, products::pages_of};
+use format::{
+    Product,
+    dataset::{DatasetError, DatasetReader, SetTable},
+};
+
+/// A dataset of a set, surveyed.
+pub(super) struct SurveyedDataset {
+    /// Its name, which is that of its folder in the set's.
+    pub name: String,
+    pub reader: DatasetReader,
+    pub survey: Box<dyn Survey>,
+}
+
+impl SurveyedDataset {
+    /// Surveys the datasets of a finished set, in their order.
+    ///
+    /// # Errors
+    /// When one is not finished, or a file is missing or damaged.
+    pub fn all(folder: &Path, table: &SetTable) -> Result<Vec<Self>, DatasetError> {
+        let surveyed = |name: &String| {
+            let reader = DatasetReader::open(&folder.join(name))?;
+            let survey = (pages_of(reader.manifest().product).survey)(&reader)?;
+            Ok(Self { name: name.clone(), reader, survey })
+        };
+        table.jobs.iter().map(|job| surveyed(&job.name)).collect()
+    }
+
+    /// Product of the dataset.
+    pub fn product(&self) -> Product {
+        self.reader.manifest().product
+    }
+
+    /// Names of the folders beside its own that its job reads datasets from.
+    ///
+    /// # Errors
+    /// When the job is missing or no text.
+    pub fn inputs(&self) -> Result<Vec<String>, DatasetError> {
+        let job: toml::Table = self.reader.job_text()?.parse().unwrap_or_default();
+        let input = |section: &toml::Value| Some(section.get("dataset")?.as_str()?.strip_prefix("../")?.to_owned());
+        Ok(job.values().filter_map(input).collect())
+    }
+}
