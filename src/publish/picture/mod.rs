@@ -18,7 +18,7 @@ pub use depth::{DepthRange, colour_bar, depth_picture, height_map};
 pub use instances::{FLOOR, InstanceMap, WALLS};
 pub use lettering::Panel;
 pub use slices::{SLICE_COLOURS, SliceColours, Slices, centre_of_mass};
-pub use solids::{Solid, SolidView, solid_picture};
+pub use solids::{Solid, SolidView, seen_pixels, solid_picture};
 pub use voxels::{Eye, VoxelPainter};
 
 /// An image with straight (not premultiplied) alpha. Shape (height, width), row-major.

@@ -53,29 +53,47 @@ impl SolidView {
 /// A square picture of `side` pixels on a clear ground.
 pub fn solid_picture(solids: &[Solid<'_>], view: &SolidView, side: u32) -> Picture {
     let (to_eye, right, up) = view.axes();
-    let fine = side * FINE;
-    let pixel = view.extent / f64::from(fine);
+    let hits = first_hits(solids, view, side * FINE);
+    let shade =
+        |(solid, normal): (usize, Unit<Vector3<f64>>)| shaded(solids[solid].colour, &normal, &to_eye, &up, &right);
+    let colours: Vec<Option<[u8; 3]>> = hits.map(|hit| hit.map(shade)).collect();
+    smooth(&colours, side)
+}
+
+/// Pixels of a square picture of `side` pixels that see each of the solids.
+pub fn seen_pixels(solids: &[Solid<'_>], view: &SolidView, side: u32) -> Vec<u32> {
+    let mut counts = vec![0; solids.len()];
+    first_hits(solids, view, side).flatten().for_each(|(solid, _)| counts[solid] += 1);
+    counts
+}
+
+/// The index of the first solid in each pixel of a square picture of `side` pixels, and its outward normal there; row-major.
+fn first_hits(
+    solids: &[Solid<'_>],
+    view: &SolidView,
+    side: u32,
+) -> impl Iterator<Item = Option<(usize, Unit<Vector3<f64>>)>> {
+    let SolidView { middle, extent, .. } = *view;
+    let (to_eye, right, up) = view.axes();
+    let pixel = extent / f64::from(side);
     // Far enough that everything lies before the eye.
-    let back = 4.0 * view.extent;
+    let back = 4.0 * extent;
     let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.pose)).collect();
-    let mut colours = vec![None; (fine * fine) as usize];
-    for (index, colour) in colours.iter_mut().enumerate() {
-        let (column, row) = (index as u32 % fine, index as u32 / fine);
-        let across = (f64::from(column) + 0.5) * pixel - view.extent / 2.0;
-        let above = view.extent / 2.0 - (f64::from(row) + 0.5) * pixel;
-        let from = view.middle + right * across + up * above + to_eye.into_inner() * back;
-        let near = solids.iter().zip(&balls).filter(|(_, (centre, radius))| {
+    (0..side * side).map(move |index| {
+        let (column, row) = (index % side, index / side);
+        let across = (f64::from(column) + 0.5) * pixel - extent / 2.0;
+        let above = extent / 2.0 - (f64::from(row) + 0.5) * pixel;
+        let from = middle + right * across + up * above + to_eye.into_inner() * back;
+        let near = solids.iter().zip(&balls).enumerate().filter(|(_, (_, (centre, radius)))| {
             let off = centre - from;
             off.norm_squared() - off.dot(&to_eye).powi(2) <= radius * radius
         });
-        let hits = near.filter_map(|(solid, _)| {
-            let (far, normal) = solid.shape.first_hit(&solid.pose, &from, &-to_eye, 2.0 * back)?;
-            Some((far, normal, solid.colour))
+        let hits = near.filter_map(|(solid, (shape, _))| {
+            let (far, normal) = shape.shape.first_hit(&shape.pose, &from, &-to_eye, 2.0 * back)?;
+            Some((far, solid, normal))
         });
-        let first = hits.min_by(|a, b| a.0.total_cmp(&b.0));
-        *colour = first.map(|(_, normal, colour)| shaded(colour, &normal, &to_eye, &up, &right));
-    }
-    smooth(&colours, side)
+        hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, solid, normal)| (solid, normal))
+    })
 }
 
 /// Light from above the eye's left shoulder, and a little from everywhere.
@@ -135,6 +153,10 @@ mod tests {
             let both = [solid(&large, 0.0, Colour::PARTIAL), solid(&small, x, Colour::COMPLETE)];
             let [r, _, b, _] = solid_picture(&both, &view, 64).at(32, 32);
             assert_eq!(r > b, seen == Colour::COMPLETE, "{x}");
+            let [of_large, of_small] = seen_pixels(&both, &view, 64)[..] else { panic!("a count for each") };
+            let of_large_alone = seen_pixels(&both[..1], &view, 64)[0];
+            let hidden = if seen == Colour::COMPLETE { of_large_alone - of_large } else { 0 };
+            assert!(f64::from(of_large_alone) / covered > 0.99 && of_small == hidden, "{of_large} {of_small}");
         }
     }
 

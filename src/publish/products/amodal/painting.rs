@@ -64,17 +64,20 @@ impl PairPictures {
 /// Side of each picture of a pair in the first picture of a set [px].
 const SIDE: u32 = 400;
 
-/// The pair in the first picture of a set: what is seen, and the whole body.
+/// The pair in the first picture of a set: the cells of the body that are seen, and the whole body, alike in size.
 pub(super) fn pair_panel<'a>(
     sample: &Sample,
     name_of: impl Fn(ObjectId) -> &'a str,
 ) -> Result<ScenePanel, DatasetError> {
-    let (pictures, _, clutter) = PairPictures::of(sample, SIDE)?;
+    let (VoxelPair { partial, complete, .. }, clutter) = (sample.pair()?, sample.clutter()?);
+    let painter = VoxelPainter::new(SIDE, Eye::CameraSide, &[&complete, &partial]);
     let caption = format!(
-        "One amodal completion: {} of the silhouette of {} is seen (left: blue, what surrounds it grey), and the whole body is \
-         known (right: orange where nothing is seen).",
+        "One amodal completion: {} of the silhouette of {} is seen (left, blue), and its whole body is known (right, orange \
+         where nothing is seen).",
         percent(clutter.visible_share()),
         name_of(clutter.object),
     );
-    Ok(ScenePanel { caption, pictures: vec![pictures.seen, pictures.whole] })
+    let whole = [None, Some(&complete)];
+    let pictures = whole.map(|complete| painter.draw(Some(&partial), complete).with_few_colours()).to_vec();
+    Ok(ScenePanel { caption, pictures })
 }

@@ -1,15 +1,19 @@
 //! Pictures of a scene with grasps of one of its bodies: the closed hand among the bodies, and from where hands come.
 
-use std::{collections::BTreeMap, f64::consts::FRAC_PI_4, sync::Arc};
+use std::{
+    collections::BTreeMap,
+    f64::consts::{FRAC_PI_4, TAU},
+    sync::Arc,
+};
 
-use nalgebra::{IsometryMatrix3, Point3};
+use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use crate::{
-    picture::{Colour, Picture, Solid, SolidView, solid_picture},
+    picture::{Colour, Picture, Solid, SolidView, seen_pixels, solid_picture},
     scene_samples::ScenePanel,
 };
 use format::{
-    HandShape, PickCandidates, PickTrials, SceneContainer,
+    HandShape, LinkSolid, PickCandidate, PickCandidates, PickTrials, SceneContainer,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::Shapes,
 };
@@ -20,6 +24,12 @@ use kernel::{
 
 /// Elevation from which a scene is drawn: over the walls of a bin [rad].
 const ELEVATION: f64 = 0.95;
+
+/// Sides from which a scene may be drawn, evenly around it.
+const AZIMUTHS: u32 = 12;
+
+/// Side of the picture in which a view is judged by what it shows [px].
+const COARSE_SIDE: u32 = 60;
 
 /// Length of the world that a picture shows of what lies around the body [m].
 const EXTENT: f64 = 0.42;
@@ -77,10 +87,14 @@ impl Drawn {
             solids.extend(self.objects.get(object).map(|shape| Solid { shape, pose: *pose.isometry(), colour }));
         }
         solids.extend(container.as_ref().map(|(shape, pose)| Solid { shape, pose: *pose, colour: Colour::TABLE }));
-        let own = candidates.bodies[candidates.sample.item.0 as usize].1;
-        let middle = Point3::from(*own.translation());
-        let view = SolidView { azimuth: -FRAC_PI_4, elevation: ELEVATION, middle, extent: EXTENT };
-        let mut ways = solid_picture(&solids, &view, side);
+        let without_hand = solids.len();
+        let held = trials.and_then(|trials| trials.trials.iter().find(|trial| trial.verdict.is_held()));
+        let shown = held.map(|trial| trial.candidate as usize).or_else(|| candidates.free().next());
+        let shown = shown.and_then(|index| candidates.candidates.get(index));
+        solids.extend(shown.into_iter().flat_map(|candidate| self.closed_hand(candidate)));
+        let view = view(&solids, without_hand, candidates);
+        let held = shown.map(|_| solid_picture(&solids, &view, side).with_few_colours());
+        let mut ways = solid_picture(&solids[..without_hand], &view, side);
         // Free hands come last: they are few, and hide nothing that matters.
         for is_free in [false, true] {
             let colour = if is_free { Colour::TOUCHED } else { Colour::HELD };
@@ -89,20 +103,20 @@ impl Drawn {
                 ways.dot(view.pixel(&at, side), f64::from(side) / SIDE_OVER_DOT, colour);
             }
         }
-        let held = trials.and_then(|trials| trials.trials.iter().find(|trial| trial.verdict.is_held()));
-        let shown = held.map(|trial| trial.candidate as usize).or_else(|| candidates.free().next());
-        let shown = shown.and_then(|place| candidates.candidates.get(place));
-        let held = shown.map(|candidate| {
-            let frames = self.hand.link_frames(&candidate.closed);
-            let base = candidate.world_from_base.isometry();
-            solids.extend(self.hand.solids.iter().zip(&self.solids).map(|(part, shape)| Solid {
-                shape,
-                pose: base * frames[part.link] * part.link_from_solid,
-                colour: Colour::EXPLORED,
-            }));
-            solid_picture(&solids, &view, side).with_few_colours()
-        });
         Ok(PickPictures { held, ways: ways.with_few_colours() })
+    }
+
+    /// The hand of a free candidate, closed.
+    fn closed_hand(&self, candidate: &PickCandidate) -> Vec<Solid<'_>> {
+        let frames = self.hand.link_frames(&candidate.closed);
+        let base = candidate.world_from_base.isometry();
+        let parts = self.hand.solids.iter().zip(&self.solids);
+        let solid = |(part, shape): (&LinkSolid, _)| Solid {
+            shape,
+            pose: base * frames[part.link] * part.link_from_solid,
+            colour: Colour::EXPLORED,
+        };
+        parts.map(solid).collect()
     }
 
     fn load(&mut self, object: ObjectId) -> Result<(), DatasetError> {
@@ -113,6 +127,33 @@ impl Drawn {
         }
         Ok(())
     }
+}
+
+/// The view of a body of a scene, and of the hand on it, in which most of both is seen: those of a scene hide each other from some
+/// sides. The solids of the hand come last.
+fn view(solids: &[Solid<'_>], without_hand: usize, candidates: &PickCandidates) -> SolidView {
+    let own = solids.iter().position(|solid| solid.colour == Colour::COMPLETE);
+    let centre_of = |solids: &[Solid<'_>]| -> Option<Point3<f64>> {
+        let sum: Vector3<f64> = solids.iter().map(|solid| solid.shape.ball(&solid.pose).0.coords).sum();
+        (!solids.is_empty()).then(|| Point3::from(sum / solids.len() as f64))
+    };
+    let of_body = own.and_then(|own| centre_of(&solids[own..=own]));
+    let of_body =
+        of_body.unwrap_or_else(|| Point3::from(*candidates.bodies[candidates.sample.item.0 as usize].1.translation()));
+    let middle = centre_of(&solids[without_hand..]).map_or(of_body, |hand| nalgebra::center(&of_body, &hand));
+    let from = |step: u32| {
+        let azimuth = -FRAC_PI_4 + TAU * f64::from(step) / f64::from(AZIMUTHS);
+        SolidView { azimuth, elevation: ELEVATION, middle, extent: EXTENT }
+    };
+    let seen = |view: &SolidView| {
+        let pixels = seen_pixels(solids, view, COARSE_SIDE);
+        let of_hand: u32 = pixels[without_hand..].iter().sum();
+        let of_body = own.map_or(0, |own| pixels[own]);
+        if without_hand < solids.len() { u64::from(of_body) * u64::from(of_hand) } else { u64::from(of_body) }
+    };
+    // The last of equally good ones is the largest of the reversed list: the first view.
+    let views = (0..AZIMUTHS).rev().map(from);
+    views.max_by_key(seen).unwrap_or_else(|| from(0))
 }
 
 fn mesh_shape(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {

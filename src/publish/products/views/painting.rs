@@ -31,13 +31,18 @@ pub(super) fn instance_picture(image: &SceneImage, depth: &Depth, step: u32) -> 
     InstanceMap { width, height, instances: &instances, depth: &depth, grey }.picture(1)
 }
 
-/// Depth, as the sensor gave it; `None` without a return.
+/// Depth, as the sensor gave it, in colours that span the bodies; `None` without a return.
 pub(super) fn depth_of_view(image: &SceneImage, depth: &Depth, step: u32) -> Option<Picture> {
     let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
     let at = |row: u32, column: u32| depth.crop.at(column * step, row * step);
     let depth = (0..height).flat_map(|row| (0..width).map(move |column| at(row, column))).collect();
     let crop = DepthCrop { left: 0, top: 0, width, height, depth };
-    DepthRange::of(&crop).map(|range| depth_picture(&crop, range, 1))
+    // What they lie in and on reaches far beyond the bodies and would take most of the colours.
+    let is_body = |instance: u8| (1..=SceneImage::MAX_BODIES).contains(&usize::from(instance));
+    let instances = thinned(&image.instances, image.camera.width, step);
+    let of_bodies = crop.depth.iter().zip(instances).map(|(depth, own)| if is_body(own) { *depth } else { f32::NAN });
+    let of_bodies = DepthCrop { depth: of_bodies.collect(), ..crop };
+    DepthRange::of(&of_bodies).or_else(|| DepthRange::of(&crop)).map(|range| depth_picture(&crop, range, 1))
 }
 
 /// One line about a view.
