@@ -55,9 +55,9 @@ struct DatasetRow<'a> {
     size: String,
     /// The first digits of its root digest.
     root: String,
-    /// Its report, by a path from the set's folder; `None` where the page stands elsewhere.
+    /// Path of the report from the set's folder; `None` where the page stands elsewhere.
     report: Option<String>,
-    /// Its counts in words.
+    /// Counts in words.
     counts: Vec<String>,
 }
 

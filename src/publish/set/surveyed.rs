@@ -10,7 +10,7 @@ use format::{
 
 /// A dataset of a set, surveyed.
 pub(super) struct SurveyedDataset {
-    /// Its name, which is that of its folder in the set's.
+    /// Name of the dataset, and of its folder in the set's.
     pub name: String,
     pub reader: DatasetReader,
     pub survey: Box<dyn Survey>,
