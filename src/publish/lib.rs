@@ -56,7 +56,7 @@ pub use release::{
 };
 pub use report::{ReportSummary, report};
 pub use scene_objects::ScenesObject;
-pub use set::{SetReportSummary, draw_set, report_set};
+pub use set::{SetReportSummary, report_set};
 pub use tally::Spread;
 
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@ mod report;
 mod surveyed;
 mod templates;
 
-pub use report::{SetReportSummary, draw_set, report_set};
+pub use report::{SetReportSummary, report_set};
 
 #[cfg(test)]
 pub(super) use self::{

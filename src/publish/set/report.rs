@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::{figure, page::SetPage, surveyed::SurveyedDataset, templates::TEMPLATES};
 use crate::{
     notes::write_atomically,
-    picture::Picture,
     report::{ReportSummary, write_page},
     templates::page_values,
 };
@@ -43,14 +42,4 @@ pub fn report_set(folder: &Path, table: &SetTable, out: Option<&Path>) -> Result
     write_atomically(&path, html.as_bytes())?;
     let set = ReportSummary { path, bytes: html.len() as u64, shown: panels.len() };
     Ok(SetReportSummary { set, datasets })
-}
-
-/// Draws the first picture of the finished set in `folder`: the pictures of its panels, from left to right.
-///
-/// # Errors
-/// When a dataset is not finished, or a file is missing or damaged.
-pub fn draw_set(folder: &Path, table: &SetTable) -> Result<Vec<Picture>, DatasetError> {
-    table.content(folder)?;
-    let panels = figure::draw(&SurveyedDataset::all(folder, table)?)?;
-    Ok(panels.into_iter().flat_map(|panel| panel.pictures).collect())
 }
