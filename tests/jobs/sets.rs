@@ -108,6 +108,11 @@ fn assert_finds_damage(out: &Path) {
     fs::write(out.join("set.json"), unseal(&lie)).expect("a lie");
     let said = Program::on("verify", out).expect_code(4).stdout;
     assert!(said.contains("set.json does not say"), "{said}");
+    // Reports are written into the folders that it names: none elsewhere.
+    let elsewhere = set.replacen("\"name\": \"grasps\"", "\"name\": \"../grasps\"", 1);
+    fs::write(out.join("set.json"), unseal(&elsewhere)).expect("a lie");
+    let said = Program::on("report", out).expect_code(1).stderr;
+    assert!(said.contains("'../grasps' is no name of a dataset in it"), "{said}");
 }
 
 #[test]
