@@ -75,7 +75,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
         show(&arguments.out, &table, reports, Vec::new(), printer)?;
     } else {
         texts.extend(words(&arguments.out, &table));
-        printer.result(&texts.join("\n\n"));
+        printer.result(&format!("{}\nnext: graspmill report {}", texts.join("\n\n"), arguments.out.display()));
     }
     Ok(exit)
 }

@@ -9,7 +9,7 @@ use format::{
 };
 
 /// A dataset of a set, surveyed.
-pub(super) struct SurveyedDataset {
+pub(crate) struct SurveyedDataset {
     /// Name of the dataset, and of its folder in the set's.
     pub name: String,
     pub reader: DatasetReader,
