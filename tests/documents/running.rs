@@ -231,7 +231,22 @@ impl Script {
 /// Says which line of which document failed.
 const PROLOGUE: &str = "set -euo pipefail\nat=''\ntrap 'echo \"FAILED: $at\" >&2' ERR\n";
 
+/// Where newcomers begin.
+const FIRST: [&str; 3] = ["README.md", "docs/tour.md", "docs/install.md"];
+
 #[test]
+fn blocks_of_the_first_documents_run() {
+    let scripts = FIRST.map(|document| (Script::of(document, |_| false), document));
+    let ran: usize = scripts.iter().map(|(script, _)| script.ran).sum();
+    for (script, document) in scripts.iter().filter(|(script, _)| script.ran > 0) {
+        script.run(document, "venv");
+    }
+    println!("{ran} commands and blocks of Python ran");
+    assert!(ran >= 15, "{ran} ran");
+}
+
+#[test]
+#[ignore = "slow: make test-slow"]
 fn blocks_run() {
     let documents = documents();
     let scripts: Vec<Script> = documents.iter().map(|document| Script::of(document, |_| false)).collect();

@@ -127,9 +127,12 @@ fn samplers_without_a_search_make_datasets() {
         let first = run(&workspace, &format!("{name}-one"), &["--threads", "1"]);
         let two = run(&workspace, &format!("{name}-two"), &["--threads", "2", "--set", "shards.runs=1"]);
         assert_eq!(two.root, first.root);
-        let scalar = format!("{name}-scalar");
-        workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
-        assert_eq!(Manifest::read(&workspace.path(&scalar)).expect("a dataset"), first);
+        // Samplers have the rest in common.
+        if ["uniform", "table"].contains(&name) {
+            let scalar = format!("{name}-scalar");
+            workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
+            assert_eq!(Manifest::read(&workspace.path(&scalar)).expect("a dataset"), first);
+        }
         let reader = open(&workspace, &format!("{name}-one"));
         let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
         let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
@@ -176,7 +179,7 @@ fn runs_on_a_table_without_a_state_say_why() {
 fn trials_move_no_grasp() {
     let workspace = write_job();
     let plain = Manifest::read(&plain()).expect("a dataset");
-    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,failed_per_held=1000,confirm=\"none\"}";
+    let physics = "physics={roll_out_share=0.2,roll_outs=3,variant_share=0.3,series_share=0.3,failed_per_held=1000,confirm=\"none\"}";
     let asked = ["--set", physics, "--set", "annealing.steps=300"];
     let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
@@ -417,7 +420,7 @@ fn masses_of_the_table_are_those_of_trials() {
     workspace.write("masses.csv", table);
     let objects = "objects=[{built_in=[\"can-01\",\"box-01\",\"mug-01\"],table=\"masses.csv\"}]";
     let physics = "physics={perturbed=0,table=false,confirm=\"none\"}";
-    let one = ["--set", "grasps.seeds=1"];
+    let one = ["--set", "grasps.seeds=1", "--set", "annealing.steps=300"];
     let run = |out: &str, objects: &str, physics: &str| {
         run(&workspace, out, &[&one[..], &["--set", objects, "--set", physics]].concat())
     };

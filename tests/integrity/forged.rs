@@ -614,7 +614,7 @@ fn manifests_that_claim_too_much_are_refused() {
 
 #[test]
 fn forgeries_are_found_or_read_as_they_stand() {
-    storm(40, 1);
+    storm(16, 1);
 }
 
 #[test]

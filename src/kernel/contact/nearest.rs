@@ -1,4 +1,4 @@
-//! How near a solid is to a mesh, without its contacts.
+//! Distances from a mesh to a solid, without their contacts.
 
 use std::ops::{Range, RangeInclusive};
 

@@ -295,7 +295,7 @@ impl Closing {
         self.found.first().map_or(NEAR, |contact| contact.distance)
     }
 
-    /// The same without contacts, exact within a range ([`ContactSurface::distance_within`]).
+    /// Distance without contacts, exact within a range ([`ContactSurface::distance_within`]).
     pub(super) fn distance_within(
         &mut self,
         surface: &ContactSurface,

@@ -52,7 +52,7 @@ fn pushed(model: &HandModel, felt: &Felt) -> Vec<(bool, bool, Vec<f64>, Isometry
 
 #[test]
 fn closings_touch_what_mujocos_own_field_touches() {
-    assert_closings_touch(8);
+    assert_closings_touch(3);
 }
 
 #[test]
