@@ -179,7 +179,7 @@ fn runs_on_a_table_without_a_state_say_why() {
 fn trials_move_no_grasp() {
     let workspace = write_job();
     let plain = Manifest::read(&plain()).expect("a dataset");
-    let physics = "physics={roll_out_share=0.2,roll_outs=3,variant_share=0.3,series_share=0.3,failed_per_held=1000,confirm=\"none\"}";
+    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,failed_per_held=1000,confirm=\"none\"}";
     let asked = ["--set", physics, "--set", "annealing.steps=300"];
     let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);

@@ -44,7 +44,8 @@ impl ContactSurface {
         }
         let probe_from_object = object_from_probe.inverse();
         let mut least = far;
-        (free.clear(), cores.clear());
+        free.clear();
+        cores.clear();
         for Seed { point, reach: around, bound, .. } in seeds.iter() {
             // Nothing nearer is in a ball around a point whose distance is known.
             let is_free = free.iter().any(|(known, distance)| (known - point).norm() + around < distance - least);
@@ -105,7 +106,8 @@ impl ContactSurface {
         waiting: &mut Vec<Piece>,
         seeds: &mut Vec<Seed>,
     ) -> bool {
-        (waiting.clear(), seeds.clear());
+        waiting.clear();
+        seeds.clear();
         waiting.push(Piece::whole(probe));
         while let Some(piece) = waiting.pop() {
             let centre = Point3::from(piece.centre);
