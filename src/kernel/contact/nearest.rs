@@ -12,6 +12,8 @@ use super::{
 
 /// Where a point of the core slides to, the surface cuts the core if it is nearer than this [m].
 const CUT: f64 = 5e-5;
+/// Two distances are the same when they differ by less [m].
+const FLAT: f64 = 1e-6;
 /// Corners of the core that are tried from a point on, at most.
 const CORNERS: usize = 4;
 
@@ -61,7 +63,7 @@ impl ContactSurface {
                 free.push((*point, least + around));
                 continue;
             };
-            let pair = self.settled(probe, frames, pair);
+            let pair = self.settled(probe, frames, pair, least);
             let (core, distance) = (probe_from_object * pair.core(), pair.distance());
             if distance <= deep + CUT {
                 return floor;
@@ -80,12 +82,13 @@ impl ContactSurface {
     }
 
     /// The pair itself, or a nearer one: a core that is tilted by little slides slowly, and is nearest at its farthest point against
-    /// the direction out of the mesh.
-    fn settled(&self, probe: &Probe, frames: [&IsometryMatrix3<f64>; 2], mut pair: Pair) -> Pair {
+    /// the direction out of the mesh. That point is tried where it would be nearer than the least so far if the surface were flat.
+    fn settled(&self, probe: &Probe, frames: [&IsometryMatrix3<f64>; 2], mut pair: Pair, least: f64) -> Pair {
         let [object_from_probe, probe_from_object] = frames;
         for _ in 0..CORNERS {
             let corner = object_from_probe * probe.farthest(&(probe_from_object * -pair.normal()));
-            if pair.distance() <= 0.0 || pair.normal().dot(&(pair.core() - corner)) < CUT {
+            let nearer_by = pair.normal().dot(&(pair.core() - corner));
+            if pair.distance() <= 0.0 || nearer_by < CUT || pair.distance() - nearer_by > least - FLAT {
                 break;
             }
             match self.pair_from(probe, frames, corner, pair.distance(), |_| false) {
