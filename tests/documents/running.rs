@@ -236,24 +236,17 @@ const FIRST: [&str; 3] = ["README.md", "docs/tour.md", "docs/install.md"];
 
 #[test]
 fn blocks_of_the_first_documents_run() {
-    let scripts = FIRST.map(|document| (Script::of(document, |_| false), document));
-    let ran: usize = scripts.iter().map(|(script, _)| script.ran).sum();
-    for (script, document) in scripts.iter().filter(|(script, _)| script.ran > 0) {
-        script.run(document, "venv");
-    }
+    let ran: usize = run_blocks(&FIRST.map(str::to_owned)).iter().map(|script| script.ran).sum();
     println!("{ran} commands and blocks of Python ran");
     assert!(ran >= 15, "{ran} ran");
 }
 
-#[test]
-#[ignore = "slow: make test-slow"]
-fn blocks_run() {
-    let documents = documents();
+/// Runs the blocks of documents, each document in a folder of its own, as many at a time as there are threads.
+fn run_blocks(documents: &[String]) -> Vec<Script> {
     let scripts: Vec<Script> = documents.iter().map(|document| Script::of(document, |_| false)).collect();
-    // Each works in a folder of its own.
     let next = AtomicUsize::new(0);
     let work = || {
-        let mine = || scripts.iter().zip(&documents).nth(next.fetch_add(1, Ordering::Relaxed));
+        let mine = || scripts.iter().zip(documents).nth(next.fetch_add(1, Ordering::Relaxed));
         for (script, document) in std::iter::from_fn(mine).filter(|(script, _)| script.ran > 0) {
             script.run(document, "venv");
         }
@@ -262,6 +255,13 @@ fn blocks_run() {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         (0..threads).for_each(|_| _ = scope.spawn(work));
     });
+    scripts
+}
+
+#[test]
+#[ignore = "slow: make test-slow"]
+fn blocks_run() {
+    let scripts = run_blocks(&documents());
     let ran: usize = scripts.iter().map(|script| script.ran).sum();
     let left_out: Vec<String> = scripts.into_iter().flat_map(|script| script.left_out).collect();
     for (row, _) in NOT_RUN {

@@ -127,12 +127,9 @@ fn samplers_without_a_search_make_datasets() {
         let first = run(&workspace, &format!("{name}-one"), &["--threads", "1"]);
         let two = run(&workspace, &format!("{name}-two"), &["--threads", "2", "--set", "shards.runs=1"]);
         assert_eq!(two.root, first.root);
-        // Samplers have the rest in common.
-        if ["uniform", "table"].contains(&name) {
-            let scalar = format!("{name}-scalar");
-            workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
-            assert_eq!(Manifest::read(&workspace.path(&scalar)).expect("a dataset"), first);
-        }
+        let scalar = format!("{name}-scalar");
+        workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
+        assert_eq!(Manifest::read(&workspace.path(&scalar)).expect("a dataset"), first);
         let reader = open(&workspace, &format!("{name}-one"));
         let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
         let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();

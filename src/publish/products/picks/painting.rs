@@ -13,7 +13,7 @@ use crate::{
     scene_samples::ScenePanel,
 };
 use format::{
-    HandShape, LinkSolid, PickCandidate, PickCandidates, PickTrials, SceneContainer,
+    HandShape, LinkSolid, PickCandidate, PickCandidates, PickTrial, PickTrials, SceneContainer,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::Shapes,
 };
@@ -81,18 +81,21 @@ impl Drawn {
             self.load(*object)?;
         }
         let container = container(&candidates.container);
-        let mut solids: Vec<Solid<'_>> = Vec::new();
+        let (mut solids, mut own): (Vec<Solid<'_>>, _) = (Vec::new(), None);
         for (number, (object, pose)) in (1..).zip(&candidates.bodies) {
-            let colour = if number == candidates.body() { Colour::COMPLETE } else { Colour::OTHERS };
-            solids.extend(self.objects.get(object).map(|shape| Solid { shape, pose: *pose.isometry(), colour }));
+            let Some(shape) = self.objects.get(object) else { continue };
+            let is_own = number == candidates.body();
+            own = if is_own { Some(solids.len()) } else { own };
+            let colour = if is_own { Colour::COMPLETE } else { Colour::OTHERS };
+            solids.push(Solid { shape, pose: *pose.isometry(), colour });
         }
         solids.extend(container.as_ref().map(|(shape, pose)| Solid { shape, pose: *pose, colour: Colour::TABLE }));
         let without_hand = solids.len();
-        let held = trials.and_then(|trials| trials.trials.iter().find(|trial| trial.verdict.is_held()));
-        let shown = held.map(|trial| trial.candidate as usize).or_else(|| candidates.free().next());
+        let shown =
+            trials.and_then(first_held).map(|trial| trial.candidate as usize).or_else(|| candidates.free().next());
         let shown = shown.and_then(|index| candidates.candidates.get(index));
         solids.extend(shown.into_iter().flat_map(|candidate| self.closed_hand(candidate)));
-        let view = view(&solids, without_hand, candidates);
+        let view = view(&solids, own, without_hand, candidates);
         let held = shown.map(|_| solid_picture(&solids, &view, side).with_few_colours());
         let mut ways = solid_picture(&solids[..without_hand], &view, side);
         // Free hands come last: they are few, and hide nothing that matters.
@@ -130,9 +133,8 @@ impl Drawn {
 }
 
 /// The view of a body of a scene, and of the hand on it, in which most of both is seen: those of a scene hide each other from some
-/// sides. The solids of the hand come last.
-fn view(solids: &[Solid<'_>], without_hand: usize, candidates: &PickCandidates) -> SolidView {
-    let own = solids.iter().position(|solid| solid.colour == Colour::COMPLETE);
+/// sides. `own` is the index of the body, where it can be drawn; the solids of the hand come last.
+fn view(solids: &[Solid<'_>], own: Option<usize>, without_hand: usize, candidates: &PickCandidates) -> SolidView {
     let centre_of = |solids: &[Solid<'_>]| -> Option<Point3<f64>> {
         let sum: Vector3<f64> = solids.iter().map(|solid| solid.shape.ball(&solid.pose).0.coords).sum();
         (!solids.is_empty()).then(|| Point3::from(sum / solids.len() as f64))
@@ -154,6 +156,11 @@ fn view(solids: &[Solid<'_>], without_hand: usize, candidates: &PickCandidates) 
     // The last of equally good ones is the largest of the reversed list: the first view.
     let views = (0..AZIMUTHS).rev().map(from);
     views.max_by_key(seen).unwrap_or_else(|| from(0))
+}
+
+/// The first trial that held.
+fn first_held(trials: &PickTrials) -> Option<&PickTrial> {
+    trials.trials.iter().find(|trial| trial.verdict.is_held())
 }
 
 fn mesh_shape(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
@@ -189,7 +196,7 @@ pub(super) fn pick_panel(
     name: &str,
 ) -> Result<Option<ScenePanel>, DatasetError> {
     let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
-    let held = trials.as_ref().and_then(|trials| trials.trials.iter().find(|trial| trial.verdict.is_held()));
+    let held = trials.as_ref().and_then(first_held);
     let (Some(mut drawn), Some(trial)) = (Drawn::of(reader)?, held) else { return Ok(None) };
     let pictures = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;
     let caption = format!(
