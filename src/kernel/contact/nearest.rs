@@ -24,7 +24,7 @@ impl ContactSurface {
     }
 
     /// The distance from the surface to a solid placed in `Object` [m], the least of its [contacts](Self::contacts): exact within a
-    /// range. Deeper than its start, or 50 um above it, that start is told; farther than its end a lower bound that is no less than
+    /// range. Deeper than its start, or less than 50 um above it, that start is told; farther than its end a lower bound that is no less than
     /// that end. Of class `exact`.
     pub fn distance_within(
         &self,
@@ -40,17 +40,17 @@ impl ContactSurface {
         }
         // From here on of the core alone.
         let (deep, far) = (floor + probe.thickness, reach + probe.thickness);
-        let ContactScratch { waiting, seeds, free, cores, .. } = scratch;
+        let ContactScratch { waiting, seeds, known, cores, .. } = scratch;
         if !self.near_seeds(probe, object_from_probe, deep..far, waiting, seeds) {
             return floor;
         }
         let probe_from_object = object_from_probe.inverse();
         let mut least = far;
-        free.clear();
+        known.clear();
         cores.clear();
         for Seed { point, reach: around, bound, .. } in seeds.iter() {
             // Nothing nearer is in a ball around a point whose distance is known.
-            let is_free = free.iter().any(|(known, distance)| (known - point).norm() + around < distance - least);
+            let is_free = known.iter().any(|(centre, distance)| (centre - point).norm() + around < distance - least);
             if bound - around >= least || is_free {
                 continue;
             }
@@ -60,7 +60,7 @@ impl ContactSurface {
                 cores.iter().any(|(core, known)| are_near(core, point) && known.dot(normal) > OTHER_WALL)
             };
             let Some(pair) = self.pair_from(probe, frames, object_from_probe * point, least + around, is_known) else {
-                free.push((*point, least + around));
+                known.push((*point, least + around));
                 continue;
             };
             let pair = self.settled(probe, frames, pair, least);
@@ -69,7 +69,7 @@ impl ContactSurface {
                 return floor;
             }
             if distance >= least {
-                free.push((core, distance));
+                known.push((core, distance));
                 continue;
             }
             least = distance;

@@ -55,8 +55,10 @@ pub struct SurfaceContact {
 pub struct ContactScratch {
     pub(super) waiting: Vec<Piece>,
     pub(super) seeds: Vec<Seed>,
-    /// Balls around points of the core in which nothing touches: of those the distance is known.
-    pub(super) free: Vec<(Point3<f64>, f64)>,
+    /// Balls in which nothing touches, around points of the core: centres and radii [m].
+    free: Vec<(Point3<f64>, f64)>,
+    /// Points of the core from which the surface is at least so far away [m].
+    pub(super) known: Vec<(Point3<f64>, f64)>,
     minima: Vec<Minimum>,
     /// Points of the core that are nearer to the surface than those around them, and the directions out of it there.
     pub(super) cores: Vec<(Point3<f64>, Vector3<f64>)>,

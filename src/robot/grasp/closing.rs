@@ -1,6 +1,6 @@
 //! Closing a hand by kinematics alone: every finger until it meets the object.
 
-use std::{ops::RangeInclusive, sync::Arc};
+use std::sync::Arc;
 
 use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
@@ -43,7 +43,7 @@ pub(super) struct Closing {
     pub(super) line: Option<(usize, Vector3<f64>)>,
     /// Side of each solid: 1 where it moves as the first pad does, -1 as the second one, 0 as the base.
     pub(super) sides: Vec<f64>,
-    scratch: ContactScratch,
+    pub(super) scratch: ContactScratch,
     pub(super) found: Vec<SurfaceContact>,
 }
 
@@ -293,19 +293,6 @@ impl Closing {
         }
         surface.contacts(probe, &object_from_solid, NEAR, &mut self.scratch, &mut self.found);
         self.found.first().map_or(NEAR, |contact| contact.distance)
-    }
-
-    /// Distance without contacts, exact within a range ([`ContactSurface::distance_within`]).
-    pub(super) fn distance_within(
-        &mut self,
-        surface: &ContactSurface,
-        object_from_base: &IsometryMatrix3<f64>,
-        frames: &[IsometryMatrix3<f64>],
-        solid: usize,
-        range: &RangeInclusive<f64>,
-    ) -> f64 {
-        let object_from_solid = self.object_from_solid(object_from_base, frames, solid);
-        surface.distance_within(&self.probes[solid], &object_from_solid, range, &mut self.scratch)
     }
 
     /// Bound on the speed of a solid's points while motors go from start to end, each at its speed [m/s].

@@ -277,6 +277,20 @@ impl HandPassage {
         container.chain([own]).chain(others).collect()
     }
 
+    /// Distance of a solid of the hand from a mesh [m], exact from -[`Passage::DEEP`] to a reach; farther away a lower bound.
+    fn distance(
+        &mut self,
+        surface: &ContactSurface,
+        object_from_base: &IsometryMatrix3<f64>,
+        frames: &[IsometryMatrix3<f64>],
+        solid: usize,
+        reach: f64,
+    ) -> f64 {
+        let object_from_solid = self.closing.object_from_solid(object_from_base, frames, solid);
+        let Closing { probes, scratch, .. } = &mut self.closing;
+        surface.distance_within(&probes[solid], &object_from_solid, &(-Passage::DEEP..=reach), scratch)
+    }
+
     /// The distance of the hand from something where it is below the margin [m], told down to [`Passage::DEEP`]; `None` where it
     /// is not.
     fn nearer_than_margin(&mut self, thing: &Thing, moment: &Moment) -> Option<f64> {
@@ -284,10 +298,7 @@ impl HandPassage {
         let obstacle_from_base = obstacle.scene_from_obstacle.inverse() * moment.scene_from_base;
         let mut nearest = *margin;
         for solid in 0..self.closing.probes.len() {
-            let range = -Passage::DEEP..=nearest;
-            let closing = &mut self.closing;
-            let distance =
-                closing.distance_within(&obstacle.surface, &obstacle_from_base, moment.frames, solid, &range);
+            let distance = self.distance(&obstacle.surface, &obstacle_from_base, moment.frames, solid, nearest);
             nearest = nearest.min(distance);
             if nearest == -Passage::DEEP {
                 break;
@@ -304,13 +315,7 @@ impl HandPassage {
         for solid in 0..self.closing.probes.len() {
             thing.advance(&mut least, 1.0, STAND_OFF, |come, reach| {
                 let moved = obstacle_from_scene * Translation3::from(back * come) * moment.scene_from_base;
-                self.closing.distance_within(
-                    &thing.obstacle.surface,
-                    &moved,
-                    moment.frames,
-                    solid,
-                    &(-Passage::DEEP..=reach),
-                )
+                self.distance(&thing.obstacle.surface, &moved, moment.frames, solid, reach)
             })?;
         }
         Ok(least)
@@ -342,13 +347,7 @@ impl HandPassage {
                     driven.map(|(driven, (start, end))| motor_at(*start, *end, driven, time * driven.speed)).collect();
                 hand.joint_values(&now, &mut joints);
                 let frames = hand.link_frames(&joints);
-                self.closing.distance_within(
-                    &thing.obstacle.surface,
-                    &obstacle_from_base,
-                    &frames,
-                    solid,
-                    &(-Passage::DEEP..=reach),
-                )
+                self.distance(&thing.obstacle.surface, &obstacle_from_base, &frames, solid, reach)
             })?;
         }
         Ok(least)
