@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::{chart::grouped, notes::RunNotes};
 use format::{
     Product,
-    dataset::{DatasetError, DatasetReader},
+    dataset::{DatasetError, DatasetReader, layout},
 };
 use kernel::{
     ids::{Digest, JobDigest},
@@ -47,7 +47,7 @@ impl InspectionHeader {
     pub(super) fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
         let manifest = reader.manifest();
         Ok(Self {
-            name: name_of(reader)?,
+            name: dataset_name(reader)?,
             generator: manifest.generator.clone(),
             product: manifest.product,
             format_version: manifest.format_version,
@@ -137,10 +137,24 @@ pub(super) fn evenly<T: Copy>(list: &[T], most: usize) -> Vec<T> {
     (0..count).map(|number| list[(2 * number + 1) * list.len() / (2 * count)]).collect()
 }
 
+/// The resolved job of a dataset.
+///
+/// # Errors
+/// When it is missing or damaged.
+pub(crate) fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetError> {
+    reader.job_text()?.parse().map_err(|error: toml::de::Error| DatasetError::Invalid {
+        path: reader.folder().join(layout::JOB),
+        problem: error.message().to_owned(),
+        remedy: "restore it",
+    })
+}
+
 /// Name of a dataset's job as its text says it; else the name of the folder.
-pub(super) fn name_of(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let job: Option<toml::Table> = reader.job_text()?.parse().ok();
-    let job = job.unwrap_or_default();
+///
+/// # Errors
+/// When the job is missing or damaged.
+pub fn dataset_name(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let job = job_table(reader)?;
     let named = (job.get("name")).or_else(|| job.get("job")?.get("name")).and_then(|name| name.as_str());
     let folder = || reader.folder().file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(named.map_or_else(folder, str::to_owned))

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use super::{chart::grouped, inspection::name_of, tally::SpreadRow};
+use super::{chart::grouped, inspection::dataset_name, tally::SpreadRow};
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::{Split, size_in_words};
 
@@ -89,7 +89,7 @@ impl Numbers {
             objects: None,
         };
         let splits = if counts.splits.is_empty() { Vec::new() } else { Split::ALL.map(split).to_vec() };
-        Ok(Self { job_name: name_of(reader)?, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
+        Ok(Self { job_name: dataset_name(reader)?, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
     }
 }
 

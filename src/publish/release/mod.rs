@@ -38,6 +38,7 @@ use self::{
     staging::Staging,
 };
 use super::{
+    inspection::job_table,
     notes::RunNotes,
     numbers::Numbers,
     product::{ProductAssets, Survey},
@@ -171,15 +172,6 @@ fn shipped(options: &ReleaseOptions, assets: &[Asset]) -> Result<LeftOut, Releas
             Err(ReleaseError::MayNotShip { assets: lines, about: options.about.to_owned() })
         }
     }
-}
-
-/// The resolved job of a dataset.
-fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetError> {
-    reader.job_text()?.parse().map_err(|error: toml::de::Error| DatasetError::Invalid {
-        path: reader.folder().join(layout::JOB),
-        problem: error.message().to_owned(),
-        remedy: "restore it",
-    })
 }
 
 /// Checks the whole dataset.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::{product::Survey, products::pages_of};
+use crate::{inspection::job_table, product::Survey, products::pages_of};
 use format::{
     Product,
     dataset::{DatasetError, DatasetReader, SetTable},
@@ -38,9 +38,9 @@ impl SurveyedDataset {
     /// Names of the folders beside its own that its job reads datasets from.
     ///
     /// # Errors
-    /// When the job is missing or no text.
+    /// When the job is missing or damaged.
     pub fn inputs(&self) -> Result<Vec<String>, DatasetError> {
-        let job: toml::Table = self.reader.job_text()?.parse().unwrap_or_default();
+        let job = job_table(&self.reader)?;
         let input = |section: &toml::Value| Some(section.get("dataset")?.as_str()?.strip_prefix("../")?.to_owned());
         Ok(job.values().filter_map(input).collect())
     }

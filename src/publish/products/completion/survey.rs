@@ -10,7 +10,7 @@ use super::{
     touch::TouchFacts,
 };
 use crate::{
-    inspection::{InspectionHeader, open_of},
+    inspection::{InspectionHeader, job_table, open_of},
     tally::Tally,
 };
 use format::{
@@ -129,7 +129,7 @@ impl CompletionSurvey {
             objects: pass.objects_of_split.get(&split).map_or(0, |objects| objects.len() as u64),
             seen_ratio: pass.ratio_of_split.get(&split).map(Tally::spread).unwrap_or_default(),
         });
-        let job: toml::Table = reader.job_text()?.parse().unwrap_or_default();
+        let job = job_table(reader)?;
         let word = |table: &str, key: &str| job.get(table)?.get(key)?.as_str().map(str::to_owned);
         let facts = CompletionInspection {
             header: InspectionHeader::of(reader)?,

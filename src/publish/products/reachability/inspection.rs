@@ -7,7 +7,7 @@ use toml::Value;
 
 use crate::{
     chart::{grouped, percent},
-    inspection::{InspectionHeader, open_of},
+    inspection::{InspectionHeader, job_table, open_of},
 };
 use format::{
     Product, ReachabilityField,
@@ -121,7 +121,7 @@ pub fn inspect_reachability(folder: &Path) -> Result<ReachabilityFacts, DatasetE
 
 pub(crate) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Result<ReachabilityFacts, DatasetError> {
     let (manifest, header) = (reader.manifest(), &field.header);
-    let job: toml::Table = reader.job_text()?.parse().unwrap_or_default();
+    let job = job_table(reader)?;
     let word = |key: &str| job.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
     let fixed = job.get("robot").and_then(|robot| robot.get("fixed")).and_then(Value::as_table);
     let fixed = fixed.into_iter().flatten().filter_map(|(joint, value)| Some((joint.clone(), value.as_float()?)));
