@@ -214,6 +214,12 @@ pub struct EvaluateCompletionArgs {
     /// Points per surface for distances; 0 leaves them out.
     #[arg(long, value_name = "N", default_value_t = 2000)]
     pub surface_samples: u32,
+    /// Also compare surfaces by their mean geodesic distances (Hamza and Krim 2003): seconds per mesh.
+    #[arg(long)]
+    pub geodesics: bool,
+    /// Also write a page: the table, and the best, the median and the worst sample of each method as pictures.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
     /// Threads; by default every core that the cgroup and the scheduler grant.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,

@@ -3,6 +3,7 @@
 //! Every number is of class `exact`, given the same grids and meshes; samples and resamples are drawn by key.
 
 mod baseline;
+mod geodesic;
 mod inside;
 mod interval;
 mod learned;
@@ -14,6 +15,7 @@ mod seen_space;
 mod surfaces;
 
 pub use baseline::Baseline;
+pub use geodesic::{TrueGeodesics, geodesic_distances};
 pub use inside::MeshInside;
 pub use interval::{Interval, Scores};
 pub use learned::TrainingPairs;
@@ -21,4 +23,4 @@ pub use mesh_overlap::mesh_overlap;
 pub use overlap::GridOverlap;
 pub use seen_cells::SeenCells;
 pub use seen_space::free_space_violation;
-pub use surfaces::{SurfaceComparison, SurfaceRule, sampled_surface};
+pub use surfaces::{SurfaceComparison, SurfaceRule, TrueSurface};

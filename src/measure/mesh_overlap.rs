@@ -52,14 +52,14 @@ pub fn mesh_overlap(one: &TriMesh, other: &TriMesh) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::f64::consts::PI;
 
     use super::*;
     use crate::surfaces::tests::cuboid;
 
     /// A ball out of rings.
-    fn ball(centre: [f64; 3], radius: f64) -> TriMesh {
+    pub(crate) fn ball(centre: [f64; 3], radius: f64) -> TriMesh {
         let (rings, spokes) = (60_usize, 120_usize);
         let vertex = |ring: usize, spoke: usize| {
             let (polar, turn) = (PI * ring as f64 / rings as f64, 2.0 * PI * spoke as f64 / spokes as f64);

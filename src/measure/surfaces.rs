@@ -63,19 +63,56 @@ impl SurfaceComparison {
     /// # Errors
     /// When one of them has no triangles.
     pub fn new(found: &TriMesh, truth: &TriMesh, rule: &SurfaceRule, id: &[u8]) -> Result<Self, NoSurface> {
-        let (found_query, truth_query) = (MeshQuery::new(found)?, MeshQuery::new(truth)?);
+        TrueSurface::new(truth, *rule, id)?.compare(found)
+    }
+}
+
+/// A true surface, prepared for comparisons with several found ones.
+pub struct TrueSurface<'a> {
+    mesh: &'a TriMesh,
+    rule: SurfaceRule,
+    id: Vec<u8>,
+    points: Vec<Point3<f64>>,
+    query: MeshQuery,
+    inside: MeshInside<'a>,
+}
+
+impl<'a> TrueSurface<'a> {
+    /// Prepares a closed mesh; `id` names the sample that it belongs to.
+    ///
+    /// # Errors
+    /// When it has no triangles.
+    pub fn new(mesh: &'a TriMesh, rule: SurfaceRule, id: &[u8]) -> Result<Self, NoSurface> {
+        let query = MeshQuery::new(mesh)?;
         let mut draw = Stream::of_job(rule.seed, id, "points of the true surface");
-        let true_points = surface_points(truth, rule.samples, &mut draw);
-        let found_points = sampled_surface(found, rule, id);
+        let points = positions(surface_points(mesh, rule.samples, &mut draw));
+        Ok(Self { mesh, rule, id: id.to_owned(), points, query, inside: MeshInside::new(mesh) })
+    }
+
+    /// Points of a found surface [m], those that are compared.
+    ///
+    /// # Panics
+    /// When it has no triangles.
+    pub fn points_of(&self, found: &TriMesh) -> Vec<Point3<f64>> {
+        let mut draw = Stream::of_job(self.rule.seed, &self.id, "points of the found surface");
+        positions(surface_points(found, self.rule.samples, &mut draw))
+    }
+
+    /// Compares a closed mesh in the frame of the true one with it.
+    ///
+    /// # Errors
+    /// When it has no triangles.
+    pub fn compare(&self, found: &TriMesh) -> Result<SurfaceComparison, NoSurface> {
+        let found_query = MeshQuery::new(found)?;
+        let found_points = self.points_of(found);
         let distances = |points: &[Point3<f64>], query: &MeshQuery| -> Vec<f64> {
             points.iter().map(|point| query.distance(point)).collect()
         };
-        let (to_truth, to_found) = (distances(&found_points, &truth_query), distances(&true_points, &found_query));
-        let inside = MeshInside::new(truth);
+        let (to_truth, to_found) = (distances(&found_points, &self.query), distances(&self.points, &found_query));
         let signed = found_points.iter().zip(&to_truth);
-        let signed = signed.map(|(point, distance)| if inside.contains(point) { -distance } else { *distance });
+        let signed = signed.map(|(point, distance)| if self.inside.contains(point) { -distance } else { *distance });
         let bias = signed.sum::<f64>() / found_points.len().max(1) as f64;
-        let longest_side = truth.aabb().map_or(0.0, |bounds| bounds.longest_side());
+        let longest_side = self.mesh.aabb().map_or(0.0, |bounds| bounds.longest_side());
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let mean_square =
             |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64;
@@ -88,7 +125,7 @@ impl SurfaceComparison {
         };
         let mut all = [to_truth.as_slice(), to_found.as_slice()].concat();
         all.sort_by(f64::total_cmp);
-        Ok(Self {
+        Ok(SurfaceComparison {
             mean: (mean(&to_truth) + mean(&to_found)) / 2.0,
             found_to_truth: mean(&to_truth),
             truth_to_found: mean(&to_found),
@@ -99,22 +136,26 @@ impl SurfaceComparison {
             chamfer: mean_square(&to_truth) + mean_square(&to_found),
             f_score_percent: f_score(SHARE_FOUND * longest_side),
             f_score_5mm: f_score(METRES_FOUND),
-            volume_ratio: found.signed_volume() / truth.signed_volume(),
+            volume_ratio: found.signed_volume() / self.mesh.signed_volume(),
             longest_side,
         })
     }
 }
 
-/// Points of a found surface [m], those that [`SurfaceComparison`] compares; none without triangles.
-pub fn sampled_surface(found: &TriMesh, rule: &SurfaceRule, id: &[u8]) -> Vec<Point3<f64>> {
-    if found.triangles.is_empty() {
-        return Vec::new();
-    }
-    surface_points(found, rule.samples, &mut Stream::of_job(rule.seed, id, "points of the found surface"))
+/// A point of a surface.
+pub(crate) struct SurfacePoint {
+    /// Index of the triangle that it lies in.
+    pub triangle: usize,
+    /// [m].
+    pub position: Point3<f64>,
 }
 
-/// Points drawn evenly over a surface [m]: one from each of so many parts of equal area.
-fn surface_points(mesh: &TriMesh, count: usize, draw: &mut Stream) -> Vec<Point3<f64>> {
+fn positions(points: Vec<SurfacePoint>) -> Vec<Point3<f64>> {
+    points.into_iter().map(|point| point.position).collect()
+}
+
+/// Points drawn evenly over a surface: one from each of so many parts of equal area.
+pub(crate) fn surface_points(mesh: &TriMesh, count: usize, draw: &mut Stream) -> Vec<SurfacePoint> {
     let mut ends = Vec::with_capacity(mesh.triangles.len());
     let mut total = 0.0;
     for index in 0..mesh.triangles.len() {
@@ -125,11 +166,12 @@ fn surface_points(mesh: &TriMesh, count: usize, draw: &mut Stream) -> Vec<Point3
     let mut points = Vec::with_capacity(count);
     for part in 0..count {
         let at = (part as f64 + draw.unit()) / count as f64 * total;
-        let index = ends.partition_point(|end| *end <= at).min(ends.len() - 1);
-        let [a, b, c] = mesh.corners(index);
+        let triangle = ends.partition_point(|end| *end <= at).min(ends.len() - 1);
+        let [a, b, c] = mesh.corners(triangle);
         // Uniform in a triangle by a square root (Osada et al. 2002, "Shape distributions").
         let (root, share) = (draw.unit().sqrt(), draw.unit());
-        points.push(a + (b - a) * (root * (1.0 - share)) + (c - a) * (root * share));
+        let position = a + (b - a) * (root * (1.0 - share)) + (c - a) * (root * share);
+        points.push(SurfacePoint { triangle, position });
     }
     points
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use graspmill::{
     geom::{GridPlacement, OccupancyGrid, TriMesh},
-    measure::{Baseline, SeenCells, SurfaceComparison, SurfaceRule, TrainingPairs},
+    measure::{Baseline, SeenCells, SurfaceComparison, SurfaceRule, TrainingPairs, geodesic_distances, mesh_overlap},
     seed::Stream,
     surface::write_ply,
 };
@@ -58,6 +58,53 @@ fn distances_are_those_of_trimesh() {
     }
     let ratio = number_at(&oracle, "/volume_ratio");
     assert!((ours.volume_ratio / ratio - 1.0).abs() < 1e-5, "{} {ratio}", ours.volume_ratio);
+}
+
+/// Exact geodesic distances (Mitchell, Mount and Papadimitriou 1987, by libigl) from a vertex, and the overlap of two meshes by points.
+const EXACT: &str = "
+import json, sys
+import igl, numpy as np, trimesh
+
+def load(path):
+    mesh = trimesh.load(path, process=False)
+    return mesh, np.asarray(mesh.vertices), np.asarray(mesh.faces, np.int32)
+
+answer = {'distances': []}
+for path in sys.argv[2:]:
+    _, vertices, faces = load(path)
+    none, source, target = np.empty(0, np.int32), np.array([0], np.int32), np.arange(len(vertices), dtype=np.int32)
+    found = igl.exact_geodesic(vertices, faces, source, none, target, none)
+    answer['distances'].append(np.asarray(found).tolist())
+a, b = (load(path)[0] for path in sys.argv[2:4])
+low, high = np.minimum(a.bounds[0], b.bounds[0]), np.maximum(a.bounds[1], b.bounds[1])
+points = np.random.default_rng(5).uniform(low, high, (int(sys.argv[1]), 3))
+one, other = a.contains(points), b.contains(points)
+answer['overlap'] = float((one & other).sum() / (one | other).sum())
+print(json.dumps(answer))
+";
+
+#[test]
+fn geodesics_are_those_of_libigl_and_volumes_overlap_as_trimesh_says() {
+    let workspace = Workspace::new();
+    let names = ["can-01@1k", "bottle-01@1k", "mug-01@1k", "box-01@1k"];
+    let meshes = names.map(built_in_mesh);
+    let paths = (0..).zip(&meshes).map(|(index, mesh)| workspace.write(&format!("{index}.ply"), write_ply(mesh, &[])));
+    let run = Program::python_lines(EXACT).arg("40000").args(paths.collect::<Vec<_>>());
+    let exact: Value = run.succeed().json();
+    for (index, mesh) in meshes.iter().enumerate() {
+        let found = geodesic_distances(mesh, 0).expect("a surface");
+        let known: Vec<f64> = serde_json::from_value(exact["distances"][index].clone()).expect("distances");
+        let errors: Vec<f64> = (found.iter().zip(&known).filter(|(_, known)| **known > 0.01))
+            .map(|(found, known)| found / known - 1.0)
+            .collect();
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let [low, high] = [f64::min, f64::max].map(|pick| errors.iter().copied().reduce(pick).expect("some are far"));
+        println!("{}: {} distances, {mean:.4} too long on average, {low:.4} to {high:.4}", names[index], errors.len());
+        // Paths over nodes are never shorter than the exact ones, but for the rounding of vertices.
+        assert!(low > -1e-4 && mean < 0.01, "{}: {low} to {high}, mean {mean}", names[index]);
+    }
+    let (ours, points) = (mesh_overlap(&meshes[0], &meshes[1]), number_at(&exact, "/overlap"));
+    assert!((0.05..0.95).contains(&points) && (ours - points).abs() < 0.015, "{ours}, by points {points}");
 }
 
 #[test]
@@ -192,6 +239,16 @@ fn models_and_baselines_stand_in_one_table() {
     assert_eq!((report["rows"][1]["name"].as_str(), of_row(1, "surface_mm")), (Some("truth, off"), off));
     let less = of_row(1, "surface_over_first_mm");
     assert!((less - (off - of_row(0, "surface_mm"))).abs() < 1e-9 && less < -0.5, "{report}");
+    // Geodesics are compared where they are asked for: of the true grids' surface little more than the truth's own draws.
+    assert!(report["rows"][0]["geodesic_divergence"].is_null());
+    let run_of_geodesics =
+        Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--geodesics"]);
+    let run_of_geodesics = run_of_geodesics.args(["--method", "extrude", "--limit", "3", "--surface-samples", "400"]);
+    let report: Value = run_of_geodesics.arg("--json").succeed().json();
+    let of_row = |row: usize, name: &str| number_at(&report, &format!("/rows/{row}/{name}/mean"));
+    let (floor, truth, extruded) =
+        (of_row(0, "geodesic_floor"), of_row(0, "geodesic_divergence"), of_row(1, "geodesic_divergence"));
+    assert!(0.0 < floor && truth < extruded && extruded < 1.0, "{floor} {truth} {extruded}");
     // What is seen is a shell: as a completion it adds nothing, and drawn out along the rays it comes nearer to the truth.
     assert_eq!(number_at(row("partial"), "/unseen_iou/mean"), 0.0);
     assert!(number_at(row("extrude"), "/iou/mean") > number_at(row("partial"), "/iou/mean") + 0.1, "{report}");
@@ -206,6 +263,21 @@ fn models_and_baselines_stand_in_one_table() {
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
+    // The page has the table, and pictures of three samples of each method; the same bytes by any count of threads.
+    let pages = ["1", "2"].map(|threads| {
+        let page = workspace.path(&format!("page-{threads}.html"));
+        let said = run(threads).option("--out", &page).succeed().stdout;
+        assert!(said.contains(&format!("page: {}", page.display())), "{said}");
+        std::fs::read_to_string(page).expect("a page")
+    });
+    assert_eq!(pages[0], pages[1]);
+    for words in ["18 samples of 3 objects", "IoU, unseen", "mirror-far", "Best: ", "Median: ", "Worst: "] {
+        assert!(pages[0].contains(words), "{words}");
+    }
+    assert_eq!(pages[0].matches("src=\"data:image/png").count(), 4 * 3 * (1 + Baseline::ALL.len()));
+    let nowhere = workspace.path("nowhere/page.html");
+    let said = run("1").option("--out", &nowhere).expect_code(74).stderr;
+    assert!(said.contains("nowhere/page.html"), "{said}");
     for (option, value, says) in [
         ("--method", "magic", "one of partial, extrude"),
         ("--split", "all", "no such split"),

@@ -22,6 +22,7 @@ use super::{
 };
 use crate::{
     escape,
+    evaluation::{self, Evaluation},
     grasp_types::TypeFacts,
     inspection::InspectionHeader,
     notes::{RunNotes, Speed},
@@ -411,6 +412,8 @@ fn pages(name: &str) -> Vec<Page> {
     pages.extend([true, false].map(|is_full| volumes_page(name, is_full)));
     pages.extend([true, false].map(|is_full| picks_page(name, is_full)));
     pages.extend([true, false].map(|is_full| page(set::PAGE_TEMPLATE, &SetPage::example(name, is_full))));
+    let compared = |is_full| page(evaluation::PAGE_TEMPLATE, &Evaluation::example(name, is_full).page());
+    pages.extend([true, false].map(compared));
     for (is_directed, is_full) in [(true, true), (false, true), (false, false)] {
         pages.push(reachability_page(name, is_directed, is_full));
     }
@@ -443,7 +446,7 @@ fn marked() -> (Environment<'static>, Vec<String>) {
         let text: &'static str = Box::leak(pieces.collect::<String>().into_boxed_str());
         (name, text)
     };
-    let others = [&DOCUMENT_TEMPLATES, &set::TEMPLATES];
+    let others = [&DOCUMENT_TEMPLATES, &set::TEMPLATES, &evaluation::TEMPLATES];
     let own = PRODUCTS.iter().map(|pages| pages.templates).chain(others).flat_map(|templates| templates.own);
     let templates: Vec<Template> = SHARED.iter().chain(own).copied().map(marked).collect();
     (environment(templates), marks)
@@ -504,7 +507,7 @@ fn names_are_text_in_pages() {
     for (name, escaped) in [("<b>x</b>", "&lt;b&gt;x&lt;/b&gt;"), ("a&b", "a&amp;b"), ("\"'", "&quot;&#39;")] {
         let of_pages = pages(name);
         let html: Vec<&Page> = of_pages.iter().filter(|(template, _)| template.ends_with(".html")).collect();
-        assert_eq!(html.len(), 25);
+        assert_eq!(html.len(), 27);
         for (template, view) in html {
             let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");

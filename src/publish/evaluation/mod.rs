@@ -1,0 +1,142 @@
+//! The page of a comparison of completions: its table, and the best, the median and the worst sample of each method as pictures.
+
+mod templates;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::{
+    notes::write_atomically,
+    page::ImageView,
+    picture::{Eye, VoxelPainter},
+    templates::page_values,
+};
+use format::dataset::DatasetError;
+use kernel::geom::OccupancyGrid;
+
+#[cfg(test)]
+pub(super) use templates::PAGE_TEMPLATE;
+pub(super) use templates::TEMPLATES;
+
+/// Side of each picture [px].
+const SIDE: u32 = 200;
+
+/// A comparison of completions on the samples of one dataset, in words.
+pub struct Evaluation {
+    /// Name of the dataset.
+    pub dataset: String,
+    /// Root digest of the dataset.
+    pub root: String,
+    /// Samples, objects and split, in a sentence.
+    pub lead: String,
+    /// Heads of the table's columns.
+    pub head: Vec<String>,
+    /// A row per method and way of making meshes: as many texts as there are columns.
+    pub rows: Vec<Vec<String>>,
+    /// Sentences about the table.
+    pub notes: Vec<String>,
+    /// Samples to show, by method.
+    pub methods: Vec<EvaluatedMethod>,
+}
+
+/// A method with some of its samples.
+pub struct EvaluatedMethod {
+    /// Name of the method.
+    pub name: String,
+    /// The samples, the best first.
+    pub samples: Vec<EvaluatedSample>,
+}
+
+/// A sample as a method completed it. The grids have one resolution and one frame.
+pub struct EvaluatedSample {
+    /// Which sample it is, and how well it was completed, in a sentence.
+    pub caption: String,
+    /// What the camera saw.
+    pub partial: OccupancyGrid,
+    /// What the method made of it.
+    pub completed: OccupancyGrid,
+    /// The true grid.
+    pub truth: OccupancyGrid,
+}
+
+/// The page as its template takes it.
+#[derive(Serialize)]
+pub(super) struct EvaluationPage<'a> {
+    dataset: &'a str,
+    root: &'a str,
+    lead: &'a str,
+    head: &'a [String],
+    rows: &'a [Vec<String>],
+    notes: &'a [String],
+    methods: Vec<MethodView<'a>>,
+}
+
+#[derive(Serialize)]
+struct MethodView<'a> {
+    name: &'a str,
+    samples: Vec<SampleView<'a>>,
+}
+
+#[derive(Serialize)]
+struct SampleView<'a> {
+    caption: &'a str,
+    /// What the method made and the truth, from the camera's side, then both from behind.
+    images: [ImageView; 4],
+}
+
+impl EvaluatedSample {
+    fn view(&self) -> SampleView<'_> {
+        let Self { caption, partial, completed, truth } = self;
+        let draw = |eye: Eye| {
+            let painter = VoxelPainter::new(SIDE, eye, &[partial, completed, truth]);
+            [completed, truth]
+                .map(|grid| ImageView::of(&painter.draw(Some(partial), Some(grid)).with_few_colours(), SIDE, SIDE))
+        };
+        let ([front, true_front], [back, true_back]) = (draw(Eye::CameraSide), draw(Eye::Behind));
+        SampleView { caption, images: [front, true_front, back, true_back] }
+    }
+}
+
+impl Evaluation {
+    pub(super) fn page(&self) -> EvaluationPage<'_> {
+        let Self { dataset, root, lead, head, rows, notes, methods } = self;
+        let methods = methods.iter().map(|method| MethodView {
+            name: &method.name,
+            samples: method.samples.iter().map(EvaluatedSample::view).collect(),
+        });
+        EvaluationPage { dataset, root, lead, head, rows, notes, methods: methods.collect() }
+    }
+
+    /// Writes the page. It depends on what is compared alone, not on clock, machine or path.
+    ///
+    /// # Errors
+    /// When the file can't be written.
+    ///
+    /// # Panics
+    /// When the grids of a sample differ in resolution.
+    pub fn write(&self, path: &Path) -> Result<(), DatasetError> {
+        let html = TEMPLATES.render_page(&page_values(&self.page()));
+        write_atomically(path, html.as_bytes())
+    }
+
+    /// A comparison of one method with this name, with a sample and sentences or without.
+    #[cfg(test)]
+    pub(super) fn example(name: &str, is_full: bool) -> Self {
+        let grid = OccupancyGrid::new(2);
+        let sample =
+            EvaluatedSample { caption: name.to_owned(), partial: grid.clone(), completed: grid.clone(), truth: grid };
+        Self {
+            dataset: name.to_owned(),
+            root: "0123".to_owned(),
+            lead: name.to_owned(),
+            head: vec![String::new(), name.to_owned()],
+            rows: vec![vec![name.to_owned(), "0.5".to_owned()]],
+            notes: is_full.then(|| name.to_owned()).into_iter().collect(),
+            methods: vec![EvaluatedMethod {
+                name: name.to_owned(),
+                samples: is_full.then_some(sample).into_iter().collect(),
+            }],
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Templates of the page of a comparison.
+
+use crate::templates::PageTemplates;
+
+/// Name of the template of the page.
+pub(crate) const PAGE_TEMPLATE: &str = "evaluation.html";
+
+/// The page, with what all pages share.
+pub(crate) static TEMPLATES: PageTemplates =
+    PageTemplates::new(&[(PAGE_TEMPLATE, include_str!("page.html")), ("evaluation.css", include_str!("page.css"))]);
