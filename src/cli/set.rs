@@ -17,7 +17,7 @@ use super::{
     run, verify,
 };
 use factory::{
-    Event, RunContext, RunError,
+    Event, Leak, RunContext, RunError, find_leaks,
     job::{JobSet, JobText, SetMember},
 };
 use format::dataset::{DatasetError, SetContent, SetEntry, SetTable};
@@ -31,6 +31,24 @@ struct SetJson<'a, T> {
     datasets: BTreeMap<String, T>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     problems: Vec<String>,
+    /// Objects on two sides of the splits.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    leaks: Vec<Leak>,
+}
+
+/// Findings about a set as a whole, beside those about its datasets.
+#[derive(Default)]
+struct SetFindings {
+    problems: Vec<String>,
+    leaks: Vec<Leak>,
+}
+
+impl SetFindings {
+    /// A line each.
+    fn words(&self) -> impl Iterator<Item = String> + '_ {
+        let problems = self.problems.iter().map(|problem| format!("problem: {problem}"));
+        problems.chain(self.leaks.iter().map(|leak| format!("warning: {leak}")))
+    }
 }
 
 /// Makes the datasets of a set, one after another, or what is missing of them.
@@ -71,9 +89,12 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
         reports.insert(job.name.clone(), report);
     }
     table.finish(&arguments.out).map_err(failure)?;
+    let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
+    let found = SetFindings { leaks: find_leaks(&arguments.out, &table, &context)?, ..SetFindings::default() };
     if arguments.json {
-        show(&arguments.out, &table, reports, Vec::new(), printer)?;
+        show(&arguments.out, &table, reports, found, printer)?;
     } else {
+        texts.extend(found.words());
         texts.extend(words(&arguments.out, &table));
         printer.result(&format!("{}\nnext: graspmill report {}", texts.join("\n\n"), arguments.out.display()));
     }
@@ -91,7 +112,7 @@ pub fn status(arguments: &DatasetArgs, table: &SetTable, printer: &Printer) -> R
         found.insert(job.name.clone(), status);
     }
     if arguments.json {
-        show(&arguments.dir, table, found, Vec::new(), printer)?;
+        show(&arguments.dir, table, found, SetFindings::default(), printer)?;
     } else {
         texts.extend(words(&arguments.dir, table));
         printer.result(&texts.join("\n\n"));
@@ -110,7 +131,7 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
         texts.push(checked.words());
         reports.insert(job.name.clone(), serde_json::to_value(checked.json())?);
     }
-    let mut problems = Vec::new();
+    let mut found = SetFindings::default();
     let said = match SetContent::of(&arguments.dir, &table.jobs) {
         Ok(made) => table.made.as_ref() == Some(&made),
         // What is wrong with a dataset was reported.
@@ -118,12 +139,18 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
     };
     if !said {
         exit = Exit::Mismatch;
-        problems.push("set.json does not say what its datasets hold; run the set again to write it anew".to_owned());
+        found
+            .problems
+            .push("set.json does not say what its datasets hold; run the set again to write it anew".to_owned());
+    }
+    if exit == Exit::Complete {
+        let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
+        found.leaks = find_leaks(&arguments.dir, table, &context)?;
     }
     if arguments.json {
-        show(&arguments.dir, table, reports, problems, printer)?;
+        show(&arguments.dir, table, reports, found, printer)?;
     } else {
-        texts.extend(problems.iter().map(|problem| format!("problem: {problem}")));
+        texts.extend(found.words());
         texts.extend(words(&arguments.dir, table));
         printer.result(&texts.join("\n\n"));
     }
@@ -143,8 +170,11 @@ pub fn report(arguments: &ReportArgs, table: &SetTable, printer: &Printer) -> Re
 
 /// Prints the root of a set whose datasets are all finished.
 pub fn digest(folder: &Path, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
-    let unfinished = || Failure::from(DatasetError::Unfinished { folder: folder.to_owned() });
-    printer.result(&table.made.as_ref().map(|made| made.root.hex()).ok_or_else(unfinished)?);
+    let root = match &table.made {
+        Some(made) => made.root,
+        None => table.content(folder)?.root,
+    };
+    printer.result(&root.hex());
     Ok(Exit::Complete)
 }
 
@@ -158,10 +188,10 @@ fn show<T: Serialize>(
     folder: &Path,
     table: &SetTable,
     datasets: BTreeMap<String, T>,
-    problems: Vec<String>,
+    SetFindings { problems, leaks }: SetFindings,
     printer: &Printer,
 ) -> Result<(), Failure> {
-    printer.json(&SetJson { set: folder.display().to_string(), table, datasets, problems })
+    printer.json(&SetJson { set: folder.display().to_string(), table, datasets, problems, leaks })
 }
 
 /// Content of a finished set, in words.

@@ -2,13 +2,19 @@
 
 use std::{fs, path::Path};
 
-use graspmill::format::dataset::{DatasetReader, Manifest, Selection, SetTable};
+use graspmill::{
+    format::dataset::{DatasetReader, Manifest, Selection, SetTable},
+    geom::TriMesh,
+    surface::write_ply,
+};
+use nalgebra::{Point3, Rotation3};
 
 use crate::support::{
     files::{read_text, repository_path},
     jobs::SHORT_SEARCH,
-    meshes::tetrahedron_off,
+    meshes::{built_in_mesh, tetrahedron_off},
     program::{Program, print_root},
+    robots::GRIPPER,
     small_dataset::unseal,
     workspace::Workspace,
 };
@@ -133,4 +139,53 @@ fn one_name_for_two_objects_is_said() {
     // Only `run` takes a set.
     let said = Program::on("estimate", &file).expect_code(2).stderr;
     assert!(said.contains("only `run` takes sets"), "{said}");
+}
+
+/// Two jobs that divide their objects apart: one object trains in the one and tests in the other, and a bottle of the one is in the other,
+/// larger, turned, and under another name.
+#[test]
+fn objects_on_both_sides_of_a_split_are_found_across_datasets() {
+    let workspace = Workspace::new();
+    let write = |name: &str, mesh: &TriMesh| workspace.write(format!("{name}.ply"), write_ply(mesh, &[]));
+    let bottle = built_in_mesh("bottle-01@1k");
+    let turn = Rotation3::from_euler_angles(0.3, -0.8, 1.1);
+    let grown = |vertex: &[f32; 3]| (turn * Point3::from(*vertex).cast::<f64>() * 1.02).cast::<f32>().into();
+    let flask = TriMesh { vertices: bottle.vertices.iter().map(grown).collect(), ..bottle.clone() };
+    for (name, mesh) in [("flask", &flask), ("bottle", &bottle), ("can", &built_in_mesh("can-01@1k"))] {
+        write(&format!("meshes/{name}"), mesh);
+    }
+    let job = |name: &str, objects: &[&str], split: &str| {
+        let files: Vec<String> = objects.iter().map(|object| format!("\"{object}.ply\"")).collect();
+        let text = format!(
+            "product = \"grasps\"\n[hand]\nscene = {:?}\n[grasps]\nseeds = 1\nsampler = \"antipodal\"\n\
+             [antipodal]\npairs = 100\nbest = 1\n[split]\n{split}\n[[objects]]\nfolder = \"meshes\"\ninclude = [{}]\n",
+            repository_path(GRIPPER),
+            files.join(", ")
+        );
+        workspace.write(format!("{name}.toml"), text);
+        format!("[[jobs]]\nname = \"{name}\"\njob = \"{name}.toml\"\n")
+    };
+    let (none, tests) =
+        ("validation_objects = 0\ntest_objects = 0", "validation_objects = 0\ntest_objects = [\"flask\", \"can\"]");
+    let made = |name: &str, jobs: [String; 2]| {
+        let file = workspace.write(format!("{name}.toml"), format!("product = \"set\"\n{}{}", jobs[0], jobs[1]));
+        let out = workspace.path(name);
+        (Program::run_job(&file, &out).succeed().stdout, out)
+    };
+    let (said, out) = made("leaky", [job("first", &["bottle", "can"], none), job("second", &["can", "flask"], tests)]);
+    let verified = Program::on("verify", &out).succeed().stdout;
+    for said in [said, verified] {
+        assert!(
+            said.contains("can is in split training of first, and the same object in split test of second"),
+            "{said}"
+        );
+        assert!(
+            said.contains("bottle is in split training of first, and flask, which has the same shape, in split test"),
+            "{said}"
+        );
+    }
+    let leaks = Program::on("verify", &out).read_json()["leaks"].as_array().map_or(0, Vec::len);
+    assert!(leaks >= 2, "{leaks}");
+    let (said, _) = made("clean", [job("first", &["bottle", "can"], none), job("second", &["bottle", "can"], none)]);
+    assert!(!said.contains("sees it twice"), "{said}");
 }

@@ -16,6 +16,7 @@ mod regenerate;
 pub use assets::{PreparedAssets, prepare_assets};
 pub use estimate::Estimate;
 pub use execute::{RunSummary, RunTask, ShareSummary, merge, run, run_share};
+pub(crate) use open::TWIN_LIKENESS;
 pub use open::{OpenError, OpenJob};
 pub use pilot::{PilotLimits, PilotRate, pilot};
 pub use regenerate::{Difference, Regeneration, regenerate};

@@ -14,7 +14,7 @@ use format::dataset::DatasetHeader;
 use kernel::{ids::JobDigest, voxel::twins};
 
 /// Intersection over union from which on two objects are twins, after pose and scale are taken out.
-const TWIN_LIKENESS: f64 = 0.85;
+pub(crate) const TWIN_LIKENESS: f64 = 0.85;
 
 /// A job, ready to run. The documentation of the crate `graspmill` begins with an example.
 #[derive(Clone, Debug)]
