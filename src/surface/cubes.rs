@@ -125,6 +125,7 @@ impl<F: Fn([f64; 3]) -> [f32; 3]> Sweep<'_, F> {
 pub(crate) mod tests {
     use std::{collections::BTreeMap, f64::consts::PI};
 
+    use kernel::seed::Stream;
     use proptest::prelude::*;
 
     use super::*;
@@ -158,12 +159,54 @@ pub(crate) mod tests {
     }
 
     /// Share of a field's cells by a function of their centres [cells].
-    fn field_of(side: usize, value: impl Fn([f64; 3]) -> f64) -> CubeField {
+    fn field_of(side: usize, mut value: impl FnMut([f64; 3]) -> f64) -> CubeField {
         let mut field = CubeField::filled(side, 0.0);
         for cell in field.cells() {
             *field.at_mut(cell) = value(cell.map(|index| index as f64 + 0.5)) as f32;
         }
         field
+    }
+
+    /// Noise of any density, of two values or of all between, checkerboards, single cells, nothing and everything.
+    fn drawn_field(number: u32, draw: &mut Stream) -> CubeField {
+        let side = 1 + draw.below(24) as usize;
+        let density = draw.unit();
+        match number % 5 {
+            0 => field_of(side, |_| f64::from(u8::from(draw.unit() < density))),
+            1 => field_of(side, |_| draw.unit() * 2.0 * density),
+            2 => {
+                let width = 1 + draw.below(4) as usize;
+                field_of(side, |centre| {
+                    let blocks: usize = centre.iter().map(|value| *value as usize / width).sum();
+                    f64::from(u8::from(blocks % 2 == 0))
+                })
+            }
+            3 => {
+                let chosen = draw.below(side.pow(3) as u64) as usize;
+                let mut field = CubeField::filled(side, 0.0);
+                let cell = field.cells().nth(chosen).expect("a cell of the grid");
+                *field.at_mut(cell) = 1.0;
+                field
+            }
+            _ => CubeField::filled(side, if density < 0.5 { 0.0 } else { 1.0 }),
+        }
+    }
+
+    #[test]
+    #[ignore = "slow: make test-slow"]
+    fn ten_thousand_volumes_give_closed_manifold_meshes_wound_outward() {
+        let mut draw = Stream::of_job(11, b"", "volumes");
+        let mut empty = 0;
+        for number in 0..10_000 {
+            let field = drawn_field(number, &mut draw);
+            let mesh = marching_cubes(&field, 0.5, 0.0, in_cells);
+            assert_closed_and_manifold(&mesh);
+            let has_inside = field.values().iter().any(|value| *value > 0.5);
+            assert_eq!(mesh.triangles.is_empty(), !has_inside, "volume {number}");
+            assert!(!has_inside || mesh.signed_volume() > 0.0, "volume {number}: {}", mesh.signed_volume());
+            empty += u32::from(!has_inside);
+        }
+        assert!((500..5000).contains(&empty), "{empty} empty volumes");
     }
 
     proptest! {
