@@ -2,6 +2,7 @@
 //! mistakes are said with their keys.
 
 mod amodal;
+mod pick_trials;
 mod picks;
 mod sets;
 #[path = "../support/mod.rs"]

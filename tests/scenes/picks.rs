@@ -69,15 +69,15 @@ fn reader(folder: &Path) -> DatasetReader {
     DatasetReader::open(folder).expect("a dataset")
 }
 
-fn samples(folder: &Path) -> Vec<Sample> {
+pub(super) fn samples(folder: &Path) -> Vec<Sample> {
     reader(folder).iter(Selection::default()).map(|sample| sample.expect("readable")).collect()
 }
 
-fn candidates(sample: &Sample) -> PickCandidates {
+pub(super) fn candidates(sample: &Sample) -> PickCandidates {
     sample.pick_candidates().expect("candidates")
 }
 
-fn trials(sample: &Sample) -> PickTrials {
+pub(super) fn trials(sample: &Sample) -> PickTrials {
     sample.pick_trials().expect("readable").expect("stored")
 }
 
