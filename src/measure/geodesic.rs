@@ -6,13 +6,17 @@
 //! polyhedral surfaces"): its nodes are the mesh's vertices and points along its edges, and all nodes of a triangle are joined by
 //! straight lines.
 
-use std::{cmp::Ordering, collections::BinaryHeap, f64::consts::PI};
+use std::{
+    cmp::Ordering,
+    collections::{BTreeMap, BinaryHeap},
+    f64::consts::PI,
+};
 
 use kernel::{
     geom::{NoSurface, TriMesh},
     seed::Stream,
 };
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector6};
 
 use crate::surfaces::{SurfacePoint, SurfaceRule, surface_points};
 
@@ -20,8 +24,13 @@ use crate::surfaces::{SurfacePoint, SurfaceRule, surface_points};
 const PER_EDGE: usize = 2;
 /// Two neighbours along an edge are so near to each other, at most, as a share of the mesh's longest side.
 const SPACING: f64 = 1.0 / 60.0;
-/// Points from which distances are computed, at most.
+/// Points from which distances are computed, at most: each stands for the points around it.
 const SOURCES: usize = 100;
+/// Rounds in which they move to the middle of the points that they stand for (Lloyd 1982).
+const ROUNDS: usize = 3;
+/// Distance between two points that counts as much as opposite normals, as a share of the longest side: a point of one side of a wall
+/// does not stand for those of the other.
+const OPPOSITE: f64 = 0.5;
 /// Smallest width of the kernels as a share of the longest side: mean distances on a ball are all one number.
 const SMALLEST_WIDTH: f64 = 0.01;
 /// Steps of the densities per width of a kernel, and the widths beyond the last point at which they end.
@@ -96,21 +105,21 @@ impl MeanDistances {
     fn new(mesh: &TriMesh, rule: &SurfaceRule, id: &[u8], name: &str) -> Result<Self, NoSurface> {
         let graph = SurfaceGraph::new(mesh)?;
         let points = surface_points(mesh, rule.samples, &mut Stream::of_job(rule.seed, id, name));
-        let sources = points.len().min(SOURCES);
-        let (mut sums, mut counts) = (vec![0.0; points.len()], vec![0_u32; points.len()]);
+        let (mut sums, mut weights) = (vec![0.0; points.len()], vec![0.0; points.len()]);
         let mut search = Search::default();
-        for source in (0..sources).map(|number| &points[number * points.len() / sources]) {
+        for (source, weight) in sources(mesh, &points, graph.longest_side) {
+            let source = &points[source];
             graph.search([(source.triangle, source.position)], &mut search);
-            for (point, (sum, count)) in points.iter().zip(sums.iter_mut().zip(&mut counts)) {
+            for (point, (sum, all)) in points.iter().zip(sums.iter_mut().zip(&mut weights)) {
                 let distance = graph.distance(&search, source, point);
                 if distance.is_finite() {
-                    *sum += distance;
-                    *count += 1;
+                    *sum += weight * distance;
+                    *all += weight;
                 }
             }
         }
-        let reached = sums.iter().zip(&counts).filter(|(_, count)| **count > 0);
-        let means: Vec<f64> = reached.map(|(sum, count)| sum / f64::from(*count)).collect();
+        let reached = sums.iter().zip(&weights).filter(|(_, weight)| **weight > 0.0);
+        let means: Vec<f64> = reached.map(|(sum, weight)| sum / weight).collect();
         // The width that is best for a normal density, by the median of the deviations (Hamza and Krim 2003).
         let middle = median(&means);
         let deviations: Vec<f64> = means.iter().map(|mean| (mean - middle).abs()).collect();
@@ -133,6 +142,45 @@ impl MeanDistances {
         let all: f64 = shares.iter().sum();
         shares.iter().map(|share| share / all).collect()
     }
+}
+
+/// Indices of points that stand for all of a surface, each with the count of points that it stands for: spread out, the farthest first,
+/// then moved to the middle of these points.
+fn sources(mesh: &TriMesh, points: &[SurfacePoint], longest_side: f64) -> Vec<(usize, f64)> {
+    let placed: Vec<Vector6<f64>> = (points.iter())
+        .map(|point| {
+            let [a, b, c] = mesh.corners(point.triangle);
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
+            let (position, normal) = (point.position.coords, normal * (0.5 * OPPOSITE * longest_side));
+            Vector6::new(position.x, position.y, position.z, normal.x, normal.y, normal.z)
+        })
+        .collect();
+    let nearest_to = |point: &Vector6<f64>, among: &mut dyn Iterator<Item = usize>| {
+        let distance = |index: usize| (placed[index] - point).norm_squared();
+        among.map(|index| (distance(index), index)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, index)| index)
+    };
+    let mut chosen = vec![0];
+    let mut apart = vec![f64::INFINITY; placed.len()];
+    while chosen.len() < placed.len().min(SOURCES) {
+        let last = placed[chosen[chosen.len() - 1]];
+        apart.iter_mut().zip(&placed).for_each(|(apart, point)| *apart = apart.min((point - last).norm_squared()));
+        chosen.push((0..placed.len()).fold(0, |best, index| if apart[index] > apart[best] { index } else { best }));
+    }
+    let mut stands_for: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for round in 0..=ROUNDS {
+        stands_for.clear();
+        for (index, point) in placed.iter().enumerate() {
+            stands_for.entry(nearest_to(point, &mut chosen.iter().copied())).or_default().push(index);
+        }
+        if round < ROUNDS {
+            let middle = |members: &Vec<usize>| {
+                let mean = members.iter().map(|index| placed[*index]).sum::<Vector6<f64>>() / members.len() as f64;
+                nearest_to(&mean, &mut members.iter().copied())
+            };
+            chosen = stands_for.values().map(middle).collect();
+        }
+    }
+    stands_for.into_iter().map(|(source, members)| (source, members.len() as f64)).collect()
 }
 
 fn median(values: &[f64]) -> f64 {

@@ -55,18 +55,18 @@ fn verdicts(folder: &Path) -> BTreeMap<(SampleId, [u32; 3]), bool> {
 #[ignore = "slow: make test-slow"]
 fn bodies_far_away_change_hardly_a_trial() {
     let workspace = Workspace::new();
-    let keys = "mode = \"heap\"\ncount = 8\ntable = { size = [0.5, 0.5] }\nscenes = { training = 8 }";
+    let keys = "mode = \"heap\"\ncount = 8\ntable = { size = [0.5, 0.5] }\nscenes = { training = 16 }";
     workspace.make_dataset("scenes", &scenes_job(keys), &[]);
     workspace.make_dataset("grasps", &grasps_job(), &[]);
     let made = ["near", "all"].map(|awake| {
         verdicts(&workspace.make_dataset(awake, &picks_job(&format!("trials = 8\nawake = \"{awake}\"")), &[]))
     });
     let [near, all] = &made;
-    assert!(near.keys().eq(all.keys()) && near.len() >= 150, "{} trials", near.len());
+    assert!(near.keys().eq(all.keys()));
     let equal = near.iter().filter(|(key, held)| all[key] == **held).count();
     let held = near.values().filter(|held| **held).count();
     println!("{equal} of {} trials end as they do with all bodies awake; {held} hold", near.len());
-    assert!(equal * 100 >= near.len() * 98 && held > 0 && held < near.len());
+    assert!(near.len() >= 150 && equal * 100 >= near.len() * 98 && held > 0 && held < near.len());
 }
 
 /// The same grasps of an object that lies alone on a plane: in its scene, and by the table's trial of a dataset of grasps.
@@ -74,7 +74,7 @@ fn bodies_far_away_change_hardly_a_trial() {
 #[ignore = "slow: make test-slow"]
 fn a_lone_body_is_held_where_the_trial_on_a_table_holds_it() {
     let workspace = Workspace::new();
-    workspace.make_dataset("scenes", &scenes_job("mode = \"table\"\ncount = 1\nscenes = { training = 30 }"), &[]);
+    workspace.make_dataset("scenes", &scenes_job("mode = \"table\"\ncount = 1\nscenes = { training = 45 }"), &[]);
     workspace.make_dataset("grasps", &grasps_job(), &[]);
     let picks = workspace.make_dataset("picks", &picks_job("rolls = 1\ncandidates = 1000\ntrials = 1000"), &[]);
     let scenes: BTreeMap<ObjectId, Scene> = (samples(&workspace.path("scenes")).iter())
