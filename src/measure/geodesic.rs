@@ -414,7 +414,7 @@ mod tests {
         assert!(TrueGeodesics::new(&TriMesh::default(), RULE, b"none").is_err());
     }
 
-    /// The same triangles with one vertex for all at a point.
+    /// A mesh with one vertex for all that stand at one point.
     fn joined(mesh: TriMesh) -> TriMesh {
         let key = |vertex: &[f32; 3]| vertex.map(|part| (f64::from(part) * 1e6).round() as i64);
         let mut known = std::collections::BTreeMap::new();

@@ -69,7 +69,7 @@ fn bodies_far_away_change_hardly_a_trial() {
     assert!(near.len() >= 150 && equal * 100 >= near.len() * 98 && held > 0 && held < near.len());
 }
 
-/// The same grasps of an object that lies alone on a plane: in its scene, and by the table's trial of a dataset of grasps.
+/// Grasps of an object that lies alone on a plane, tried in its scene and by the trial on a table of a dataset of grasps.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn a_lone_body_is_held_where_the_trial_on_a_table_holds_it() {

@@ -42,7 +42,7 @@ fn cells(row: &Row) -> [String; 9] {
     ]
 }
 
-/// What is compared.
+/// Samples, objects and split of a comparison.
 fn lead(report: &Report) -> String {
     let objects = report.rows.first().and_then(|row| row.iou).map_or(0, |interval| interval.objects);
     format!(

@@ -52,9 +52,9 @@ pub struct EvaluatedMethod {
 pub struct EvaluatedSample {
     /// Which sample it is, and how well it was completed, in a sentence.
     pub caption: String,
-    /// What the camera saw.
+    /// Cells that the camera saw.
     pub partial: OccupancyGrid,
-    /// What the method made of it.
+    /// Cells that the method made of them.
     pub completed: OccupancyGrid,
     /// The true grid.
     pub truth: OccupancyGrid,
@@ -81,7 +81,7 @@ struct MethodView<'a> {
 #[derive(Serialize)]
 struct SampleView<'a> {
     caption: &'a str,
-    /// What the method made and the truth, from the camera's side, then both from behind.
+    /// Completed and true cells from the camera's side, then both from behind.
     images: [ImageView; 4],
 }
 
